@@ -1,0 +1,3 @@
+//! Command line of ddem.
+
+fn main() {}

@@ -1,0 +1,150 @@
+//! Block sets and what changes parts of them.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Where;
+
+/// A lattice of blocks divided by joint planes.
+///
+/// The cuts along each edge are `count` equal parts of `size`, or the positions in `edges`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BlockSet {
+    /// Name of the set, for `where = { set = … }`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The corner from which edges are measured `[m]`.
+    pub origin: [f64; 3],
+    /// Length of the three edges of the whole set `[m]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<[f64; 3]>,
+    /// Blocks along the three edges; default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub count: Option<[u32; 3]>,
+    /// Uneven cuts; an edge given here needs neither `size` nor `count`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub edges: Option<Edges>,
+    /// Elements along each edge of a block.
+    pub divisions: u32,
+    /// Name of the material.
+    pub material: String,
+    /// Name of the joint between the blocks, one for all or one for each normal; needed where
+    /// there is more than one block.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joint: Option<JointChoice>,
+    /// Deformable or rigid blocks.
+    pub body: Body,
+    /// Directions of the three edges (any length); oblique ones give parallelepipeds.
+    pub axes: [[f64; 3]; 3],
+}
+
+impl Default for BlockSet {
+    fn default() -> Self {
+        Self {
+            name: None,
+            origin: [0.0; 3],
+            size: None,
+            count: None,
+            edges: None,
+            divisions: 4,
+            material: String::new(),
+            joint: None,
+            body: Body::Deformable,
+            axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        }
+    }
+}
+
+/// Positions of the cuts along each edge, from the first face to the last `[m]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Edges {
+    /// Along the first edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<Vec<f64>>,
+    /// Along the second edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<Vec<f64>>,
+    /// Along the third edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z: Option<Vec<f64>>,
+}
+
+/// The joints of a set: one for all, or by the edge that the joint's plane cuts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum JointChoice {
+    /// The same joint on every plane.
+    All(String),
+    /// One for each direction of the normal.
+    ByNormal {
+        /// Planes that cut the first edge.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        x: Option<String>,
+        /// Planes that cut the second edge.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        y: Option<String>,
+        /// Planes that cut the third edge.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        z: Option<String>,
+    },
+}
+
+/// What a block is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Body {
+    /// Meshed with hex8 elements.
+    #[default]
+    Deformable,
+    /// Six degrees of freedom (§8).
+    Rigid,
+}
+
+/// Another joint or material for a part of the model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Assign {
+    /// Joints whose face centre, or blocks whose centroid, lies inside.
+    #[serde(rename = "where", default)]
+    pub region: Where,
+    /// Name of the joint for the joints inside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<String>,
+    /// Name of the material for the blocks inside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
+    /// Stage from whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Stage up to whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<String>,
+}
+
+/// Blocks taken out: a cavity, or an excavation when it starts with a stage.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Remove {
+    /// Blocks whose centroid lies inside.
+    #[serde(rename = "where")]
+    pub region: Where,
+    /// Stage from whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Stage up to whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<String>,
+}
+
+/// Blocks split `factor` times along each edge.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Refine {
+    /// Blocks whose centroid lies inside.
+    #[serde(rename = "where")]
+    pub region: Where,
+    /// Parts along each edge.
+    pub factor: u32,
+}

@@ -1,0 +1,188 @@
+//! Where, supports, loads, boundaries, initial state and probes.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A part of space: everything named must hold; what is not named is free.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Where {
+    /// A plane or a range along x `[m]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<Extent>,
+    /// A plane or a range along y `[m]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<Extent>,
+    /// A plane or a range along z `[m]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z: Option<Extent>,
+    /// Inside a sphere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sphere: Option<Sphere>,
+    /// Only this set of blocks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set: Option<String>,
+}
+
+/// Along one axis: a plane, or a range from–to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Extent {
+    /// A plane, within 1e-6 of the region's size.
+    Plane(f64),
+    /// From, to.
+    Range([f64; 2]),
+}
+
+/// A sphere.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sphere {
+    /// Centre `[m]`.
+    pub centre: [f64; 3],
+    /// Radius `[m]`.
+    pub radius: f64,
+}
+
+/// A support: the named axes of the selected nodes stand still, or move as prescribed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fix {
+    /// Nodes; every node when left out.
+    #[serde(rename = "where", default)]
+    pub region: Where,
+    /// Which of `"xyz"`.
+    pub axes: String,
+    /// Velocity of the named axes `[m/s]`; default at rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Factor on the velocity in time; default constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history: Option<History>,
+    /// Stage from whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Stage up to whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<String>,
+}
+
+/// A load: exactly one of `traction`, `pressure`, `line` and `force`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// Where it acts.
+    #[serde(rename = "where", default)]
+    pub region: Where,
+    /// Force per area of the outer faces selected `[Pa]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub traction: Option<[f64; 3]>,
+    /// Pressure on the outer faces selected, inward positive `[Pa]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<f64>,
+    /// Force per length of the selected line `[N/m]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<[f64; 3]>,
+    /// Force in all, shared by the selected nodes `[N]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<[f64; 3]>,
+    /// Factor in time; default constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history: Option<History>,
+    /// Stage from whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Stage up to whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<String>,
+}
+
+/// A factor in time, counted from the start of the stage named in `from`, otherwise of the run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum History {
+    /// From 0 to 1 in this time `[s]`, then 1.
+    Ramp(f64),
+    /// Pairs of time `[s]` and factor, linear between, constant outside.
+    Table(Vec<[f64; 2]>),
+}
+
+/// A non-reflecting boundary.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Boundary {
+    /// Outer faces.
+    #[serde(rename = "where")]
+    pub region: Where,
+    /// Which kind.
+    pub kind: BoundaryKind,
+    /// Stage from whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Stage up to whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<String>,
+}
+
+/// Kind of a boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum BoundaryKind {
+    /// Dashpots of Lysmer and Kuhlemeyer.
+    Viscous,
+}
+
+/// The state at the start of the run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Initial {
+    /// Nodes; every node when left out.
+    #[serde(rename = "where", default)]
+    pub region: Where,
+    /// Velocity `[m/s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Angular velocity about `centre`, added to `velocity` `[rad/s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spin: Option<[f64; 3]>,
+    /// Point about which `spin` turns `[m]`; default the origin.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre: Option<[f64; 3]>,
+}
+
+/// Something recorded as the run goes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Probe {
+    /// Name: the column in `probes.csv`.
+    pub name: String,
+    /// The node nearest to this reference position `[m]`; on a tie the lower node number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<[f64; 3]>,
+    /// Selected nodes: the sum of reactions, the mean of anything else.
+    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<Where>,
+    /// What is recorded.
+    pub quantity: Quantity,
+    /// Time between samples in a dynamic stage `[s]`; default every step.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every: Option<f64>,
+    /// Steps between samples in a relax stage; default 100.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every_steps: Option<u64>,
+}
+
+/// What a probe records.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Quantity {
+    /// Displacement `[m]`.
+    #[default]
+    Displacement,
+    /// Velocity `[m/s]`.
+    Velocity,
+    /// Stress of the element, xx yy zz xy yz zx, tension positive `[Pa]`.
+    Stress,
+    /// Sum of the support forces, as they act on the model `[N]`.
+    Reaction,
+}

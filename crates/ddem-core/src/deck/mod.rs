@@ -1,0 +1,94 @@
+//! The deck: what a user asks for, as plain data. One field per key, under the same name.
+//!
+//! A deck names things (materials, joints, stages) by strings and angles in degrees, as a user
+//! writes them. It is read from TOML by `ddem-io`, built by hand by Rust programs, and turned
+//! into a [`Model`](crate::Model) by [`Model::new`](crate::Model::new), which checks every value.
+//! Nothing in here computes.
+
+mod blocks;
+mod conditions;
+mod matter;
+mod stages;
+
+pub use blocks::{Assign, Body, BlockSet, Edges, JointChoice, Refine, Remove};
+pub use conditions::{
+    Boundary, BoundaryKind, Extent, Fix, History, Initial, Load, Probe, Quantity, Sphere, Where,
+};
+pub use matter::{Joint, Material};
+pub use stages::{Damping, Stage, StageKind, TimeStep};
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One model and what is done to it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Deck {
+    /// A line that says what this is.
+    pub title: String,
+    /// Settings of the whole model.
+    pub model: ModelTable,
+    /// Materials by name.
+    pub materials: BTreeMap<String, Material>,
+    /// Joints by name.
+    pub joints: BTreeMap<String, Joint>,
+    /// Sets of blocks, one lattice each.
+    pub blocks: Vec<BlockSet>,
+    /// Other joints or materials for a part of the model; later entries win.
+    pub assign: Vec<Assign>,
+    /// Blocks taken out.
+    pub remove: Vec<Remove>,
+    /// Blocks split into smaller ones.
+    pub refine: Vec<Refine>,
+    /// Supports, fixed or driven.
+    pub fix: Vec<Fix>,
+    /// Loads.
+    pub load: Vec<Load>,
+    /// Non-reflecting boundaries.
+    pub boundary: Vec<Boundary>,
+    /// The state at the start.
+    pub initial: Vec<Initial>,
+    /// What is done, in order.
+    pub stage: Vec<Stage>,
+    /// What is recorded.
+    pub probe: Vec<Probe>,
+}
+
+/// Settings of the whole model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModelTable {
+    /// Find new contacts between blocks; default true when something can fail or is not joined.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<bool>,
+    /// Acceleration of gravity `[m/s²]`; default none.
+    pub gravity: [f64; 3],
+    /// How the rotation of a block is treated.
+    pub kinematics: Kinematics,
+    /// The element of the blocks.
+    pub element: ElementKind,
+}
+
+/// How the rotation of a block is treated (§3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Kinematics {
+    /// The paper's linear theory.
+    Small,
+    /// Each block follows its own finite rotation.
+    #[default]
+    Corotational,
+}
+
+/// The element of the blocks and joints (§3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ElementKind {
+    /// The paper's trilinear hexahedron.
+    #[default]
+    Standard,
+    /// With the incompatible modes of Wilson and Taylor: no shear locking in bending.
+    Incompatible,
+}

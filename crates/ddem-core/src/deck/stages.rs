@@ -1,0 +1,75 @@
+//! What is done, in order.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One stage. Keys of the other kind of stage are errors.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// Name, for `from` and `until`.
+    pub name: String,
+    /// Static or dynamic.
+    pub kind: StageKind,
+    /// relax: unbalanced force ratio at which the stage is done; default 1e-6.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// relax: steps after which the stage fails; default 200 000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_steps: Option<u64>,
+    /// relax: equal parts in which loads reach their value; default 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub increments: Option<u32>,
+    /// dynamic: simulated time `[s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration: Option<f64>,
+    /// dynamic: damping; default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Damping>,
+    /// dynamic: `"auto"`, or seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_step: Option<TimeStep>,
+    /// dynamic: simulated time between frames `[s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fields_every: Option<f64>,
+    /// dynamic: frames in the stage, instead of `fields_every`; default 20.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames: Option<u64>,
+}
+
+/// Kind of a stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum StageKind {
+    /// Static, by dynamic relaxation (§7).
+    #[default]
+    Relax,
+    /// In time (§6).
+    Dynamic,
+}
+
+/// Damping of a dynamic stage (§6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Damping {
+    /// None.
+    #[default]
+    None,
+    /// `c = 2 ζ √(m k)`, eq. (10), ζ given.
+    Ratio(f64),
+    /// `c = α m`, α given `[1/s]`.
+    Mass(f64),
+    /// Cundall's local damping, `F_d = −α |F| sign v`, α in [0, 1).
+    Local(f64),
+}
+
+/// Time step of a dynamic stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum TimeStep {
+    /// 0.9 of the critical step, shrunk so that the stage ends on time.
+    #[default]
+    Auto,
+    /// Taken as given `[s]`.
+    Seconds(f64),
+}
