@@ -51,3 +51,48 @@ impl From<Fault> for ModelError {
         Self { faults: vec![fault] }
     }
 }
+
+/// A run that cannot go on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The time step that was asked for is not stable.
+    #[error(
+        "time step {time_step:.6e} s is above the critical one, {critical:.6e} s (2/ω_max): the \
+         motion would grow without bound"
+    )]
+    TimeStep {
+        /// Asked for `[s]`.
+        time_step: f64,
+        /// Largest stable one `[s]`.
+        critical: f64,
+    },
+    /// A force is not a number any more.
+    #[error(
+        "diverged at step {step}, time {time:.6e} s: the force on node {node} of block {block} \
+         is not finite"
+    )]
+    Diverged {
+        /// Steps since the start of the run.
+        step: u64,
+        /// Simulated time `[s]`.
+        time: f64,
+        /// Block of the node.
+        block: usize,
+        /// First node without a finite force.
+        node: usize,
+    },
+    /// Relaxation took too long.
+    #[error(
+        "not in equilibrium after {max_steps} steps: unbalanced ratio {ratio:.3e}, wanted \
+         {tolerance:.3e}"
+    )]
+    NotConverged {
+        /// Unbalanced ratio reached.
+        ratio: f64,
+        /// Unbalanced ratio wanted.
+        tolerance: f64,
+        /// Steps allowed.
+        max_steps: u64,
+    },
+}

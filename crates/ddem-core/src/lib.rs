@@ -1,7 +1,35 @@
 //! The deformable block discrete element method.
 
 pub mod deck;
+pub mod element;
+
+mod assembly;
+mod conditions;
+mod energy;
 mod error;
+mod fields;
+mod force;
+mod geometry;
+mod history;
+mod lanes;
+mod mechanism;
+mod model;
+mod motion;
+mod pack;
+mod parallel;
+mod relax;
+mod scratch;
+mod simd;
+mod simulation;
+mod state;
+mod step;
+mod sums;
+mod timestep;
 
 pub use deck::Deck;
-pub use error::{Fault, ModelError};
+pub use energy::Energy;
+pub use error::{Fault, ModelError, RunError};
+pub use model::Model;
+pub use relax::Relaxed;
+pub use simd::Simd;
+pub use simulation::Simulation;

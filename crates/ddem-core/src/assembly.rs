@@ -1,0 +1,301 @@
+//! From blocks to tables: the elements of bodies and joint cells, lumped masses (3), and the
+//! diagonal of the assembled stiffness (8), (11).
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use crate::deck::{Deck, ElementKind};
+use crate::element::lattice::Table;
+use crate::element::modal::Modal;
+use crate::element::Elastic;
+use crate::geometry::Geometry;
+use crate::lanes::{LANES, Lanes};
+use crate::pack::{Pack, Packs};
+
+/// No table: none of the four lanes has such a cell.
+pub(crate) const NO_TABLE: u32 = u32::MAX;
+
+/// One parallelepiped of one material, shared by all that are equal.
+#[derive(Clone, Debug)]
+pub(crate) struct Element {
+    pub(crate) edges: [Vector3<f64>; 3],
+    pub(crate) volume: f64,
+    pub(crate) elastic: Elastic,
+    pub(crate) modal: Modal,
+    /// Diagonal of the stiffness by node (x fastest) and component `[N/m]`.
+    diagonal: [[f64; 3]; 8],
+    /// Sums of the absolute values of its rows `[N/m]`.
+    row_sums: [[f64; 3]; 8],
+}
+
+/// Four elements side by side.
+#[derive(Clone, Debug)]
+pub(crate) struct ElementPack {
+    /// Edge vectors of one element.
+    pub(crate) edges: [[Lanes; 3]; 3],
+    pub(crate) table: Table,
+    /// Element of each lane.
+    pub(crate) elements: [Option<u32>; LANES],
+}
+
+/// Mass, stiffness diagonal and stiffness row sums of the nodes of one pack.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Inertia {
+    /// Mass of each node `[kg]`.
+    pub(crate) mass: Vec<Lanes>,
+    /// Diagonal of the assembled stiffness, three a node `[N/m]`.
+    pub(crate) diagonal: Vec<Lanes>,
+    /// Row sums of absolute values of the element stiffnesses, three a node `[N/m]`.
+    pub(crate) row_sums: Vec<Lanes>,
+}
+
+/// Everything that equal packs share.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Assembly {
+    pub(crate) elements: Vec<Element>,
+    pub(crate) tables: Vec<ElementPack>,
+    pub(crate) inertia: Vec<Inertia>,
+    /// Tables of each pack: its bodies (0) and its joint lattices (1…7).
+    pub(crate) pack_tables: Vec<[u32; 8]>,
+    /// Inertia of each pack.
+    pub(crate) pack_inertia: Vec<u32>,
+    element_index: HashMap<[u64; 12], u32>,
+    table_index: HashMap<[Option<u32>; LANES], u32>,
+}
+
+/// Elastic constants by material and by joint; `None` for a spring joint.
+#[derive(Debug)]
+pub(crate) struct Constants {
+    pub(crate) materials: Vec<Elastic>,
+    pub(crate) joints: Vec<Option<Elastic>>,
+}
+
+impl Constants {
+    pub(crate) fn new(deck: &Deck) -> Self {
+        let of = |m: &crate::deck::Material| Elastic::new(m.density, m.young, m.poisson);
+        let joints = deck.joints.values().map(|joint| {
+            let named = joint.material.as_ref().and_then(|name| deck.materials.get(name)).map(of);
+            named.or_else(|| Some(Elastic::new(joint.density?, joint.young?, joint.poisson?)))
+        });
+        Self { materials: deck.materials.values().map(of).collect(), joints: joints.collect() }
+    }
+}
+
+impl Assembly {
+    pub(crate) fn new(
+        geometry: &Geometry,
+        packs: &Packs,
+        constants: &Constants,
+        kind: ElementKind,
+    ) -> Self {
+        let mut assembly = Self::default();
+        for pack in &packs.packs {
+            let is_box = geometry.lattice(pack.bodies[0] as usize).is_box();
+            let tables = std::array::from_fn(|offset| {
+                let lanes = std::array::from_fn(|lane| {
+                    let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
+                    assembly.cell(geometry, constants, kind, body, offset)
+                });
+                assembly.table(lanes, is_box)
+            });
+            assembly.pack_tables.push(tables);
+        }
+        assembly.assemble(geometry, packs);
+        assembly
+    }
+
+    /// The element of a body (offset 0) or of its joint lattice at an offset, if it exists.
+    fn cell(
+        &mut self,
+        geometry: &Geometry,
+        constants: &Constants,
+        kind: ElementKind,
+        body: usize,
+        offset: usize,
+    ) -> Option<u32> {
+        let lattice = geometry.lattice(body);
+        let cell = geometry.bodies[body].cell.map(|c| c as usize);
+        let elastic = if offset == 0 {
+            constants.materials[geometry.bodies[body].material as usize]
+        } else {
+            joint_material(geometry, constants, body, offset)?
+        };
+        let length = |d: usize| {
+            if offset & (1 << d) == 0 {
+                lattice.spacing(d, cell[d])
+            } else {
+                lattice.gaps[d][cell[d] + 1]
+            }
+        };
+        let edges = [0, 1, 2].map(|d| lattice.axes[d] * length(d));
+        Some(self.element(edges, elastic, kind))
+    }
+
+    fn element(&mut self, edges: [Vector3<f64>; 3], elastic: Elastic, kind: ElementKind) -> u32 {
+        let mut key = [0; 12];
+        let constants = [elastic.lambda, elastic.shear, elastic.density];
+        let numbers = edges.iter().flat_map(|e| e.iter()).chain(&constants);
+        key.iter_mut().zip(numbers).for_each(|(k, x)| *k = x.to_bits());
+        let elements = &mut self.elements;
+        *self.element_index.entry(key).or_insert_with(|| {
+            elements.push(Element::new(edges, elastic, kind));
+            elements.len() as u32 - 1
+        })
+    }
+
+    fn table(&mut self, lanes: [Option<u32>; LANES], is_box: bool) -> u32 {
+        let Some(first) = lanes.iter().flatten().next() else { return NO_TABLE };
+        if let Some(&table) = self.table_index.get(&lanes) {
+            return table;
+        }
+        let of = |lane: usize| lanes[lane].map(|e| &self.elements[e as usize]);
+        let table = Table::new(std::array::from_fn(|l| of(l).map(|e| &e.modal)), is_box);
+        // Lanes without an element take the edges of one that exists: any that are not flat do.
+        let shape = |lane: usize| of(lane).unwrap_or(&self.elements[*first as usize]);
+        let edges = std::array::from_fn(|d| {
+            std::array::from_fn(|k| Lanes(std::array::from_fn(|lane| shape(lane).edges[d][k])))
+        });
+        self.tables.push(ElementPack { edges, table, elements: lanes });
+        self.table_index.insert(lanes, self.tables.len() as u32 - 1);
+        self.tables.len() as u32 - 1
+    }
+
+    /// Sums mass and stiffness over the elements at each node.
+    fn assemble(&mut self, geometry: &Geometry, packs: &Packs) {
+        // Mass, diagonal (3), row sums (3) of each node.
+        let mut nodes = vec![[0.0; 7]; geometry.n_nodes];
+        for (pack, tables) in packs.packs.iter().zip(&self.pack_tables) {
+            let offsets = (0..8).filter(|&offset| tables[offset] != NO_TABLE);
+            for (offset, lane) in offsets.flat_map(|o| (0..pack.filled).map(move |l| (o, l))) {
+                let table = &self.tables[tables[offset] as usize];
+                if let Some(element) = table.elements[lane] {
+                    let element = &self.elements[element as usize];
+                    scatter(geometry, packs, pack, (offset, lane), element, &mut nodes);
+                }
+            }
+        }
+        let mut index = HashMap::new();
+        for pack in &packs.packs {
+            let inertia = Inertia::gather(geometry, packs.shape_of(pack).nodes, pack, &nodes);
+            let key: Vec<u64> = inertia.numbers().map(f64::to_bits).collect();
+            let list = &mut self.inertia;
+            self.pack_inertia.push(*index.entry(key).or_insert_with(|| {
+                list.push(inertia);
+                list.len() as u32 - 1
+            }));
+        }
+    }
+}
+
+/// Elastic constants of a joint lattice: of its joint, or where several meet of the most
+/// compliant one. `None` unless every block around is there and every joint is a continuum.
+fn joint_material(
+    geometry: &Geometry,
+    constants: &Constants,
+    body: usize,
+    offset: usize,
+) -> Option<Elastic> {
+    let lattice = geometry.lattice(body);
+    let cell = geometry.bodies[body].cell.map(|c| c as usize);
+    let mut softest: Option<Elastic> = None;
+    for part in (0..8).filter(|part| part & !offset == 0) {
+        let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
+        geometry.neighbour(body, step)?;
+        let at = [0, 1, 2].map(|d| cell[d] + step[d] as usize);
+        for d in (0..3).filter(|d| offset & (1 << d) != 0 && part & (1 << d) == 0) {
+            let joint = constants.joints[lattice.joint_above(at, d) as usize]?;
+            if lattice.gaps[d][cell[d] + 1] <= 0.0 {
+                return None;
+            }
+            if softest.is_none_or(|s| joint.p_modulus() < s.p_modulus()) {
+                softest = Some(joint);
+            }
+        }
+    }
+    softest
+}
+
+/// Adds the element of one lane's lattice to all nodes of that lattice.
+fn scatter(
+    geometry: &Geometry,
+    packs: &Packs,
+    pack: &Pack,
+    (offset, lane): (usize, usize),
+    element: &Element,
+    nodes: &mut [[f64; 7]],
+) {
+    let shape = packs.shape_of(pack);
+    let dims = shape.dims(offset);
+    let body = pack.bodies[lane] as usize;
+    let first: [usize; 8] = std::array::from_fn(|part| {
+        let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
+        let there = if part & !offset == 0 { geometry.neighbour(body, step) } else { None };
+        there.map_or(0, |b| geometry.bodies[b].first_node as usize)
+    });
+    let [nx, ny, nz] = dims.map(|n| n + 1);
+    let cells = (0..dims[2])
+        .flat_map(|k| (0..dims[1]).flat_map(move |j| (0..dims[0]).map(move |i| [i, j, k])));
+    let mass = element.elastic.density * element.volume / 8.0;
+    debug_assert!(offset == 0 || shape.joints[offset].len() == nx * ny * nz);
+    for [i, j, k] in cells {
+        for corner in 0..8 {
+            let at = i + (corner & 1) + nx * (j + (corner >> 1 & 1) + ny * (k + (corner >> 2)));
+            let node = match shape.joints[offset].get(at) {
+                Some(node) => first[node.offset] + node.local,
+                None => first[0] + at,
+            };
+            let sums = &mut nodes[node];
+            sums[0] += mass;
+            for c in 0..3 {
+                sums[1 + c] += element.diagonal[corner][c];
+                sums[4 + c] += element.row_sums[corner][c];
+            }
+        }
+    }
+}
+
+impl Element {
+    fn new(edges: [Vector3<f64>; 3], elastic: Elastic, kind: ElementKind) -> Self {
+        let modal = Modal::new(&edges, &elastic, kind);
+        let dense = modal.dense();
+        // VTK order to x fastest.
+        const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
+        let rows = VTK.map(|a| [0, 1, 2].map(|c| 3 * a + c));
+        Self {
+            edges,
+            volume: edges[0].cross(&edges[1]).dot(&edges[2]).abs(),
+            elastic,
+            modal,
+            diagonal: rows.map(|row| row.map(|r| dense[(r, r)])),
+            row_sums: rows.map(|row| row.map(|r| dense.row(r).iter().map(|x| x.abs()).sum())),
+        }
+    }
+}
+
+impl Inertia {
+    fn gather(geometry: &Geometry, n: usize, pack: &Pack, nodes: &[[f64; 7]]) -> Self {
+        // Lanes without a body have no mass, and so never move.
+        let first = |lane: usize| {
+            let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
+            Some(geometry.bodies[body].first_node as usize)
+        };
+        let pick = |local: usize, k: usize| {
+            let of = |lane: usize| first(lane).map_or(0.0, |first| nodes[first + local][k]);
+            Lanes(std::array::from_fn(of))
+        };
+        let three = |from: usize| {
+            (0..n).flat_map(|local| [0, 1, 2].map(|c| pick(local, from + c))).collect::<Vec<_>>()
+        };
+        Self {
+            mass: (0..n).map(|local| pick(local, 0)).collect(),
+            diagonal: three(1),
+            row_sums: three(4),
+        }
+    }
+
+    fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let all = self.mass.iter().chain(&self.diagonal).chain(&self.row_sums);
+        all.flat_map(|lanes| lanes.0)
+    }
+}

@@ -1,0 +1,256 @@
+//! Supports and loads: from `where` to nodes, and which are in force in a stage.
+
+use std::ops::Range;
+
+use crate::deck::{Deck, History, Where};
+use crate::error::Fault;
+use crate::geometry::{Geometry, Region, Vec3, nothing};
+use crate::lanes::LANES;
+use crate::pack::Packs;
+
+/// From the start of one stage up to the start of another.
+#[derive(Clone, Debug)]
+pub(crate) struct Period {
+    from: Option<usize>,
+    until: Option<usize>,
+}
+
+impl Period {
+    fn new(deck: &Deck, from: Option<&String>, until: Option<&String>) -> Self {
+        let stage = |name: &String| deck.stage.iter().position(|s| s.name == *name);
+        Self { from: from.and_then(stage), until: until.and_then(stage) }
+    }
+
+    pub(crate) fn has(&self, stage: usize) -> bool {
+        self.from.is_none_or(|from| stage >= from) && self.until.is_none_or(|until| stage < until)
+    }
+}
+
+/// One `[[fix]]`.
+#[derive(Clone, Debug)]
+pub(crate) struct Fixed {
+    nodes: Vec<u32>,
+    axes: [bool; 3],
+    velocity: [f64; 3],
+    history: Option<History>,
+    period: Period,
+}
+
+/// One `[[load]]`: nodal forces `[N]` at factor 1.
+#[derive(Clone, Debug)]
+pub(crate) struct Loaded {
+    pub(crate) forces: Vec<(u32, Vec3)>,
+    history: Option<History>,
+    period: Period,
+}
+
+/// All supports and loads of a model.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Conditions {
+    pub(crate) fixed: Vec<Fixed>,
+    pub(crate) loaded: Vec<Loaded>,
+}
+
+impl Conditions {
+    pub(crate) fn new(deck: &Deck, geometry: &Geometry) -> Result<Self, Vec<Fault>> {
+        let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+        let region = |r: &Where| Region::new(r, &geometry.bounds, &names);
+        let mut faults = Vec::new();
+        let mut conditions = Self::default();
+        for (index, fix) in deck.fix.iter().enumerate() {
+            let nodes = region(&fix.region).nodes(geometry);
+            if nodes.is_empty() {
+                faults.push(nothing(format!("fix[{index}].where"), "no node"));
+            }
+            conditions.fixed.push(Fixed {
+                nodes,
+                axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
+                velocity: fix.velocity.unwrap_or_default(),
+                history: fix.history.clone(),
+                period: Period::new(deck, fix.from.as_ref(), fix.until.as_ref()),
+            });
+        }
+        for (index, load) in deck.load.iter().enumerate() {
+            match nodal_forces(load, &region(&load.region), geometry) {
+                Ok(forces) => conditions.loaded.push(Loaded {
+                    forces,
+                    history: load.history.clone(),
+                    period: Period::new(deck, load.from.as_ref(), load.until.as_ref()),
+                }),
+                Err(what) => faults.push(nothing(format!("load[{index}].where"), what)),
+            }
+        }
+        if faults.is_empty() { Ok(conditions) } else { Err(faults) }
+    }
+
+    /// Factor of each load in a stage, at a time, given the times at which stages began.
+    pub(crate) fn factors(&self, stage: usize, time: f64, starts: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend(self.loaded.iter().map(|load| {
+            let factor = || load.period.factor(load.history.as_ref(), time, starts);
+            if load.period.has(stage) { factor() } else { 0.0 }
+        }));
+    }
+
+    /// Velocity of each fix at a time `[m/s]`.
+    pub(crate) fn velocities(&self, time: f64, starts: &[f64], out: &mut Vec<[f64; 3]>) {
+        out.clear();
+        out.extend(self.fixed.iter().map(|fix| {
+            let factor = fix.period.factor(fix.history.as_ref(), time, starts);
+            fix.velocity.map(|v| v * factor)
+        }));
+    }
+}
+
+impl Period {
+    /// Factor of a history that counts time from the start of the stage named in `from`.
+    fn factor(&self, history: Option<&History>, time: f64, starts: &[f64]) -> f64 {
+        let start = self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0);
+        history.map_or(1.0, |history| history.factor(time - start))
+    }
+}
+
+/// The forces of one load on its nodes, or what was looked for in vain.
+fn nodal_forces(
+    load: &crate::deck::Load,
+    region: &Region,
+    geometry: &Geometry,
+) -> Result<Vec<(u32, Vec3)>, &'static str> {
+    let forces: Vec<(u32, Vec3)> = if let Some(line) = load.line {
+        let lengths = region
+            .lengths(geometry)
+            .ok_or("a line needs planes on two axes, and blocks with an edge along the third")?;
+        lengths.into_iter().map(|(node, length)| (node, Vec3::from(line) * length)).collect()
+    } else if let Some(force) = load.force {
+        let weights = region.weights(geometry);
+        let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
+        weights.into_iter().map(|(node, w)| (node, Vec3::from(force) * (w / total))).collect()
+    } else {
+        let surfaces = region.surfaces(geometry);
+        let of = |surface: &crate::geometry::Surface| {
+            let traction = match (load.traction, load.pressure) {
+                (Some(traction), _) => Vec3::from(traction),
+                (None, pressure) => -surface.outward(geometry) * pressure.unwrap_or(0.0),
+            };
+            let areas = region.areas(geometry, surface).into_iter();
+            areas.map(move |(node, area)| (node, traction * area)).collect::<Vec<_>>()
+        };
+        surfaces.iter().flat_map(of).collect()
+    };
+    let what = match (load.line, load.force) {
+        (Some(_), _) => "no node lies on that line",
+        (None, Some(_)) => "no node",
+        _ => "no outer face of a block",
+    };
+    if forces.is_empty() { Err(what) } else { Ok(forces) }
+}
+
+/// One supported degree of freedom.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Support {
+    /// Place in a nodal field.
+    pub(crate) at: u32,
+    pub(crate) lane: u8,
+    pub(crate) axis: u8,
+    /// The fix whose velocity it has.
+    pub(crate) fix: u32,
+    pub(crate) node: u32,
+}
+
+/// One load on one node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodalLoad {
+    /// Place of the x component in a nodal field.
+    pub(crate) at: u32,
+    pub(crate) lane: u8,
+    pub(crate) load: u32,
+    pub(crate) force: [f64; 3],
+}
+
+/// What is in force in one stage, sorted by pack.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Active {
+    pub(crate) supports: Vec<Support>,
+    pub(crate) loads: Vec<NodalLoad>,
+    support_start: Vec<u32>,
+    load_start: Vec<u32>,
+}
+
+impl Active {
+    pub(crate) fn new(
+        conditions: &Conditions,
+        geometry: &Geometry,
+        packs: &Packs,
+        stage: usize,
+    ) -> Self {
+        let place = |node: u32| {
+            let (body, at) = geometry.locate(node as usize);
+            let (pack, lane) = packs.slot(body);
+            let n = geometry.lattice(body).divisions + 1;
+            let local = at[0] + n * (at[1] + n * at[2]);
+            (pack, 3 * (packs.packs[pack].start + local) as u32, lane as u8)
+        };
+        let mut supports = Vec::new();
+        for (fix, entry) in conditions.fixed.iter().enumerate() {
+            if entry.period.has(stage) {
+                for &node in &entry.nodes {
+                    let (pack, at, lane) = place(node);
+                    for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
+                        let at = at + u32::from(axis);
+                        supports.push((pack, Support { at, lane, axis, fix: fix as u32, node }));
+                    }
+                }
+            }
+        }
+        // Where two entries hold the same degree of freedom, the later one has the last word.
+        supports.sort_by_key(|(pack, s)| (*pack, s.at, s.lane, std::cmp::Reverse(s.fix)));
+        supports.dedup_by_key(|(_, s)| (s.at, s.lane));
+        let mut loads = Vec::new();
+        for (index, entry) in conditions.loaded.iter().enumerate() {
+            if entry.period.has(stage) {
+                for &(node, force) in &entry.forces {
+                    let (pack, at, lane) = place(node);
+                    let force = force.into();
+                    loads.push((pack, NodalLoad { at, lane, load: index as u32, force }));
+                }
+            }
+        }
+        loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
+        let n = packs.packs.len();
+        Self {
+            support_start: starts(n, supports.iter().map(|s| s.0)),
+            load_start: starts(n, loads.iter().map(|l| l.0)),
+            supports: supports.into_iter().map(|s| s.1).collect(),
+            loads: loads.into_iter().map(|l| l.1).collect(),
+        }
+    }
+
+    /// The supports of a pack; one past the last pack is allowed as a start.
+    pub(crate) fn supports_of(&self, pack: usize) -> Range<usize> {
+        self.support_start[pack] as usize..self.support_start[pack + 1] as usize
+    }
+
+    pub(crate) fn first_support(&self, pack: usize) -> usize {
+        self.support_start[pack] as usize
+    }
+
+    pub(crate) fn loads_of(&self, pack: usize) -> &[NodalLoad] {
+        &self.loads[self.load_start[pack] as usize..self.load_start[pack + 1] as usize]
+    }
+
+    /// Nodes and axes that are held, with their lanes filled.
+    pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
+        debug_assert!(self.supports.iter().all(|s| (s.lane as usize) < LANES));
+        self.supports.iter().map(|s| (s.node, s.axis as usize))
+    }
+}
+
+/// Where each pack's entries begin in a list sorted by pack, shape `(n + 1)`.
+fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
+    let mut starts = vec![0; n + 1];
+    packs.for_each(|pack| starts[pack + 1] += 1);
+    for pack in 0..n {
+        starts[pack + 1] += starts[pack];
+    }
+    starts
+}

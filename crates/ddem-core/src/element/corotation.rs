@@ -1,0 +1,142 @@
+//! §3: the rotation of a block, `F̄ = Σ w_i (x_i − x̄) X_iᵀ = R S`, and what its derivative adds.
+//!
+//! Four blocks at a time. The weights are equal, `w_i = 1/N`, so that on a lattice of nodes
+//! `F̄ = J + Σ_d m_d h_dᵀ` with the edge vectors `h_d` of one element, the first moments
+//! `m_d = Σ w_i (i_d − n/2) u_i` and `J = Σ w_i X_i X_iᵀ = v Σ_d h_d h_dᵀ`, `v = n(n+2)/12`.
+
+use fearless_simd::{Simd, f64x4};
+
+use crate::lanes::{
+    Lanes, Matrix, Vector, add, cross, dot, inverse_symmetric, load, product, scale, splat, sub,
+    symmetric_times, times, transposed_product, transposed_times,
+};
+
+/// The frame of four bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Frame {
+    /// R, row by row.
+    pub(crate) rotation: [[Lanes; 3]; 3],
+    /// Mean displacement ū.
+    pub(crate) mean: [Lanes; 3],
+    /// `(tr(S) 1 − S)⁻¹` as xx yy zz xy yz zx.
+    pub(crate) inverse: [Lanes; 6],
+}
+
+impl Frame {
+    /// The frame of bodies that have not turned; `inverse` is not used then.
+    pub(crate) const REST: Self = {
+        let (o, i) = (Lanes::ZERO, Lanes([1.0; 4]));
+        Self { rotation: [[i, o, o], [o, i, o], [o, o, i]], mean: [o; 3], inverse: [o; 6] }
+    };
+
+    #[inline(always)]
+    pub(crate) fn matrix<S: Simd>(&self, simd: S) -> Matrix<S> {
+        self.rotation.map(|row| row.map(|x| x.load(simd)))
+    }
+}
+
+/// The frame of four bodies from the mean and the first moments of their displacements.
+#[inline(always)]
+pub(crate) fn fit<S: Simd>(
+    simd: S,
+    divisions: usize,
+    edges: &[[Lanes; 3]; 3],
+    mean: Vector<S>,
+    moments: [Vector<S>; 3],
+) -> Frame {
+    let n = divisions as f64;
+    let spread = splat(simd, n * (n + 2.0) / 12.0);
+    let h = [load(simd, &edges[0]), load(simd, &edges[1]), load(simd, &edges[2])];
+    // Columns v h_d + m_d: the deformed edges, from which the rotation is guessed.
+    let deformed = [0, 1, 2].map(|d| add(scale(h[d], spread), moments[d]));
+    let entry = |i: usize, k: usize| {
+        deformed[0][i] * h[0][k] + deformed[1][i] * h[1][k] + deformed[2][i] * h[2][k]
+    };
+    let f: Matrix<S> = [0, 1, 2].map(|i| [entry(i, 0), entry(i, 1), entry(i, 2)]);
+    // Orthonormal frames of the deformed and of the reference edges: R₀ = E e ᵀ.
+    let (now, reference) = (orthonormal(simd, deformed), orthonormal(simd, h));
+    let mut r = transposed_product(&now, &reference);
+    // M = RᵀF̄ = (δR) S: the axial vector of M − Mᵀ is (tr(S) 1 − S) θ. Cubic from a guess that
+    // is off by the strain: three corrections reach rounding for any strain that rock bears.
+    for _ in 0..3 {
+        let m = transposed_product(&r, &f);
+        let axial = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]];
+        let theta = symmetric_times(inverse_symmetric(simd, trace_minus(&m)), axial);
+        r = product(&r, &small_rotation(simd, theta));
+    }
+    let inverse = inverse_symmetric(simd, trace_minus(&transposed_product(&r, &f)));
+    Frame {
+        rotation: r.map(|row| row.map(Lanes::from)),
+        mean: mean.map(Lanes::from),
+        inverse: inverse.map(Lanes::from),
+    }
+}
+
+/// `tr(S) 1 − S` with S the symmetric part of M, as xx yy zz xy yz zx.
+#[inline(always)]
+fn trace_minus<S: Simd>(m: &Matrix<S>) -> [f64x4<S>; 6] {
+    let off = |i: usize, k: usize| (m[i][k] + m[k][i]) * -0.5;
+    let [xx, yy, zz] = [m[0][0], m[1][1], m[2][2]];
+    [yy + zz, zz + xx, xx + yy, off(0, 1), off(1, 2), off(2, 0)]
+}
+
+/// Rows: the Gram–Schmidt frame of three vectors.
+#[inline(always)]
+fn orthonormal<S: Simd>(simd: S, v: [Vector<S>; 3]) -> Matrix<S> {
+    use fearless_simd::SimdFloat;
+    let unit = |a: Vector<S>| scale(a, splat(simd, 1.0) / dot(a, a).sqrt());
+    let a = unit(v[0]);
+    let b = unit(sub(v[1], scale(a, dot(a, v[1]))));
+    [a, b, cross(a, b)]
+}
+
+/// The rotation of the quaternion (1, θ/2), normalised.
+#[inline(always)]
+fn small_rotation<S: Simd>(simd: S, theta: Vector<S>) -> Matrix<S> {
+    let p = scale(theta, splat(simd, 0.5));
+    let two = splat(simd, 2.0) / (dot(p, p) + 1.0);
+    let [x, y, z] = p;
+    let one = splat(simd, 1.0);
+    [
+        [one - two * (y * y + z * z), two * (x * y - z), two * (x * z + y)],
+        [two * (x * y + z), one - two * (x * x + z * z), two * (y * z - x)],
+        [two * (x * z - y), two * (y * z + x), one - two * (x * x + y * y)],
+    ]
+}
+
+/// The rotation nearest to a sum of `count` rotations that are close to each other.
+///
+/// Newton–Schulz on their mean: off by θ² at first, then by its square, twice.
+#[inline(always)]
+pub(crate) fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Matrix<S> {
+    let share = splat(simd, 1.0 / count);
+    let mut r = sum.map(|row| scale(row, share));
+    for _ in 0..2 {
+        let mut m = transposed_product(&r, &r);
+        for (i, row) in m.iter_mut().enumerate() {
+            for (k, x) in row.iter_mut().enumerate() {
+                *x = *x * -0.5 + if i == k { 1.5 } else { 0.0 };
+            }
+        }
+        r = product(&r, &m);
+    }
+    r
+}
+
+/// What the derivative of R adds to the nodal forces, `R (w X_i × q)` with
+/// `q = (tr(S) 1 − S)⁻¹ Rᵀ T` and T the residual torque: for a node at lattice steps `s_d` from
+/// the centre it is `Σ_d s_d c_d`. Returns `c_d`.
+#[inline(always)]
+pub(crate) fn torque_forces<S: Simd>(
+    simd: S,
+    divisions: usize,
+    edges: &[[Lanes; 3]; 3],
+    frame: &Frame,
+    torque: Vector<S>,
+) -> [Vector<S>; 3] {
+    let r = frame.matrix(simd);
+    let inverse = frame.inverse.map(|x| x.load(simd));
+    let q = symmetric_times(inverse, transposed_times(&r, torque));
+    let weight = splat(simd, 1.0 / (divisions as f64 + 1.0).powi(3));
+    [0, 1, 2].map(|d| times(&r, scale(cross(load(simd, &edges[d]), q), weight)))
+}

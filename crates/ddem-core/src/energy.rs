@@ -1,0 +1,55 @@
+//! Energies of the whole model.
+
+/// Energies at one time `[J]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic energy, `½ v⁻ m v⁺` of the half steps before and after.
+    pub kinetic: f64,
+    /// Strain energy of the bodies.
+    pub strain_bodies: f64,
+    /// Strain energy of the joints.
+    pub strain_joints: f64,
+    /// Taken by damping so far.
+    pub damping: f64,
+    /// Work of loads, gravity and driven supports so far.
+    pub external: f64,
+    /// Kinetic + strain + damping − external work − what was there at the start: zero but for
+    /// rounding and, in large rotations, for the time step.
+    pub balance: f64,
+}
+
+impl Energy {
+    /// Names of the columns, in the order of [`values`](Self::values).
+    pub const NAMES: [&'static str; 6] =
+        ["kinetic", "strain_bodies", "strain_joints", "damping", "external_work", "balance"];
+
+    pub(crate) fn new(
+        kinetic: f64,
+        [bodies, joints]: [f64; 2],
+        damping: f64,
+        external: f64,
+        initial: f64,
+    ) -> Self {
+        Self {
+            kinetic,
+            strain_bodies: bodies,
+            strain_joints: joints,
+            damping,
+            external,
+            balance: kinetic + bodies + joints + damping - external - initial,
+        }
+    }
+
+    /// The numbers, in the order of [`NAMES`](Self::NAMES).
+    #[must_use]
+    pub fn values(&self) -> [f64; 6] {
+        [
+            self.kinetic,
+            self.strain_bodies,
+            self.strain_joints,
+            self.damping,
+            self.external,
+            self.balance,
+        ]
+    }
+}

@@ -1,0 +1,55 @@
+//! Q(t): gravity and the nodal loads of one pack.
+
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+
+use crate::conditions::NodalLoad;
+use crate::lanes::{Lanes, add, load_at, scale, splat, store_at};
+
+/// Loads on one pack: gravity times its factor `[m/s²]`, nodal loads and their factors.
+#[derive(Clone, Copy)]
+pub(crate) struct External<'a> {
+    pub(crate) gravity: [f64; 3],
+    pub(crate) loads: &'a [NodalLoad],
+    pub(crate) factors: &'a [f64],
+}
+
+/// `q ← Q(t)` on the nodes of a pack whose first place in a nodal field is `first`.
+/// Returns false, and leaves `q` alone, when nothing acts.
+#[simd]
+pub(crate) fn apply<S: Simd>(
+    simd: S,
+    external: External<'_>,
+    mass: &[Lanes],
+    first: usize,
+    q: &mut [Lanes],
+) -> bool {
+    let has_gravity = external.gravity != [0.0; 3];
+    if !has_gravity && external.loads.is_empty() {
+        return false;
+    }
+    if has_gravity {
+        let gravity = external.gravity.map(|g| splat(simd, g));
+        for (node, mass) in mass.iter().enumerate() {
+            store_at(q, 3 * node, scale(gravity, mass.load(simd)));
+        }
+    } else {
+        q.fill(Lanes::ZERO);
+    }
+    for load in external.loads {
+        let factor = external.factors[load.load as usize];
+        let at = load.at as usize - first;
+        for c in 0..3 {
+            q[at + c].0[load.lane as usize] += factor * load.force[c];
+        }
+    }
+    true
+}
+
+/// `f += q`.
+#[inline(always)]
+pub(crate) fn add_to<S: Simd>(simd: S, f: &mut [Lanes], q: &[Lanes]) {
+    for node in 0..f.len() / 3 {
+        store_at(f, 3 * node, add(load_at(simd, f, 3 * node), load_at(simd, q, 3 * node)));
+    }
+}

@@ -1,0 +1,446 @@
+//! Elastic forces of the bodies (6)–(8) and of the bonded joint cells (11), one pack at a time.
+//!
+//! A joint cell moves with the mean rotation of the bodies that it joins. Its residual torque
+//! `τ = Σ ũ_i × g_i`, second order in strain, is given to these bodies in equal parts, who balance
+//! it with the same nodal forces as their own: so the moments of all internal forces add up to
+//! zero, joints included.
+
+use fearless_simd::{Simd, SimdFrom, f64x4};
+use fearless_simd_macros::simd;
+
+use crate::assembly::{Assembly, ElementPack, NO_TABLE};
+use crate::element::corotation::{Frame, mean_rotation, torque_forces};
+use crate::element::lattice::{Planes, force};
+use crate::lanes::{
+    LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
+    transposed_times, zero,
+};
+use crate::pack::{JointNode, Neighbours, Pack, Packs, Shape};
+
+/// What the internal forces are computed from.
+#[derive(Clone, Copy)]
+pub(crate) struct Input<'a> {
+    pub(crate) packs: &'a Packs,
+    pub(crate) assembly: &'a Assembly,
+    /// Displacements `[m]`.
+    pub(crate) u: &'a [Lanes],
+    /// Frames of the packs; `None` for small displacements.
+    pub(crate) frames: Option<&'a [Frame]>,
+}
+
+/// Working space of one task.
+#[derive(Debug, Default)]
+pub(crate) struct Workspace {
+    planes: Planes,
+    /// Local displacements of one lattice.
+    local: Vec<Lanes>,
+    /// Local forces of one lattice.
+    g: Vec<Lanes>,
+}
+
+/// Where the forces of one pack go: added with the sign of a force on the nodes, `−K u`.
+pub(crate) struct Output<'a> {
+    /// Forces on the pack's own nodes `[N]`, overwritten.
+    pub(crate) f: &'a mut [Lanes],
+    /// Forces on the upper neighbours' nodes `[N]` and torques `[N m]`, overwritten.
+    pub(crate) shares: &'a mut [Lanes],
+    /// Residual torque on the pack's own bodies `[N m]`, overwritten.
+    pub(crate) torque: &'a mut [Lanes; 3],
+    /// Strain energy `[J]` of the bodies and of the joint cells, when it is asked for.
+    pub(crate) energy: Option<&'a mut [Lanes; 2]>,
+}
+
+/// Internal forces of one pack: of its bodies, and of the joint cells that it owns.
+#[simd]
+pub(crate) fn pack_forces<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    index: usize,
+    mut out: Output<'_>,
+    work: &mut Workspace,
+) {
+    let pack = &input.packs.packs[index];
+    let shape = input.packs.shape_of(pack);
+    out.shares.fill(Lanes::ZERO);
+    body(simd, input, index, &mut out, work);
+    for offset in 1..8 {
+        let table = input.assembly.pack_tables[index][offset];
+        if table != NO_TABLE {
+            let table = &input.assembly.tables[table as usize];
+            let energy = joint(simd, input, (index, offset), table, &mut out, work);
+            if let Some([_, joints]) = &mut out.energy {
+                *joints = Lanes::from(joints.load(simd) + energy);
+            }
+        }
+    }
+    debug_assert_eq!(out.shares.len(), 3 * shape.shares);
+}
+
+#[inline(always)]
+fn body<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    index: usize,
+    out: &mut Output<'_>,
+    work: &mut Workspace,
+) {
+    let pack = &input.packs.packs[index];
+    let shape = input.packs.shape_of(pack);
+    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
+    let u = &input.u[3 * pack.start..3 * (pack.start + shape.nodes)];
+    let dims = shape.dims(0);
+    *out.torque = [Lanes::ZERO; 3];
+    let Some(frames) = input.frames else {
+        reserve(&mut work.g, 3 * shape.nodes);
+        let g = &mut work.g[..3 * shape.nodes];
+        force(simd, dims, &table.table, u, g, &mut work.planes);
+        for (f, g) in out.f.iter_mut().zip(&*g) {
+            *f = Lanes::from(-g.load(simd));
+        }
+        if let Some([bodies, _]) = &mut out.energy {
+            *bodies = Lanes::from(half_work(simd, u, g));
+        }
+        return;
+    };
+    let frame = &frames[index];
+    let rotation = frame.matrix(simd);
+    let Workspace { planes, local, g } = work;
+    reserve(local, 3 * shape.nodes);
+    reserve(g, 3 * shape.nodes);
+    let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
+    let turned = Turned::new(simd, &rotation, load(simd, &frame.mean), table);
+    for (node, at) in steps(dims).enumerate() {
+        store_at(local, 3 * node, turned.local(simd, dims, at, load_at(simd, u, 3 * node)));
+    }
+    force(simd, dims, &table.table, local, g, planes);
+    let mut torque = zero(simd);
+    for node in 0..shape.nodes {
+        let (ui, gi) = (load_at(simd, local, 3 * node), load_at(simd, g, 3 * node));
+        torque = add(torque, cross(ui, gi));
+        store_at(out.f, 3 * node, sub(zero(simd), times(&rotation, gi)));
+    }
+    *out.torque = times(&rotation, torque).map(Lanes::from);
+    if let Some([bodies, _]) = &mut out.energy {
+        *bodies = Lanes::from(half_work(simd, local, g));
+    }
+}
+
+/// Forces of one joint lattice of a pack; returns its strain energy when energies are asked for.
+#[simd]
+fn joint<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (index, offset): (usize, usize),
+    table: &ElementPack,
+    out: &mut Output<'_>,
+    work: &mut Workspace,
+) -> f64x4<S> {
+    let pack = &input.packs.packs[index];
+    let shape = input.packs.shape_of(pack);
+    let nodes = &shape.joints[offset];
+    let dims = shape.dims(offset);
+    let Workspace { planes, local, g } = work;
+    reserve(local, 3 * nodes.len());
+    reserve(g, 3 * nodes.len());
+    let (local, g) = (&mut local[..3 * nodes.len()], &mut g[..3 * nodes.len()]);
+    let rotation = joint_displacements(simd, input, (index, offset), table, local);
+    force(simd, dims, &table.table, local, g, planes);
+    let energy = match out.energy {
+        Some(_) => half_work(simd, local, g),
+        None => splat(simd, 0.0),
+    };
+    let mut torque = zero(simd);
+    for (i, node) in nodes.iter().enumerate() {
+        let mut gi = load_at(simd, g, 3 * i);
+        if let Some(rotation) = &rotation {
+            torque = add(torque, cross(load_at(simd, local, 3 * i), gi));
+            gi = times(rotation, gi);
+        }
+        let (target, at) = if node.offset == 0 {
+            (&mut *out.f, 3 * node.local)
+        } else {
+            (&mut *out.shares, 3 * node.share)
+        };
+        let sum = sub(load_at(simd, target, at), gi);
+        store_at(target, at, sum);
+    }
+    if let Some(rotation) = &rotation {
+        let parts = offset.count_ones();
+        let part = splat(simd, 1.0 / f64::from(1u32 << parts));
+        let torque = scale(times(rotation, torque), part);
+        let own = add(load(simd, out.torque), torque);
+        *out.torque = own.map(Lanes::from);
+        for part in (1..8).filter(|part| part & !offset == 0) {
+            let at = 3 * shape.torque(part);
+            let sum = add(load_at(simd, out.shares, at), torque);
+            store_at(out.shares, at, sum);
+        }
+    }
+    energy
+}
+
+/// Local displacements of the nodes of a joint lattice, and its rotation if there is one.
+#[inline(always)]
+fn joint_displacements<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (index, offset): (usize, usize),
+    table: &ElementPack,
+    local: &mut [Lanes],
+) -> Option<Matrix<S>> {
+    let pack = &input.packs.packs[index];
+    let shape = input.packs.shape_of(pack);
+    let sources: [Source; 8] = std::array::from_fn(|part| {
+        if part & !offset == 0 { Source::new(input.packs, pack, index, part) } else { Source::OWN }
+    });
+    let nodes = &shape.joints[offset];
+    let own = 3 * pack.start;
+    let displacement = |node: &JointNode| match node.offset {
+        0 => load_at(simd, input.u, own + 3 * node.local),
+        part => sources[part].load(simd, input.u, node.local),
+    };
+    let Some(frames) = input.frames else {
+        for (i, node) in nodes.iter().enumerate() {
+            store_at(local, 3 * i, displacement(node));
+        }
+        return None;
+    };
+    let mut sum = frames[index].matrix(simd);
+    for part in (1..8).filter(|part| part & !offset == 0) {
+        let other = sources[part].rotation(simd, frames, index);
+        sum = [add(sum[0], other[0]), add(sum[1], other[1]), add(sum[2], other[2])];
+    }
+    let rotation = mean_rotation(simd, &sum, f64::from(1u32 << offset.count_ones()));
+    let turned = Turned::new(simd, &rotation, load(simd, &frames[index].mean), table);
+    let dims = shape.dims(offset);
+    for ((i, node), at) in nodes.iter().enumerate().zip(steps(dims)) {
+        store_at(local, 3 * i, turned.local(simd, dims, at, displacement(node)));
+    }
+    Some(rotation)
+}
+
+/// Forces that the cells of the face joints alone exert on their nodes, for the tractions (M1):
+/// those of lattice `offset` of one pack, in the order of its nodes, in the frame of space.
+#[simd]
+pub(crate) fn face_forces<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (index, offset): (usize, usize),
+    forces: &mut Vec<Lanes>,
+    work: &mut Workspace,
+) {
+    let shape = input.packs.shape_of(&input.packs.packs[index]);
+    let table = input.assembly.pack_tables[index][offset];
+    let n = 3 * shape.joints[offset].len();
+    forces.clear();
+    forces.resize(n, Lanes::ZERO);
+    if table == NO_TABLE {
+        return;
+    }
+    let table = &input.assembly.tables[table as usize];
+    let Workspace { planes, local, g } = work;
+    reserve(local, n);
+    reserve(g, n);
+    let rotation = joint_displacements(simd, input, (index, offset), table, &mut local[..n]);
+    force(simd, shape.dims(offset), &table.table, &local[..n], &mut g[..n], planes);
+    for i in 0..n / 3 {
+        let g = load_at(simd, g, 3 * i);
+        let g = rotation.as_ref().map_or(g, |r| times(r, g));
+        store_at(forces, 3 * i, sub(zero(simd), g));
+    }
+}
+
+/// Displacements seen from a turned frame, up to a constant: `ũ = Rᵀ(u − ū) + (Rᵀ − 1) X`.
+struct Turned<S: Simd> {
+    rotation: Matrix<S>,
+    mean: Vector<S>,
+    /// `(Rᵀ − 1) h_d`.
+    edges: [Vector<S>; 3],
+}
+
+impl<S: Simd> Turned<S> {
+    #[inline(always)]
+    fn new(simd: S, rotation: &Matrix<S>, mean: Vector<S>, table: &ElementPack) -> Self {
+        let edges = [0, 1, 2].map(|d| {
+            let h = load(simd, &table.edges[d]);
+            sub(transposed_times(rotation, h), h)
+        });
+        Self { rotation: *rotation, mean, edges }
+    }
+
+    #[inline(always)]
+    fn local(&self, simd: S, dims: [usize; 3], at: [usize; 3], u: Vector<S>) -> Vector<S> {
+        let step = |d: usize| splat(simd, at[d] as f64 - 0.5 * dims[d] as f64);
+        let mut local = transposed_times(&self.rotation, sub(u, self.mean));
+        for d in 0..3 {
+            local = add(local, scale(self.edges[d], step(d)));
+        }
+        local
+    }
+}
+
+/// Lattice steps of the nodes, x fastest.
+#[inline(always)]
+fn steps(dims: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    let [nx, ny, nz] = dims;
+    (0..=nz).flat_map(move |k| (0..=ny).flat_map(move |j| (0..=nx).map(move |i| [i, j, k])))
+}
+
+/// Where the nodes of the neighbours at one offset are.
+#[derive(Clone, Copy)]
+enum Source {
+    /// The pack itself.
+    Own,
+    /// Four lanes of one pack, in order: its first number.
+    Aligned { pack: usize, first: usize },
+    /// Anywhere: for each lane pack, first number and lane; the owner where there is nobody.
+    Scattered { packs: [usize; LANES], first: [usize; LANES], lanes: [usize; LANES] },
+}
+
+impl Source {
+    const OWN: Self = Self::Own;
+
+    #[inline(always)]
+    fn new(packs: &Packs, pack: &Pack, index: usize, offset: usize) -> Self {
+        let neighbours: &Neighbours = &pack.upper[offset];
+        if offset == 0 {
+            return Self::Own;
+        }
+        if let Some(other) = neighbours.aligned() {
+            return Self::Aligned { pack: other, first: 3 * packs.packs[other].start };
+        }
+        let at = |lane: usize| neighbours.at(lane).unwrap_or((index, lane));
+        Self::Scattered {
+            packs: std::array::from_fn(|lane| at(lane).0),
+            first: std::array::from_fn(|lane| 3 * packs.packs[at(lane).0].start),
+            lanes: std::array::from_fn(|lane| at(lane).1),
+        }
+    }
+
+    /// Displacement of a node.
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, u: &[Lanes], local: usize) -> Vector<S> {
+        match self {
+            Self::Own => zero(simd),
+            Self::Aligned { first, .. } => load_at(simd, u, first + 3 * local),
+            Self::Scattered { first, lanes, .. } => {
+                let from: [&[Lanes]; LANES] =
+                    std::array::from_fn(|l| &u[first[l] + 3 * local..first[l] + 3 * local + 3]);
+                let component = |c: usize| {
+                    f64x4::simd_from(simd, std::array::from_fn(|l| from[l][c].0[lanes[l] & 3]))
+                };
+                [component(0), component(1), component(2)]
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn rotation<S: Simd>(&self, simd: S, frames: &[Frame], own: usize) -> Matrix<S> {
+        match self {
+            Self::Own => frames[own].matrix(simd),
+            Self::Aligned { pack, .. } => frames[*pack].matrix(simd),
+            Self::Scattered { packs, lanes, .. } => {
+                let entry = |i: usize, k: usize| {
+                    let of = |l: usize| frames[packs[l]].rotation[i][k].0[lanes[l]];
+                    f64x4::simd_from(simd, std::array::from_fn(of))
+                };
+                [0, 1, 2].map(|i| [entry(i, 0), entry(i, 1), entry(i, 2)])
+            }
+        }
+    }
+}
+
+/// `½ Σ u·g`.
+#[inline(always)]
+fn half_work<S: Simd>(simd: S, u: &[Lanes], g: &[Lanes]) -> f64x4<S> {
+    let mut sum = splat(simd, 0.0);
+    for (u, g) in u.iter().zip(g) {
+        sum += u.load(simd) * g.load(simd);
+    }
+    sum * 0.5
+}
+
+fn reserve(buffer: &mut Vec<Lanes>, n: usize) {
+    if buffer.len() < n {
+        buffer.resize(n, Lanes::ZERO);
+    }
+}
+
+/// Collects what the owners of the joints at the lower sides left for a pack: forces into `f`,
+/// torques into `torque`. Offsets in order, so that every node has one order of summation.
+#[simd]
+pub(crate) fn collect<S: Simd>(
+    simd: S,
+    packs: &Packs,
+    index: usize,
+    shares: &[Lanes],
+    f: &mut [Lanes],
+    torque: &mut [Lanes; 3],
+) {
+    let pack = &packs.packs[index];
+    let shape = packs.shape_of(pack);
+    for offset in 1..8 {
+        let lower = &pack.lower[offset];
+        if lower.is_none() {
+            continue;
+        }
+        let places = places(shape, offset);
+        if let Some(other) = lower.aligned() {
+            let first = 3 * packs.packs[other].share_start;
+            for (local, place) in places {
+                let sum = add(load_at(simd, f, 3 * local), load_at(simd, shares, first + 3 * place));
+                store_at(f, 3 * local, sum);
+            }
+            let share = load_at(simd, shares, first + 3 * shape.torque(offset));
+            *torque = add(load(simd, torque), share).map(Lanes::from);
+            continue;
+        }
+        for lane in 0..pack.filled {
+            let Some((other, there)) = lower.at(lane) else { continue };
+            let first = 3 * packs.packs[other].share_start;
+            for (local, place) in places.clone() {
+                for c in 0..3 {
+                    f[3 * local + c].0[lane] += shares[first + 3 * place + c].0[there];
+                }
+            }
+            let from = first + 3 * shape.torque(offset);
+            for c in 0..3 {
+                torque[c].0[lane] += shares[from + c].0[there];
+            }
+        }
+    }
+}
+
+/// Subtracts the nodal forces that balance the torque of each body of a pack.
+#[simd]
+pub(crate) fn spread_torque<S: Simd>(
+    simd: S,
+    (packs, assembly): (&Packs, &Assembly),
+    index: usize,
+    frame: &Frame,
+    torque: Vector<S>,
+    f: &mut [Lanes],
+) {
+    let n = packs.shape_of(&packs.packs[index]).divisions;
+    let edges = &assembly.tables[assembly.pack_tables[index][0] as usize].edges;
+    let per_step = torque_forces(simd, n, edges, frame, torque);
+    let step = |i: usize| splat(simd, i as f64 - 0.5 * n as f64);
+    let mut node = 0;
+    for k in 0..=n {
+        for j in 0..=n {
+            let row = add(scale(per_step[2], step(k)), scale(per_step[1], step(j)));
+            for i in 0..=n {
+                let force = add(row, scale(per_step[0], step(i)));
+                store_at(f, node, sub(load_at(simd, f, node), force));
+                node += 3;
+            }
+        }
+    }
+}
+
+/// Local nodes at the lower side towards an offset, and their places in the owner's shares.
+#[inline(always)]
+fn places(shape: &Shape, offset: usize) -> impl Iterator<Item = (usize, usize)> + Clone {
+    let start = shape.share_start[offset];
+    shape.touched[offset].iter().enumerate().map(move |(i, &local)| (local, start + i))
+}

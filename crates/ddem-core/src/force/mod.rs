@@ -1,0 +1,5 @@
+//! Who pushes on the nodes: loops, one file each. None calls another; [`step`](crate::step) does.
+
+pub(crate) mod external;
+pub(crate) mod internal;
+pub(crate) mod support;

@@ -1,0 +1,399 @@
+//! The lattice of one block set.
+
+use super::select::Region;
+use super::{Names, Vec3};
+use crate::deck::{BlockSet, Deck, JointChoice};
+use crate::error::Fault;
+
+/// No body, no joint.
+pub(crate) const NONE: u32 = u32::MAX;
+const NO_JOINT: u16 = u16::MAX;
+
+/// Cells between joint planes; nodes on lines along three edges.
+#[derive(Clone, Debug)]
+pub(crate) struct Lattice {
+    pub(crate) origin: Vec3,
+    /// Unit vectors along the three edges.
+    pub(crate) axes: [Vec3; 3],
+    pub(crate) divisions: usize,
+    /// Cells along each edge.
+    pub(crate) count: [usize; 3],
+    /// Positions of the cuts along each edge, shape `(count + 1)` `[m]`.
+    pub(crate) cuts: [Vec<f64>; 3],
+    /// Lengths of the cells along each edge, equal where the cuts are evenly spaced `[m]`.
+    lengths: [Vec<f64>; 3],
+    /// Width of the gap at each cut along the edge, shape `(count + 1)` `[m]`.
+    pub(crate) gaps: [Vec<f64>; 3],
+    /// Body in each cell, or [`NONE`]; x fastest.
+    pub(crate) body: Vec<u32>,
+    /// Material of each cell.
+    pub(crate) material: Vec<u16>,
+    /// Joint at the upper side of each cell, by the direction of its normal.
+    joint: [Vec<u16>; 3],
+}
+
+/// The lattices of all sets, before `assign` and `remove`.
+pub(crate) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<Fault>> {
+    let mut lattices = Vec::new();
+    let mut nodes = 0.0;
+    for (index, set) in deck.blocks.iter().enumerate() {
+        let cuts = [0, 1, 2].map(|d| cuts(set, d));
+        let cells: f64 = cuts.iter().map(|c| c.count).product();
+        nodes += cells * (f64::from(set.divisions) + 1.0).powi(3);
+        if nodes >= f64::from(u32::MAX) {
+            return Err(vec![
+                Fault::new(
+                    format!("blocks[{index}]"),
+                    format!("the model would have {nodes:.3e} nodes, more than 4.29e9"),
+                )
+                .help("fewer blocks or divisions"),
+            ]);
+        }
+        lattices.push(Lattice::new(set, cuts, names));
+    }
+    Ok(lattices)
+}
+
+/// What a set says of one edge.
+struct Cuts {
+    count: f64,
+    length: f64,
+    edges: Option<Vec<f64>>,
+}
+
+fn cuts(set: &BlockSet, d: usize) -> Cuts {
+    let edges = set.edges.as_ref().and_then(|e| [&e.x, &e.y, &e.z][d].clone());
+    match edges {
+        Some(edges) => Cuts {
+            count: edges.len() as f64 - 1.0,
+            length: edges.last().unwrap_or(&0.0) - edges.first().unwrap_or(&0.0),
+            edges: Some(edges),
+        },
+        None => Cuts {
+            count: set.count.map_or(1.0, |c| f64::from(c[d])),
+            length: set.size.map_or(0.0, |s| s[d]),
+            edges: None,
+        },
+    }
+}
+
+impl Lattice {
+    fn new(set: &BlockSet, cuts: [Cuts; 3], names: &Names) -> Self {
+        let count = [0, 1, 2].map(|d| cuts[d].count as usize);
+        let cells = count.iter().product();
+        let (positions, lengths): (Vec<_>, Vec<_>) = cuts.iter().map(positions).unzip();
+        let joint = [0, 1, 2].map(|d| {
+            let name = match &set.joint {
+                Some(JointChoice::All(name)) => Some(name),
+                Some(JointChoice::ByNormal { x, y, z }) => [x, y, z][d].as_ref(),
+                None => None,
+            };
+            vec![name.and_then(|name| names.joint(name)).unwrap_or(NO_JOINT); cells]
+        });
+        Self {
+            origin: Vec3::from(set.origin),
+            axes: set.axes.map(|a| Vec3::from(a).normalize()),
+            divisions: set.divisions as usize,
+            count,
+            gaps: count.map(|n| vec![0.0; n + 1]),
+            cuts: positions.try_into().unwrap_or_default(),
+            lengths: lengths.try_into().unwrap_or_default(),
+            body: vec![0; cells],
+            material: vec![names.material(&set.material).unwrap_or(0); cells],
+            joint,
+        }
+    }
+
+    pub(crate) fn index(&self, cell: [usize; 3]) -> usize {
+        cell[0] + self.count[0] * (cell[1] + self.count[1] * cell[2])
+    }
+
+    fn cell(&self, index: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.count;
+        [index % nx, index / nx % ny, index / (nx * ny)]
+    }
+
+    pub(crate) fn nodes_per_body(&self) -> usize {
+        (self.divisions + 1).pow(3)
+    }
+
+    /// Element size along an edge in a cell `[m]`.
+    pub(crate) fn spacing(&self, d: usize, cell: usize) -> f64 {
+        let gaps = self.gaps[d][cell] / 2.0 + self.gaps[d][cell + 1] / 2.0;
+        (self.lengths[d][cell] - gaps) / self.divisions as f64
+    }
+
+    /// Position along an edge of the i-th line of nodes in a cell `[m]`.
+    pub(crate) fn line(&self, d: usize, cell: usize, i: usize) -> f64 {
+        if i == self.divisions {
+            self.cuts[d][cell + 1] - self.gaps[d][cell + 1] / 2.0
+        } else {
+            self.cuts[d][cell] + self.gaps[d][cell] / 2.0 + i as f64 * self.spacing(d, cell)
+        }
+    }
+
+    /// The point with these positions along the three edges `[m]`.
+    pub(crate) fn point(&self, along: [f64; 3]) -> Vec3 {
+        self.origin
+            + self.axes[0] * along[0]
+            + self.axes[1] * along[1]
+            + self.axes[2] * along[2]
+    }
+
+    /// Unit normal of the planes that cut edge d, pointing to its upper end.
+    pub(crate) fn normal(&self, d: usize) -> Vec3 {
+        let n = self.axes[(d + 1) % 3].cross(&self.axes[(d + 2) % 3]).normalize();
+        if n.dot(&self.axes[d]) < 0.0 { -n } else { n }
+    }
+
+    /// Whether elements are boxes along the coordinate axes.
+    pub(crate) fn is_box(&self) -> bool {
+        (0..3).all(|d| (0..3).all(|k| d == k || self.axes[d][k] == 0.0))
+    }
+
+    /// Joint at the upper side of a cell along d.
+    pub(crate) fn joint_above(&self, cell: [usize; 3], d: usize) -> u16 {
+        self.joint[d][self.index(cell)]
+    }
+
+    fn centre(&self, cell: [usize; 3]) -> Vec3 {
+        self.point([0, 1, 2].map(|d| (self.cuts[d][cell[d]] + self.cuts[d][cell[d] + 1]) / 2.0))
+    }
+
+    /// Corners of the lower (0) and upper (1) nominal faces of a cell along d.
+    fn faces(&self, cell: [usize; 3], d: usize) -> [[Vec3; 4]; 2] {
+        let (e, f) = ((d + 1) % 3, (d + 2) % 3);
+        [0, 1].map(|side| {
+            [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, k)| {
+                let mut along = [0.0; 3];
+                along[d] = self.cuts[d][cell[d] + side];
+                along[e] = self.cuts[e][cell[e] + i];
+                along[f] = self.cuts[f][cell[f] + k];
+                self.point(along)
+            })
+        })
+    }
+
+    /// Cells selected as §1 of the deck says: the centroid lies inside, or a plane touches a face.
+    fn selects(&self, region: &Region, cell: [usize; 3]) -> bool {
+        let centre = self.centre(cell);
+        let touches = |axis: usize, at: f64| {
+            (0..3).any(|d| {
+                let on = |x: &Vec3| (x[axis] - at).abs() <= region.tolerance[axis];
+                self.faces(cell, d).iter().any(|face| face.iter().all(on))
+            })
+        };
+        region.in_ranges(&centre)
+            && (0..3).all(|axis| {
+                region.plane(axis).is_none_or(|at| {
+                    (centre[axis] - at).abs() <= region.tolerance[axis] || touches(axis, at)
+                })
+            })
+    }
+
+    pub(super) fn assign_joint(&mut self, region: &Region, joint: u16) -> bool {
+        let mut found = false;
+        for d in 0..3 {
+            for index in 0..self.body.len() {
+                let cell = self.cell(index);
+                if cell[d] + 1 == self.count[d] {
+                    continue;
+                }
+                let centre = self.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0;
+                if region.contains(&centre) {
+                    self.joint[d][index] = joint;
+                    found = true;
+                }
+            }
+        }
+        found
+    }
+
+    pub(super) fn assign_material(&mut self, region: &Region, material: u16) -> bool {
+        let mut found = false;
+        for index in 0..self.body.len() {
+            if self.selects(region, self.cell(index)) {
+                self.material[index] = material;
+                found = true;
+            }
+        }
+        found
+    }
+
+    pub(super) fn remove(&mut self, region: &Region) -> bool {
+        let mut found = false;
+        for index in 0..self.body.len() {
+            if self.body[index] != NONE && self.selects(region, self.cell(index)) {
+                self.body[index] = NONE;
+                found = true;
+            }
+        }
+        found
+    }
+
+    /// Opens the gaps: thickness belongs to a plane, and is measured along its normal.
+    pub(super) fn open_gaps(&mut self, set: usize, deck: &Deck, names: &Names) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let place = format!("blocks[{set}]");
+        let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
+        for d in 0..3 {
+            let slant = self.normal(d).dot(&self.axes[d]);
+            let mut first = vec![NO_JOINT; self.count[d] + 1];
+            for index in 0..self.body.len() {
+                let plane = self.cell(index)[d] + 1;
+                if plane == self.count[d] {
+                    continue;
+                }
+                let joint = self.joint[d][index];
+                if first[plane] == NO_JOINT {
+                    first[plane] = joint;
+                    self.gaps[d][plane] = thickness[joint as usize] / slant;
+                } else if thickness[joint as usize] != thickness[first[plane] as usize] {
+                    let other = names.joint_name(first[plane]);
+                    faults.push(
+                        Fault::new(
+                            format!("joints.{}.thickness", names.joint_name(joint)),
+                            format!(
+                                "{} m, but joint `{other}` on the same plane ({} = {} of {place}) \
+                                 has {} m: thickness belongs to a lattice plane",
+                                thickness[joint as usize],
+                                ["x", "y", "z"][d],
+                                self.cuts[d][plane],
+                                thickness[first[plane] as usize],
+                            ),
+                        )
+                        .help("give all joints on one plane the same thickness"),
+                    );
+                    // One such fault says it all.
+                    return faults;
+                }
+            }
+            for cell in 0..self.count[d] {
+                let gaps = (self.gaps[d][cell] + self.gaps[d][cell + 1]) / 2.0;
+                let edge = self.lengths[d][cell];
+                if gaps >= edge && self.count[d] > 1 {
+                    faults.push(self.too_thick(d, cell, deck, names, edge));
+                    break;
+                }
+            }
+        }
+        faults
+    }
+
+    fn too_thick(&self, d: usize, cell: usize, deck: &Deck, names: &Names, edge: f64) -> Fault {
+        let plane = if self.gaps[d][cell] > self.gaps[d][cell + 1] { cell } else { cell + 1 };
+        let above = (0..self.body.len()).find(|&i| self.cell(i)[d] + 1 == plane);
+        let name = above.map_or("", |i| names.joint_name(self.joint[d][i]));
+        let thickness = deck.joints.get(name).map_or(0.0, |joint| joint.thickness);
+        Fault::new(
+            format!("joints.{name}.thickness"),
+            format!(
+                "{thickness} m is not smaller than the block edge {edge} m that it narrows along \
+                 {}",
+                ["x", "y", "z"][d]
+            ),
+        )
+        .help("the joints on both sides must leave a body between them")
+    }
+
+    /// The eight corners of a range of cells.
+    fn corners_of(&self, from: [usize; 3], to: [usize; 3]) -> [Vec3; 8] {
+        std::array::from_fn(|k| {
+            let end = |d: usize| if k & (1 << d) == 0 { from[d] } else { to[d] };
+            self.point([0, 1, 2].map(|d| self.cuts[d][end(d)]))
+        })
+    }
+
+    fn corners(&self) -> [Vec3; 8] {
+        self.corners_of([0; 3], self.count)
+    }
+
+    /// Corners of the cells that have a body and meet a box of space.
+    fn cells_near(&self, bounds: &[Vec3; 2]) -> Vec<[Vec3; 8]> {
+        let bodies = (0..self.body.len()).filter(|&i| self.body[i] != NONE);
+        let cells = bodies.map(|i| self.cell(i)).map(|c| self.corners_of(c, c.map(|i| i + 1)));
+        cells.filter(|corners| meet(&bounds_of(corners), bounds)).collect()
+    }
+}
+
+/// Positions of the cuts and lengths of the cells between them.
+fn positions(cuts: &Cuts) -> (Vec<f64>, Vec<f64>) {
+    if let Some(edges) = &cuts.edges {
+        let mut lengths: Vec<f64> = edges.windows(2).map(|w| w[1] - w[0]).collect();
+        // Lengths equal to rounding become equal, so that equal blocks share their tables.
+        for i in 1..lengths.len() {
+            let same = lengths[..i].iter().find(|&&l| (l - lengths[i]).abs() <= 1e-13 * cuts.length);
+            lengths[i] = *same.unwrap_or(&lengths[i]);
+        }
+        return (edges.clone(), lengths);
+    }
+    let n = cuts.count as usize;
+    let at = |i: usize| cuts.length * i as f64 / cuts.count;
+    ((0..=n).map(at).collect(), vec![cuts.length / cuts.count; n])
+}
+
+fn bounds_of(points: &[Vec3]) -> [Vec3; 2] {
+    let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
+    points.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)])
+}
+
+fn meet(a: &[Vec3; 2], b: &[Vec3; 2]) -> bool {
+    (0..3).all(|k| a[0][k] <= b[1][k] && b[0][k] <= a[1][k])
+}
+
+/// Corners of the box around all lattices.
+pub(super) fn bounds(lattices: &[Lattice]) -> [Vec3; 2] {
+    bounds_of(&lattices.iter().flat_map(Lattice::corners).collect::<Vec<_>>())
+}
+
+/// Sets whose blocks overlap. A set may fill what was removed from another.
+pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
+    let name = |i: usize| deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"));
+    let mut faults = Vec::new();
+    for (j, b) in lattices.iter().enumerate() {
+        for (i, a) in lattices[..j].iter().enumerate() {
+            if overlap(a, &a.corners(), b, &b.corners()).is_none() {
+                continue;
+            }
+            let cells_a = a.cells_near(&bounds_of(&b.corners()));
+            let cells_b = b.cells_near(&bounds_of(&a.corners()));
+            let depths = cells_b.iter().flat_map(|cb| {
+                let near = bounds_of(cb);
+                let close = cells_a.iter().filter(move |ca| meet(&bounds_of(*ca), &near));
+                close.filter_map(|ca| overlap(a, ca, b, cb))
+            });
+            let depth = depths.fold(0.0, f64::max);
+            if depth > 0.0 {
+                faults.push(
+                    Fault::new(
+                        format!("blocks[{j}].origin"),
+                        format!("its blocks overlap those of the set `{}` by {depth:.3e} m", name(i)),
+                    )
+                    .help("move one of the sets: sets may touch, not overlap"),
+                );
+            }
+        }
+    }
+    faults
+}
+
+/// Depth by which two parallelepipeds overlap, by separating axes.
+fn overlap(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option<f64> {
+    let normals = (0..3).flat_map(|d| [a.normal(d), b.normal(d)]);
+    let crossed = (0..9).map(|k| a.axes[k / 3].cross(&b.axes[k % 3]));
+    let mut depth = f64::INFINITY;
+    let size = (in_a[7] - in_a[0]).norm() + (in_b[7] - in_b[0]).norm();
+    for axis in normals.chain(crossed).filter(|axis| axis.norm() > 1e-9) {
+        let axis = axis.normalize();
+        let range = |corners: &[Vec3; 8]| {
+            let along = corners.iter().map(|x| x.dot(&axis));
+            along.fold((f64::MAX, f64::MIN), |(lo, hi), x| (lo.min(x), hi.max(x)))
+        };
+        let ((lo_a, hi_a), (lo_b, hi_b)) = (range(in_a), range(in_b));
+        depth = depth.min(hi_a.min(hi_b) - lo_a.max(lo_b));
+        if depth <= 1e-9 * size {
+            return None;
+        }
+    }
+    Some(depth)
+}

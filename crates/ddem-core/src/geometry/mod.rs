@@ -1,0 +1,202 @@
+//! §1: what is where.
+//!
+//! Each block set is a tensor-product [`Lattice`] cut by joint planes. A cell's body is moved
+//! inward by half the thickness at every plane, never at the outer faces, so that bodies, face
+//! joints, strips and corners tile the region exactly:
+//!
+//! ```text
+//!   body 0          body 1          plan view; t = thickness
+//!  +-------+ |t| +-------+ |t|
+//!  |       | |f| |       | |f|     f  face joint, between two bodies
+//!  +-------+ +-+ +-------+ +-+
+//!  ---- f ---|s|---- f ----|s|     s  strip, where two planes cross
+//!  +-------+ +-+ +-------+ +-+     c  corner, where three cross
+//!  |       | | | |       | | |
+//! ```
+
+mod lattice;
+mod select;
+
+pub(crate) use lattice::{Lattice, NONE, lattices};
+pub(crate) use select::{Region, Surface};
+
+use nalgebra::Vector3;
+
+use crate::deck::Deck;
+use crate::error::Fault;
+
+/// A vector of three components.
+pub(crate) type Vec3 = Vector3<f64>;
+
+/// One block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Body {
+    /// Its block set.
+    pub(crate) set: u32,
+    /// Its cell in the set's lattice.
+    pub(crate) cell: [u32; 3],
+    /// Number of its first node; its nodes are contiguous, x fastest.
+    pub(crate) first_node: u32,
+    /// Its material.
+    pub(crate) material: u16,
+}
+
+/// All blocks, in the order of the deck, and in a set with x fastest.
+#[derive(Clone, Debug)]
+pub(crate) struct Geometry {
+    pub(crate) lattices: Vec<Lattice>,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) n_nodes: usize,
+    /// Corners of the box around everything.
+    pub(crate) bounds: [Vec3; 2],
+}
+
+impl Geometry {
+    /// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
+    pub(crate) fn new(deck: &Deck, names: &Names) -> Result<Self, Vec<Fault>> {
+        let mut lattices = lattices(deck, names)?;
+        let bounds = lattice::bounds(&lattices);
+        let set_names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+        let mut faults = Vec::new();
+        for (index, entry) in deck.assign.iter().enumerate() {
+            let region = Region::new(&entry.region, &bounds, &set_names);
+            let mut found = false;
+            let selected =
+                lattices.iter_mut().enumerate().filter(|(set, _)| region.has_set(*set));
+            for (_, lattice) in selected {
+                if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
+                    found |= lattice.assign_joint(&region, joint);
+                }
+                if let Some(material) = entry.material.as_ref().and_then(|n| names.material(n)) {
+                    found |= lattice.assign_material(&region, material);
+                }
+            }
+            if !found {
+                faults.push(nothing(format!("assign[{index}].where"), "no joint and no block"));
+            }
+        }
+        for (index, entry) in deck.remove.iter().enumerate() {
+            let region = Region::new(&entry.region, &bounds, &set_names);
+            let mut found = false;
+            for (set, lattice) in lattices.iter_mut().enumerate() {
+                found |= region.has_set(set) && lattice.remove(&region);
+            }
+            if !found {
+                faults.push(nothing(format!("remove[{index}].where"), "no block"));
+            }
+        }
+        for (set, lattice) in lattices.iter_mut().enumerate() {
+            faults.extend(lattice.open_gaps(set, deck, names));
+        }
+        faults.extend(lattice::overlaps(&lattices, deck));
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let mut geometry = Self { lattices, bodies: Vec::new(), n_nodes: 0, bounds };
+        geometry.number()?;
+        Ok(geometry)
+    }
+
+    fn number(&mut self) -> Result<(), Vec<Fault>> {
+        for (set, lattice) in self.lattices.iter_mut().enumerate() {
+            let nodes = lattice.nodes_per_body();
+            let [nx, ny, nz] = lattice.count;
+            for (z, y, x) in (0..nz).flat_map(|z| {
+                (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))
+            }) {
+                let index = lattice.index([x, y, z]);
+                if lattice.body[index] == NONE {
+                    continue;
+                }
+                lattice.body[index] = self.bodies.len() as u32;
+                self.bodies.push(Body {
+                    set: set as u32,
+                    cell: [x as u32, y as u32, z as u32],
+                    first_node: self.n_nodes as u32,
+                    material: lattice.material[index],
+                });
+                self.n_nodes += nodes;
+            }
+        }
+        if self.bodies.is_empty() {
+            return Err(vec![Fault::new("remove", "every block is taken out: nothing is left")]);
+        }
+        Ok(())
+    }
+
+    pub(crate) fn lattice(&self, body: usize) -> &Lattice {
+        &self.lattices[self.bodies[body].set as usize]
+    }
+
+    /// The body at an offset of −1, 0 or 1 cells from a body.
+    pub(crate) fn neighbour(&self, body: usize, offset: [i32; 3]) -> Option<usize> {
+        let lattice = self.lattice(body);
+        let mut cell = [0; 3];
+        for d in 0..3 {
+            let at = i64::from(self.bodies[body].cell[d]) + i64::from(offset[d]);
+            if at < 0 || at >= lattice.count[d] as i64 {
+                return None;
+            }
+            cell[d] = at as usize;
+        }
+        match lattice.body[lattice.index(cell)] {
+            NONE => None,
+            body => Some(body as usize),
+        }
+    }
+
+    /// The body that has a node, and the node's lattice steps in it.
+    pub(crate) fn locate(&self, node: usize) -> (usize, [usize; 3]) {
+        let body = self.bodies.partition_point(|b| b.first_node as usize <= node) - 1;
+        let local = node - self.bodies[body].first_node as usize;
+        let n = self.lattice(body).divisions + 1;
+        (body, [local % n, local / n % n, local / (n * n)])
+    }
+
+    /// Number of the node at lattice steps `at` of a body.
+    pub(crate) fn node(&self, body: usize, at: [usize; 3]) -> usize {
+        let n = self.lattice(body).divisions + 1;
+        self.bodies[body].first_node as usize + at[0] + n * (at[1] + n * at[2])
+    }
+
+    /// Reference position of the node at lattice steps `at` of a body `[m]`.
+    pub(crate) fn position(&self, body: usize, at: [usize; 3]) -> Vec3 {
+        let lattice = self.lattice(body);
+        let cell = self.bodies[body].cell;
+        lattice.point([0, 1, 2].map(|d| lattice.line(d, cell[d] as usize, at[d])))
+    }
+}
+
+/// Names of materials and joints as indices, in sorted order.
+#[derive(Clone, Debug)]
+pub(crate) struct Names {
+    materials: Vec<String>,
+    joints: Vec<String>,
+}
+
+impl Names {
+    pub(crate) fn new(deck: &Deck) -> Self {
+        Self {
+            materials: deck.materials.keys().cloned().collect(),
+            joints: deck.joints.keys().cloned().collect(),
+        }
+    }
+
+    pub(crate) fn material(&self, name: &str) -> Option<u16> {
+        self.materials.binary_search_by(|m| m.as_str().cmp(name)).ok().map(|i| i as u16)
+    }
+
+    pub(crate) fn joint(&self, name: &str) -> Option<u16> {
+        self.joints.binary_search_by(|j| j.as_str().cmp(name)).ok().map(|i| i as u16)
+    }
+
+    pub(crate) fn joint_name(&self, joint: u16) -> &str {
+        &self.joints[joint as usize]
+    }
+}
+
+/// A selection without anything in it.
+pub(crate) fn nothing(place: String, what: &str) -> Fault {
+    Fault::new(place, format!("selects nothing: {what} there"))
+        .help("planes are met within 1e-6 of the region's size; ranges include their ends")
+}

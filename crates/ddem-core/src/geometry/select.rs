@@ -1,0 +1,357 @@
+//! `where`: which nodes, and how much line, face or volume belongs to each.
+//!
+//! ```text
+//!   x = 6 lies in a gap: both sides belong to the selection and share
+//!
+//!     --o-----o | o-----o--      w_i = half the spacing to each selected neighbour,
+//!           5.995 6.005          and half of each neighbouring gap
+//! ```
+
+use super::{Geometry, Vec3};
+use crate::deck::{Extent, Where};
+
+/// A `where` with its tolerances and the index of its set.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    extents: [Option<Extent>; 3],
+    sphere: Option<(Vec3, f64)>,
+    set: Option<usize>,
+    /// 1e-6 of the region's size along each axis `[m]`.
+    pub(crate) tolerance: [f64; 3],
+}
+
+/// An outer face of a body: at the lower (−1) or upper (+1) side of edge `normal`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surface {
+    pub(crate) body: usize,
+    pub(crate) normal: usize,
+    pub(crate) side: i32,
+}
+
+impl Region {
+    pub(crate) fn new(region: &Where, bounds: &[Vec3; 2], sets: &[Option<&str>]) -> Self {
+        let size = bounds[1] - bounds[0];
+        Self {
+            extents: [region.x, region.y, region.z],
+            sphere: region.sphere.map(|s| (Vec3::from(s.centre), s.radius)),
+            set: region.set.as_deref().and_then(|name| sets.iter().position(|s| *s == Some(name))),
+            // A flat region still has a size: that of its longest side, shrunk.
+            tolerance: [0, 1, 2].map(|k| 1e-6 * size[k].max(1e-3 * size.max())),
+        }
+    }
+
+    pub(crate) fn has_set(&self, set: usize) -> bool {
+        self.set.is_none_or(|own| own == set)
+    }
+
+    pub(crate) fn plane(&self, axis: usize) -> Option<f64> {
+        match self.extents[axis] {
+            Some(Extent::Plane(at)) => Some(at),
+            _ => None,
+        }
+    }
+
+    fn range(&self, axis: usize) -> Option<[f64; 2]> {
+        match self.extents[axis] {
+            Some(Extent::Range(range)) => Some(range),
+            _ => None,
+        }
+    }
+
+    /// Axes on which a plane is given.
+    pub(crate) fn planes(&self) -> usize {
+        (0..3).filter(|&axis| self.plane(axis).is_some()).count()
+    }
+
+    /// Inside the ranges and the sphere; planes do not count.
+    pub(crate) fn in_ranges(&self, x: &Vec3) -> bool {
+        let inside = |axis: usize| {
+            self.range(axis).is_none_or(|[from, to]| {
+                x[axis] >= from - self.tolerance[axis] && x[axis] <= to + self.tolerance[axis]
+            })
+        };
+        let in_sphere = |(centre, radius): (Vec3, f64)| {
+            (x - centre).norm() <= radius + self.tolerance.iter().fold(f64::MAX, |a, &b| a.min(b))
+        };
+        (0..3).all(inside) && self.sphere.is_none_or(in_sphere)
+    }
+
+    pub(crate) fn contains(&self, x: &Vec3) -> bool {
+        self.in_ranges(x) && (0..3).all(|axis| self.on_plane(axis, x))
+    }
+
+    fn on_plane(&self, axis: usize, x: &Vec3) -> bool {
+        self.plane(axis).is_none_or(|at| (x[axis] - at).abs() <= self.tolerance[axis])
+    }
+
+    /// Whether a node belongs: in the ranges, and on each plane or beside a gap that it lies in.
+    pub(crate) fn has_node(&self, geometry: &Geometry, body: usize, at: [usize; 3]) -> bool {
+        let x = geometry.position(body, at);
+        self.has_set(geometry.bodies[body].set as usize)
+            && self.in_ranges(&x)
+            && (0..3).all(|axis| {
+                self.on_plane(axis, &x)
+                    || self.plane(axis).is_some_and(|plane| {
+                        (0..3).any(|d| {
+                            geometry.partner(body, at, d).is_some_and(|(other, step)| {
+                                let y = geometry.position(other, step);
+                                let (low, high) = (x[axis].min(y[axis]), x[axis].max(y[axis]));
+                                let clear = self.tolerance[axis];
+                                low + clear < plane && plane < high - clear
+                            })
+                        })
+                    })
+            })
+    }
+
+    /// All nodes that belong, in order.
+    pub(crate) fn nodes(&self, geometry: &Geometry) -> Vec<u32> {
+        let mut nodes = Vec::new();
+        for body in 0..geometry.bodies.len() {
+            if !self.has_set(geometry.bodies[body].set as usize) {
+                continue;
+            }
+            let n = geometry.lattice(body).divisions + 1;
+            for local in 0..n * n * n {
+                let at = [local % n, local / n % n, local / (n * n)];
+                if self.has_node(geometry, body, at) {
+                    nodes.push(geometry.bodies[body].first_node + local as u32);
+                }
+            }
+        }
+        nodes
+    }
+
+    /// Weight of each selected node by the extent it stands for: lengths of the selected line,
+    /// areas of the selected face, volumes, or 1 at a single point. Sides of a gap share.
+    pub(crate) fn weights(&self, geometry: &Geometry) -> Vec<(u32, f64)> {
+        let weight = |node: u32| {
+            let (body, at) = geometry.locate(node as usize);
+            let weight = (0..3).map(|d| self.extent_along(geometry, body, at, d)).product();
+            (node, weight)
+        };
+        self.nodes(geometry).into_iter().map(weight).collect()
+    }
+
+    /// Half-spacings to selected neighbours along d, or the share of a gap where there is none.
+    fn extent_along(&self, geometry: &Geometry, body: usize, at: [usize; 3], d: usize) -> f64 {
+        let partner = geometry
+            .partner(body, at, d)
+            .filter(|&(other, step)| self.has_node(geometry, other, step));
+        let inside = [-1, 1].iter().filter(|&&side| {
+            geometry
+                .step(body, at, d, side)
+                .is_some_and(|(other, step)| other == body && self.has_node(geometry, other, step))
+        });
+        let half = geometry.spacing(body, d) / 2.0;
+        match (inside.count(), partner) {
+            (0, None) => 1.0,
+            (0, Some(_)) => 0.5,
+            (count, None) => count as f64 * half,
+            (count, Some((other, step))) => {
+                let gap = (geometry.position(other, step) - geometry.position(body, at)).norm();
+                count as f64 * half + gap / 2.0
+            }
+        }
+    }
+
+    /// Length of the hat function of a node along d, clipped by the ranges: the part towards one
+    /// side, in the body or over half of a gap that `over_gap` lets it cross.
+    fn hat(
+        &self,
+        geometry: &Geometry,
+        body: usize,
+        at: [usize; 3],
+        (d, side): (usize, i32),
+        over_gap: &dyn Fn(usize) -> bool,
+    ) -> f64 {
+        let Some((other, step)) = geometry.step(body, at, d, side) else { return 0.0 };
+        if other != body && !over_gap(other) {
+            return 0.0;
+        }
+        let (x, y) = (geometry.position(body, at), geometry.position(other, step));
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for axis in 0..3 {
+            let (Some([low, high]), step) = (self.range(axis), y[axis] - x[axis]) else { continue };
+            if step.abs() > self.tolerance[axis].min(0.5 * (y - x).norm()) {
+                let (a, b) = ((low - x[axis]) / step, (high - x[axis]) / step);
+                (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+            }
+        }
+        let (from, to) = (from.clamp(0.0, 1.0), to.clamp(0.0, 1.0));
+        let integral = (to - from) - (to * to - from * from) / 2.0;
+        (y - x).norm() * integral.max(0.0)
+    }
+
+    /// Tributary length of each node on the selected line. `None` when what is selected is not a
+    /// line along an edge of the blocks.
+    pub(crate) fn lengths(&self, geometry: &Geometry) -> Option<Vec<(u32, f64)>> {
+        let free = (0..3).find(|&axis| self.plane(axis).is_none())?;
+        if self.planes() != 2 {
+            return None;
+        }
+        let mut lengths = Vec::new();
+        for body in 0..geometry.bodies.len() {
+            let lattice = geometry.lattice(body);
+            let along = (0..3).find(|&d| lattice.axes[d][free].abs() > 1.0 - 1e-9);
+            let n = lattice.divisions + 1;
+            if !self.has_set(geometry.bodies[body].set as usize) {
+                continue;
+            }
+            let unbounded = Self { sphere: None, ..self.without_range(free) };
+            for local in 0..n * n * n {
+                let at = [local % n, local / n % n, local / (n * n)];
+                if !unbounded.has_node(geometry, body, at) {
+                    continue;
+                }
+                let d = along?;
+                let any = |_| true;
+                let length = self.hat(geometry, body, at, (d, -1), &any)
+                    + self.hat(geometry, body, at, (d, 1), &any);
+                let sharers = (0..3).filter(|&e| e != d).map(|e| {
+                    let shared = geometry
+                        .partner(body, at, e)
+                        .is_some_and(|(other, step)| unbounded.has_node(geometry, other, step));
+                    if shared { 0.5 } else { 1.0 }
+                });
+                let length = length * sharers.product::<f64>();
+                if length > 0.0 && self.sphere_has(geometry, body, at) {
+                    lengths.push((geometry.bodies[body].first_node + local as u32, length));
+                }
+            }
+        }
+        Some(lengths)
+    }
+
+    fn without_range(&self, axis: usize) -> Self {
+        let mut other = self.clone();
+        other.extents[axis] = None;
+        other
+    }
+
+    fn sphere_has(&self, geometry: &Geometry, body: usize, at: [usize; 3]) -> bool {
+        let x = geometry.position(body, at);
+        self.sphere.is_none_or(|(centre, radius)| (x - centre).norm() <= radius)
+    }
+
+    /// The outer faces selected: on every plane given, with something of them in the ranges.
+    pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<Surface> {
+        let mut surfaces = Vec::new();
+        for body in 0..geometry.bodies.len() {
+            if !self.has_set(geometry.bodies[body].set as usize) {
+                continue;
+            }
+            for (normal, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
+                let surface = Surface { body, normal, side };
+                let corners = surface.corners(geometry);
+                let corners = corners.map(|at| geometry.position(body, at));
+                let on_planes = corners.iter().all(|x| (0..3).all(|k| self.on_plane(k, x)));
+                if on_planes && self.ranges_meet(&corners) && surface.is_outer(geometry) {
+                    surfaces.push(surface);
+                }
+            }
+        }
+        surfaces
+    }
+
+    fn ranges_meet(&self, corners: &[Vec3; 4]) -> bool {
+        (0..3).all(|axis| {
+            let along = corners.iter().map(|x| x[axis]);
+            let (low, high) = along.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+            let clear = self.tolerance[axis];
+            self.range(axis).is_none_or(|[from, to]| high >= from - clear && low <= to + clear)
+        })
+    }
+
+    /// Tributary area of each node of a surface: half of each neighbouring element and, where the
+    /// next body has its face in the same plane, half of each neighbouring gap.
+    pub(crate) fn areas(&self, geometry: &Geometry, surface: &Surface) -> Vec<(u32, f64)> {
+        let Surface { body, normal, side } = *surface;
+        let lattice = geometry.lattice(body);
+        let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
+        let slant = lattice.axes[e].cross(&lattice.axes[f]).norm();
+        let goes_on = |other: usize| Surface { body: other, normal, side }.is_outer(geometry);
+        let n = lattice.divisions;
+        let mut areas = Vec::new();
+        for (j, i) in (0..=n).flat_map(|j| (0..=n).map(move |i| (j, i))) {
+            let mut at = [0; 3];
+            at[normal] = if side < 0 { 0 } else { n };
+            (at[e], at[f]) = (i, j);
+            let length =
+                |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
+            let (along_e, along_f) = (length(e), length(f));
+            let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
+            if area > 0.0 && self.sphere_has(geometry, body, at) {
+                areas.push((geometry.node(body, at) as u32, area));
+            }
+        }
+        areas
+    }
+}
+
+impl Surface {
+    fn corners(&self, geometry: &Geometry) -> [[usize; 3]; 4] {
+        let n = geometry.lattice(self.body).divisions;
+        [(0, 0), (n, 0), (0, n), (n, n)].map(|(i, k)| {
+            let mut at = [0; 3];
+            at[self.normal] = if self.side < 0 { 0 } else { n };
+            at[(self.normal + 1) % 3] = i;
+            at[(self.normal + 2) % 3] = k;
+            at
+        })
+    }
+
+    fn is_outer(&self, geometry: &Geometry) -> bool {
+        let mut offset = [0; 3];
+        offset[self.normal] = self.side;
+        geometry.neighbour(self.body, offset).is_none()
+    }
+
+    /// Outward unit normal.
+    pub(crate) fn outward(&self, geometry: &Geometry) -> Vec3 {
+        geometry.lattice(self.body).normal(self.normal) * f64::from(self.side)
+    }
+}
+
+impl Geometry {
+    /// The facing node across the gap along d, when this node is on that side of its body.
+    pub(crate) fn partner(
+        &self,
+        body: usize,
+        at: [usize; 3],
+        d: usize,
+    ) -> Option<(usize, [usize; 3])> {
+        let n = self.lattice(body).divisions;
+        let side = match at[d] {
+            0 => -1,
+            i if i == n => 1,
+            _ => return None,
+        };
+        self.step(body, at, d, side)
+    }
+
+    /// The next node along d, in the same body or across a gap.
+    fn step(
+        &self,
+        body: usize,
+        at: [usize; 3],
+        d: usize,
+        side: i32,
+    ) -> Option<(usize, [usize; 3])> {
+        let n = self.lattice(body).divisions;
+        let mut next = at;
+        let in_body = if side < 0 { at[d] > 0 } else { at[d] < n };
+        if in_body {
+            next[d] = if side < 0 { at[d] - 1 } else { at[d] + 1 };
+            return Some((body, next));
+        }
+        let mut offset = [0; 3];
+        offset[d] = side;
+        next[d] = if side < 0 { n } else { 0 };
+        Some((self.neighbour(body, offset)?, next))
+    }
+
+    fn spacing(&self, body: usize, d: usize) -> f64 {
+        self.lattice(body).spacing(d, self.bodies[body].cell[d] as usize)
+    }
+}

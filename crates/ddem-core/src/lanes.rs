@@ -1,0 +1,159 @@
+//! Four numbers side by side, one per body of a pack, and small vectors of them.
+//!
+//! Memory holds [`Lanes`]; registers hold `f64x4` of the instruction set the run has chosen.
+//! Every operation is one IEEE operation per lane, never fused, so that all instruction sets
+//! give the same bits.
+
+use fearless_simd::{Simd, SimdFrom, f64x4};
+
+/// Bodies side by side in a pack.
+pub(crate) const LANES: usize = 4;
+
+/// One number for each body of a pack.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(crate) struct Lanes(pub(crate) [f64; LANES]);
+
+impl Lanes {
+    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(self, simd: S) -> f64x4<S> {
+        f64x4::simd_from(simd, self.0)
+    }
+
+    #[inline(always)]
+    pub(crate) fn from<S: Simd>(value: f64x4<S>) -> Self {
+        Self(value.into())
+    }
+
+    /// Sum over the lanes, always in the same order.
+    #[inline(always)]
+    pub(crate) fn sum(self) -> f64 {
+        (self.0[0] + self.0[1]) + (self.0[2] + self.0[3])
+    }
+}
+
+/// A vector for each lane.
+pub(crate) type Vector<S> = [f64x4<S>; 3];
+/// A matrix for each lane, row by row.
+pub(crate) type Matrix<S> = [[f64x4<S>; 3]; 3];
+
+#[inline(always)]
+pub(crate) fn splat<S: Simd>(simd: S, value: f64) -> f64x4<S> {
+    f64x4::simd_from(simd, value)
+}
+
+#[inline(always)]
+pub(crate) fn load<S: Simd>(simd: S, v: &[Lanes; 3]) -> Vector<S> {
+    [v[0].load(simd), v[1].load(simd), v[2].load(simd)]
+}
+
+/// The vector of three components that starts at `at`.
+#[inline(always)]
+pub(crate) fn load_at<S: Simd>(simd: S, field: &[Lanes], at: usize) -> Vector<S> {
+    let [x, y, z] = &field[at..at + 3] else { unreachable!() };
+    [x.load(simd), y.load(simd), z.load(simd)]
+}
+
+#[inline(always)]
+pub(crate) fn store_at<S: Simd>(field: &mut [Lanes], at: usize, v: Vector<S>) {
+    let [x, y, z] = &mut field[at..at + 3] else { unreachable!() };
+    (*x, *y, *z) = (Lanes::from(v[0]), Lanes::from(v[1]), Lanes::from(v[2]));
+}
+
+#[inline(always)]
+pub(crate) fn zero<S: Simd>(simd: S) -> Vector<S> {
+    [splat(simd, 0.0); 3]
+}
+
+#[inline(always)]
+pub(crate) fn add<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn sub<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn scale<S: Simd>(a: Vector<S>, s: f64x4<S>) -> Vector<S> {
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
+#[inline(always)]
+pub(crate) fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f64x4<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+pub(crate) fn cross<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// `M v`.
+#[inline(always)]
+pub(crate) fn times<S: Simd>(m: &Matrix<S>, v: Vector<S>) -> Vector<S> {
+    [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
+}
+
+/// `Mᵀ v`.
+#[inline(always)]
+pub(crate) fn transposed_times<S: Simd>(m: &Matrix<S>, v: Vector<S>) -> Vector<S> {
+    [
+        m[0][0] * v[0] + m[1][0] * v[1] + m[2][0] * v[2],
+        m[0][1] * v[0] + m[1][1] * v[1] + m[2][1] * v[2],
+        m[0][2] * v[0] + m[1][2] * v[1] + m[2][2] * v[2],
+    ]
+}
+
+/// `A B`.
+#[inline(always)]
+pub(crate) fn product<S: Simd>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
+    let row = |i: usize| {
+        let c = |k: usize| a[i][0] * b[0][k] + a[i][1] * b[1][k] + a[i][2] * b[2][k];
+        [c(0), c(1), c(2)]
+    };
+    [row(0), row(1), row(2)]
+}
+
+/// `Aᵀ B`.
+#[inline(always)]
+pub(crate) fn transposed_product<S: Simd>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
+    product(&transpose(a), b)
+}
+
+#[inline(always)]
+pub(crate) fn transpose<S: Simd>(a: &Matrix<S>) -> Matrix<S> {
+    [[a[0][0], a[1][0], a[2][0]], [a[0][1], a[1][1], a[2][1]], [a[0][2], a[1][2], a[2][2]]]
+}
+
+/// Inverse of a symmetric matrix given and returned as xx yy zz xy yz zx.
+#[inline(always)]
+pub(crate) fn inverse_symmetric<S: Simd>(simd: S, a: [f64x4<S>; 6]) -> [f64x4<S>; 6] {
+    let [xx, yy, zz, xy, yz, zx] = a;
+    let c_xx = yy * zz - yz * yz;
+    let c_xy = yz * zx - xy * zz;
+    let c_zx = xy * yz - yy * zx;
+    let scale = splat(simd, 1.0) / (xx * c_xx + xy * c_xy + zx * c_zx);
+    [
+        c_xx * scale,
+        (xx * zz - zx * zx) * scale,
+        (xx * yy - xy * xy) * scale,
+        c_xy * scale,
+        (xy * zx - xx * yz) * scale,
+        c_zx * scale,
+    ]
+}
+
+/// Product of a symmetric matrix, given as xx yy zz xy yz zx, and a vector.
+#[inline(always)]
+pub(crate) fn symmetric_times<S: Simd>(a: [f64x4<S>; 6], v: Vector<S>) -> Vector<S> {
+    let [xx, yy, zz, xy, yz, zx] = a;
+    [
+        xx * v[0] + xy * v[1] + zx * v[2],
+        xy * v[0] + yy * v[1] + yz * v[2],
+        zx * v[0] + yz * v[1] + zz * v[2],
+    ]
+}

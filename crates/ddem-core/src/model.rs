@@ -1,0 +1,215 @@
+//! All that is fixed: built and checked once.
+
+use crate::assembly::{Assembly, Constants, NO_TABLE};
+use crate::conditions::{Active, Conditions};
+use crate::deck::{Deck, Kinematics};
+use crate::error::{Fault, ModelError};
+use crate::geometry::{Geometry, Names, Region, Vec3};
+use crate::lanes::Lanes;
+use crate::pack::Packs;
+
+/// A model: what is where, its elements, supports and loads.
+#[derive(Debug)]
+pub struct Model {
+    pub(crate) geometry: Geometry,
+    pub(crate) packs: Packs,
+    pub(crate) assembly: Assembly,
+    pub(crate) conditions: Conditions,
+    pub(crate) constants: Constants,
+    kinematics: Kinematics,
+    pub(crate) gravity: Vec3,
+    pub(crate) deck: Deck,
+}
+
+impl Model {
+    /// Builds the model that a deck describes.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with the deck, each [`Fault`] with the key it is about.
+    pub fn new(deck: &Deck) -> Result<Self, ModelError> {
+        let faults = crate::deck::check(deck);
+        if !faults.is_empty() {
+            return Err(ModelError { faults });
+        }
+        Self::build(deck).map_err(|faults| ModelError { faults })
+    }
+
+    fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
+        let names = Names::new(deck);
+        let geometry = Geometry::new(deck, &names)?;
+        let conditions = Conditions::new(deck, &geometry)?;
+        let packs = Packs::new(&geometry);
+        let constants = Constants::new(deck);
+        let assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
+        let model = Self {
+            geometry,
+            packs,
+            assembly,
+            conditions,
+            constants,
+            kinematics: deck.model.kinematics,
+            gravity: Vec3::from(deck.model.gravity),
+            deck: deck.clone(),
+        };
+        let faults = crate::mechanism::check(&model);
+        if faults.is_empty() { Ok(model) } else { Err(faults) }
+    }
+
+    pub(crate) fn corotational(&self) -> bool {
+        self.kinematics == Kinematics::Corotational
+    }
+
+    pub(crate) fn active(&self, stage: usize) -> Active {
+        Active::new(&self.conditions, &self.geometry, &self.packs, stage)
+    }
+
+    pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {
+        let names: Vec<_> = self.deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+        Region::new(region, &self.geometry.bounds, &names)
+    }
+
+    /// The deck that the model was built from.
+    #[must_use]
+    pub fn deck(&self) -> &Deck {
+        &self.deck
+    }
+
+    /// Number of blocks.
+    #[must_use]
+    pub fn n_blocks(&self) -> usize {
+        self.geometry.bodies.len()
+    }
+
+    /// Number of nodes.
+    #[must_use]
+    pub fn n_nodes(&self) -> usize {
+        self.geometry.n_nodes
+    }
+
+    /// Number of hex8 elements of the bodies.
+    #[must_use]
+    pub fn n_elements(&self) -> usize {
+        (0..self.n_blocks()).map(|body| self.geometry.lattice(body).divisions.pow(3)).sum()
+    }
+
+    /// Reference position of a node `[m]`.
+    #[must_use]
+    pub fn point(&self, node: usize) -> [f64; 3] {
+        let (body, at) = self.geometry.locate(node);
+        self.geometry.position(body, at).into()
+    }
+
+    /// Nodes of the hex8 elements of a block, VTK order, shape `(divisions³, 8)`.
+    pub fn hexes(&self, block: usize) -> impl Iterator<Item = [u32; 8]> + '_ {
+        let n = self.geometry.lattice(block).divisions;
+        let cells = (0..n).flat_map(move |k| {
+            (0..n).flat_map(move |j| (0..n).map(move |i| [i, j, k]))
+        });
+        cells.map(move |[i, j, k]| {
+            let node = |a: usize, b: usize, c: usize| {
+                self.geometry.node(block, [i + a, j + b, k + c]) as u32
+            };
+            [
+                node(0, 0, 0),
+                node(1, 0, 0),
+                node(1, 1, 0),
+                node(0, 1, 0),
+                node(0, 0, 1),
+                node(1, 0, 1),
+                node(1, 1, 1),
+                node(0, 1, 1),
+            ]
+        })
+    }
+
+    /// Number of a block's material, in sorted order of the names.
+    #[must_use]
+    pub fn material(&self, block: usize) -> u16 {
+        self.geometry.bodies[block].material
+    }
+
+    /// The block that a node belongs to.
+    #[must_use]
+    pub fn block_of(&self, node: usize) -> usize {
+        self.geometry.locate(node).0
+    }
+
+    /// Nodes that a `where` selects, in order.
+    #[must_use]
+    pub fn nodes_in(&self, region: &crate::deck::Where) -> Vec<u32> {
+        self.region(region).nodes(&self.geometry)
+    }
+
+    /// The node nearest to a reference position; on a tie the lower number.
+    #[must_use]
+    pub fn nearest_node(&self, at: [f64; 3]) -> usize {
+        let at = Vec3::from(at);
+        let tie = 1e-12 * (self.geometry.bounds[1] - self.geometry.bounds[0]).norm();
+        let mut best = (f64::INFINITY, 0);
+        for node in 0..self.n_nodes() {
+            let distance = (Vec3::from(self.point(node)) - at).norm();
+            if distance < best.0 - tie {
+                best = (distance, node);
+            }
+        }
+        best.1
+    }
+
+    /// Lumped mass of a node `[kg]`, eq. (3).
+    #[must_use]
+    pub fn mass(&self, node: usize) -> f64 {
+        let (pack, local, lane) = self.place(node);
+        self.assembly.inertia[self.assembly.pack_inertia[pack] as usize].mass[local].0[lane]
+    }
+
+    /// Diagonal of the assembled intact stiffness at a node `[N/m]`: body, joints, strips.
+    #[must_use]
+    pub fn stiffness_diagonal(&self, node: usize) -> [f64; 3] {
+        let (pack, local, lane) = self.place(node);
+        let inertia = &self.assembly.inertia[self.assembly.pack_inertia[pack] as usize];
+        [0, 1, 2].map(|c| inertia.diagonal[3 * local + c].0[lane])
+    }
+
+    /// Pack, local number and lane of a node.
+    pub(crate) fn place(&self, node: usize) -> (usize, usize, usize) {
+        let (body, at) = self.geometry.locate(node);
+        let n = self.geometry.lattice(body).divisions + 1;
+        let (pack, lane) = self.packs.slot(body);
+        (pack, at[0] + n * (at[1] + n * at[2]), lane)
+    }
+
+    /// Volume of all bodies, face joints, strips and corners `[m³]`.
+    #[must_use]
+    pub fn volumes(&self) -> [f64; 4] {
+        let mut volumes = [0.0; 4];
+        for (pack, tables) in self.packs.packs.iter().zip(&self.assembly.pack_tables) {
+            for offset in (0..8).filter(|&offset| tables[offset] != NO_TABLE) {
+                let table = &self.assembly.tables[tables[offset] as usize];
+                let cells: usize = self.packs.shape_of(pack).dims(offset).iter().product();
+                for element in table.elements.iter().flatten() {
+                    let kind = (offset as u32).count_ones() as usize;
+                    volumes[kind] +=
+                        cells as f64 * self.assembly.elements[*element as usize].volume;
+                }
+            }
+        }
+        volumes
+    }
+
+    /// Value of a nodal field at a node.
+    pub(crate) fn get(&self, field: &[Lanes], node: usize) -> [f64; 3] {
+        let (pack, local, lane) = self.place(node);
+        let at = 3 * (self.packs.packs[pack].start + local);
+        [0, 1, 2].map(|c| field[at + c].0[lane])
+    }
+
+    /// Sets the value of a nodal field at a node.
+    pub(crate) fn set(&self, field: &mut [Lanes], node: usize, value: [f64; 3]) {
+        let (pack, local, lane) = self.place(node);
+        let at = 3 * (self.packs.packs[pack].start + local);
+        for c in 0..3 {
+            field[at + c].0[lane] = value[c];
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! §6: the numbers of (M2) for a stage.
+//!
+//! `v⁺ = [(m/Δt − c/2) v⁻ + F] / (m/Δt + c/2)` is `v⁺ = a v⁻ + b F` with `a` and `b` fixed for a
+//! stage. Relaxation (§7) is the same with fictitious masses, Δt = 1 and a damping that changes
+//! as it runs, which only scales `a` and `b`.
+
+use fearless_simd::{Simd, f64x4};
+
+use crate::assembly::{Assembly, Inertia};
+use crate::deck::Damping;
+use crate::lanes::{Lanes, splat};
+
+/// `a`, `b` and the damping `c` of the nodes of equal packs, three a node.
+#[derive(Clone, Debug)]
+pub(crate) struct Coefficients {
+    pub(crate) a: Vec<Lanes>,
+    pub(crate) b: Vec<Lanes>,
+    pub(crate) c: Vec<Lanes>,
+}
+
+impl Coefficients {
+    pub(crate) fn at(&self, at: usize, lane: usize) -> [f64; 3] {
+        [self.a[at].0[lane], self.b[at].0[lane], self.c[at].0[lane]]
+    }
+
+    /// From mass and damping of each degree of freedom; nothing moves where there is no mass.
+    fn new(n: usize, time_step: f64, matter: impl Fn(usize, usize) -> (f64, f64)) -> Self {
+        let each = |f: &dyn Fn(f64, f64) -> f64| {
+            let lanes = |i: usize| {
+                Lanes(std::array::from_fn(|lane| {
+                    let (m, c) = matter(i, lane);
+                    if m > 0.0 { f(m, c) } else { 0.0 }
+                }))
+            };
+            (0..n).map(lanes).collect::<Vec<_>>()
+        };
+        let dt = time_step;
+        Self {
+            a: each(&|m, c| (m / dt - c / 2.0) / (m / dt + c / 2.0)),
+            b: each(&|m, c| 1.0 / (m / dt + c / 2.0)),
+            c: each(&|_, c| c),
+        }
+    }
+}
+
+/// (M2) for a stage.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    /// Δt `[s]`; 1 in relaxation.
+    pub(crate) time_step: f64,
+    /// One for each [`Inertia`], under the same number.
+    pub(crate) classes: Vec<Coefficients>,
+    /// Factors on a, b and c.
+    pub(crate) scale: [f64; 3],
+    /// α of local damping.
+    pub(crate) local: f64,
+    /// Velocities are at a whole step: the first half step of a stage.
+    pub(crate) start: bool,
+    /// Some damping takes energy.
+    pub(crate) damped: bool,
+    /// Fictitious masses: sums for the estimate of the lowest mode are wanted.
+    pub(crate) fictitious: bool,
+}
+
+impl Motion {
+    /// For a dynamic stage: damping of every kind in §6, (10).
+    pub(crate) fn dynamic(assembly: &Assembly, damping: Damping, time_step: f64) -> Self {
+        let damping_of = |inertia: &Inertia, i: usize, lane: usize| {
+            let (m, k) = (inertia.mass[i / 3].0[lane], inertia.diagonal[i].0[lane]);
+            let c = match damping {
+                Damping::Ratio(zeta) => 2.0 * zeta * (m * k).sqrt(),
+                Damping::Mass(alpha) => alpha * m,
+                Damping::Local(_) | Damping::None => 0.0,
+            };
+            (m, c)
+        };
+        let class = |inertia: &Inertia| {
+            let n = inertia.diagonal.len();
+            Coefficients::new(n, time_step, |i, lane| damping_of(inertia, i, lane))
+        };
+        Self {
+            time_step,
+            classes: assembly.inertia.iter().map(class).collect(),
+            scale: [1.0; 3],
+            local: if let Damping::Local(alpha) = damping { alpha } else { 0.0 },
+            start: false,
+            damped: damping != Damping::None,
+            fictitious: false,
+        }
+    }
+
+    /// For relaxation: masses `[N/m]` by [`Inertia`], Δt = 1, damping `c m` set as it runs.
+    pub(crate) fn relaxing(assembly: &Assembly, mass: impl Fn(&Inertia, usize, usize) -> f64) -> Self {
+        let class = |inertia: &Inertia| {
+            let n = inertia.diagonal.len();
+            let mut class = Coefficients::new(n, 1.0, |i, lane| (mass(inertia, i, lane), 0.0));
+            class.c = (0..n)
+                .map(|i| Lanes(std::array::from_fn(|lane| mass(inertia, i, lane))))
+                .collect();
+            class
+        };
+        let mut motion = Self {
+            time_step: 1.0,
+            classes: assembly.inertia.iter().map(class).collect(),
+            scale: [1.0; 3],
+            local: 0.0,
+            start: false,
+            damped: true,
+            fictitious: true,
+        };
+        motion.damp(0.0);
+        motion
+    }
+
+    /// Sets the damping of relaxation to `c` times the fictitious mass.
+    pub(crate) fn damp(&mut self, c: f64) {
+        self.scale = [(1.0 - c / 2.0) / (1.0 + c / 2.0), 1.0 / (1.0 + c / 2.0), c];
+    }
+
+    /// The force under which (M2) turns velocity `now` into `target`.
+    pub(crate) fn force_for(&self, now: f64, target: f64, [a, b, c]: [f64; 3]) -> f64 {
+        let [a, b, c] = [a * self.scale[0], b * self.scale[1], c * self.scale[2]];
+        if self.start { (target - now) * (1.0 + a) / b + c * now } else { (target - a * now) / b }
+    }
+}
+
+/// `v⁺` of one component of one node, (M2): `v⁺ = a v + b F`, or over the first half step
+/// `v(½) = v₀ + Δt/(2m) (F − c v₀)`, where `Δt/(2m) = b/(1 + a)`.
+#[derive(Clone, Copy)]
+pub(crate) struct Update<S: Simd> {
+    scale: [f64x4<S>; 3],
+    start: bool,
+    one: f64x4<S>,
+}
+
+impl<S: Simd> Update<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, motion: &Motion) -> Self {
+        let scale = motion.scale.map(|s| splat(simd, s));
+        Self { scale, start: motion.start, one: splat(simd, 1.0) }
+    }
+
+    /// New velocity, and the damping coefficient.
+    #[inline(always)]
+    pub(crate) fn velocity(
+        &self,
+        [a, b, c]: [f64x4<S>; 3],
+        v: f64x4<S>,
+        force: f64x4<S>,
+    ) -> (f64x4<S>, f64x4<S>) {
+        let [a, b, c] = [a * self.scale[0], b * self.scale[1], c * self.scale[2]];
+        if self.start { (v + b / (self.one + a) * (force - c * v), c) } else { (a * v + b * force, c) }
+    }
+}

@@ -1,0 +1,249 @@
+//! Packs: four bodies side by side, one per SIMD lane, and who is whose neighbour.
+//!
+//! A pack owns the joint cells at the upper sides of its bodies: three faces, three strips and a
+//! corner, one for each of the seven upper neighbours. With the bits 1 = x, 2 = y, 4 = z of an
+//! offset, lattice `o` joins the bodies whose offsets are the subsets of `o`:
+//!
+//! | offset | 1, 2, 4 | 3, 5, 6 | 7 |
+//! |---|---|---|---|
+//! | cells | face joint, n×n×1 | strip, n×1×1 | corner, 1×1×1 |
+//! | bodies | 2 | 4 | 8 |
+//!
+//! What these cells do to the upper neighbours goes to the pack's *shares*, one entry for each of
+//! the neighbours' nodes that they touch and one for the torque; the neighbours collect it later.
+//! So every number is written by one task and summed in one order.
+
+use crate::geometry::Geometry;
+use crate::lanes::LANES;
+
+/// Lane without a neighbour.
+const NOBODY: u32 = u32::MAX;
+
+/// One node of a joint lattice: on which body (offset bits) and its places there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointNode {
+    /// Offset bits of the body: 0 is the owner.
+    pub(crate) offset: usize,
+    /// Local node number in that body.
+    pub(crate) local: usize,
+    /// Place in the owner's shares; of no meaning for the owner's own nodes.
+    pub(crate) share: usize,
+}
+
+/// Node numbering of bodies with n divisions, and of the joint cells around them.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    pub(crate) divisions: usize,
+    /// Nodes of a body.
+    pub(crate) nodes: usize,
+    /// Nodes of each joint lattice, x fastest, by offset 1…7 (0 unused).
+    pub(crate) joints: [Vec<JointNode>; 8],
+    /// For each offset: local node numbers of that upper neighbour in the order of its shares.
+    pub(crate) touched: [Vec<usize>; 8],
+    /// Where the shares of each offset begin.
+    pub(crate) share_start: [usize; 8],
+    /// Entries in the shares: one for each touched node, then seven torques.
+    pub(crate) shares: usize,
+}
+
+impl Shape {
+    pub(crate) fn new(divisions: usize) -> Self {
+        let n = divisions + 1;
+        let local = |at: [usize; 3]| at[0] + n * (at[1] + n * at[2]);
+        // Nodes of a grid that has one line where `flat` has a bit, else n.
+        let grid = |flat: usize, thick: usize| {
+            let m = [0, 1, 2].map(|d| if flat & (1 << d) == 0 { n } else { thick });
+            (0..m[2]).flat_map(move |z| {
+                (0..m[1]).flat_map(move |y| (0..m[0]).map(move |x| [x, y, z]))
+            })
+        };
+        let touched: [Vec<usize>; 8] = std::array::from_fn(|offset| {
+            if offset == 0 { Vec::new() } else { grid(offset, 1).map(local).collect() }
+        });
+        let mut share_start = [0; 8];
+        for offset in 1..8 {
+            share_start[offset] = share_start[offset - 1] + touched[offset - 1].len();
+        }
+        let torques = share_start[7] + touched[7].len();
+        let joint_node = |lattice: usize, at: [usize; 3]| {
+            // Along the offset's directions, line 0 is the owner's last and line 1 the next's first.
+            let crossed = (0..3).filter(|&d| lattice & (1 << d) != 0);
+            let offset = crossed.filter(|&d| at[d] == 1).map(|d| 1 << d).sum::<usize>();
+            let on_body = [0, 1, 2].map(|d| match (lattice & (1 << d), at[d]) {
+                (0, i) => i,
+                (_, 0) => divisions,
+                _ => 0,
+            });
+            // Order of the shares: the grid of the neighbour that is flat along its offset.
+            let [mx, my, _] = [0, 1, 2].map(|d| if offset & (1 << d) == 0 { n } else { 1 });
+            let place = on_body[0] + mx * (on_body[1] + my * on_body[2]);
+            JointNode { offset, local: local(on_body), share: share_start[offset] + place }
+        };
+        let joints = std::array::from_fn(|lattice| {
+            if lattice == 0 { return Vec::new() }
+            grid(lattice, 2).map(|at| joint_node(lattice, at)).collect()
+        });
+        let nodes = n * n * n;
+        Self { divisions, nodes, joints, touched, share_start, shares: torques + 7 }
+    }
+
+    /// Elements of a joint lattice along the three edges; offset 0 is the body itself.
+    pub(crate) fn dims(&self, offset: usize) -> [usize; 3] {
+        [0, 1, 2].map(|d| if offset & (1 << d) == 0 { self.divisions } else { 1 })
+    }
+
+    /// Place of the torque for an upper neighbour in the shares.
+    pub(crate) fn torque(&self, offset: usize) -> usize {
+        self.shares - 8 + offset
+    }
+}
+
+/// Where the bodies at one offset are: pack and lane for each lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Neighbours([u32; LANES]);
+
+impl Neighbours {
+    const NONE: Self = Self([NOBODY; LANES]);
+
+    /// Pack and lane of a lane's neighbour.
+    #[inline(always)]
+    pub(crate) fn at(&self, lane: usize) -> Option<(usize, usize)> {
+        match self.0[lane] {
+            NOBODY => None,
+            slot => Some((slot as usize / LANES, slot as usize % LANES)),
+        }
+    }
+
+    /// The pack, when the four neighbours are its four lanes in order: whole vectors load.
+    #[inline(always)]
+    pub(crate) fn aligned(&self) -> Option<usize> {
+        let first = self.0[0];
+        let in_order = (0..LANES as u32).all(|l| self.0[l as usize] == first.wrapping_add(l));
+        (first != NOBODY && first as usize % LANES == 0 && in_order)
+            .then_some(first as usize / LANES)
+    }
+
+    pub(crate) fn is_none(&self) -> bool {
+        *self == Self::NONE
+    }
+}
+
+/// Four bodies of one set. Lanes beyond `filled` repeat the first body with zero weight.
+#[derive(Clone, Debug)]
+pub(crate) struct Pack {
+    pub(crate) bodies: [u32; LANES],
+    pub(crate) filled: usize,
+    /// Index into the shapes.
+    pub(crate) shape: usize,
+    /// First node in the nodal fields.
+    pub(crate) start: usize,
+    /// First entry in the shares.
+    pub(crate) share_start: usize,
+    /// Bodies at the upper offsets 1…7 (0 unused).
+    pub(crate) upper: [Neighbours; 8],
+    /// Bodies at the lower offsets −1…−7, who own the joints between.
+    pub(crate) lower: [Neighbours; 8],
+}
+
+/// All packs, and where each body is.
+#[derive(Clone, Debug)]
+pub(crate) struct Packs {
+    pub(crate) shapes: Vec<Shape>,
+    pub(crate) packs: Vec<Pack>,
+    /// `LANES` × pack + lane of each body.
+    slots: Vec<u32>,
+    /// Nodes in the nodal fields, counting one for four lanes.
+    pub(crate) nodes: usize,
+    /// Entries in the shares.
+    pub(crate) shares: usize,
+}
+
+impl Packs {
+    pub(crate) fn new(geometry: &Geometry) -> Self {
+        let mut packs = Self {
+            shapes: Vec::new(),
+            packs: Vec::new(),
+            slots: vec![NOBODY; geometry.bodies.len()],
+            nodes: 0,
+            shares: 0,
+        };
+        for set in 0..geometry.lattices.len() {
+            packs.add_set(geometry, set);
+        }
+        for index in 0..packs.packs.len() {
+            for offset in 1..8 {
+                let pack = &packs.packs[index];
+                let upper = packs.neighbours(geometry, pack, offset, 1);
+                let lower = packs.neighbours(geometry, pack, offset, -1);
+                let pack = &mut packs.packs[index];
+                (pack.upper[offset], pack.lower[offset]) = (upper, lower);
+            }
+        }
+        packs
+    }
+
+    fn add_set(&mut self, geometry: &Geometry, set: usize) {
+        let lattice = &geometry.lattices[set];
+        let shape = self.shape(lattice.divisions);
+        // Lanes run along an edge whose count is a multiple of four, if there is one: then the
+        // neighbours across it are whole packs.
+        let first = (0..3).find(|&d| lattice.count[d] % LANES == 0).unwrap_or(0);
+        let order = [first, (first + 1) % 3, (first + 2) % 3];
+        let count = order.map(|d| lattice.count[d]);
+        let mut bodies = Vec::new();
+        for (k, j, i) in (0..count[2])
+            .flat_map(|k| (0..count[1]).flat_map(move |j| (0..count[0]).map(move |i| (k, j, i))))
+        {
+            let mut cell = [0; 3];
+            (cell[order[0]], cell[order[1]], cell[order[2]]) = (i, j, k);
+            let body = lattice.body[lattice.index(cell)];
+            if body != crate::geometry::NONE {
+                bodies.push(body);
+            }
+        }
+        for four in bodies.chunks(LANES) {
+            let index = self.packs.len() * LANES;
+            for (lane, &body) in four.iter().enumerate() {
+                self.slots[body as usize] = (index + lane) as u32;
+            }
+            self.packs.push(Pack {
+                bodies: std::array::from_fn(|lane| *four.get(lane).unwrap_or(&four[0])),
+                filled: four.len(),
+                shape,
+                start: self.nodes,
+                share_start: self.shares,
+                upper: [Neighbours::NONE; 8],
+                lower: [Neighbours::NONE; 8],
+            });
+            self.nodes += self.shapes[shape].nodes;
+            self.shares += self.shapes[shape].shares;
+        }
+    }
+
+    fn shape(&mut self, divisions: usize) -> usize {
+        let known = self.shapes.iter().position(|shape| shape.divisions == divisions);
+        known.unwrap_or_else(|| {
+            self.shapes.push(Shape::new(divisions));
+            self.shapes.len() - 1
+        })
+    }
+
+    fn neighbours(&self, geometry: &Geometry, pack: &Pack, offset: usize, sign: i32) -> Neighbours {
+        let step = [0, 1, 2].map(|d| if offset & (1 << d) == 0 { 0 } else { sign });
+        Neighbours(std::array::from_fn(|lane| {
+            let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize);
+            let other = body.and_then(|body| geometry.neighbour(body, step));
+            other.map_or(NOBODY, |other| self.slots[other])
+        }))
+    }
+
+    /// Pack and lane of a body.
+    pub(crate) fn slot(&self, body: usize) -> (usize, usize) {
+        let slot = self.slots[body] as usize;
+        (slot / LANES, slot % LANES)
+    }
+
+    pub(crate) fn shape_of(&self, pack: &Pack) -> &Shape {
+        &self.shapes[pack.shape]
+    }
+}

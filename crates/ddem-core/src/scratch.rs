@@ -1,0 +1,269 @@
+//! What can be thrown away at any time without changing a result.
+
+use std::ops::Range;
+
+use fearless_simd::{Level, dispatch};
+
+use crate::conditions::Active;
+use crate::element::corotation::Frame;
+use crate::force::internal::{Workspace, collect, spread_torque};
+use crate::lanes::{Lanes, load};
+use crate::model::Model;
+use crate::pack::Packs;
+use crate::parallel::{Split, node_start, runs, share_start};
+use crate::state::State;
+use crate::step::{Part, fit_pack};
+use crate::sums::Sums;
+
+/// Forces, sums and working space.
+#[derive(Debug)]
+pub(crate) struct Scratch {
+    /// Forces on the nodes `[N]`.
+    pub(crate) f: Vec<Lanes>,
+    /// What joint cells do to upper neighbours.
+    shares: Vec<Lanes>,
+    /// Residual torques of the packs `[N m]`.
+    torques: Vec<[Lanes; 3]>,
+    /// Frames of the packs at the present displacements.
+    pub(crate) frames: Vec<Frame>,
+    /// Strain energies of the packs, bodies and joints `[J]`.
+    energies: Vec<[Lanes; 2]>,
+    /// Sums of the packs.
+    pub(crate) sums: Vec<Sums>,
+    /// Forces of the active supports `[N]`.
+    pub(crate) reactions: Vec<f64>,
+    /// Runs of packs, one task each, with a working space each.
+    runs: Vec<Range<usize>>,
+    workspaces: Vec<Spaces>,
+    /// Instruction set of the kernels.
+    pub(crate) level: Level,
+}
+
+/// Working spaces of one task.
+#[derive(Debug, Default)]
+pub(crate) struct Spaces {
+    pub(crate) elements: Workspace,
+    /// Loads on one pack.
+    q: Vec<Lanes>,
+}
+
+impl Scratch {
+    /// For a model, with the frames of a state.
+    pub(crate) fn new(model: &Model, u: &[Lanes], level: Level) -> Self {
+        let packs = &model.packs;
+        let n = packs.packs.len();
+        let runs = runs(packs);
+        let mut scratch = Self {
+            f: vec![Lanes::ZERO; 3 * packs.nodes],
+            shares: vec![Lanes::ZERO; 3 * packs.shares],
+            torques: vec![[Lanes::ZERO; 3]; n],
+            frames: vec![Frame::REST; n],
+            energies: vec![[Lanes::ZERO; 2]; n],
+            sums: vec![Sums::default(); n],
+            reactions: Vec::new(),
+            workspaces: runs.iter().map(|_| Spaces::default()).collect(),
+            runs,
+            level,
+        };
+        scratch.fit(model, u);
+        scratch
+    }
+
+    /// Fits the frames to displacements that a step did not make.
+    pub(crate) fn fit(&mut self, model: &Model, u: &[Lanes]) {
+        if !model.corotational() {
+            return;
+        }
+        let packs = &model.packs;
+        for (index, frame) in self.frames.iter_mut().enumerate() {
+            let u = &u[node_start(packs, index)..node_start(packs, index + 1)];
+            *frame = dispatch!(self.level, simd => fit_pack(simd, model, index, u));
+        }
+    }
+
+    /// Adds what the joints at the lower sides of each pack do to the forces of the pack.
+    pub(crate) fn collect(&mut self, model: &Model) {
+        let packs = &model.packs;
+        for index in 0..packs.packs.len() {
+            let f = &mut self.f[node_start(packs, index)..node_start(packs, index + 1)];
+            let (shares, torque) = (&self.shares, &mut self.torques[index]);
+            dispatch!(self.level, simd => collect(simd, packs, index, shares, f, torque));
+            if model.corotational() {
+                let (at, frame) = ((packs, &model.assembly), &self.frames[index]);
+                dispatch!(self.level, simd => {
+                    spread_torque(simd, at, index, frame, load(simd, torque), f)
+                });
+            }
+        }
+    }
+
+    /// Strain energy of bodies and joints `[J]`, packs in order.
+    pub(crate) fn strain_energy(&self) -> [f64; 2] {
+        self.energies.iter().fold([0.0; 2], |sum, energy| {
+            [sum[0] + energy[0].sum(), sum[1] + energy[1].sum()]
+        })
+    }
+
+    /// Borrowed for the first pass.
+    pub(crate) fn forces(&mut self, energies: bool) -> (Forces<'_>, &[Frame], &[Range<usize>]) {
+        let fields = Forces {
+            f: &mut self.f,
+            shares: &mut self.shares,
+            torques: &mut self.torques,
+            energies: if energies { &mut self.energies } else { &mut [] },
+            workspaces: &mut self.workspaces,
+        };
+        (fields, &self.frames, &self.runs)
+    }
+
+    /// Borrowed for adding up forces without moving.
+    pub(crate) fn balancing<'a>(
+        &'a mut self,
+        active: &'a Active,
+    ) -> (Balancing<'a>, &'a [Frame], &'a [Lanes], &'a [Range<usize>], Level) {
+        self.reactions.resize(active.supports.len(), 0.0);
+        let fields = Balancing {
+            active,
+            f: &mut self.f,
+            torques: &mut self.torques,
+            sums: &mut self.sums,
+            reactions: &mut self.reactions,
+            workspaces: &mut self.workspaces,
+        };
+        (fields, &self.frames, &self.shares, &self.runs, self.level)
+    }
+
+    /// Borrowed for the second pass.
+    pub(crate) fn moving<'a>(
+        &'a mut self,
+        active: &'a Active,
+        state: &'a mut State,
+    ) -> (Moving<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
+        self.reactions.resize(active.supports.len(), 0.0);
+        let balancing = Balancing {
+            active,
+            f: &mut self.f,
+            torques: &mut self.torques,
+            sums: &mut self.sums,
+            reactions: &mut self.reactions,
+            workspaces: &mut self.workspaces,
+        };
+        let (u, v) = (&mut state.u[..], &mut state.v[..]);
+        let fields = Moving { balancing, frames: &mut self.frames, u, v };
+        (fields, &self.shares, &self.runs, self.level)
+    }
+}
+
+/// Fields of the first pass, of a run of packs.
+pub(crate) struct Forces<'a> {
+    pub(crate) f: &'a mut [Lanes],
+    pub(crate) shares: &'a mut [Lanes],
+    pub(crate) torques: &'a mut [[Lanes; 3]],
+    /// Empty when energies are not asked for.
+    pub(crate) energies: &'a mut [[Lanes; 2]],
+    pub(crate) workspaces: &'a mut [Spaces],
+}
+
+/// Fields of the balance of forces, of a run of packs.
+pub(crate) struct Balancing<'a> {
+    active: &'a Active,
+    f: &'a mut [Lanes],
+    torques: &'a mut [[Lanes; 3]],
+    sums: &'a mut [Sums],
+    reactions: &'a mut [f64],
+    workspaces: &'a mut [Spaces],
+}
+
+/// Fields of the second pass, of a run of packs.
+pub(crate) struct Moving<'a> {
+    pub(crate) balancing: Balancing<'a>,
+    pub(crate) frames: &'a mut [Frame],
+    pub(crate) u: &'a mut [Lanes],
+    pub(crate) v: &'a mut [Lanes],
+}
+
+impl Balancing<'_> {
+    /// The part of one pack; the fields begin at pack `first`.
+    pub(crate) fn pack(
+        &mut self,
+        active: &Active,
+        packs: &Packs,
+        first: usize,
+        index: usize,
+    ) -> Part<'_> {
+        let node = node_start(packs, first);
+        let nodes = node_start(packs, index) - node..node_start(packs, index + 1) - node;
+        let support = active.first_support(first);
+        let supports =
+            active.first_support(index) - support..active.first_support(index + 1) - support;
+        Part {
+            f: &mut self.f[nodes],
+            torque: &mut self.torques[index - first],
+            sums: &mut self.sums[index - first],
+            reactions: &mut self.reactions[supports],
+            q: &mut self.workspaces[0].q,
+            loaded: false,
+        }
+    }
+}
+
+impl Split for Forces<'_> {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let shares = share_start(packs, at) - share_start(packs, first);
+        let (f, f_high) = self.f.split_at_mut(nodes);
+        let (shares, shares_high) = self.shares.split_at_mut(shares);
+        let (torques, torques_high) = self.torques.split_at_mut(at - first);
+        let (energies, energies_high) =
+            self.energies.split_at_mut((at - first).min(self.energies.len()));
+        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
+        (
+            Self { f, shares, torques, energies, workspaces },
+            Self {
+                f: f_high,
+                shares: shares_high,
+                torques: torques_high,
+                energies: energies_high,
+                workspaces: workspaces_high,
+            },
+        )
+    }
+}
+
+impl Split for Balancing<'_> {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let active = self.active;
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let supports = active.first_support(at) - active.first_support(first);
+        let (f, f_high) = self.f.split_at_mut(nodes);
+        let (torques, torques_high) = self.torques.split_at_mut(at - first);
+        let (sums, sums_high) = self.sums.split_at_mut(at - first);
+        let (reactions, reactions_high) = self.reactions.split_at_mut(supports);
+        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
+        (
+            Self { active, f, torques, sums, reactions, workspaces },
+            Self {
+                active,
+                f: f_high,
+                torques: torques_high,
+                sums: sums_high,
+                reactions: reactions_high,
+                workspaces: workspaces_high,
+            },
+        )
+    }
+}
+
+impl Split for Moving<'_> {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let (u, u_high) = self.u.split_at_mut(nodes);
+        let (v, v_high) = self.v.split_at_mut(nodes);
+        let (frames, frames_high) = self.frames.split_at_mut(at - first);
+        let (balancing, balancing_high) = self.balancing.split(packs, first, at, low_runs);
+        (
+            Self { balancing, frames, u, v },
+            Self { balancing: balancing_high, frames: frames_high, u: u_high, v: v_high },
+        )
+    }
+}

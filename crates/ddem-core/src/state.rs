@@ -1,0 +1,67 @@
+//! All that changes during a run, and nothing else.
+
+use crate::geometry::Vec3;
+use crate::lanes::Lanes;
+use crate::model::Model;
+
+/// Work done on the model up to the last step `[J]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Work {
+    /// By loads, gravity included.
+    pub(crate) loads: f64,
+    /// By driven supports.
+    pub(crate) supports: f64,
+    /// Taken by damping.
+    pub(crate) damping: f64,
+}
+
+/// The state of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct State {
+    /// Simulated time `[s]`; relaxation takes none.
+    pub(crate) time: f64,
+    /// Steps since the start of the run.
+    pub(crate) steps: u64,
+    /// The stage that is running, by its number in the deck.
+    pub(crate) stage: usize,
+    /// Times at which the stages so far began `[s]`.
+    pub(crate) stage_starts: Vec<f64>,
+    /// Displacements `[m]`.
+    pub(crate) u: Vec<Lanes>,
+    /// Velocities `[m/s]`, at half steps within a stage.
+    pub(crate) v: Vec<Lanes>,
+    /// Velocities are at the present time: between stages.
+    pub(crate) whole: bool,
+    pub(crate) work: Work,
+    /// Factor of each load, and last of gravity, as relaxation left them.
+    pub(crate) load_factors: Vec<f64>,
+}
+
+impl State {
+    /// At the start of a run: no displacement, initial velocities, no load.
+    pub(crate) fn new(model: &Model) -> Self {
+        let n = 3 * model.packs.nodes;
+        let mut state = Self {
+            time: 0.0,
+            steps: 0,
+            stage: 0,
+            stage_starts: vec![0.0],
+            u: vec![Lanes::ZERO; n],
+            v: vec![Lanes::ZERO; n],
+            whole: true,
+            work: Work::default(),
+            load_factors: vec![0.0; model.conditions.loaded.len() + 1],
+        };
+        for initial in &model.deck.initial {
+            let velocity = Vec3::from(initial.velocity.unwrap_or_default());
+            let spin = Vec3::from(initial.spin.unwrap_or_default());
+            let centre = Vec3::from(initial.centre.unwrap_or_default());
+            for node in model.nodes_in(&initial.region) {
+                let arm = Vec3::from(model.point(node as usize)) - centre;
+                let v = velocity + spin.cross(&arm);
+                model.set(&mut state.v, node as usize, v.into());
+            }
+        }
+        state
+    }
+}

@@ -1,0 +1,357 @@
+//! §6: one explicit step, t → t + Δt. Read this first.
+//!
+//! The paper's two passes, each over packs of four blocks. [`forces`]: the loop over bodies and
+//! joints, forces from displacements. [`advance`]: what meets at a node is added up, in one
+//! order, and the nodes move. The order of physics inside a pack is read in [`balance_pack`] and
+//! [`advance_pack`].
+
+use std::ops::Range;
+
+use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x4};
+use fearless_simd_macros::simd;
+
+use crate::conditions::{Active, Support};
+use crate::element::corotation::{Frame, fit};
+use crate::force::external::{self, External};
+use crate::force::internal::{self, Input, Output, pack_forces};
+use crate::force::support;
+use crate::lanes::{Lanes, add, load, load_at, scale, splat, zero};
+use crate::model::Model;
+use crate::motion::{Motion, Update};
+use crate::parallel::{node_start, share_start, spread};
+use crate::scratch::{Balancing, Forces, Moving, Scratch};
+use crate::state::State;
+use crate::sums::{Sums, Tally};
+
+/// What a step needs to know besides the model and the state.
+#[derive(Clone, Copy)]
+pub(crate) struct Context<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) active: &'a Active,
+    pub(crate) motion: &'a Motion,
+    /// Factor of each load at time t.
+    pub(crate) factors: &'a [f64],
+    /// Gravity times its factor `[m/s²]`.
+    pub(crate) gravity: [f64; 3],
+    /// Velocity of each fix half a step ahead `[m/s]`.
+    pub(crate) velocities: &'a [[f64; 3]],
+}
+
+/// One explicit step, eq. (2) in the form (M2). Returns the sums over all nodes at time t.
+#[doc(alias = "eq 2")]
+pub(crate) fn step(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Sums {
+    forces(context.model, &state.u, scratch, false);
+    let sums = advance(context, state, scratch);
+    state.steps += 1;
+    if !context.motion.fictitious {
+        state.time += context.motion.time_step;
+    }
+    state.whole = false;
+    sums
+}
+
+/// What a step from this state would do, without doing it: forces, reactions and sums at time t,
+/// with the strain energies of bodies and joints `[J]`.
+pub(crate) fn measure(
+    context: Context<'_>,
+    state: &State,
+    scratch: &mut Scratch,
+) -> (Sums, [f64; 2]) {
+    forces(context.model, &state.u, scratch, true);
+    let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
+    spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
+        dispatch!(level, simd => run_measure(simd, context, (&state.v, frames, shares), &run, &mut fields));
+    });
+    (Sums::total(&scratch.sums), scratch.strain_energy())
+}
+
+/// First pass: `f ← −K u` of the bodies (8) and of the joint cells (11), in each block's frame.
+pub(crate) fn forces(model: &Model, u: &[Lanes], scratch: &mut Scratch, energies: bool) {
+    let level = scratch.level;
+    let (fields, frames, runs) = scratch.forces(energies);
+    let frames = model.corotational().then_some(frames);
+    let input = Input { packs: &model.packs, assembly: &model.assembly, u, frames };
+    spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
+        dispatch!(level, simd => run_forces(simd, input, &run, fields));
+    });
+}
+
+/// `f ← −K u` of the linear model, whatever the kinematics, the joints' shares collected.
+pub(crate) fn linear_forces(model: &Model, u: &[Lanes], scratch: &mut Scratch) {
+    let level = scratch.level;
+    let (fields, _, runs) = scratch.forces(false);
+    let input = Input { packs: &model.packs, assembly: &model.assembly, u, frames: None };
+    spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
+        dispatch!(level, simd => run_forces(simd, input, &run, fields));
+    });
+    scratch.collect(model);
+}
+
+/// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.
+pub(crate) fn internal_forces(model: &Model, u: &[Lanes], scratch: &mut Scratch) {
+    forces(model, u, scratch, false);
+    scratch.collect(model);
+}
+
+#[simd]
+fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Forces<'_>) {
+    let packs = input.packs;
+    let (first_node, first_share) = (node_start(packs, run.start), share_start(packs, run.start));
+    for pack in run.clone() {
+        let nodes = node_start(packs, pack) - first_node..node_start(packs, pack + 1) - first_node;
+        let shares =
+            share_start(packs, pack) - first_share..share_start(packs, pack + 1) - first_share;
+        let out = Output {
+            f: &mut fields.f[nodes],
+            shares: &mut fields.shares[shares],
+            torque: &mut fields.torques[pack - run.start],
+            energy: fields.energies.get_mut(pack - run.start).map(|energy| {
+                *energy = [Lanes::ZERO; 2];
+                energy
+            }),
+        };
+        pack_forces(simd, input, pack, out, &mut fields.workspaces[0].elements);
+    }
+}
+
+/// Second pass: forces meet at the nodes, and the nodes move.
+fn advance(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Sums {
+    let (fields, shares, runs, level) = scratch.moving(context.active, state);
+    spread(&context.model.packs, runs, fields, &|run, mut fields: Moving<'_>| {
+        dispatch!(level, simd => run_advance(simd, context, shares, &run, &mut fields));
+    });
+    Sums::total(&scratch.sums)
+}
+
+#[simd]
+fn run_advance<S: Simd>(
+    simd: S,
+    context: Context<'_>,
+    shares: &[Lanes],
+    run: &Range<usize>,
+    fields: &mut Moving<'_>,
+) {
+    let packs = &context.model.packs;
+    let first_node = node_start(packs, run.start);
+    for index in run.clone() {
+        let nodes =
+            node_start(packs, index) - first_node..node_start(packs, index + 1) - first_node;
+        let frame = &mut fields.frames[index - run.start];
+        let (u, v) = (&mut fields.u[nodes.clone()], &mut fields.v[nodes]);
+        let mut part = fields.balancing.pack(context.active, packs, run.start, index);
+        balance_pack(simd, context, index, (v, frame, shares), &mut part);
+        advance_pack(simd, context, index, &mut part, (u, v));
+        if context.model.corotational() {
+            *frame = fit_pack(simd, context.model, index, u);
+        }
+    }
+}
+
+#[simd]
+fn run_measure<S: Simd>(
+    simd: S,
+    context: Context<'_>,
+    (v, frames, shares): (&[Lanes], &[Frame], &[Lanes]),
+    run: &Range<usize>,
+    fields: &mut Balancing<'_>,
+) {
+    let packs = &context.model.packs;
+    for index in run.clone() {
+        let v = &v[node_start(packs, index)..node_start(packs, index + 1)];
+        let mut part = fields.pack(context.active, packs, run.start, index);
+        balance_pack(simd, context, index, (v, &frames[index], shares), &mut part);
+        let class = context.coefficients(index);
+        let mass = &context.model.assembly.inertia[context.inertia(index)].mass;
+        let update = Update::new(simd, context.motion);
+        let mut tally = Tally::new(simd);
+        for (at, (f, v)) in part.f.iter().zip(v).enumerate() {
+            let abc = [class.a[at], class.b[at], class.c[at]].map(|x| x.load(simd));
+            let (mut old, force) = (v.load(simd), f.load(simd));
+            let local = local_damping(simd, context.motion.local, force, old);
+            let (new, c) = update.velocity(abc, old, force - local);
+            if context.motion.start {
+                // The half step before is the mirror of the one after.
+                old = old + old - new;
+            }
+            tally.force(force);
+            if part.loaded {
+                tally.loaded(part.q[at].load(simd), old, new);
+            }
+            tally.kinetic(mass[at / 3].load(simd), old, new);
+            if context.motion.damped {
+                tally.damped(local + c * (old + new) * 0.5, old, new);
+            }
+        }
+        tally.give(part.sums);
+        part.sums.supports[0] = support_power(context, index, v, part.reactions);
+    }
+}
+
+/// One pack of the two passes' borrowed fields.
+pub(crate) struct Part<'a> {
+    pub(crate) f: &'a mut [Lanes],
+    pub(crate) torque: &'a mut [Lanes; 3],
+    pub(crate) sums: &'a mut Sums,
+    pub(crate) reactions: &'a mut [f64],
+    /// Loads; of no meaning unless `loaded`.
+    pub(crate) q: &'a mut Vec<Lanes>,
+    pub(crate) loaded: bool,
+}
+
+/// Adds up the forces at the nodes of a pack: `F = Q − f_body − f_joint + R`.
+#[simd]
+fn balance_pack<S: Simd>(
+    simd: S,
+    context: Context<'_>,
+    index: usize,
+    (v, frame, shares): (&[Lanes], &Frame, &[Lanes]),
+    part: &mut Part<'_>,
+) {
+    let model = context.model;
+    let pack = &model.packs.packs[index];
+    let first = 3 * pack.start;
+    // What the joints at the lower sides do, and what the derivative of R adds.
+    internal::collect(simd, &model.packs, index, shares, part.f, part.torque);
+    if model.corotational() {
+        let torque = load(simd, part.torque);
+        internal::spread_torque(simd, (&model.packs, &model.assembly), index, frame, torque, part.f);
+    }
+    // Loads.
+    let n = part.f.len();
+    if part.q.len() < n {
+        part.q.resize(n, Lanes::ZERO);
+    }
+    let q = &mut part.q[..n];
+    let external = External {
+        gravity: context.gravity,
+        loads: context.active.loads_of(index),
+        factors: context.factors,
+    };
+    let mass = &model.assembly.inertia[context.inertia(index)].mass;
+    let loaded = external::apply(simd, external, mass, first, q);
+    if loaded {
+        external::add_to(simd, part.f, q);
+    }
+    // Supports answer with what is missing.
+    let supports = &context.active.supports[context.active.supports_of(index)];
+    let class = context.coefficients(index);
+    let fields = (first, v, &mut *part.f);
+    support::react(context.motion, class, supports, context.velocities, fields, part.reactions);
+    part.sums.applied = applied(loaded.then_some(&*q), supports, part.reactions, first);
+    part.loaded = loaded;
+}
+
+/// Moves the nodes of a pack: velocities (M2), (10), then displacements.
+#[simd]
+fn advance_pack<S: Simd>(
+    simd: S,
+    context: Context<'_>,
+    index: usize,
+    part: &mut Part<'_>,
+    (u, v): (&mut [Lanes], &mut [Lanes]),
+) {
+    let motion = context.motion;
+    let class = context.coefficients(index);
+    let first = 3 * context.model.packs.packs[index].start;
+    let update = Update::new(simd, motion);
+    let mut tally = Tally::new(simd);
+    let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
+    sums.supports[0] = support_power(context, index, v, part.reactions);
+    for (at, (f, v)) in part.f.iter().zip(v.iter_mut()).enumerate() {
+        let abc = [class.a[at], class.b[at], class.c[at]].map(|x| x.load(simd));
+        let (old, force) = (v.load(simd), f.load(simd));
+        let local = local_damping(simd, motion.local, force, old);
+        let (new, c) = update.velocity(abc, old, force - local);
+        tally.force(force);
+        if part.loaded {
+            tally.loaded(part.q[at].load(simd), old, new);
+        }
+        if motion.damped {
+            let mean = if motion.start { old } else { (old + new) * 0.5 };
+            tally.damped(local + c * mean, old, new);
+        }
+        if motion.fictitious {
+            tally.relaxed(force, [old, new], u[at].load(simd));
+        }
+        *v = Lanes::from(new);
+    }
+    let held = &context.active.supports[context.active.supports_of(index)];
+    support::enforce(held, context.velocities, first, v);
+    let time_step = splat(simd, motion.time_step);
+    for (u, v) in u.iter_mut().zip(&*v) {
+        *u = Lanes::from(u.load(simd) + time_step * v.load(simd));
+    }
+    tally.give(&mut sums);
+    sums.supports[1] = support_power(context, index, v, part.reactions);
+    *part.sums = sums;
+}
+
+/// Cundall's local damping `α |F| sign v`, against the motion.
+#[inline(always)]
+fn local_damping<S: Simd>(simd: S, alpha: f64, force: f64x4<S>, v: f64x4<S>) -> f64x4<S> {
+    if alpha == 0.0 {
+        return splat(simd, 0.0);
+    }
+    let size = force.abs() * alpha;
+    // No motion, no damping: copysign alone would push against +0.
+    let moving = Lanes::from(v).0.map(|v| if v == 0.0 { 0.0 } else { 1.0 });
+    size.copysign(v) * Lanes(moving).load(simd)
+}
+
+/// Power of the supports with the velocities `v`.
+fn support_power(context: Context<'_>, index: usize, v: &[Lanes], reactions: &[f64]) -> f64 {
+    let first = 3 * context.model.packs.packs[index].start;
+    let supports = &context.active.supports[context.active.supports_of(index)];
+    let power = supports.iter().zip(reactions).map(|(support, reaction)| {
+        reaction * v[support.at as usize - first].0[support.lane as usize]
+    });
+    power.sum()
+}
+
+/// `Σ (Q + R)²` of a pack.
+fn applied(q: Option<&[Lanes]>, supports: &[Support], reactions: &[f64], first: usize) -> f64 {
+    let loads = |support: &Support| {
+        q.map_or(0.0, |q| q[support.at as usize - first].0[support.lane as usize])
+    };
+    let squares = q.map_or(0.0, |q| q.iter().map(|q| Lanes(q.0.map(|x| x * x)).sum()).sum());
+    let changes = supports.iter().zip(reactions).map(|(s, r)| r * (2.0 * loads(s) + r));
+    squares + changes.sum::<f64>()
+}
+
+/// The frame of a pack's bodies at displacements `u`.
+#[simd]
+pub(crate) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes]) -> Frame {
+    let n = model.packs.shape_of(&model.packs.packs[index]).divisions;
+    let edges = &model.assembly.tables[model.assembly.pack_tables[index][0] as usize].edges;
+    let step = |i: usize| splat(simd, i as f64 - 0.5 * n as f64);
+    let (mut sum, mut moments) = (zero(simd), [zero(simd); 3]);
+    let mut node = 0;
+    for k in 0..=n {
+        let mut plane = zero(simd);
+        for j in 0..=n {
+            let mut row = zero(simd);
+            for i in 0..=n {
+                let u = load_at(simd, u, node);
+                row = add(row, u);
+                moments[0] = add(moments[0], scale(u, step(i)));
+                node += 3;
+            }
+            plane = add(plane, row);
+            moments[1] = add(moments[1], scale(row, step(j)));
+        }
+        sum = add(sum, plane);
+        moments[2] = add(moments[2], scale(plane, step(k)));
+    }
+    let weight = splat(simd, 1.0 / (n as f64 + 1.0).powi(3));
+    fit(simd, n, edges, scale(sum, weight), moments.map(|m| scale(m, weight)))
+}
+
+impl Context<'_> {
+    fn inertia(&self, pack: usize) -> usize {
+        self.model.assembly.pack_inertia[pack] as usize
+    }
+
+    fn coefficients(&self, pack: usize) -> &crate::motion::Coefficients {
+        &self.motion.classes[self.inertia(pack)]
+    }
+}

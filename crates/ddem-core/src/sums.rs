@@ -1,0 +1,120 @@
+//! Sums over all nodes that a step leaves behind: forces, works, kinetic energy.
+//!
+//! Work is that of the leap-frog scheme itself: a force G at time t does `½ G·v⁻ Δt` with the
+//! velocity of the half step before and `½ G·v⁺ Δt` with the one after. Then kinetic energy
+//! `½ v⁻ m v⁺` plus strain energy minus work is constant to rounding for a linear model.
+
+use fearless_simd::{Simd, f64x4};
+
+use crate::lanes::{Lanes, splat};
+
+/// Sums over the nodes of a pack, or over all.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Sums {
+    /// `Σ F²`, the forces that are out of balance `[N²]`.
+    pub(crate) free: f64,
+    /// `Σ (Q + R)²`, loads and reactions `[N²]`.
+    pub(crate) applied: f64,
+    /// `Σ F·v⁻`.
+    pub(crate) power: f64,
+    /// Power of the loads at the half steps before and after `[W]`.
+    pub(crate) loads: [f64; 2],
+    /// Power of the supports `[W]`.
+    pub(crate) supports: [f64; 2],
+    /// Power that damping takes `[W]`.
+    pub(crate) damping: [f64; 2],
+    /// `½ Σ v⁻ m v⁺` `[J]`.
+    pub(crate) kinetic: f64,
+    /// `Σ u·u` and `Σ v⁺·v⁺`: how far the model has moved, and how far this step moves it.
+    pub(crate) moved: [f64; 2],
+}
+
+impl Sums {
+    /// Sum over packs, in order.
+    pub(crate) fn total(packs: &[Self]) -> Self {
+        let mut total = Self::default();
+        for sums in packs {
+            total.free += sums.free;
+            total.applied += sums.applied;
+            total.power += sums.power;
+            total.kinetic += sums.kinetic;
+            for side in 0..2 {
+                total.loads[side] += sums.loads[side];
+                total.supports[side] += sums.supports[side];
+                total.damping[side] += sums.damping[side];
+                total.moved[side] += sums.moved[side];
+            }
+        }
+        total
+    }
+
+    /// Unbalanced force ratio `‖F_free‖ / ‖F_applied + reactions‖` (§7).
+    pub(crate) fn ratio(&self) -> f64 {
+        if self.free == 0.0 { 0.0 } else { (self.free / self.applied).sqrt() }
+    }
+}
+
+/// Running sums of the four lanes while a pack is gone through.
+#[derive(Clone, Copy)]
+pub(crate) struct Tally<S: Simd> {
+    free: f64x4<S>,
+    power: f64x4<S>,
+    loads: [f64x4<S>; 2],
+    damping: [f64x4<S>; 2],
+    kinetic: f64x4<S>,
+    moved: [f64x4<S>; 2],
+}
+
+impl<S: Simd> Tally<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S) -> Self {
+        let zero = splat(simd, 0.0);
+        let two = [zero; 2];
+        Self { free: zero, power: zero, loads: two, damping: two, kinetic: zero, moved: two }
+    }
+
+    /// The force on one component of one node.
+    #[inline(always)]
+    pub(crate) fn force(&mut self, force: f64x4<S>) {
+        self.free += force * force;
+    }
+
+    /// The load on one component of one node and the velocities before and after.
+    #[inline(always)]
+    pub(crate) fn loaded(&mut self, load: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
+        self.loads[0] += load * before;
+        self.loads[1] += load * after;
+    }
+
+    /// The damping force `D` (against the motion) and the velocities before and after.
+    #[inline(always)]
+    pub(crate) fn damped(&mut self, force: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
+        self.damping[0] += force * before;
+        self.damping[1] += force * after;
+    }
+
+    /// For relaxation: power of the forces, and the way that is gone.
+    #[inline(always)]
+    pub(crate) fn relaxed(&mut self, force: f64x4<S>, [old, new]: [f64x4<S>; 2], u: f64x4<S>) {
+        self.power += force * old;
+        self.moved[0] += u * u;
+        self.moved[1] += new * new;
+    }
+
+    #[inline(always)]
+    pub(crate) fn kinetic(&mut self, mass: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
+        self.kinetic += mass * before * after * 0.5;
+    }
+
+    /// Into the sums of the pack.
+    #[inline(always)]
+    pub(crate) fn give(self, sums: &mut Sums) {
+        let sum = |x: f64x4<S>| Lanes::from(x).sum();
+        sums.free = sum(self.free);
+        sums.power = sum(self.power);
+        sums.loads = self.loads.map(sum);
+        sums.damping = self.damping.map(sum);
+        sums.kinetic = sum(self.kinetic);
+        sums.moved = self.moved.map(sum);
+    }
+}
