@@ -37,7 +37,8 @@ pub(super) fn region(deck: &Deck, at: &str, region: &Where, faults: &mut Faults)
                 faults.number(place, plane, Rule::Any);
             }
             Some(Extent::Range([from, to])) => {
-                if faults.finite(&place, &[from, to]) && from > to {
+                let finite = faults.finite(&place, &[from, to]);
+                if finite && from > to {
                     let message = format!("the range along {axis} goes from {from:?} to {to:?}");
                     faults.add_help(place, message, "the smaller number comes first");
                 }
