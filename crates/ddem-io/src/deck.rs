@@ -18,8 +18,6 @@
 
 mod reader;
 mod source;
-#[cfg(test)]
-mod tests;
 
 pub use source::Source;
 

@@ -215,7 +215,9 @@ impl<'a> Deserializer<'a> for Reader<'a> {
             Shape::Array(_) => self.array(visitor),
             Shape::Text(_) => self.text(visitor),
             Shape::Whole(_) | Shape::Number(_) => self.number(visitor),
-            Shape::Truth(truth) => visitor.visit_bool(truth).map_err(|mistake: Mistake| mistake.at(&self)),
+            Shape::Truth(truth) => {
+                visitor.visit_bool(truth).map_err(|mistake: Mistake| mistake.at(&self))
+            }
             Shape::Date | Shape::TooLarge => {
                 Err(Mistake::unexpected(self.value, &visitor).at(&self))
             }
