@@ -50,9 +50,8 @@ pub fn read(path: &Path) -> Result<(Deck, Source), DeckError> {
 pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
     let (table, errors) = DeTable::parse_recoverable(text);
     let source = Source::new(name, text, &table);
-    if !errors.is_empty() {
-        let findings = errors.iter().map(|error| Finding::syntax(&source, error)).collect();
-        return Err(DeckError::wrong(&source, findings));
+    if let Some(finding) = Finding::syntax(&source, &errors) {
+        return Err(DeckError::wrong(&source, vec![finding]));
     }
     match reader::read(&table) {
         Ok(deck) => Ok((deck, source)),

@@ -93,7 +93,14 @@ impl DeckError {
             .with_width(100)
             .with_context_lines(1);
         let mut report = String::new();
-        match handler.render_report(&mut report, self) {
+        let rendered = match self {
+            Self::Wrong { findings, .. } => {
+                report = format!("{self}\n\n");
+                findings.iter().try_for_each(|finding| handler.render_report(&mut report, finding))
+            }
+            _ => handler.render_report(&mut report, self),
+        };
+        match rendered {
             Ok(()) => report,
             Err(fmt::Error) => format!("{self:#}"),
         }
@@ -124,9 +131,17 @@ impl Finding {
         Self { fault, span, line, column, text: NamedSource::new(name, text) }
     }
 
-    pub(crate) fn syntax(source: &Source, error: &toml::de::Error) -> Self {
-        let fault = Fault::new("", error.message());
-        Self::new(source, fault, error.span().unwrap_or(0..0))
+    /// The first place that is not TOML: what comes after it is often only its echo.
+    pub(crate) fn syntax(source: &Source, errors: &[toml::de::Error]) -> Option<Self> {
+        let start = |error: &toml::de::Error| error.span().map_or(0, |span| span.start);
+        let first = errors.iter().min_by_key(|error| start(error))?;
+        let mut fault = Fault::new("", first.message());
+        // The end of the text is where a missing bracket is noticed, not where it is missing.
+        let unclosed = errors.iter().find(|error| error.message().starts_with("unclosed"));
+        if let Some(unclosed) = unclosed.filter(|unclosed| start(unclosed) > start(first)) {
+            fault = fault.help(format!("before this there is an {}", unclosed.message()));
+        }
+        Some(Self::new(source, fault, first.span().unwrap_or(0..0)))
     }
 }
 

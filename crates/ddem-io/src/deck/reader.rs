@@ -158,7 +158,13 @@ impl<'a> Reader<'a> {
     ) -> Result<V::Value, Mistake> {
         match self.value {
             Shape::Table(table) => visitor.visit_map(Keys::new(self, table, known)),
-            _ => Err(self.expected(what)),
+            _ => match self.place.split_once('.') {
+                Some((section, key)) if !self.place.contains('[') && !key.contains('.') => {
+                    let help = format!("each has a name and a table, `[{section}.NAME]`");
+                    Err(self.expected(what).help(help))
+                }
+                _ => Err(self.expected(what)),
+            },
         }
         .map_err(|mistake| mistake.at(self))
     }
@@ -214,7 +220,14 @@ impl<'a> Deserializer<'a> for Reader<'a> {
             Shape::Table(_) => self.table(visitor, None, ""),
             Shape::Array(_) => self.array(visitor),
             Shape::Text(_) => self.text(visitor),
-            Shape::Whole(_) | Shape::Number(_) => self.number(visitor),
+            // A whole number stays one, so that it is quoted as it was written.
+            Shape::Whole(number) => match i64::try_from(number) {
+                Ok(number) => {
+                    visitor.visit_i64(number).map_err(|mistake: Mistake| mistake.at(&self))
+                }
+                Err(_) => self.number(visitor),
+            },
+            Shape::Number(_) => self.number(visitor),
             Shape::Truth(truth) => {
                 visitor.visit_bool(truth).map_err(|mistake: Mistake| mistake.at(&self))
             }

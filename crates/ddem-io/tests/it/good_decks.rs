@@ -3,7 +3,7 @@
 use ddem_core::deck::{Damping, Extent, History, JointChoice, TimeStep};
 use ddem_io::deck::{check, parse, schema, write};
 
-use super::{GOOD, report};
+use super::{GOOD, judge, report};
 
 #[test]
 fn every_key_is_read() {
@@ -134,7 +134,7 @@ fn no_text_stops_the_program() {
         {
             let cut = if at % 2 == 0 { at } else { at + 1 };
             if boundary(&cut) {
-                report(&format!("{}{put}{}", &GOOD[..at], &GOOD[cut..]));
+                judge(&format!("{}{put}{}", &GOOD[..at], &GOOD[cut..]));
             }
         }
     }

@@ -6,14 +6,14 @@ mod good_decks;
 /// A deck with every key that this version has.
 const GOOD: &str = include_str!("decks/good.toml");
 
+/// What is wrong with a deck, if anything.
+fn judge(text: &str) -> Option<ddem_io::DeckError> {
+    ddem_io::deck::parse(text, "deck.toml")
+        .and_then(|(deck, source)| ddem_io::deck::check(&deck, &source))
+        .err()
+}
+
 /// What is said about a deck: nothing when it is good.
 fn report(text: &str) -> String {
-    let error = match ddem_io::deck::parse(text, "deck.toml") {
-        Ok((deck, source)) => match ddem_io::deck::check(&deck, &source) {
-            Ok(()) => return String::new(),
-            Err(error) => error,
-        },
-        Err(error) => error,
-    };
-    error.report(false)
+    judge(text).map(|error| error.report(false)).unwrap_or_default()
 }

@@ -1,7 +1,7 @@
 //! Sets of blocks, and what changes parts of them.
 
 use super::conditions::{force_time, region};
-use super::{Faults, Rule};
+use super::{Faults, Rule, shown};
 use crate::deck::{BlockSet, Deck, JointChoice};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -65,22 +65,23 @@ fn lattice(at: &str, set: &BlockSet, faults: &mut Faults) {
     if let Some(size) = set.size {
         faults.numbers(format!("{at}.size"), &size, Rule::AboveZero);
     }
+    let mut without = Vec::new();
     for k in 0..3 {
         if let Some(count) = set.count {
             faults.not_zero(format!("{at}.count[{k}]"), count[k]);
         }
         match cuts(set, k) {
             Some(cuts) => edge(at, set, k, cuts, faults),
-            None if set.size.is_none() => {
-                let axis = AXES[k];
-                faults.add_help(
-                    format!("{at}.size"),
-                    format!("the set has no length along {axis}: key `size` is missing"),
-                    format!("give `size = [x, y, z]`, or the cuts in `edges = {{ {axis} = […] }}`"),
-                );
-            }
+            None if set.size.is_none() => without.push(AXES[k]),
             None => {}
         }
+    }
+    if let Some(axis) = without.first() {
+        faults.add_help(
+            format!("{at}.size"),
+            format!("key `size` is missing: the set has no length along {}", without.join(", ")),
+            format!("give `size = [x, y, z]`, or the cuts in `edges = {{ {axis} = […] }}`"),
+        );
     }
     // In floating point, where nothing overflows.
     let blocks: f64 = (0..3).map(|k| blocks_along(set, k) as f64).product();
@@ -101,14 +102,18 @@ fn edge(at: &str, set: &BlockSet, k: usize, cuts: &[f64], faults: &mut Faults) {
         return;
     }
     let (Some(first), Some(last), true) = (cuts.first(), cuts.last(), cuts.len() >= 2) else {
-        let message = format!("`edges.{axis}` has {} entries but needs 2 or more", cuts.len());
+        let message = format!("`edges.{axis}` needs 2 or more entries but has {}", cuts.len());
         faults.add_help(place, message, "it lists the cuts from the first face to the last");
         return;
     };
     if let Some(i) = cuts.windows(2).position(|pair| pair[0] >= pair[1]) {
         faults.add(
             format!("{place}[{}]", i + 1),
-            format!("`edges.{axis}` must increase: {:?} comes after {:?}", cuts[i + 1], cuts[i]),
+            format!(
+                "`edges.{axis}` must increase: {} comes after {}",
+                shown(cuts[i + 1]),
+                shown(cuts[i])
+            ),
         );
         return;
     }
@@ -118,7 +123,11 @@ fn edge(at: &str, set: &BlockSet, k: usize, cuts: &[f64], faults: &mut Faults) {
     {
         faults.add_help(
             format!("{at}.size[{k}]"),
-            format!("`size` is {:?} along {axis} but `edges.{axis}` spans {length:?}", size[k]),
+            format!(
+                "`size` is {} along {axis} but `edges.{axis}` spans {}",
+                shown(size[k]),
+                shown(length)
+            ),
             "an edge given in `edges` needs no `size`; when both are given they must agree",
         );
     }
@@ -174,7 +183,7 @@ fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
         }
         lengths[k] = axis.iter().fold(0.0_f64, |length, &component| length.hypot(component));
         if !(lengths[k] > 0.0 && lengths[k].is_finite()) {
-            let message = format!("axis {} has length {:?}", AXES[k], lengths[k]);
+            let message = format!("axis {} has length {}", AXES[k], shown(lengths[k]));
             faults.add(format!("{place}[{k}]"), message);
             return;
         }

@@ -1,6 +1,6 @@
 //! Where, supports, loads, boundaries and the state at the start.
 
-use super::{Faults, Rule};
+use super::{Faults, Rule, shown};
 use crate::deck::{Deck, Extent, Fix, History, Initial, Load, Where};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
@@ -39,7 +39,11 @@ pub(super) fn region(deck: &Deck, at: &str, region: &Where, faults: &mut Faults)
             Some(Extent::Range([from, to])) => {
                 let finite = faults.finite(&place, &[from, to]);
                 if finite && from > to {
-                    let message = format!("the range along {axis} goes from {from:?} to {to:?}");
+                    let message = format!(
+                        "the range along {axis} goes from {} to {}",
+                        shown(from),
+                        shown(to)
+                    );
                     faults.add_help(place, message, "the smaller number comes first");
                 }
             }
@@ -109,7 +113,7 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
                 if velocity[k] != 0.0 && velocity[k].is_finite() && !letters.contains(&axis) {
                     faults.add_help(
                         format!("{at}.velocity[{k}]"),
-                        format!("a velocity of {:?} along {axis}, which is free", velocity[k]),
+                        format!("a velocity of {} along {axis}, which is free", shown(velocity[k])),
                         format!(
                             "only directions named in `axes` are driven: give 0, or name {axis}"
                         ),
@@ -157,8 +161,8 @@ fn load(at: &str, load: &Load, faults: &mut Faults) {
     if load.line.is_some() && planes != 2 {
         faults.add_help(
             format!("{at}.where"),
-            format!("`line` needs a line, but `where` names {planes} planes"),
-            "two planes meet in a line, as in `where = { x = 6.0, z = 3.0 }`",
+            format!("`line` needs two planes in `where`, found {planes}"),
+            "they meet in the line, as in `where = { x = 6.0, z = 3.0 }`",
         );
     }
     history(at, load.history.as_ref(), faults);
@@ -187,7 +191,9 @@ fn history(at: &str, history: Option<&History>, faults: &mut Faults) {
                 faults.add(
                     format!("{place}[{}][0]", i + 1),
                     format!(
-                        "the times of a `table` must increase: {after:?} comes after {before:?}"
+                        "the times of a `table` must increase: {} comes after {}",
+                        shown(after),
+                        shown(before)
                     ),
                 );
             }

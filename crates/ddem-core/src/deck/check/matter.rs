@@ -1,6 +1,6 @@
 //! Materials and joints.
 
-use super::{Faults, Rule};
+use super::{Faults, Rule, shown};
 use crate::deck::names::segment;
 use crate::deck::{Deck, Joint};
 
@@ -70,23 +70,29 @@ fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
             faults.add_help(format!("{at}.{second}"), message, ways);
         }
     }
-    for group in [own_named, springs_named] {
-        let Some((first, _)) = group.iter().find(|(_, given)| *given) else { continue };
-        for (missing, _) in group.iter().filter(|(_, given)| !*given) {
-            let message = format!("key `{missing}` is missing: it is needed with `{first}`");
-            faults.add_help(format!("{at}.{missing}"), message, ways);
+    // With two ways at once it is not said which one to complete.
+    if given.len() == 1 {
+        for group in [own_named, springs_named] {
+            let Some((first, _)) = group.iter().find(|(_, given)| *given) else { continue };
+            for (missing, _) in group.iter().filter(|(_, given)| !*given) {
+                let message = format!("key `{missing}` is missing: it is needed with `{first}`");
+                faults.add_help(format!("{at}.{missing}"), message, ways);
+            }
         }
     }
-    let (rule, why) = if first_spring.is_some() {
-        (Rule::ZeroOrMore, "")
+    thickness(at, joint.thickness, first_spring.is_some(), faults);
+}
+
+fn thickness(at: &str, thickness: f64, is_spring: bool, faults: &mut Faults) {
+    let place = format!("{at}.thickness");
+    if thickness == 0.0 && !is_spring {
+        faults.add_help(
+            place,
+            "key `thickness` is missing or 0",
+            "the thickness of the layer, in metres; only a spring joint may have none",
+        );
     } else {
-        (Rule::AboveZero, "the thickness of the layer, in metres; only a spring joint has none")
-    };
-    if !faults.number(format!("{at}.thickness"), joint.thickness, rule)
-        && !why.is_empty()
-        && let Some(fault) = faults.0.last_mut()
-    {
-        fault.help = Some(why.to_owned());
+        faults.number(place, thickness, Rule::ZeroOrMore);
     }
 }
 
@@ -123,7 +129,11 @@ fn strength(at: &str, joint: &Joint, faults: &mut Faults) {
     for (key, value, peak_key, peak) in peaks {
         let (value, peak) = (value.unwrap_or(0.0), peak.unwrap_or(0.0));
         if fails && value > peak {
-            let message = format!("`{key}` is {value:?}, above `{peak_key}`, which is {peak:?}");
+            let message = format!(
+                "`{key}` is {}, above `{peak_key}`, which is {}",
+                shown(value),
+                shown(peak)
+            );
             faults.add(format!("{at}.{key}"), message);
         }
     }

@@ -79,12 +79,12 @@ impl Faults {
         let place = place.into();
         let key = key_of(&place);
         if !value.is_finite() {
-            let message = format!("`{key}` is {value:?} but must be a finite number");
+            let message = format!("`{key}` is {} but must be a finite number", shown(value));
             self.add(place, message);
             return false;
         }
         let Some(rule) = rule.broken(value) else { return true };
-        let message = format!("`{key}` is {value:?} but must be {rule}");
+        let message = format!("`{key}` is {} but must be {rule}", shown(value));
         self.add(place, message);
         false
     }
@@ -160,4 +160,14 @@ impl Faults {
 fn key_of(place: &str) -> &str {
     let key = place.rsplit('.').next().unwrap_or(place);
     key.split('[').next().unwrap_or(key)
+}
+
+/// A number as a user would write it: 2e6, not 2000000.
+fn shown(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && size.is_finite() && !(1e-3..1e5).contains(&size) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
+    }
 }
