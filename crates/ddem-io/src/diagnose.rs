@@ -11,6 +11,9 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, Na
 
 use crate::deck::Source;
 
+/// Mistakes that are shown in the text: a table that a program wrote wrong has one in each row.
+const SHOWN: usize = 20;
+
 /// A deck that cannot be used.
 ///
 /// `{}` is one line; `{:#}` adds one line for each fault; [`report`](Self::report) shows the text
@@ -85,6 +88,8 @@ impl DeckError {
     }
 
     /// The error with the lines of the deck that are wrong, underlined; in colour for a terminal.
+    ///
+    /// Of very many it shows the first; [`findings`](Self::findings) has them all.
     pub fn report(&self, colour: bool) -> String {
         let theme =
             if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
@@ -96,7 +101,13 @@ impl DeckError {
         let rendered = match self {
             Self::Wrong { findings, .. } => {
                 report = format!("{self}\n\n");
-                findings.iter().try_for_each(|finding| handler.render_report(&mut report, finding))
+                let mut shown = findings.iter().take(SHOWN);
+                let rendered =
+                    shown.try_for_each(|finding| handler.render_report(&mut report, finding));
+                if findings.len() > SHOWN {
+                    report += &format!("\n… and {} more\n", findings.len() - SHOWN);
+                }
+                rendered
             }
             _ => handler.render_report(&mut report, self),
         };

@@ -3,7 +3,7 @@
 //! A deck names things (materials, joints, stages) by strings and angles in degrees, as a user
 //! writes them. It is read from TOML by `ddem-io`, built by hand by Rust programs, and turned
 //! into a [`Model`](crate::Model) by [`Model::new`](crate::Model::new), which checks every value.
-//! Nothing in here computes.
+//! [`check`] says what can be told to be wrong from the deck alone. Nothing in here computes.
 
 mod blocks;
 mod check;

@@ -157,6 +157,16 @@ fn one_line_for_each_fault() {
 }
 
 #[test]
+fn very_many_faults_are_not_all_shown() {
+    let rows = "[0, nan], ".repeat(1000);
+    let deck = change("[[0, 0], [0.01, 1.0]]", &format!("[{rows}]"));
+    let (deck, source) = ddem_io::deck::parse(&deck, "deck.toml").expect("numbers");
+    let error = ddem_io::deck::check(&deck, &source).expect_err("no numbers");
+    assert_eq!(error.findings().len(), 1000);
+    assert!(error.report(false).ends_with("… and 980 more\n"));
+}
+
+#[test]
 fn a_file_that_is_not_there() {
     let error = ddem_io::deck::read("no such deck.toml".as_ref()).expect_err("no file");
     assert_eq!(error.to_string(), "cannot read the deck `no such deck.toml`");

@@ -32,6 +32,7 @@ fn written_decks_read_back_equal() {
     let (again, source) = parse(&text, "written.toml").unwrap();
     assert_eq!(again, deck);
     check(&again, &source).unwrap();
+    insta::assert_snapshot!(text);
     let (empty, _) = parse("", "empty.toml").unwrap();
     assert_eq!(parse(&write(&empty).unwrap(), "written.toml").unwrap().0, empty);
     // The library's own reader agrees with ours on what is right.
