@@ -72,8 +72,9 @@ pub struct Edges {
 }
 
 /// The joints of a set: one for all, or by the edge that the joint's plane cuts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
+#[schemars(deny_unknown_fields)]
 pub enum JointChoice {
     /// The same joint on every plane.
     All(String),
@@ -107,7 +108,7 @@ pub enum Body {
 #[serde(deny_unknown_fields)]
 pub struct Assign {
     /// Joints whose face centre, or blocks whose centroid, lies inside.
-    #[serde(rename = "where", default)]
+    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
     /// Name of the joint for the joints inside.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -24,8 +24,15 @@ pub struct Where {
     pub set: Option<String>,
 }
 
+impl Where {
+    /// Whether nothing is named, so that everything is selected.
+    pub fn is_everywhere(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
 /// Along one axis: a plane, or a range from–to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Extent {
     /// A plane, within 1e-6 of the region's size.
@@ -49,7 +56,7 @@ pub struct Sphere {
 #[serde(deny_unknown_fields)]
 pub struct Fix {
     /// Nodes; every node when left out.
-    #[serde(rename = "where", default)]
+    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
     /// Which of `"xyz"`.
     pub axes: String,
@@ -72,7 +79,7 @@ pub struct Fix {
 #[serde(deny_unknown_fields)]
 pub struct Load {
     /// Where it acts.
-    #[serde(rename = "where", default)]
+    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
     /// Force per area of the outer faces selected `[Pa]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -98,7 +105,7 @@ pub struct Load {
 }
 
 /// A factor in time, counted from the start of the stage named in `from`, otherwise of the run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum History {
     /// From 0 to 1 in this time `[s]`, then 1.
@@ -137,7 +144,7 @@ pub enum BoundaryKind {
 #[serde(deny_unknown_fields)]
 pub struct Initial {
     /// Nodes; every node when left out.
-    #[serde(rename = "where", default)]
+    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
     /// Velocity `[m/s]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

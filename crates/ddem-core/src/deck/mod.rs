@@ -3,14 +3,18 @@
 //! A deck names things (materials, joints, stages) by strings and angles in degrees, as a user
 //! writes them. It is read from TOML by `ddem-io`, built by hand by Rust programs, and turned
 //! into a [`Model`](crate::Model) by [`Model::new`](crate::Model::new), which checks every value.
-//! Nothing in here computes.
+//! [`check`] says what can be told to be wrong from the deck alone. Nothing in here computes.
 
 mod blocks;
+mod check;
 mod conditions;
+mod forms;
 mod matter;
+pub mod names;
 mod stages;
 
-pub use blocks::{Assign, Body, BlockSet, Edges, JointChoice, Refine, Remove};
+pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
+pub use check::check;
 pub use conditions::{
     Boundary, BoundaryKind, Extent, Fix, History, Initial, Load, Probe, Quantity, Sphere, Where,
 };
@@ -31,28 +35,40 @@ pub struct Deck {
     /// Settings of the whole model.
     pub model: ModelTable,
     /// Materials by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, Material>,
     /// Joints by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub joints: BTreeMap<String, Joint>,
     /// Sets of blocks, one lattice each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blocks: Vec<BlockSet>,
     /// Other joints or materials for a part of the model; later entries win.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assign: Vec<Assign>,
     /// Blocks taken out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub remove: Vec<Remove>,
     /// Blocks split into smaller ones.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refine: Vec<Refine>,
     /// Supports, fixed or driven.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub fix: Vec<Fix>,
     /// Loads.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub load: Vec<Load>,
     /// Non-reflecting boundaries.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boundary: Vec<Boundary>,
     /// The state at the start.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub initial: Vec<Initial>,
     /// What is done, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stage: Vec<Stage>,
     /// What is recorded.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<Probe>,
 }
 

@@ -49,7 +49,7 @@ pub enum StageKind {
 }
 
 /// Damping of a dynamic stage (§6).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Damping {
     /// None.
@@ -64,8 +64,7 @@ pub enum Damping {
 }
 
 /// Time step of a dynamic stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TimeStep {
     /// 0.9 of the critical step, shrunk so that the stage ends on time.
     #[default]

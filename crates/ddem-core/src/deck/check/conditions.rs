@@ -1,0 +1,218 @@
+//! Where, supports, loads, boundaries and the state at the start.
+
+use super::{Faults, Rule, shown};
+use crate::deck::{Deck, Extent, Fix, History, Initial, Load, Where};
+
+pub(super) fn check(deck: &Deck, faults: &mut Faults) {
+    for (i, entry) in deck.fix.iter().enumerate() {
+        let at = format!("fix[{i}]");
+        region(deck, &format!("{at}.where"), &entry.region, faults);
+        fix(&at, entry, faults);
+        force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
+    }
+    for (i, entry) in deck.load.iter().enumerate() {
+        let at = format!("load[{i}]");
+        region(deck, &format!("{at}.where"), &entry.region, faults);
+        load(&at, entry, faults);
+        force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
+    }
+    for (i, entry) in deck.boundary.iter().enumerate() {
+        let at = format!("boundary[{i}]");
+        region(deck, &format!("{at}.where"), &entry.region, faults);
+        force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
+    }
+    for (i, entry) in deck.initial.iter().enumerate() {
+        let at = format!("initial[{i}]");
+        region(deck, &format!("{at}.where"), &entry.region, faults);
+        initial(&at, entry, faults);
+    }
+}
+
+/// A part of space.
+pub(super) fn region(deck: &Deck, at: &str, region: &Where, faults: &mut Faults) {
+    for (axis, extent) in [("x", region.x), ("y", region.y), ("z", region.z)] {
+        let place = format!("{at}.{axis}");
+        match extent {
+            Some(Extent::Plane(plane)) => {
+                faults.number(place, plane, Rule::Any);
+            }
+            Some(Extent::Range([from, to])) => {
+                let finite = faults.finite(&place, &[from, to]);
+                if finite && from > to {
+                    let message = format!(
+                        "the range along {axis} goes from {} to {}",
+                        shown(from),
+                        shown(to)
+                    );
+                    faults.add_help(place, message, "the smaller number comes first");
+                }
+            }
+            None => {}
+        }
+    }
+    if let Some(sphere) = region.sphere {
+        faults.finite(format!("{at}.sphere.centre"), &sphere.centre);
+        faults.number(format!("{at}.sphere.radius"), sphere.radius, Rule::AboveZero);
+    }
+    if let Some(set) = &region.set {
+        let known = deck.blocks.iter().filter_map(|set| set.name.as_deref());
+        faults.reference(format!("{at}.set"), set, known, ("set", "name = …` in `[[blocks]]"));
+    }
+}
+
+/// The stages between which something is in force.
+pub(super) fn force_time(
+    deck: &Deck,
+    at: &str,
+    from: Option<&str>,
+    until: Option<&str>,
+    faults: &mut Faults,
+) {
+    let stages = || deck.stage.iter().map(|stage| stage.name.as_str());
+    for (key, name) in [("from", from), ("until", until)] {
+        if let Some(name) = name {
+            faults.reference(format!("{at}.{key}"), name, stages(), ("stage", "[[stage]]"));
+        }
+    }
+    let index = |name: &str| stages().position(|stage| stage == name);
+    let Some(until) = until.and_then(|name| Some((name, index(name)?))) else { return };
+    let help = "`until` names the stage at whose start it ends";
+    match from {
+        None if until.1 == 0 => faults.add_help(
+            format!("{at}.until"),
+            format!("never in force: `{}` is the first stage", until.0),
+            help,
+        ),
+        Some(from) if index(from).is_some_and(|start| start >= until.1) => faults.add_help(
+            format!("{at}.until"),
+            format!("never in force: stage `{}` does not come after stage `{from}`", until.0),
+            help,
+        ),
+        _ => {}
+    }
+}
+
+fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
+    let place = format!("{at}.axes");
+    let help = "`axes` names directions, as in \"x\" or \"xyz\"";
+    let letters: Vec<char> = fix.axes.chars().collect();
+    if letters.is_empty() {
+        faults.add_help(place, "`axes` names no direction", help);
+    } else if let Some(&wrong) = letters.iter().find(|letter| !"xyz".contains(**letter)) {
+        let message = format!("`axes` has the letter {wrong:?}; only x, y and z are directions");
+        faults.add_help(place, message, help);
+    } else if let Some((_, twice)) =
+        letters.iter().enumerate().find(|(i, letter)| letters[..*i].contains(letter))
+    {
+        faults.add_help(place, format!("`axes` names {twice} twice"), help);
+    }
+    match fix.velocity {
+        Some(velocity) => {
+            faults.finite(format!("{at}.velocity"), &velocity);
+            for (k, axis) in ['x', 'y', 'z'].into_iter().enumerate() {
+                if velocity[k] != 0.0 && velocity[k].is_finite() && !letters.contains(&axis) {
+                    faults.add_help(
+                        format!("{at}.velocity[{k}]"),
+                        format!("a velocity of {} along {axis}, which is free", shown(velocity[k])),
+                        format!(
+                            "only directions named in `axes` are driven: give 0, or name {axis}"
+                        ),
+                    );
+                }
+            }
+        }
+        None if fix.history.is_some() => faults.add_help(
+            format!("{at}.history"),
+            "`history` needs `velocity`",
+            "it is the factor on the velocity in time; without a velocity the support stands still",
+        ),
+        None => {}
+    }
+    history(at, fix.history.as_ref(), faults);
+}
+
+fn load(at: &str, load: &Load, faults: &mut Faults) {
+    let vectors = [("traction", load.traction), ("line", load.line), ("force", load.force)];
+    for (key, vector) in vectors {
+        if let Some(vector) = vector {
+            faults.finite(format!("{at}.{key}"), &vector);
+        }
+    }
+    faults.optional(format!("{at}.pressure"), load.pressure, Rule::Any);
+    let kinds = [
+        ("traction", load.traction.is_some()),
+        ("pressure", load.pressure.is_some()),
+        ("line", load.line.is_some()),
+        ("force", load.force.is_some()),
+    ];
+    let given: Vec<&str> =
+        kinds.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect();
+    let help = "a load has exactly one of `traction`, `pressure`, `line` and `force`";
+    match given[..] {
+        [] => faults.add_help(at, "the load has no value", help),
+        [_] => {}
+        [first, second, ..] => {
+            let message = format!("`{second}` does not go with `{first}`");
+            faults.add_help(format!("{at}.{second}"), message, help);
+        }
+    }
+    let planes = [load.region.x, load.region.y, load.region.z];
+    let planes = planes.iter().filter(|e| matches!(e, Some(Extent::Plane(_)))).count();
+    if load.line.is_some() && planes != 2 {
+        faults.add_help(
+            format!("{at}.where"),
+            format!("`line` needs two planes in `where`, found {planes}"),
+            "they meet in the line, as in `where = { x = 6.0, z = 3.0 }`",
+        );
+    }
+    history(at, load.history.as_ref(), faults);
+}
+
+/// A factor in time.
+fn history(at: &str, history: Option<&History>, faults: &mut Faults) {
+    match history {
+        None => {}
+        Some(&History::Ramp(seconds)) => {
+            faults.number(format!("{at}.history.ramp"), seconds, Rule::ZeroOrMore);
+        }
+        Some(History::Table(rows)) => {
+            let place = format!("{at}.history.table");
+            if rows.is_empty() {
+                faults.add(place.as_str(), "`table` has no rows but needs 1 or more");
+            }
+            let mut finite = true;
+            for (i, row) in rows.iter().enumerate() {
+                finite &= faults.finite(format!("{place}[{i}]"), row);
+            }
+            if let Some(i) = rows.windows(2).position(|pair| pair[0][0] >= pair[1][0])
+                && finite
+            {
+                let (before, after) = (rows[i][0], rows[i + 1][0]);
+                faults.add(
+                    format!("{place}[{}][0]", i + 1),
+                    format!(
+                        "the times of a `table` must increase: {} comes after {}",
+                        shown(after),
+                        shown(before)
+                    ),
+                );
+            }
+        }
+    }
+}
+
+fn initial(at: &str, initial: &Initial, faults: &mut Faults) {
+    let keys = [("velocity", initial.velocity), ("spin", initial.spin), ("centre", initial.centre)];
+    for (key, vector) in keys {
+        if let Some(vector) = vector {
+            faults.finite(format!("{at}.{key}"), &vector);
+        }
+    }
+    if initial.velocity.is_none() && initial.spin.is_none() {
+        faults.add(at, "the entry sets nothing: it needs `velocity` or `spin`");
+    }
+    if initial.centre.is_some() && initial.spin.is_none() {
+        let message = "`centre` needs `spin`: it is the point about which the nodes turn";
+        faults.add(format!("{at}.centre"), message);
+    }
+}

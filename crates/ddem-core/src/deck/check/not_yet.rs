@@ -1,0 +1,54 @@
+//! Keys that are part of the deck but that this version cannot compute: said, never ignored.
+
+use super::Faults;
+use crate::deck::names::segment;
+use crate::deck::{Body, Deck};
+
+pub(super) fn check(deck: &Deck, faults: &mut Faults) {
+    let mut not_yet = |place: String, what: &str, help: &str| {
+        faults.add_help(place, format!("this version does not have {what}"), help);
+    };
+    let leave_out = "leave this out";
+
+    if deck.model.contact == Some(true) {
+        not_yet("model.contact".into(), "new contacts between blocks", leave_out);
+    }
+    for (name, joint) in &deck.joints {
+        let keys = [
+            ("cohesion", joint.cohesion.is_some()),
+            ("friction", joint.friction.is_some()),
+            ("tension", joint.tension.is_some()),
+            ("residual_cohesion", joint.residual_cohesion.is_some()),
+            ("residual_friction", joint.residual_friction.is_some()),
+            ("dilation", joint.dilation.is_some()),
+            ("fracture_energy", joint.fracture_energy.is_some()),
+        ];
+        for (key, _) in keys.iter().filter(|(_, given)| *given) {
+            let place = format!("joints.{}.{key}", segment(name));
+            not_yet(place, &format!("joints that fail: `{key}`"), leave_out);
+        }
+    }
+    for (i, set) in deck.blocks.iter().enumerate() {
+        if set.body == Body::Rigid {
+            let help = "blocks are `body = \"deformable\"`, which is the default";
+            not_yet(format!("blocks[{i}].body"), "rigid blocks", help);
+        }
+    }
+    for i in 0..deck.refine.len() {
+        not_yet(format!("refine[{i}]"), "local refinement", leave_out);
+    }
+    for i in 0..deck.boundary.len() {
+        not_yet(format!("boundary[{i}]"), "non-reflecting boundaries", leave_out);
+    }
+    let assign = deck.assign.iter().map(|entry| (&entry.from, &entry.until));
+    let remove = deck.remove.iter().map(|entry| (&entry.from, &entry.until));
+    let timed = assign.enumerate().map(|entry| ("assign", entry));
+    for (table, (i, (from, until))) in
+        timed.chain(remove.enumerate().map(|entry| ("remove", entry)))
+    {
+        for (key, _) in [("from", from), ("until", until)].iter().filter(|(_, n)| n.is_some()) {
+            let what = format!("`{table}` with `{key}`: blocks and joints stay as they start");
+            not_yet(format!("{table}[{i}].{key}"), &what, leave_out);
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Stages and probes.
+
+use super::{Faults, Rule};
+use crate::deck::{Damping, Deck, Probe, Quantity, Stage, StageKind, TimeStep};
+
+pub(super) fn check(deck: &Deck, faults: &mut Faults) {
+    let named = deck.stage.iter().enumerate();
+    faults.unique("stage", named.map(|(i, s)| (format!("stage[{i}].name"), s.name.as_str())));
+    for (i, entry) in deck.stage.iter().enumerate() {
+        stage(&format!("stage[{i}]"), entry, faults);
+    }
+    let named = deck.probe.iter().enumerate();
+    faults.unique("probe", named.map(|(i, p)| (format!("probe[{i}].name"), p.name.as_str())));
+    for (i, entry) in deck.probe.iter().enumerate() {
+        probe(deck, &format!("probe[{i}]"), entry, faults);
+    }
+}
+
+fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
+    other_kind(at, stage, faults);
+    faults.optional(format!("{at}.tolerance"), stage.tolerance, Rule::Between(0.0, 1.0));
+    faults.optional(format!("{at}.duration"), stage.duration, Rule::AboveZero);
+    faults.optional(format!("{at}.fields_every"), stage.fields_every, Rule::AboveZero);
+    let whole = [
+        ("max_steps", stage.max_steps),
+        ("increments", stage.increments.map(u64::from)),
+        ("frames", stage.frames),
+    ];
+    for (key, value) in whole {
+        if let Some(value) = value {
+            faults.not_zero(format!("{at}.{key}"), value);
+        }
+    }
+    if let Some(TimeStep::Seconds(seconds)) = stage.time_step {
+        faults.number(format!("{at}.time_step"), seconds, Rule::AboveZero);
+    }
+    let place = |key: &str| format!("{at}.damping.{key}");
+    match stage.damping {
+        Some(Damping::Ratio(ratio)) => faults.number(place("ratio"), ratio, Rule::ZeroOrMore),
+        Some(Damping::Mass(alpha)) => faults.number(place("mass"), alpha, Rule::ZeroOrMore),
+        Some(Damping::Local(alpha)) => faults.number(place("local"), alpha, Rule::From(0.0, 1.0)),
+        Some(Damping::None) | None => true,
+    };
+    if stage.fields_every.is_some() && stage.frames.is_some() {
+        faults.add_help(
+            format!("{at}.frames"),
+            "`frames` does not go with `fields_every`",
+            "give the time between frames or their number",
+        );
+    }
+    if stage.kind == StageKind::Dynamic && stage.duration.is_none() {
+        let message = "key `duration` is missing: a dynamic stage needs it";
+        faults.add_help(format!("{at}.duration"), message, "the simulated time, in seconds");
+    }
+}
+
+/// Keys which only the other kind of stage has.
+fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
+    let relax = [
+        ("tolerance", stage.tolerance.is_some()),
+        ("max_steps", stage.max_steps.is_some()),
+        ("increments", stage.increments.is_some()),
+    ];
+    let dynamic = [
+        ("duration", stage.duration.is_some()),
+        ("damping", stage.damping.is_some()),
+        ("time_step", stage.time_step.is_some()),
+        ("fields_every", stage.fields_every.is_some()),
+        ("frames", stage.frames.is_some()),
+    ];
+    let (other, keys, help) = match stage.kind {
+        StageKind::Relax => {
+            ("dynamic", &dynamic[..], "a relax stage has `tolerance`, `max_steps`, `increments`")
+        }
+        StageKind::Dynamic => (
+            "relax",
+            &relax[..],
+            "a dynamic stage has `duration`, `damping`, `time_step`, `fields_every`, `frames`",
+        ),
+    };
+    for (key, _) in keys.iter().filter(|(_, given)| *given) {
+        let message = format!("`{key}` is a key of a {other} stage");
+        faults.add_help(format!("{at}.{key}"), message, help);
+    }
+}
+
+fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
+    let help = "a probe has exactly one of `at` (a point) and `where` (a part of the model)";
+    match (probe.at, &probe.region) {
+        (Some(_), Some(_)) => {
+            faults.add_help(format!("{at}.where"), "`where` does not go with `at`", help);
+        }
+        (None, None) => faults.add_help(at, "the probe has no place", help),
+        _ => {}
+    }
+    if let Some(point) = probe.at {
+        faults.finite(format!("{at}.at"), &point);
+    }
+    if let Some(region) = &probe.region {
+        super::conditions::region(deck, &format!("{at}.where"), region, faults);
+    }
+    faults.optional(format!("{at}.every"), probe.every, Rule::AboveZero);
+    if let Some(steps) = probe.every_steps {
+        faults.not_zero(format!("{at}.every_steps"), steps);
+    }
+    if probe.quantity == Quantity::Reaction && deck.fix.is_empty() {
+        faults.add_help(
+            format!("{at}.quantity"),
+            "there is no reaction to record: the deck has no `[[fix]]`",
+            "a reaction is the sum of the forces of supports",
+        );
+    }
+}

@@ -1,0 +1,259 @@
+//! Keys that may be written in several forms, such as `time_step = "auto"` or seconds.
+//!
+//! Each form is read by hand: the derived readers try every form and then cannot say which one
+//! was meant, nor where in it the mistake is.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{Damping, Extent, History, JointChoice, TimeStep};
+
+/// The three ways in which a reader hands over a number.
+macro_rules! numbers {
+    ($value:ty, $make:expr) => {
+        fn visit_f64<E: Error>(self, number: f64) -> Result<$value, E> {
+            Ok($make(number))
+        }
+
+        fn visit_i64<E: Error>(self, number: i64) -> Result<$value, E> {
+            Ok($make(number as f64))
+        }
+
+        fn visit_u64<E: Error>(self, number: u64) -> Result<$value, E> {
+            Ok($make(number as f64))
+        }
+    };
+}
+
+impl<'de> Deserialize<'de> for Extent {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Forms;
+
+        impl<'de> Visitor<'de> for Forms {
+            type Value = Extent;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number (a plane) or two numbers `[from, to]`")
+            }
+
+            numbers!(Extent, Extent::Plane);
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Extent, A::Error> {
+                let mut ends = [0.0; 2];
+                for (found, end) in ends.iter_mut().enumerate() {
+                    *end =
+                        seq.next_element()?.ok_or_else(|| Error::invalid_length(found, &self))?;
+                }
+                let mut found = 2;
+                while seq.next_element::<IgnoredAny>()?.is_some() {
+                    found += 1;
+                }
+                if found > 2 {
+                    return Err(Error::invalid_length(found, &self));
+                }
+                Ok(Extent::Range(ends))
+            }
+        }
+
+        deserializer.deserialize_any(Forms)
+    }
+}
+
+impl<'de> Deserialize<'de> for JointChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct ByNormal {
+            x: Option<String>,
+            y: Option<String>,
+            z: Option<String>,
+        }
+
+        struct Forms;
+
+        impl<'de> Visitor<'de> for Forms {
+            type Value = JointChoice;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "the name of a joint, or a table of names `{ x = …, y = …, z = … }` by the \
+                     direction of the normal",
+                )
+            }
+
+            fn visit_str<E: Error>(self, name: &str) -> Result<JointChoice, E> {
+                Ok(JointChoice::All(name.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<JointChoice, A::Error> {
+                let ByNormal { x, y, z } =
+                    Deserialize::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(JointChoice::ByNormal { x, y, z })
+            }
+        }
+
+        deserializer.deserialize_any(Forms)
+    }
+}
+
+impl<'de> Deserialize<'de> for TimeStep {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Forms;
+
+        impl Visitor<'_> for Forms {
+            type Value = TimeStep;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("`\"auto\"` or a number of seconds")
+            }
+
+            numbers!(TimeStep, TimeStep::Seconds);
+
+            fn visit_str<E: Error>(self, word: &str) -> Result<TimeStep, E> {
+                match word {
+                    "auto" => Ok(TimeStep::Auto),
+                    _ => Err(E::invalid_value(Unexpected::Str(word), &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_any(Forms)
+    }
+}
+
+impl Serialize for TimeStep {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match *self {
+            TimeStep::Auto => serializer.serialize_str("auto"),
+            TimeStep::Seconds(seconds) => serializer.serialize_f64(seconds),
+        }
+    }
+}
+
+impl JsonSchema for TimeStep {
+    fn schema_name() -> Cow<'static, str> {
+        Cow::Borrowed("TimeStep")
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "Time step of a dynamic stage.",
+            "oneOf": [
+                {
+                    "description": "0.9 of the critical step, shrunk so that the stage ends on time.",
+                    "type": "string",
+                    "const": "auto"
+                },
+                {
+                    "description": "Taken as given `[s]`.",
+                    "type": "number",
+                    "format": "double"
+                }
+            ]
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for Damping {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(field_identifier, rename_all = "lowercase")]
+        enum Key {
+            Ratio,
+            Mass,
+            Local,
+        }
+
+        struct Forms;
+
+        impl<'de> Visitor<'de> for Forms {
+            type Value = Damping;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "`\"none\"`, `{ ratio = number }`, `{ mass = number }` or `{ local = number }`",
+                )
+            }
+
+            fn visit_str<E: Error>(self, word: &str) -> Result<Damping, E> {
+                match word {
+                    "none" => Ok(Damping::None),
+                    _ => Err(E::invalid_value(Unexpected::Str(word), &self)),
+                }
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Damping, A::Error> {
+                only_entry(map, &self, |map, key| {
+                    let number = map.next_value()?;
+                    Ok(match key {
+                        Key::Ratio => Damping::Ratio(number),
+                        Key::Mass => Damping::Mass(number),
+                        Key::Local => Damping::Local(number),
+                    })
+                })
+            }
+        }
+
+        deserializer.deserialize_any(Forms)
+    }
+}
+
+impl<'de> Deserialize<'de> for History {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(field_identifier, rename_all = "lowercase")]
+        enum Key {
+            Ramp,
+            Table,
+        }
+
+        struct Forms;
+
+        impl<'de> Visitor<'de> for Forms {
+            type Value = History;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("`{ ramp = seconds }` or `{ table = [[time, factor], …] }`")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<History, A::Error> {
+                only_entry(map, &self, |map, key| {
+                    Ok(match key {
+                        Key::Ramp => History::Ramp(map.next_value()?),
+                        Key::Table => History::Table(map.next_value()?),
+                    })
+                })
+            }
+        }
+
+        deserializer.deserialize_any(Forms)
+    }
+}
+
+/// The entry of a table that must have exactly one.
+fn only_entry<'de, A, K, V>(
+    mut map: A,
+    expected: &dyn serde::de::Expected,
+    read: impl FnOnce(&mut A, K) -> Result<V, A::Error>,
+) -> Result<V, A::Error>
+where
+    A: MapAccess<'de>,
+    K: Deserialize<'de>,
+{
+    let key = map.next_key()?.ok_or_else(|| Error::invalid_length(0, expected))?;
+    let value = read(&mut map, key)?;
+    let mut found = 1;
+    while map.next_key::<K>()?.is_some() {
+        map.next_value::<IgnoredAny>()?;
+        found += 1;
+    }
+    if found > 1 {
+        return Err(Error::invalid_length(found, expected));
+    }
+    Ok(value)
+}

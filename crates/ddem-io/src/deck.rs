@@ -1,0 +1,88 @@
+//! Decks as TOML: read with every mistake located, written so that they read back equal.
+//!
+//! ```
+//! let text = "
+//! [materials.rock]
+//! density = 2400
+//! young = 18e9
+//! poisson = 0.25
+//! [[blocks]]
+//! size = [1, 1, 1]
+//! material = 'rock'
+//! ";
+//! let (deck, source) = ddem_io::deck::parse(text, "cube.toml")?;
+//! ddem_io::deck::check(&deck, &source)?;
+//! assert_eq!(deck.materials["rock"].young, 18e9);
+//! # Ok::<(), ddem_io::DeckError>(())
+//! ```
+
+mod reader;
+mod source;
+
+pub use source::Source;
+
+use std::path::Path;
+
+use ddem_core::Deck;
+use toml::de::DeTable;
+
+use crate::diagnose::{DeckError, Finding};
+
+/// Reads a deck file.
+///
+/// Whether its values make sense is for [`check`] to say.
+///
+/// # Errors
+///
+/// When the file cannot be read, is not TOML, or has unknown keys, values of the wrong type or
+/// missing keys: all that are found, not only the first.
+pub fn read(path: &Path) -> Result<(Deck, Source), DeckError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| DeckError::Unreadable { path: path.to_owned(), source })?;
+    parse(&text, &path.display().to_string())
+}
+
+/// Reads a deck from its text; `name` is what errors call it.
+///
+/// # Errors
+///
+/// As those of [`read`].
+pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let source = Source::new(name, text, &table);
+    if let Some(finding) = Finding::syntax(&source, &errors) {
+        return Err(DeckError::wrong(&source, vec![finding]));
+    }
+    match reader::read(&table) {
+        Ok(deck) => Ok((deck, source)),
+        Err(mistakes) => {
+            let findings =
+                mistakes.into_iter().map(|(fault, span)| Finding::new(&source, fault, span));
+            Err(DeckError::wrong(&source, findings.collect()))
+        }
+    }
+}
+
+/// Checks everything that can be told from the deck alone; see [`ddem_core::deck::check`].
+///
+/// # Errors
+///
+/// All faults that were found, located in the text.
+pub fn check(deck: &Deck, source: &Source) -> Result<(), DeckError> {
+    let faults = ddem_core::deck::check(deck);
+    if faults.is_empty() { Ok(()) } else { Err(DeckError::from_faults(source, faults)) }
+}
+
+/// The deck as TOML, which reads back equal.
+///
+/// # Errors
+///
+/// When a value cannot be written in TOML: a whole number of 2⁶³ or more.
+pub fn write(deck: &Deck) -> Result<String, DeckError> {
+    toml::to_string(deck).map_err(|error| DeckError::Unwritable { message: error.to_string() })
+}
+
+/// The JSON Schema of decks, for editors.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(Deck).to_value()
+}

@@ -1,0 +1,133 @@
+//! The text of a deck, and where in it each key stands.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The text that a deck was read from, with the place of every key.
+#[derive(Clone, Debug)]
+pub struct Source {
+    name: Arc<str>,
+    text: Arc<str>,
+    root: Node,
+}
+
+#[derive(Clone, Debug)]
+struct Node {
+    span: Range<usize>,
+    children: Children,
+}
+
+#[derive(Clone, Debug)]
+enum Children {
+    None,
+    Keys(BTreeMap<String, Node>),
+    Entries(Vec<Node>),
+}
+
+impl Source {
+    pub(super) fn new(name: &str, text: &str, table: &Spanned<DeTable<'_>>) -> Self {
+        let root = Node { span: 0..0, children: Children::keys(table.get_ref()) };
+        Self { name: name.into(), text: text.into(), root }
+    }
+
+    /// What the deck is called, usually the path of its file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The whole text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    pub(crate) fn shared(&self) -> (Arc<str>, Arc<str>) {
+        (self.name.clone(), self.text.clone())
+    }
+
+    /// Where the value at a [`Fault::place`](ddem_core::Fault::place) stands, in bytes of the text.
+    ///
+    /// Of a table with a header it is the header. A key that is not there has no place of its own:
+    /// it is the nearest table around it that the text has, at last the start of the text.
+    pub fn locate(&self, place: &str) -> Range<usize> {
+        let mut node = &self.root;
+        for segment in segments(place) {
+            let child = match (&node.children, segment) {
+                (Children::Keys(keys), Segment::Key(key)) => keys.get(&key),
+                (Children::Entries(entries), Segment::Index(index)) => entries.get(index),
+                _ => None,
+            };
+            match child {
+                Some(child) => node = child,
+                None => break,
+            }
+        }
+        node.span.clone()
+    }
+}
+
+impl Node {
+    fn new(value: &Spanned<DeValue<'_>>) -> Self {
+        let children = match value.get_ref() {
+            DeValue::Table(table) => Children::keys(table),
+            DeValue::Array(array) => Children::Entries(array.iter().map(Node::new).collect()),
+            _ => Children::None,
+        };
+        Self { span: value.span(), children }
+    }
+}
+
+impl Children {
+    fn keys(table: &DeTable<'_>) -> Self {
+        let keys = table.iter();
+        Children::Keys(
+            keys.map(|(key, value)| (key.get_ref().to_string(), Node::new(value))).collect(),
+        )
+    }
+}
+
+#[derive(Debug, PartialEq)]
+enum Segment {
+    Key(String),
+    Index(usize),
+}
+
+/// The parts of a place such as `materials."hard rock".young` or `blocks[0].size[1]`.
+fn segments(place: &str) -> Vec<Segment> {
+    let mut segments = Vec::new();
+    let mut letters = place.chars().peekable();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '.' | ']' => {}
+            '[' => {
+                let mut digits = String::new();
+                while let Some(digit) = letters.next_if(char::is_ascii_digit) {
+                    digits.push(digit);
+                }
+                segments.push(Segment::Index(digits.parse().unwrap_or(usize::MAX)));
+            }
+            '"' => {
+                let mut key = String::new();
+                while let Some(letter) = letters.next() {
+                    match letter {
+                        '"' => break,
+                        '\\' => key.extend(letters.next()),
+                        _ => key.push(letter),
+                    }
+                }
+                segments.push(Segment::Key(key));
+            }
+            _ => {
+                let mut key = String::from(letter);
+                while let Some(letter) = letters.next_if(|letter| !".[".contains(*letter)) {
+                    key.push(letter);
+                }
+                segments.push(Segment::Key(key));
+            }
+        }
+    }
+    segments
+}

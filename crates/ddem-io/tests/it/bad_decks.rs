@@ -1,0 +1,174 @@
+//! Each kind of mistake, made in a good deck, with what is then said: `snapshots/`.
+
+use super::{GOOD, report};
+
+/// The good deck with one thing replaced.
+fn change(from: &str, to: &str) -> String {
+    assert!(GOOD.contains(from), "{from} is not in the good deck");
+    GOOD.replacen(from, to, 1)
+}
+
+macro_rules! bad_decks {
+    ($($name:ident: $($from:literal => $to:literal),+;)+) => {
+        $(
+            #[test]
+            fn $name() {
+                let mut deck = GOOD.to_owned();
+                $(
+                    assert!(deck.contains($from), "{} is not in the good deck", $from);
+                    deck = deck.replacen($from, $to, 1);
+                )+
+                let report = report(&deck);
+                assert!(!report.is_empty(), "nothing is said about {}", stringify!($name));
+                insta::assert_snapshot!(stringify!($name), report);
+            }
+        )+
+    };
+}
+
+// Not TOML, or not a deck.
+bad_decks! {
+    syntax_text_without_quotes: "material = \"rock\"" => "material = rock";
+    syntax_list_not_closed: "gravity = [0.0, 0.0, -9.81]" => "gravity = [0.0, 0.0, -9.81";
+    syntax_key_twice: "density = 2400" => "density = 2400\ndensity = 2500";
+    unknown_key: "density = 2400" => "denisty = 2400";
+    unknown_key_inside_braces: "{ z = [1.9, 2.1] }" => "{ zz = [1.9, 2.1] }";
+    unknown_key_by_normal: "{ x = \"spring\" }" => "{ w = \"spring\" }";
+    unknown_section: "[[blocks]]" => "[[block]]";
+    unknown_keys_all_at_once: "density = 2400" => "dnsity = 2400", "divisions = 4" => "divison = 4",
+        "tolerance = 1e-6" => "tolerance = 1e-6\ntol = 1e-6", "axes = \"z\"" => "axes = 3";
+    missing_key: "young = 18e9\n" => "";
+    missing_key_inside_braces: ", radius = 0.2" => "";
+    missing_where: "[[remove]]\nwhere = { sphere = { centre = [1.2, 1.2, 1.2], radius = 0.2 } }"
+        => "[[remove]]";
+    wrong_type_number: "density = 2400" => "density = \"2400 kg/m3\"";
+    wrong_type_text: "material = \"soft rock\"\njoint" => "material = 7\njoint";
+    wrong_type_truth: "contact = false" => "contact = \"no\"";
+    wrong_type_table: "where = { z = 3.0 }" => "where = 3.0";
+    wrong_type_single_brackets: "[[probe]]\nname = \"mid\"" => "[[stage]]\nname = \"x\"\nkind = 3\n[[probe]]\nname = \"mid\"";
+    whole_number_wanted: "count = [12, 3, 3]" => "count = [12, 3.5, 3]";
+    whole_number_negative: "count = [12, 3, 3]" => "count = [12, -3, 3]";
+    too_few_numbers: "size = [12.0, 3.0, 3.0]" => "size = [12.0, 3.0]";
+    too_few_lists: "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]" => "axes = [[1, 0, 0], [0, 1, 0]]";
+    unknown_choice: "kind = \"dynamic\"" => "kind = \"dynamics\"";
+    extent_of_three: "z = [1.9, 2.1]" => "z = [1.9, 2.1, 2.3]";
+    extent_of_text: "z = [1.9, 2.1]" => "z = \"top\"";
+    joint_of_number: "joint = \"seam\"" => "joint = 5";
+    time_step_of_text: "time_step = \"auto\"" => "time_step = \"automatic\"";
+    damping_of_text: "damping = \"none\"" => "damping = \"no\"";
+    damping_of_number: "damping = \"none\"" => "damping = 0.05";
+    damping_unknown: "{ ratio = 0.05 }" => "{ ration = 0.05 }";
+    damping_of_two: "{ ratio = 0.05 }" => "{ ratio = 0.05, mass = 2.0 }";
+    damping_of_none: "{ ratio = 0.05 }" => "{ }";
+    history_of_text: "{ ramp = 0.01 }" => "\"ramp\"";
+    history_unknown: "{ ramp = 0.01 }" => "{ sine = 0.01 }";
+    history_row_of_three: "[0.01, 1.0]]" => "[0.01, 1.0, 2.0]]";
+    number_too_large: "max_steps = 200000" => "max_steps = 99999999999999999999999999";
+}
+
+// Values that are out of the question.
+bad_decks! {
+    not_a_number: "density = 2400" => "density = nan";
+    infinite_in_a_list: "-9.81]" => "-inf]";
+    poisson_too_large: "poisson = 0.25" => "poisson = 0.5";
+    density_negative_of_quoted_name: "density = 2200.0" => "density = -2200.0";
+    joint_without_stiffness: "thickness = 0.01\nmaterial = \"rock\"" => "thickness = 0.01";
+    joint_with_two_stiffnesses: "thickness = 0.01" => "thickness = 0.01\nyoung = 1e9";
+    joint_with_half_a_spring: "shear_stiffness = 4e10\n" => "";
+    joint_without_thickness: "thickness = 0.01\n" => "";
+    joint_strength: "shear_stiffness = 4e10" => "shear_stiffness = 4e10\ncohesion = 1e6\n\
+        friction = 95.0\ndilation = 97.0\nresidual_cohesion = 2e6\ntension = -1.0";
+    joint_residual_without_strength: "shear_stiffness = 4e10"
+        => "shear_stiffness = 4e10\nfracture_energy = [50.0, 200.0]";
+    material_not_known: "material = \"rock\"\njoint" => "material = \"rokc\"\njoint";
+    joint_not_known: "joint = \"seam\"" => "joint = \"steam\"";
+    joint_by_normal_not_known: "{ x = \"spring\" }" => "{ x = \"sprong\" }";
+    joint_needed: "joint = { x = \"spring\" }" => "";
+    joint_needed_along_one_axis: "{ x = \"spring\" }" => "{ y = \"spring\" }";
+    set_not_known: "set = \"beam\"" => "set = \"baem\"";
+    set_twice: "name = \"foot\"" => "name = \"beam\"";
+    stage_not_known: "from = \"shake\"" => "from = \"shape\"";
+    until_before_from: "from = \"shake\"" => "from = \"shake\"\nuntil = \"load\"";
+    until_first_stage: "until = \"shake\"" => "until = \"load\"";
+    blocks_without_material: "material = \"rock\"\njoint" => "joint";
+    blocks_without_size: "size = [12.0, 3.0, 3.0]\n" => "";
+    blocks_too_many: "count = [12, 3, 3]" => "count = [12000, 3000, 3000]";
+    count_of_zero: "count = [12, 3, 3]" => "count = [12, 0, 3]";
+    edges_decrease: "x = [0, 1, 2.5]" => "x = [0, 2.5, 1]";
+    edges_of_one: "x = [0, 1, 2.5]" => "x = [0]";
+    edges_against_size: "name = \"foot\"" => "name = \"foot\"\nsize = [2.0, 3.0, 1.0]\ncount = [3, 1, 1]";
+    axes_in_one_plane: "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
+        => "axes = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]";
+    axes_left_handed: "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
+        => "axes = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]";
+    range_turned_round: "z = [1.9, 2.1]" => "z = [2.1, 1.9]";
+    sphere_of_zero: "radius = 0.2" => "radius = 0";
+    assign_nothing: "joint = \"spring\"\n\n" => "\n";
+    fix_wrong_letter: "axes = \"xyz\"" => "axes = \"xw\"";
+    fix_letter_twice: "axes = \"xyz\"" => "axes = \"xyx\"";
+    fix_velocity_of_free_axis: "velocity = [0.0, 0.0, -1e-3]" => "velocity = [1.0, 0.0, 0.0]";
+    fix_history_without_velocity: "velocity = [0.0, 0.0, -1e-3]\n" => "";
+    history_goes_back: "[0.01, 1.0]]" => "[0.0, 1.0]]";
+    load_of_nothing: "pressure = 1e5" => "";
+    load_of_two: "pressure = 1e5" => "pressure = 1e5\nforce = [1, 0, 0]";
+    load_line_on_a_plane: "where = { x = 6.0, z = 3.0 }" => "where = { z = 3.0 }";
+    initial_of_nothing: "velocity = [0.1, 0.0, 0.0]\nspin = [0.0, 0.0, 1.0]\n" => "";
+    stage_of_the_other_kind: "increments = 1" => "increments = 1\nduration = 1.0";
+    stage_without_duration: "duration = 1\n" => "";
+    stage_twice: "name = \"ring\"" => "name = \"shake\"";
+    stage_frames_twice: "frames = 20" => "frames = 20\nfields_every = 1e-3";
+    damping_too_large: "{ ratio = 0.05 }" => "{ local = 1.0 }";
+    probe_without_place: "at = [6.0, 1.5, 0.0]\n" => "";
+    probe_in_two_places: "at = [6.0, 1.5, 0.0]" => "at = [6.0, 1.5, 0.0]\nwhere = { z = 0.0 }";
+    probe_twice: "name = \"base\"" => "name = \"mid\"";
+}
+
+// Keys of later versions.
+bad_decks! {
+    not_yet: "contact = false" => "contact = true", "body = \"deformable\"" => "body = \"rigid\"",
+        "[[fix]]" => "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n\n\
+            [[boundary]]\nwhere = { x = 12.0 }\nkind = \"viscous\"\n\n[[fix]]",
+        "material = \"soft rock\"\n\n[[remove]]"
+            => "material = \"soft rock\"\nuntil = \"shake\"\n\n[[remove]]\nfrom = \"shake\"";
+}
+
+#[test]
+fn single_brackets() {
+    let deck = "[stage]\nname = \"a\"\nkind = \"relax\"\n";
+    insta::assert_snapshot!(report(deck));
+}
+
+#[test]
+fn nothing_at_all() {
+    insta::assert_snapshot!(report(""));
+}
+
+#[test]
+fn material_without_a_name() {
+    insta::assert_snapshot!(report("[materials]\ndensity = 2400\nyoung = 1e9\npoisson = 0.2\n"));
+}
+
+#[test]
+fn one_line_for_each_fault() {
+    let deck = change("density = 2400", "density = -1\nyuong = 3");
+    let error = ddem_io::deck::parse(&deck, "deck.toml").expect_err("an unknown key");
+    assert_eq!(error.to_string(), "the deck `deck.toml` has a mistake in line 11");
+    insta::assert_snapshot!(format!("{error:#}"));
+}
+
+#[test]
+fn very_many_faults_are_not_all_shown() {
+    let rows = "[0, nan], ".repeat(1000);
+    let deck = change("[[0, 0], [0.01, 1.0]]", &format!("[{rows}]"));
+    let (deck, source) = ddem_io::deck::parse(&deck, "deck.toml").expect("numbers");
+    let error = ddem_io::deck::check(&deck, &source).expect_err("no numbers");
+    assert_eq!(error.findings().len(), 1000);
+    assert!(error.report(false).ends_with("… and 980 more\n"));
+}
+
+#[test]
+fn a_file_that_is_not_there() {
+    let error = ddem_io::deck::read("no such deck.toml".as_ref()).expect_err("no file");
+    assert_eq!(error.to_string(), "cannot read the deck `no such deck.toml`");
+    assert!(error.findings().is_empty());
+}
