@@ -1,0 +1,92 @@
+//! Explicit stepping in time, (M2).
+
+use super::System;
+
+/// A motion under a constant load, step by step:
+/// `v⁺ = [ (m/Δt − c/2) v⁻ + F ] / (m/Δt + c/2)`, `u⁺ = u + Δt v⁺`, `F = load − K u`.
+#[derive(Clone, Debug)]
+pub struct Transient<'a> {
+    system: &'a System,
+    masses: Vec<f64>,
+    damping: Vec<f64>,
+    load: Vec<f64>,
+    fixed: Vec<bool>,
+    time_step: f64,
+    started: bool,
+    /// The displacement now.
+    pub displacement: Vec<f64>,
+    /// The velocity half a step ago (before the first step, the initial velocity).
+    pub velocity: Vec<f64>,
+    /// Steps taken.
+    pub steps: usize,
+}
+
+impl<'a> Transient<'a> {
+    /// A motion from rest at zero displacement; `damping` is c, N·s/m, by degree of freedom.
+    pub fn new(
+        system: &'a System,
+        load: Vec<f64>,
+        damping: Vec<f64>,
+        fixed: Vec<bool>,
+        time_step: f64,
+    ) -> Self {
+        let zero = vec![0.0; system.dofs()];
+        Self {
+            system,
+            masses: system.dof_masses(),
+            damping,
+            load,
+            fixed,
+            time_step,
+            started: false,
+            displacement: zero.clone(),
+            velocity: zero,
+            steps: 0,
+        }
+    }
+
+    /// The unbalanced force on every degree of freedom, zero on fixed ones.
+    pub fn force(&self) -> Vec<f64> {
+        let mut force = self.system.stiffness.multiply(&self.displacement);
+        for (dof, force) in force.iter_mut().enumerate() {
+            *force = if self.fixed[dof] { 0.0 } else { self.load[dof] - *force };
+        }
+        force
+    }
+
+    /// Takes one step. The first starts the velocity with
+    /// `v(½) = v₀ + Δt/(2m) (F − c v₀)` instead.
+    pub fn step(&mut self) {
+        let force = self.force();
+        for (dof, force) in force.into_iter().enumerate() {
+            let (mass, damping) = (self.masses[dof] / self.time_step, self.damping[dof] / 2.0);
+            let before = self.velocity[dof];
+            let after = match (self.fixed[dof], self.started) {
+                (true, _) => 0.0,
+                (false, false) => before + (force - 2.0 * damping * before) / (2.0 * mass),
+                (false, true) => ((mass - damping) * before + force) / (mass + damping),
+            };
+            self.velocity[dof] = after;
+            self.displacement[dof] += self.time_step * after;
+        }
+        self.started = true;
+        self.steps += 1;
+    }
+
+    /// Takes several steps.
+    pub fn run(&mut self, steps: usize) {
+        for _ in 0..steps {
+            self.step();
+        }
+    }
+
+    /// The present time.
+    pub fn time(&self) -> f64 {
+        self.steps as f64 * self.time_step
+    }
+
+    /// Kinetic energy at the half step of `velocity`.
+    pub fn kinetic_energy(&self) -> f64 {
+        self.masses.iter().zip(&self.velocity).map(|(m, v)| m * v * v / 2.0).sum()
+    }
+}
