@@ -11,7 +11,6 @@ use crate::assembly::Inertia;
 use crate::error::RunError;
 use crate::motion::Motion;
 use crate::simulation::Simulation;
-use crate::lanes::Lanes;
 
 /// Margin on the fictitious masses: stiffness changes a little as blocks turn.
 const MARGIN: f64 = 1.02;
@@ -50,7 +49,7 @@ impl Simulation {
     /// `increments` equal parts. Time stands still; driven supports rest.
     pub fn start_relaxation(&mut self, increments: u32) {
         self.settle();
-        self.state.v.fill(Lanes::ZERO);
+        self.stop();
         let state = &self.state;
         let mut to = Vec::new();
         self.model.conditions.factors(state.stage, state.time, &state.stage_starts, &mut to);

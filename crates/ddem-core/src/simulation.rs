@@ -37,8 +37,10 @@ pub struct Simulation {
     pub(crate) velocities: Vec<[f64; 3]>,
     critical_step: Option<f64>,
     pub(crate) last: Sums,
-    /// Kinetic and strain energy at the start of the run `[J]`.
+    /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
     initial_energy: f64,
+    /// [`start`](Self::start) has set the time step.
+    started: bool,
 }
 
 impl Simulation {
@@ -67,6 +69,7 @@ impl Simulation {
             critical_step: None,
             last: Sums::default(),
             initial_energy: 0.0,
+            started: false,
         };
         simulation.initial_energy = simulation.mechanical_energy();
         simulation
@@ -153,8 +156,12 @@ impl Simulation {
             (TimeStep::Auto, Some(duration)) => duration / steps,
             _ => step,
         };
+        // The scheme's measure of energy depends on the step; what that changes is no imbalance.
+        let before = self.mechanical_energy();
         self.motion = Motion::dynamic(&self.model.assembly, damping, step);
+        self.initial_energy += self.mechanical_energy() - before;
         self.relaxation = None;
+        self.started = true;
         Ok(steps as u64)
     }
 
@@ -165,7 +172,7 @@ impl Simulation {
     ///
     /// A number that is not finite: the run has diverged.
     pub fn step(&mut self) -> Result<(), RunError> {
-        if self.motion.fictitious || self.never_started() {
+        if !self.started {
             self.start(Damping::None, TimeStep::Auto, None)?;
         }
         self.motion.start = self.state.whole;
@@ -193,10 +200,6 @@ impl Simulation {
             }
         }
         Ok(())
-    }
-
-    fn never_started(&self) -> bool {
-        self.state.steps == 0 && self.critical_step.is_none()
     }
 
     /// Work of the step that was taken, from its powers.
@@ -274,7 +277,7 @@ impl Simulation {
             return;
         }
         if self.motion.fictitious {
-            self.state.v.fill(Lanes::ZERO);
+            self.stop();
         } else {
             let (sums, _) = self.measure();
             let half = 0.5 * self.motion.time_step;
@@ -284,6 +287,14 @@ impl Simulation {
             self.state.v = self.present_velocities();
         }
         self.state.whole = true;
+    }
+
+    /// Brings everything to rest; damping takes the kinetic energy.
+    pub(crate) fn stop(&mut self) {
+        let kinetic = self.energy().kinetic;
+        self.state.v.fill(Lanes::ZERO);
+        self.state.work.damping += kinetic;
+        self.started = false;
     }
 
     /// Energies at the present time and their balance (§6).

@@ -108,7 +108,3 @@ pub enum ElementKind {
     /// With the incompatible modes of Wilson and Taylor: no shear locking in bending.
     Incompatible,
 }
-
-/// Stand-in.
-#[must_use]
-pub fn check(_: &Deck) -> Vec<crate::Fault> { Vec::new() }
