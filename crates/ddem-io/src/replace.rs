@@ -67,9 +67,7 @@ pub(crate) fn unless_busy<T>(
     match write() {
         Err(OutputError::Busy { .. }) => {
             replace(path, |part| {
-                fs::copy(path, part)
-                    .map(|_| ())
-                    .map_err(|e| OutputError::io(path, "copying", e))
+                fs::copy(path, part).map(|_| ()).map_err(|e| OutputError::io(path, "copying", e))
             })?;
             write()
         }

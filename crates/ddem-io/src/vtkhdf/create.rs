@@ -36,12 +36,7 @@ pub(super) fn create(
     })
 }
 
-fn fill(
-    file: &File,
-    grid: &Grid,
-    constants: &[Constant<'_>],
-    fields: &[FieldSpec],
-) -> Result<()> {
+fn fill(file: &File, grid: &Grid, constants: &[Constant<'_>], fields: &[FieldSpec]) -> Result<()> {
     let root = file.create_group("VTKHDF")?;
     root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 2])?;
     word_attribute(&root, "Type", b"UnstructuredGrid")?;
