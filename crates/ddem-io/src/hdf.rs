@@ -104,17 +104,19 @@ pub(crate) fn put<T: H5Type>(
     match shape[..] {
         [_] => {
             dataset.resize(row + values.len())?;
-            dataset.write_slice(values, row..row + values.len())
+            dataset.write_slice(values, row..row + values.len())?;
         }
         [_, columns] => {
             let rows = values.len() / columns.max(1);
             dataset.resize((row + rows, columns))?;
             let view = ndarray::ArrayView2::from_shape((rows, columns), values)
                 .map_err(|e| e.to_string())?;
-            dataset.write_slice(view, (row..row + rows, ..))
+            dataset.write_slice(view, (row..row + rows, ..))?;
         }
-        _ => Err("a table of one or two dimensions was expected".into()),
+        _ => return Err("a table of one or two dimensions was expected".into()),
     }
+    // Dropping a dataset writes what HDF5 still buffers, and cannot tell that the disk is full.
+    dataset.flush()
 }
 
 /// Cuts the dataset to its first `rows` rows.
