@@ -189,7 +189,7 @@ fn joints() {
     let mut writer = Writer::create(&path, &grid, &constants, &fields).unwrap();
     let state = |step: usize| (0..n).map(|i| ((i + step) % 3) as u8).collect::<Vec<_>>();
     let failure = |step: usize| {
-        let time = |i: usize| if (i + step) % 3 == 0 { f64::NAN } else { i as f64 };
+        let time = |i: usize| if (i + step).is_multiple_of(3) { f64::NAN } else { i as f64 };
         (0..n).map(time).collect::<Vec<_>>()
     };
     for step in 0..3 {
