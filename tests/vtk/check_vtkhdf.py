@@ -46,14 +46,14 @@ def describe_data(data):
 def describe_grid(grid, time):
     cells = range(grid.GetNumberOfCells())
     points = grid.GetPoints()
-    connectivity = grid.GetCells().GetConnectivityArray()
+    cell_array = grid.GetCells()
     return {
         "time": time,
         "points": grid.GetNumberOfPoints(),
         "cells": grid.GetNumberOfCells(),
         "cell_types": sorted({grid.GetCellType(i) for i in cells}),
         "coordinates": describe_array(points.GetData()) if points else None,
-        "connectivity": describe_array(connectivity),
+        "connectivity": describe_array(cell_array.GetConnectivityArray()) if cell_array else None,
         "point_data": describe_data(grid.GetPointData()),
         "cell_data": describe_data(grid.GetCellData()),
     }

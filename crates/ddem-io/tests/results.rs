@@ -57,6 +57,15 @@ fn tables_go_on_after_the_rows_that_count() {
     assert!(matches!(EnergyTable::reopen(&path, 0), Err(OutputError::Unusable { .. })));
 }
 
+/// `/dev/full` is a disk without space.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_called_that() {
+    let error = EnergyTable::create("/dev/full", &["kinetic"]).unwrap_err();
+    assert!(matches!(error, OutputError::DiskFull { .. }), "{error}");
+    assert!(error.to_string().starts_with("no space left on the disk while writing /dev/full"));
+}
+
 #[test]
 fn summary_has_the_documented_keys() {
     let folder = tempdir().unwrap();

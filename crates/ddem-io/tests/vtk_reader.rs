@@ -111,6 +111,8 @@ fn create_blocks(path: &Path, grid: &Grid) -> Writer {
 
 fn assert_blocks(seen: &Value, steps: usize, grid: &Grid) {
     let times: Vec<f64> = (0..steps).map(|s| s as f64 * 0.125).collect();
+    // VTK takes a file with a single step for a still picture and tells no time.
+    let times = if steps == 1 { Vec::new() } else { times };
     assert_eq!(seen["times"], json!(times));
     let count = |n: usize| (0..n).map(|i| i as f64).collect::<Vec<_>>();
     for (step, seen) in seen["steps"].as_array().unwrap().iter().enumerate() {
