@@ -17,7 +17,7 @@ impl Simulation {
         if self.state.whole {
             return self.state.v.clone();
         }
-        let Motion { classes, scale, local, .. } = &self.motion;
+        let Motion { classes, local, .. } = &self.motion;
         let mut velocities = self.state.v.clone();
         for (pack, index) in self.model.packs.packs.iter().zip(&self.model.assembly.pack_inertia) {
             let class = &classes[*index as usize];
@@ -27,7 +27,7 @@ impl Simulation {
                     let [a, b, _] = class.at(at, lane);
                     let (v, f) = (self.state.v[place].0[lane], self.scratch.f[place].0[lane]);
                     let damping = if v == 0.0 { 0.0 } else { local * f.abs() * v.signum() };
-                    let next = scale[0] * a * v + scale[1] * b * (f - damping);
+                    let next = a * v + b * (f - damping);
                     velocities[place].0[lane] = 0.5 * (v + next);
                 }
             }

@@ -4,6 +4,7 @@ pub mod deck;
 pub mod element;
 
 mod assembly;
+mod cluster;
 mod conditions;
 mod energy;
 mod error;

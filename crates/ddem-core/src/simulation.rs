@@ -13,7 +13,7 @@ use crate::relax::Relaxation;
 use crate::scratch::Scratch;
 use crate::simd::Simd;
 use crate::state::{State, Work};
-use crate::step::{Context, measure, step};
+use crate::step::{Context, balance, step};
 use crate::sums::Sums;
 use crate::timestep::largest_eigenvalue;
 
@@ -156,13 +156,18 @@ impl Simulation {
             (TimeStep::Auto, Some(duration)) => duration / steps,
             _ => step,
         };
-        // The scheme's measure of energy depends on the step; what that changes is no imbalance.
-        let before = self.mechanical_energy();
-        self.motion = Motion::dynamic(&self.model.assembly, damping, step);
-        self.initial_energy += self.mechanical_energy() - before;
+        self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
         self.relaxation = None;
         self.started = true;
         Ok(steps as u64)
+    }
+
+    /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
+    /// is no imbalance.
+    pub(crate) fn change_motion(&mut self, motion: Motion) {
+        let before = self.mechanical_energy();
+        self.motion = motion;
+        self.initial_energy += self.mechanical_energy() - before;
     }
 
     /// One explicit step of time, eq. (2). [`start`](Self::start) sets its length; without it,
@@ -265,9 +270,9 @@ impl Simulation {
             self.take_factors();
         }
         let (context, state, scratch) = self.parts();
-        let (sums, energies) = measure(context, state, scratch);
+        let sums = balance(context, state, scratch, true);
         self.last = sums;
-        (sums, energies)
+        (sums, self.scratch.strain_energy())
     }
 
     /// Brings velocities from the last half step to the present time, so that a stage with
@@ -291,9 +296,9 @@ impl Simulation {
 
     /// Brings everything to rest; damping takes the kinetic energy.
     pub(crate) fn stop(&mut self) {
-        let kinetic = self.energy().kinetic;
+        let before = self.energy().kinetic;
         self.state.v.fill(Lanes::ZERO);
-        self.state.work.damping += kinetic;
+        self.state.work.damping += before - self.energy().kinetic;
         self.started = false;
     }
 

@@ -7,6 +7,7 @@ pub mod folder;
 mod hdf;
 mod output_error;
 mod replace;
+pub mod run;
 pub mod summary;
 pub mod tables;
 pub mod vtkhdf;
