@@ -5,6 +5,7 @@ use crate::conditions::{Active, Conditions};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Geometry, Names, Region, Vec3};
+use crate::joints::{Face, faces};
 use crate::lanes::Lanes;
 use crate::pack::Packs;
 
@@ -15,7 +16,7 @@ pub struct Model {
     pub(crate) packs: Packs,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
-    pub(crate) constants: Constants,
+    pub(crate) faces: Vec<Face>,
     kinematics: Kinematics,
     pub(crate) gravity: Vec3,
     pub(crate) deck: Deck,
@@ -43,11 +44,11 @@ impl Model {
         let constants = Constants::new(deck);
         let assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
         let model = Self {
-            geometry,
             packs,
             assembly,
             conditions,
-            constants,
+            faces: faces(&geometry),
+            geometry,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
             deck: deck.clone(),
@@ -85,6 +86,12 @@ impl Model {
     #[must_use]
     pub fn n_nodes(&self) -> usize {
         self.geometry.n_nodes
+    }
+
+    /// Number of loads.
+    #[must_use]
+    pub fn n_loads(&self) -> usize {
+        self.conditions.loaded.len()
     }
 
     /// Number of hex8 elements of the bodies.
