@@ -34,7 +34,7 @@ pub use energy::Energy;
 pub use error::{Fault, ModelError, RunError};
 pub use fields::{FIELDS, Field, On};
 pub use joints::Face;
-pub use model::Model;
+pub use model::{Model, Size};
 pub use relax::Relaxed;
 pub use saved::Saved;
 pub use simd::Simd;

@@ -292,7 +292,7 @@ impl Simulation {
 
     /// Brings velocities from the last half step to the present time, so that a stage with
     /// another time step can begin: `v = (v⁻ + v⁺)/2`.
-    pub(crate) fn settle(&mut self) {
+    pub fn settle(&mut self) {
         if self.state.whole {
             return;
         }
