@@ -25,8 +25,6 @@ pub(crate) struct Element {
     pub(crate) modal: Modal,
     /// Diagonal of the stiffness by node (x fastest) and component `[N/m]`.
     diagonal: [[f64; 3]; 8],
-    /// Sums of the absolute values of its rows `[N/m]`.
-    row_sums: [[f64; 3]; 8],
 }
 
 /// Four elements side by side.
@@ -39,15 +37,13 @@ pub(crate) struct ElementPack {
     pub(crate) elements: [Option<u32>; LANES],
 }
 
-/// Mass, stiffness diagonal and stiffness row sums of the nodes of one pack.
+/// Mass and stiffness diagonal of the nodes of one pack.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Inertia {
     /// Mass of each node `[kg]`.
     pub(crate) mass: Vec<Lanes>,
     /// Diagonal of the assembled stiffness, three a node `[N/m]`.
     pub(crate) diagonal: Vec<Lanes>,
-    /// Row sums of absolute values of the element stiffnesses, three a node `[N/m]`.
-    pub(crate) row_sums: Vec<Lanes>,
 }
 
 /// Everything that equal packs share.
@@ -163,8 +159,8 @@ impl Assembly {
 
     /// Sums mass and stiffness over the elements at each node.
     fn assemble(&mut self, geometry: &Geometry, packs: &Packs) {
-        // Mass, diagonal (3), row sums (3) of each node.
-        let mut nodes = vec![[0.0; 7]; geometry.n_nodes];
+        // Mass and the three numbers of the diagonal of each node.
+        let mut nodes = vec![[0.0; 4]; geometry.n_nodes];
         for (pack, tables) in packs.packs.iter().zip(&self.pack_tables) {
             let offsets = (0..8).filter(|&offset| tables[offset] != NO_TABLE);
             for (offset, lane) in offsets.flat_map(|o| (0..pack.filled).map(move |l| (o, l))) {
@@ -223,7 +219,7 @@ fn scatter(
     pack: &Pack,
     (offset, lane): (usize, usize),
     element: &Element,
-    nodes: &mut [[f64; 7]],
+    nodes: &mut [[f64; 4]],
 ) {
     let shape = packs.shape_of(pack);
     let dims = shape.dims(offset);
@@ -249,7 +245,6 @@ fn scatter(
             sums[0] += mass;
             for c in 0..3 {
                 sums[1 + c] += element.diagonal[corner][c];
-                sums[4 + c] += element.row_sums[corner][c];
             }
         }
     }
@@ -268,13 +263,12 @@ impl Element {
             elastic,
             modal,
             diagonal: rows.map(|row| row.map(|r| dense[(r, r)])),
-            row_sums: rows.map(|row| row.map(|r| dense.row(r).iter().map(|x| x.abs()).sum())),
         }
     }
 }
 
 impl Inertia {
-    fn gather(geometry: &Geometry, n: usize, pack: &Pack, nodes: &[[f64; 7]]) -> Self {
+    fn gather(geometry: &Geometry, n: usize, pack: &Pack, nodes: &[[f64; 4]]) -> Self {
         // Lanes without a body have no mass, and so never move.
         let first = |lane: usize| {
             let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
@@ -284,18 +278,15 @@ impl Inertia {
             let of = |lane: usize| first(lane).map_or(0.0, |first| nodes[first + local][k]);
             Lanes(std::array::from_fn(of))
         };
-        let three = |from: usize| {
-            (0..n).flat_map(|local| [0, 1, 2].map(|c| pick(local, from + c))).collect::<Vec<_>>()
-        };
+        let diagonal = (0..n).flat_map(|local| [1, 2, 3].map(|c| pick(local, c)));
         Self {
             mass: (0..n).map(|local| pick(local, 0)).collect(),
-            diagonal: three(1),
-            row_sums: three(4),
+            diagonal: diagonal.collect(),
         }
     }
 
     fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
-        let all = self.mass.iter().chain(&self.diagonal).chain(&self.row_sums);
+        let all = self.mass.iter().chain(&self.diagonal);
         all.flat_map(|lanes| lanes.0)
     }
 }

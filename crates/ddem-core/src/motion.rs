@@ -1,8 +1,7 @@
 //! §6: the numbers of (M2) for a stage.
 //!
 //! `v⁺ = [(m/Δt − c/2) v⁻ + F] / (m/Δt + c/2)` is `v⁺ = a v⁻ + b F` with `a` and `b` fixed for a
-//! stage. Relaxation (§7) is the same with fictitious masses, Δt = 1 and a damping that changes
-//! as it runs, which only scales `a` and `b`.
+//! stage.
 
 use fearless_simd::{Simd, f64x4};
 
@@ -50,15 +49,13 @@ pub(crate) struct Motion {
     pub(crate) time_step: f64,
     /// One for each [`Inertia`], under the same number.
     pub(crate) classes: Vec<Coefficients>,
-    /// Factors on a, b and c.
-    pub(crate) scale: [f64; 3],
     /// α of local damping.
     pub(crate) local: f64,
     /// Velocities are at a whole step: the first half step of a stage.
     pub(crate) start: bool,
     /// Some damping takes energy.
     pub(crate) damped: bool,
-    /// Fictitious masses: sums for the estimate of the lowest mode are wanted.
+    /// Relaxation: nothing here moves the nodes, only forces are balanced.
     pub(crate) fictitious: bool,
 }
 
@@ -81,7 +78,6 @@ impl Motion {
         Self {
             time_step,
             classes: assembly.inertia.iter().map(class).collect(),
-            scale: [1.0; 3],
             local: if let Damping::Local(alpha) = damping { alpha } else { 0.0 },
             start: false,
             damped: damping != Damping::None,
@@ -89,37 +85,13 @@ impl Motion {
         }
     }
 
-    /// For relaxation: masses `[N/m]` by [`Inertia`], Δt = 1, damping `c m` set as it runs.
-    pub(crate) fn relaxing(assembly: &Assembly, mass: impl Fn(&Inertia, usize, usize) -> f64) -> Self {
-        let class = |inertia: &Inertia| {
-            let n = inertia.diagonal.len();
-            let mut class = Coefficients::new(n, 1.0, |i, lane| (mass(inertia, i, lane), 0.0));
-            class.c = (0..n)
-                .map(|i| Lanes(std::array::from_fn(|lane| mass(inertia, i, lane))))
-                .collect();
-            class
-        };
-        let mut motion = Self {
-            time_step: 1.0,
-            classes: assembly.inertia.iter().map(class).collect(),
-            scale: [1.0; 3],
-            local: 0.0,
-            start: false,
-            damped: true,
-            fictitious: true,
-        };
-        motion.damp(0.0);
-        motion
-    }
-
-    /// Sets the damping of relaxation to `c` times the fictitious mass.
-    pub(crate) fn damp(&mut self, c: f64) {
-        self.scale = [(1.0 - c / 2.0) / (1.0 + c / 2.0), 1.0 / (1.0 + c / 2.0), c];
+    /// For the balance of forces in relaxation: unit masses, supports at rest.
+    pub(crate) fn relaxing(assembly: &Assembly) -> Self {
+        Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0) }
     }
 
     /// The force under which (M2) turns velocity `now` into `target`.
     pub(crate) fn force_for(&self, now: f64, target: f64, [a, b, c]: [f64; 3]) -> f64 {
-        let [a, b, c] = [a * self.scale[0], b * self.scale[1], c * self.scale[2]];
         if self.start { (target - now) * (1.0 + a) / b + c * now } else { (target - a * now) / b }
     }
 }
@@ -128,7 +100,6 @@ impl Motion {
 /// `v(½) = v₀ + Δt/(2m) (F − c v₀)`, where `Δt/(2m) = b/(1 + a)`.
 #[derive(Clone, Copy)]
 pub(crate) struct Update<S: Simd> {
-    scale: [f64x4<S>; 3],
     start: bool,
     one: f64x4<S>,
 }
@@ -136,8 +107,7 @@ pub(crate) struct Update<S: Simd> {
 impl<S: Simd> Update<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, motion: &Motion) -> Self {
-        let scale = motion.scale.map(|s| splat(simd, s));
-        Self { scale, start: motion.start, one: splat(simd, 1.0) }
+        Self { start: motion.start, one: splat(simd, 1.0) }
     }
 
     /// New velocity, and the damping coefficient.
@@ -148,7 +118,6 @@ impl<S: Simd> Update<S> {
         v: f64x4<S>,
         force: f64x4<S>,
     ) -> (f64x4<S>, f64x4<S>) {
-        let [a, b, c] = [a * self.scale[0], b * self.scale[1], c * self.scale[2]];
         if self.start { (v + b / (self.one + a) * (force - c * v), c) } else { (a * v + b * force, c) }
     }
 }

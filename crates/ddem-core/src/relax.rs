@@ -1,36 +1,49 @@
 //! §7: dynamic relaxation to static equilibrium.
 //!
-//! The step of (M2) with fictitious masses, Δt = 1. The masses are bounds on the rows of the
-//! stiffness, `m_i = ¼ Σ_j |K_ij|` (Gershgorin), summed over elements, the largest of a node's
-//! three, so that Δt = 1 is stable for every mode. The damping vanishes as the motion goes on,
-//! `c = 3/(k + 3/2)` with k the steps since the last restart, and the motion restarts from rest
-//! when it turns against the forces (`F·v < 0`): near-critical for the lowest mode that is still
-//! active, without an estimate of its frequency.
+//! The step of (2) with fictitious masses and Δt = 1,
+//! `v⁺ = [(1 − c/2) v + M⁻¹F] / (1 + c/2)`, `u⁺ = u + v⁺`. M is the stiffness of each cluster of
+//! facing nodes ([`cluster`](crate::cluster)), scaled so that Δt = 1 is stable for every mode.
+//! The damping fades as the motion goes on, `c = 3/(k + 3/2)` with k the steps since the last
+//! restart, and the motion restarts from rest when it turns against the forces (`F·v < 0`):
+//! near-critical for the lowest mode that is still active, without an estimate of its frequency.
 
-use crate::assembly::Inertia;
+use std::collections::{HashMap, VecDeque};
+
+use crate::cluster::Clusters;
 use crate::error::RunError;
+use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::simulation::Simulation;
+use crate::step::{advance_relaxing, balance};
+use crate::timestep::largest_clustered;
 
-/// Margin on the fictitious masses: stiffness changes a little as blocks turn.
-const MARGIN: f64 = 1.02;
+/// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
+const LARGEST: f64 = 3.6;
+/// Steps over which the displacements must have stopped.
+const WINDOW: usize = 50;
 
-/// How a relaxation is going: everything that a checkpoint needs to go on.
-#[derive(Clone, Debug, PartialEq)]
+/// How a relaxation is going.
+#[derive(Clone, Debug)]
 pub(crate) struct Relaxation {
+    pub(crate) memory: Memory,
+    clusters: Clusters,
+}
+
+/// What a checkpoint of a relaxation needs to go on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Memory {
     /// Equal parts in which loads reach their value.
-    increments: u32,
+    pub(crate) increments: u64,
     /// The part that is being relaxed, from 1.
-    increment: u32,
+    pub(crate) increment: u64,
     /// Steps since the last restart.
-    since_restart: u64,
-    /// Steps of this relaxation.
-    pub(crate) steps: u64,
-    /// The next step starts from rest.
-    restart: bool,
+    pub(crate) since_restart: u64,
     /// Load factors before and after.
-    from: Vec<f64>,
-    to: Vec<f64>,
+    pub(crate) from: Vec<f64>,
+    pub(crate) to: Vec<f64>,
+    /// Length of the way gone in this increment, and of its last steps.
+    pub(crate) way: f64,
+    pub(crate) last: VecDeque<f64>,
 }
 
 /// Where a relaxation is.
@@ -38,8 +51,8 @@ pub(crate) struct Relaxation {
 pub enum Relaxed {
     /// Still moving.
     Moving,
-    /// One increment of the loads is in equilibrium.
-    Increment(u32),
+    /// This many parts of the loads are in equilibrium.
+    Increment(u64),
     /// All loads are in equilibrium.
     Done,
 }
@@ -54,20 +67,32 @@ impl Simulation {
         let mut to = Vec::new();
         self.model.conditions.factors(state.stage, state.time, &state.stage_starts, &mut to);
         to.push(1.0);
-        self.relaxation = Some(Relaxation {
-            increments: increments.max(1),
+        let memory = Memory {
+            increments: u64::from(increments.max(1)),
             increment: 1,
-            since_restart: 0,
-            steps: 0,
-            restart: true,
             from: state.load_factors.clone(),
             to,
-        });
-        self.motion = Motion::relaxing(&self.model.assembly, fictitious_mass);
-        self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+            ..Memory::default()
+        };
+        self.continue_relaxation(memory);
     }
 
-    /// One step of relaxation towards the unbalanced force ratio `tolerance`.
+    /// Goes on with a relaxation that a checkpoint has kept.
+    pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
+        self.change_motion(Motion::relaxing(&self.model.assembly));
+        self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+        let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
+        for (node, axis) in self.active.held() {
+            held.entry(node).or_default()[axis] = true;
+        }
+        let mut clusters = Clusters::new(&self.model, &held);
+        let largest = largest_clustered(&self.model, &clusters, &mut self.scratch);
+        clusters.scale(LARGEST / largest);
+        self.relaxation = Some(Relaxation { memory, clusters });
+    }
+
+    /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is
+    /// reached and the displacements have stopped, the step is not taken.
     ///
     /// # Errors
     ///
@@ -76,42 +101,54 @@ impl Simulation {
         if self.relaxation.is_none() {
             self.start_relaxation(1);
         }
-        let Some(relaxation) = &mut self.relaxation else { return Ok(Relaxed::Done) };
-        let part = f64::from(relaxation.increment) / f64::from(relaxation.increments);
-        let factors = relaxation.from.iter().zip(&relaxation.to);
-        self.factors = factors.map(|(from, to)| from + (to - from) * part).collect();
-        let k = relaxation.since_restart as f64;
-        self.motion.damp((3.0 / (k + 1.5)).min(2.0));
-        if relaxation.restart {
-            self.motion.scale[0] = 0.0;
-        }
-        self.motion.start = false;
-        let (context, state, scratch) = self.parts();
-        let sums = crate::step::step(context, state, scratch);
-        self.book(sums);
-        self.check(sums)?;
-        let Some(relaxation) = &mut self.relaxation else { return Ok(Relaxed::Done) };
-        relaxation.steps += 1;
-        relaxation.since_restart += 1;
-        relaxation.restart = sums.power < 0.0;
-        if relaxation.restart {
-            relaxation.since_restart = 0;
-        }
-        if !converged(&sums, tolerance, relaxation.since_restart) {
-            return Ok(Relaxed::Moving);
-        }
-        let done = relaxation.increment;
-        if done == relaxation.increments {
-            self.state.load_factors.clone_from(&self.factors);
-            return Ok(Relaxed::Done);
-        }
-        relaxation.increment += 1;
-        relaxation.restart = true;
-        relaxation.since_restart = 0;
-        Ok(Relaxed::Increment(done))
+        let Some(mut relaxation) = self.relaxation.take() else { return Ok(Relaxed::Done) };
+        let result = self.relax_with(&mut relaxation, tolerance);
+        self.relaxation = Some(relaxation);
+        result
     }
 
-    /// Relaxes to equilibrium.
+    fn relax_with(
+        &mut self,
+        Relaxation { memory, clusters }: &mut Relaxation,
+        tolerance: f64,
+    ) -> Result<Relaxed, RunError> {
+        let part = memory.increment as f64 / memory.increments as f64;
+        self.factors = memory.factors(part);
+        let (context, state, scratch) = self.parts();
+        let sums = balance(context, state, scratch, false);
+        self.last = sums;
+        self.state.work.loads += sums.loads[0];
+        self.state.work.damping += 0.5 * sums.power;
+        self.measured = None;
+        self.check(sums)?;
+        self.state.whole = false;
+        if sums.ratio() <= tolerance && memory.has_stopped(tolerance) {
+            let done = memory.increment;
+            self.state.v.fill(Lanes::ZERO);
+            self.state.load_factors.clone_from(&self.factors);
+            if done == memory.increments {
+                return Ok(Relaxed::Done);
+            }
+            memory.next_increment();
+            return Ok(Relaxed::Increment(done));
+        }
+        let restart = memory.since_restart == 0 || sums.power < 0.0;
+        if restart {
+            memory.since_restart = 0;
+        }
+        let c = (3.0 / (memory.since_restart as f64 + 1.5)).min(2.0);
+        memory.since_restart += 1;
+        let keep = if restart { 0.0 } else { (1.0 - c / 2.0) / (1.0 + c / 2.0) };
+        let push = 1.0 / (1.0 + c / 2.0);
+        let (state, scratch) = (&mut self.state, &mut self.scratch);
+        let moved = advance_relaxing(&self.model, clusters, [keep, push], state, scratch);
+        self.state.work.damping += 0.5 * moved.power;
+        self.state.steps += 1;
+        memory.walk(moved.moved.sqrt());
+        Ok(Relaxed::Moving)
+    }
+
+    /// Relaxes to equilibrium and returns the number of steps.
     ///
     /// # Errors
     ///
@@ -119,14 +156,15 @@ impl Simulation {
     /// is not finite.
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
         self.start_relaxation(1);
-        for step in 1..=max_steps {
+        for step in 0..=max_steps {
             if self.relax_step(tolerance)? == Relaxed::Done {
                 self.finish_relaxation();
                 return Ok(step);
             }
         }
+        let ratio = self.last.ratio();
         self.finish_relaxation();
-        Err(RunError::NotConverged { ratio: self.last.ratio(), tolerance, max_steps })
+        Err(RunError::NotConverged { ratio, tolerance, max_steps })
     }
 
     /// Ends a relaxation: everything is at rest.
@@ -136,13 +174,30 @@ impl Simulation {
     }
 }
 
-/// In equilibrium, and no longer moving.
-fn converged(sums: &crate::sums::Sums, tolerance: f64, _since_restart: u64) -> bool {
-    sums.ratio() <= tolerance
-}
+impl Memory {
+    fn factors(&self, part: f64) -> Vec<f64> {
+        let between = |(from, to): (&f64, &f64)| from + (to - from) * part;
+        self.from.iter().zip(&self.to).map(between).collect()
+    }
 
-fn fictitious_mass(inertia: &Inertia, at: usize, lane: usize) -> f64 {
-    let node = at - at % 3;
-    let rows = [0, 1, 2].map(|c| inertia.row_sums[node + c].0[lane]);
-    0.25 * MARGIN * rows.into_iter().fold(0.0, f64::max)
+    fn walk(&mut self, step: f64) {
+        self.way += step;
+        self.last.push_back(step);
+        if self.last.len() > WINDOW {
+            self.last.pop_front();
+        }
+    }
+
+    /// The last steps are short against the whole way; or there was no way to go.
+    fn has_stopped(&self, tolerance: f64) -> bool {
+        let last: f64 = self.last.iter().sum();
+        self.way == 0.0 || (self.last.len() == WINDOW && last <= 0.1 * tolerance.sqrt() * self.way)
+    }
+
+    fn next_increment(&mut self) {
+        self.increment += 1;
+        self.since_restart = 0;
+        self.way = 0.0;
+        self.last.clear();
+    }
 }

@@ -43,8 +43,8 @@ pub(crate) struct Scratch {
 #[derive(Debug, Default)]
 pub(crate) struct Spaces {
     pub(crate) elements: Workspace,
-    /// Loads on one pack.
-    q: Vec<Lanes>,
+    /// Loads on one pack, or its accelerations in relaxation.
+    pub(crate) q: Vec<Lanes>,
 }
 
 impl Scratch {
@@ -133,6 +133,21 @@ impl Scratch {
         (fields, &self.frames, &self.shares, &self.runs, self.level)
     }
 
+    /// Borrowed for the second pass of relaxation; the forces are complete and only read.
+    pub(crate) fn relaxing<'a>(
+        &'a mut self,
+        state: &'a mut State,
+    ) -> (Relaxing<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
+        let fields = Relaxing {
+            frames: &mut self.frames,
+            sums: &mut self.sums,
+            workspaces: &mut self.workspaces,
+            u: &mut state.u,
+            v: &mut state.v,
+        };
+        (fields, &self.f, &self.runs, self.level)
+    }
+
     /// Borrowed for the second pass.
     pub(crate) fn moving<'a>(
         &'a mut self,
@@ -151,6 +166,36 @@ impl Scratch {
         let (u, v) = (&mut state.u[..], &mut state.v[..]);
         let fields = Moving { balancing, frames: &mut self.frames, u, v };
         (fields, &self.shares, &self.runs, self.level)
+    }
+}
+
+/// Fields of the second pass of relaxation, of a run of packs.
+pub(crate) struct Relaxing<'a> {
+    pub(crate) frames: &'a mut [Frame],
+    pub(crate) sums: &'a mut [Sums],
+    pub(crate) workspaces: &'a mut [Spaces],
+    pub(crate) u: &'a mut [Lanes],
+    pub(crate) v: &'a mut [Lanes],
+}
+
+impl Split for Relaxing<'_> {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let (u, u_high) = self.u.split_at_mut(nodes);
+        let (v, v_high) = self.v.split_at_mut(nodes);
+        let (frames, frames_high) = self.frames.split_at_mut(at - first);
+        let (sums, sums_high) = self.sums.split_at_mut(at - first);
+        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
+        (
+            Self { frames, sums, workspaces, u, v },
+            Self {
+                frames: frames_high,
+                sums: sums_high,
+                workspaces: workspaces_high,
+                u: u_high,
+                v: v_high,
+            },
+        )
     }
 }
 

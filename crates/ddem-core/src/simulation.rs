@@ -13,7 +13,7 @@ use crate::relax::Relaxation;
 use crate::scratch::Scratch;
 use crate::simd::Simd;
 use crate::state::{State, Work};
-use crate::step::{Context, measure, step};
+use crate::step::{Context, balance, step};
 use crate::sums::Sums;
 use crate::timestep::largest_eigenvalue;
 
@@ -35,12 +35,15 @@ pub struct Simulation {
     pub(crate) relaxation: Option<Relaxation>,
     pub(crate) factors: Vec<f64>,
     pub(crate) velocities: Vec<[f64; 3]>,
-    critical_step: Option<f64>,
+    pub(crate) critical_step: Option<f64>,
     pub(crate) last: Sums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
-    initial_energy: f64,
+    pub(crate) initial_energy: f64,
     /// [`start`](Self::start) has set the time step.
-    started: bool,
+    pub(crate) started: bool,
+    /// The step at whose end forces and sums were measured.
+    pub(crate) measured: Option<u64>,
+    strain: [f64; 2],
 }
 
 impl Simulation {
@@ -70,6 +73,8 @@ impl Simulation {
             last: Sums::default(),
             initial_energy: 0.0,
             started: false,
+            measured: None,
+            strain: [0.0; 2],
         };
         simulation.initial_energy = simulation.mechanical_energy();
         simulation
@@ -113,6 +118,7 @@ impl Simulation {
         let mass = |inertia: &crate::assembly::Inertia, at: usize, lane: usize| {
             inertia.mass[at / 3].0[lane]
         };
+        self.measured = None;
         let step = 2.0 / largest_eigenvalue(&self.model, &mut self.scratch, &mass).sqrt();
         self.critical_step = Some(step);
         step
@@ -127,6 +133,7 @@ impl Simulation {
         self.state.stage_starts.truncate(stage);
         self.state.stage_starts.push(self.state.time);
         self.active = self.model.active(stage);
+        self.measured = None;
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
@@ -156,13 +163,19 @@ impl Simulation {
             (TimeStep::Auto, Some(duration)) => duration / steps,
             _ => step,
         };
-        // The scheme's measure of energy depends on the step; what that changes is no imbalance.
-        let before = self.mechanical_energy();
-        self.motion = Motion::dynamic(&self.model.assembly, damping, step);
-        self.initial_energy += self.mechanical_energy() - before;
+        self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
         self.relaxation = None;
         self.started = true;
         Ok(steps as u64)
+    }
+
+    /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
+    /// is no imbalance.
+    pub(crate) fn change_motion(&mut self, motion: Motion) {
+        let before = self.mechanical_energy();
+        self.motion = motion;
+        self.measured = None;
+        self.initial_energy += self.mechanical_energy() - before;
     }
 
     /// One explicit step of time, eq. (2). [`start`](Self::start) sets its length; without it,
@@ -259,27 +272,34 @@ impl Simulation {
     }
 
     /// Forces, reactions, energies and sums at the present time; nothing moves.
-    pub(crate) fn measure(&mut self) -> (Sums, [f64; 2]) {
+    fn measure(&mut self) -> (Sums, [f64; 2]) {
         self.motion.start = self.state.whole && !self.motion.fictitious;
         if !self.motion.fictitious {
             self.take_factors();
         }
         let (context, state, scratch) = self.parts();
-        let (sums, energies) = measure(context, state, scratch);
+        let sums = balance(context, state, scratch, true);
         self.last = sums;
-        (sums, energies)
+        self.measured = Some(self.state.steps);
+        self.strain = self.scratch.strain_energy();
+        (sums, self.strain)
+    }
+
+    /// Measures unless that has been done since the last step.
+    pub(crate) fn measure_once(&mut self) -> (Sums, [f64; 2]) {
+        if self.measured == Some(self.state.steps) { (self.last, self.strain) } else { self.measure() }
     }
 
     /// Brings velocities from the last half step to the present time, so that a stage with
     /// another time step can begin: `v = (v⁻ + v⁺)/2`.
-    pub(crate) fn settle(&mut self) {
+    pub fn settle(&mut self) {
         if self.state.whole {
             return;
         }
         if self.motion.fictitious {
             self.stop();
         } else {
-            let (sums, _) = self.measure();
+            let (sums, _) = self.measure_once();
             let half = 0.5 * self.motion.time_step;
             self.state.work.loads += half * sums.loads[0];
             self.state.work.supports += half * sums.supports[0];
@@ -287,19 +307,21 @@ impl Simulation {
             self.state.v = self.present_velocities();
         }
         self.state.whole = true;
+        self.measured = None;
     }
 
     /// Brings everything to rest; damping takes the kinetic energy.
     pub(crate) fn stop(&mut self) {
-        let kinetic = self.energy().kinetic;
+        let before = self.energy().kinetic;
         self.state.v.fill(Lanes::ZERO);
-        self.state.work.damping += kinetic;
+        self.measured = None;
+        self.state.work.damping += before - self.energy().kinetic;
         self.started = false;
     }
 
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
-        let (sums, [bodies, joints]) = self.measure();
+        let (sums, [bodies, joints]) = self.measure_once();
         let half = if self.state.whole { 0.0 } else { 0.5 * self.motion.time_step };
         let Work { loads, supports, damping } = self.state.work;
         Energy::new(

@@ -10,6 +10,7 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
+use crate::cluster::{self, Clusters};
 use crate::conditions::{Active, Support};
 use crate::element::corotation::{Frame, fit};
 use crate::force::external::{self, External};
@@ -19,7 +20,7 @@ use crate::lanes::{Lanes, add, load, load_at, scale, splat, zero};
 use crate::model::Model;
 use crate::motion::{Motion, Update};
 use crate::parallel::{node_start, share_start, spread};
-use crate::scratch::{Balancing, Forces, Moving, Scratch};
+use crate::scratch::{Balancing, Forces, Moving, Relaxing, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
 
@@ -43,26 +44,26 @@ pub(crate) fn step(context: Context<'_>, state: &mut State, scratch: &mut Scratc
     forces(context.model, &state.u, scratch, false);
     let sums = advance(context, state, scratch);
     state.steps += 1;
-    if !context.motion.fictitious {
-        state.time += context.motion.time_step;
-    }
+    state.time += context.motion.time_step;
     state.whole = false;
     sums
 }
 
 /// What a step from this state would do, without doing it: forces, reactions and sums at time t,
-/// with the strain energies of bodies and joints `[J]`.
-pub(crate) fn measure(
+/// and strain energies if they are asked for.
+pub(crate) fn balance(
     context: Context<'_>,
     state: &State,
     scratch: &mut Scratch,
-) -> (Sums, [f64; 2]) {
-    forces(context.model, &state.u, scratch, true);
+    energies: bool,
+) -> Sums {
+    forces(context.model, &state.u, scratch, energies);
     let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
+    let fixed = (&state.v[..], frames, shares);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
-        dispatch!(level, simd => run_measure(simd, context, (&state.v, frames, shares), &run, &mut fields));
+        dispatch!(level, simd => run_balance(simd, context, fixed, &run, &mut fields));
     });
-    (Sums::total(&scratch.sums), scratch.strain_energy())
+    Sums::total(&scratch.sums)
 }
 
 /// First pass: `f ← −K u` of the bodies (8) and of the joint cells (11), in each block's frame.
@@ -148,7 +149,7 @@ fn run_advance<S: Simd>(
 }
 
 #[simd]
-fn run_measure<S: Simd>(
+fn run_balance<S: Simd>(
     simd: S,
     context: Context<'_>,
     (v, frames, shares): (&[Lanes], &[Frame], &[Lanes]),
@@ -167,6 +168,13 @@ fn run_measure<S: Simd>(
         for (at, (f, v)) in part.f.iter().zip(v).enumerate() {
             let abc = [class.a[at], class.b[at], class.c[at]].map(|x| x.load(simd));
             let (mut old, force) = (v.load(simd), f.load(simd));
+            if context.motion.fictitious {
+                tally.relaxed(force, old);
+                if part.loaded {
+                    tally.loaded(part.q[at].load(simd), old, old);
+                }
+                continue;
+            }
             let local = local_damping(simd, context.motion.local, force, old);
             let (new, c) = update.velocity(abc, old, force - local);
             if context.motion.start {
@@ -184,6 +192,57 @@ fn run_measure<S: Simd>(
         }
         tally.give(part.sums);
         part.sums.supports[0] = support_power(context, index, v, part.reactions);
+    }
+}
+
+/// Second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, M coupled across the gaps.
+/// Leaves `Σ F·v⁺` and `Σ v⁺·v⁺` in the sums.
+pub(crate) fn advance_relaxing(
+    model: &Model,
+    clusters: &Clusters,
+    [a, b]: [f64; 2],
+    state: &mut State,
+    scratch: &mut Scratch,
+) -> Sums {
+    let (fields, f, runs, level) = scratch.relaxing(state);
+    spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
+        dispatch!(level, simd => run_relaxing(simd, (model, clusters), [a, b], f, &run, &mut fields));
+    });
+    Sums::total(&scratch.sums)
+}
+
+#[simd]
+fn run_relaxing<S: Simd>(
+    simd: S,
+    (model, clusters): (&Model, &Clusters),
+    [a, b]: [f64; 2],
+    f: &[Lanes],
+    run: &Range<usize>,
+    fields: &mut Relaxing<'_>,
+) {
+    let packs = &model.packs;
+    let first = node_start(packs, run.start);
+    let (a, b) = (splat(simd, a), splat(simd, b));
+    for index in run.clone() {
+        let nodes = node_start(packs, index)..node_start(packs, index + 1);
+        let own = nodes.start - first..nodes.end - first;
+        let (u, v) = (&mut fields.u[own.clone()], &mut fields.v[own.clone()]);
+        let q = &mut fields.workspaces[0].q;
+        q.resize(q.len().max(u.len()), Lanes::ZERO);
+        cluster::accelerations(simd, model, clusters, index, f, &mut q[..u.len()]);
+        let mut tally = Tally::new(simd);
+        for (at, (u, v)) in u.iter_mut().zip(v.iter_mut()).enumerate() {
+            let new = a * v.load(simd) + b * q[at].load(simd);
+            tally.moved(f[nodes.start + at].load(simd), new);
+            *v = Lanes::from(new);
+            *u = Lanes::from(u.load(simd) + new);
+        }
+        let mut sums = Sums::default();
+        tally.give(&mut sums);
+        fields.sums[index - run.start] = sums;
+        if model.corotational() {
+            fields.frames[index - run.start] = fit_pack(simd, model, index, u);
+        }
     }
 }
 
@@ -269,9 +328,6 @@ fn advance_pack<S: Simd>(
         if motion.damped {
             let mean = if motion.start { old } else { (old + new) * 0.5 };
             tally.damped(local + c * mean, old, new);
-        }
-        if motion.fictitious {
-            tally.relaxed(force, [old, new], u[at].load(simd));
         }
         *v = Lanes::from(new);
     }

@@ -15,7 +15,7 @@ pub(crate) struct Sums {
     pub(crate) free: f64,
     /// `Σ (Q + R)²`, loads and reactions `[N²]`.
     pub(crate) applied: f64,
-    /// `Σ F·v⁻`.
+    /// `Σ F·v` of relaxation, with the velocity before or after.
     pub(crate) power: f64,
     /// Power of the loads at the half steps before and after `[W]`.
     pub(crate) loads: [f64; 2],
@@ -25,8 +25,8 @@ pub(crate) struct Sums {
     pub(crate) damping: [f64; 2],
     /// `½ Σ v⁻ m v⁺` `[J]`.
     pub(crate) kinetic: f64,
-    /// `Σ u·u` and `Σ v⁺·v⁺`: how far the model has moved, and how far this step moves it.
-    pub(crate) moved: [f64; 2],
+    /// `Σ v⁺·v⁺` of a step of relaxation `[m²]`.
+    pub(crate) moved: f64,
 }
 
 impl Sums {
@@ -38,11 +38,11 @@ impl Sums {
             total.applied += sums.applied;
             total.power += sums.power;
             total.kinetic += sums.kinetic;
+            total.moved += sums.moved;
             for side in 0..2 {
                 total.loads[side] += sums.loads[side];
                 total.supports[side] += sums.supports[side];
                 total.damping[side] += sums.damping[side];
-                total.moved[side] += sums.moved[side];
             }
         }
         total
@@ -62,7 +62,7 @@ pub(crate) struct Tally<S: Simd> {
     loads: [f64x4<S>; 2],
     damping: [f64x4<S>; 2],
     kinetic: f64x4<S>,
-    moved: [f64x4<S>; 2],
+    moved: f64x4<S>,
 }
 
 impl<S: Simd> Tally<S> {
@@ -70,7 +70,7 @@ impl<S: Simd> Tally<S> {
     pub(crate) fn new(simd: S) -> Self {
         let zero = splat(simd, 0.0);
         let two = [zero; 2];
-        Self { free: zero, power: zero, loads: two, damping: two, kinetic: zero, moved: two }
+        Self { free: zero, power: zero, loads: two, damping: two, kinetic: zero, moved: zero }
     }
 
     /// The force on one component of one node.
@@ -93,12 +93,18 @@ impl<S: Simd> Tally<S> {
         self.damping[1] += force * after;
     }
 
-    /// For relaxation: power of the forces, and the way that is gone.
+    /// For relaxation: the force on a component and its velocity before.
     #[inline(always)]
-    pub(crate) fn relaxed(&mut self, force: f64x4<S>, [old, new]: [f64x4<S>; 2], u: f64x4<S>) {
+    pub(crate) fn relaxed(&mut self, force: f64x4<S>, old: f64x4<S>) {
+        self.free += force * force;
         self.power += force * old;
-        self.moved[0] += u * u;
-        self.moved[1] += new * new;
+    }
+
+    /// For relaxation: the force on a component and the way that it goes.
+    #[inline(always)]
+    pub(crate) fn moved(&mut self, force: f64x4<S>, new: f64x4<S>) {
+        self.power += force * new;
+        self.moved += new * new;
     }
 
     #[inline(always)]
@@ -115,6 +121,6 @@ impl<S: Simd> Tally<S> {
         sums.loads = self.loads.map(sum);
         sums.damping = self.damping.map(sum);
         sums.kinetic = sum(self.kinetic);
-        sums.moved = self.moved.map(sum);
+        sums.moved = sum(self.moved);
     }
 }

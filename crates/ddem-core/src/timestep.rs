@@ -4,10 +4,12 @@
 //! products, from which the largest eigenvalue comes to rounding in some dozens of them. Supports
 //! are left out: they can only lower it.
 
+use fearless_simd::dispatch;
 use nalgebra::DMatrix;
 
 use crate::assembly::Inertia;
-use crate::lanes::Lanes;
+use crate::cluster::{Clusters, accelerations};
+use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::parallel::node_start;
 use crate::scratch::Scratch;
@@ -30,7 +32,7 @@ pub(crate) fn largest_eigenvalue(
     let roots = inverse_roots(model, mass);
     let root = |pack: usize| &roots[model.assembly.pack_inertia[pack] as usize];
     // M^{-½} K M^{-½}: the same eigenvalues, symmetric.
-    let mut q = start(model, n, &roots);
+    let mut q = start(model, n);
     let mut before = vec![Lanes::ZERO; n];
     let mut scaled = vec![Lanes::ZERO; n];
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
@@ -38,7 +40,7 @@ pub(crate) fn largest_eigenvalue(
     for _ in 0..MOST_STEPS {
         for_each_pack(model, |pack, range| {
             for (at, r) in range.zip(root(pack)) {
-                for lane in 0..4 {
+                for lane in 0..LANES {
                     scaled[at].0[lane] = q[at].0[lane] * r.0[lane];
                 }
             }
@@ -49,7 +51,7 @@ pub(crate) fn largest_eigenvalue(
         let mut alpha = 0.0;
         for_each_pack(model, |pack, range| {
             for (at, r) in range.zip(root(pack)) {
-                for lane in 0..4 {
+                for lane in 0..LANES {
                     let product = -scratch.f[at].0[lane] * r.0[lane];
                     before[at].0[lane] = product - beta * before[at].0[lane];
                     alpha += before[at].0[lane] * q[at].0[lane];
@@ -58,7 +60,7 @@ pub(crate) fn largest_eigenvalue(
         });
         let mut norm = 0.0;
         for (w, q) in before.iter_mut().zip(&q) {
-            for lane in 0..4 {
+            for lane in 0..LANES {
                 w.0[lane] -= alpha * q.0[lane];
                 norm += w.0[lane] * w.0[lane];
             }
@@ -74,7 +76,7 @@ pub(crate) fn largest_eigenvalue(
         }
         beside.push(beta);
         for (w, q) in before.iter_mut().zip(&mut q) {
-            for lane in 0..4 {
+            for lane in 0..LANES {
                 let next = w.0[lane] / beta;
                 w.0[lane] = q.0[lane];
                 q.0[lane] = next;
@@ -103,15 +105,14 @@ fn inverse_roots(
     model.assembly.inertia.iter().map(class).collect()
 }
 
-/// A unit vector that favours no mode: numbers from a fixed sequence.
-fn start(model: &Model, n: usize, roots: &[Vec<Lanes>]) -> Vec<Lanes> {
+/// A unit vector that favours no mode: numbers from a fixed sequence, none where no body is.
+fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut q = vec![Lanes::ZERO; n];
     let mut seed = 0x9E37_79B9_7F4A_7C15_u64;
     let mut norm = 0.0;
     for_each_pack(model, |pack, range| {
-        let root = &roots[model.assembly.pack_inertia[pack] as usize];
-        for (at, root) in range.zip(root) {
-            for lane in (0..4).filter(|&lane| root.0[lane] > 0.0) {
+        for at in range {
+            for lane in 0..model.packs.packs[pack].filled {
                 seed ^= seed << 13;
                 seed ^= seed >> 7;
                 seed ^= seed << 17;
@@ -134,4 +135,40 @@ fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
         _ => 0.0,
     });
     matrix.symmetric_eigenvalues().max()
+}
+
+/// Largest eigenvalue of `M⁻¹K` for the clustered masses of relaxation, by power iteration: the
+/// inverse masses of held degrees of freedom are zero, so they stay out.
+pub(crate) fn largest_clustered(model: &Model, clusters: &Clusters, scratch: &mut Scratch) -> f64 {
+    const STEPS: usize = 40;
+    let n = 3 * model.packs.nodes;
+    let mut x = start(model, n);
+    let mut largest = 0.0;
+    for _ in 0..STEPS {
+        linear_forces(model, &x, scratch);
+        // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
+        let (mut above, mut below, mut size) = (0.0, 0.0, 0.0_f64);
+        for pack in 0..model.packs.packs.len() {
+            let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
+            let mut next = vec![Lanes::ZERO; range.len()];
+            dispatch!(scratch.level, simd => {
+                accelerations(simd, model, clusters, pack, &scratch.f, &mut next)
+            });
+            for (at, next) in range.zip(next) {
+                for lane in 0..LANES {
+                    let (y, m) = (-scratch.f[at].0[lane], -next.0[lane]);
+                    above += y * m;
+                    below += y * x[at].0[lane];
+                    size = size.max(m.abs());
+                    x[at].0[lane] = m;
+                }
+            }
+        }
+        if below <= 0.0 {
+            break;
+        }
+        largest = f64::max(largest, above / below);
+        x.iter_mut().for_each(|x| x.0.iter_mut().for_each(|x| *x /= size));
+    }
+    largest
 }

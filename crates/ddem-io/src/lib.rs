@@ -1,7 +1,17 @@
 //! Decks in, results out.
 
+pub mod checkpoint;
 pub mod deck;
 pub mod diagnose;
+pub mod folder;
+mod hdf;
+mod output_error;
+mod replace;
+pub mod run;
+pub mod summary;
+pub mod tables;
+pub mod vtkhdf;
 
 pub use deck::Source;
 pub use diagnose::{DeckError, Finding};
+pub use output_error::{Cause, OutputError};

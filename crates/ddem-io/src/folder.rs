@@ -1,0 +1,288 @@
+//! The folder of the results: whose it is, and which files it holds.
+//!
+//! `ddem.json` in the folder names the deck the results come from. It is what keeps one deck from
+//! overwriting the results of another, and a resumed run from going on with a changed deck.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::output_error::OutputError;
+use crate::replace::temporary;
+
+const MARKER: &str = "ddem.json";
+const BLOCKS: &str = "blocks.vtkhdf";
+const JOINTS: &str = "joints.vtkhdf";
+const PROBES: &str = "probes.csv";
+const ENERGY: &str = "energy.csv";
+const SUMMARY: &str = "summary.json";
+const CHECKPOINT: &str = "checkpoint.h5";
+const RESULTS: [&str; 6] = [BLOCKS, JOINTS, PROBES, ENERGY, SUMMARY, CHECKPOINT];
+
+/// Why a folder cannot take the results. Nothing was written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FolderError {
+    /// The results in it come from another deck.
+    #[error(
+        "{} holds the results of another deck, {deck} \"{title}\": give another --out or delete \
+         the folder",
+        folder.display()
+    )]
+    OtherDeck {
+        /// The folder.
+        folder: PathBuf,
+        /// File name of the deck.
+        deck: String,
+        /// Title of the deck.
+        title: String,
+    },
+    /// A file has the name of a result, but nothing tells that this program wrote it.
+    #[error(
+        "{} holds {file}, which is not known to be a result of ddem: give another --out or \
+         delete the file",
+        folder.display()
+    )]
+    ForeignFile {
+        /// The folder.
+        folder: PathBuf,
+        /// Name of the file.
+        file: String,
+    },
+    /// The path names a file.
+    #[error("{} is a file, not a folder: give another --out", folder.display())]
+    NotAFolder {
+        /// The path.
+        folder: PathBuf,
+    },
+    /// Another run is writing its results there.
+    #[error(
+        "another run is writing to {}: wait until it has finished or give another --out",
+        folder.display()
+    )]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// There is no checkpoint to go on from.
+    #[error("{} holds no checkpoint to resume: run without --resume", folder.display())]
+    NothingToResume {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The deck is not the one the run was started with.
+    #[error(
+        "the deck has changed since the run in {} was started, and a run resumes only with the \
+         same deck: restore it, or run without --resume to start over",
+        folder.display()
+    )]
+    DeckChanged {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The folder cannot be created or written to.
+    #[error("{source}: give another --out")]
+    NotWritable {
+        /// The cause, which names the file.
+        source: OutputError,
+    },
+}
+
+/// A folder ready for results. As long as it lives, no other run gets the same folder.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    /// Holds the lock.
+    _marker: File,
+}
+
+/// Contents of the marker file.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Marker {
+    deck: String,
+    title: String,
+    text: String,
+}
+
+/// Makes the folder at `out` ready for the results of a deck, and creates it if need be.
+///
+/// A fresh run removes the earlier results of the same deck, the same being the one with the same
+/// file name and title; files that are no results stay. With `resume` they are kept, and the text
+/// of the deck must be the same.
+///
+/// # Errors
+///
+/// [`FolderError`] says why the folder cannot be taken; it is then as it was before.
+pub fn prepare(
+    out: &Path,
+    deck_name: &str,
+    title: &str,
+    deck_text: &str,
+    resume: bool,
+) -> Result<Folder, FolderError> {
+    let path = out.to_owned();
+    if path.exists() && !path.is_dir() {
+        return Err(FolderError::NotAFolder { folder: path });
+    }
+    let wanted =
+        Marker { deck: deck_name.to_owned(), title: title.to_owned(), text: deck_text.to_owned() };
+    let found = find_marker(&path)?;
+    check(&path, found.as_ref().map(|f| &f.1), &wanted, resume)?;
+    fs::create_dir_all(&path).map_err(|e| not_writable(&path, "creating", e))?;
+    try_writing(&path)?;
+    let mut file = match found {
+        Some((file, _)) => file,
+        None => create_marker(&path)?,
+    };
+    if !resume {
+        remove_results(&path)?;
+        write_marker(&path, &mut file, &wanted)?;
+    }
+    Ok(Folder { path, _marker: file })
+}
+
+impl Folder {
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// `blocks.vtkhdf`.
+    pub fn blocks(&self) -> PathBuf {
+        self.path.join(BLOCKS)
+    }
+
+    /// `joints.vtkhdf`.
+    pub fn joints(&self) -> PathBuf {
+        self.path.join(JOINTS)
+    }
+
+    /// `probes.csv`.
+    pub fn probes(&self) -> PathBuf {
+        self.path.join(PROBES)
+    }
+
+    /// `energy.csv`.
+    pub fn energy(&self) -> PathBuf {
+        self.path.join(ENERGY)
+    }
+
+    /// `summary.json`.
+    pub fn summary(&self) -> PathBuf {
+        self.path.join(SUMMARY)
+    }
+
+    /// `checkpoint.h5`.
+    pub fn checkpoint(&self) -> PathBuf {
+        self.path.join(CHECKPOINT)
+    }
+}
+
+fn not_writable(path: &Path, operation: &'static str, source: std::io::Error) -> FolderError {
+    FolderError::NotWritable { source: OutputError::io(path, operation, source) }
+}
+
+fn foreign(folder: &Path, file: &str) -> FolderError {
+    FolderError::ForeignFile { folder: folder.to_owned(), file: file.to_owned() }
+}
+
+/// The marker, locked, and what it says; `None` if there is none.
+fn find_marker(folder: &Path) -> Result<Option<(File, Marker)>, FolderError> {
+    let path = folder.join(MARKER);
+    if !path.try_exists().map_err(|e| not_writable(&path, "reading", e))? {
+        return Ok(None);
+    }
+    let mut file = File::options()
+        .read(true)
+        .write(true)
+        .open(&path)
+        .map_err(|e| not_writable(&path, "opening", e))?;
+    lock(folder, &file)?;
+    let mut text = String::new();
+    let marker = match file.read_to_string(&mut text) {
+        Ok(_) => serde_json::from_str(&text).ok(),
+        Err(_) => None,
+    };
+    marker.map(|marker| Some((file, marker))).ok_or_else(|| foreign(folder, MARKER))
+}
+
+/// Takes the folder for this process. Some network file systems have no locks: the run goes on
+/// without one there.
+fn lock(folder: &Path, marker: &File) -> Result<(), FolderError> {
+    match marker.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(FolderError::InUse { folder: folder.to_owned() }),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+fn check(
+    folder: &Path,
+    found: Option<&Marker>,
+    wanted: &Marker,
+    resume: bool,
+) -> Result<(), FolderError> {
+    let folder_path = || folder.to_owned();
+    let Some(found) = found else {
+        return match RESULTS.iter().find(|name| folder.join(name).exists()) {
+            Some(name) => Err(foreign(folder, name)),
+            None if resume => Err(FolderError::NothingToResume { folder: folder_path() }),
+            None => Ok(()),
+        };
+    };
+    if (&found.deck, &found.title) != (&wanted.deck, &wanted.title) {
+        let (deck, title) = (found.deck.clone(), found.title.clone());
+        return Err(FolderError::OtherDeck { folder: folder_path(), deck, title });
+    }
+    if let Some(name) = RESULTS.iter().find(|name| folder.join(name).is_dir()) {
+        return Err(foreign(folder, name));
+    }
+    if resume && !folder.join(CHECKPOINT).exists() {
+        return Err(FolderError::NothingToResume { folder: folder_path() });
+    }
+    if resume && found.text != wanted.text {
+        return Err(FolderError::DeckChanged { folder: folder_path() });
+    }
+    Ok(())
+}
+
+/// Permissions do not tell whether a folder can be written to; writing does.
+fn try_writing(folder: &Path) -> Result<(), FolderError> {
+    let path = folder.join(format!(".ddem-{}.part", std::process::id()));
+    File::create(&path)
+        .and_then(|_| fs::remove_file(&path))
+        .map_err(|e| not_writable(folder, "writing to", e))
+}
+
+fn create_marker(folder: &Path) -> Result<File, FolderError> {
+    let path = folder.join(MARKER);
+    // New, so that of two runs started at once one finds the file of the other.
+    let file = File::create_new(&path).map_err(|e| not_writable(&path, "creating", e))?;
+    lock(folder, &file)?;
+    Ok(file)
+}
+
+/// Rewrites the marker in place: a replaced file would leave its lock behind.
+fn write_marker(folder: &Path, file: &mut File, marker: &Marker) -> Result<(), FolderError> {
+    let path = folder.join(MARKER);
+    let writing = |e| not_writable(&path, "writing", e);
+    let mut text = serde_json::to_vec_pretty(marker).map_err(|e| writing(e.into()))?;
+    text.push(b'\n');
+    file.set_len(0).map_err(writing)?;
+    std::io::Seek::rewind(file).map_err(writing)?;
+    file.write_all(&text).and_then(|()| file.sync_all()).map_err(writing)
+}
+
+fn remove_results(folder: &Path) -> Result<(), FolderError> {
+    let names = RESULTS.iter().map(|name| folder.join(name));
+    for path in names.flat_map(|path| [temporary(&path), path]) {
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(not_writable(&path, "removing", e));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}

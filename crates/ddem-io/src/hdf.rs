@@ -1,0 +1,150 @@
+//! Opening and closing HDF5 files such that an error leaves nothing half open.
+
+use std::fs;
+use std::path::Path;
+
+use hdf5::file::{FileCloseDegree, LibraryVersion};
+use hdf5::types::FixedAscii;
+use hdf5::{Extent, File, FileBuilder, Group, H5Type, Location, OpenMode, SimpleExtents};
+
+use crate::output_error::OutputError;
+
+/// Runs `work` on the file and closes it, with all its objects, whether it worked or not.
+///
+/// Closing is part of the work: HDF5 writes its index then, and a full disk shows only there.
+pub(crate) fn with_file<T>(
+    path: &Path,
+    mode: OpenMode,
+    operation: &'static str,
+    work: impl FnOnce(&File) -> Result<T, OutputError>,
+) -> Result<T, OutputError> {
+    if matches!(mode, OpenMode::Read | OpenMode::ReadWrite) {
+        fs::metadata(path).map_err(|e| OutputError::io(path, operation, e))?;
+    }
+    let file = builder().open_as(path, mode).map_err(|e| refused(path, mode, operation, e))?;
+    let done = work(&file).and_then(|value| match mode {
+        OpenMode::Read => Ok(value),
+        _ => file.flush().map(|()| value).map_err(|e| OutputError::hdf5(path, operation, e)),
+    });
+    let closed = file.close().map_err(|e| OutputError::hdf5(path, operation, e));
+    let value = done?;
+    closed.map(|()| value)
+}
+
+fn refused(
+    path: &Path,
+    mode: OpenMode,
+    operation: &'static str,
+    error: hdf5::Error,
+) -> OutputError {
+    match OutputError::hdf5(path, operation, error) {
+        OutputError::Format { source, .. } if mode != OpenMode::Create => {
+            OutputError::unusable(path, format!("not a complete HDF5 file ({source})"))
+        }
+        other => other,
+    }
+}
+
+/// With `Earliest` as the lower bound the file carries no mark "open for writing", so that it
+/// stays readable when the process dies.
+fn builder() -> FileBuilder {
+    let mut builder = FileBuilder::new();
+    builder.with_fapl(|access| {
+        access
+            .libver_bounds(LibraryVersion::Earliest, LibraryVersion::V110)
+            .fclose_degree(FileCloseDegree::Strong)
+    });
+    builder
+}
+
+/// How a growing dataset is stored.
+#[derive(Clone, Copy)]
+pub(crate) struct Storage {
+    /// Rows of one chunk.
+    pub(crate) chunk: usize,
+    /// Deflate level; `None` stores the numbers as they are, in chunks that never move.
+    pub(crate) deflate: Option<u8>,
+}
+
+/// An empty dataset that grows along its first axis: shape `(0)` or `(0, columns)`.
+pub(crate) fn growable<T: H5Type>(
+    group: &Group,
+    name: &str,
+    columns: Option<usize>,
+    storage: Storage,
+) -> hdf5::Result<()> {
+    let mut builder = group.new_dataset::<T>();
+    if let Some(level) = storage.deflate {
+        builder = builder.shuffle().deflate(level);
+    }
+    match columns {
+        None => builder
+            .chunk(storage.chunk)
+            .shape(SimpleExtents::new([Extent::resizable(0)]))
+            .create(name),
+        Some(columns) => builder
+            .chunk((storage.chunk, columns))
+            .shape(SimpleExtents::new([Extent::resizable(0), Extent::fixed(columns)]))
+            .create(name),
+    }?;
+    Ok(())
+}
+
+/// Writes whole rows from `row` on and makes the dataset end there.
+///
+/// Rows beyond, left by an append which failed halfway, disappear.
+pub(crate) fn put<T: H5Type>(
+    group: &Group,
+    name: &str,
+    row: usize,
+    values: &[T],
+) -> hdf5::Result<()> {
+    let dataset = group.dataset(name)?;
+    let shape = dataset.get_shape()?;
+    match shape[..] {
+        [_] => {
+            dataset.resize(row + values.len())?;
+            dataset.write_slice(values, row..row + values.len())?;
+        }
+        [_, columns] => {
+            let rows = values.len() / columns.max(1);
+            dataset.resize((row + rows, columns))?;
+            let view = ndarray::ArrayView2::from_shape((rows, columns), values)
+                .map_err(|e| e.to_string())?;
+            dataset.write_slice(view, (row..row + rows, ..))?;
+        }
+        _ => return Err("a table of one or two dimensions was expected".into()),
+    }
+    // Dropping a dataset writes what HDF5 still buffers, and cannot tell that the disk is full.
+    dataset.flush()
+}
+
+/// Cuts the dataset to its first `rows` rows.
+pub(crate) fn cut(group: &Group, name: &str, rows: usize) -> hdf5::Result<()> {
+    let dataset = group.dataset(name)?;
+    let shape = dataset.get_shape()?;
+    match shape[..] {
+        [have] if have >= rows => dataset.resize(rows),
+        [have, columns] if have >= rows => dataset.resize((rows, columns)),
+        _ => Err(format!("{name} has {shape:?} rows instead of {rows} or more").into()),
+    }
+}
+
+/// A scalar attribute.
+pub(crate) fn scalar_attribute<T: H5Type>(
+    at: &Location,
+    name: &str,
+    value: &T,
+) -> hdf5::Result<()> {
+    at.new_attr::<T>().create(name)?.write_scalar(value)
+}
+
+/// A short ASCII attribute of fixed length, the only kind of text VTK reads.
+pub(crate) fn word_attribute<const N: usize>(
+    at: &Location,
+    name: &str,
+    word: &[u8; N],
+) -> hdf5::Result<()> {
+    let word = FixedAscii::<N>::from_ascii(word).map_err(|e| e.to_string())?;
+    scalar_attribute(at, name, &word)
+}

@@ -1,0 +1,140 @@
+//! What can go wrong while results are written or read back.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The cause below an [`OutputError`], kept for those who want the whole chain.
+pub type Cause = Box<dyn std::error::Error + Send + Sync + 'static>;
+
+/// A result file that could not be written or read. Every variant names the file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The disk or the quota of the user is exhausted.
+    #[error(
+        "no space left on the disk while {operation} {}: free some space or give another --out",
+        path.display()
+    )]
+    DiskFull {
+        /// The file being written.
+        path: PathBuf,
+        /// What was being done, as in `writing`.
+        operation: &'static str,
+        /// The error of the system.
+        source: Cause,
+    },
+    /// Another program holds the file.
+    #[error("{} is held by another program, closing it there lets {operation} go on", path.display())]
+    Busy {
+        /// The file which is held.
+        path: PathBuf,
+        /// What was being done, as in `writing`.
+        operation: &'static str,
+        /// The error of the system.
+        source: Cause,
+    },
+    /// The system refused.
+    #[error("{operation} {} failed: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was being done, as in `writing`.
+        operation: &'static str,
+        /// The error of the system.
+        source: io::Error,
+    },
+    /// The HDF5 library, the CSV or the JSON reader refused.
+    #[error("{operation} {} failed: {source}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What was being done, as in `writing`.
+        operation: &'static str,
+        /// The error of the library.
+        source: Cause,
+    },
+    /// The file is not what its name says: truncated, written by another program or by a newer
+    /// version.
+    #[error("{}: {message}", path.display())]
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// The data handed over do not fit the file.
+    #[error("{}: {message}", path.display())]
+    Mismatch {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        message: String,
+    },
+}
+
+impl OutputError {
+    /// The file the error is about.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::DiskFull { path, .. }
+            | Self::Busy { path, .. }
+            | Self::Io { path, .. }
+            | Self::Format { path, .. }
+            | Self::Unusable { path, .. }
+            | Self::Mismatch { path, .. } => path,
+        }
+    }
+
+    pub(crate) fn io(path: &Path, operation: &'static str, source: io::Error) -> Self {
+        let path = path.to_owned();
+        match source.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                Self::DiskFull { path, operation, source: source.into() }
+            }
+            _ => Self::Io { path, operation, source },
+        }
+    }
+
+    /// HDF5 reports the cause only in words, among them the system's own.
+    pub(crate) fn hdf5(path: &Path, operation: &'static str, source: hdf5::Error) -> Self {
+        let path = path.to_owned();
+        let words = all_frames(&source);
+        let has = |word: &str| words.contains(word);
+        if has("No space left") || has("errno = 28,") || has("quota exceeded") {
+            Self::DiskFull { path, operation, source: source.into() }
+        } else if has("unable to lock file") {
+            Self::Busy { path, operation, source: source.into() }
+        } else {
+            Self::Format { path, operation, source: source.into() }
+        }
+    }
+
+    pub(crate) fn csv(path: &Path, operation: &'static str, source: csv::Error) -> Self {
+        match source.into_kind() {
+            csv::ErrorKind::Io(source) => Self::io(path, operation, source),
+            kind => {
+                let words = format!("{kind:?}");
+                Self::Format { path: path.to_owned(), operation, source: words.into() }
+            }
+        }
+    }
+
+    pub(crate) fn unusable(path: &Path, message: impl Into<String>) -> Self {
+        Self::Unusable { path: path.to_owned(), message: message.into() }
+    }
+
+    pub(crate) fn mismatch(path: &Path, message: impl Into<String>) -> Self {
+        Self::Mismatch { path: path.to_owned(), message: message.into() }
+    }
+}
+
+/// Every message of an HDF5 error, from the outermost to the system call which failed.
+fn all_frames(error: &hdf5::Error) -> String {
+    match error {
+        hdf5::Error::Internal(message) => message.clone(),
+        hdf5::Error::HDF5(stack) => match stack.clone().expand() {
+            Ok(frames) => frames.iter().map(|f| f.desc()).collect::<Vec<_>>().join("; "),
+            Err(_) => String::new(),
+        },
+    }
+}

@@ -1,0 +1,76 @@
+//! Files that are either the old one or the new one, whatever happens in between.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use crate::output_error::OutputError;
+
+/// Name under which the next version of a file grows, in the same folder so that the rename does
+/// not cross file systems.
+pub(crate) fn temporary(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".part");
+    path.with_file_name(name)
+}
+
+/// Replaces `path` by what `write` puts under the temporary name, durably.
+///
+/// When anything fails the old file is untouched and the temporary one is removed.
+pub(crate) fn replace(
+    path: &Path,
+    write: impl FnOnce(&Path) -> Result<(), OutputError>,
+) -> Result<(), OutputError> {
+    let part = temporary(path);
+    let done = write(&part)
+        .and_then(|()| sync(&part))
+        .and_then(|()| fs::rename(&part, path).map_err(|e| OutputError::io(path, "replacing", e)));
+    if done.is_err() {
+        // What matters is the first error; the next attempt overwrites the remains.
+        let _ = fs::remove_file(&part);
+        return done;
+    }
+    sync_folder(path);
+    done
+}
+
+/// Waits until the file is on the disk.
+pub(crate) fn sync(path: &Path) -> Result<(), OutputError> {
+    // Windows syncs only through a handle that may write.
+    File::options()
+        .read(true)
+        .write(true)
+        .open(path)
+        .and_then(|file| file.sync_all())
+        .map_err(|e| OutputError::io(path, "saving", e))
+}
+
+/// Makes the new name itself durable. Some systems and file systems cannot: the file is complete
+/// either way, so that is not an error.
+fn sync_folder(path: &Path) {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
+    }
+}
+
+/// Writes to a file although a viewer may be holding it.
+///
+/// A viewer locks the file it shows. Rather than to fail, hours into a run, the file is replaced by
+/// a copy: the viewer keeps what it has open, and finds the new file when it loads it again.
+pub(crate) fn unless_busy<T>(
+    path: &Path,
+    write: impl Fn() -> Result<T, OutputError>,
+) -> Result<T, OutputError> {
+    match write() {
+        Err(OutputError::Busy { .. }) => {
+            replace(path, |part| {
+                fs::copy(path, part).map(|_| ()).map_err(|e| OutputError::io(path, "copying", e))
+            })?;
+            write()
+        }
+        done => done,
+    }
+}

@@ -1,0 +1,112 @@
+//! A deck from start to end: stages, results, checkpoints.
+
+mod drive;
+mod failure;
+mod probe;
+mod record;
+mod report;
+mod resume;
+
+pub use drive::run;
+pub use failure::RunFailure;
+pub use report::{Report, inspect};
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use ddem_core::Simd;
+
+use crate::summary::{StageSummary, Summary};
+
+/// How a deck is run.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Folder of the results.
+    pub out: PathBuf,
+    /// Threads; default one for each processor. Results do not depend on it.
+    pub threads: Option<usize>,
+    /// Go on from the checkpoint in `out`.
+    pub resume: bool,
+    /// Wall time between checkpoints within a stage.
+    pub checkpoint_every: Duration,
+    /// Instruction set of the kernels. Results do not depend on it.
+    pub simd: Simd,
+}
+
+impl Options {
+    /// Results into `out`, everything else by default.
+    pub fn new(out: impl Into<PathBuf>) -> Self {
+        Self {
+            out: out.into(),
+            threads: None,
+            resume: false,
+            checkpoint_every: Duration::from_secs(300),
+            simd: Simd::default(),
+        }
+    }
+}
+
+/// Where a run is. Times are wall times in seconds unless simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress {
+    /// Name of the stage.
+    pub stage: String,
+    /// Number of the stage, from 0, and how many there are.
+    pub stage_index: (usize, usize),
+    /// Relaxation rather than motion.
+    pub relax: bool,
+    /// Steps of this stage so far.
+    pub step: u64,
+    /// Steps that the stage will take; in relaxation the most it may take.
+    pub steps: u64,
+    /// Simulated time `[s]`.
+    pub time: f64,
+    /// Unbalanced force ratio.
+    pub unbalanced: f64,
+    /// Unbalanced ratio wanted, in relaxation.
+    pub tolerance: f64,
+    /// Failed pairs.
+    pub failed_pairs: u64,
+    /// Node updates per second in this stage.
+    pub updates_per_second: f64,
+    /// Wall time left in the stage `[s]`, when it can be told.
+    pub seconds_left: Option<f64>,
+}
+
+/// What happens during a run.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// The model is built; the run begins (or goes on).
+    Built(&'a Report),
+    /// Something that is allowed but perhaps not meant.
+    Warning(&'a str),
+    /// A stage begins.
+    StageStarted(&'a Progress),
+    /// About ten times a second, and at the end of each stage.
+    Progress(&'a Progress),
+    /// A stage is done.
+    StageDone(&'a StageSummary),
+    /// A checkpoint has been written.
+    Checkpoint(&'a std::path::Path),
+}
+
+/// Who watches a run, and may stop it.
+pub trait Observer: Send {
+    /// Something happened.
+    fn event(&mut self, event: Event<'_>);
+
+    /// Asked at every step: true stops the run after a checkpoint.
+    fn wants_to_stop(&mut self) -> bool {
+        false
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Debug)]
+pub enum Outcome {
+    /// All stages are done.
+    Done(Box<Summary>),
+    /// Stopped on request; the checkpoint to go on from.
+    Interrupted(PathBuf),
+}

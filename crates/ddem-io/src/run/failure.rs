@@ -1,0 +1,79 @@
+//! Why a run ended early.
+
+use std::path::PathBuf;
+
+use ddem_core::RunError;
+
+use crate::folder::FolderError;
+use crate::{DeckError, OutputError};
+
+/// Why a run did not start, or did not reach its end.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunFailure {
+    /// The deck is wrong.
+    #[error(transparent)]
+    Deck(#[from] DeckError),
+    /// The results folder cannot be used.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// The model does not fit in memory.
+    #[error(
+        "the model needs about {} of memory, and {} is available ({nodes} nodes in {blocks} \
+         blocks): use fewer blocks or divisions",
+        super::report::bytes(*needed), super::report::bytes(*available)
+    )]
+    Memory {
+        /// Bytes that the run would need.
+        needed: u64,
+        /// Bytes that are free.
+        available: u64,
+        /// Blocks of the model.
+        blocks: u64,
+        /// Nodes of the model.
+        nodes: u64,
+    },
+    /// The threads could not be started.
+    #[error("cannot start {threads} threads: {source}")]
+    Threads {
+        /// Threads asked for.
+        threads: usize,
+        /// Why not.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A stage could not go on. What was written so far is intact.
+    #[error("stage `{stage}`: {source}")]
+    Stage {
+        /// Name of the stage.
+        stage: String,
+        /// What happened.
+        source: RunError,
+    },
+    /// A result file could not be written. What was written before is intact.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The checkpoint is not one of this deck.
+    #[error("`{}` cannot be resumed: {message}", path.display())]
+    Checkpoint {
+        /// The checkpoint.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
+}
+
+impl RunFailure {
+    /// Exit status of a command that ends so: 2 when nothing has run, 1 when the run failed.
+    #[must_use]
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            Self::Deck(_)
+            | Self::Folder(_)
+            | Self::Memory { .. }
+            | Self::Threads { .. }
+            | Self::Checkpoint { .. }
+            | Self::Stage { source: RunError::TimeStep { .. }, .. } => 2,
+            Self::Stage { .. } | Self::Output(_) => 1,
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! `summary.json`: what was run and how it went.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::output_error::OutputError;
+use crate::replace::replace;
+
+/// The contents of `summary.json`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Version of the program.
+    pub version: String,
+    /// Title of the deck.
+    pub title: String,
+    /// Blocks of the model.
+    pub blocks: u64,
+    /// Nodes, those of all blocks together.
+    pub nodes: u64,
+    /// Elements, those of all blocks together.
+    pub elements: u64,
+    /// Pairs of points which the joints hold together.
+    pub pairs: u64,
+    /// Pairs that have failed.
+    pub failed_pairs: FailedPairs,
+    /// Largest memory the process had, `[B]`; 0 where the system does not tell.
+    pub peak_memory_bytes: u64,
+    /// The stages done, in order.
+    pub stages: Vec<StageSummary>,
+    /// Text of the deck.
+    pub deck: String,
+}
+
+/// Pairs that have failed, by the way they did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FailedPairs {
+    /// In shear.
+    pub shear: u64,
+    /// In tension.
+    pub tension: u64,
+}
+
+/// How one stage went.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StageSummary {
+    /// Name in the deck.
+    pub name: String,
+    /// Kind in the deck.
+    pub kind: String,
+    /// Steps taken.
+    pub steps: u64,
+    /// Time step `[s]`.
+    #[serde(deserialize_with = "number_or_null")]
+    pub time_step: f64,
+    /// Duration on the clock `[s]`.
+    #[serde(deserialize_with = "number_or_null")]
+    pub wall_seconds: f64,
+    /// Speed `[1/s]`.
+    #[serde(deserialize_with = "number_or_null")]
+    pub node_updates_per_second: f64,
+    /// Ratio of unbalanced forces at the end.
+    #[serde(deserialize_with = "number_or_null")]
+    pub unbalanced: f64,
+}
+
+impl Summary {
+    /// Writes the file, or leaves the old one as it is.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), OutputError> {
+        replace(path.as_ref(), |part| {
+            let writing = |e| OutputError::io(part, "writing", e);
+            let mut file = BufWriter::new(File::create(part).map_err(writing)?);
+            serde_json::to_writer_pretty(&mut file, self).map_err(|e| writing(e.into()))?;
+            file.write_all(b"\n").and_then(|()| file.flush()).map_err(writing)
+        })
+    }
+
+    /// Reads the file.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Unusable`] if it is not a summary.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, OutputError> {
+        let path = path.as_ref();
+        let text = fs::read(path).map_err(|e| OutputError::io(path, "reading", e))?;
+        serde_json::from_slice(&text)
+            .map_err(|e| OutputError::unusable(path, format!("not a summary of a run ({e})")))
+    }
+}
+
+/// JSON has no `NaN`: it is written as `null`.
+fn number_or_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Option::deserialize(deserializer).map(|number| number.unwrap_or(f64::NAN))
+}
+
+/// Largest memory this process has had, `[B]`, or 0 where the system does not tell.
+pub fn peak_memory_bytes() -> u64 {
+    peak().unwrap_or(0)
+}
+
+/// The "high water mark" in `/proc/self/status`: `VmHWM:   12345 kB`.
+#[cfg(target_os = "linux")]
+fn peak() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes * 1024)
+}
+
+#[cfg(target_os = "macos")]
+fn peak() -> Option<u64> {
+    use nix::sys::resource::{UsageWho, getrusage};
+    // Bytes here, unlike on other systems.
+    let usage = getrusage(UsageWho::RUSAGE_SELF).ok()?;
+    u64::try_from(usage.max_rss()).ok()
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "macos")))]
+fn peak() -> Option<u64> {
+    None
+}

@@ -1,0 +1,248 @@
+//! Tables over time: `probes.csv` and `energy.csv`.
+//!
+//! Every row begins with `stage,step,time`. Numbers have as many digits as it takes to read the
+//! same double back. Rows become durable with `sync`; a killed run can leave part of a last row,
+//! which `reopen` removes.
+
+use std::fmt::Write as _;
+use std::fs::{File, OpenOptions};
+use std::path::{Path, PathBuf};
+
+use crate::output_error::OutputError;
+
+/// Columns every table begins with.
+const KEYS: [&str; 3] = ["stage", "step", "time"];
+
+/// `probes.csv`: one column for each component of each probe.
+///
+/// A row is one sample. Probes that were not sampled in it have empty cells, which is not the
+/// same as `NaN`: a quantity without a value, such as the failure time of an intact bond.
+#[derive(Debug)]
+pub struct ProbeTable(Table);
+
+/// `energy.csv`: one column for each kind of energy `[J]`.
+#[derive(Debug)]
+pub struct EnergyTable(Table);
+
+impl ProbeTable {
+    /// Creates the table with its header. The columns are `<probe>.<component>`.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn create<S: AsRef<str>>(
+        path: impl Into<PathBuf>,
+        columns: &[S],
+    ) -> Result<Self, OutputError> {
+        Table::create(path.into(), columns).map(Self)
+    }
+
+    /// Goes on with a table after its first `rows` rows and removes those behind.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
+    pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
+        Table::reopen(path.into(), rows).map(Self)
+    }
+
+    /// Adds one sample at `time` `[s]`; `None` for what was not sampled.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Mismatch`] if there is not one value for each column, others if the file
+    /// cannot be written.
+    pub fn row(
+        &mut self,
+        stage: &str,
+        step: u64,
+        time: f64,
+        values: &[Option<f64>],
+    ) -> Result<(), OutputError> {
+        self.0.row(stage, step, time, values.iter().copied())
+    }
+}
+
+impl EnergyTable {
+    /// Creates the table with its header.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn create<S: AsRef<str>>(
+        path: impl Into<PathBuf>,
+        columns: &[S],
+    ) -> Result<Self, OutputError> {
+        Table::create(path.into(), columns).map(Self)
+    }
+
+    /// Goes on with a table after its first `rows` rows and removes those behind.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
+    pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
+        Table::reopen(path.into(), rows).map(Self)
+    }
+
+    /// Adds the energies `[J]` at `time` `[s]`.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Mismatch`] if there is not one value for each column, others if the file
+    /// cannot be written.
+    pub fn row(
+        &mut self,
+        stage: &str,
+        step: u64,
+        time: f64,
+        values: &[f64],
+    ) -> Result<(), OutputError> {
+        self.0.row(stage, step, time, values.iter().copied().map(Some))
+    }
+}
+
+macro_rules! delegate {
+    ($table:ident) => {
+        impl $table {
+            /// Hands the rows so far to the system: other programs see them.
+            ///
+            /// # Errors
+            ///
+            /// [`OutputError::Io`] or [`OutputError::DiskFull`].
+            pub fn flush(&mut self) -> Result<(), OutputError> {
+                self.0.flush()
+            }
+
+            /// Waits until the rows so far are on the disk: they then survive a power failure.
+            ///
+            /// # Errors
+            ///
+            /// [`OutputError::Io`] or [`OutputError::DiskFull`].
+            pub fn sync(&mut self) -> Result<(), OutputError> {
+                self.0.flush()?;
+                crate::replace::sync(&self.0.path)
+            }
+
+            /// Rows in the table, without the header.
+            pub fn rows_written(&self) -> u64 {
+                self.0.rows
+            }
+
+            /// Names of the columns behind `stage,step,time`.
+            pub fn columns(&self) -> &[String] {
+                &self.0.columns
+            }
+
+            /// The file.
+            pub fn path(&self) -> &Path {
+                &self.0.path
+            }
+        }
+    };
+}
+
+delegate!(ProbeTable);
+delegate!(EnergyTable);
+
+/// What both tables are.
+#[derive(Debug)]
+struct Table {
+    path: PathBuf,
+    columns: Vec<String>,
+    writer: csv::Writer<File>,
+    rows: u64,
+    /// One cell, kept to not allocate for each number.
+    cell: String,
+}
+
+impl Table {
+    fn create<S: AsRef<str>>(path: PathBuf, columns: &[S]) -> Result<Self, OutputError> {
+        let columns: Vec<String> = columns.iter().map(|c| c.as_ref().to_owned()).collect();
+        let file = File::create(&path).map_err(|e| OutputError::io(&path, "creating", e))?;
+        let mut table = Self::new(path, columns, file, 0);
+        let header = KEYS.into_iter().chain(table.columns.iter().map(String::as_str));
+        table
+            .writer
+            .write_record(header)
+            .map_err(|e| OutputError::csv(&table.path, "writing", e))?;
+        table.flush()?;
+        Ok(table)
+    }
+
+    fn reopen(path: PathBuf, rows: u64) -> Result<Self, OutputError> {
+        let (columns, end) = header_and_end(&path, rows)?;
+        let reopening = |e| OutputError::io(&path, "reopening", e);
+        // Appending, so that no position is to be kept.
+        let file = OpenOptions::new().append(true).open(&path).map_err(reopening)?;
+        file.set_len(end).map_err(reopening)?;
+        Ok(Self::new(path, columns, file, rows))
+    }
+
+    fn new(path: PathBuf, columns: Vec<String>, file: File, rows: u64) -> Self {
+        let writer = csv::Writer::from_writer(file);
+        Self { path, columns, writer, rows, cell: String::new() }
+    }
+
+    fn row(
+        &mut self,
+        stage: &str,
+        step: u64,
+        time: f64,
+        values: impl ExactSizeIterator<Item = Option<f64>>,
+    ) -> Result<(), OutputError> {
+        if values.len() != self.columns.len() {
+            let (have, want) = (values.len(), self.columns.len());
+            let message = format!("a row has {have} values instead of {want}");
+            return Err(OutputError::mismatch(&self.path, message));
+        }
+        self.write(stage, step, time, values)
+            .map_err(|e| OutputError::csv(&self.path, "writing", e))?;
+        self.rows += 1;
+        Ok(())
+    }
+
+    fn write(
+        &mut self,
+        stage: &str,
+        step: u64,
+        time: f64,
+        values: impl Iterator<Item = Option<f64>>,
+    ) -> csv::Result<()> {
+        self.writer.write_field(stage)?;
+        self.writer.write_field(step.to_string())?;
+        for value in std::iter::once(Some(time)).chain(values) {
+            self.cell.clear();
+            if let Some(value) = value {
+                // `Debug` is the shortest text that reads back the same, with an exponent where
+                // `Display` would write hundreds of zeros. Writing to a string cannot fail.
+                let _ = write!(self.cell, "{value:?}");
+            }
+            self.writer.write_field(&self.cell)?;
+        }
+        self.writer.write_record(None::<&[u8]>)
+    }
+
+    fn flush(&mut self) -> Result<(), OutputError> {
+        self.writer.flush().map_err(|e| OutputError::io(&self.path, "writing", e))
+    }
+}
+
+/// The columns of a table and the byte at which its first `rows` rows end.
+fn header_and_end(path: &Path, rows: u64) -> Result<(Vec<String>, u64), OutputError> {
+    let reading = |e| OutputError::csv(path, "reopening", e);
+    let mut reader = csv::Reader::from_path(path).map_err(reading)?;
+    let header = reader.headers().map_err(reading)?.clone();
+    if !header.iter().take(KEYS.len()).eq(KEYS) {
+        return Err(OutputError::unusable(path, "does not begin with the columns stage,step,time"));
+    }
+    let mut record = csv::ByteRecord::new();
+    for have in 0..rows {
+        if !reader.read_byte_record(&mut record).map_err(reading)? {
+            let message = format!("has {have} rows, but the run to go on with had written {rows}");
+            return Err(OutputError::unusable(path, message));
+        }
+    }
+    let columns = header.iter().skip(KEYS.len()).map(str::to_owned).collect();
+    Ok((columns, reader.position().byte()))
+}

@@ -1,0 +1,144 @@
+//! Reading back.
+
+use std::path::{Path, PathBuf};
+
+use hdf5::{Dataset, Group, OpenMode};
+
+use super::data::Location;
+use super::writer::shape;
+use crate::hdf::with_file;
+use crate::output_error::OutputError;
+
+/// The steps of one VTKHDF file written by [`Writer`](super::Writer).
+///
+/// Each call opens and closes the file: a run that is writing it goes on undisturbed.
+#[derive(Clone, Debug)]
+pub struct Results {
+    path: PathBuf,
+}
+
+/// The values of a field at one step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Where they live.
+    pub location: Location,
+    /// Numbers per point or cell.
+    pub components: usize,
+    /// The numbers, row after row.
+    pub values: Vec<f64>,
+}
+
+impl Results {
+    /// Names the file and checks that it is one of this kind.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Unusable`] if it is not.
+    pub fn open(path: impl Into<PathBuf>) -> Result<Self, OutputError> {
+        let results = Self { path: path.into() };
+        results.read(|root| shape(root).map(|_| ()))?;
+        Ok(results)
+    }
+
+    /// Times of the steps `[s]`.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read.
+    pub fn times(&self) -> Result<Vec<f64>, OutputError> {
+        self.read(|root| {
+            let (_, steps) = shape(root)?;
+            let values = root.group("Steps")?.dataset("Values")?;
+            rows(&values, 0, steps)
+        })
+    }
+
+    /// Points of the mesh `[m]`.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read.
+    pub fn points(&self) -> Result<Vec<[f64; 3]>, OutputError> {
+        self.read(|root| {
+            let ((points, _), _) = shape(root)?;
+            let flat = rows(&root.dataset("Points")?, 0, points)?;
+            let (points, _) = flat.as_chunks::<3>();
+            Ok(points.to_vec())
+        })
+    }
+
+    /// Names of the arrays, those that change with time and those that do not.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read.
+    pub fn names(&self, location: Location) -> Result<Vec<String>, OutputError> {
+        self.read(|root| root.group(location.group())?.member_names())
+    }
+
+    /// An array at a step, counted from zero. If points and cells both have one of that name, it
+    /// is the one of the points. Whole numbers come as doubles.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Unusable`] if there is no such array or step.
+    pub fn field(&self, name: &str, step: usize) -> Result<Field, OutputError> {
+        self.read(|root| {
+            let ((points, cells), steps) = shape(root)?;
+            if step >= steps {
+                return Err(format!("step {step} was asked for, but there are {steps}").into());
+            }
+            for (location, n) in [(Location::Point, points), (Location::Cell, cells)] {
+                let group = root.group(location.group())?;
+                if !group.link_exists(name) {
+                    continue;
+                }
+                let first = first_row(root, location, name, step)?;
+                let dataset = group.dataset(name)?;
+                let components = dataset.get_shape()?.get(1).copied().unwrap_or(1);
+                return Ok(Field { location, components, values: rows(&dataset, first, n)? });
+            }
+            Err(format!("there is no array `{name}`").into())
+        })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn read<T>(&self, work: impl FnOnce(&Group) -> hdf5::Result<T>) -> Result<T, OutputError> {
+        with_file(&self.path, OpenMode::Read, "reading", |file| {
+            let root = file.group("VTKHDF");
+            root.and_then(|root| work(&root))
+                .map_err(|e| OutputError::unusable(&self.path, e.to_string()))
+        })
+    }
+}
+
+/// The row at which a step of an array begins: the first if the array does not change.
+fn first_row(root: &Group, location: Location, name: &str, step: usize) -> hdf5::Result<usize> {
+    let offsets = root.group("Steps")?.group(location.offsets())?;
+    if !offsets.link_exists(name) {
+        return Ok(0);
+    }
+    let row = offsets.dataset(name)?.read_slice_1d::<i64, _>(step..=step)?;
+    let row = row.first().copied().unwrap_or(-1);
+    usize::try_from(row).map_err(|e| format!("offset of `{name}`: {e}").into())
+}
+
+/// `n` rows from `first` on, whatever the number of columns.
+fn rows(dataset: &Dataset, first: usize, n: usize) -> hdf5::Result<Vec<f64>> {
+    let shape = dataset.get_shape()?;
+    if shape.first().is_none_or(|&have| have < first.saturating_add(n)) {
+        return Err(format!("rows {first} to {} are not in the file", first + n).into());
+    }
+    if n == 0 {
+        return Ok(Vec::new());
+    }
+    let (values, _) = match shape[..] {
+        [_] => dataset.read_slice_1d::<f64, _>(first..first + n)?.into_raw_vec_and_offset(),
+        _ => dataset.read_slice_2d::<f64, _>((first..first + n, ..))?.into_raw_vec_and_offset(),
+    };
+    Ok(values)
+}

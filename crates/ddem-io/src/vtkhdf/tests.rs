@@ -1,0 +1,166 @@
+use super::create::chunk;
+use super::*;
+use crate::OutputError;
+
+fn grid() -> Grid {
+    let point = |i: u32| [f64::from(i), 0.5, -1.0];
+    let cells = Cells::Hexahedra(vec![[0, 1, 2, 3, 4, 5, 6, 7], [4, 5, 6, 7, 8, 9, 10, 11]]);
+    Grid { points: (0..12).map(point).collect(), cells }
+}
+
+fn fields() -> [FieldSpec; 3] {
+    [
+        FieldSpec::point("velocity", 3),
+        FieldSpec::cell("stress", 6),
+        FieldSpec::point("state", 1).kind(Kind::U8),
+    ]
+}
+
+fn append(writer: &mut Writer, step: usize) -> Result<(), OutputError> {
+    let (velocity, stress) = (values(step, 36), values(step + 100, 12));
+    let state = [step as u8; 12];
+    let values = [Values::F64(&velocity), Values::F64(&stress), Values::U8(&state)];
+    writer.append(step as f64 / 3.0, &values)
+}
+
+fn values(seed: usize, n: usize) -> Vec<f64> {
+    (0..n).map(|i| ((i + 31 * seed) as f64).sqrt()).collect()
+}
+
+fn assert_steps(path: &std::path::Path, steps: &[usize]) {
+    let results = Results::open(path).unwrap();
+    let times: Vec<f64> = steps.iter().map(|&s| s as f64 / 3.0).collect();
+    assert_eq!(results.times().unwrap(), times);
+    for (i, &step) in steps.iter().enumerate() {
+        let velocity = results.field("velocity", i).unwrap();
+        assert_eq!((velocity.location, velocity.components), (Location::Point, 3));
+        assert_eq!(velocity.values, values(step, 36));
+        let stress = results.field("stress", i).unwrap();
+        assert_eq!((stress.location, stress.components), (Location::Cell, 6));
+        assert_eq!(stress.values, values(step + 100, 12));
+        assert_eq!(results.field("state", i).unwrap().values, [step as f64; 12]);
+    }
+}
+
+#[test]
+fn what_was_written_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let block = Constant { name: "block", location: Location::Cell, values: Values::I32(&[7, -8]) };
+    let mut writer = Writer::create(&path, &grid(), &[block], &fields()).unwrap();
+    assert_steps(&path, &[]);
+    for step in 0..5 {
+        append(&mut writer, step).unwrap();
+        // Readable while the writer lives, as after its process has died.
+        assert_steps(&path, &(0..=step).collect::<Vec<_>>());
+    }
+    assert_eq!(writer.steps(), 5);
+    writer.sync().unwrap();
+    let results = Results::open(&path).unwrap();
+    assert_eq!(results.points().unwrap(), grid().points);
+    assert_eq!(results.field("block", 4).unwrap().values, [7.0, -8.0]);
+    assert_eq!(results.names(Location::Cell).unwrap(), ["block", "stress"]);
+}
+
+#[test]
+fn reopened_files_forget_later_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
+    (0..6).for_each(|step| append(&mut writer, step).unwrap());
+    let mut writer = Writer::reopen(&path, &fields(), 2).unwrap();
+    assert_steps(&path, &[0, 1]);
+    [9, 8].into_iter().for_each(|step| append(&mut writer, step).unwrap());
+    assert_steps(&path, &[0, 1, 9, 8]);
+    let mut writer = Writer::reopen(&path, &fields(), 0).unwrap();
+    append(&mut writer, 4).unwrap();
+    assert_steps(&path, &[4]);
+}
+
+#[test]
+fn reopening_needs_the_same_fields_and_enough_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
+    append(&mut writer, 0).unwrap();
+    let error = Writer::reopen(&path, &fields(), 2).unwrap_err().to_string();
+    assert!(error.contains("a.vtkhdf") && error.contains("has 1 steps"), "{error}");
+    let others = [FieldSpec::point("velocity", 2), FieldSpec::cell("velocity", 3)];
+    for other in others.into_iter().chain([FieldSpec::point("state", 1)]) {
+        let error = Writer::reopen(&path, &[other], 1).unwrap_err();
+        assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
+    }
+    assert_steps(&path, &[0]);
+}
+
+/// A viewer holds a lock while it reads. The run goes on.
+#[test]
+fn a_locked_file_is_written_all_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
+    append(&mut writer, 0).unwrap();
+    let viewer = std::fs::File::open(&path).unwrap();
+    viewer.lock_shared().unwrap();
+    append(&mut writer, 1).unwrap();
+    assert_steps(&path, &[0, 1]);
+    append(&mut writer, 2).unwrap();
+    assert_steps(&path, &[0, 1, 2]);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn wrong_values_are_refused_and_leave_no_trace() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let mut writer = Writer::create(&path, &grid(), &[], &[FieldSpec::point("u", 1)]).unwrap();
+    for values in [&[][..], &[Values::F64(&[1.0; 11])], &[Values::I32(&[1; 12])]] {
+        let error = writer.append(0.0, values).unwrap_err();
+        assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
+    }
+    assert!(Results::open(&path).unwrap().times().unwrap().is_empty());
+}
+
+#[test]
+fn wrong_meshes_and_names_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let beyond = Grid { points: vec![[0.0; 3]; 7], ..grid() };
+    assert!(Writer::create(&path, &beyond, &[], &[]).is_err());
+    let short = Constant { name: "block", location: Location::Cell, values: Values::I32(&[1]) };
+    assert!(Writer::create(&path, &grid(), &[short], &[]).is_err());
+    for name in ["", ".", "a/b", "a\0b"] {
+        assert!(Writer::create(&path, &grid(), &[], &[FieldSpec::point(name, 1)]).is_err());
+    }
+    let twice = [FieldSpec::point("u", 1), FieldSpec::point("u", 3)];
+    assert!(Writer::create(&path, &grid(), &[], &twice).is_err());
+    assert!(Writer::create(&path, &grid(), &[], &[FieldSpec::point("u", 0)]).is_err());
+    assert!(!path.exists());
+}
+
+#[test]
+fn other_files_and_missing_things_are_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    assert!(matches!(Results::open(&path), Err(OutputError::Io { .. })));
+    std::fs::write(&path, "not a mesh").unwrap();
+    let error = Results::open(&path).unwrap_err();
+    assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
+    assert!(Writer::reopen(&path, &[], 0).is_err());
+    let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
+    append(&mut writer, 0).unwrap();
+    let results = Results::open(&path).unwrap();
+    let error = results.field("pressure", 0).unwrap_err().to_string();
+    assert!(error.contains("a.vtkhdf") && error.contains("`pressure`"), "{error}");
+    assert!(results.field("stress", 1).unwrap_err().to_string().contains("step 1"));
+}
+
+#[test]
+fn steps_fill_their_chunks_if_they_can() {
+    assert_eq!([0, 1, 8, 65_536].map(chunk), [1, 1, 8, 65_536]);
+    assert_eq!(chunk(1_000_000), 62_500);
+    assert_eq!(chunk(65_537), 32_769);
+    for rows in [65_672, 123_457, 3_000_017] {
+        assert!((16 * 1024..=64 * 1024).contains(&chunk(rows)), "{rows}");
+    }
+}

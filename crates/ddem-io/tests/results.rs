@@ -1,0 +1,274 @@
+//! Tables, summary, checkpoint and the folder around them: written, read back, gone on with.
+
+use std::fs;
+use std::path::Path;
+
+use ddem_io::OutputError;
+use ddem_io::checkpoint::{self, Checkpoint};
+use ddem_io::folder::{FolderError, prepare};
+use ddem_io::summary::{FailedPairs, StageSummary, Summary, peak_memory_bytes};
+use ddem_io::tables::{EnergyTable, ProbeTable};
+use tempfile::tempdir;
+
+#[test]
+fn probes_have_full_precision_and_empty_cells() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("probes.csv");
+    let mut table = ProbeTable::create(&path, &["top.x", "a,\"b\".z"]).unwrap();
+    table.row("fall, \"free\"", 3, 0.1 + 0.2, &[Some(1e-300), None]).unwrap();
+    table.row("rest", u64::MAX, 1.0, &[Some(f64::NAN), Some(-0.0)]).unwrap();
+    assert_eq!(table.rows_written(), 2);
+    assert!(matches!(table.row("rest", 0, 0.0, &[None]), Err(OutputError::Mismatch { .. })));
+    table.flush().unwrap();
+    let text = fs::read_to_string(&path).unwrap();
+    assert_eq!(
+        text,
+        "stage,step,time,top.x,\"a,\"\"b\"\".z\"\n\
+         \"fall, \"\"free\"\"\",3,0.30000000000000004,1e-300,\n\
+         rest,18446744073709551615,1.0,NaN,-0.0\n"
+    );
+}
+
+#[test]
+fn tables_go_on_after_the_rows_that_count() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("energy.csv");
+    let mut table = EnergyTable::create(&path, &["kinetic"]).unwrap();
+    for step in 0..5 {
+        table.row("two\nlines, \"quoted\"", step, 0.5, &[step as f64]).unwrap();
+    }
+    table.sync().unwrap();
+    drop(table);
+    let whole = fs::read_to_string(&path).unwrap();
+    // A run that died in the middle of a row.
+    fs::write(&path, &whole[..whole.len() - 3]).unwrap();
+    let error = EnergyTable::reopen(&path, 9).unwrap_err().to_string();
+    assert!(error.contains("energy.csv") && error.contains("5 rows"), "{error}");
+    let mut table = EnergyTable::reopen(&path, 3).unwrap();
+    assert_eq!((table.rows_written(), table.columns()), (3, &["kinetic".to_owned()][..]));
+    for step in 3..5 {
+        table.row("two\nlines, \"quoted\"", step, 0.5, &[step as f64]).unwrap();
+    }
+    drop(table);
+    assert_eq!(fs::read_to_string(&path).unwrap(), whole);
+    EnergyTable::reopen(&path, 0).unwrap();
+    assert_eq!(fs::read_to_string(&path).unwrap(), "stage,step,time,kinetic\n");
+    fs::write(&path, "a,b\n1,2\n").unwrap();
+    assert!(matches!(EnergyTable::reopen(&path, 0), Err(OutputError::Unusable { .. })));
+}
+
+/// `/dev/full` is a disk without space.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_called_that() {
+    let error = EnergyTable::create("/dev/full", &["kinetic"]).unwrap_err();
+    assert!(matches!(error, OutputError::DiskFull { .. }), "{error}");
+    assert!(error.to_string().starts_with("no space left on the disk while writing /dev/full"));
+}
+
+#[test]
+fn summary_has_the_documented_keys() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("summary.json");
+    let stage = StageSummary { name: "gravity".into(), steps: 7, ..StageSummary::default() };
+    let failed_pairs = FailedPairs { shear: 1, tension: 2 };
+    let summary =
+        Summary { title: "beam".into(), failed_pairs, stages: vec![stage], ..Summary::default() };
+    summary.write(&path).unwrap();
+    assert_eq!(Summary::read(&path).unwrap(), summary);
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+    let keys = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect();
+    let top: Vec<String> = keys(&json);
+    let mut documented = [
+        "version",
+        "title",
+        "blocks",
+        "nodes",
+        "elements",
+        "pairs",
+        "failed_pairs",
+        "peak_memory_bytes",
+        "stages",
+        "deck",
+    ];
+    documented.sort_unstable();
+    assert_eq!(top, documented);
+    let stage: Vec<String> = keys(&json["stages"][0]);
+    let mut documented = [
+        "name",
+        "kind",
+        "steps",
+        "time_step",
+        "wall_seconds",
+        "node_updates_per_second",
+        "unbalanced",
+    ];
+    documented.sort_unstable();
+    assert_eq!(stage, documented);
+    let unknown = StageSummary { unbalanced: f64::NAN, ..StageSummary::default() };
+    Summary { stages: vec![unknown], ..summary }.write(&path).unwrap();
+    assert!(Summary::read(&path).unwrap().stages[0].unbalanced.is_nan());
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    fs::write(&path, "{").unwrap();
+    assert!(matches!(Summary::read(&path), Err(OutputError::Unusable { .. })));
+}
+
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+#[test]
+fn peak_memory_counts_what_was_freed() {
+    drop(std::hint::black_box(vec![1_u8; 64 << 20]));
+    assert!((64 << 20..1 << 40).contains(&peak_memory_bytes()));
+}
+
+#[test]
+fn checkpoints_keep_every_bit() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("checkpoint.h5");
+    let odd = [0x7ff0_0000_0000_0001, 0xfff8_dead_beef_0001, 1 << 63, 1, 0x7ff0_0000_0000_0000];
+    let odd = odd.map(f64::from_bits);
+    let long: Vec<f64> = (0..100_000).map(|i| f64::from(i).sqrt()).collect();
+    let arrays = [("odd", &odd[..]), ("velocity", &long), ("none", &[])];
+    let counters = [("step", u64::MAX), ("rows", 0)];
+    let texts = [("stage", "Stütze \0 \"1\""), ("empty", "")];
+    checkpoint::save(&path, "", &[], &[], &[]).unwrap();
+    assert_eq!(Checkpoint::load(&path).unwrap(), Checkpoint::default());
+    // Replaces the one before.
+    checkpoint::save(&path, "title = 'd'\n", &arrays, &counters, &texts).unwrap();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    let loaded = Checkpoint::load(&path).unwrap();
+    let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+    assert_eq!(loaded.arrays.len(), arrays.len());
+    for (name, values) in arrays {
+        assert_eq!(bits(&loaded.arrays[name]), bits(values), "{name}");
+    }
+    assert_eq!(loaded.deck, "title = 'd'\n");
+    assert_eq!(loaded.counters, counters.map(|(n, v)| (n.to_owned(), v)).into());
+    assert_eq!(loaded.texts, texts.map(|(n, t)| (n.to_owned(), t.to_owned())).into());
+}
+
+#[test]
+fn failing_to_save_keeps_the_old_checkpoint() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("checkpoint.h5");
+    checkpoint::save(&path, "old", &[], &[], &[]).unwrap();
+    for name in ["", ".", "a/b"] {
+        assert!(checkpoint::save(&path, "new", &[(name, &[])], &[], &[]).is_err());
+    }
+    assert!(checkpoint::save(&path, "new", &[], &[("n", 1), ("n", 2)], &[]).is_err());
+    // The temporary name is taken by a folder.
+    fs::create_dir(folder.path().join("checkpoint.h5.part")).unwrap();
+    let error = checkpoint::save(&path, "new", &[], &[], &[]).unwrap_err().to_string();
+    assert!(error.contains("checkpoint.h5"), "{error}");
+    assert_eq!(Checkpoint::load(&path).unwrap().deck, "old");
+}
+
+#[test]
+fn damaged_and_foreign_checkpoints_are_errors() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("checkpoint.h5");
+    let unusable = |what: &str| {
+        let error = Checkpoint::load(&path).unwrap_err();
+        assert!(matches!(error, OutputError::Unusable { .. }), "{what}: {error}");
+        let text = error.to_string();
+        assert!(text.contains("checkpoint.h5"), "{what}: {text}");
+        text
+    };
+    assert!(matches!(Checkpoint::load(&path), Err(OutputError::Io { .. })));
+    let values = vec![1.5; 5000];
+    checkpoint::save(&path, "deck", &[("u", &values)], &[("n", 1)], &[("t", "x")]).unwrap();
+    let whole = fs::read(&path).unwrap();
+    for part in [0, 4, 100, 1000, whole.len() / 2, whole.len() - 1] {
+        fs::write(&path, &whole[..part]).unwrap();
+        unusable(&format!("{part} bytes"));
+    }
+    fs::write(&path, "stage,step,time\n").unwrap();
+    unusable("text");
+    hdf5::File::create(&path).unwrap().create_group("arrays").unwrap();
+    assert!(unusable("other program").contains("not a checkpoint of ddem"));
+    fs::write(&path, &whole).unwrap();
+    let file = hdf5::File::open_rw(&path).unwrap();
+    file.attr("version").unwrap().write_scalar(&2_u64).unwrap();
+    file.close().unwrap();
+    assert!(unusable("newer").contains("format 2"));
+}
+
+/// Names and contents of all files, to see that nothing was touched.
+fn contents(folder: &Path) -> Vec<(std::ffi::OsString, Vec<u8>)> {
+    let entries = fs::read_dir(folder).unwrap().map(Result::unwrap);
+    let mut all: Vec<_> =
+        entries.map(|e| (e.file_name(), fs::read(e.path()).unwrap_or_default())).collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn the_same_deck_takes_its_folder_again() {
+    let root = tempdir().unwrap();
+    let out = root.path().join("results/beam");
+    let folder = prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap();
+    let files = [
+        folder.blocks(),
+        folder.joints(),
+        folder.probes(),
+        folder.energy(),
+        folder.summary(),
+        folder.checkpoint(),
+        out.join("notes.txt"),
+        out.join("checkpoint.h5.part"),
+    ];
+    files.iter().for_each(|file| fs::write(file, "x").unwrap());
+    // Not while the first run goes on.
+    let error = prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap_err();
+    assert!(matches!(error, FolderError::InUse { .. }), "{error}");
+    drop(folder);
+    let before = contents(&out);
+    let error = prepare(&out, "beam.toml", "Beam", "a = 2", true).unwrap_err();
+    assert!(matches!(error, FolderError::DeckChanged { .. }), "{error}");
+    prepare(&out, "beam.toml", "Beam", "a = 1", true).unwrap();
+    assert_eq!(contents(&out), before);
+    prepare(&out, "beam.toml", "Beam", "a = 2", false).unwrap();
+    let names: Vec<_> = contents(&out).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["ddem.json", "notes.txt"]);
+    let error = prepare(&out, "beam.toml", "Beam", "a = 2", true).unwrap_err();
+    assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
+}
+
+#[test]
+fn folders_of_others_stay_as_they_are() {
+    let root = tempdir().unwrap();
+    let out = root.path().join("out");
+    drop(prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap());
+    fs::write(out.join("probes.csv"), "precious").unwrap();
+    let before = contents(&out);
+    for (name, title) in [("arch.toml", "Beam"), ("beam.toml", "Arch")] {
+        for resume in [false, true] {
+            let error = prepare(&out, name, title, "a = 1", resume).unwrap_err();
+            assert!(matches!(error, FolderError::OtherDeck { .. }), "{error}");
+            assert!(error.to_string().contains("beam.toml \"Beam\""), "{error}");
+        }
+    }
+    assert_eq!(contents(&out), before);
+    for content in ["", "{}", "[1]"] {
+        fs::write(out.join("ddem.json"), content).unwrap();
+        let error = prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap_err();
+        assert!(matches!(error, FolderError::ForeignFile { .. }), "{error}");
+    }
+    fs::remove_file(out.join("ddem.json")).unwrap();
+    let error = prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap_err().to_string();
+    assert!(error.contains("probes.csv") && error.contains("--out"), "{error}");
+    assert_eq!(contents(&out).len(), 1);
+}
+
+#[test]
+fn paths_that_cannot_be_folders_are_refused() {
+    let root = tempdir().unwrap();
+    let file = root.path().join("file");
+    fs::write(&file, "x").unwrap();
+    let error = prepare(&file, "beam.toml", "Beam", "", false).unwrap_err();
+    assert!(matches!(error, FolderError::NotAFolder { .. }), "{error}");
+    let error = prepare(&file.join("below"), "beam.toml", "Beam", "", false).unwrap_err();
+    assert!(error.to_string().contains("--out"), "{error}");
+    let error = prepare(&root.path().join("new"), "beam.toml", "Beam", "", true).unwrap_err();
+    assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
+    assert_eq!(contents(root.path()).len(), 1);
+}
