@@ -92,6 +92,16 @@ impl Conditions {
         }));
     }
 
+    /// Loads in force in a stage whose history is 0 when the stage is the first to see them.
+    pub(crate) fn resting(&self, stage: usize) -> Vec<usize> {
+        let rests = |load: &Loaded| {
+            let first = load.period.from.unwrap_or(0) == stage;
+            let zero = load.history.as_ref().is_some_and(|history| history.factor(0.0) == 0.0);
+            load.period.has(stage) && first && zero
+        };
+        (0..self.loaded.len()).filter(|&load| rests(&self.loaded[load])).collect()
+    }
+
     /// Velocity of each fix at a time `[m/s]`.
     pub(crate) fn velocities(&self, time: f64, starts: &[f64], out: &mut Vec<[f64; 3]>) {
         out.clear();

@@ -1,9 +1,86 @@
-//! What can be seen of a simulation: nodal fields, stresses, tractions.
+//! What can be seen of a simulation: one table, [`FIELDS`], from which every writer and binding
+//! reads, and the functions that fill it.
 
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use crate::element::Elastic;
 use crate::geometry::Vec3;
-use crate::lanes::Lanes;
-use crate::motion::Motion;
+use crate::lanes::{LANES, Lanes};
 use crate::simulation::Simulation;
+
+/// Where a field has its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum On {
+    /// At the nodes.
+    Node,
+    /// In the hex8 elements of the blocks.
+    Element,
+    /// At the pairs of facing nodes.
+    Pair,
+}
+
+/// One output field.
+#[derive(Clone, Copy, Debug)]
+pub struct Field {
+    /// Name in files and bindings.
+    pub name: &'static str,
+    /// Unit, "1" for a plain number.
+    pub unit: &'static str,
+    /// Where it has its values.
+    pub on: On,
+    /// Numbers per value.
+    pub components: usize,
+    /// All values, one after another.
+    pub fill: fn(&mut Simulation) -> Vec<f64>,
+}
+
+/// All output fields that change with time.
+pub const FIELDS: [Field; 10] = [
+    Field { name: "displacement", unit: "m", on: On::Node, components: 3, fill: displacement },
+    Field { name: "velocity", unit: "m/s", on: On::Node, components: 3, fill: velocity },
+    Field { name: "stress", unit: "Pa", on: On::Element, components: 6, fill: stress },
+    Field { name: "displacement", unit: "m", on: On::Pair, components: 3, fill: mean_displacement },
+    Field { name: "traction", unit: "Pa", on: On::Pair, components: 3, fill: traction },
+    Field { name: "slip", unit: "m", on: On::Pair, components: 3, fill: |s| s.no_pairs(3, 0.0) },
+    Field { name: "opening", unit: "m", on: On::Pair, components: 1, fill: |s| s.no_pairs(1, 0.0) },
+    Field { name: "state", unit: "1", on: On::Pair, components: 1, fill: |s| s.no_pairs(1, 0.0) },
+    Field { name: "open", unit: "1", on: On::Pair, components: 1, fill: |s| s.no_pairs(1, 0.0) },
+    Field {
+        name: "failure_time",
+        unit: "s",
+        on: On::Pair,
+        components: 1,
+        fill: |s| s.no_pairs(1, f64::NAN),
+    },
+];
+
+fn displacement(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.displacements().into_flattened()
+}
+
+fn velocity(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.velocities().into_flattened()
+}
+
+fn stress(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.stresses().into_flattened()
+}
+
+fn traction(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.tractions().into_flattened()
+}
+
+fn mean_displacement(simulation: &mut Simulation) -> Vec<f64> {
+    let simulation = &*simulation;
+    let model = &simulation.model;
+    let pairs = model.faces().iter().flat_map(|face| face.pairs(model));
+    let mean = pairs.flat_map(|[a, b]| {
+        let (a, b) = (simulation.displacement(a as usize), simulation.displacement(b as usize));
+        [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
+    });
+    mean.collect()
+}
 
 impl Simulation {
     /// Displacement of a node `[m]`.
@@ -12,54 +89,164 @@ impl Simulation {
         self.model.get(&self.state.u, node)
     }
 
+    /// Displacements of all nodes `[m]`, shape `(n_nodes, 3)`.
+    #[must_use]
+    pub fn displacements(&self) -> Vec<[f64; 3]> {
+        self.model.plain(&self.state.u)
+    }
+
+    /// Velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; zero in a
+    /// relaxation.
+    pub fn velocities(&mut self) -> Vec<[f64; 3]> {
+        self.measure_once();
+        self.model.plain(&self.present_velocities())
+    }
+
+    /// Velocity of a node at the present time `[m/s]`.
+    pub fn velocity(&mut self, node: usize) -> [f64; 3] {
+        self.measure_once();
+        let (pack, local, lane) = self.model.place(node);
+        [0, 1, 2].map(|c| self.present_velocity(pack, 3 * local + c, lane))
+    }
+
     /// Velocities at the present time in the layout of the state.
     pub(crate) fn present_velocities(&self) -> Vec<Lanes> {
-        if self.state.whole {
-            return self.state.v.clone();
-        }
-        let Motion { classes, local, .. } = &self.motion;
         let mut velocities = self.state.v.clone();
-        for (pack, index) in self.model.packs.packs.iter().zip(&self.model.assembly.pack_inertia) {
-            let class = &classes[*index as usize];
-            for at in 0..class.a.len() {
-                let place = 3 * pack.start + at;
-                for lane in 0..4 {
-                    let [a, b, _] = class.at(at, lane);
-                    let (v, f) = (self.state.v[place].0[lane], self.scratch.f[place].0[lane]);
-                    let damping = if v == 0.0 { 0.0 } else { local * f.abs() * v.signum() };
-                    let next = a * v + b * (f - damping);
-                    velocities[place].0[lane] = 0.5 * (v + next);
-                }
+        for (index, pack) in self.model.packs.packs.iter().enumerate() {
+            for at in 0..3 * self.model.packs.shape_of(pack).nodes {
+                let v = |lane| self.present_velocity(index, at, lane);
+                velocities[3 * pack.start + at] = Lanes(std::array::from_fn(v));
             }
         }
         velocities
     }
 
-    /// Displacements of all nodes `[m]`, shape `(n_nodes, 3)`.
+    /// `(v⁻ + v⁺)/2` with the forces that were last measured.
+    fn present_velocity(&self, pack: usize, at: usize, lane: usize) -> f64 {
+        let place = 3 * self.model.packs.packs[pack].start + at;
+        let v = self.state.v[place].0[lane];
+        if self.motion.fictitious {
+            return 0.0;
+        }
+        if self.state.whole {
+            return v;
+        }
+        let class = &self.motion.classes[self.model.assembly.pack_inertia[pack] as usize];
+        let [a, b, _] = class.at(at, lane);
+        let f = self.scratch.f[place].0[lane];
+        let damping = if v == 0.0 { 0.0 } else { self.motion.local * f.abs() * v.signum() };
+        0.5 * (v + a * v + b * (f - damping))
+    }
+
+    /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
+    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block.
     #[must_use]
-    pub fn displacements(&self) -> Vec<[f64; 3]> {
-        (0..self.model.n_nodes()).map(|node| self.displacement(node)).collect()
+    pub fn stresses(&self) -> Vec<[f64; 6]> {
+        (0..self.model.n_blocks())
+            .into_par_iter()
+            .flat_map_iter(|block| {
+                let n = self.model.geometry.lattice(block).divisions;
+                (0..n * n * n).map(move |e| self.stress(block, [e % n, e / n % n, e / (n * n)]))
+            })
+            .collect()
+    }
+
+    /// Stress at the centre of the element at lattice steps `at` of a block `[Pa]`.
+    #[must_use]
+    pub fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
+        let model = &self.model;
+        let (pack, lane) = model.packs.slot(block);
+        let table = &model.assembly.tables[model.assembly.pack_tables[pack][0] as usize];
+        let Some(element) = table.elements[lane] else { return [0.0; 6] };
+        let element = &model.assembly.elements[element as usize];
+        let inverse = Matrix3::from_columns(&element.edges).try_inverse();
+        let Some(inverse) = inverse else { return [0.0; 6] };
+        // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
+        let mut gradient = Matrix3::zeros();
+        for corner in 0..8 {
+            let step = [0, 1, 2].map(|d| at[d] + (corner >> d & 1));
+            let u = Vec3::from(self.displacement(model.geometry.node(block, step)));
+            for d in 0..3 {
+                let sign = if corner >> d & 1 == 1 { 0.25 } else { -0.25 };
+                gradient += u * inverse.row(d) * sign;
+            }
+        }
+        rotated_stress(&element.elastic, gradient, &self.rotation(pack, lane))
+    }
+
+    fn rotation(&self, pack: usize, lane: usize) -> Matrix3<f64> {
+        if !self.model.corotational() {
+            return Matrix3::identity();
+        }
+        let rotation = &self.scratch.frames[pack].rotation;
+        Matrix3::from_fn(|i, k| rotation[i][k].0[lane])
     }
 
     /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape
     /// `(n_nodes, 3)`, (8) and (11).
     pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
+        self.measured = None;
         crate::step::internal_forces(&self.model, &self.state.u, &mut self.scratch);
-        let f = &self.scratch.f;
-        (0..self.model.n_nodes()).map(|node| self.model.get(f, node).map(|x| -x)).collect()
+        let forces = self.model.plain(&self.scratch.f);
+        forces.into_iter().map(|f| f.map(|x| -x)).collect()
+    }
+
+    /// Sum of the support forces on some nodes, as they act on the model `[N]`.
+    pub fn reaction(&mut self, nodes: &[u32]) -> [f64; 3] {
+        self.measure_once();
+        let mut sum = [0.0; 3];
+        for (support, reaction) in self.active.supports.iter().zip(&self.scratch.reactions) {
+            if nodes.binary_search(&support.node).is_ok() {
+                sum[support.axis as usize] += reaction;
+            }
+        }
+        sum
     }
 
     /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`.
     pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
+        self.measured = None;
         for (node, u) in displacements.iter().enumerate().take(self.model.n_nodes()) {
             self.model.set(&mut self.state.u, node, *u);
         }
         self.scratch.fit(&self.model, &self.state.u);
     }
 
-    /// Position of a node `[m]`.
-    #[must_use]
-    pub fn position(&self, node: usize) -> [f64; 3] {
-        (Vec3::from(self.model.point(node)) + Vec3::from(self.displacement(node))).into()
+    /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`.
+    pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
+        self.settle();
+        self.measured = None;
+        for (node, v) in velocities.iter().enumerate().take(self.model.n_nodes()) {
+            self.model.set(&mut self.state.v, node, *v);
+        }
+    }
+
+    fn no_pairs(&self, components: usize, value: f64) -> Vec<f64> {
+        vec![value; components * self.model.n_pairs()]
+    }
+}
+
+/// `σ = R (C : sym(Rᵀ F − 1)) Rᵀ` from `∂u/∂X`.
+fn rotated_stress(elastic: &Elastic, gradient: Matrix3<f64>, r: &Matrix3<f64>) -> [f64; 6] {
+    let local = r.transpose() * (Matrix3::identity() + gradient) - Matrix3::identity();
+    let [xx, yy, zz, xy, yz, zx] =
+        elastic.stress(&[0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)])));
+    let turned = r * Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) * r.transpose();
+    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|at| turned[at])
+}
+
+impl crate::model::Model {
+    /// A nodal field in the order of the nodes, shape `(n_nodes, 3)`.
+    pub(crate) fn plain(&self, field: &[Lanes]) -> Vec<[f64; 3]> {
+        let mut plain = Vec::with_capacity(self.n_nodes());
+        for body in 0..self.n_blocks() {
+            let (pack, lane) = self.packs.slot(body);
+            debug_assert!(lane < LANES);
+            let pack = &self.packs.packs[pack];
+            let nodes = self.packs.shape_of(pack).nodes;
+            let lanes = &field[3 * pack.start..3 * (pack.start + nodes)];
+            plain.extend(lanes.as_chunks::<3>().0.iter().map(|v| v.map(|x| x.0[lane])));
+        }
+        plain
     }
 }

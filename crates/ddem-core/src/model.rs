@@ -5,6 +5,7 @@ use crate::conditions::{Active, Conditions};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Geometry, Names, Region, Vec3};
+use crate::joints::{Face, faces};
 use crate::lanes::Lanes;
 use crate::pack::Packs;
 
@@ -15,7 +16,7 @@ pub struct Model {
     pub(crate) packs: Packs,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
-    pub(crate) constants: Constants,
+    pub(crate) faces: Vec<Face>,
     kinematics: Kinematics,
     pub(crate) gravity: Vec3,
     pub(crate) deck: Deck,
@@ -43,11 +44,11 @@ impl Model {
         let constants = Constants::new(deck);
         let assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
         let model = Self {
-            geometry,
             packs,
             assembly,
             conditions,
-            constants,
+            faces: faces(&geometry),
+            geometry,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
             deck: deck.clone(),
@@ -85,6 +86,12 @@ impl Model {
     #[must_use]
     pub fn n_nodes(&self) -> usize {
         self.geometry.n_nodes
+    }
+
+    /// Number of loads.
+    #[must_use]
+    pub fn n_loads(&self) -> usize {
+        self.conditions.loaded.len()
     }
 
     /// Number of hex8 elements of the bodies.
@@ -156,6 +163,35 @@ impl Model {
         best.1
     }
 
+    /// What is allowed but perhaps not meant.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let name = |i: usize| {
+            self.deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"))
+        };
+        for (i, j) in self.geometry.touching() {
+            warnings.push(format!(
+                "sets `{}` and `{}` touch: blocks of different sets are not joined",
+                name(i),
+                name(j)
+            ));
+        }
+        for (index, stage) in self.deck.stage.iter().enumerate() {
+            if stage.kind != crate::deck::StageKind::Relax {
+                continue;
+            }
+            for load in self.conditions.resting(index) {
+                warnings.push(format!(
+                    "load {load} does not act in relax stage `{}`: time stands still there, and \
+                     its history begins at 0",
+                    stage.name
+                ));
+            }
+        }
+        warnings
+    }
+
     /// Lumped mass of a node `[kg]`, eq. (3).
     #[must_use]
     pub fn mass(&self, node: usize) -> f64 {
@@ -211,5 +247,73 @@ impl Model {
         for c in 0..3 {
             field[at + c].0[lane] = value[c];
         }
+    }
+}
+
+/// How large the model of a deck would be, from its numbers alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Size {
+    /// Blocks, those taken out included.
+    pub blocks: f64,
+    /// Nodes.
+    pub nodes: f64,
+    /// Memory that building and running it takes at its peak `[bytes]`.
+    pub bytes: f64,
+}
+
+impl Size {
+    /// Of the model that a deck describes. Nothing is allocated.
+    #[must_use]
+    pub fn of(deck: &Deck) -> Self {
+        let mut size = Self::default();
+        for set in &deck.blocks {
+            let edges = set.edges.as_ref();
+            let count = |d: usize| {
+                let cuts = edges.and_then(|e| [&e.x, &e.y, &e.z][d].as_ref());
+                cuts.map_or(set.count.map_or(1.0, |c| f64::from(c[d])), |c| c.len() as f64 - 1.0)
+            };
+            let blocks = count(0) * count(1) * count(2);
+            let n = f64::from(set.divisions) + 1.0;
+            size.blocks += blocks;
+            size.nodes += blocks * n.powi(3);
+            // State, forces and a frame of output for each node; joint shares and neighbours for
+            // each block.
+            let shares = 3.0 * n * n + 3.0 * n + 8.0;
+            size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0);
+        }
+        size
+    }
+}
+
+impl Model {
+    /// The elements that stresses at some nodes are read from, as block and lattice steps: with a
+    /// point, the one of the nodes' block whose centre is nearest to it; otherwise all elements
+    /// that have one of the nodes.
+    #[must_use]
+    pub fn elements_at(&self, nodes: &[u32], point: Option<[f64; 3]>) -> Vec<(usize, [usize; 3])> {
+        let mut elements = Vec::new();
+        for &node in nodes {
+            let (block, at) = self.geometry.locate(node as usize);
+            let n = self.geometry.lattice(block).divisions;
+            for corner in 0..8 {
+                let lower = [0, 1, 2].map(|d| at[d].checked_sub(corner >> d & 1));
+                if let [Some(x), Some(y), Some(z)] = lower
+                    && [x, y, z].iter().all(|&i| i < n)
+                {
+                    elements.push((block, [x, y, z]));
+                }
+            }
+        }
+        elements.sort_unstable();
+        elements.dedup();
+        if let Some(point) = point {
+            let centre = |&(block, at): &(usize, [usize; 3])| {
+                let far = self.geometry.position(block, at.map(|i| i + 1));
+                ((self.geometry.position(block, at) + far) / 2.0 - Vec3::from(point)).norm()
+            };
+            let nearest = elements.iter().copied().min_by(|a, b| centre(a).total_cmp(&centre(b)));
+            return nearest.into_iter().collect();
+        }
+        elements
     }
 }

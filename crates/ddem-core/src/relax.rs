@@ -119,6 +119,7 @@ impl Simulation {
         self.last = sums;
         self.state.work.loads += sums.loads[0];
         self.state.work.damping += 0.5 * sums.power;
+        self.measured = None;
         self.check(sums)?;
         self.state.whole = false;
         if sums.ratio() <= tolerance && memory.has_stopped(tolerance) {

@@ -35,12 +35,15 @@ pub struct Simulation {
     pub(crate) relaxation: Option<Relaxation>,
     pub(crate) factors: Vec<f64>,
     pub(crate) velocities: Vec<[f64; 3]>,
-    critical_step: Option<f64>,
+    pub(crate) critical_step: Option<f64>,
     pub(crate) last: Sums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
-    initial_energy: f64,
+    pub(crate) initial_energy: f64,
     /// [`start`](Self::start) has set the time step.
-    started: bool,
+    pub(crate) started: bool,
+    /// The step at whose end forces and sums were measured.
+    pub(crate) measured: Option<u64>,
+    strain: [f64; 2],
 }
 
 impl Simulation {
@@ -70,6 +73,8 @@ impl Simulation {
             last: Sums::default(),
             initial_energy: 0.0,
             started: false,
+            measured: None,
+            strain: [0.0; 2],
         };
         simulation.initial_energy = simulation.mechanical_energy();
         simulation
@@ -113,6 +118,7 @@ impl Simulation {
         let mass = |inertia: &crate::assembly::Inertia, at: usize, lane: usize| {
             inertia.mass[at / 3].0[lane]
         };
+        self.measured = None;
         let step = 2.0 / largest_eigenvalue(&self.model, &mut self.scratch, &mass).sqrt();
         self.critical_step = Some(step);
         step
@@ -127,6 +133,7 @@ impl Simulation {
         self.state.stage_starts.truncate(stage);
         self.state.stage_starts.push(self.state.time);
         self.active = self.model.active(stage);
+        self.measured = None;
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
@@ -167,6 +174,7 @@ impl Simulation {
     pub(crate) fn change_motion(&mut self, motion: Motion) {
         let before = self.mechanical_energy();
         self.motion = motion;
+        self.measured = None;
         self.initial_energy += self.mechanical_energy() - before;
     }
 
@@ -264,7 +272,7 @@ impl Simulation {
     }
 
     /// Forces, reactions, energies and sums at the present time; nothing moves.
-    pub(crate) fn measure(&mut self) -> (Sums, [f64; 2]) {
+    fn measure(&mut self) -> (Sums, [f64; 2]) {
         self.motion.start = self.state.whole && !self.motion.fictitious;
         if !self.motion.fictitious {
             self.take_factors();
@@ -272,19 +280,26 @@ impl Simulation {
         let (context, state, scratch) = self.parts();
         let sums = balance(context, state, scratch, true);
         self.last = sums;
-        (sums, self.scratch.strain_energy())
+        self.measured = Some(self.state.steps);
+        self.strain = self.scratch.strain_energy();
+        (sums, self.strain)
+    }
+
+    /// Measures unless that has been done since the last step.
+    pub(crate) fn measure_once(&mut self) -> (Sums, [f64; 2]) {
+        if self.measured == Some(self.state.steps) { (self.last, self.strain) } else { self.measure() }
     }
 
     /// Brings velocities from the last half step to the present time, so that a stage with
     /// another time step can begin: `v = (v⁻ + v⁺)/2`.
-    pub(crate) fn settle(&mut self) {
+    pub fn settle(&mut self) {
         if self.state.whole {
             return;
         }
         if self.motion.fictitious {
             self.stop();
         } else {
-            let (sums, _) = self.measure();
+            let (sums, _) = self.measure_once();
             let half = 0.5 * self.motion.time_step;
             self.state.work.loads += half * sums.loads[0];
             self.state.work.supports += half * sums.supports[0];
@@ -292,19 +307,21 @@ impl Simulation {
             self.state.v = self.present_velocities();
         }
         self.state.whole = true;
+        self.measured = None;
     }
 
     /// Brings everything to rest; damping takes the kinetic energy.
     pub(crate) fn stop(&mut self) {
         let before = self.energy().kinetic;
         self.state.v.fill(Lanes::ZERO);
+        self.measured = None;
         self.state.work.damping += before - self.energy().kinetic;
         self.started = false;
     }
 
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
-        let (sums, [bodies, joints]) = self.measure();
+        let (sums, [bodies, joints]) = self.measure_once();
         let half = if self.state.whole { 0.0 } else { 0.5 * self.motion.time_step };
         let Work { loads, supports, damping } = self.state.work;
         Energy::new(

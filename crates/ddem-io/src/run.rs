@@ -1,10 +1,15 @@
 //! A deck from start to end: stages, results, checkpoints.
 
+mod drive;
 mod failure;
+mod probe;
+mod record;
 mod report;
+mod resume;
 
+pub use drive::run;
 pub use failure::RunFailure;
-pub use report::Report;
+pub use report::{Report, inspect};
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -104,30 +109,4 @@ pub enum Outcome {
     Done(Box<Summary>),
     /// Stopped on request; the checkpoint to go on from.
     Interrupted(PathBuf),
-}
-
-/// Builds the model of a deck and says what running it would take; nothing is written.
-///
-/// # Errors
-///
-/// What is wrong with the deck, or a model that does not fit in memory.
-pub fn inspect(deck: &ddem_core::Deck, source: &crate::Source) -> Result<Report, RunFailure> {
-    let _ = (deck, source);
-    Ok(Report::default())
-}
-
-/// Runs a deck: every stage, with its results in `options.out`.
-///
-/// # Errors
-///
-/// What is wrong with the deck or the folder, before anything runs or is written; a run that
-/// fails, with what was written so far intact.
-pub fn run(
-    deck: &ddem_core::Deck,
-    source: &crate::Source,
-    options: &Options,
-    observer: &mut dyn Observer,
-) -> Result<Outcome, RunFailure> {
-    let _ = (deck, source, options, observer);
-    Ok(Outcome::Interrupted(PathBuf::new()))
 }

@@ -377,8 +377,28 @@ pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
     faults
 }
 
-/// Depth by which two parallelepipeds overlap, by separating axes.
+/// Pairs of sets that have no gap between them.
+pub(super) fn touching(lattices: &[Lattice]) -> Vec<(usize, usize)> {
+    let pairs = (0..lattices.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+    let touch = |&(i, j): &(usize, usize)| {
+        let (a, b) = (&lattices[i], &lattices[j]);
+        depth(a, &a.corners(), b, &b.corners()).is_some_and(|(depth, size)| depth >= -1e-9 * size)
+    };
+    pairs.filter(touch).collect()
+}
+
+/// Depth by which two parallelepipeds overlap.
 fn overlap(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option<f64> {
+    depth(a, in_a, b, in_b).filter(|(depth, size)| *depth > 1e-9 * size).map(|(depth, _)| depth)
+}
+
+/// Depth (negative: gap, at least this wide) and size of two parallelepipeds, by separating axes.
+fn depth(
+    a: &Lattice,
+    in_a: &[Vec3; 8],
+    b: &Lattice,
+    in_b: &[Vec3; 8],
+) -> Option<(f64, f64)> {
     let normals = (0..3).flat_map(|d| [a.normal(d), b.normal(d)]);
     let crossed = (0..9).map(|k| a.axes[k / 3].cross(&b.axes[k % 3]));
     let mut depth = f64::INFINITY;
@@ -391,9 +411,6 @@ fn overlap(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Opti
         };
         let ((lo_a, hi_a), (lo_b, hi_b)) = (range(in_a), range(in_b));
         depth = depth.min(hi_a.min(hi_b) - lo_a.max(lo_b));
-        if depth <= 1e-9 * size {
-            return None;
-        }
     }
-    Some(depth)
+    depth.is_finite().then_some((depth, size))
 }

@@ -124,6 +124,11 @@ impl Geometry {
         Ok(())
     }
 
+    /// Sets that touch.
+    pub(crate) fn touching(&self) -> Vec<(usize, usize)> {
+        lattice::touching(&self.lattices)
+    }
+
     pub(crate) fn lattice(&self, body: usize) -> &Lattice {
         &self.lattices[self.bodies[body].set as usize]
     }

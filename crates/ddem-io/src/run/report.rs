@@ -1,6 +1,14 @@
 //! What `--check` says of a model.
 
 use std::fmt;
+use std::time::Instant;
+
+use ddem_core::deck::{Stage, StageKind, TimeStep};
+use ddem_core::{Deck, Fault, Model, Simulation, Size};
+
+use super::RunFailure;
+use super::probe::Sampler;
+use crate::{DeckError, Source};
 
 /// Size of a model and what running it will take.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -58,5 +66,137 @@ impl fmt::Display for Report {
             writeln!(f, "stage {name}: {most}{steps} steps{step}, {most}about {seconds:.0} s")?;
         }
         Ok(())
+    }
+}
+
+/// Builds the model of a deck and says what running it would take; nothing is written.
+///
+/// # Errors
+///
+/// What is wrong with the deck, or a model that does not fit in memory.
+pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
+    let (model, _) = prepare(deck, source, available_memory())?;
+    let mut simulation = Simulation::new(model);
+    critical_steps(&mut simulation, deck, source)?;
+    let mut report = report(&mut simulation);
+    let rate = speed(&mut simulation);
+    for stage in &mut report.stages {
+        stage.3 = stage.1 as f64 / rate;
+    }
+    Ok(report)
+}
+
+/// The model of a deck and its probes; every fault in its place in the deck.
+pub(super) fn prepare(
+    deck: &Deck,
+    source: &Source,
+    available: u64,
+) -> Result<(Model, Vec<Sampler>), RunFailure> {
+    let wrong = |faults: Vec<Fault>| DeckError::from_faults(source, faults);
+    let faults = ddem_core::deck::check(deck);
+    if !faults.is_empty() {
+        return Err(wrong(faults).into());
+    }
+    if deck.stage.is_empty() {
+        let fault = Fault::new("stage", "the deck has no stage: nothing would happen")
+            .help("add a [[stage]] with kind = \"relax\" or \"dynamic\"");
+        return Err(wrong(vec![fault]).into());
+    }
+    let size = Size::of(deck);
+    if size.bytes > available as f64 {
+        return Err(RunFailure::Memory {
+            needed: size.bytes as u64,
+            available,
+            blocks: size.blocks as u64,
+            nodes: size.nodes as u64,
+        });
+    }
+    let model = Model::new(deck).map_err(|error| wrong(error.faults))?;
+    let probes = deck.probe.iter().enumerate();
+    let (samplers, faults): (Vec<_>, Vec<_>) =
+        probes.map(|(i, probe)| Sampler::new(probe, i, &model)).partition(Result::is_ok);
+    let faults: Vec<Fault> = faults.into_iter().filter_map(Result::err).collect();
+    if !faults.is_empty() {
+        return Err(wrong(faults).into());
+    }
+    Ok((model, samplers.into_iter().flatten().collect()))
+}
+
+/// Refuses time steps above the critical one while nothing has been written.
+pub(super) fn critical_steps(
+    simulation: &mut Simulation,
+    deck: &Deck,
+    source: &Source,
+) -> Result<(), RunFailure> {
+    let dynamic = |stage: &&Stage| stage.kind == StageKind::Dynamic;
+    if !deck.stage.iter().any(|stage| dynamic(&stage)) {
+        return Ok(());
+    }
+    let critical = simulation.critical_step();
+    let mut faults = Vec::new();
+    for (index, stage) in deck.stage.iter().enumerate() {
+        if let Some(TimeStep::Seconds(step)) = stage.time_step
+            && stage.kind == StageKind::Dynamic
+            && step > critical
+        {
+            let message = format!("{step:e} s is above the critical step, {critical:.6e} s");
+            faults.push(
+                Fault::new(format!("stage[{index}].time_step"), message)
+                    .help(format!("at most {critical:.4e}, or \"auto\" for 0.9 of it")),
+            );
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(DeckError::from_faults(source, faults).into()) }
+}
+
+/// Size, critical step and stages of a model.
+pub(super) fn report(simulation: &mut Simulation) -> Report {
+    let critical_step = simulation.critical_step();
+    let model = simulation.model();
+    let deck = model.deck();
+    let stages = deck.stage.iter().map(|stage| match stage.kind {
+        StageKind::Relax => (stage.name.clone(), stage.max_steps.unwrap_or(200_000), 0.0, 0.0),
+        StageKind::Dynamic => {
+            let step = match stage.time_step {
+                Some(TimeStep::Seconds(step)) => step,
+                _ => 0.9 * critical_step,
+            };
+            let steps = (stage.duration.unwrap_or(0.0) / step - 1e-9).ceil().max(1.0);
+            (stage.name.clone(), steps as u64, step, 0.0)
+        }
+    });
+    Report {
+        title: deck.title.clone(),
+        blocks: model.n_blocks() as u64,
+        nodes: model.n_nodes() as u64,
+        elements: model.n_elements() as u64,
+        joints: model.faces().len() as u64,
+        pairs: model.n_pairs() as u64,
+        critical_step,
+        bytes: Size::of(deck).bytes as u64,
+        stages: stages.collect(),
+        warnings: model.warnings(),
+    }
+}
+
+/// Steps per second, from a few of them.
+fn speed(simulation: &mut Simulation) -> f64 {
+    let start = Instant::now();
+    let mut steps = 0;
+    while start.elapsed().as_secs_f64() < 0.2 && simulation.step().is_ok() {
+        steps += 1;
+    }
+    f64::from(steps.max(1)) / start.elapsed().as_secs_f64()
+}
+
+/// Memory that this process may still take `[bytes]`.
+pub(super) fn available_memory() -> u64 {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let limit = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
+    match system.available_memory() {
+        // Not known on this system: the allocator will tell.
+        0 => u64::MAX,
+        available => available.min(limit),
     }
 }

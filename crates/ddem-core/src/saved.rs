@@ -1,0 +1,107 @@
+//! A simulation as plain numbers, to be written and read back bit for bit.
+
+use std::collections::BTreeMap;
+
+use crate::deck::Damping;
+use crate::model::Model;
+use crate::motion::Motion;
+use crate::relax::Memory;
+use crate::simd::Simd;
+use crate::simulation::Simulation;
+use crate::state::{State, Work};
+
+/// Everything that a simulation needs to go on, without the model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Saved {
+    /// Arrays of numbers by name.
+    pub arrays: BTreeMap<String, Vec<f64>>,
+    /// Whole numbers by name.
+    pub counters: BTreeMap<String, u64>,
+}
+
+impl Simulation {
+    /// The present state.
+    #[must_use]
+    pub fn save(&self) -> Saved {
+        let State { time, steps, stage, stage_starts, u, v, whole, work, load_factors } =
+            &self.state;
+        let mut saved = Saved::default();
+        let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
+        put("displacement", self.model.plain(u).into_flattened());
+        put("velocity", self.model.plain(v).into_flattened());
+        put("stage_starts", stage_starts.clone());
+        put("load_factors", load_factors.clone());
+        put("work", vec![work.loads, work.supports, work.damping]);
+        let initial = self.initial_energy;
+        put("time", vec![*time, self.motion.time_step, self.critical_step.unwrap_or(0.0), initial]);
+        let counters = &mut saved.counters;
+        let mut count = |name: &str, value: u64| counters.insert(name.to_owned(), value);
+        count("steps", *steps);
+        count("stage", *stage as u64);
+        count("whole", u64::from(*whole));
+        count("started", u64::from(self.started));
+        if let Some(relaxation) = &self.relaxation {
+            let memory = &relaxation.memory;
+            count("relax_increments", memory.increments);
+            count("relax_increment", memory.increment);
+            count("relax_since_restart", memory.since_restart);
+            let mut put = |name: &str, v: Vec<f64>| saved.arrays.insert(name.to_owned(), v);
+            put("relax_from", memory.from.clone());
+            put("relax_to", memory.to.clone());
+            put("relax_way", vec![memory.way]);
+            put("relax_last", memory.last.iter().copied().collect());
+        }
+        saved
+    }
+
+    /// A simulation that goes on from a saved state, bit for bit. `damping` is that of the stage
+    /// that was running. `None` when the numbers are not those of this model.
+    #[must_use]
+    pub fn restore(model: Model, simd: Simd, saved: &Saved, damping: Damping) -> Option<Self> {
+        let array = |name: &str| saved.arrays.get(name).map(Vec::as_slice);
+        let count = |name: &str| saved.counters.get(name).copied();
+        let n = 3 * model.n_nodes();
+        let (u, v) = (array("displacement")?, array("velocity")?);
+        let (&[time, time_step, critical, initial], &[loads, supports, damped]) =
+            (array("time")?, array("work")?)
+        else {
+            return None;
+        };
+        let stage = usize::try_from(count("stage")?).ok()?;
+        if u.len() != n || v.len() != n || array("load_factors")?.len() != model.n_loads() + 1 {
+            return None;
+        }
+        let mut simulation = Self::with_simd(model, simd);
+        let state = &mut simulation.state;
+        for node in 0..n / 3 {
+            let at = |field: &[f64]| [field[3 * node], field[3 * node + 1], field[3 * node + 2]];
+            simulation.model.set(&mut state.u, node, at(u));
+            simulation.model.set(&mut state.v, node, at(v));
+        }
+        (state.time, state.steps, state.stage) = (time, count("steps")?, stage);
+        state.stage_starts = array("stage_starts")?.to_vec();
+        state.load_factors = array("load_factors")?.to_vec();
+        state.whole = count("whole")? == 1;
+        state.work = Work { loads, supports, damping: damped };
+        simulation.scratch.fit(&simulation.model, &simulation.state.u);
+        simulation.active = simulation.model.active(stage);
+        simulation.critical_step = (critical > 0.0).then_some(critical);
+        simulation.started = count("started")? == 1;
+        let assembly = &simulation.model.assembly;
+        simulation.motion = Motion::dynamic(assembly, damping, time_step);
+        if let Some(increments) = count("relax_increments") {
+            simulation.continue_relaxation(Memory {
+                increments,
+                increment: count("relax_increment")?,
+                since_restart: count("relax_since_restart")?,
+                from: array("relax_from")?.to_vec(),
+                to: array("relax_to")?.to_vec(),
+                way: *array("relax_way")?.first()?,
+                last: array("relax_last")?.iter().copied().collect(),
+            });
+        }
+        simulation.initial_energy = initial;
+        simulation.measured = None;
+        Some(simulation)
+    }
+}

@@ -1,0 +1,70 @@
+//! Probes: what they look at, and their numbers.
+
+use ddem_core::deck::{Probe, Quantity};
+use ddem_core::{Fault, Model, Simulation};
+
+/// A probe with its nodes and elements found.
+#[derive(Clone, Debug)]
+pub(super) struct Sampler {
+    quantity: Quantity,
+    nodes: Vec<u32>,
+    /// Block and lattice steps of each element, for stresses.
+    elements: Vec<(usize, [usize; 3])>,
+    pub(super) every: Option<f64>,
+    pub(super) every_steps: u64,
+    pub(super) columns: Vec<String>,
+}
+
+impl Sampler {
+    pub(super) fn new(probe: &Probe, index: usize, model: &Model) -> Result<Self, Fault> {
+        let nodes = match (&probe.at, &probe.region) {
+            (Some(at), _) => vec![model.nearest_node(*at) as u32],
+            (None, Some(region)) => model.nodes_in(region),
+            (None, None) => Vec::new(),
+        };
+        if nodes.is_empty() {
+            return Err(Fault::new(format!("probe[{index}].where"), "selects no node")
+                .help("planes are met within 1e-6 of the region's size; ranges include their ends"));
+        }
+        let elements = match probe.quantity {
+            Quantity::Stress => model.elements_at(&nodes, probe.at),
+            _ => Vec::new(),
+        };
+        let names: &[&str] = match probe.quantity {
+            Quantity::Stress => &["xx", "yy", "zz", "xy", "yz", "zx"],
+            _ => &["x", "y", "z"],
+        };
+        Ok(Self {
+            quantity: probe.quantity,
+            nodes,
+            elements,
+            every: probe.every,
+            every_steps: probe.every_steps.unwrap_or(100),
+            columns: names.iter().map(|c| format!("{}.{c}", probe.name)).collect(),
+        })
+    }
+
+    pub(super) fn sample(&self, simulation: &mut Simulation) -> Vec<f64> {
+        match self.quantity {
+            Quantity::Reaction => simulation.reaction(&self.nodes).to_vec(),
+            Quantity::Displacement => {
+                mean(self.nodes.iter().map(|&node| simulation.displacement(node as usize)))
+            }
+            Quantity::Velocity => {
+                mean(self.nodes.iter().map(|&node| simulation.velocity(node as usize)))
+            }
+            Quantity::Stress => {
+                mean(self.elements.iter().map(|&(block, at)| simulation.stress(block, at)))
+            }
+        }
+    }
+}
+
+fn mean<const N: usize>(values: impl ExactSizeIterator<Item = [f64; N]>) -> Vec<f64> {
+    let count = values.len() as f64;
+    let mut sum = [0.0; N];
+    for value in values {
+        sum.iter_mut().zip(value).for_each(|(sum, x)| *sum += x);
+    }
+    sum.iter().map(|sum| sum / count).collect()
+}
