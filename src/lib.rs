@@ -1,4 +1,55 @@
-//! Deformable block discrete element method for jointed rock.
+//! **ddem** computes jointed rock: blocks meshed with hexahedra, joints of real thickness between
+//! them, explicit dynamics. Until a joint breaks the model *is* the finite element model.
+//!
+//! Everything of [`ddem_core`] is here (a deck, the model it becomes, a simulation of it) and
+//! [`io`] reads decks from TOML, runs them and writes results for ParaView.
+//!
+//! A block on a smooth floor under its own weight, in a loop of your own:
+//!
+//! ```
+//! use ddem::deck::{BlockSet, Damping, Extent, Fix, Material, TimeStep, Where};
+//! use ddem::{Deck, Model, Simulation};
+//!
+//! let mut deck = Deck::default();
+//! deck.model.gravity = [0.0, 0.0, -9.81];
+//! let rock = Material { density: 2400.0, young: 18e9, poisson: 0.25 };
+//! deck.materials.insert("rock".into(), rock);
+//! deck.blocks.push(BlockSet {
+//!     size: Some([1.0, 1.0, 2.0]),
+//!     material: "rock".into(),
+//!     ..BlockSet::default()
+//! });
+//! let floor = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
+//! deck.fix.push(Fix { region: floor.clone(), axes: "z".into(), ..Fix::default() });
+//!
+//! let model = Model::new(&deck)?;
+//! let (top, floor) = (model.nearest_node([0.5, 0.5, 2.0]), model.nodes_in(&floor));
+//! let mut simulation = Simulation::new(model);
+//! simulation.start(Damping::Ratio(0.05), TimeStep::Auto, None)?;
+//! while simulation.time() < 0.02 {
+//!     simulation.step()?;
+//! }
+//! let settlement = simulation.displacement(top)[2];
+//! let weight = simulation.reaction(&floor)[2];
+//! assert!((settlement + 2400.0 * 9.81 * 2.0 * 2.0 / 2.0 / 18e9).abs() < 2e-7);
+//! assert!((weight - 2400.0 * 9.81 * 2.0).abs() < 500.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Decks as files, with all their results:
+//!
+//! ```no_run
+//! use ddem::io::run::{Event, Observer, Options, run};
+//!
+//! struct Quiet;
+//! impl Observer for Quiet {
+//!     fn event(&mut self, _: Event<'_>) {}
+//! }
+//!
+//! let (deck, source) = ddem::io::deck::read("examples/beam.toml".as_ref())?;
+//! run(&deck, &source, &Options::new("results/beam"), &mut Quiet)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub use ddem_core::*;
 pub use ddem_io as io;

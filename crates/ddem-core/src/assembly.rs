@@ -271,7 +271,17 @@ impl Element {
     }
 }
 
+impl ElementPack {
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<Self>() + self.table.bytes()
+    }
+}
+
 impl Inertia {
+    pub(crate) fn bytes(&self) -> usize {
+        (self.mass.len() + self.diagonal.len()) * size_of::<Lanes>()
+    }
+
     fn gather(geometry: &Geometry, n: usize, pack: &Pack, nodes: &[[f64; 4]]) -> Self {
         // Lanes without a body have no mass, and so never move.
         let first = |lane: usize| {

@@ -191,6 +191,22 @@ impl Simulation {
         forces.into_iter().map(|f| f.map(|x| -x)).collect()
     }
 
+    /// The first pass of a step alone: elastic forces of bodies and joints. Nothing moves.
+    pub fn evaluate_forces(&mut self) {
+        self.measured = None;
+        crate::step::forces(&self.model, &self.state.u, &mut self.scratch, false);
+    }
+
+    /// Memory that stepping this simulation keeps in use `[bytes]`.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let lanes = self.state.u.len() + self.state.v.len();
+        lanes * size_of::<Lanes>()
+            + self.scratch.bytes()
+            + self.model.bytes()
+            + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
+    }
+
     /// Sum of the support forces on some nodes, as they act on the model `[N]`.
     pub fn reaction(&mut self, nodes: &[u32]) -> [f64; 3] {
         self.measure_once();

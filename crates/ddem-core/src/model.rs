@@ -163,6 +163,18 @@ impl Model {
         best.1
     }
 
+    /// Memory of everything whose size grows with the model `[bytes]`.
+    pub(crate) fn bytes(&self) -> usize {
+        let tables: usize = self.assembly.tables.iter().map(|table| table.bytes()).sum();
+        let inertia: usize = self.assembly.inertia.iter().map(|i| i.bytes()).sum();
+        self.packs.packs.len() * (size_of::<crate::pack::Pack>() + 36)
+            + self.geometry.bodies.len() * (size_of::<crate::geometry::Body>() + 16)
+            + self.faces.len() * size_of::<Face>()
+            + self.assembly.elements.len() * size_of::<crate::assembly::Element>()
+            + tables
+            + inertia
+    }
+
     /// What is allowed but perhaps not meant.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {

@@ -69,6 +69,14 @@ impl Scratch {
         scratch
     }
 
+    /// Memory in use `[bytes]`, the working spaces of the tasks aside.
+    pub(crate) fn bytes(&self) -> usize {
+        let lanes = self.f.len() + self.shares.len() + 5 * self.torques.len();
+        lanes * size_of::<Lanes>()
+            + self.frames.len() * size_of::<Frame>()
+            + self.sums.len() * size_of::<Sums>()
+    }
+
     /// Fits the frames to displacements that a step did not make.
     pub(crate) fn fit(&mut self, model: &Model, u: &[Lanes]) {
         if !model.corotational() {

@@ -171,7 +171,7 @@ pub struct Probe {
     pub region: Option<Where>,
     /// What is recorded.
     pub quantity: Quantity,
-    /// Time between samples in a dynamic stage `[s]`; default every step.
+    /// Time between samples in a dynamic stage `[s]`; default a thousandth of the stage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<f64>,
     /// Steps between samples in a relax stage; default 100.

@@ -78,6 +78,15 @@ impl Table {
     }
 }
 
+impl Table {
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            Self::Box(_) => size_of::<BoxTable>(),
+            Self::Oblique(_) => size_of::<ObliqueTable>(),
+        }
+    }
+}
+
 /// Working space of [`force`] for one task.
 #[derive(Debug, Default)]
 pub(crate) struct Planes {

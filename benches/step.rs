@@ -1,0 +1,100 @@
+//! Node updates per second of the forces alone and of whole steps, and bytes per node, beside
+//! what the memory of this machine can do in the same minute.
+//!
+//! `cargo bench` measures; quote the ratios of one run, not the numbers of two.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use ddem::deck::{BlockSet, Damping, Joint, JointChoice, Kinematics, Material, TimeStep};
+use ddem::{Deck, Model, Simulation};
+
+/// Cubes of 1 m with four divisions and intact joints of rock, 1 cm thick.
+fn simulation(count: [u32; 3], kinematics: Kinematics) -> Simulation {
+    let mut deck = Deck::default();
+    deck.model.kinematics = kinematics;
+    let rock = Material { density: 2400.0, young: 18e9, poisson: 0.25 };
+    let seam = Joint { thickness: 0.01, material: Some("rock".into()), ..Joint::default() };
+    deck.materials.insert("rock".into(), rock);
+    deck.joints.insert("seam".into(), seam);
+    deck.blocks.push(BlockSet {
+        size: Some(count.map(f64::from)),
+        count: Some(count),
+        material: "rock".into(),
+        joint: Some(JointChoice::All("seam".into())),
+        ..BlockSet::default()
+    });
+    let model = Model::new(&deck).expect("a deck without faults");
+    let mut simulation = Simulation::new(model);
+    let started = simulation.start(Damping::Ratio(0.05), TimeStep::Auto, None);
+    started.expect("a stable step");
+    simulation
+}
+
+fn pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
+}
+
+/// STREAM triad: the bandwidth that a step out of cache has to live with.
+fn memory(criterion: &mut Criterion) {
+    let n = 1 << 24;
+    let (b, c) = (vec![1.0_f64; n], vec![2.0_f64; n]);
+    let mut a = vec![0.0_f64; n];
+    let mut group = criterion.benchmark_group("memory");
+    group.throughput(Throughput::Bytes(24 * n as u64));
+    for threads in [1, 2] {
+        group.bench_function(BenchmarkId::new("triad", threads), |bencher| {
+            pool(threads).install(|| bencher.iter(|| triad(&mut a, black_box(&b), &c, n / 64)));
+        });
+    }
+    group.finish();
+}
+
+fn triad(a: &mut [f64], b: &[f64], c: &[f64], grain: usize) {
+    if a.len() <= grain {
+        a.iter_mut().zip(b).zip(c).for_each(|((a, b), c)| *a = b + 3.0 * c);
+        return;
+    }
+    let half = a.len() / 2;
+    let ((a, a_high), (b, b_high), (c, c_high)) =
+        (a.split_at_mut(half), b.split_at(half), c.split_at(half));
+    rayon::join(|| triad(a, b, c, grain), || triad(a_high, b_high, c_high, grain));
+}
+
+/// The first pass: elastic forces of bodies and joints.
+fn forces(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("forces");
+    for kinematics in [Kinematics::Small, Kinematics::Corotational] {
+        let mut simulation = simulation([4, 4, 4], kinematics);
+        group.throughput(Throughput::Elements(simulation.model().n_nodes() as u64));
+        group.bench_function(BenchmarkId::new(format!("{kinematics:?}"), 8000), |bencher| {
+            pool(1).install(|| bencher.iter(|| simulation.evaluate_forces()));
+        });
+    }
+    group.finish();
+}
+
+fn steps(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("step");
+    group.warm_up_time(Duration::from_secs(1)).sample_size(20);
+    for count in [4, 10, 20] {
+        for kinematics in [Kinematics::Small, Kinematics::Corotational] {
+            let mut simulation = simulation([count; 3], kinematics);
+            let nodes = simulation.model().n_nodes();
+            let bytes = simulation.bytes() as f64 / nodes as f64;
+            eprintln!("{kinematics:?}, {nodes} nodes: {bytes:.0} bytes per node");
+            group.throughput(Throughput::Elements(nodes as u64));
+            for threads in [1, 2] {
+                let id = BenchmarkId::new(format!("{kinematics:?}/{threads} threads"), nodes);
+                group.bench_function(id, |bencher| {
+                    pool(threads).install(|| bencher.iter(|| simulation.step()));
+                });
+            }
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, memory, forces, steps);
+criterion_main!(benches);
