@@ -1,11 +1,13 @@
 //! The command line.
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 use ddem_core::Simd;
 use ddem_core::deck::names;
+
+/// More than any machine has; very many would only keep it busy starting them.
+const MOST_THREADS: usize = 1024;
 
 /// Three-dimensional deformable block discrete element method for jointed rock.
 #[derive(Debug, Parser)]
@@ -43,7 +45,7 @@ pub(crate) struct Run {
     pub(crate) out: Option<PathBuf>,
     /// Threads, which do not change the results [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = threads)]
-    pub(crate) threads: Option<NonZeroUsize>,
+    pub(crate) threads: Option<usize>,
     /// Print nothing but errors
     #[arg(long)]
     pub(crate) quiet: bool,
@@ -85,9 +87,14 @@ impl Run {
     }
 }
 
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let wanted = "a whole number, 1 or more; without --threads there is one for each processor";
-    text.parse().map_err(|_| format!("expected {wanted}"))
+fn threads(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads @ 1..=MOST_THREADS) => Ok(threads),
+        _ => Err(format!(
+            "expected a whole number from 1 to {MOST_THREADS}; without --threads there is one for \
+             each processor"
+        )),
+    }
 }
 
 fn simd(text: &str) -> Result<Simd, String> {

@@ -92,7 +92,7 @@ fn check(args: &Run) -> Result<Ending, Failure> {
 fn run_deck(args: &Run) -> Result<Ending, Failure> {
     let (deck, source) = deck::read(&args.deck)?;
     let mut options = Options::new(args.folder());
-    options.threads = args.threads.map(|threads| threads.get());
+    options.threads = args.threads;
     options.resume = args.resume;
     options.simd = args.simd.unwrap_or_default();
 
@@ -161,7 +161,7 @@ fn say(failure: &Failure) {
                 && source.kind() == ErrorKind::NotFound
                 && let Some(near) = near(path)
             {
-                complain(&format!("  there is a deck `{near}`\n"));
+                complain(&format!("  did you mean `{near}`?\n"));
             }
         }
         Failure::Run(failure) => complain(&format!("error: {failure}\n")),

@@ -104,8 +104,8 @@ impl Watcher {
         match self.screen.mode {
             Mode::Live => {
                 let part = self.first.map_or(0.0, |first| fraction(progress, first));
-                self.screen.bar.set_position((part * LENGTH as f64) as u64);
                 self.screen.bar.set_message(figures(progress).join("  "));
+                self.screen.bar.set_position((part * LENGTH as f64) as u64);
             }
             Mode::Lines if self.written.elapsed() >= EVERY => {
                 self.written = Instant::now();
@@ -165,13 +165,14 @@ fn fraction(progress: &Progress, first: f64) -> f64 {
 
 /// What is worth knowing while a stage runs.
 fn figures(progress: &Progress) -> Vec<String> {
-    let mut figures = vec![
-        format!("{}/{}", progress.step, progress.steps),
-        format!("t {:.4e} s", progress.time),
-        format!("unbalanced {:.1e}", progress.unbalanced),
-    ];
+    let mut figures = vec![format!("{}/{}", progress.step, progress.steps)];
+    // Relaxation has no time of its own.
     if progress.relax {
-        figures[2] += &format!(" → {:e}", progress.tolerance);
+        let Progress { unbalanced, tolerance, .. } = progress;
+        figures.push(format!("unbalanced {unbalanced:.1e} → {tolerance:e}"));
+    } else {
+        figures.push(format!("t {:.4e} s", progress.time));
+        figures.push(format!("unbalanced {:.1e}", progress.unbalanced));
     }
     if progress.failed_pairs > 0 {
         figures.push(format!("{} failed", progress.failed_pairs));
@@ -261,7 +262,7 @@ mod tests {
         let mut progress = relaxing(3.2e-4);
         insta::assert_snapshot!(
             figures(&progress).join("  "),
-            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4 → 1e-6  48.2 M/s  1 min 20 s left"
+            @"1200/200000  unbalanced 3.2e-4 → 1e-6  48.2 M/s  1 min 20 s left"
         );
         progress = Progress { failed_pairs: 7, relax: false, seconds_left: None, ..progress };
         insta::assert_snapshot!(
