@@ -48,6 +48,16 @@ pub(crate) fn bytes(n: u64) -> String {
     if unit == "B" { format!("{n} B") } else { format!("{value:.1} {unit}") }
 }
 
+/// A wall time for people.
+fn wall_time(seconds: f64) -> String {
+    match seconds {
+        s if s < 10.0 => format!("{s:.1} s"),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.title.is_empty() {
@@ -63,7 +73,8 @@ impl fmt::Display for Report {
         for (name, steps, time_step, seconds) in &self.stages {
             let step = if *time_step > 0.0 { format!(" of {time_step:.4e} s") } else { String::new() };
             let most = if *time_step > 0.0 { "" } else { "at most " };
-            writeln!(f, "stage {name}: {most}{steps} steps{step}, {most}about {seconds:.0} s")?;
+            let seconds = wall_time(*seconds);
+            writeln!(f, "stage {name}: {most}{steps} steps{step}, {most}about {seconds}")?;
         }
         Ok(())
     }
