@@ -6,9 +6,9 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use crate::deck::{Deck, ElementKind};
+use crate::element::Elastic;
 use crate::element::lattice::Table;
 use crate::element::modal::Modal;
-use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
 use crate::pack::{Pack, Packs};
@@ -293,10 +293,7 @@ impl Inertia {
             Lanes(std::array::from_fn(of))
         };
         let diagonal = (0..n).flat_map(|local| [1, 2, 3].map(|c| pick(local, c)));
-        Self {
-            mass: (0..n).map(|local| pick(local, 0)).collect(),
-            diagonal: diagonal.collect(),
-        }
+        Self { mass: (0..n).map(|local| pick(local, 0)).collect(), diagonal: diagonal.collect() }
     }
 
     fn numbers(&self) -> impl Iterator<Item = f64> + '_ {

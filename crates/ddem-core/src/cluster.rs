@@ -95,7 +95,8 @@ impl InverseMass {
         let pack = &model.packs.packs[index];
         let n = model.packs.shape_of(pack).divisions;
         let mut mass = Self { start: vec![0], ..Self::default() };
-        let steps = (0..=n).flat_map(|k| (0..=n).flat_map(move |j| (0..=n).map(move |i| [i, j, k])));
+        let steps =
+            (0..=n).flat_map(|k| (0..=n).flat_map(move |j| (0..=n).map(move |i| [i, j, k])));
         for at in steps {
             let rows: [[[f64; 3]; 8]; LANES] = std::array::from_fn(|lane| {
                 if lane >= pack.filled {
@@ -128,12 +129,7 @@ fn across(at: [usize; 3], part: usize, n: usize) -> [usize; 3] {
 }
 
 /// The body and the step of a node's partner, if the node lies at those gaps and it exists.
-fn partner(
-    model: &Model,
-    body: usize,
-    at: [usize; 3],
-    part: usize,
-) -> Option<(usize, [usize; 3])> {
+fn partner(model: &Model, body: usize, at: [usize; 3], part: usize) -> Option<(usize, [usize; 3])> {
     let n = model.geometry.lattice(body).divisions;
     let mut offset = [0; 3];
     for d in (0..3).filter(|d| part & (1 << d) != 0) {

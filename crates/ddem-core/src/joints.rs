@@ -121,9 +121,9 @@ impl Model {
     /// Number of pairs of facing nodes.
     #[must_use]
     pub fn n_pairs(&self) -> usize {
-        self.faces.last().map_or(0, |face| {
-            face.first_pair as usize + (face.divisions as usize + 1).pow(2)
-        })
+        self.faces
+            .last()
+            .map_or(0, |face| face.first_pair as usize + (face.divisions as usize + 1).pow(2))
     }
 }
 
@@ -159,9 +159,7 @@ impl Simulation {
                         Vec3::from([0, 1, 2].map(|c| forces[place + c].0[lane]))
                     };
                     let out = &mut tractions[face.first_pair as usize..];
-                    for ((on_a, area), traction) in
-                        face.steps().zip(face.areas(model)).zip(out)
-                    {
+                    for ((on_a, area), traction) in face.steps().zip(face.areas(model)).zip(out) {
                         let mut on_b = on_a;
                         on_b[d] = 1;
                         *traction = ((force(on_a) - force(on_b)) / (2.0 * area)).into();

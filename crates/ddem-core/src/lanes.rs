@@ -111,11 +111,11 @@ pub(crate) fn transposed_times<S: Simd>(m: &Matrix<S>, v: Vector<S>) -> Vector<S
 /// `A B`.
 #[inline(always)]
 pub(crate) fn product<S: Simd>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
-    let row = |i: usize| {
-        let c = |k: usize| a[i][0] * b[0][k] + a[i][1] * b[1][k] + a[i][2] * b[2][k];
-        [c(0), c(1), c(2)]
-    };
-    [row(0), row(1), row(2)]
+    let mut out = *a;
+    for (out, a) in out.iter_mut().zip(a) {
+        *out = add(add(scale(b[0], a[0]), scale(b[1], a[1])), scale(b[2], a[2]));
+    }
+    out
 }
 
 /// `Aᵀ B`.

@@ -25,9 +25,7 @@ fn free_motion(model: &Model, stage: usize, name: &str) -> Option<Fault> {
         let arm = (Vec3::from(model.point(node as usize)) - centre) / size;
         let direction = Vec3::ith(axis, 1.0);
         let turn = arm.cross(&direction);
-        let row = Vector6::new(
-            direction.x, direction.y, direction.z, turn.x, turn.y, turn.z,
-        );
+        let row = Vector6::new(direction.x, direction.y, direction.z, turn.x, turn.y, turn.z);
         grams[groups[model.block_of(node as usize)]] += row * row.transpose();
     }
     let (group, motions) = grams.iter().enumerate().find_map(|(group, gram)| {
@@ -111,14 +109,14 @@ fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
     }
     // A turn about an axis parallel to x, y or z, wherever it passes.
     for (k, axis) in AXES.iter().enumerate() {
-        let turns = nalgebra::Matrix3xX::from_columns(
-            &motions.iter().map(&rotation).collect::<Vec<_>>(),
-        );
+        let turns =
+            nalgebra::Matrix3xX::from_columns(&motions.iter().map(&rotation).collect::<Vec<_>>());
         let wanted = Vec3::ith(k, 1.0);
         let Ok(inverse) = turns.clone().pseudo_inverse(1e-8) else { continue };
         let share = inverse * wanted;
         if (&turns * &share - wanted).norm() < 1e-6 {
-            let shift: Vec3 = motions.iter().zip(share.iter()).map(|(m, s)| translation(m) * *s).sum();
+            let shift: Vec3 =
+                motions.iter().zip(share.iter()).map(|(m, s)| translation(m) * *s).sum();
             let through = centre + wanted.cross(&shift) * size;
             names.push(format!(
                 "rotation about {axis} through ({:.4}, {:.4}, {:.4})",

@@ -110,9 +110,8 @@ impl Model {
     /// Nodes of the hex8 elements of a block, VTK order, shape `(divisions³, 8)`.
     pub fn hexes(&self, block: usize) -> impl Iterator<Item = [u32; 8]> + '_ {
         let n = self.geometry.lattice(block).divisions;
-        let cells = (0..n).flat_map(move |k| {
-            (0..n).flat_map(move |j| (0..n).map(move |i| [i, j, k]))
-        });
+        let cells =
+            (0..n).flat_map(move |k| (0..n).flat_map(move |j| (0..n).map(move |i| [i, j, k])));
         cells.map(move |[i, j, k]| {
             let node = |a: usize, b: usize, c: usize| {
                 self.geometry.node(block, [i + a, j + b, k + c]) as u32
@@ -179,9 +178,8 @@ impl Model {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let name = |i: usize| {
-            self.deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"))
-        };
+        let name =
+            |i: usize| self.deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"));
         for (i, j) in self.geometry.touching() {
             warnings.push(format!(
                 "sets `{}` and `{}` touch: blocks of different sets are not joined",

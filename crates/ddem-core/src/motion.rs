@@ -118,6 +118,10 @@ impl<S: Simd> Update<S> {
         v: f64x4<S>,
         force: f64x4<S>,
     ) -> (f64x4<S>, f64x4<S>) {
-        if self.start { (v + b / (self.one + a) * (force - c * v), c) } else { (a * v + b * force, c) }
+        if self.start {
+            (v + b / (self.one + a) * (force - c * v), c)
+        } else {
+            (a * v + b * force, c)
+        }
     }
 }

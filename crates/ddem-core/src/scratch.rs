@@ -107,9 +107,9 @@ impl Scratch {
 
     /// Strain energy of bodies and joints `[J]`, packs in order.
     pub(crate) fn strain_energy(&self) -> [f64; 2] {
-        self.energies.iter().fold([0.0; 2], |sum, energy| {
-            [sum[0] + energy[0].sum(), sum[1] + energy[1].sum()]
-        })
+        self.energies
+            .iter()
+            .fold([0.0; 2], |sum, energy| [sum[0] + energy[0].sum(), sum[1] + energy[1].sum()])
     }
 
     /// Borrowed for the first pass.

@@ -288,7 +288,11 @@ impl Simulation {
 
     /// Measures unless that has been done since the last step.
     pub(crate) fn measure_once(&mut self) -> (Sums, [f64; 2]) {
-        if self.measured == Some(self.state.steps) { (self.last, self.strain) } else { self.measure() }
+        if self.measured == Some(self.state.steps) {
+            (self.last, self.strain)
+        } else {
+            self.measure()
+        }
     }
 
     /// Brings velocities from the last half step to the present time, so that a stage with

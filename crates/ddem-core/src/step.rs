@@ -167,7 +167,7 @@ fn run_balance<S: Simd>(
         let update = Update::new(simd, context.motion);
         let mut tally = Tally::new(simd);
         for (at, (f, v)) in part.f.iter().zip(v).enumerate() {
-            let abc = [class.a[at], class.b[at], class.c[at]].map(|x| x.load(simd));
+            let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
             let (mut old, force) = (v.load(simd), f.load(simd));
             if context.motion.fictitious {
                 tally.relaxed(force, old);
@@ -274,7 +274,14 @@ fn balance_pack<S: Simd>(
     internal::collect(simd, &model.packs, index, shares, part.f, part.torque);
     if model.corotational() {
         let torque = load(simd, part.torque);
-        internal::spread_torque(simd, (&model.packs, &model.assembly), index, frame, torque, part.f);
+        internal::spread_torque(
+            simd,
+            (&model.packs, &model.assembly),
+            index,
+            frame,
+            torque,
+            part.f,
+        );
     }
     // Loads.
     let n = part.f.len();
@@ -318,7 +325,7 @@ fn advance_pack<S: Simd>(
     let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
     sums.supports[0] = support_power(context, index, v, part.reactions);
     for (at, (f, v)) in part.f.iter().zip(v.iter_mut()).enumerate() {
-        let abc = [class.a[at], class.b[at], class.c[at]].map(|x| x.load(simd));
+        let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
         let (old, force) = (v.load(simd), f.load(simd));
         let local = local_damping(simd, motion.local, force, old);
         let (new, c) = update.velocity(abc, old, force - local);
@@ -380,7 +387,7 @@ fn applied(q: Option<&[Lanes]>, supports: &[Support], reactions: &[f64], first: 
 pub(crate) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes]) -> Frame {
     let n = model.packs.shape_of(&model.packs.packs[index]).divisions;
     let edges = &model.assembly.tables[model.assembly.pack_tables[index][0] as usize].edges;
-    let step = |i: usize| splat(simd, i as f64 - 0.5 * n as f64);
+    let half = 0.5 * n as f64;
     let (mut sum, mut moments) = (zero(simd), [zero(simd); 3]);
     let mut node = 0;
     for k in 0..=n {
@@ -390,17 +397,19 @@ pub(crate) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes
             for i in 0..=n {
                 let u = load_at(simd, u, node);
                 row = add(row, u);
-                moments[0] = add(moments[0], scale(u, step(i)));
+                moments[0] = add(moments[0], scale(u, splat(simd, i as f64 - half)));
                 node += 3;
             }
             plane = add(plane, row);
-            moments[1] = add(moments[1], scale(row, step(j)));
+            moments[1] = add(moments[1], scale(row, splat(simd, j as f64 - half)));
         }
         sum = add(sum, plane);
-        moments[2] = add(moments[2], scale(plane, step(k)));
+        moments[2] = add(moments[2], scale(plane, splat(simd, k as f64 - half)));
     }
     let weight = splat(simd, 1.0 / (n as f64 + 1.0).powi(3));
-    fit(simd, n, edges, scale(sum, weight), moments.map(|m| scale(m, weight)))
+    let [x, y, z] = moments;
+    let moments = [scale(x, weight), scale(y, weight), scale(z, weight)];
+    fit(simd, n, edges, scale(sum, weight), moments)
 }
 
 impl Context<'_> {

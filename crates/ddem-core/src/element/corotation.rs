@@ -4,7 +4,7 @@
 //! `F̄ = J + Σ_d m_d h_dᵀ` with the edge vectors `h_d` of one element, the first moments
 //! `m_d = Σ w_i (i_d − n/2) u_i` and `J = Σ w_i X_i X_iᵀ = v Σ_d h_d h_dᵀ`, `v = n(n+2)/12`.
 
-use fearless_simd::{Simd, f64x4};
+use fearless_simd::{Simd, SimdFloat, f64x4};
 
 use crate::lanes::{
     Lanes, Matrix, Vector, add, cross, dot, inverse_symmetric, load, product, scale, splat, sub,
@@ -31,7 +31,8 @@ impl Frame {
 
     #[inline(always)]
     pub(crate) fn matrix<S: Simd>(&self, simd: S) -> Matrix<S> {
-        self.rotation.map(|row| row.map(|x| x.load(simd)))
+        let [x, y, z] = &self.rotation;
+        [load(simd, x), load(simd, y), load(simd, z)]
     }
 }
 
@@ -48,11 +49,12 @@ pub(crate) fn fit<S: Simd>(
     let spread = splat(simd, n * (n + 2.0) / 12.0);
     let h = [load(simd, &edges[0]), load(simd, &edges[1]), load(simd, &edges[2])];
     // Columns v h_d + m_d: the deformed edges, from which the rotation is guessed.
-    let deformed = [0, 1, 2].map(|d| add(scale(h[d], spread), moments[d]));
-    let entry = |i: usize, k: usize| {
-        deformed[0][i] * h[0][k] + deformed[1][i] * h[1][k] + deformed[2][i] * h[2][k]
-    };
-    let f: Matrix<S> = [0, 1, 2].map(|i| [entry(i, 0), entry(i, 1), entry(i, 2)]);
+    let mut deformed = h;
+    for d in 0..3 {
+        deformed[d] = add(scale(h[d], spread), moments[d]);
+    }
+    // F̄ = Σ_d deformed_d h_dᵀ.
+    let f = transposed_product(&deformed, &h);
     // Orthonormal frames of the deformed and of the reference edges: R₀ = E e ᵀ.
     let (now, reference) = (orthonormal(simd, deformed), orthonormal(simd, h));
     let mut r = transposed_product(&now, &reference);
@@ -75,19 +77,24 @@ pub(crate) fn fit<S: Simd>(
 /// `tr(S) 1 − S` with S the symmetric part of M, as xx yy zz xy yz zx.
 #[inline(always)]
 fn trace_minus<S: Simd>(m: &Matrix<S>) -> [f64x4<S>; 6] {
-    let off = |i: usize, k: usize| (m[i][k] + m[k][i]) * -0.5;
     let [xx, yy, zz] = [m[0][0], m[1][1], m[2][2]];
-    [yy + zz, zz + xx, xx + yy, off(0, 1), off(1, 2), off(2, 0)]
+    let xy = (m[0][1] + m[1][0]) * -0.5;
+    let yz = (m[1][2] + m[2][1]) * -0.5;
+    let zx = (m[2][0] + m[0][2]) * -0.5;
+    [yy + zz, zz + xx, xx + yy, xy, yz, zx]
 }
 
 /// Rows: the Gram–Schmidt frame of three vectors.
 #[inline(always)]
 fn orthonormal<S: Simd>(simd: S, v: [Vector<S>; 3]) -> Matrix<S> {
-    use fearless_simd::SimdFloat;
-    let unit = |a: Vector<S>| scale(a, splat(simd, 1.0) / dot(a, a).sqrt());
-    let a = unit(v[0]);
-    let b = unit(sub(v[1], scale(a, dot(a, v[1]))));
+    let a = unit(simd, v[0]);
+    let b = unit(simd, sub(v[1], scale(a, dot(a, v[1]))));
     [a, b, cross(a, b)]
+}
+
+#[inline(always)]
+fn unit<S: Simd>(simd: S, v: Vector<S>) -> Vector<S> {
+    scale(v, splat(simd, 1.0) / dot(v, v).sqrt())
 }
 
 /// The rotation of the quaternion (1, θ/2), normalised.
@@ -110,7 +117,8 @@ fn small_rotation<S: Simd>(simd: S, theta: Vector<S>) -> Matrix<S> {
 #[inline(always)]
 pub(crate) fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Matrix<S> {
     let share = splat(simd, 1.0 / count);
-    let mut r = sum.map(|row| scale(row, share));
+    let [x, y, z] = *sum;
+    let mut r = [scale(x, share), scale(y, share), scale(z, share)];
     for _ in 0..2 {
         let mut m = transposed_product(&r, &r);
         for (i, row) in m.iter_mut().enumerate() {
@@ -135,8 +143,14 @@ pub(crate) fn torque_forces<S: Simd>(
     torque: Vector<S>,
 ) -> [Vector<S>; 3] {
     let r = frame.matrix(simd);
-    let inverse = frame.inverse.map(|x| x.load(simd));
-    let q = symmetric_times(inverse, transposed_times(&r, torque));
+    let [xx, yy, zz, xy, yz, zx] = &frame.inverse;
+    let (xx, yy, zz) = (xx.load(simd), yy.load(simd), zz.load(simd));
+    let (xy, yz, zx) = (xy.load(simd), yz.load(simd), zx.load(simd));
+    let q = symmetric_times([xx, yy, zz, xy, yz, zx], transposed_times(&r, torque));
     let weight = splat(simd, 1.0 / (divisions as f64 + 1.0).powi(3));
-    [0, 1, 2].map(|d| times(&r, scale(cross(load(simd, &edges[d]), q), weight)))
+    let mut forces = [q; 3];
+    for d in 0..3 {
+        forces[d] = times(&r, scale(cross(load(simd, &edges[d]), q), weight));
+    }
+    forces
 }

@@ -9,7 +9,7 @@ use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use super::modal::Modal;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, load, splat, symmetric_times};
 
 /// The tables of four elements, one per lane.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,9 +65,8 @@ impl Table {
             let [a, b, c] = at;
             [f(a, a), f(b, b), f(c, c), f(a, b), f(b, c), f(c, a)]
         };
-        let two = |f: &dyn Fn(usize, usize) -> Lanes, a: usize, b: usize| {
-            [f(a, a), f(b, b), f(a, b)]
-        };
+        let two =
+            |f: &dyn Fn(usize, usize) -> Lanes, a: usize, b: usize| [f(a, a), f(b, b), f(a, b)];
         Self::Box(Box::new(BoxTable {
             normal: three(&strain, [0, 4, 8]),
             shear: [two(&strain, 3, 1), two(&strain, 6, 2), two(&strain, 7, 5)],
@@ -237,38 +236,61 @@ fn to_nodes<S: Simd>(
     rows: &mut [Lanes],
     g: &mut [Lanes],
 ) {
-    for j in 0..=ny {
-        let out = rows[6 * nx * j..6 * nx * (j + 1)].as_chunks_mut::<6>().0;
-        let above = (j < ny).then(|| modes[12 * nx * j..12 * nx * (j + 1)].as_chunks::<12>().0);
-        let below = (j > 0).then(|| modes[12 * nx * (j - 1)..12 * nx * j].as_chunks::<12>().0);
-        for (i, out) in out.iter_mut().enumerate() {
-            for c in 0..6 {
-                let up = above.map(|m| m[i][c].load(simd) - m[i][c + 6].load(simd));
-                let down = below.map(|m| m[i][c].load(simd) + m[i][c + 6].load(simd));
-                out[c] = match (down, up) {
-                    (Some(down), Some(up)) => Lanes::from(down + up),
-                    (Some(one), None) | (None, Some(one)) => Lanes::from(one),
-                    (None, None) => Lanes::ZERO,
-                };
+    // A row of nodes has a row of elements above it, below it, or both.
+    let row = |j: usize| modes[12 * nx * j..12 * nx * (j + 1)].as_chunks::<12>().0;
+    for (j, out) in rows.chunks_exact_mut(6 * nx).enumerate() {
+        let out = out.as_chunks_mut::<6>().0;
+        if j == 0 {
+            for (out, up) in out.iter_mut().zip(row(0)) {
+                *out = lower_half(simd, up);
+            }
+        } else if j == ny {
+            for (out, down) in out.iter_mut().zip(row(ny - 1)) {
+                *out = upper_half(simd, down);
+            }
+        } else {
+            for ((out, down), up) in out.iter_mut().zip(row(j - 1)).zip(row(j)) {
+                *out = plus(simd, upper_half(simd, down), lower_half(simd, up));
             }
         }
     }
-    let row_nodes = 3 * (nx + 1);
-    for (row, out) in rows.chunks_exact(6 * nx).zip(g.chunks_exact_mut(row_nodes)) {
-        for (i, out) in out.as_chunks_mut::<3>().0.iter_mut().enumerate() {
-            let right = row.get(6 * i..).and_then(|r| r.first_chunk::<6>());
-            let left = i.checked_sub(1).and_then(|i| row[6 * i..].first_chunk::<6>());
-            for c in 0..3 {
-                let right = right.map(|r| r[c].load(simd) - r[c + 3].load(simd));
-                let left = left.map(|l| l[c].load(simd) + l[c + 3].load(simd));
-                out[c] = match (left, right) {
-                    (Some(left), Some(right)) => Lanes::from(left + right),
-                    (Some(one), None) | (None, Some(one)) => Lanes::from(one),
-                    (None, None) => Lanes::ZERO,
-                };
-            }
+    for (row, out) in rows.chunks_exact(6 * nx).zip(g.chunks_exact_mut(3 * (nx + 1))) {
+        let (row, out) = (row.as_chunks::<6>().0, out.as_chunks_mut::<3>().0);
+        out[0] = lower_half(simd, &row[0]);
+        for (out, pair) in out[1..].iter_mut().zip(row.windows(2)) {
+            *out = plus(simd, upper_half(simd, &pair[0]), lower_half(simd, &pair[1]));
         }
+        out[nx] = upper_half(simd, &row[nx - 1]);
     }
+}
+
+/// What sums and differences give to the lower node: first half minus second.
+#[inline(always)]
+fn lower_half<S: Simd, const N: usize, const M: usize>(simd: S, m: &[Lanes; N]) -> [Lanes; M] {
+    let mut out = [Lanes::ZERO; M];
+    for c in 0..M {
+        out[c] = Lanes::from(m[c].load(simd) - m[c + M].load(simd));
+    }
+    out
+}
+
+/// What sums and differences give to the upper node: first half plus second.
+#[inline(always)]
+fn upper_half<S: Simd, const N: usize, const M: usize>(simd: S, m: &[Lanes; N]) -> [Lanes; M] {
+    let mut out = [Lanes::ZERO; M];
+    for c in 0..M {
+        out[c] = Lanes::from(m[c].load(simd) + m[c + M].load(simd));
+    }
+    out
+}
+
+#[inline(always)]
+fn plus<S: Simd, const M: usize>(simd: S, a: [Lanes; M], b: [Lanes; M]) -> [Lanes; M] {
+    let mut out = [Lanes::ZERO; M];
+    for c in 0..M {
+        out[c] = Lanes::from(a[c].load(simd) + b[c].load(simd));
+    }
+    out
 }
 
 /// Sums and differences of two planes: amplitudes of the modes without and with ζ.
@@ -278,8 +300,11 @@ fn amplitudes<S: Simd>(
     lower: &Column,
     upper: &Column,
 ) -> ([f64x4<S>; 12], [f64x4<S>; 12]) {
-    let sum = std::array::from_fn(|k| upper[k].load(simd) + lower[k].load(simd));
-    let difference = std::array::from_fn(|k| upper[k].load(simd) - lower[k].load(simd));
+    let (mut sum, mut difference) = ([splat(simd, 0.0); 12], [splat(simd, 0.0); 12]);
+    for k in 0..12 {
+        let (upper, lower) = (upper[k].load(simd), lower[k].load(simd));
+        (sum[k], difference[k]) = (upper + lower, upper - lower);
+    }
     (sum, difference)
 }
 
@@ -310,7 +335,10 @@ fn two<S: Simd>(simd: S, m: &[Lanes; 3], a: f64x4<S>, b: f64x4<S>) -> [f64x4<S>;
 
 #[inline(always)]
 fn three<S: Simd>(simd: S, m: &[Lanes; 6], v: [f64x4<S>; 3]) -> [f64x4<S>; 3] {
-    crate::lanes::symmetric_times(std::array::from_fn(|k| m[k].load(simd)), v)
+    let [xx, yy, zz, xy, yz, zx] = m;
+    let (xx, yy, zz) = (xx.load(simd), yy.load(simd), zz.load(simd));
+    let (xy, yz, zx) = (xy.load(simd), yz.load(simd), zx.load(simd));
+    symmetric_times([xx, yy, zz, xy, yz, zx], v)
 }
 
 /// 45 products.
@@ -333,10 +361,28 @@ fn box_element<S: Simd>(
     let [b1_x, b1_z] = two(simd, &table.bend[1], s[9], d[8]);
     let [b2_x, b2_y] = two(simd, &table.bend[2], d[3], d[7]);
     let [t_z, t_y, t_x] = three(simd, &table.twist, [s[11], d[4], d[6]]);
-    let h = [0, 1, 2].map(|c| table.hour[c].load(simd) * d[9 + c]);
+    let [hx, hy, hz] = load(simd, &table.hour);
+    let h = [hx * d[9], hy * d[10], hz * d[11]];
     let sum = [nx, xy_y, zx_z, xy_x, ny, yz_z, b1_x, b0_y, t_z];
     let difference = [zx_x, yz_y, nz, b2_x, t_y, b0_z, t_x, b2_y, b1_z, h[0], h[1], h[2]];
     give(simd, &sum, &difference, f_lower, f_upper);
+}
+
+/// Product of a square matrix and a vector.
+#[inline(always)]
+fn square<S: Simd, const N: usize>(
+    simd: S,
+    m: &[[Lanes; N]; N],
+    v: &[f64x4<S>; N],
+) -> [f64x4<S>; N] {
+    let mut out = [splat(simd, 0.0); N];
+    for (out, row) in out.iter_mut().zip(m) {
+        *out = row[0].load(simd) * v[0];
+        for k in 1..N {
+            *out += row[k].load(simd) * v[k];
+        }
+    }
+    out
 }
 
 /// 171 products.
@@ -350,19 +396,11 @@ fn oblique_element<S: Simd>(
     f_upper: &mut Column,
 ) {
     let (s, d) = amplitudes(simd, lower, upper);
-    let row = |m: &[Lanes; 9], v: &[f64x4<S>; 9]| {
-        let mut sum = m[0].load(simd) * v[0];
-        for k in 1..9 {
-            sum += m[k].load(simd) * v[k];
-        }
-        sum
-    };
     let strain = [s[3], s[6], d[0], s[4], s[7], d[1], s[5], s[8], d[2]];
-    let strain: [f64x4<S>; 9] = std::array::from_fn(|r| row(&table.strain[r], &strain));
+    let strain = square(simd, &table.strain, &strain);
     let bend = [s[9], s[10], s[11], d[3], d[4], d[5], d[6], d[7], d[8]];
-    let bend: [f64x4<S>; 9] = std::array::from_fn(|r| row(&table.bend[r], &bend));
-    let hour = [d[9], d[10], d[11]];
-    let hour = crate::lanes::times(&table.hour.map(|r| r.map(|x| x.load(simd))), hour);
+    let bend = square(simd, &table.bend, &bend);
+    let hour = square(simd, &table.hour, &[d[9], d[10], d[11]]);
     let [x1, x2, x4, y1, y2, y4, z1, z2, z4] = strain;
     let sum = [x1, y1, z1, x2, y2, z2, bend[0], bend[1], bend[2]];
     let [_, _, _, b3, b4, b5, b6, b7, b8] = bend;

@@ -5,7 +5,7 @@
 //! it with the same nodal forces as their own: so the moments of all internal forces add up to
 //! zero, joints included.
 
-use fearless_simd::{Simd, SimdFrom, f64x4};
+use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::assembly::{Assembly, ElementPack, NO_TABLE};
@@ -15,7 +15,7 @@ use crate::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
     transposed_times, zero,
 };
-use crate::pack::{JointNode, Neighbours, Pack, Packs, Shape};
+use crate::pack::{Neighbours, Pack, Packs, Shape};
 
 /// What the internal forces are computed from.
 #[derive(Clone, Copy)]
@@ -90,10 +90,12 @@ fn body<S: Simd>(
     let u = &input.u[3 * pack.start..3 * (pack.start + shape.nodes)];
     let dims = shape.dims(0);
     *out.torque = [Lanes::ZERO; 3];
+    let Workspace { planes, local, g } = work;
+    reserve(local, 3 * shape.nodes);
+    reserve(g, 3 * shape.nodes);
+    let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
     let Some(frames) = input.frames else {
-        reserve(&mut work.g, 3 * shape.nodes);
-        let g = &mut work.g[..3 * shape.nodes];
-        force(simd, dims, &table.table, u, g, &mut work.planes);
+        force(simd, dims, &table.table, u, g, planes);
         for (f, g) in out.f.iter_mut().zip(&*g) {
             *f = Lanes::from(-g.load(simd));
         }
@@ -104,14 +106,8 @@ fn body<S: Simd>(
     };
     let frame = &frames[index];
     let rotation = frame.matrix(simd);
-    let Workspace { planes, local, g } = work;
-    reserve(local, 3 * shape.nodes);
-    reserve(g, 3 * shape.nodes);
-    let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
-    let turned = Turned::new(simd, &rotation, load(simd, &frame.mean), table);
-    for (node, at) in steps(dims).enumerate() {
-        store_at(local, 3 * node, turned.local(simd, dims, at, load_at(simd, u, 3 * node)));
-    }
+    local.copy_from_slice(u);
+    turn(simd, &rotation, load(simd, &frame.mean), table, dims, local);
     force(simd, dims, &table.table, local, g, planes);
     let mut torque = zero(simd);
     for node in 0..shape.nodes {
@@ -119,7 +115,8 @@ fn body<S: Simd>(
         torque = add(torque, cross(ui, gi));
         store_at(out.f, 3 * node, sub(zero(simd), times(&rotation, gi)));
     }
-    *out.torque = times(&rotation, torque).map(Lanes::from);
+    let [x, y, z] = times(&rotation, torque);
+    *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
     if let Some([bodies, _]) = &mut out.energy {
         *bodies = Lanes::from(half_work(simd, local, g));
     }
@@ -169,7 +166,7 @@ fn joint<S: Simd>(
         let part = splat(simd, 1.0 / f64::from(1u32 << parts));
         let torque = scale(times(rotation, torque), part);
         let own = add(load(simd, out.torque), torque);
-        *out.torque = own.map(Lanes::from);
+        *out.torque = [Lanes::from(own[0]), Lanes::from(own[1]), Lanes::from(own[2])];
         for part in (1..8).filter(|part| part & !offset == 0) {
             let at = 3 * shape.torque(part);
             let sum = add(load_at(simd, out.shares, at), torque);
@@ -190,32 +187,24 @@ fn joint_displacements<S: Simd>(
 ) -> Option<Matrix<S>> {
     let pack = &input.packs.packs[index];
     let shape = input.packs.shape_of(pack);
-    let sources: [Source; 8] = std::array::from_fn(|part| {
-        if part & !offset == 0 { Source::new(input.packs, pack, index, part) } else { Source::OWN }
-    });
     let nodes = &shape.joints[offset];
-    let own = 3 * pack.start;
-    let displacement = |node: &JointNode| match node.offset {
-        0 => load_at(simd, input.u, own + 3 * node.local),
-        part => sources[part].load(simd, input.u, node.local),
-    };
-    let Some(frames) = input.frames else {
-        for (i, node) in nodes.iter().enumerate() {
-            store_at(local, 3 * i, displacement(node));
-        }
-        return None;
-    };
+    let mut sources = [Source::Own { first: 3 * pack.start }; 8];
+    for part in (1..8).filter(|part| part & !offset == 0) {
+        sources[part] = Source::new(input.packs, pack, index, part);
+    }
+    for (node, local) in nodes.iter().zip(local.as_chunks_mut::<3>().0) {
+        *local = sources[node.offset].displacement(input.u, node.local);
+    }
+    let frames = input.frames?;
     let mut sum = frames[index].matrix(simd);
     for part in (1..8).filter(|part| part & !offset == 0) {
-        let other = sources[part].rotation(simd, frames, index);
+        let [x, y, z] = &sources[part].rotation(frames, index);
+        let other = [load(simd, x), load(simd, y), load(simd, z)];
         sum = [add(sum[0], other[0]), add(sum[1], other[1]), add(sum[2], other[2])];
     }
     let rotation = mean_rotation(simd, &sum, f64::from(1u32 << offset.count_ones()));
-    let turned = Turned::new(simd, &rotation, load(simd, &frames[index].mean), table);
-    let dims = shape.dims(offset);
-    for ((i, node), at) in nodes.iter().enumerate().zip(steps(dims)) {
-        store_at(local, 3 * i, turned.local(simd, dims, at, displacement(node)));
-    }
+    let mean = load(simd, &frames[index].mean);
+    turn(simd, &rotation, mean, table, shape.dims(offset), local);
     Some(rotation)
 }
 
@@ -250,101 +239,99 @@ pub(crate) fn face_forces<S: Simd>(
     }
 }
 
-/// Displacements seen from a turned frame, up to a constant: `ũ = Rᵀ(u − ū) + (Rᵀ − 1) X`.
-struct Turned<S: Simd> {
-    rotation: Matrix<S>,
-    mean: Vector<S>,
-    /// `(Rᵀ − 1) h_d`.
-    edges: [Vector<S>; 3],
-}
-
-impl<S: Simd> Turned<S> {
-    #[inline(always)]
-    fn new(simd: S, rotation: &Matrix<S>, mean: Vector<S>, table: &ElementPack) -> Self {
-        let edges = [0, 1, 2].map(|d| {
-            let h = load(simd, &table.edges[d]);
-            sub(transposed_times(rotation, h), h)
-        });
-        Self { rotation: *rotation, mean, edges }
-    }
-
-    #[inline(always)]
-    fn local(&self, simd: S, dims: [usize; 3], at: [usize; 3], u: Vector<S>) -> Vector<S> {
-        let step = |d: usize| splat(simd, at[d] as f64 - 0.5 * dims[d] as f64);
-        let mut local = transposed_times(&self.rotation, sub(u, self.mean));
-        for d in 0..3 {
-            local = add(local, scale(self.edges[d], step(d)));
-        }
-        local
-    }
-}
-
-/// Lattice steps of the nodes, x fastest.
+/// Turns displacements of a lattice into those seen from a turned frame, up to a constant:
+/// `ũ = Rᵀ(u − ū) + (Rᵀ − 1) X`.
 #[inline(always)]
-fn steps(dims: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
-    let [nx, ny, nz] = dims;
-    (0..=nz).flat_map(move |k| (0..=ny).flat_map(move |j| (0..=nx).map(move |i| [i, j, k])))
+fn turn<S: Simd>(
+    simd: S,
+    rotation: &Matrix<S>,
+    mean: Vector<S>,
+    table: &ElementPack,
+    dims: [usize; 3],
+    local: &mut [Lanes],
+) {
+    // (Rᵀ − 1) h_d, and how many of them lie between the centre and line i.
+    let mut edges = [mean; 3];
+    for d in 0..3 {
+        let h = load(simd, &table.edges[d]);
+        edges[d] = sub(transposed_times(rotation, h), h);
+    }
+    let (half_x, half_y, half_z) =
+        (0.5 * dims[0] as f64, 0.5 * dims[1] as f64, 0.5 * dims[2] as f64);
+    let mut at = 0;
+    for k in 0..=dims[2] {
+        let plane = scale(edges[2], splat(simd, k as f64 - half_z));
+        for j in 0..=dims[1] {
+            let row = add(plane, scale(edges[1], splat(simd, j as f64 - half_y)));
+            for i in 0..=dims[0] {
+                let shift = add(row, scale(edges[0], splat(simd, i as f64 - half_x)));
+                let u = sub(load_at(simd, local, at), mean);
+                store_at(local, at, add(transposed_times(rotation, u), shift));
+                at += 3;
+            }
+        }
+    }
 }
 
 /// Where the nodes of the neighbours at one offset are.
 #[derive(Clone, Copy)]
 enum Source {
-    /// The pack itself.
-    Own,
-    /// Four lanes of one pack, in order: its first number.
+    /// The pack itself: its first number.
+    Own { first: usize },
+    /// Four lanes of one pack, in order.
     Aligned { pack: usize, first: usize },
     /// Anywhere: for each lane pack, first number and lane; the owner where there is nobody.
     Scattered { packs: [usize; LANES], first: [usize; LANES], lanes: [usize; LANES] },
 }
 
 impl Source {
-    const OWN: Self = Self::Own;
-
-    #[inline(always)]
     fn new(packs: &Packs, pack: &Pack, index: usize, offset: usize) -> Self {
         let neighbours: &Neighbours = &pack.upper[offset];
-        if offset == 0 {
-            return Self::Own;
-        }
         if let Some(other) = neighbours.aligned() {
             return Self::Aligned { pack: other, first: 3 * packs.packs[other].start };
         }
-        let at = |lane: usize| neighbours.at(lane).unwrap_or((index, lane));
-        Self::Scattered {
-            packs: std::array::from_fn(|lane| at(lane).0),
-            first: std::array::from_fn(|lane| 3 * packs.packs[at(lane).0].start),
-            lanes: std::array::from_fn(|lane| at(lane).1),
+        let (mut at, mut first, mut lanes) = ([0; LANES], [0; LANES], [0; LANES]);
+        for lane in 0..LANES {
+            (at[lane], lanes[lane]) = neighbours.at(lane).unwrap_or((index, lane));
+            first[lane] = 3 * packs.packs[at[lane]].start;
         }
+        Self::Scattered { packs: at, first, lanes }
     }
 
     /// Displacement of a node.
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, u: &[Lanes], local: usize) -> Vector<S> {
+    fn displacement(&self, u: &[Lanes], local: usize) -> [Lanes; 3] {
         match self {
-            Self::Own => zero(simd),
-            Self::Aligned { first, .. } => load_at(simd, u, first + 3 * local),
+            Self::Own { first } | Self::Aligned { first, .. } => {
+                let at = first + 3 * local;
+                [u[at], u[at + 1], u[at + 2]]
+            }
             Self::Scattered { first, lanes, .. } => {
-                let from: [&[Lanes]; LANES] =
-                    std::array::from_fn(|l| &u[first[l] + 3 * local..first[l] + 3 * local + 3]);
-                let component = |c: usize| {
-                    f64x4::simd_from(simd, std::array::from_fn(|l| from[l][c].0[lanes[l] & 3]))
-                };
-                [component(0), component(1), component(2)]
+                let mut out = [Lanes::ZERO; 3];
+                for lane in 0..LANES {
+                    let from = &u[first[lane] + 3 * local..][..3];
+                    for c in 0..3 {
+                        out[c].0[lane] = from[c].0[lanes[lane] % LANES];
+                    }
+                }
+                out
             }
         }
     }
 
-    #[inline(always)]
-    fn rotation<S: Simd>(&self, simd: S, frames: &[Frame], own: usize) -> Matrix<S> {
+    fn rotation(&self, frames: &[Frame], own: usize) -> [[Lanes; 3]; 3] {
         match self {
-            Self::Own => frames[own].matrix(simd),
-            Self::Aligned { pack, .. } => frames[*pack].matrix(simd),
+            Self::Own { .. } => frames[own].rotation,
+            Self::Aligned { pack, .. } => frames[*pack].rotation,
             Self::Scattered { packs, lanes, .. } => {
-                let entry = |i: usize, k: usize| {
-                    let of = |l: usize| frames[packs[l]].rotation[i][k].0[lanes[l]];
-                    f64x4::simd_from(simd, std::array::from_fn(of))
-                };
-                [0, 1, 2].map(|i| [entry(i, 0), entry(i, 1), entry(i, 2)])
+                let mut out = [[Lanes::ZERO; 3]; 3];
+                for lane in 0..LANES {
+                    let from = &frames[packs[lane]].rotation;
+                    for (out, from) in out.iter_mut().flatten().zip(from.iter().flatten()) {
+                        out.0[lane] = from.0[lanes[lane] % LANES];
+                    }
+                }
+                out
             }
         }
     }
@@ -388,11 +375,13 @@ pub(crate) fn collect<S: Simd>(
         if let Some(other) = lower.aligned() {
             let first = 3 * packs.packs[other].share_start;
             for (local, place) in places {
-                let sum = add(load_at(simd, f, 3 * local), load_at(simd, shares, first + 3 * place));
+                let sum =
+                    add(load_at(simd, f, 3 * local), load_at(simd, shares, first + 3 * place));
                 store_at(f, 3 * local, sum);
             }
             let share = load_at(simd, shares, first + 3 * shape.torque(offset));
-            *torque = add(load(simd, torque), share).map(Lanes::from);
+            let [x, y, z] = add(load(simd, torque), share);
+            *torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
             continue;
         }
         for lane in 0..pack.filled {
@@ -424,13 +413,14 @@ pub(crate) fn spread_torque<S: Simd>(
     let n = packs.shape_of(&packs.packs[index]).divisions;
     let edges = &assembly.tables[assembly.pack_tables[index][0] as usize].edges;
     let per_step = torque_forces(simd, n, edges, frame, torque);
-    let step = |i: usize| splat(simd, i as f64 - 0.5 * n as f64);
+    let half = 0.5 * n as f64;
     let mut node = 0;
     for k in 0..=n {
+        let plane = scale(per_step[2], splat(simd, k as f64 - half));
         for j in 0..=n {
-            let row = add(scale(per_step[2], step(k)), scale(per_step[1], step(j)));
+            let row = add(plane, scale(per_step[1], splat(simd, j as f64 - half)));
             for i in 0..=n {
-                let force = add(row, scale(per_step[0], step(i)));
+                let force = add(row, scale(per_step[0], splat(simd, i as f64 - half)));
                 store_at(f, node, sub(load_at(simd, f, node), force));
                 node += 3;
             }

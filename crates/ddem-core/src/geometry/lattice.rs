@@ -134,10 +134,7 @@ impl Lattice {
 
     /// The point with these positions along the three edges `[m]`.
     pub(crate) fn point(&self, along: [f64; 3]) -> Vec3 {
-        self.origin
-            + self.axes[0] * along[0]
-            + self.axes[1] * along[1]
-            + self.axes[2] * along[2]
+        self.origin + self.axes[0] * along[0] + self.axes[1] * along[1] + self.axes[2] * along[2]
     }
 
     /// Unit normal of the planes that cut edge d, pointing to its upper end.
@@ -322,7 +319,8 @@ fn positions(cuts: &Cuts) -> (Vec<f64>, Vec<f64>) {
         let mut lengths: Vec<f64> = edges.windows(2).map(|w| w[1] - w[0]).collect();
         // Lengths equal to rounding become equal, so that equal blocks share their tables.
         for i in 1..lengths.len() {
-            let same = lengths[..i].iter().find(|&&l| (l - lengths[i]).abs() <= 1e-13 * cuts.length);
+            let same =
+                lengths[..i].iter().find(|&&l| (l - lengths[i]).abs() <= 1e-13 * cuts.length);
             lengths[i] = *same.unwrap_or(&lengths[i]);
         }
         return (edges.clone(), lengths);
@@ -367,7 +365,10 @@ pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
                 faults.push(
                     Fault::new(
                         format!("blocks[{j}].origin"),
-                        format!("its blocks overlap those of the set `{}` by {depth:.3e} m", name(i)),
+                        format!(
+                            "its blocks overlap those of the set `{}` by {depth:.3e} m",
+                            name(i)
+                        ),
                     )
                     .help("move one of the sets: sets may touch, not overlap"),
                 );
@@ -393,12 +394,7 @@ fn overlap(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Opti
 }
 
 /// Depth (negative: gap, at least this wide) and size of two parallelepipeds, by separating axes.
-fn depth(
-    a: &Lattice,
-    in_a: &[Vec3; 8],
-    b: &Lattice,
-    in_b: &[Vec3; 8],
-) -> Option<(f64, f64)> {
+fn depth(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option<(f64, f64)> {
     let normals = (0..3).flat_map(|d| [a.normal(d), b.normal(d)]);
     let crossed = (0..9).map(|k| a.axes[k / 3].cross(&b.axes[k % 3]));
     let mut depth = f64::INFINITY;

@@ -61,8 +61,7 @@ impl Geometry {
         for (index, entry) in deck.assign.iter().enumerate() {
             let region = Region::new(&entry.region, &bounds, &set_names);
             let mut found = false;
-            let selected =
-                lattices.iter_mut().enumerate().filter(|(set, _)| region.has_set(*set));
+            let selected = lattices.iter_mut().enumerate().filter(|(set, _)| region.has_set(*set));
             for (_, lattice) in selected {
                 if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
                     found |= lattice.assign_joint(&region, joint);
@@ -101,9 +100,9 @@ impl Geometry {
         for (set, lattice) in self.lattices.iter_mut().enumerate() {
             let nodes = lattice.nodes_per_body();
             let [nx, ny, nz] = lattice.count;
-            for (z, y, x) in (0..nz).flat_map(|z| {
-                (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))
-            }) {
+            for (z, y, x) in
+                (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
+            {
                 let index = lattice.index([x, y, z]);
                 if lattice.body[index] == NONE {
                     continue;

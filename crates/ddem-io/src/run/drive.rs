@@ -61,9 +61,8 @@ impl<'a> Drive<'a> {
         let (model, samplers) = prepare(deck, source, available_memory())?;
         let name = std::path::Path::new(source.name());
         let name = name.file_name().map_or(source.name().into(), |n| n.to_string_lossy());
-        let open = || {
-            folder::prepare(&options.out, &name, &deck.title, source.text(), options.resume)
-        };
+        let open =
+            || folder::prepare(&options.out, &name, &deck.title, source.text(), options.resume);
         let (folder, simulation, recorder, cursor);
         if options.resume {
             folder = open()?;

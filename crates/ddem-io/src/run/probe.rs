@@ -23,8 +23,9 @@ impl Sampler {
             (None, None) => Vec::new(),
         };
         if nodes.is_empty() {
-            return Err(Fault::new(format!("probe[{index}].where"), "selects no node")
-                .help("planes are met within 1e-6 of the region's size; ranges include their ends"));
+            return Err(Fault::new(format!("probe[{index}].where"), "selects no node").help(
+                "planes are met within 1e-6 of the region's size; ranges include their ends",
+            ));
         }
         let elements = match probe.quantity {
             Quantity::Stress => model.elements_at(&nodes, probe.at),

@@ -170,7 +170,11 @@ impl Recorder {
     }
 
     /// Frame and sample 0: the start of the run.
-    pub(super) fn start(&mut self, simulation: &mut Simulation, stage: &str) -> Result<(), OutputError> {
+    pub(super) fn start(
+        &mut self,
+        simulation: &mut Simulation,
+        stage: &str,
+    ) -> Result<(), OutputError> {
         self.sample(simulation, stage, &vec![true; self.samplers.len()])?;
         self.balance(simulation, stage)?;
         self.frame(simulation)
@@ -317,9 +321,9 @@ fn grids(
     };
     let surface = faces.iter().flat_map(|face| face.pairs(model).map(middle)).collect();
     let quads = faces.iter().flat_map(ddem_core::Face::quads).collect();
-    let joint = faces.iter().flat_map(|face| {
-        std::iter::repeat_n(i32::from(face.joint), face.pairs(model).count())
-    });
+    let joint = faces
+        .iter()
+        .flat_map(|face| std::iter::repeat_n(i32::from(face.joint), face.pairs(model).count()));
     let per_joint = vec![("joint", Location::Point, joint.collect())];
     let hexahedra = Grid { points, cells: Cells::Hexahedra(cells) };
     (hexahedra, per_block, Grid { points: surface, cells: Cells::Quads(quads) }, per_joint)

@@ -71,7 +71,8 @@ impl fmt::Display for Report {
         writeln!(f, "critical step  {:.6e} s", self.critical_step)?;
         writeln!(f, "memory         {}", bytes(self.bytes))?;
         for (name, steps, time_step, seconds) in &self.stages {
-            let step = if *time_step > 0.0 { format!(" of {time_step:.4e} s") } else { String::new() };
+            let step =
+                if *time_step > 0.0 { format!(" of {time_step:.4e} s") } else { String::new() };
             let most = if *time_step > 0.0 { "" } else { "at most " };
             let seconds = wall_time(*seconds);
             writeln!(f, "stage {name}: {most}{steps} steps{step}, {most}about {seconds}")?;

@@ -63,10 +63,8 @@ pub(super) struct Resumed {
 pub(super) fn load(folder: &Folder, deck_text: &str) -> Result<Resumed, RunFailure> {
     let path = folder.checkpoint();
     let checkpoint = Checkpoint::load(&path)?;
-    let wrong = |message: &str| RunFailure::Checkpoint {
-        path: path.clone(),
-        message: message.to_owned(),
-    };
+    let wrong =
+        |message: &str| RunFailure::Checkpoint { path: path.clone(), message: message.to_owned() };
     if checkpoint.deck != deck_text {
         return Err(wrong("it was written by another version of the deck"));
     }
