@@ -14,15 +14,10 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
         not_yet("model.contact".into(), "new contacts between blocks", leave_out);
     }
     for (name, joint) in &deck.joints {
-        for (key, given) in [
-            ("normal_stiffness", joint.normal_stiffness.is_some()),
-            ("shear_stiffness", joint.shear_stiffness.is_some()),
-        ] {
-            if given {
-                let place = format!("joints.{}.{key}", segment(name));
-                let help = "give the joint a material, or density, young and poisson";
-                not_yet(place, &format!("spring joints: `{key}`"), help);
-            }
+        if joint.normal_stiffness.is_some() && joint.shear_stiffness.is_some() {
+            let place = format!("joints.{}.normal_stiffness", segment(name));
+            let help = "give the joint a material, or density, young and poisson";
+            not_yet(place, "spring joints", help);
         }
         let keys = [
             ("cohesion", joint.cohesion.is_some()),
