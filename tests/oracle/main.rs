@@ -50,7 +50,9 @@ fn random(count: usize) -> Vec<f64> {
 
 #[test]
 fn forces_are_the_stiffness_times_any_displacement() {
-    let cases = [(Kinematics::Small, 1e-3, 1e-9), (Kinematics::Corotational, 1e-12, 1e-9)];
+    // The corotational model is linear but for the rotation of the blocks, here some 1e-9; and
+    // R is known to rounding, against strains of the order of 1e-7.
+    let cases = [(Kinematics::Small, 1e-3, 1e-12), (Kinematics::Corotational, 1e-8, 1e-8)];
     for sample in samples() {
         for (kinematics, size, tolerance) in cases {
             let (mut simulation, mesh, system) = both(&sample, kinematics);
