@@ -274,13 +274,19 @@ fn beside(
     match (up, down) {
         (0, down) => at(&packs[index].lower[down], lane),
         (up, 0) => at(&packs[index].upper[up], lane),
-        // Up one way and down another: over the body between, or the other one, if one is gone.
+        // Up one way and down another: over the body between, or the other one, if one is gone,
+        // or straight there, if both are and the cluster hangs together by others.
         (up, down) => {
             let over = at(&packs[index].upper[up], lane)
                 .and_then(|(pack, lane)| at(&packs[pack].lower[down], lane));
             over.or_else(|| {
                 at(&packs[index].lower[down], lane)
                     .and_then(|(pack, lane)| at(&packs[pack].upper[up], lane))
+            })
+            .or_else(|| {
+                let offset = [0, 1, 2].map(|d| (up >> d & 1) as i32 - (down >> d & 1) as i32);
+                let body = packs[index].bodies[lane] as usize;
+                model.geometry.neighbour(body, offset).map(|body| model.packs.slot(body))
             })
         }
     }

@@ -198,7 +198,7 @@ impl Memory {
     /// The last steps are short against the whole way; or there was no way to go.
     fn has_stopped(&self, tolerance: f64) -> bool {
         let last: f64 = self.last.iter().sum();
-        self.way == 0.0 || (self.last.len() == WINDOW && last <= 0.1 * tolerance.sqrt() * self.way)
+        self.way == 0.0 || (self.last.len() == WINDOW && last <= 2.0 * tolerance * self.way)
     }
 
     fn next_increment(&mut self) {

@@ -135,7 +135,8 @@ impl<'a> Drive<'a> {
         };
         (self.clock, self.recording) = (Instant::now(), Duration::ZERO);
         self.steps_before = self.cursor.step.unwrap_or(0);
-        if self.simulation.steps() == 0 {
+        // Not by the step: a run may be interrupted, or a relaxation be done, before the first one.
+        if self.recorder.last_frame == f64::NEG_INFINITY {
             self.recorded(|recorder, simulation| recorder.start(simulation, &stage.name))?;
         }
         let progress = self.progress(stage);

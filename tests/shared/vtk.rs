@@ -1,0 +1,46 @@
+//! VTKHDF files, read by their published layout and not by the code that writes them.
+
+use std::path::{Path, PathBuf};
+
+use hdf5::File;
+
+/// The frames of one file.
+pub struct Frames {
+    path: PathBuf,
+}
+
+impl Frames {
+    /// Names the file.
+    pub fn open(path: impl AsRef<Path>) -> Self {
+        Self { path: path.as_ref().to_owned() }
+    }
+
+    fn numbers(&self, dataset: &str) -> Vec<f64> {
+        let file = File::open(&self.path).expect("an HDF5 file");
+        let dataset = file.dataset(&format!("VTKHDF/{dataset}")).expect("the array");
+        dataset.read_raw().expect("numbers")
+    }
+
+    /// Times of the frames.
+    pub fn times(&self) -> Vec<f64> {
+        self.numbers("Steps/Values")
+    }
+
+    /// Points of the mesh.
+    pub fn points(&self) -> Vec<[f64; 3]> {
+        self.numbers("Points").as_chunks().0.to_vec()
+    }
+
+    /// All values of a field that changes, frame after frame.
+    pub fn all(&self, group: &str, name: &str) -> Vec<f64> {
+        self.numbers(&format!("{group}/{name}"))
+    }
+
+    /// A vector on the points in the last frame.
+    pub fn last_vectors(&self, name: &str) -> Vec<[f64; 3]> {
+        let offsets = self.numbers(&format!("Steps/PointDataOffsets/{name}"));
+        let first = *offsets.last().expect("a frame") as usize;
+        let values = self.all("PointData", name);
+        values.as_chunks().0[first..first + self.points().len()].to_vec()
+    }
+}

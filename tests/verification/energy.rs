@@ -1,0 +1,55 @@
+//! V11: nothing is lost.
+
+use super::record::Tolerance::{Absolute, AtMost, Relative};
+use super::record::{check, of};
+use super::shared::{Run, example, run};
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// `kinetic + strain + damping − external work` less its first value, row by row.
+fn balance(run: &Run) -> Vec<f64> {
+    let column = |name| run.energy.column(name);
+    let parts = ["kinetic", "strain_bodies", "strain_joints", "damping"].map(column);
+    let external = column("external_work");
+    let row = |i: usize| parts.iter().map(|part| part[i]).sum::<f64>() - external[i];
+    let balance: Vec<f64> = (0..external.len()).map(|i| row(i) - row(0)).collect();
+    let written = column("balance");
+    let off: Vec<f64> = balance.iter().zip(&written).map(|(a, b)| a - b).collect();
+    assert!(largest(&off) <= 1e-9 * largest(&external), "the balance is not that of its row");
+    balance
+}
+
+#[test]
+fn an_undamped_bar_keeps_its_energy_for_100_000_steps() {
+    let case = of("v11_energy");
+    let run = run(&example(case.deck));
+    check(case, "100 000 steps / steps", 1.0, 1e5 / run.steps() as f64, AtMost);
+    let balance = balance(&run);
+    let peak = largest(&run.energy.column("external_work"));
+    let what = "largest balance / peak external work";
+    check(case, what, 0.0, largest(&balance) / peak, Absolute(1e-3));
+    let tenth = balance.len() / 10;
+    let drift = mean(&balance[balance.len() - tenth..]) - mean(&balance[..tenth]);
+    check(case, "drift, last tenth − first / peak", 0.0, drift / peak, Absolute(1e-6));
+    let end = mean(&run.probes.column("end.x"));
+    check(case, "mean u_x of the end [m]", 1e6 * 2.0 / 18e9, end, Relative(1e-2));
+}
+
+#[test]
+fn damping_takes_what_the_load_gives() {
+    let case = of("v11_damped");
+    let run = run(&example(case.deck));
+    let external = run.energy.column("external_work");
+    let what = "largest balance / external work";
+    check(case, what, 0.0, largest(&balance(&run)) / largest(&external), Absolute(1e-2));
+    let last = |column: &str| *run.energy.column(column).last().expect("a row");
+    check(case, "energy taken by damping [J]", 1e3 / 18.0, last("damping"), Relative(1e-2));
+    let end = run.last("end.x");
+    check(case, "u_x of the end at rest [m]", 1e6 * 2.0 / 18e9, end, Relative(1e-2));
+}

@@ -1,0 +1,24 @@
+//! What the program must get right: decks of `examples/verification` against exact answers.
+//!
+//! The table in `docs/verification.md` is written by
+//! `DDEM_VERIFICATION=docs/verification.md cargo test --test verification`.
+
+#[path = "../fem/mod.rs"]
+mod fem;
+#[path = "../shared/mod.rs"]
+mod shared;
+
+mod cantilever;
+mod convergence;
+mod energy;
+mod poisson;
+mod record;
+mod rotation;
+mod three_point_beam;
+mod vtk_reader;
+mod waves;
+
+use fem::Elastic;
+
+/// The rock of the paper, for the independent model.
+const ROCK: Elastic = Elastic { density: 2400.0, young: 18e9, poisson: 0.25 };

@@ -1,0 +1,79 @@
+//! V10: free flight of what turns.
+
+use ddem_core::Simulation;
+use ddem_core::deck::TimeStep;
+use nalgebra::Vector3;
+
+use super::record::Tolerance::{Absolute, AtMost};
+use super::record::{check, of};
+use super::shared::{deck, example, run, simulation};
+
+/// Momentum, angular momentum about the origin, and kinetic + strain energy at the present time.
+fn invariants(simulation: &mut Simulation) -> (Vector3<f64>, Vector3<f64>, f64) {
+    let (mut momentum, mut angular) = (Vector3::zeros(), Vector3::zeros());
+    let velocities = simulation.velocities();
+    for (node, v) in velocities.into_iter().enumerate() {
+        let u = Vector3::from(simulation.displacement(node));
+        let x = Vector3::from(simulation.model().point(node)) + u;
+        let p = Vector3::from(v) * simulation.model().mass(node);
+        momentum += p;
+        angular += x.cross(&p);
+    }
+    let energy = simulation.energy();
+    (momentum, angular, energy.kinetic + energy.strain_bodies + energy.strain_joints)
+}
+
+/// Flies the deck and returns the largest changes of momentum, angular momentum and energy,
+/// each as a part of its size, and the change of the mean energy from the first tenth to the last.
+fn changes(text: &str) -> [f64; 4] {
+    let stage = deck(text).stage[0].clone();
+    let mut simulation = simulation(text);
+    let damping = stage.damping.unwrap_or_default();
+    let steps = simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");
+    let (p0, l0, e0) = invariants(&mut simulation);
+    let mut most = [0.0_f64; 3];
+    let mut energies = Vec::new();
+    for step in 1..=steps {
+        simulation.step().expect("finite numbers");
+        if step % (steps / 200).max(1) == 0 {
+            let (p, l, e) = invariants(&mut simulation);
+            let now =
+                [(p - p0).norm() / p0.norm(), (l - l0).norm() / l0.norm(), (e / e0 - 1.0).abs()];
+            most = std::array::from_fn(|i| most[i].max(now[i]));
+            energies.push(e / e0);
+        }
+    }
+    let tenth = energies.len() / 10;
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    let drift = mean(&energies[energies.len() - tenth..]) - mean(&energies[..tenth]);
+    [most[0], most[1], most[2], drift]
+}
+
+fn flight(name: &str) {
+    let case = of(name);
+    let text = example(name);
+    let [momentum, angular, energy, drift] = changes(&text);
+    check(case, "momentum: largest relative change", 0.0, momentum, Absolute(1e-12));
+    check(case, "angular momentum: largest relative change", 0.0, angular, Absolute(1e-11));
+    check(case, "kinetic + strain energy: largest relative change", 0.0, energy, Absolute(2e-6));
+    check(case, "the same, last tenth of the run − first", 0.0, drift, Absolute(2e-7));
+    let run = run(&text);
+    for (axis, exact) in [("x", 3.75), ("y", -2.5), ("z", 1.25)] {
+        let what = format!("way of the centre, {axis} [m]");
+        check(case, &what, exact, run.last(&format!("centre.{axis}")), Absolute(1e-9 * 4.7));
+    }
+    let components = ["xx", "yy", "zz", "xy", "yz", "zx"];
+    let stresses = components.map(|c| run.probes.column(&format!("stress.{c}")));
+    let largest = stresses.iter().flatten().fold(0.0, |most: f64, s| most.max(s.abs()));
+    check(case, "largest stress [Pa]", 1e6, largest, AtMost);
+}
+
+#[test]
+fn a_block_tumbles() {
+    flight("v10_spin");
+}
+
+#[test]
+fn eight_joined_blocks_tumble() {
+    flight("v10_spin_blocks");
+}
