@@ -74,12 +74,14 @@ bad_decks! {
     density_negative_of_quoted_name: "density = 2200.0" => "density = -2200.0";
     joint_without_stiffness: "thickness = 0.01\nmaterial = \"rock\"" => "thickness = 0.01";
     joint_with_two_stiffnesses: "thickness = 0.01" => "thickness = 0.01\nyoung = 1e9";
-    joint_with_half_a_spring: "shear_stiffness = 4e10\n" => "";
+    joint_with_half_a_spring: "thickness = 0.02\nmaterial = \"rock\"" => "normal_stiffness = 1e11";
+    joint_spring: "thickness = 0.02\nmaterial = \"rock\""
+        => "normal_stiffness = 1e11\nshear_stiffness = 4e10";
     joint_without_thickness: "thickness = 0.01\n" => "";
-    joint_strength: "shear_stiffness = 4e10" => "shear_stiffness = 4e10\ncohesion = 1e6\n\
+    joint_strength: "thickness = 0.02" => "thickness = 0.02\ncohesion = 1e6\n\
         friction = 95.0\ndilation = 97.0\nresidual_cohesion = 2e6\ntension = -1.0";
-    joint_residual_without_strength: "shear_stiffness = 4e10"
-        => "shear_stiffness = 4e10\nfracture_energy = [50.0, 200.0]";
+    joint_residual_without_strength: "thickness = 0.02"
+        => "thickness = 0.02\nfracture_energy = [50.0, 200.0]";
     material_not_known: "material = \"rock\"\njoint" => "material = \"rokc\"\njoint";
     joint_not_known: "joint = \"seam\"" => "joint = \"steam\"";
     joint_by_normal_not_known: "{ x = \"spring\" }" => "{ x = \"sprong\" }";

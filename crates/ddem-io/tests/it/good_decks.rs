@@ -58,7 +58,7 @@ fn places_are_found_in_the_text() {
         ("fix[1].where.x", "12.0"),
         ("stage[1].damping.ratio", "0.05"),
         // Not there: the nearest table around it.
-        ("joints.spring.thickness", "[joints.spring]"),
+        ("joints.spring.density", "[joints.spring]"),
         ("remove[0].where.sphere.colour", "{ centre = [1.2, 1.2, 1.2], radius = 0.2 }"),
         ("blocks[1].count[0]", "[[blocks]]"),
         ("refine[0]", ""),
