@@ -1,14 +1,14 @@
-//! From blocks to tables: the elements of bodies and joint cells, lumped masses (3), and the
-//! diagonal of the assembled stiffness (8), (11).
+//! From blocks to tables: the elements of bodies and joint cells, lumped masses, eq. (3), and the
+//! diagonal of the assembled stiffness, eq. (8) and eq. (11).
 
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
 use crate::deck::{Deck, ElementKind};
+use crate::element::Elastic;
 use crate::element::lattice::Table;
 use crate::element::modal::Modal;
-use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
 use crate::pack::{Pack, Packs};
@@ -283,10 +283,7 @@ impl Inertia {
             Lanes(std::array::from_fn(of))
         };
         let diagonal = (0..n).flat_map(|local| [1, 2, 3].map(|c| pick(local, c)));
-        Self {
-            mass: (0..n).map(|local| pick(local, 0)).collect(),
-            diagonal: diagonal.collect(),
-        }
+        Self { mass: (0..n).map(|local| pick(local, 0)).collect(), diagonal: diagonal.collect() }
     }
 
     fn numbers(&self) -> impl Iterator<Item = f64> + '_ {

@@ -15,6 +15,7 @@ use crate::assembly::{Element, NO_TABLE};
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
 use crate::pack::Neighbours;
+use crate::state::Memory;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +37,13 @@ pub(crate) struct InverseMass {
     pub(crate) partner: Vec<Partner>,
     /// Three components a row `[m/N]`.
     pub(crate) rows: Vec<Lanes>,
+}
+
+/// How a relaxation is going.
+#[derive(Clone, Debug)]
+pub(crate) struct Relaxation {
+    pub(crate) memory: Memory,
+    pub(crate) clusters: Clusters,
 }
 
 /// `K[(a, c), (a ^ r, c)]` of one element: by corner a, partner bits r, component c.
@@ -95,7 +103,8 @@ impl InverseMass {
         let pack = &model.packs.packs[index];
         let n = model.packs.shape_of(pack).divisions;
         let mut mass = Self { start: vec![0], ..Self::default() };
-        let steps = (0..=n).flat_map(|k| (0..=n).flat_map(move |j| (0..=n).map(move |i| [i, j, k])));
+        let steps =
+            (0..=n).flat_map(|k| (0..=n).flat_map(move |j| (0..=n).map(move |i| [i, j, k])));
         for at in steps {
             let rows: [[[f64; 3]; 8]; LANES] = std::array::from_fn(|lane| {
                 if lane >= pack.filled {
@@ -128,12 +137,7 @@ fn across(at: [usize; 3], part: usize, n: usize) -> [usize; 3] {
 }
 
 /// The body and the step of a node's partner, if the node lies at those gaps and it exists.
-fn partner(
-    model: &Model,
-    body: usize,
-    at: [usize; 3],
-    part: usize,
-) -> Option<(usize, [usize; 3])> {
+fn partner(model: &Model, body: usize, at: [usize; 3], part: usize) -> Option<(usize, [usize; 3])> {
     let n = model.geometry.lattice(body).divisions;
     let mut offset = [0; 3];
     for d in (0..3).filter(|d| part & (1 << d) != 0) {

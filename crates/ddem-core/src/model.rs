@@ -4,8 +4,7 @@ use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::conditions::{Active, Conditions};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
-use crate::geometry::{Geometry, Names, Region, Vec3};
-use crate::joints::{Face, faces};
+use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
 use crate::lanes::Lanes;
 use crate::pack::Packs;
 
@@ -41,9 +40,13 @@ impl Model {
         let geometry = Geometry::new(deck, &names)?;
         let conditions = Conditions::new(deck, &geometry)?;
         let packs = Packs::new(&geometry);
+        let faults = crate::mechanism::check(deck, &geometry, &conditions, &packs);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
         let constants = Constants::new(deck);
         let assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
-        let model = Self {
+        Ok(Self {
             packs,
             assembly,
             conditions,
@@ -52,9 +55,7 @@ impl Model {
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
             deck: deck.clone(),
-        };
-        let faults = crate::mechanism::check(&model);
-        if faults.is_empty() { Ok(model) } else { Err(faults) }
+        })
     }
 
     pub(crate) fn corotational(&self) -> bool {
@@ -110,9 +111,8 @@ impl Model {
     /// Nodes of the hex8 elements of a block, VTK order, shape `(divisions³, 8)`.
     pub fn hexes(&self, block: usize) -> impl Iterator<Item = [u32; 8]> + '_ {
         let n = self.geometry.lattice(block).divisions;
-        let cells = (0..n).flat_map(move |k| {
-            (0..n).flat_map(move |j| (0..n).map(move |i| [i, j, k]))
-        });
+        let cells =
+            (0..n).flat_map(move |k| (0..n).flat_map(move |j| (0..n).map(move |i| [i, j, k])));
         cells.map(move |[i, j, k]| {
             let node = |a: usize, b: usize, c: usize| {
                 self.geometry.node(block, [i + a, j + b, k + c]) as u32
@@ -167,9 +167,8 @@ impl Model {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let name = |i: usize| {
-            self.deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"))
-        };
+        let name =
+            |i: usize| self.deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"));
         for (i, j) in self.geometry.touching() {
             warnings.push(format!(
                 "sets `{}` and `{}` touch: blocks of different sets are not joined",

@@ -60,7 +60,8 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// For a dynamic stage: damping of every kind in §6, (10).
+    /// For a dynamic stage: damping of every kind in §6. Of the paper's form, eq. (9), that is the
+    /// mass-proportional part, and eq. (10).
     pub(crate) fn dynamic(assembly: &Assembly, damping: Damping, time_step: f64) -> Self {
         let damping_of = |inertia: &Inertia, i: usize, lane: usize| {
             let (m, k) = (inertia.mass[i / 3].0[lane], inertia.diagonal[i].0[lane]);
@@ -118,6 +119,10 @@ impl<S: Simd> Update<S> {
         v: f64x4<S>,
         force: f64x4<S>,
     ) -> (f64x4<S>, f64x4<S>) {
-        if self.start { (v + b / (self.one + a) * (force - c * v), c) } else { (a * v + b * force, c) }
+        if self.start {
+            (v + b / (self.one + a) * (force - c * v), c)
+        } else {
+            (a * v + b * force, c)
+        }
     }
 }

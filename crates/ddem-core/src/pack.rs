@@ -53,9 +53,8 @@ impl Shape {
         // Nodes of a grid that has one line where `flat` has a bit, else n.
         let grid = |flat: usize, thick: usize| {
             let m = [0, 1, 2].map(|d| if flat & (1 << d) == 0 { n } else { thick });
-            (0..m[2]).flat_map(move |z| {
-                (0..m[1]).flat_map(move |y| (0..m[0]).map(move |x| [x, y, z]))
-            })
+            (0..m[2])
+                .flat_map(move |z| (0..m[1]).flat_map(move |y| (0..m[0]).map(move |x| [x, y, z])))
         };
         let touched: [Vec<usize>; 8] = std::array::from_fn(|offset| {
             if offset == 0 { Vec::new() } else { grid(offset, 1).map(local).collect() }
@@ -80,7 +79,9 @@ impl Shape {
             JointNode { offset, local: local(on_body), share: share_start[offset] + place }
         };
         let joints = std::array::from_fn(|lattice| {
-            if lattice == 0 { return Vec::new() }
+            if lattice == 0 {
+                return Vec::new();
+            }
             grid(lattice, 2).map(|at| joint_node(lattice, at)).collect()
         });
         let nodes = n * n * n;

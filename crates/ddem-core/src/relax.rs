@@ -7,13 +7,14 @@
 //! restart, and the motion restarts from rest when it turns against the forces (`F·v < 0`):
 //! near-critical for the lowest mode that is still active, without an estimate of its frequency.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 
-use crate::cluster::Clusters;
+use crate::cluster::{Clusters, Relaxation};
 use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::simulation::Simulation;
+use crate::state::Memory;
 use crate::step::{advance_relaxing, balance};
 use crate::timestep::largest_clustered;
 
@@ -21,32 +22,6 @@ use crate::timestep::largest_clustered;
 const LARGEST: f64 = 3.6;
 /// Steps over which the displacements must have stopped.
 const WINDOW: usize = 50;
-
-/// How a relaxation is going.
-#[derive(Clone, Debug)]
-pub(crate) struct Relaxation {
-    pub(crate) memory: Memory,
-    clusters: Clusters,
-}
-
-/// What a checkpoint of a relaxation needs to go on.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Memory {
-    /// Equal parts in which loads reach their value.
-    pub(crate) increments: u64,
-    /// The part that is being relaxed, from 1.
-    pub(crate) increment: u64,
-    /// Steps since the last restart.
-    pub(crate) since_restart: u64,
-    /// Load factors before and after.
-    pub(crate) from: Vec<f64>,
-    pub(crate) to: Vec<f64>,
-    /// Length of the way gone in this increment, and of its last steps.
-    pub(crate) way: f64,
-    pub(crate) last: VecDeque<f64>,
-    /// `Σ F²` at the start, where nothing is applied.
-    pub(crate) first: f64,
-}
 
 /// Where a relaxation is.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use crate::deck::Damping;
 use crate::model::Model;
 use crate::motion::Motion;
-use crate::relax::Memory;
 use crate::simd::Simd;
 use crate::simulation::Simulation;
-use crate::state::{State, Work};
+use crate::state::{Memory, State, Work};
 
 /// Everything that a simulation needs to go on, without the model.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::cluster::Relaxation;
 use crate::conditions::Active;
 use crate::deck::{Damping, TimeStep};
 use crate::energy::Energy;
@@ -9,7 +10,6 @@ use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::motion::Motion;
-use crate::relax::Relaxation;
 use crate::scratch::Scratch;
 use crate::simd::Simd;
 use crate::state::{State, Work};
@@ -288,7 +288,11 @@ impl Simulation {
 
     /// Measures unless that has been done since the last step.
     pub(crate) fn measure_once(&mut self) -> (Sums, [f64; 2]) {
-        if self.measured == Some(self.state.steps) { (self.last, self.strain) } else { self.measure() }
+        if self.measured == Some(self.state.steps) {
+            (self.last, self.strain)
+        } else {
+            self.measure()
+        }
     }
 
     /// Brings velocities from the last half step to the present time, so that a stage with

@@ -93,10 +93,7 @@ fn for_each_pack(model: &Model, mut f: impl FnMut(usize, std::ops::Range<usize>)
 }
 
 /// `m^{-½}` of the nodes of equal packs; 0 where there is no mass.
-fn inverse_roots(
-    model: &Model,
-    mass: &dyn Fn(&Inertia, usize, usize) -> f64,
-) -> Vec<Vec<Lanes>> {
+fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) -> Vec<Vec<Lanes>> {
     let root = |m: f64| if m > 0.0 { 1.0 / m.sqrt() } else { 0.0 };
     let class = |inertia: &Inertia| {
         let lanes = |at: usize| Lanes(std::array::from_fn(|lane| root(mass(inertia, at, lane))));

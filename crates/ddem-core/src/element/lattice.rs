@@ -65,9 +65,8 @@ impl Table {
             let [a, b, c] = at;
             [f(a, a), f(b, b), f(c, c), f(a, b), f(b, c), f(c, a)]
         };
-        let two = |f: &dyn Fn(usize, usize) -> Lanes, a: usize, b: usize| {
-            [f(a, a), f(b, b), f(a, b)]
-        };
+        let two =
+            |f: &dyn Fn(usize, usize) -> Lanes, a: usize, b: usize| [f(a, a), f(b, b), f(a, b)];
         Self::Box(Box::new(BoxTable {
             normal: three(&strain, [0, 4, 8]),
             shear: [two(&strain, 3, 1), two(&strain, 6, 2), two(&strain, 7, 5)],

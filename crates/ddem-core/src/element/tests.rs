@@ -1,10 +1,10 @@
 use fearless_simd::{Level, dispatch};
 use nalgebra::{Point3, SVector, Vector3};
 
+use super::Elastic;
 use super::hex8::{self, Stiffness};
 use super::lattice::{Planes, Table, force};
 use super::modal::Modal;
-use super::Elastic;
 use crate::deck::ElementKind;
 use crate::lanes::Lanes;
 
@@ -13,9 +13,8 @@ fn material() -> Elastic {
 }
 
 fn nodes(edges: &[Vector3<f64>; 3]) -> [Point3<f64>; 8] {
-    hex8::CORNERS.map(|s| {
-        Point3::from((0..3).map(|k| edges[k] * (s[k] + 1.0) / 2.0).sum::<Vector3<f64>>())
-    })
+    hex8::CORNERS
+        .map(|s| Point3::from((0..3).map(|k| edges[k] * (s[k] + 1.0) / 2.0).sum::<Vector3<f64>>()))
 }
 
 fn shapes() -> [[Vector3<f64>; 3]; 2] {
@@ -85,8 +84,13 @@ fn lattice_force_is_the_assembled_product_in_every_lane() {
     for (edges, is_box) in shapes().into_iter().zip([true, false]) {
         for kind in [ElementKind::Standard, ElementKind::Incompatible] {
             for dims in [[3, 2, 4], [1, 2, 2], [2, 1, 1], [1, 1, 1]] {
-                let modals = [1.0, 2.0, 0.5].map(|s| Modal::new(&edges.map(|e| e * s), &material(), kind));
-                check_lattice([Some(&modals[0]), Some(&modals[1]), None, Some(&modals[2])], dims, is_box);
+                let modals =
+                    [1.0, 2.0, 0.5].map(|s| Modal::new(&edges.map(|e| e * s), &material(), kind));
+                check_lattice(
+                    [Some(&modals[0]), Some(&modals[1]), None, Some(&modals[2])],
+                    dims,
+                    is_box,
+                );
             }
         }
     }

@@ -14,9 +14,13 @@
 //!  |       | | | |       | | |
 //! ```
 
+mod face;
 mod lattice;
+mod overlap;
 mod select;
 
+pub use face::Face;
+pub(crate) use face::faces;
 pub(crate) use lattice::{Lattice, NONE, lattices};
 pub(crate) use select::{Region, Surface};
 
@@ -61,8 +65,7 @@ impl Geometry {
         for (index, entry) in deck.assign.iter().enumerate() {
             let region = Region::new(&entry.region, &bounds, &set_names);
             let mut found = false;
-            let selected =
-                lattices.iter_mut().enumerate().filter(|(set, _)| region.has_set(*set));
+            let selected = lattices.iter_mut().enumerate().filter(|(set, _)| region.has_set(*set));
             for (_, lattice) in selected {
                 if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
                     found |= lattice.assign_joint(&region, joint);
@@ -88,7 +91,7 @@ impl Geometry {
         for (set, lattice) in lattices.iter_mut().enumerate() {
             faults.extend(lattice.open_gaps(set, deck, names));
         }
-        faults.extend(lattice::overlaps(&lattices, deck));
+        faults.extend(overlap::overlaps(&lattices, deck));
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -101,9 +104,9 @@ impl Geometry {
         for (set, lattice) in self.lattices.iter_mut().enumerate() {
             let nodes = lattice.nodes_per_body();
             let [nx, ny, nz] = lattice.count;
-            for (z, y, x) in (0..nz).flat_map(|z| {
-                (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x)))
-            }) {
+            for (z, y, x) in
+                (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
+            {
                 let index = lattice.index([x, y, z]);
                 if lattice.body[index] == NONE {
                     continue;
@@ -126,7 +129,7 @@ impl Geometry {
 
     /// Sets that touch.
     pub(crate) fn touching(&self) -> Vec<(usize, usize)> {
-        lattice::touching(&self.lattices)
+        overlap::touching(&self.lattices)
     }
 
     pub(crate) fn lattice(&self, body: usize) -> &Lattice {

@@ -277,8 +277,7 @@ impl Region {
             let mut at = [0; 3];
             at[normal] = if side < 0 { 0 } else { n };
             (at[e], at[f]) = (i, j);
-            let length =
-                |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
+            let length = |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
             if area > 0.0 && self.sphere_has(geometry, body, at) {
