@@ -57,7 +57,7 @@ impl Simulation {
     /// Goes on with a relaxation that a checkpoint has kept.
     pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
         self.change_motion(Motion::relaxing(&self.model.assembly));
-        self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+        self.rest();
         let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
         for (node, axis) in self.active.held() {
             held.entry(node).or_default()[axis] = true;
@@ -65,7 +65,19 @@ impl Simulation {
         let mut clusters = Clusters::new(&self.model, &held);
         let largest = largest_clustered(&self.model, &clusters, &mut self.scratch);
         clusters.scale(LARGEST / largest);
+        // Until a part of the loads has made its first step, those before it act.
+        if memory.way != 0.0 || !memory.last.is_empty() {
+            self.factors = memory.present_factors();
+        }
         self.relaxation = Some(Relaxation { memory, clusters });
+    }
+
+    /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
+    pub(crate) fn rest(&mut self) {
+        self.measured = None;
+        self.motion = Motion::relaxing(&self.model.assembly);
+        self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+        self.factors.clone_from(&self.state.load_factors);
     }
 
     /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is
@@ -89,8 +101,7 @@ impl Simulation {
         Relaxation { memory, clusters }: &mut Relaxation,
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
-        let part = memory.increment as f64 / memory.increments as f64;
-        self.factors = memory.factors(part);
+        self.factors = memory.present_factors();
         let (context, state, scratch) = self.parts();
         let mut sums = balance(context, state, scratch, false);
         if sums.applied == 0.0 {
@@ -152,12 +163,16 @@ impl Simulation {
     /// Ends a relaxation: everything is at rest.
     pub fn finish_relaxation(&mut self) {
         self.settle();
-        self.relaxation = None;
+        if self.relaxation.take().is_some() {
+            self.state.load_factors.clone_from(&self.factors);
+        }
     }
 }
 
 impl Memory {
-    fn factors(&self, part: f64) -> Vec<f64> {
+    /// Load factors of the part that is being relaxed.
+    fn present_factors(&self) -> Vec<f64> {
+        let part = self.increment as f64 / self.increments as f64;
         let between = |(from, to): (&f64, &f64)| from + (to - from) * part;
         self.from.iter().zip(&self.to).map(between).collect()
     }

@@ -191,6 +191,7 @@ impl Simulation {
         }
         self.motion.start = self.state.whole;
         self.take_factors();
+        self.state.load_factors.clone_from(&self.factors);
         let (context, state, scratch) = self.parts();
         let sums = step(context, state, scratch);
         self.book(sums);
@@ -256,7 +257,6 @@ impl Simulation {
         conditions.factors(*stage, *time, stage_starts, &mut self.factors);
         conditions.velocities(half, stage_starts, &mut self.velocities);
         self.factors.push(1.0);
-        self.state.load_factors.clone_from(&self.factors);
     }
 
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {

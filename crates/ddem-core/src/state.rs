@@ -38,7 +38,7 @@ pub(crate) struct State {
     /// Velocities are at the present time: between stages.
     pub(crate) whole: bool,
     pub(crate) work: Work,
-    /// Factor of each load, and last of gravity, as relaxation left them.
+    /// Factor of each load, and last of gravity, as the last step or relaxation left them.
     pub(crate) load_factors: Vec<f64>,
 }
 
