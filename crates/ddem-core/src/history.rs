@@ -8,7 +8,11 @@ impl History {
     pub fn factor(&self, time: f64) -> f64 {
         match self {
             Self::Ramp(rise) => {
-                if time >= *rise { 1.0 } else { (time / rise).max(0.0) }
+                if time >= *rise {
+                    1.0
+                } else {
+                    (time / rise).max(0.0)
+                }
             }
             Self::Table(rows) => {
                 let after = rows.partition_point(|row| row[0] <= time);
@@ -21,3 +25,6 @@ impl History {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
