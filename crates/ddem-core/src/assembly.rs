@@ -1,5 +1,5 @@
-//! From blocks to tables: the elements of bodies and joint cells, lumped masses (3), and the
-//! diagonal of the assembled stiffness (8), (11).
+//! From blocks to tables: the elements of bodies and joint cells, lumped masses, eq. (3), and the
+//! diagonal of the assembled stiffness, eq. (8) and eq. (11).
 
 use std::collections::HashMap;
 

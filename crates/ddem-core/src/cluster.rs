@@ -15,6 +15,7 @@ use crate::assembly::{Element, NO_TABLE};
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
 use crate::pack::Neighbours;
+use crate::state::Memory;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +37,13 @@ pub(crate) struct InverseMass {
     pub(crate) partner: Vec<Partner>,
     /// Three components a row `[m/N]`.
     pub(crate) rows: Vec<Lanes>,
+}
+
+/// How a relaxation is going.
+#[derive(Clone, Debug)]
+pub(crate) struct Relaxation {
+    pub(crate) memory: Memory,
+    pub(crate) clusters: Clusters,
 }
 
 /// `K[(a, c), (a ^ r, c)]` of one element: by corner a, partner bits r, component c.

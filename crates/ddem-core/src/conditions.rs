@@ -264,3 +264,6 @@ fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
     }
     starts
 }
+
+#[cfg(test)]
+mod tests;

@@ -183,7 +183,7 @@ impl Simulation {
     }
 
     /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape
-    /// `(n_nodes, 3)`, (8) and (11).
+    /// `(n_nodes, 3)`, eq. (8) and eq. (11).
     pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
         self.measured = None;
         crate::step::internal_forces(&self.model, &self.state.u, &mut self.scratch);

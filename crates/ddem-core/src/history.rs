@@ -25,3 +25,6 @@ impl History {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

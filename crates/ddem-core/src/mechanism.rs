@@ -2,31 +2,42 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::deck::StageKind;
+use crate::conditions::{Active, Conditions};
+use crate::deck::{Deck, StageKind};
 use crate::error::Fault;
-use crate::geometry::Vec3;
-use crate::model::Model;
+use crate::geometry::{Geometry, Vec3};
+use crate::pack::Packs;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
-pub(crate) fn check(model: &Model) -> Vec<Fault> {
-    let stages = model.deck.stage.iter().enumerate();
+pub(crate) fn check(
+    deck: &Deck,
+    geometry: &Geometry,
+    conditions: &Conditions,
+    packs: &Packs,
+) -> Vec<Fault> {
+    let stages = deck.stage.iter().enumerate();
     let relax = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
-    relax.filter_map(|(index, stage)| free_motion(model, index, &stage.name)).collect()
+    let fault = |(stage, _)| {
+        let active = Active::new(conditions, geometry, packs, stage);
+        free_motion(deck, geometry, &active, stage)
+    };
+    relax.filter_map(fault).collect()
 }
 
-fn free_motion(model: &Model, stage: usize, name: &str) -> Option<Fault> {
-    let groups = groups(model);
+fn free_motion(deck: &Deck, geometry: &Geometry, active: &Active, stage: usize) -> Option<Fault> {
+    let groups = groups(geometry);
     let n_groups = groups.iter().max().map_or(0, |g| g + 1);
-    let (centre, size) = extent(model);
+    let (centre, size) = extent(geometry);
     let mut grams = vec![Matrix6::<f64>::zeros(); n_groups];
-    for (node, axis) in model.active(stage).held() {
-        let arm = (Vec3::from(model.point(node as usize)) - centre) / size;
+    for (node, axis) in active.held() {
+        let (body, at) = geometry.locate(node as usize);
+        let arm = (geometry.position(body, at) - centre) / size;
         let direction = Vec3::ith(axis, 1.0);
         let turn = arm.cross(&direction);
         let row = Vector6::new(direction.x, direction.y, direction.z, turn.x, turn.y, turn.z);
-        grams[groups[model.block_of(node as usize)]] += row * row.transpose();
+        grams[groups[body]] += row * row.transpose();
     }
     let (group, motions) = grams.iter().enumerate().find_map(|(group, gram)| {
         let motions = null_motions(gram);
@@ -36,16 +47,17 @@ fn free_motion(model: &Model, stage: usize, name: &str) -> Option<Fault> {
         "the model".to_owned()
     } else {
         let block = groups.iter().position(|&g| g == group).unwrap_or(0);
-        let body = &model.geometry.bodies[block];
+        let body = &geometry.bodies[block];
         let set = body.set as usize;
-        let set = model.deck.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"));
+        let set = deck.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"));
         format!("block {block} of the set `{set}`, with what is joined to it,")
     };
     Some(
         Fault::new(
             format!("stage[{stage}]"),
             format!(
-                "the supports of relax stage `{name}` let {who} move as a rigid body: {}",
+                "the supports of relax stage `{}` let {who} move as a rigid body: {}",
+                deck.stage[stage].name,
                 describe(&motions, &centre, size).join(", ")
             ),
         )
@@ -54,8 +66,8 @@ fn free_motion(model: &Model, stage: usize, name: &str) -> Option<Fault> {
 }
 
 /// Group of each block: blocks joined by face joints are in one.
-fn groups(model: &Model) -> Vec<usize> {
-    let n = model.n_blocks();
+fn groups(geometry: &Geometry) -> Vec<usize> {
+    let n = geometry.bodies.len();
     let mut groups = vec![usize::MAX; n];
     let mut count = 0;
     for start in 0..n {
@@ -68,7 +80,7 @@ fn groups(model: &Model) -> Vec<usize> {
             for (d, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
                 let mut offset = [0; 3];
                 offset[d] = side;
-                if let Some(other) = model.geometry.neighbour(body, offset)
+                if let Some(other) = geometry.neighbour(body, offset)
                     && groups[other] == usize::MAX
                 {
                     groups[other] = count;
@@ -81,8 +93,8 @@ fn groups(model: &Model) -> Vec<usize> {
     groups
 }
 
-fn extent(model: &Model) -> (Vec3, f64) {
-    let [low, high] = model.geometry.bounds;
+fn extent(geometry: &Geometry) -> (Vec3, f64) {
+    let [low, high] = geometry.bounds;
     ((low + high) / 2.0, (high - low).norm().max(f64::MIN_POSITIVE) / 2.0)
 }
 
@@ -118,6 +130,8 @@ fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
             let shift: Vec3 =
                 motions.iter().zip(share.iter()).map(|(m, s)| translation(m) * *s).sum();
             let through = centre + wanted.cross(&shift) * size;
+            // No −0 from rounding.
+            let through = through.map(|x| (x * 1e4).round() / 1e4 + 0.0);
             names.push(format!(
                 "rotation about {axis} through ({:.4}, {:.4}, {:.4})",
                 through.x, through.y, through.z

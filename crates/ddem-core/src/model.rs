@@ -2,10 +2,10 @@
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::conditions::{Active, Conditions};
+use crate::deck::names::segment;
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
-use crate::geometry::{Geometry, Names, Region, Vec3};
-use crate::joints::{Face, faces};
+use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
 use crate::lanes::Lanes;
 use crate::pack::Packs;
 
@@ -41,20 +41,28 @@ impl Model {
         let geometry = Geometry::new(deck, &names)?;
         let conditions = Conditions::new(deck, &geometry)?;
         let packs = Packs::new(&geometry);
+        let faults = crate::mechanism::check(deck, &geometry, &conditions, &packs);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
         let constants = Constants::new(deck);
+        let faces = faces(&geometry);
+        if let Some(face) =
+            faces.iter().find(|face| constants.joints[face.joint as usize].is_none())
+        {
+            return Err(vec![no_springs(names.joint_name(face.joint))]);
+        }
         let assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
-        let model = Self {
+        Ok(Self {
             packs,
             assembly,
             conditions,
-            faces: faces(&geometry),
+            faces,
             geometry,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
             deck: deck.clone(),
-        };
-        let faults = crate::mechanism::check(&model);
-        if faults.is_empty() { Ok(model) } else { Err(faults) }
+        })
     }
 
     pub(crate) fn corotational(&self) -> bool {
@@ -258,6 +266,15 @@ impl Model {
             field[at + c].0[lane] = value[c];
         }
     }
+}
+
+/// A joint that would have to be springs.
+fn no_springs(name: &str) -> Fault {
+    Fault::new(
+        format!("joints.{}.normal_stiffness", segment(name)),
+        "this version does not have joints given by stiffnesses",
+    )
+    .help("give the joint a thickness and a material")
 }
 
 /// How large the model of a deck would be, from its numbers alone.

@@ -60,7 +60,8 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// For a dynamic stage: damping of every kind in §6, (10).
+    /// For a dynamic stage: damping of every kind in §6. Of the paper's form, eq. (9), that is the
+    /// mass-proportional part, and eq. (10).
     pub(crate) fn dynamic(assembly: &Assembly, damping: Damping, time_step: f64) -> Self {
         let damping_of = |inertia: &Inertia, i: usize, lane: usize| {
             let (m, k) = (inertia.mass[i / 3].0[lane], inertia.diagonal[i].0[lane]);

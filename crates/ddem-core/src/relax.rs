@@ -7,13 +7,14 @@
 //! restart, and the motion restarts from rest when it turns against the forces (`F·v < 0`):
 //! near-critical for the lowest mode that is still active, without an estimate of its frequency.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 
-use crate::cluster::Clusters;
+use crate::cluster::{Clusters, Relaxation};
 use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::simulation::Simulation;
+use crate::state::Memory;
 use crate::step::{advance_relaxing, balance};
 use crate::timestep::largest_clustered;
 
@@ -21,32 +22,6 @@ use crate::timestep::largest_clustered;
 const LARGEST: f64 = 3.6;
 /// Steps over which the displacements must have stopped.
 const WINDOW: usize = 50;
-
-/// How a relaxation is going.
-#[derive(Clone, Debug)]
-pub(crate) struct Relaxation {
-    pub(crate) memory: Memory,
-    clusters: Clusters,
-}
-
-/// What a checkpoint of a relaxation needs to go on.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Memory {
-    /// Equal parts in which loads reach their value.
-    pub(crate) increments: u64,
-    /// The part that is being relaxed, from 1.
-    pub(crate) increment: u64,
-    /// Steps since the last restart.
-    pub(crate) since_restart: u64,
-    /// Load factors before and after.
-    pub(crate) from: Vec<f64>,
-    pub(crate) to: Vec<f64>,
-    /// Length of the way gone in this increment, and of its last steps.
-    pub(crate) way: f64,
-    pub(crate) last: VecDeque<f64>,
-    /// `Σ F²` at the start, where nothing is applied.
-    pub(crate) first: f64,
-}
 
 /// Where a relaxation is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +57,7 @@ impl Simulation {
     /// Goes on with a relaxation that a checkpoint has kept.
     pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
         self.change_motion(Motion::relaxing(&self.model.assembly));
-        self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+        self.rest();
         let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
         for (node, axis) in self.active.held() {
             held.entry(node).or_default()[axis] = true;
@@ -90,7 +65,19 @@ impl Simulation {
         let mut clusters = Clusters::new(&self.model, &held);
         let largest = largest_clustered(&self.model, &clusters, &mut self.scratch);
         clusters.scale(LARGEST / largest);
+        // Until a part of the loads has made its first step, those before it act.
+        if memory.way != 0.0 || !memory.last.is_empty() {
+            self.factors = memory.present_factors();
+        }
         self.relaxation = Some(Relaxation { memory, clusters });
+    }
+
+    /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
+    pub(crate) fn rest(&mut self) {
+        self.measured = None;
+        self.motion = Motion::relaxing(&self.model.assembly);
+        self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+        self.factors.clone_from(&self.state.load_factors);
     }
 
     /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is
@@ -114,8 +101,7 @@ impl Simulation {
         Relaxation { memory, clusters }: &mut Relaxation,
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
-        let part = memory.increment as f64 / memory.increments as f64;
-        self.factors = memory.factors(part);
+        self.factors = memory.present_factors();
         let (context, state, scratch) = self.parts();
         let mut sums = balance(context, state, scratch, false);
         if sums.applied == 0.0 {
@@ -177,12 +163,16 @@ impl Simulation {
     /// Ends a relaxation: everything is at rest.
     pub fn finish_relaxation(&mut self) {
         self.settle();
-        self.relaxation = None;
+        if self.relaxation.take().is_some() {
+            self.state.load_factors.clone_from(&self.factors);
+        }
     }
 }
 
 impl Memory {
-    fn factors(&self, part: f64) -> Vec<f64> {
+    /// Load factors of the part that is being relaxed.
+    fn present_factors(&self) -> Vec<f64> {
+        let part = self.increment as f64 / self.increments as f64;
         let between = |(from, to): (&f64, &f64)| from + (to - from) * part;
         self.from.iter().zip(&self.to).map(between).collect()
     }

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use crate::deck::Damping;
 use crate::model::Model;
 use crate::motion::Motion;
-use crate::relax::Memory;
 use crate::simd::Simd;
 use crate::simulation::Simulation;
-use crate::state::{State, Work};
+use crate::state::{Memory, State, Work};
 
 /// Everything that a simulation needs to go on, without the model.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,6 +41,7 @@ impl Simulation {
         count("stage", *stage as u64);
         count("whole", u64::from(*whole));
         count("started", u64::from(self.started));
+        count("resting", u64::from(self.motion.fictitious && self.relaxation.is_none()));
         if let Some(relaxation) = &self.relaxation {
             let memory = &relaxation.memory;
             count("relax_increments", memory.increments);
@@ -92,6 +92,9 @@ impl Simulation {
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;
         simulation.motion = Motion::dynamic(assembly, damping, time_step);
+        if count("resting") == Some(1) {
+            simulation.rest();
+        }
         if let Some(increments) = count("relax_increments") {
             simulation.continue_relaxation(Memory {
                 increments,

@@ -6,13 +6,14 @@ use fearless_simd::{Level, dispatch};
 
 use crate::conditions::Active;
 use crate::element::corotation::Frame;
-use crate::force::internal::{Workspace, collect, spread_torque};
+use crate::force::internal::Workspace;
+use crate::force::shares::{collect, spread_torque};
+use crate::frames::fit_pack;
 use crate::lanes::{Lanes, load};
 use crate::model::Model;
 use crate::pack::Packs;
 use crate::parallel::{Split, node_start, runs, share_start};
 use crate::state::State;
-use crate::step::{Part, fit_pack};
 use crate::sums::Sums;
 
 /// Forces, sums and working space.
@@ -233,6 +234,17 @@ pub(crate) struct Moving<'a> {
     pub(crate) frames: &'a mut [Frame],
     pub(crate) u: &'a mut [Lanes],
     pub(crate) v: &'a mut [Lanes],
+}
+
+/// One pack of the two passes' borrowed fields.
+pub(crate) struct Part<'a> {
+    pub(crate) f: &'a mut [Lanes],
+    pub(crate) torque: &'a mut [Lanes; 3],
+    pub(crate) sums: &'a mut Sums,
+    pub(crate) reactions: &'a mut [f64],
+    /// Loads; of no meaning unless `loaded`.
+    pub(crate) q: &'a mut Vec<Lanes>,
+    pub(crate) loaded: bool,
 }
 
 impl Balancing<'_> {

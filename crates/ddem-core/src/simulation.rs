@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::cluster::Relaxation;
 use crate::conditions::Active;
 use crate::deck::{Damping, TimeStep};
 use crate::energy::Energy;
@@ -9,7 +10,6 @@ use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::motion::Motion;
-use crate::relax::Relaxation;
 use crate::scratch::Scratch;
 use crate::simd::Simd;
 use crate::state::{State, Work};
@@ -191,6 +191,7 @@ impl Simulation {
         }
         self.motion.start = self.state.whole;
         self.take_factors();
+        self.state.load_factors.clone_from(&self.factors);
         let (context, state, scratch) = self.parts();
         let sums = step(context, state, scratch);
         self.book(sums);
@@ -256,7 +257,6 @@ impl Simulation {
         conditions.factors(*stage, *time, stage_starts, &mut self.factors);
         conditions.velocities(half, stage_starts, &mut self.velocities);
         self.factors.push(1.0);
-        self.state.load_factors.clone_from(&self.factors);
     }
 
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {

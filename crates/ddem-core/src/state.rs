@@ -1,5 +1,7 @@
 //! All that changes during a run, and nothing else.
 
+use std::collections::VecDeque;
+
 use crate::geometry::Vec3;
 use crate::lanes::Lanes;
 use crate::model::Model;
@@ -36,8 +38,27 @@ pub(crate) struct State {
     /// Velocities are at the present time: between stages.
     pub(crate) whole: bool,
     pub(crate) work: Work,
-    /// Factor of each load, and last of gravity, as relaxation left them.
+    /// Factor of each load, and last of gravity, as the last step or relaxation left them.
     pub(crate) load_factors: Vec<f64>,
+}
+
+/// What a checkpoint of a relaxation needs to go on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Memory {
+    /// Equal parts in which loads reach their value.
+    pub(crate) increments: u64,
+    /// The part that is being relaxed, from 1.
+    pub(crate) increment: u64,
+    /// Steps since the last restart.
+    pub(crate) since_restart: u64,
+    /// Load factors before and after.
+    pub(crate) from: Vec<f64>,
+    pub(crate) to: Vec<f64>,
+    /// Length of the way gone in this increment, and of its last steps.
+    pub(crate) way: f64,
+    pub(crate) last: VecDeque<f64>,
+    /// `Σ F²` at the start, where nothing is applied.
+    pub(crate) first: f64,
 }
 
 impl State {

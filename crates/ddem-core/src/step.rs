@@ -12,15 +12,17 @@ use fearless_simd_macros::simd;
 
 use crate::cluster::{self, Clusters};
 use crate::conditions::{Active, Support};
-use crate::element::corotation::{Frame, fit};
+use crate::element::corotation::Frame;
 use crate::force::external::{self, External};
-use crate::force::internal::{self, Input, Output, pack_forces};
+use crate::force::internal::{Input, Output, pack_forces};
+use crate::force::shares;
 use crate::force::support;
-use crate::lanes::{Lanes, add, load, load_at, scale, splat, zero};
+use crate::frames::fit_pack;
+use crate::lanes::{Lanes, load, splat};
 use crate::model::Model;
 use crate::motion::{Motion, Update};
 use crate::parallel::{node_start, share_start, spread};
-use crate::scratch::{Balancing, Forces, Moving, Relaxing, Scratch};
+use crate::scratch::{Balancing, Forces, Moving, Part, Relaxing, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
 
@@ -67,7 +69,8 @@ pub(crate) fn balance(
     Sums::total(&scratch.sums)
 }
 
-/// First pass: `f ← −K u` of the bodies (8) and of the joint cells (11), in each block's frame.
+/// First pass: `f ← −K u` of the bodies, eq. (8), and of the joint cells, eq. (11), in each block's
+/// frame.
 pub(crate) fn forces(model: &Model, u: &[Lanes], scratch: &mut Scratch, energies: bool) {
     let level = scratch.level;
     let (fields, frames, runs) = scratch.forces(energies);
@@ -247,17 +250,6 @@ fn run_relaxing<S: Simd>(
     }
 }
 
-/// One pack of the two passes' borrowed fields.
-pub(crate) struct Part<'a> {
-    pub(crate) f: &'a mut [Lanes],
-    pub(crate) torque: &'a mut [Lanes; 3],
-    pub(crate) sums: &'a mut Sums,
-    pub(crate) reactions: &'a mut [f64],
-    /// Loads; of no meaning unless `loaded`.
-    pub(crate) q: &'a mut Vec<Lanes>,
-    pub(crate) loaded: bool,
-}
-
 /// Adds up the forces at the nodes of a pack: `F = Q − f_body − f_joint + R`.
 #[simd]
 fn balance_pack<S: Simd>(
@@ -271,17 +263,10 @@ fn balance_pack<S: Simd>(
     let pack = &model.packs.packs[index];
     let first = 3 * pack.start;
     // What the joints at the lower sides do, and what the derivative of R adds.
-    internal::collect(simd, &model.packs, index, shares, part.f, part.torque);
+    shares::collect(simd, &model.packs, index, shares, part.f, part.torque);
     if model.corotational() {
         let torque = load(simd, part.torque);
-        internal::spread_torque(
-            simd,
-            (&model.packs, &model.assembly),
-            index,
-            frame,
-            torque,
-            part.f,
-        );
+        shares::spread_torque(simd, (&model.packs, &model.assembly), index, frame, torque, part.f);
     }
     // Loads.
     let n = part.f.len();
@@ -308,7 +293,7 @@ fn balance_pack<S: Simd>(
     part.loaded = loaded;
 }
 
-/// Moves the nodes of a pack: velocities (M2), (10), then displacements.
+/// Moves the nodes of a pack: velocities (M2), then displacements.
 #[simd]
 fn advance_pack<S: Simd>(
     simd: S,
@@ -380,36 +365,6 @@ fn applied(q: Option<&[Lanes]>, supports: &[Support], reactions: &[f64], first: 
     let squares = q.map_or(0.0, |q| q.iter().map(|q| Lanes(q.0.map(|x| x * x)).sum()).sum());
     let changes = supports.iter().zip(reactions).map(|(s, r)| r * (2.0 * loads(s) + r));
     squares + changes.sum::<f64>()
-}
-
-/// The frame of a pack's bodies at displacements `u`.
-#[simd]
-pub(crate) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes]) -> Frame {
-    let n = model.packs.shape_of(&model.packs.packs[index]).divisions;
-    let edges = &model.assembly.tables[model.assembly.pack_tables[index][0] as usize].edges;
-    let half = 0.5 * n as f64;
-    let (mut sum, mut moments) = (zero(simd), [zero(simd); 3]);
-    let mut node = 0;
-    for k in 0..=n {
-        let mut plane = zero(simd);
-        for j in 0..=n {
-            let mut row = zero(simd);
-            for i in 0..=n {
-                let u = load_at(simd, u, node);
-                row = add(row, u);
-                moments[0] = add(moments[0], scale(u, splat(simd, i as f64 - half)));
-                node += 3;
-            }
-            plane = add(plane, row);
-            moments[1] = add(moments[1], scale(row, splat(simd, j as f64 - half)));
-        }
-        sum = add(sum, plane);
-        moments[2] = add(moments[2], scale(plane, splat(simd, k as f64 - half)));
-    }
-    let weight = splat(simd, 1.0 / (n as f64 + 1.0).powi(3));
-    let [x, y, z] = moments;
-    let moments = [scale(x, weight), scale(y, weight), scale(z, weight)];
-    fit(simd, n, edges, scale(sum, weight), moments)
 }
 
 impl Context<'_> {

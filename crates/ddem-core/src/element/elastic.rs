@@ -1,4 +1,4 @@
-//! Linear isotropic elasticity, (5).
+//! Linear isotropic elasticity.
 
 /// Lamé constants and density of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]

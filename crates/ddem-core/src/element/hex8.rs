@@ -1,4 +1,4 @@
-//! The hex8 element as the paper writes it, by 2×2×2 Gauss points: (3), (4), (6), (7).
+//! The hex8 element as the paper writes it, by 2×2×2 Gauss points.
 //!
 //! The tests' oracle; nothing in a run calls it.
 //!

@@ -1,4 +1,5 @@
-//! Elastic forces of the bodies (6)–(8) and of the bonded joint cells (11), one pack at a time.
+//! Elastic forces of the bodies, eq. (8), and of the bonded joint cells, eq. (11), one pack at a
+//! time.
 //!
 //! A joint cell moves with the mean rotation of the bodies that it joins. Its residual torque
 //! `τ = Σ ũ_i × g_i`, second order in strain, is given to these bodies in equal parts, who balance
@@ -9,13 +10,13 @@ use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::assembly::{Assembly, ElementPack, NO_TABLE};
-use crate::element::corotation::{Frame, mean_rotation, torque_forces};
+use crate::element::corotation::{Frame, mean_rotation};
 use crate::element::lattice::{Planes, force};
 use crate::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
     transposed_times, zero,
 };
-use crate::pack::{Neighbours, Pack, Packs, Shape};
+use crate::pack::{Neighbours, Pack, Packs};
 
 /// What the internal forces are computed from.
 #[derive(Clone, Copy)]
@@ -351,86 +352,4 @@ fn reserve(buffer: &mut Vec<Lanes>, n: usize) {
     if buffer.len() < n {
         buffer.resize(n, Lanes::ZERO);
     }
-}
-
-/// Collects what the owners of the joints at the lower sides left for a pack: forces into `f`,
-/// torques into `torque`. Offsets in order, so that every node has one order of summation.
-#[simd]
-pub(crate) fn collect<S: Simd>(
-    simd: S,
-    packs: &Packs,
-    index: usize,
-    shares: &[Lanes],
-    f: &mut [Lanes],
-    torque: &mut [Lanes; 3],
-) {
-    let pack = &packs.packs[index];
-    let shape = packs.shape_of(pack);
-    for offset in 1..8 {
-        let lower = &pack.lower[offset];
-        if lower.is_none() {
-            continue;
-        }
-        let places = places(shape, offset);
-        if let Some(other) = lower.aligned() {
-            let first = 3 * packs.packs[other].share_start;
-            for (local, place) in places {
-                let sum =
-                    add(load_at(simd, f, 3 * local), load_at(simd, shares, first + 3 * place));
-                store_at(f, 3 * local, sum);
-            }
-            let share = load_at(simd, shares, first + 3 * shape.torque(offset));
-            let [x, y, z] = add(load(simd, torque), share);
-            *torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
-            continue;
-        }
-        for lane in 0..pack.filled {
-            let Some((other, there)) = lower.at(lane) else { continue };
-            let first = 3 * packs.packs[other].share_start;
-            for (local, place) in places.clone() {
-                for c in 0..3 {
-                    f[3 * local + c].0[lane] += shares[first + 3 * place + c].0[there];
-                }
-            }
-            let from = first + 3 * shape.torque(offset);
-            for c in 0..3 {
-                torque[c].0[lane] += shares[from + c].0[there];
-            }
-        }
-    }
-}
-
-/// Subtracts the nodal forces that balance the torque of each body of a pack.
-#[simd]
-pub(crate) fn spread_torque<S: Simd>(
-    simd: S,
-    (packs, assembly): (&Packs, &Assembly),
-    index: usize,
-    frame: &Frame,
-    torque: Vector<S>,
-    f: &mut [Lanes],
-) {
-    let n = packs.shape_of(&packs.packs[index]).divisions;
-    let edges = &assembly.tables[assembly.pack_tables[index][0] as usize].edges;
-    let per_step = torque_forces(simd, n, edges, frame, torque);
-    let half = 0.5 * n as f64;
-    let mut node = 0;
-    for k in 0..=n {
-        let plane = scale(per_step[2], splat(simd, k as f64 - half));
-        for j in 0..=n {
-            let row = add(plane, scale(per_step[1], splat(simd, j as f64 - half)));
-            for i in 0..=n {
-                let force = add(row, scale(per_step[0], splat(simd, i as f64 - half)));
-                store_at(f, node, sub(load_at(simd, f, node), force));
-                node += 3;
-            }
-        }
-    }
-}
-
-/// Local nodes at the lower side towards an offset, and their places in the owner's shares.
-#[inline(always)]
-fn places(shape: &Shape, offset: usize) -> impl Iterator<Item = (usize, usize)> + Clone {
-    let start = shape.share_start[offset];
-    shape.touched[offset].iter().enumerate().map(move |(i, &local)| (local, start + i))
 }

@@ -2,4 +2,5 @@
 
 pub(crate) mod external;
 pub(crate) mod internal;
+pub(crate) mod shares;
 pub(crate) mod support;

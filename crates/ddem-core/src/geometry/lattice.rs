@@ -108,7 +108,7 @@ impl Lattice {
         cell[0] + self.count[0] * (cell[1] + self.count[1] * cell[2])
     }
 
-    fn cell(&self, index: usize) -> [usize; 3] {
+    pub(super) fn cell(&self, index: usize) -> [usize; 3] {
         let [nx, ny, _] = self.count;
         [index % nx, index / nx % ny, index / (nx * ny)]
     }
@@ -294,22 +294,15 @@ impl Lattice {
     }
 
     /// The eight corners of a range of cells.
-    fn corners_of(&self, from: [usize; 3], to: [usize; 3]) -> [Vec3; 8] {
+    pub(super) fn corners_of(&self, from: [usize; 3], to: [usize; 3]) -> [Vec3; 8] {
         std::array::from_fn(|k| {
             let end = |d: usize| if k & (1 << d) == 0 { from[d] } else { to[d] };
             self.point([0, 1, 2].map(|d| self.cuts[d][end(d)]))
         })
     }
 
-    fn corners(&self) -> [Vec3; 8] {
+    pub(super) fn corners(&self) -> [Vec3; 8] {
         self.corners_of([0; 3], self.count)
-    }
-
-    /// Corners of the cells that have a body and meet a box of space.
-    fn cells_near(&self, bounds: &[Vec3; 2]) -> Vec<[Vec3; 8]> {
-        let bodies = (0..self.body.len()).filter(|&i| self.body[i] != NONE);
-        let cells = bodies.map(|i| self.cell(i)).map(|c| self.corners_of(c, c.map(|i| i + 1)));
-        cells.filter(|corners| meet(&bounds_of(corners), bounds)).collect()
     }
 }
 
@@ -330,83 +323,12 @@ fn positions(cuts: &Cuts) -> (Vec<f64>, Vec<f64>) {
     ((0..=n).map(at).collect(), vec![cuts.length / cuts.count; n])
 }
 
-fn bounds_of(points: &[Vec3]) -> [Vec3; 2] {
+pub(super) fn bounds_of(points: &[Vec3]) -> [Vec3; 2] {
     let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
     points.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)])
-}
-
-fn meet(a: &[Vec3; 2], b: &[Vec3; 2]) -> bool {
-    (0..3).all(|k| a[0][k] <= b[1][k] && b[0][k] <= a[1][k])
 }
 
 /// Corners of the box around all lattices.
 pub(super) fn bounds(lattices: &[Lattice]) -> [Vec3; 2] {
     bounds_of(&lattices.iter().flat_map(Lattice::corners).collect::<Vec<_>>())
-}
-
-/// Sets whose blocks overlap. A set may fill what was removed from another.
-pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
-    let name = |i: usize| deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"));
-    let mut faults = Vec::new();
-    for (j, b) in lattices.iter().enumerate() {
-        for (i, a) in lattices[..j].iter().enumerate() {
-            if overlap(a, &a.corners(), b, &b.corners()).is_none() {
-                continue;
-            }
-            let cells_a = a.cells_near(&bounds_of(&b.corners()));
-            let cells_b = b.cells_near(&bounds_of(&a.corners()));
-            let depths = cells_b.iter().flat_map(|cb| {
-                let near = bounds_of(cb);
-                let close = cells_a.iter().filter(move |ca| meet(&bounds_of(*ca), &near));
-                close.filter_map(|ca| overlap(a, ca, b, cb))
-            });
-            let depth = depths.fold(0.0, f64::max);
-            if depth > 0.0 {
-                faults.push(
-                    Fault::new(
-                        format!("blocks[{j}].origin"),
-                        format!(
-                            "its blocks overlap those of the set `{}` by {depth:.3e} m",
-                            name(i)
-                        ),
-                    )
-                    .help("move one of the sets: sets may touch, not overlap"),
-                );
-            }
-        }
-    }
-    faults
-}
-
-/// Pairs of sets that have no gap between them.
-pub(super) fn touching(lattices: &[Lattice]) -> Vec<(usize, usize)> {
-    let pairs = (0..lattices.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
-    let touch = |&(i, j): &(usize, usize)| {
-        let (a, b) = (&lattices[i], &lattices[j]);
-        depth(a, &a.corners(), b, &b.corners()).is_some_and(|(depth, size)| depth >= -1e-9 * size)
-    };
-    pairs.filter(touch).collect()
-}
-
-/// Depth by which two parallelepipeds overlap.
-fn overlap(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option<f64> {
-    depth(a, in_a, b, in_b).filter(|(depth, size)| *depth > 1e-9 * size).map(|(depth, _)| depth)
-}
-
-/// Depth (negative: gap, at least this wide) and size of two parallelepipeds, by separating axes.
-fn depth(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option<(f64, f64)> {
-    let normals = (0..3).flat_map(|d| [a.normal(d), b.normal(d)]);
-    let crossed = (0..9).map(|k| a.axes[k / 3].cross(&b.axes[k % 3]));
-    let mut depth = f64::INFINITY;
-    let size = (in_a[7] - in_a[0]).norm() + (in_b[7] - in_b[0]).norm();
-    for axis in normals.chain(crossed).filter(|axis| axis.norm() > 1e-9) {
-        let axis = axis.normalize();
-        let range = |corners: &[Vec3; 8]| {
-            let along = corners.iter().map(|x| x.dot(&axis));
-            along.fold((f64::MAX, f64::MIN), |(lo, hi), x| (lo.min(x), hi.max(x)))
-        };
-        let ((lo_a, hi_a), (lo_b, hi_b)) = (range(in_a), range(in_b));
-        depth = depth.min(hi_a.min(hi_b) - lo_a.max(lo_b));
-    }
-    depth.is_finite().then_some((depth, size))
 }

@@ -14,9 +14,13 @@
 //!  |       | | | |       | | |
 //! ```
 
+mod face;
 mod lattice;
+mod overlap;
 mod select;
 
+pub use face::Face;
+pub(crate) use face::faces;
 pub(crate) use lattice::{Lattice, NONE, lattices};
 pub(crate) use select::{Region, Surface};
 
@@ -87,7 +91,7 @@ impl Geometry {
         for (set, lattice) in lattices.iter_mut().enumerate() {
             faults.extend(lattice.open_gaps(set, deck, names));
         }
-        faults.extend(lattice::overlaps(&lattices, deck));
+        faults.extend(overlap::overlaps(&lattices, deck));
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -125,7 +129,7 @@ impl Geometry {
 
     /// Sets that touch.
     pub(crate) fn touching(&self) -> Vec<(usize, usize)> {
-        lattice::touching(&self.lattices)
+        overlap::touching(&self.lattices)
     }
 
     pub(crate) fn lattice(&self, body: usize) -> &Lattice {

@@ -246,7 +246,10 @@ impl Region {
                 let corners = surface.corners(geometry);
                 let corners = corners.map(|at| geometry.position(body, at));
                 let on_planes = corners.iter().all(|x| (0..3).all(|k| self.on_plane(k, x)));
-                if on_planes && self.ranges_meet(&corners) && surface.is_outer(geometry) {
+                if on_planes
+                    && self.ranges_meet(&surface.reach(geometry))
+                    && surface.is_outer(geometry)
+                {
                     surfaces.push(surface);
                 }
             }
@@ -297,6 +300,18 @@ impl Surface {
             at[(self.normal + 1) % 3] = i;
             at[(self.normal + 2) % 3] = k;
             at
+        })
+    }
+
+    /// Corners, moved across the gaps beside the face, over which its nodes have areas too.
+    fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
+        self.corners(geometry).map(|at| {
+            let x = geometry.position(self.body, at);
+            let beside = (0..3).filter(|&d| d != self.normal).filter_map(|d| {
+                let (other, step) = geometry.partner(self.body, at, d)?;
+                Some(geometry.position(other, step) - x)
+            });
+            x + beside.sum::<Vec3>()
         })
     }
 

@@ -1,0 +1,159 @@
+//! Who may import whom, and what core does without.
+
+use std::path::{Path, PathBuf};
+
+/// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
+const ROWS: [&[&str]; 14] = [
+    &["relax", "fields", "joints", "saved"],
+    &["simulation"],
+    &["timestep"],
+    &["step"],
+    &["scratch"],
+    &["force", "frames", "cluster"],
+    &["state", "motion"],
+    &["model"],
+    &["mechanism"],
+    &["conditions", "assembly", "parallel"],
+    &["pack"],
+    &["geometry"],
+    &["element", "history", "sums", "energy"],
+    &["lanes", "simd", "deck"],
+];
+/// Below all rows.
+const LOWEST: [&str; 1] = ["error"];
+/// Names that the front page re-exports from the lowest row.
+const RE_EXPORTED: [&str; 3] = ["Fault", "ModelError", "RunError"];
+
+fn src() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// Path below `src` and text of every source file but tests.
+pub(crate) fn sources() -> Vec<(String, String)> {
+    let (mut folders, mut sources) = (vec![src()], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{error}")) {
+            let path = entry.unwrap_or_else(|error| panic!("{error}")).path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.file_name().is_some_and(|name| name != "tests.rs") {
+                let text = std::fs::read_to_string(&path).unwrap_or_default();
+                let name = path.strip_prefix(src()).unwrap_or(&path).to_string_lossy();
+                sources.push((name.replace('\\', "/"), text));
+            }
+        }
+    }
+    sources.sort();
+    assert!(sources.len() > 30, "sources not found");
+    sources
+}
+
+/// Lines that are not comments, with their numbers.
+fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line));
+    lines.filter(|(_, line)| !line.trim_start().starts_with("//"))
+}
+
+fn row(module: &str) -> Option<usize> {
+    let lowest = LOWEST.contains(&module) || RE_EXPORTED.contains(&module);
+    let row = ROWS.iter().position(|row| row.contains(&module));
+    row.or_else(|| lowest.then_some(ROWS.len()))
+}
+
+/// Modules of the crate that a line names.
+fn named(line: &str) -> impl Iterator<Item = &str> {
+    line.match_indices("crate::").map(|(at, found)| {
+        let rest = &line[at + found.len()..];
+        let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+        &rest[..end.unwrap_or(rest.len())]
+    })
+}
+
+#[test]
+fn imports_go_down() {
+    let mut wrong = Vec::new();
+    for (file, text) in sources() {
+        let module = file.split('/').next().unwrap_or(&file).trim_end_matches(".rs");
+        if module == "lib" {
+            continue;
+        }
+        let Some(from) = row(module) else {
+            wrong.push(format!("{file}: module `{module}` is in no row"));
+            continue;
+        };
+        for (number, line) in code(&text) {
+            for used in named(line).filter(|used| *used != module) {
+                match row(used) {
+                    Some(to) if to > from => {}
+                    Some(_) => wrong.push(format!("{file}:{number}: {module} -> {used}")),
+                    None => wrong.push(format!("{file}:{number}: `{used}` is in no row")),
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "imports that do not go down:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_module_is_there() {
+    let sources = sources();
+    for module in ROWS.concat().into_iter().chain(LOWEST) {
+        let found = sources.iter().any(|(file, _)| {
+            *file == format!("{module}.rs") || file.starts_with(&format!("{module}/"))
+        });
+        assert!(found, "no module `{module}`");
+    }
+}
+
+#[test]
+fn no_force_knows_another() {
+    for (file, text) in sources().iter().filter(|(file, _)| file.starts_with("force/")) {
+        for (number, line) in code(text) {
+            let other = ["super::", "crate::force"].iter().any(|path| line.contains(path));
+            assert!(!other, "{file}:{number}: {line}");
+        }
+    }
+}
+
+#[test]
+fn core_does_without() {
+    let never = [
+        ("mul_add", "the same bits on every machine"),
+        ("std::time", "no clock"),
+        ("std::fs", "no files"),
+        ("std::env", "no environment"),
+        ("println!", "no printing"),
+        ("eprint", "no printing"),
+        ("dbg!", "no printing"),
+        ("unsafe ", "no unsafe code"),
+        ("todo!", "nothing unfinished"),
+        ("unwrap()", "no way to panic"),
+    ];
+    for (file, text) in sources() {
+        for (number, line) in code(&text) {
+            for (word, why) in never {
+                assert!(!line.contains(word), "{file}:{number}: {why}: {line}");
+            }
+        }
+    }
+}
+
+/// Threads would choose the order of such a sum.
+#[test]
+fn no_float_is_summed_in_the_order_of_threads() {
+    for (file, text) in sources() {
+        let code: String = code(&text).flat_map(|(_, line)| [line.trim(), "\n"]).collect();
+        for statement in code.split(';').filter(|s| s.contains("par_iter")) {
+            for sum in [".sum(", ".sum::", ".reduce(", ".fold("] {
+                assert!(!statement.contains(sum), "{file}: {statement}");
+            }
+        }
+    }
+}
+
+#[test]
+fn files_are_short() {
+    for (file, text) in sources() {
+        assert!(text.lines().count() < 400, "{file} has {} lines", text.lines().count());
+    }
+}

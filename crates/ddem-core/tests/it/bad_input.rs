@@ -1,0 +1,265 @@
+//! A deck with anything wrong in it becomes a list of faults, never a panic.
+
+use ddem_core::deck::*;
+use ddem_core::{Model, Size};
+use toml::Value;
+
+use crate::decks::*;
+
+/// A valid deck that uses every part of the format that this version computes.
+fn rich() -> Deck {
+    let mut deck = with_axes(deck([2, 2, 1], [2.0, 2.0, 1.0], 1, 0.01), OBLIQUE);
+    deck.title = "everything".into();
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    let own = Joint {
+        thickness: 0.01,
+        density: Some(2000.0),
+        young: Some(1e9),
+        poisson: Some(0.2),
+        ..Joint::default()
+    };
+    deck.joints.insert("own".into(), own);
+    deck.blocks[0].name = Some("pile".into());
+    let cuts = |cuts: &[f64]| Some(cuts.to_vec());
+    deck.blocks.push(BlockSet {
+        name: Some("far".into()),
+        origin: [10.0, 0.0, 0.0],
+        edges: Some(Edges {
+            x: cuts(&[0.0, 1.0, 3.0]),
+            y: cuts(&[0.0, 1.0]),
+            z: cuts(&[0.0, 2.0]),
+        }),
+        divisions: 2,
+        material: "rock".into(),
+        joint: Some(JointChoice::ByNormal { x: Some("own".into()), y: None, z: None }),
+        ..BlockSet::default()
+    });
+    let set = |name: &str| Where { set: Some(name.into()), ..Where::default() };
+    let range = |axis: usize, from: f64, to: f64| {
+        let mut region = plane(axis, 0.0);
+        *[&mut region.x, &mut region.y, &mut region.z][axis] = Some(Extent::Range([from, to]));
+        region
+    };
+    let sphere = Some(Sphere { centre: [1.0, 1.0, 0.5], radius: 4.0 });
+    deck.assign = vec![
+        Assign { region: set("pile"), joint: Some("own".into()), ..Assign::default() },
+        Assign { region: set("far"), material: Some("clay".into()), ..Assign::default() },
+    ];
+    deck.remove = vec![Remove { region: range(0, 11.5, 12.5), ..Remove::default() }];
+    deck.fix = vec![
+        Fix {
+            velocity: Some([0.1, 0.0, 0.0]),
+            history: Some(History::Ramp(0.1)),
+            until: Some("shake".into()),
+            ..fix(set("pile"), "xyz")
+        },
+        fix(set("far"), "xyz"),
+    ];
+    let table = Some(History::Table(vec![[0.0, 0.0], [1.0, 2.0]]));
+    let load = |load: Load| load;
+    deck.load = vec![
+        load(Load { region: set("far"), pressure: Some(1e5), history: table, ..Load::default() }),
+        load(Load { region: set("far"), traction: Some([1.0, 2.0, 3.0]), ..Load::default() }),
+        load(Load {
+            region: Where { sphere, ..Where::default() },
+            force: Some([1.0, 2.0, 3.0]),
+            from: Some("shake".into()),
+            ..Load::default()
+        }),
+        load(Load {
+            region: Where { x: Some(Extent::Plane(10.0)), ..plane(2, 2.0) },
+            line: Some([0.0, 0.0, -1.0]),
+            ..Load::default()
+        }),
+    ];
+    deck.initial = vec![Initial {
+        velocity: Some([1.0, 0.0, 0.0]),
+        spin: Some([0.0, 0.0, 1.0]),
+        centre: Some([0.5; 3]),
+        ..Initial::default()
+    }];
+    deck.stage = vec![
+        Stage {
+            tolerance: Some(1e-4),
+            max_steps: Some(1000),
+            increments: Some(2),
+            ..relax_stage("weight")
+        },
+        Stage {
+            kind: StageKind::Dynamic,
+            duration: Some(0.1),
+            damping: Some(Damping::Ratio(0.1)),
+            time_step: Some(TimeStep::Seconds(1e-6)),
+            fields_every: Some(0.05),
+            ..relax_stage("shake")
+        },
+    ];
+    deck.probe = vec![
+        Probe { name: "a".into(), at: Some([1.0; 3]), every: Some(0.1), ..Probe::default() },
+        Probe {
+            name: "b".into(),
+            region: Some(set("far")),
+            quantity: Quantity::Reaction,
+            every_steps: Some(3),
+            ..Probe::default()
+        },
+    ];
+    deck
+}
+
+/// Paths of all leaves of a value.
+fn leaves(value: &Value, path: &mut Vec<Step>, out: &mut Vec<Vec<Step>>) {
+    let children: Vec<(Step, &Value)> = match value {
+        Value::Table(table) => table.iter().map(|(key, v)| (Step::Key(key.clone()), v)).collect(),
+        Value::Array(array) => array.iter().enumerate().map(|(i, v)| (Step::At(i), v)).collect(),
+        _ => {
+            out.push(path.clone());
+            return;
+        }
+    };
+    for (step, child) in children {
+        path.push(step);
+        leaves(child, path, out);
+        path.pop();
+    }
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Key(String),
+    At(usize),
+}
+
+fn at<'a>(value: &'a mut Value, path: &[Step]) -> &'a mut Value {
+    path.iter().fold(value, |value, step| match step {
+        Step::Key(key) => &mut value[key.as_str()],
+        Step::At(i) => &mut value[*i],
+    })
+}
+
+/// What a leaf is replaced with.
+fn wrong(value: &Value) -> Vec<Value> {
+    match value {
+        Value::Float(x) => {
+            let numbers =
+                [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -x, 1e-300, 1e300, -1e300, 1e17];
+            numbers.map(Value::Float).to_vec()
+        }
+        Value::Integer(_) => [0, -1, i64::from(u32::MAX), i64::MAX].map(Value::Integer).to_vec(),
+        Value::String(_) => ["", "x", "nobody"].map(|s| Value::String(s.into())).to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+/// Faults say where; a model that is built has numbers.
+fn try_deck(deck: &Deck, what: &str) -> bool {
+    match Model::new(deck) {
+        Ok(model) => {
+            assert!(model.n_nodes() > 0, "{what}");
+            true
+        }
+        Err(error) => {
+            assert!(!error.faults.is_empty(), "{what}: no fault");
+            for fault in &error.faults {
+                assert!(!fault.place.is_empty() && !fault.message.is_empty(), "{what}: {fault}");
+            }
+            false
+        }
+    }
+}
+
+/// Too many nodes to try: what `ddem-io` refuses from [`Size`] before it builds.
+fn is_small(deck: &Deck) -> bool {
+    Size::of(deck).nodes < 1e6 || Size::of(deck).nodes > f64::from(u32::MAX)
+}
+
+fn value(deck: &Deck) -> Value {
+    Value::try_from(deck).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn one_wrong_value_anywhere() {
+    let deck = rich();
+    model(&deck);
+    let good = value(&deck);
+    let mut paths = Vec::new();
+    leaves(&good, &mut Vec::new(), &mut paths);
+    let (mut built, mut refused, mut unread) = (0, 0, 0);
+    for path in &paths {
+        for other in wrong(at(&mut good.clone(), path)) {
+            let mut changed = good.clone();
+            *at(&mut changed, path) = other.clone();
+            let Ok(deck) = changed.try_into::<Deck>() else {
+                unread += 1;
+                continue;
+            };
+            if is_small(&deck) {
+                let ok = try_deck(&deck, &format!("{path:?} = {other}"));
+                if ok {
+                    built += 1
+                } else {
+                    refused += 1
+                }
+                let finite = other.as_float().is_none_or(f64::is_finite);
+                assert!(finite || !ok, "{path:?} = {other} is taken");
+            }
+        }
+    }
+    println!("{} leaves: {built} built, {refused} refused, {unread} not read", paths.len());
+    assert!(paths.len() > 100 && refused > 300);
+}
+
+#[test]
+fn two_wrong_values_anywhere() {
+    let good = value(&rich());
+    let mut paths = Vec::new();
+    leaves(&good, &mut Vec::new(), &mut paths);
+    let mut random = Random::new(3);
+    let mut pick = |n: usize| (((random.next() + 1.0) / 2.0) * n as f64) as usize % n.max(1);
+    for _ in 0..1500 {
+        let mut changed = good.clone();
+        let mut what = String::new();
+        for _ in 0..2 {
+            let path = &paths[pick(paths.len())];
+            let others = wrong(at(&mut changed, path));
+            if others.is_empty() {
+                continue;
+            }
+            let other = others[pick(others.len())].clone();
+            what += &format!("{path:?} = {other}; ");
+            *at(&mut changed, path) = other;
+        }
+        if let Ok(deck) = changed.try_into::<Deck>()
+            && is_small(&deck)
+        {
+            try_deck(&deck, &what);
+        }
+    }
+}
+
+#[test]
+fn a_deck_of_nothing() {
+    assert!(!try_deck(&Deck::default(), "empty"));
+    let mut all_removed = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
+    all_removed.remove.push(Remove::default());
+    assert!(!try_deck(&all_removed, "all removed"));
+    let mut nothing = deck([1; 3], [1.0; 3], 1, 0.0);
+    nothing.joints.clear();
+    nothing.blocks[0].joint = None;
+    nothing.fix.push(fix(plane(0, 0.4), "x"));
+    let places = Model::new(&nothing).err().map(|error| error.faults[0].place.clone());
+    assert_eq!(places.as_deref(), Some("fix[0].where"));
+}
+
+/// Joints that this version cannot compute are refused where there are blocks between them.
+#[test]
+fn joints_of_springs_are_refused() {
+    let mut springs = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
+    let spring =
+        Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() };
+    springs.joints.insert("seam".into(), spring);
+    let places = Model::new(&springs).err().map(|error| error.faults[0].place.clone());
+    assert_eq!(places.as_deref(), Some("joints.seam.normal_stiffness"));
+    springs.blocks[0].count = None;
+    assert!(Model::new(&springs).is_ok());
+}

@@ -1,0 +1,123 @@
+//! Equations cited in the source are those of the table in `docs/method.md`, both ways.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use crate::architecture::sources;
+
+/// Numbers cited as `eq. (n)` or `(Mn)` in the comments of a source file.
+fn cited(text: &str) -> BTreeSet<String> {
+    let mut cited = BTreeSet::new();
+    for comment in text.lines().filter(|line| line.trim_start().starts_with("//")) {
+        for (open, _) in comment.match_indices('(') {
+            let Some(number) = comment[open + 1..].split(')').next() else { continue };
+            let is_number = |s: &str| !s.is_empty() && s.chars().all(|c| c.is_ascii_digit());
+            let own = number.strip_prefix('M').is_some_and(is_number);
+            let before = comment[..open].trim_end();
+            if own || (is_number(number) && before.ends_with("eq.")) {
+                cited.insert(number.to_owned());
+            }
+        }
+    }
+    cited
+}
+
+struct Row {
+    equations: Vec<String>,
+    source: String,
+    test: String,
+}
+
+/// Rows of the table at the end of the method.
+fn table() -> Vec<Row> {
+    let method = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/method.md");
+    let method = std::fs::read_to_string(method).unwrap_or_else(|error| panic!("{error}"));
+    let (_, table) = method
+        .split_once("## Where each equation is")
+        .unwrap_or_else(|| panic!("docs/method.md has no table of equations"));
+    let rows = table.lines().filter(|line| line.starts_with("| (") || line.starts_with("| –"));
+    rows.map(|line| {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        let equations = cells[0]
+            .split(',')
+            .filter_map(|cell| Some(cell.trim().strip_prefix('(')?.strip_suffix(')')?.to_owned()));
+        Row { equations: equations.collect(), source: cells[2].into(), test: cells[3].into() }
+    })
+    .collect()
+}
+
+/// What stands between backticks.
+fn quoted(cell: &str) -> impl Iterator<Item = &str> {
+    cell.split('`').skip(1).step_by(2)
+}
+
+#[test]
+fn equations_of_the_source_are_those_of_the_table() {
+    let mut where_cited: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (file, text) in sources() {
+        for number in cited(&text) {
+            where_cited.entry(number).or_default().push(file.clone());
+        }
+    }
+    let rows = table();
+    assert!(rows.len() > 10, "the table of equations is not read");
+    for row in &rows {
+        for number in &row.equations {
+            let cited = where_cited.remove(number).unwrap_or_default();
+            if row.source.starts_with("not yet") {
+                assert!(cited.is_empty(), "({number}) is not `not yet`: {cited:?}");
+                continue;
+            }
+            let named: Vec<&str> = quoted(&row.source).filter(|s| s.ends_with(".rs")).collect();
+            let found = cited.iter().any(|file| named.contains(&file.as_str()));
+            assert!(found, "({number}) is cited in {cited:?}, the table names {named:?}");
+        }
+    }
+    assert!(where_cited.is_empty(), "not in the table of docs/method.md: {where_cited:?}");
+}
+
+/// Files and functions that the table names exist.
+#[test]
+fn the_table_names_what_is_there() {
+    let sources = sources();
+    for row in table() {
+        for part in row.source.split("; ") {
+            let names: Vec<&str> = quoted(part).collect();
+            let (files, items): (Vec<&str>, Vec<&str>) =
+                names.into_iter().partition(|name| name.ends_with(".rs"));
+            for file in &files {
+                assert!(sources.iter().any(|(name, _)| name == file), "no file `{file}`");
+            }
+            for item in items {
+                let name = item.rsplit("::").next().unwrap_or(item);
+                let text = sources.iter().filter(|(file, _)| files.contains(&file.as_str()));
+                let kinds = ["fn", "struct", "enum", "type"];
+                let found = text.into_iter().any(|(_, text)| {
+                    kinds.iter().any(|kind| {
+                        text.match_indices(&format!("{kind} {name}")).any(|(at, found)| {
+                            let next = text[at + found.len()..].chars().next();
+                            next.is_none_or(|c| !c.is_alphanumeric() && c != '_')
+                        })
+                    })
+                });
+                assert!(found, "`{item}` is not in {files:?}");
+            }
+        }
+    }
+}
+
+/// Tests of this crate that the table names exist; those of the decks are in the root package.
+#[test]
+fn the_table_names_tests() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &str| std::fs::read_to_string(folder.join(path)).unwrap_or_default();
+    let tests =
+        [read("src/element/tests.rs"), read("tests/it/corotation.rs"), read("tests/it/resume.rs")];
+    for row in table() {
+        for test in quoted(&row.test).filter(|test| !test.contains(".rs") && !test.contains('…'))
+        {
+            let found = tests.iter().any(|text| text.contains(&format!("fn {test}(")));
+            assert!(found, "no test `{test}`");
+        }
+    }
+}

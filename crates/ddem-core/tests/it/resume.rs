@@ -1,0 +1,196 @@
+//! A saved simulation goes on with the same bits; scratch space holds no information.
+
+use ddem_core::deck::{Damping, Deck, Fix, History, Kinematics, Load, TimeStep};
+use ddem_core::{Relaxed, Saved, Simd, Simulation};
+
+use crate::decks::*;
+
+/// Two stages: weight and a ramp; a driven side.
+fn jointed() -> Deck {
+    let mut deck = with_axes(deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.02), LEANING);
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    deck.fix.push(fix(plane(2, 0.0), "xyz"));
+    deck.load.push(Load {
+        force: Some([1e6, 2e6, 0.0]),
+        history: Some(History::Ramp(1e-2)),
+        ..Load::default()
+    });
+    deck.load.push(Load {
+        force: Some([0.0, 1e6, 0.0]),
+        from: Some("b".into()),
+        ..Load::default()
+    });
+    deck.stage = vec![relax_stage("a"), relax_stage("b")];
+    deck.fix.push(Fix {
+        velocity: Some([0.0, 0.0, 0.1]),
+        from: Some("b".into()),
+        ..fix(plane(0, 0.0), "z")
+    });
+    deck
+}
+
+fn again(deck: &Deck, saved: &Saved, damping: Damping) -> Simulation {
+    let restored = Simulation::restore(model(deck), Simd::default(), saved, damping);
+    restored.unwrap_or_else(|| panic!("not the numbers of this model"))
+}
+
+fn step(simulation: &mut Simulation) {
+    simulation.step().unwrap_or_else(|error| panic!("{error}"));
+}
+
+fn start(simulation: &mut Simulation, damping: Damping) {
+    let start = simulation.start(damping, TimeStep::Auto, Some(0.02));
+    start.unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// Everything that can be seen, as bits.
+fn seen(simulation: &mut Simulation) -> Vec<u64> {
+    let nodes: Vec<u32> = (0..simulation.model().n_nodes() as u32).collect();
+    let mut seen = bits(&simulation.displacements());
+    seen.extend(bits(&simulation.velocities()));
+    seen.extend(bits(&[simulation.reaction(&nodes)]));
+    seen.extend(bits(&simulation.tractions()));
+    seen.extend(simulation.stresses().iter().flatten().map(|x| x.to_bits()));
+    seen.extend(simulation.energy().values().map(f64::to_bits));
+    seen.extend(
+        [simulation.time(), simulation.time_step(), simulation.unbalanced()].map(f64::to_bits),
+    );
+    seen.push(simulation.steps());
+    seen
+}
+
+const DAMPINGS: [Damping; 4] =
+    [Damping::None, Damping::Ratio(0.05), Damping::Mass(200.0), Damping::Local(0.7)];
+
+#[test]
+fn a_dynamic_run_goes_on_from_any_step() {
+    let deck = jointed();
+    for damping in DAMPINGS {
+        let mut whole = simulation(&deck);
+        start(&mut whole, damping);
+        for at in 0..40 {
+            if [0, 1, 2, 17, 39].contains(&at) {
+                let saved = whole.save();
+                let mut resumed = again(&deck, &saved, damping);
+                assert!(resumed.save() == saved, "{damping:?}: saved again at step {at}");
+                assert!(seen(&mut resumed) == seen(&mut whole), "{damping:?} at step {at}");
+                let mut here = again(&deck, &saved, damping);
+                (0..10).for_each(|_| step(&mut here));
+                let mut there = again(&deck, &saved, damping);
+                (0..10).for_each(|_| step(&mut there));
+                assert!(seen(&mut here) == seen(&mut there), "{damping:?}");
+            }
+            step(&mut whole);
+        }
+    }
+}
+
+#[test]
+fn an_interrupted_run_ends_as_one_that_was_not() {
+    let deck = jointed();
+    for damping in DAMPINGS {
+        let mut whole = simulation(&deck);
+        start(&mut whole, damping);
+        // Rebuilt at every step: whatever scratch space holds would be lost.
+        let mut rebuilt = again(&deck, &whole.save(), damping);
+        for at in 0..60 {
+            step(&mut whole);
+            step(&mut rebuilt);
+            rebuilt = again(&deck, &rebuilt.save(), damping);
+            assert!(rebuilt.save() == whole.save(), "{damping:?}, step {at}");
+        }
+        assert!(seen(&mut rebuilt) == seen(&mut whole), "{damping:?}");
+    }
+}
+
+/// Relaxes until it has gone on `steps` times or is done.
+fn relax(simulation: &mut Simulation, steps: usize) -> bool {
+    (0..steps).any(|_| match simulation.relax_step(1e-6) {
+        Ok(relaxed) => relaxed == Relaxed::Done,
+        Err(error) => panic!("{error}"),
+    })
+}
+
+#[test]
+fn a_relaxation_goes_on_from_any_step() {
+    let deck = jointed();
+    let mut whole = simulation(&deck);
+    whole.start_relaxation(3);
+    let mut rebuilt = again(&deck, &whole.save(), Damping::None);
+    let (mut done, mut steps) = (false, 0);
+    while !done {
+        assert!(rebuilt.save() == whole.save(), "saved at step {steps}");
+        assert!(seen(&mut rebuilt) == seen(&mut whole), "seen at step {steps}");
+        let n = if steps < 5 { 1 } else { 13 };
+        done = relax(&mut whole, n);
+        assert_eq!(relax(&mut rebuilt, n), done);
+        rebuilt = again(&deck, &rebuilt.save(), Damping::None);
+        steps += n;
+        assert!(steps < 20_000, "not in equilibrium");
+    }
+    assert!(seen(&mut rebuilt) == seen(&mut whole), "at the end");
+}
+
+/// From a static stage through a checkpoint into a dynamic one, and through another into the next.
+#[test]
+fn stages_go_on_from_a_checkpoint_between_them() {
+    let deck = jointed();
+    let mut whole = simulation(&deck);
+    whole.start_relaxation(1);
+    assert!(relax(&mut whole, 20_000));
+    whole.finish_relaxation();
+    let mut resumed = again(&deck, &whole.save(), Damping::None);
+    assert!(seen(&mut resumed) == seen(&mut whole), "after the relaxation");
+    for damping in [Damping::Ratio(0.02), Damping::Local(0.5)] {
+        for simulation in [&mut whole, &mut resumed] {
+            simulation.enter(1);
+            start(simulation, damping);
+            (0..25).for_each(|_| step(simulation));
+        }
+        assert!(seen(&mut resumed) == seen(&mut whole), "{damping:?}");
+        assert!(resumed.save() == whole.save(), "{damping:?}");
+        resumed = again(&deck, &resumed.save(), damping);
+    }
+    for simulation in [&mut whole, &mut resumed] {
+        simulation.settle();
+    }
+    assert!(seen(&mut resumed) == seen(&mut whole), "settled");
+    let energy = whole.energy();
+    assert!(energy.balance.abs() < 1e-3 * energy.external.abs(), "{energy:?}");
+}
+
+/// `increments` bring loads in equal parts, from what they were: displacements of the linear model
+/// follow them.
+#[test]
+fn increments_bring_loads_in_equal_parts() {
+    let mut deck = jointed();
+    deck.model.kinematics = Kinematics::Small;
+    let mut simulation = simulation(&deck);
+    let mut relax = |increments: u32, stage: usize| {
+        simulation.enter(stage);
+        simulation.start_relaxation(increments);
+        let mut parts = Vec::new();
+        for _ in 0..20_000 {
+            let relaxed = simulation.relax_step(1e-8).unwrap_or_else(|error| panic!("{error}"));
+            if relaxed != Relaxed::Moving {
+                parts.push(Vec3::from(simulation.displacement(simulation.model().n_nodes() - 1)));
+            }
+            if relaxed == Relaxed::Done {
+                break;
+            }
+        }
+        simulation.finish_relaxation();
+        assert_eq!(parts.len(), increments as usize);
+        parts
+    };
+    let near = |a: Vec3, b: Vec3, size: f64| assert!((a - b).norm() < 1e-5 * size, "{a} {b}");
+    // Weight comes in three parts from nothing; the ramp stands at zero.
+    let weight = relax(3, 0);
+    for (i, part) in weight.iter().enumerate() {
+        near(*part, weight[2] * (i + 1) as f64 / 3.0, weight[2].norm());
+    }
+    // The second load comes in two parts on top of it.
+    let loaded = relax(2, 1);
+    near(loaded[0], (weight[2] + loaded[1]) / 2.0, loaded[1].norm());
+    assert!((loaded[1] - weight[2]).norm() > 0.1 * weight[2].norm());
+}

@@ -1,0 +1,104 @@
+//! `where`: planes in gaps, ranges, spheres and sets.
+
+use ddem_core::deck::{BlockSet, Extent, Sphere, Where};
+
+use crate::decks::*;
+
+fn range(axis: usize, from: f64, to: f64) -> Where {
+    let mut region = plane(axis, 0.0);
+    *[&mut region.x, &mut region.y, &mut region.z][axis] = Some(Extent::Range([from, to]));
+    region
+}
+
+#[test]
+fn a_plane_in_a_gap_selects_both_sides() {
+    let model = model(&deck([2, 2, 1], [4.0, 2.0, 1.0], 2, 0.02));
+    // 3 × 3 nodes of a face, two blocks along y, both sides.
+    for x in [1.995, 2.0, 2.005] {
+        let nodes = model.nodes_in(&plane(0, x));
+        assert_eq!(nodes.len(), 2 * 2 * 9, "x = {x}");
+        let on = |x: f64| {
+            nodes.iter().filter(|&&n| (model.point(n as usize)[0] - x).abs() < 1e-9).count()
+        };
+        assert_eq!([on(1.99), on(2.01)], [18, 18]);
+    }
+    // A side of the gap is a plane of its own.
+    assert_eq!(model.nodes_in(&plane(0, 1.99)).len(), 18);
+    assert_eq!(model.nodes_in(&plane(0, 2.01)).len(), 18);
+    // Where two gaps cross, all four.
+    let crossing = Where { y: Some(Extent::Plane(1.0)), ..plane(0, 2.0) };
+    assert_eq!(model.nodes_in(&crossing).len(), 4 * 3);
+    assert!(model.nodes_in(&plane(0, 1.5)).is_empty());
+    assert_eq!(model.nodes_in(&plane(0, 4.0)).len(), 18);
+}
+
+#[test]
+fn nodes_are_sorted_and_those_of_a_search_by_hand() {
+    let model = model(&with_axes(deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.05), OBLIQUE));
+    let ball = Sphere { centre: [1.5, 1.0, 1.0], radius: 0.9 };
+    let regions = [
+        Where::default(),
+        range(0, 0.3, 1.7),
+        range(2, -10.0, 0.5),
+        Where { sphere: Some(ball), ..Where::default() },
+        Where { sphere: Some(ball), ..range(1, 0.9, 5.0) },
+    ];
+    for region in &regions {
+        let has = |node: &u32| {
+            let x = Vec3::from(model.point(*node as usize));
+            let inside = |axis: usize, extent: Option<Extent>| match extent {
+                Some(Extent::Range([from, to])) => from <= x[axis] && x[axis] <= to,
+                _ => true,
+            };
+            inside(0, region.x)
+                && inside(1, region.y)
+                && inside(2, region.z)
+                && region.sphere.is_none_or(|s| (x - Vec3::from(s.centre)).norm() <= s.radius)
+        };
+        let expected: Vec<u32> = (0..model.n_nodes() as u32).filter(has).collect();
+        assert!(!expected.is_empty());
+        assert_eq!(model.nodes_in(region), expected, "{region:?}");
+    }
+}
+
+#[test]
+fn ranges_include_their_ends() {
+    let model = model(&deck([2, 1, 1], [2.0, 1.0, 1.0], 2, 0.02));
+    // Node planes along x: 0, 0.495, 0.99, 1.01, 1.505, 2.
+    assert_eq!(model.nodes_in(&range(0, 0.495, 1.01)).len(), 3 * 9);
+    assert_eq!(model.nodes_in(&range(0, 0.0, 2.0)).len(), model.n_nodes());
+    assert!(model.nodes_in(&range(0, 0.5, 0.98)).is_empty());
+    assert!(model.nodes_in(&range(0, 1.0, 1.0)).is_empty());
+}
+
+#[test]
+fn a_set_selects_its_own_blocks() {
+    let mut deck = deck([1; 3], [1.0; 3], 2, 0.0);
+    deck.joints.clear();
+    deck.blocks[0].joint = None;
+    deck.blocks[0].name = Some("a".into());
+    let b = BlockSet {
+        name: Some("b".into()),
+        origin: [1.0, 0.0, 0.0],
+        divisions: 3,
+        ..deck.blocks[0].clone()
+    };
+    deck.blocks.push(b);
+    let model = model(&deck);
+    let set = |name: &str| Where { set: Some(name.into()), ..Where::default() };
+    assert_eq!(model.nodes_in(&set("a")), (0..27).collect::<Vec<u32>>());
+    assert_eq!(model.nodes_in(&set("b")), (27..27 + 64).collect::<Vec<u32>>());
+    // The sets touch but are not joined: a plane has the faces of both.
+    assert_eq!(model.nodes_in(&plane(0, 1.0)).len(), 9 + 16);
+    assert_eq!(model.nodes_in(&Where { x: plane(0, 1.0).x, ..set("b") }).len(), 16);
+    assert_eq!(model.warnings().len(), 1, "{:?}", model.warnings());
+}
+
+#[test]
+fn the_nearest_node_is_the_lower_on_a_tie() {
+    let model = model(&deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.02));
+    assert_eq!(model.point(model.nearest_node([-5.0, -5.0, -5.0])), [0.0; 3]);
+    // Block 0 has the nodes 0…7; the point lies in the middle of the gap.
+    assert_eq!(model.nearest_node([1.0, 0.0, 0.0]), 1);
+    assert_eq!(model.nearest_node([1.001, 0.0, 0.0]), 8);
+}
