@@ -120,7 +120,7 @@ impl Neighbours {
     pub(crate) fn aligned(&self) -> Option<usize> {
         let first = self.0[0];
         let in_order = (0..LANES as u32).all(|l| self.0[l as usize] == first.wrapping_add(l));
-        (first != NOBODY && first as usize % LANES == 0 && in_order)
+        (first != NOBODY && (first as usize).is_multiple_of(LANES) && in_order)
             .then_some(first as usize / LANES)
     }
 
@@ -188,7 +188,7 @@ impl Packs {
         let shape = self.shape(lattice.divisions);
         // Lanes run along an edge whose count is a multiple of four, if there is one: then the
         // neighbours across it are whole packs.
-        let first = (0..3).find(|&d| lattice.count[d] % LANES == 0).unwrap_or(0);
+        let first = (0..3).find(|&d| lattice.count[d].is_multiple_of(LANES)).unwrap_or(0);
         let order = [first, (first + 1) % 3, (first + 2) % 3];
         let count = order.map(|d| lattice.count[d]);
         let mut bodies = Vec::new();

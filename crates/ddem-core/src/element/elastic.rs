@@ -48,9 +48,7 @@ impl Elastic {
     pub fn matrix(&self) -> [[f64; 6]; 6] {
         let mut d = [[0.0; 6]; 6];
         for i in 0..3 {
-            for j in 0..3 {
-                d[i][j] = self.lambda;
-            }
+            d[i][..3].fill(self.lambda);
             d[i][i] = self.p_modulus();
             d[i + 3][i + 3] = self.shear;
         }

@@ -44,7 +44,7 @@ impl Modal {
             ElementKind::Incompatible => condense(&c, monomial),
         });
         let mut bend = SMatrix::<f64, 9, 9>::zeros();
-        for monomial in 0..3 {
+        for (monomial, linear) in linear.iter().enumerate() {
             // Modes ξ_monomial ξ_α, whose derivative along α is the monomial.
             for alpha in (0..3).filter(|&a| a != monomial) {
                 for beta in (0..3).filter(|&b| b != monomial) {
@@ -52,7 +52,7 @@ impl Modal {
                     for i in 0..3 {
                         for j in 0..3 {
                             bend[(3 * m + i, 3 * n + j)] +=
-                                linear[monomial][(3 * i + alpha, 3 * j + beta)] / 3.0;
+                                linear[(3 * i + alpha, 3 * j + beta)] / 3.0;
                         }
                     }
                 }

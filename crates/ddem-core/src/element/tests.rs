@@ -105,7 +105,7 @@ fn check_lattice(modals: [Option<&Modal>; 4], dims: [usize; 3], is_box: bool) {
     let mut g = vec![Lanes::ZERO; n];
     let table = Table::new(modals, is_box);
     dispatch!(Level::new(), simd => force(simd, dims, &table, &u, &mut g, &mut Planes::default()));
-    for lane in 0..4 {
+    for (lane, modal) in modals.iter().enumerate() {
         let mut expected = vec![0.0; n];
         for cell in 0..dims.iter().product() {
             let [i, j, k] = [cell % dims[0], cell / dims[0] % dims[1], cell / (dims[0] * dims[1])];
@@ -113,7 +113,7 @@ fn check_lattice(modals: [Option<&Modal>; 4], dims: [usize; 3], is_box: bool) {
                 let [a, b, c] = s.map(|s| usize::from(s > 0.0));
                 (i + a) + nx * ((j + b) + ny * (k + c))
             };
-            let Some(modal) = modals[lane] else { continue };
+            let Some(modal) = modal else { continue };
             let dofs: Vec<usize> =
                 hex8::CORNERS.iter().flat_map(|s| [0, 1, 2].map(|c| 3 * place(*s) + c)).collect();
             let local = SVector::<f64, 24>::from_fn(|r, _| u[dofs[r]].0[lane]);

@@ -1,4 +1,8 @@
 //! What the method promises, checked on whole models through the public interface.
+//!
+//! Several tests print what they measure: `cargo test -p ddem-core --test it -- --nocapture`.
+
+#![allow(clippy::print_stdout)]
 
 mod architecture;
 mod bad_input;
