@@ -246,7 +246,10 @@ impl Region {
                 let corners = surface.corners(geometry);
                 let corners = corners.map(|at| geometry.position(body, at));
                 let on_planes = corners.iter().all(|x| (0..3).all(|k| self.on_plane(k, x)));
-                if on_planes && self.ranges_meet(&corners) && surface.is_outer(geometry) {
+                if on_planes
+                    && surface.is_outer(geometry)
+                    && self.ranges_meet(&surface.reach(geometry))
+                {
                     surfaces.push(surface);
                 }
             }
@@ -254,9 +257,9 @@ impl Region {
         surfaces
     }
 
-    fn ranges_meet(&self, corners: &[Vec3; 4]) -> bool {
+    fn ranges_meet(&self, points: &[Vec3]) -> bool {
         (0..3).all(|axis| {
-            let along = corners.iter().map(|x| x[axis]);
+            let along = points.iter().map(|x| x[axis]);
             let (low, high) = along.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
             let clear = self.tolerance[axis];
             self.range(axis).is_none_or(|[from, to]| high >= from - clear && low <= to + clear)
@@ -299,6 +302,21 @@ impl Surface {
             at[(self.normal + 2) % 3] = k;
             at
         })
+    }
+
+    /// The corners, and the nodes beside them across gaps over which the surface goes on: as far
+    /// as the hat functions of its nodes reach.
+    fn reach(&self, geometry: &Geometry) -> Vec<Vec3> {
+        let mut points = Vec::new();
+        for at in self.corners(geometry) {
+            points.push(geometry.position(self.body, at));
+            for d in (0..3).filter(|&d| d != self.normal) {
+                let beyond = geometry.partner(self.body, at, d);
+                let beyond = beyond.filter(|&(body, _)| Self { body, ..*self }.is_outer(geometry));
+                points.extend(beyond.map(|(body, at)| geometry.position(body, at)));
+            }
+        }
+        points
     }
 
     fn is_outer(&self, geometry: &Geometry) -> bool {
