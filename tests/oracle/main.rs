@@ -1,5 +1,7 @@
 //! The program against an independent finite element model (`tests/fem`), number by number.
 
+#![allow(clippy::print_stdout, reason = "errors that were found, shown by --nocapture")]
+
 #[path = "../fem/mod.rs"]
 mod fem;
 mod sample;
