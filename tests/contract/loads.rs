@@ -143,3 +143,12 @@ fn what_a_removed_block_leaves_is_a_free_face() {
     let found = resultant(&deck(&extra));
     assert_is("half of the end is gone", found, [-1e5 * 0.99, 0.0, 0.0]);
 }
+
+#[test]
+fn joints_that_cannot_be_computed_are_refused_and_not_left_out() {
+    let springs = "normal_stiffness = 1e11\nshear_stiffness = 4e10\n[joints.other]\n";
+    let text = edited(&deck(""), "[joints.stiff]\n", &format!("[joints.stiff]\n{springs}"));
+    let faults = ddem_core::Model::new(&super::shared::deck(&text)).expect_err("a refusal").faults;
+    assert!(faults.len() == 1 && faults[0].place == "joints.stiff", "{faults:?}");
+    assert!(faults[0].message.contains("spring"), "{faults:?}");
+}

@@ -42,12 +42,17 @@ impl Model {
         let conditions = Conditions::new(deck, &geometry)?;
         let packs = Packs::new(&geometry);
         let constants = Constants::new(deck);
+        let faces = faces(&geometry);
+        let faults = no_springs_yet(&faces, &constants, &names);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
         let assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
         let model = Self {
             packs,
             assembly,
             conditions,
-            faces: faces(&geometry),
+            faces,
             geometry,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
@@ -248,6 +253,20 @@ impl Model {
             field[at + c].0[lane] = value[c];
         }
     }
+}
+
+/// Joints in use that this version cannot compute: said, never left out of the model.
+fn no_springs_yet(faces: &[Face], constants: &Constants, names: &Names) -> Vec<Fault> {
+    let of_springs = |face: &Face| constants.joints[face.joint as usize].is_none();
+    let mut joints: Vec<u16> = faces.iter().filter(|f| of_springs(f)).map(|f| f.joint).collect();
+    joints.sort_unstable();
+    joints.dedup();
+    let fault = |joint: u16| {
+        let place = format!("joints.{}", crate::deck::names::segment(names.joint_name(joint)));
+        Fault::new(place, "this version does not have spring joints between blocks")
+            .help("give the joint a thickness, and `material` or `density`, `young` and `poisson`")
+    };
+    joints.into_iter().map(fault).collect()
 }
 
 /// How large the model of a deck would be, from its numbers alone.
