@@ -1,5 +1,7 @@
 //! The program against an independent finite element model (`tests/fem`), number by number.
 
+#![allow(clippy::print_stdout, reason = "errors that were found, shown by --nocapture")]
+
 #[path = "../fem/mod.rs"]
 mod fem;
 mod sample;
@@ -81,7 +83,7 @@ fn masses_and_diagonals_are_those_of_the_assembled_matrices() {
         let stiffness = relative(&diagonal, &system.stiffness.diagonal());
         println!("{}: masses {mass:.1e}, diagonal {stiffness:.1e}", sample.name);
         assert!(mass <= 1e-12, "{}: masses off by {mass:e}", sample.name);
-        assert!(stiffness <= 1e-11, "{}: diagonal off by {stiffness:e}", sample.name);
+        assert!(stiffness <= 1e-12, "{}: diagonal off by {stiffness:e}", sample.name);
     }
 }
 

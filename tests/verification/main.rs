@@ -3,6 +3,8 @@
 //! The table in `docs/verification.md` is written by
 //! `DDEM_VERIFICATION=docs/verification.md cargo test --test verification`.
 
+#![allow(clippy::print_stdout, reason = "errors that were found, shown by --nocapture")]
+
 #[path = "../fem/mod.rs"]
 mod fem;
 #[path = "../shared/mod.rs"]

@@ -14,7 +14,7 @@ fn vtk_reads_the_results_of_the_beam() {
         return;
     };
     let run = run(&edited(&example("v03_beam"), "tolerance = 1e-8", "tolerance = 1e-4"));
-    let counts = [("blocks.vtkhdf", 13_500, 108 * 64), ("joints.vtkhdf", 213 * 25, 213 * 16)];
+    let counts = [("blocks.vtkhdf", 13_500, 108 * 64), ("joints.vtkhdf", 243 * 25, 243 * 16)];
     for (file, points, cells) in counts {
         let path = run.path(file);
         let mut command = Command::new(&python);

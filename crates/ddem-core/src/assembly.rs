@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 
 use crate::deck::{Deck, ElementKind};
 use crate::element::Elastic;
-use crate::element::lattice::Table;
 use crate::element::modal::Modal;
+use crate::element::table::Table;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
 use crate::pack::{Pack, Packs};

@@ -2,7 +2,6 @@
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::conditions::{Active, Conditions};
-use crate::deck::names::segment;
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
@@ -47,11 +46,6 @@ impl Model {
         }
         let constants = Constants::new(deck);
         let faces = faces(&geometry);
-        if let Some(face) =
-            faces.iter().find(|face| constants.joints[face.joint as usize].is_none())
-        {
-            return Err(vec![no_springs(names.joint_name(face.joint))]);
-        }
         let assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
         Ok(Self {
             packs,
@@ -266,15 +260,6 @@ impl Model {
             field[at + c].0[lane] = value[c];
         }
     }
-}
-
-/// A joint that would have to be springs.
-fn no_springs(name: &str) -> Fault {
-    Fault::new(
-        format!("joints.{}.normal_stiffness", segment(name)),
-        "this version does not have joints given by stiffnesses",
-    )
-    .help("give the joint a thickness and a material")
 }
 
 /// How large the model of a deck would be, from its numbers alone.

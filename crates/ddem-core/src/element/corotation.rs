@@ -4,7 +4,7 @@
 //! `F̄ = J + Σ_d m_d h_dᵀ` with the edge vectors `h_d` of one element, the first moments
 //! `m_d = Σ w_i (i_d − n/2) u_i` and `J = Σ w_i X_i X_iᵀ = v Σ_d h_d h_dᵀ`, `v = n(n+2)/12`.
 
-use fearless_simd::{Simd, SimdFloat, f64x4};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x4};
 
 use crate::lanes::{
     Lanes, Matrix, Vector, add, cross, dot, inverse_symmetric, load, product, scale, splat, sub,
@@ -109,6 +109,21 @@ fn small_rotation<S: Simd>(simd: S, theta: Vector<S>) -> Matrix<S> {
         [two * (x * y + z), one - two * (x * x + z * z), two * (y * z - x)],
         [two * (x * z - y), two * (y * z + x), one - two * (x * x + y * y)],
     ]
+}
+
+/// `R − 1`, to rounding of itself: a small rotation loses nothing against 1.
+///
+/// Columns have length 1, so that `R_ii − 1 = −Σ_{k≠i} R_ki² / (1 + R_ii)`.
+#[inline(always)]
+pub(crate) fn minus_one<S: Simd>(simd: S, r: &Matrix<S>) -> Matrix<S> {
+    let mut out = *r;
+    for i in 0..3 {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let close = (r[j][i] * r[j][i] + r[k][i] * r[k][i]) / (r[i][i] + 1.0);
+        let near = r[i][i].simd_gt(splat(simd, 0.0));
+        out[i][i] = near.select(-close, r[i][i] - 1.0);
+    }
+    out
 }
 
 /// The rotation nearest to a sum of `count` rotations that are close to each other.

@@ -10,6 +10,7 @@ pub mod modal;
 
 pub(crate) mod corotation;
 pub(crate) mod lattice;
+pub(crate) mod table;
 
 pub use elastic::Elastic;
 

@@ -3,8 +3,9 @@ use nalgebra::{Point3, SVector, Vector3};
 
 use super::Elastic;
 use super::hex8::{self, Stiffness};
-use super::lattice::{Planes, Table, force};
+use super::lattice::{Planes, force};
 use super::modal::Modal;
+use super::table::Table;
 use crate::deck::ElementKind;
 use crate::lanes::Lanes;
 

@@ -10,7 +10,7 @@ use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::assembly::{Assembly, ElementPack, NO_TABLE};
-use crate::element::corotation::{Frame, mean_rotation};
+use crate::element::corotation::{Frame, mean_rotation, minus_one};
 use crate::element::lattice::{Planes, force};
 use crate::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
@@ -252,10 +252,10 @@ fn turn<S: Simd>(
     local: &mut [Lanes],
 ) {
     // (Rᵀ − 1) h_d, and how many of them lie between the centre and line i.
+    let change = minus_one(simd, rotation);
     let mut edges = [mean; 3];
     for d in 0..3 {
-        let h = load(simd, &table.edges[d]);
-        edges[d] = sub(transposed_times(rotation, h), h);
+        edges[d] = transposed_times(&change, load(simd, &table.edges[d]));
     }
     let (half_x, half_y, half_z) =
         (0.5 * dims[0] as f64, 0.5 * dims[1] as f64, 0.5 * dims[2] as f64);

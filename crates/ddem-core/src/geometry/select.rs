@@ -257,9 +257,9 @@ impl Region {
         surfaces
     }
 
-    fn ranges_meet(&self, corners: &[Vec3; 4]) -> bool {
+    fn ranges_meet(&self, points: &[Vec3]) -> bool {
         (0..3).all(|axis| {
-            let along = corners.iter().map(|x| x[axis]);
+            let along = points.iter().map(|x| x[axis]);
             let (low, high) = along.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
             let clear = self.tolerance[axis];
             self.range(axis).is_none_or(|[from, to]| high >= from - clear && low <= to + clear)

@@ -1,0 +1,67 @@
+//! The same bits on any number of threads and with any instruction set.
+
+use std::path::Path;
+
+use ddem_core::deck::TimeStep;
+use ddem_core::{Model, Simd, Simulation};
+
+use super::decks::mixed;
+use super::shared::{How, deck, run_into};
+
+/// The tables of a run.
+fn tables(folder: &Path) -> [Vec<u8>; 2] {
+    ["probes.csv", "energy.csv"].map(|name| std::fs::read(folder.join(name)).expect("a table"))
+}
+
+fn run(how: How) -> [Vec<u8>; 2] {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert!(run_into(&mixed(), folder.path(), how));
+    tables(folder.path())
+}
+
+#[test]
+fn tables_are_the_same_bytes_however_a_deck_is_run() {
+    let expected = run(How::default());
+    assert!(expected[0].len() > 10_000 && expected[1].len() > 10_000);
+    for threads in [2, 3] {
+        assert!(run(How { threads, ..How::default() }) == expected, "{threads} threads");
+    }
+    for (name, simd) in Simd::available() {
+        assert!(run(How { simd, ..How::default() }) == expected, "{name}");
+    }
+}
+
+/// Bits of displacements, velocities and stresses after some steps of both kinds.
+fn state(threads: usize, simd: Simd) -> Vec<u64> {
+    let model = Model::new(&deck(&mixed())).expect("a model");
+    let mut simulation = Simulation::with_simd(model, simd);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    pool.install(|| {
+        simulation.enter(0);
+        simulation.relax(1e-5, 10_000).expect("equilibrium");
+        simulation.enter(1);
+        let stage = simulation.model().deck().stage[1].clone();
+        let damping = stage.damping.unwrap_or_default();
+        simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");
+        for _ in 0..100 {
+            simulation.step().expect("finite numbers");
+        }
+        let (u, v) = (simulation.displacements(), simulation.velocities());
+        let stresses = simulation.stresses().into_flattened();
+        let tractions = simulation.tractions().into_flattened();
+        let forces = simulation.internal_forces().into_flattened();
+        let all = [u.into_flattened(), v.into_flattened(), stresses, tractions, forces];
+        all.concat().into_iter().map(f64::to_bits).collect()
+    })
+}
+
+#[test]
+fn fields_are_the_same_bits_on_any_threads_and_instructions() {
+    let expected = state(1, Simd::default());
+    for threads in [2, 3] {
+        assert!(state(threads, Simd::default()) == expected, "{threads} threads");
+    }
+    for (name, simd) in Simd::available() {
+        assert!(state(1, simd) == expected, "{name}");
+    }
+}

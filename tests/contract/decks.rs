@@ -1,0 +1,98 @@
+//! Decks of the tests.
+
+/// Rock, joints of rock and stiffer ones.
+pub(crate) const MATTER: &str = "
+[materials.rock]
+density = 2400.0
+young = 18e9
+poisson = 0.25
+[joints.seam]
+thickness = 0.01
+material = 'rock'
+[joints.stiff]
+thickness = 0.02
+density = 5000.0
+young = 60e9
+poisson = 0.2
+";
+
+/// Relaxation in increments, then two dynamic stages: driven support, damping, loads that come,
+/// change and go; five blocks along x, so that packs of four are not filled.
+pub(crate) const MIXED: &str = "
+title = 'relaxed, shaken, let go'
+[model]
+gravity = [0.0, 0.0, -9.81]
+[[blocks]]
+name = 'wall'
+size = [2.5, 1.0, 1.5]
+count = [5, 2, 3]
+divisions = 2
+material = 'rock'
+joint = { x = 'seam', y = 'seam', z = 'stiff' }
+[[remove]]
+where = { sphere = { centre = [1.25, 0.25, 0.75], radius = 0.1 } }
+[[fix]]
+where = { z = 0.0 }
+axes = 'yz'
+[[fix]]
+where = { x = 0.0, z = 0.0 }
+axes = 'x'
+until = 'shake'
+[[fix]]
+where = { x = 0.0, z = 0.0 }
+axes = 'x'
+velocity = [0.3, 0.0, 0.0]
+history = { table = [[0, 0], [5e-4, 1], [1e-3, -1], [2e-3, 0]] }
+from = 'shake'
+[[load]]
+where = { z = 1.5 }
+pressure = 2e5
+[[load]]
+where = { x = 2.5 }
+traction = [3e5, 1e5, 0.0]
+history = { ramp = 5e-4 }
+from = 'shake'
+until = 'ring'
+[[stage]]
+name = 'settle'
+kind = 'relax'
+tolerance = 1e-6
+increments = 3
+[[stage]]
+name = 'shake'
+kind = 'dynamic'
+duration = 2e-3
+damping = { ratio = 0.01 }
+frames = 7
+[[stage]]
+name = 'ring'
+kind = 'dynamic'
+duration = 1e-3
+damping = { local = 0.1 }
+frames = 3
+[[probe]]
+name = 'top'
+at = [2.5, 1.0, 1.5]
+quantity = 'displacement'
+every_steps = 7
+[[probe]]
+name = 'pace'
+where = { x = 2.5 }
+quantity = 'velocity'
+every = 1e-5
+every_steps = 50
+[[probe]]
+name = 'base'
+where = { z = 0.0 }
+quantity = 'reaction'
+[[probe]]
+name = 'middle'
+at = [0.6, 0.6, 0.6]
+quantity = 'stress'
+every = 3e-5
+";
+
+/// The mixed deck.
+pub(crate) fn mixed() -> String {
+    format!("{}{MATTER}", MIXED)
+}

@@ -1,0 +1,52 @@
+//! What a large model costs.
+
+use std::time::Instant;
+
+use super::decks::MATTER;
+use super::shared::deck;
+
+/// A number of `/proc/self/status` `[B]`.
+fn status(name: &str) -> f64 {
+    let text = std::fs::read_to_string("/proc/self/status").expect("Linux");
+    let line = text.lines().find_map(|line| line.strip_prefix(name)).expect("the number");
+    let kilobytes: f64 = line.trim_matches([':', ' ', '\t', 'k', 'B']).parse().expect("kB");
+    1024.0 * kilobytes
+}
+
+/// A million nodes, alone in its process: `SLOW=1 cargo test --test contract million`.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {
+    if std::env::var_os("SLOW").is_none() {
+        eprintln!("NOT CHECKED: set SLOW=1, and run this test alone");
+        return;
+    }
+    let text = format!(
+        "{MATTER}
+        [[blocks]]
+        size = [20.0, 20.0, 20.0]
+        count = [20, 20, 20]
+        material = 'rock'
+        joint = 'seam'
+        [[stage]]
+        name = 'fly'
+        kind = 'dynamic'
+        duration = 1.0
+        "
+    );
+    let deck = deck(&text);
+    let before = status("VmRSS");
+    let clock = Instant::now();
+    let model = ddem_core::Model::new(&deck).expect("a model");
+    let mut simulation = ddem_core::Simulation::new(model);
+    let seconds = clock.elapsed().as_secs_f64();
+    simulation.step().expect("a step");
+    let nodes = simulation.model().n_nodes() as f64;
+    let (now, peak) = (status("VmRSS") - before, status("VmHWM") - before);
+    let [a, b] = [now, peak].map(|bytes| bytes / nodes);
+    println!("{nodes} nodes in {seconds:.2} s, {a:.0} B and at most {b:.0} B a node");
+    assert!(nodes == 1e6 && seconds < 10.0, "{seconds} s");
+    assert!(peak <= 400.0 * nodes, "{} B a node", peak / nodes);
+    assert!(peak <= 2.0 * now, "peak {peak} B, then {now} B");
+    drop(simulation);
+}

@@ -1,0 +1,77 @@
+//! A run that was interrupted and gone on with is the run that was not.
+
+use std::path::Path;
+
+use super::decks::mixed;
+use super::shared::{Frames, How, run_into};
+
+const FIELDS: [(&str, &str, &str); 7] = [
+    ("blocks.vtkhdf", "PointData", "displacement"),
+    ("blocks.vtkhdf", "PointData", "velocity"),
+    ("blocks.vtkhdf", "CellData", "stress"),
+    ("joints.vtkhdf", "PointData", "displacement"),
+    ("joints.vtkhdf", "PointData", "traction"),
+    ("joints.vtkhdf", "PointData", "slip"),
+    ("joints.vtkhdf", "PointData", "failure_time"),
+];
+
+/// Everything in the result files, as bits.
+fn everything(folder: &Path) -> Vec<(String, Vec<u64>)> {
+    let mut all = Vec::new();
+    for name in ["probes.csv", "energy.csv"] {
+        let text = std::fs::read(folder.join(name)).expect("a table");
+        all.push((name.to_owned(), text.into_iter().map(u64::from).collect()));
+    }
+    let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect();
+    for (file, group, field) in FIELDS {
+        let frames = Frames::open(folder.join(file));
+        all.push((format!("{file} times"), bits(frames.times())));
+        all.push((format!("{file} {field}"), bits(frames.all(group, field))));
+    }
+    all
+}
+
+fn steps(folder: &Path) -> Vec<u64> {
+    let summary = ddem_io::summary::Summary::read(folder.join("summary.json"));
+    summary.expect("a summary").stages.iter().map(|stage| stage.steps).collect()
+}
+
+fn interrupted(stops: &[u64]) -> (Vec<(String, Vec<u64>)>, Vec<u64>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut how = How::default();
+    for &stop in stops {
+        how.stop_after = Some(stop);
+        assert!(!run_into(&mixed(), folder.path(), how), "the run ended before step {stop}");
+        how.resume = true;
+    }
+    how.stop_after = None;
+    assert!(run_into(&mixed(), folder.path(), how));
+    (everything(folder.path()), steps(folder.path()))
+}
+
+#[test]
+fn interrupted_runs_end_the_same_bit_for_bit() {
+    let (expected, steps) = interrupted(&[]);
+    let [relax, shake] = [steps[0], steps[1]];
+    println!("steps of the stages: {steps:?}");
+    // Questions are asked at every step, and once more for each part of the loads that is done.
+    let between = relax + 3;
+    let stops: [&[u64]; 9] = [
+        &[0],
+        &[1],
+        &[relax / 3 + 1],
+        &[relax / 2, relax / 4],
+        &[between],
+        &[between + 1],
+        &[between + shake / 2, 5, 0, 1],
+        &[between + shake],
+        &[between + shake - 1, 1, 1],
+    ];
+    for stops in stops {
+        let (found, steps_found) = interrupted(stops);
+        assert_eq!(steps_found, steps, "stopped after {stops:?}");
+        for ((what, expected), (_, found)) in expected.iter().zip(&found) {
+            assert!(expected == found, "{what} differs after stops at {stops:?}");
+        }
+    }
+}
