@@ -1,4 +1,13 @@
-//! The deformable block discrete element method.
+//! The deformable block discrete element method: geometry, elements, joints, the step.
+//!
+//! A [`Deck`] says what is wanted, [`Model::new`] checks and builds it, a [`Simulation`] moves it.
+//! [`FIELDS`] lists what can be seen. No file, no clock and no environment is touched here.
+//!
+//! To read the method in the source, begin with `step.rs`: one explicit step in its order. Then
+//! `force/internal.rs` and `element/lattice.rs`, the elastic forces; `pack.rs`, how four bodies
+//! lie side by side; `relax.rs`, static equilibrium. `docs/method.md` has the theory.
+
+#![warn(clippy::print_stdout)]
 
 pub mod deck;
 pub mod element;

@@ -1,5 +1,7 @@
 //! Decks in, results out.
 
+#![warn(clippy::print_stdout)]
+
 pub mod checkpoint;
 pub mod deck;
 pub mod diagnose;

@@ -2,6 +2,7 @@
 
 mod drive;
 mod failure;
+mod mesh;
 mod probe;
 mod record;
 mod report;

@@ -128,13 +128,13 @@ pub(crate) fn minus_one<S: Simd>(simd: S, r: &Matrix<S>) -> Matrix<S> {
 
 /// The rotation nearest to a sum of `count` rotations that are close to each other.
 ///
-/// Newton–Schulz on their mean: off by θ² at first, then by its square, twice.
+/// Newton–Schulz on their mean: off by θ² at first, then by its square, three times.
 #[inline(always)]
 pub(crate) fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Matrix<S> {
     let share = splat(simd, 1.0 / count);
     let [x, y, z] = *sum;
     let mut r = [scale(x, share), scale(y, share), scale(z, share)];
-    for _ in 0..2 {
+    for _ in 0..3 {
         let mut m = transposed_product(&r, &r);
         for (i, row) in m.iter_mut().enumerate() {
             for (k, x) in row.iter_mut().enumerate() {

@@ -1,7 +1,7 @@
 //! §2–3: formulas of one element. No model, no mesh.
 //!
 //! [`hex8`] is the text of the paper by Gauss points, and the oracle of the tests; [`modal`] is
-//! the same stiffness in the form that every loop runs; [`lattice`] applies it to a lattice of
+//! the same stiffness in the form that every loop runs; `lattice` applies it to a lattice of
 //! equal elements, four lattices at a time.
 
 pub mod elastic;

@@ -253,10 +253,12 @@ fn turn<S: Simd>(
 ) {
     // (Rᵀ − 1) h_d, and how many of them lie between the centre and line i.
     let change = minus_one(simd, rotation);
-    let mut edges = [mean; 3];
-    for d in 0..3 {
-        edges[d] = transposed_times(&change, load(simd, &table.edges[d]));
-    }
+    let [x, y, z] = &table.edges;
+    let edges = [
+        transposed_times(&change, load(simd, x)),
+        transposed_times(&change, load(simd, y)),
+        transposed_times(&change, load(simd, z)),
+    ];
     let (half_x, half_y, half_z) =
         (0.5 * dims[0] as f64, 0.5 * dims[1] as f64, 0.5 * dims[2] as f64);
     let mut at = 0;

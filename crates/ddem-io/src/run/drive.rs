@@ -117,7 +117,7 @@ impl<'a> Drive<'a> {
             self.checkpoint()?;
         }
         let summary = self.summary();
-        summary.write(&self.folder.summary())?;
+        summary.write(self.folder.summary())?;
         Ok(Outcome::Done(Box::new(summary)))
     }
 

@@ -2,11 +2,12 @@
 
 use ddem_core::{Energy, FIELDS, Field, Model, On, Simulation};
 
+use super::mesh::{self, Mesh};
 use super::probe::Sampler;
 use crate::OutputError;
 use crate::folder::Folder;
 use crate::tables::{EnergyTable, ProbeTable};
-use crate::vtkhdf::{Cells, Constant, FieldSpec, Grid, Kind, Location, Values, Writer};
+use crate::vtkhdf::{FieldSpec, Kind, Values, Writer};
 
 /// Samples of a probe in a dynamic stage when the deck does not say.
 const DEFAULT_SAMPLES: u64 = 1000;
@@ -40,7 +41,7 @@ impl Due {
 
     fn at(self, step: u64) -> bool {
         match self {
-            Self::Every(every) => step % every == 0,
+            Self::Every(every) => step.is_multiple_of(every),
             Self::Times(times, steps) => {
                 // Step k·steps/times, rounded: is one of them here?
                 let k = (step as f64 * times as f64 / steps as f64).round();
@@ -111,11 +112,12 @@ impl Recorder {
         model: &Model,
         samplers: Vec<Sampler>,
     ) -> Result<Self, OutputError> {
-        let (blocks, per_block, joints, per_joint) = grids(model);
-        let constants: Vec<_> = per_block.iter().map(|(n, v)| constant(n, v)).collect();
-        let blocks = Writer::create(folder.blocks(), &blocks, &constants, &specs(false))?;
-        let constants: Vec<_> = per_joint.iter().map(|(n, l, v)| at(n, *l, v)).collect();
-        let joints = Writer::create(folder.joints(), &joints, &constants, &specs(true))?;
+        let (blocks, joints) = (mesh::blocks(model), mesh::joints(model));
+        let create = |path, mesh: &Mesh, joints| {
+            Writer::create(path, &mesh.grid, &mesh.constants(), &specs(joints))
+        };
+        let blocks = create(folder.blocks(), &blocks, false)?;
+        let joints = create(folder.joints(), &joints, true)?;
         let columns = columns(&samplers);
         let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
         Ok(Self {
@@ -287,44 +289,4 @@ impl Filled {
             Self::U8(values) => Values::U8(values),
         }
     }
-}
-
-fn constant<'a>(name: &'a str, values: &'a [i32]) -> Constant<'a> {
-    at(name, Location::Cell, values)
-}
-
-fn at<'a>(name: &'a str, location: Location, values: &'a [i32]) -> Constant<'a> {
-    Constant { name, location, values: Values::I32(values) }
-}
-
-type ByName<T> = Vec<T>;
-
-/// The meshes of the bodies and of the joint surfaces, with what never changes on them.
-fn grids(
-    model: &Model,
-) -> (Grid, ByName<(&'static str, Vec<i32>)>, Grid, ByName<(&'static str, Location, Vec<i32>)>) {
-    let points = (0..model.n_nodes()).map(|node| model.point(node)).collect();
-    let blocks = 0..model.n_blocks();
-    let cells = blocks.clone().flat_map(|block| model.hexes(block)).collect();
-    let per_cell = |value: &dyn Fn(usize) -> i32| -> Vec<i32> {
-        let of = |block| std::iter::repeat_n(value(block), model.hexes(block).count());
-        blocks.clone().flat_map(of).collect()
-    };
-    let per_block = vec![
-        ("block", per_cell(&|block| block as i32)),
-        ("material", per_cell(&|block| i32::from(model.material(block)))),
-    ];
-    let faces = model.faces();
-    let middle = |[a, b]: [u32; 2]| {
-        let (a, b) = (model.point(a as usize), model.point(b as usize));
-        [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
-    };
-    let surface = faces.iter().flat_map(|face| face.pairs(model).map(middle)).collect();
-    let quads = faces.iter().flat_map(ddem_core::Face::quads).collect();
-    let joint = faces
-        .iter()
-        .flat_map(|face| std::iter::repeat_n(i32::from(face.joint), face.pairs(model).count()));
-    let per_joint = vec![("joint", Location::Point, joint.collect())];
-    let hexahedra = Grid { points, cells: Cells::Hexahedra(cells) };
-    (hexahedra, per_block, Grid { points: surface, cells: Cells::Quads(quads) }, per_joint)
 }

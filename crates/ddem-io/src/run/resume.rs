@@ -50,7 +50,7 @@ pub(super) fn save(
         ("energy_rows", position.energy_rows),
     ]);
     let done = serde_json::to_string(&cursor.done).unwrap_or_default();
-    checkpoint::save(&folder.checkpoint(), deck_text, &arrays, &counters, &[("stages", &done)])
+    checkpoint::save(folder.checkpoint(), deck_text, &arrays, &counters, &[("stages", &done)])
 }
 
 /// What a checkpoint holds, before the model is built from its deck.

@@ -1,0 +1,58 @@
+//! The meshes of the result files, with what never changes on them.
+
+use ddem_core::{Face, Model};
+
+use crate::vtkhdf::{Cells, Constant, Grid, Location, Values};
+
+/// A mesh and its constant fields of one whole number each.
+pub(super) struct Mesh {
+    pub(super) grid: Grid,
+    fields: Vec<(&'static str, Location, Vec<i32>)>,
+}
+
+impl Mesh {
+    pub(super) fn constants(&self) -> Vec<Constant<'_>> {
+        let fields = self.fields.iter();
+        fields
+            .map(|(name, location, values)| Constant {
+                name,
+                location: *location,
+                values: Values::I32(values),
+            })
+            .collect()
+    }
+}
+
+/// The hex8 elements of the bodies: points are reference positions.
+pub(super) fn blocks(model: &Model) -> Mesh {
+    let points = (0..model.n_nodes()).map(|node| model.point(node)).collect();
+    let cells = (0..model.n_blocks()).flat_map(|block| model.hexes(block)).collect();
+    let per_cell = |value: &dyn Fn(usize) -> i32| -> Vec<i32> {
+        let of = |block| std::iter::repeat_n(value(block), model.hexes(block).count());
+        (0..model.n_blocks()).flat_map(of).collect()
+    };
+    let block = per_cell(&|block| block as i32);
+    let material = per_cell(&|block| i32::from(model.material(block)));
+    Mesh {
+        grid: Grid { points, cells: Cells::Hexahedra(cells) },
+        fields: vec![("block", Location::Cell, block), ("material", Location::Cell, material)],
+    }
+}
+
+/// The joint elements seen along their normals: points lie between the nodes of each pair.
+pub(super) fn joints(model: &Model) -> Mesh {
+    let faces = model.faces();
+    let middle = |[a, b]: [u32; 2]| {
+        let (a, b) = (model.point(a as usize), model.point(b as usize));
+        [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
+    };
+    let points = faces.iter().flat_map(|face| face.pairs(model).map(middle)).collect();
+    let quads = faces.iter().flat_map(Face::quads).collect();
+    let joint = faces
+        .iter()
+        .flat_map(|face| std::iter::repeat_n(i32::from(face.joint), face.pairs(model).count()));
+    Mesh {
+        grid: Grid { points, cells: Cells::Quads(quads) },
+        fields: vec![("joint", Location::Point, joint.collect())],
+    }
+}
