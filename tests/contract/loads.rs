@@ -149,6 +149,6 @@ fn joints_that_cannot_be_computed_are_refused_and_not_left_out() {
     let springs = "normal_stiffness = 1e11\nshear_stiffness = 4e10\n[joints.other]\n";
     let text = edited(&deck(""), "[joints.stiff]\n", &format!("[joints.stiff]\n{springs}"));
     let faults = ddem_core::Model::new(&super::shared::deck(&text)).expect_err("a refusal").faults;
-    assert!(faults.len() == 1 && faults[0].place == "joints.stiff", "{faults:?}");
+    assert!(faults.len() == 1 && faults[0].place == "joints.stiff.normal_stiffness", "{faults:?}");
     assert!(faults[0].message.contains("spring"), "{faults:?}");
 }
