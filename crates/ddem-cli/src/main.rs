@@ -1,3 +1,187 @@
 //! Command line of ddem.
 
-fn main() {}
+mod args;
+mod progress;
+
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Parser;
+use ddem_core::deck::names;
+use ddem_io::run::{Options, Outcome, RunFailure};
+use ddem_io::{DeckError, deck, run};
+
+use args::{Cli, Command, Run};
+use progress::{Screen, Watcher};
+
+/// Exit status of a command that was interrupted, as shells have it.
+const INTERRUPTED: u8 = 130;
+
+/// How a command ends.
+enum Ending {
+    /// All was done.
+    Done,
+    /// Stopped on request, after a checkpoint.
+    Interrupted,
+}
+
+/// Why a command did not do what it was told.
+enum Failure {
+    /// The command line is wrong, or asks for help or the version.
+    CommandLine(clap::Error),
+    /// The deck is wrong or the run failed.
+    Run(RunFailure),
+    /// Standard output cannot be written.
+    Output(io::Error),
+}
+
+impl From<RunFailure> for Failure {
+    fn from(failure: RunFailure) -> Self {
+        Self::Run(failure)
+    }
+}
+
+impl From<DeckError> for Failure {
+    fn from(error: DeckError) -> Self {
+        Self::Run(error.into())
+    }
+}
+
+fn main() -> ExitCode {
+    let ending = command();
+    if let Err(failure) = &ending {
+        say(failure);
+    }
+    ExitCode::from(match ending {
+        Ok(Ending::Done) => 0,
+        Ok(Ending::Interrupted) => INTERRUPTED,
+        Err(Failure::CommandLine(error)) => u8::from(error.use_stderr()) * 2,
+        Err(Failure::Run(failure)) => failure.exit_status(),
+        // Whoever reads the output has seen enough of it.
+        Err(Failure::Output(error)) => u8::from(error.kind() != ErrorKind::BrokenPipe),
+    })
+}
+
+fn command() -> Result<Ending, Failure> {
+    let cli = Cli::try_parse().map_err(Failure::CommandLine)?;
+    match (cli.command, cli.run) {
+        (None, Some(run)) if run.check => check(&run),
+        (None, Some(run)) => run_deck(&run),
+        (Some(Command::Schema), _) => output(&format!("{:#}\n", deck::schema())),
+        // Asking for help on an empty command line is up to clap.
+        (None, None) => Ok(Ending::Done),
+    }
+}
+
+/// Says what running the deck would take.
+fn check(args: &Run) -> Result<Ending, Failure> {
+    let (deck, source) = deck::read(&args.deck)?;
+    let report = run::inspect(&deck, &source)?;
+    if args.quiet {
+        return Ok(Ending::Done);
+    }
+    for warning in &report.warnings {
+        complain(&format!("warning: {warning}\n"));
+    }
+    output(&report.to_string())
+}
+
+fn run_deck(args: &Run) -> Result<Ending, Failure> {
+    let (deck, source) = deck::read(&args.deck)?;
+    let mut options = Options::new(args.folder());
+    options.threads = args.threads.map(|threads| threads.get());
+    options.resume = args.resume;
+    options.simd = args.simd.unwrap_or_default();
+
+    let screen = Screen::new(args.quiet);
+    let stop = stop_on_interrupt(&screen);
+    let mut watcher = Watcher::new(screen.clone(), stop);
+    let outcome = run::run(&deck, &source, &options, &mut watcher);
+    screen.clear();
+    let folder = options.out.display();
+    match outcome {
+        Ok(Outcome::Done(_)) => {
+            screen.line(&format!("results are in {folder}: open blocks.vtkhdf there in ParaView"));
+            Ok(Ending::Done)
+        }
+        Ok(Outcome::Interrupted(checkpoint)) => {
+            let resume = args.resume_command();
+            screen.line(&format!("saved in {}, to go on: {resume}", checkpoint.display()));
+            Ok(Ending::Interrupted)
+        }
+        Err(failure) => {
+            if failure.exit_status() == 1 {
+                screen.line(&format!("the results up to here are in {folder}"));
+            }
+            Err(failure.into())
+        }
+    }
+}
+
+/// A flag that Ctrl-C raises; the second one ends the program.
+fn stop_on_interrupt(screen: &Screen) -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let (raised, screen) = (Arc::clone(&stop), screen.clone());
+    let handler = move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(INTERRUPTED.into());
+        }
+        screen.line("stopping at the next step to save; Ctrl-C again stops at once, unsaved");
+    };
+    // Without a handler Ctrl-C ends the program at once, and the last checkpoint is still there.
+    let _ = ctrlc::set_handler(handler);
+    stop
+}
+
+/// Writes to standard output.
+fn output(text: &str) -> Result<Ending, Failure> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(Failure::Output)?;
+    Ok(Ending::Done)
+}
+
+/// Writes to standard error; when that is closed there is nobody to tell.
+fn complain(text: &str) {
+    let _ = io::stderr().write_all(text.as_bytes());
+}
+
+/// Tells the user what went wrong.
+fn say(failure: &Failure) {
+    match failure {
+        Failure::CommandLine(error) => {
+            let _ = error.print();
+        }
+        Failure::Run(RunFailure::Deck(error)) => {
+            let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+            complain(&error.report(io::stderr().is_terminal() && !no_colour));
+            if let DeckError::Unreadable { path, source } = error
+                && source.kind() == ErrorKind::NotFound
+                && let Some(near) = near(path)
+            {
+                complain(&format!("  there is a deck `{near}`\n"));
+            }
+        }
+        Failure::Run(failure) => complain(&format!("error: {failure}\n")),
+        Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => {}
+        Failure::Output(error) => {
+            complain(&format!("error: cannot write to standard output: {error}\n"));
+        }
+    }
+}
+
+/// The deck that was probably meant by a path where there is none.
+fn near(path: &Path) -> Option<String> {
+    let folder = path.parent()?;
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let decks: Vec<String> = std::fs::read_dir(here)
+        .ok()?
+        .flatten()
+        .filter(|entry| Path::new(&entry.file_name()).extension().is_some_and(|e| e == "toml"))
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .collect();
+    let name = names::nearest(path.file_name()?.to_str()?, decks.iter().map(String::as_str))?;
+    Some(folder.join(name).display().to_string())
+}

@@ -194,10 +194,14 @@ fn joint_material(
 ) -> Option<Elastic> {
     let lattice = geometry.lattice(body);
     let cell = geometry.bodies[body].cell.map(|c| c as usize);
+    let parts = || (0..8).filter(|part| part & !offset == 0);
+    let step = |part: usize| [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
+    if !parts().all(|part| geometry.neighbour(body, step(part)).is_some()) {
+        return None;
+    }
     let mut softest: Option<Elastic> = None;
-    for part in (0..8).filter(|part| part & !offset == 0) {
-        let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
-        geometry.neighbour(body, step)?;
+    for part in parts() {
+        let step = step(part);
         let at = [0, 1, 2].map(|d| cell[d] + step[d] as usize);
         for d in (0..3).filter(|d| offset & (1 << d) != 0 && part & (1 << d) == 0) {
             let joint = constants.joints[lattice.joint_above(at, d) as usize]?;

@@ -44,6 +44,8 @@ pub(crate) struct Memory {
     /// Length of the way gone in this increment, and of its last steps.
     pub(crate) way: f64,
     pub(crate) last: VecDeque<f64>,
+    /// `Σ F²` at the start, where nothing is applied.
+    pub(crate) first: f64,
 }
 
 /// Where a relaxation is.
@@ -115,7 +117,12 @@ impl Simulation {
         let part = memory.increment as f64 / memory.increments as f64;
         self.factors = memory.factors(part);
         let (context, state, scratch) = self.parts();
-        let sums = balance(context, state, scratch, false);
+        let mut sums = balance(context, state, scratch, false);
+        if sums.applied == 0.0 {
+            // Nothing is applied: the forces at the start are the measure.
+            memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
+            sums.applied = memory.first;
+        }
         self.last = sums;
         self.state.work.loads += sums.loads[0];
         self.state.work.damping += 0.5 * sums.power;

@@ -23,7 +23,7 @@ impl Simulation {
     /// The present state.
     #[must_use]
     pub fn save(&self) -> Saved {
-        let State { time, steps, stage, stage_starts, u, v, whole, work, load_factors } =
+        let State { time, origin, steps, stage, stage_starts, u, v, whole, work, load_factors } =
             &self.state;
         let mut saved = Saved::default();
         let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
@@ -33,10 +33,12 @@ impl Simulation {
         put("load_factors", load_factors.clone());
         put("work", vec![work.loads, work.supports, work.damping]);
         let initial = self.initial_energy;
-        put("time", vec![*time, self.motion.time_step, self.critical_step.unwrap_or(0.0), initial]);
+        let critical = self.critical_step.unwrap_or(0.0);
+        put("time", vec![*time, origin.0, self.motion.time_step, critical, initial]);
         let counters = &mut saved.counters;
         let mut count = |name: &str, value: u64| counters.insert(name.to_owned(), value);
         count("steps", *steps);
+        count("origin_step", origin.1);
         count("stage", *stage as u64);
         count("whole", u64::from(*whole));
         count("started", u64::from(self.started));
@@ -48,7 +50,7 @@ impl Simulation {
             let mut put = |name: &str, v: Vec<f64>| saved.arrays.insert(name.to_owned(), v);
             put("relax_from", memory.from.clone());
             put("relax_to", memory.to.clone());
-            put("relax_way", vec![memory.way]);
+            put("relax_way", vec![memory.way, memory.first]);
             put("relax_last", memory.last.iter().copied().collect());
         }
         saved
@@ -62,7 +64,7 @@ impl Simulation {
         let count = |name: &str| saved.counters.get(name).copied();
         let n = 3 * model.n_nodes();
         let (u, v) = (array("displacement")?, array("velocity")?);
-        let (&[time, time_step, critical, initial], &[loads, supports, damped]) =
+        let (&[time, origin, time_step, critical, initial], &[loads, supports, damped]) =
             (array("time")?, array("work")?)
         else {
             return None;
@@ -79,6 +81,7 @@ impl Simulation {
             simulation.model.set(&mut state.v, node, at(v));
         }
         (state.time, state.steps, state.stage) = (time, count("steps")?, stage);
+        state.origin = (origin, count("origin_step")?);
         state.stage_starts = array("stage_starts")?.to_vec();
         state.load_factors = array("load_factors")?.to_vec();
         state.whole = count("whole")? == 1;
@@ -97,6 +100,7 @@ impl Simulation {
                 from: array("relax_from")?.to_vec(),
                 to: array("relax_to")?.to_vec(),
                 way: *array("relax_way")?.first()?,
+                first: *array("relax_way")?.get(1)?,
                 last: array("relax_last")?.iter().copied().collect(),
             });
         }

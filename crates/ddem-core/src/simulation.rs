@@ -165,6 +165,7 @@ impl Simulation {
         };
         self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
         self.relaxation = None;
+        self.state.origin = (self.state.time, self.state.steps);
         self.started = true;
         Ok(steps as u64)
     }

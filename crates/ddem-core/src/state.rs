@@ -18,8 +18,11 @@ pub(crate) struct Work {
 /// The state of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct State {
-    /// Simulated time `[s]`; relaxation takes none.
+    /// Simulated time `[s]`; relaxation takes none. Counted from `origin`, so that a stage ends
+    /// exactly on time.
     pub(crate) time: f64,
+    /// Time and step at which the present time step was set.
+    pub(crate) origin: (f64, u64),
     /// Steps since the start of the run.
     pub(crate) steps: u64,
     /// The stage that is running, by its number in the deck.
@@ -43,6 +46,7 @@ impl State {
         let n = 3 * model.packs.nodes;
         let mut state = Self {
             time: 0.0,
+            origin: (0.0, 0),
             steps: 0,
             stage: 0,
             stage_starts: vec![0.0],

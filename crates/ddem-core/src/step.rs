@@ -44,7 +44,8 @@ pub(crate) fn step(context: Context<'_>, state: &mut State, scratch: &mut Scratc
     forces(context.model, &state.u, scratch, false);
     let sums = advance(context, state, scratch);
     state.steps += 1;
-    state.time += context.motion.time_step;
+    let (time, step) = state.origin;
+    state.time = time + (state.steps - step) as f64 * context.motion.time_step;
     state.whole = false;
     sums
 }

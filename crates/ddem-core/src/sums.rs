@@ -48,9 +48,14 @@ impl Sums {
         total
     }
 
-    /// Unbalanced force ratio `‖F_free‖ / ‖F_applied + reactions‖` (§7).
+    /// Unbalanced force ratio `‖F_free‖ / ‖F_applied + reactions‖` (§7); not a number where
+    /// nothing is applied and forces are out of balance.
     pub(crate) fn ratio(&self) -> f64 {
-        if self.free == 0.0 { 0.0 } else { (self.free / self.applied).sqrt() }
+        match (self.free, self.applied) {
+            (0.0, _) => 0.0,
+            (_, 0.0) => f64::NAN,
+            (free, applied) => (free / applied).sqrt(),
+        }
     }
 }
 

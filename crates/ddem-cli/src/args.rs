@@ -1,0 +1,156 @@
+//! The command line.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Parser, Subcommand};
+use ddem_core::Simd;
+use ddem_core::deck::names;
+
+/// Three-dimensional deformable block discrete element method for jointed rock.
+#[derive(Debug, Parser)]
+#[command(
+    name = "ddem",
+    version,
+    arg_required_else_help = true,
+    args_conflicts_with_subcommands = true,
+    disable_help_subcommand = true,
+    subcommand_negates_reqs = true,
+    after_help = "Example: ddem deck.toml --out results/first --threads 4"
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) run: Option<Run>,
+}
+
+/// What else the program does.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
+    Schema,
+}
+
+/// How a deck is run.
+#[derive(Debug, Args)]
+pub(crate) struct Run {
+    /// Deck to run, a TOML file
+    #[arg(value_name = "DECK")]
+    pub(crate) deck: PathBuf,
+    /// Folder of the results [default: results/<name of the deck>]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Threads, which do not change the results [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub(crate) quiet: bool,
+    /// Build the model, say what running it would take, and stop
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// Go on from the checkpoint in the folder of the results
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Instruction set of the kernels, which does not change the results
+    #[arg(long, value_name = "NAME", value_parser = simd, hide = true)]
+    pub(crate) simd: Option<Simd>,
+}
+
+impl Run {
+    /// Where the results go.
+    pub(crate) fn folder(&self) -> PathBuf {
+        match &self.out {
+            Some(out) => out.clone(),
+            None => Path::new("results").join(self.deck.file_stem().unwrap_or_default()),
+        }
+    }
+
+    /// The command that goes on with this run.
+    pub(crate) fn resume_command(&self) -> String {
+        let mut command = String::from("ddem ");
+        // A name that begins with a dash would be an option.
+        if self.deck.as_os_str().as_encoded_bytes().starts_with(b"-") {
+            command += "./";
+        }
+        command += &quoted(&self.deck);
+        if let Some(out) = &self.out {
+            command += &format!(" --out={}", quoted(out));
+        }
+        if let Some(threads) = self.threads {
+            command += &format!(" --threads {threads}");
+        }
+        command + " --resume"
+    }
+}
+
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let wanted = "a whole number, 1 or more; without --threads there is one for each processor";
+    text.parse().map_err(|_| format!("expected {wanted}"))
+}
+
+fn simd(text: &str) -> Result<Simd, String> {
+    let known = Simd::available();
+    match known.iter().find(|(name, _)| *name == text) {
+        Some((_, simd)) => Ok(*simd),
+        None => {
+            let known = names::list(known.iter().map(|(name, _)| *name));
+            Err(format!("this machine has {known}"))
+        }
+    }
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let path = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=\\".contains(c);
+    if !path.is_empty() && path.chars().all(plain) && (cfg!(windows) || !path.contains('\\')) {
+        path
+    } else if cfg!(windows) {
+        format!("\"{path}\"")
+    } else {
+        format!("'{}'", path.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(line: &[&str]) -> Run {
+        Cli::try_parse_from(line).unwrap().run.unwrap()
+    }
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn results_go_to_a_folder_with_the_name_of_the_deck() {
+        let folder = run(&["ddem", "decks/beam.v2.toml"]).folder();
+        assert_eq!(folder, Path::new("results").join("beam.v2"));
+        assert_eq!(run(&["ddem", "beam.toml", "--out", "a/b"]).folder(), Path::new("a/b"));
+    }
+
+    #[test]
+    fn schema_is_a_command_and_a_path_to_it_a_deck() {
+        let cli = Cli::try_parse_from(["ddem", "schema"]).unwrap();
+        assert!(matches!(cli.command, Some(Command::Schema)) && cli.run.is_none());
+        assert_eq!(run(&["ddem", "./schema"]).deck, Path::new("./schema"));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn the_command_to_resume_can_be_pasted_into_a_shell() {
+        let command = |line: &[&str]| run(line).resume_command();
+        assert_eq!(command(&["ddem", "beam.toml"]), "ddem beam.toml --resume");
+        assert_eq!(
+            command(&["ddem", "my beam.toml", "--threads", "2", "--out", "it's", "--quiet"]),
+            r"ddem 'my beam.toml' --out='it'\''s' --threads 2 --resume"
+        );
+        assert_eq!(command(&["ddem", "--", "-x"]), "ddem ./-x --resume");
+    }
+}

@@ -1,0 +1,328 @@
+//! What the user sees of a run.
+
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use ddem_io::run::{Event, Observer, Progress};
+use ddem_io::summary::StageSummary;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Wall time between lines where there is no terminal.
+const EVERY: Duration = Duration::from_secs(5);
+
+/// Parts of the bar.
+const LENGTH: u64 = 1000;
+
+/// How much is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mode {
+    /// Nothing.
+    Quiet,
+    /// A line now and then.
+    Lines,
+    /// A line that changes.
+    Live,
+}
+
+/// Standard error, with the live line at its end.
+#[derive(Clone, Debug)]
+pub(crate) struct Screen {
+    mode: Mode,
+    bar: ProgressBar,
+}
+
+impl Screen {
+    /// A live line where standard error is a terminal, otherwise lines; nothing when quiet.
+    pub(crate) fn new(quiet: bool) -> Self {
+        let target = ProgressDrawTarget::stderr();
+        let mode = match (quiet, target.is_hidden()) {
+            (true, _) => Mode::Quiet,
+            (false, true) => Mode::Lines,
+            (false, false) => Mode::Live,
+        };
+        let bar = ProgressBar::with_draw_target(Some(LENGTH), target);
+        if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {msg}") {
+            bar.set_style(style.progress_chars("━╸ "));
+        }
+        bar.finish_and_clear();
+        Self { mode, bar }
+    }
+
+    /// A line that stays.
+    pub(crate) fn line(&self, text: &str) {
+        if self.mode != Mode::Quiet {
+            // When standard error is closed there is nobody to tell.
+            self.bar.suspend(|| {
+                let _ = writeln!(io::stderr(), "{text}");
+            });
+        }
+    }
+
+    /// Takes the live line away.
+    pub(crate) fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Shows a run, and stops it when the flag is raised.
+#[derive(Debug)]
+pub(crate) struct Watcher {
+    screen: Screen,
+    stop: Arc<AtomicBool>,
+    /// First unbalanced ratio of the stage: where its bar begins.
+    first: Option<f64>,
+    /// When the last line was written.
+    written: Instant,
+}
+
+impl Watcher {
+    /// Shows a run on `screen`.
+    pub(crate) fn new(screen: Screen, stop: Arc<AtomicBool>) -> Self {
+        Self { screen, stop, first: None, written: Instant::now() }
+    }
+
+    fn stage_started(&mut self, progress: &Progress) {
+        self.first = None;
+        self.written = Instant::now();
+        match self.screen.mode {
+            Mode::Live => {
+                self.screen.bar.set_prefix(label(progress));
+                self.screen.bar.set_message("");
+                self.screen.bar.reset();
+                self.progress(progress);
+            }
+            Mode::Lines => self.screen.line(&beginning(progress)),
+            Mode::Quiet => {}
+        }
+    }
+
+    fn progress(&mut self, progress: &Progress) {
+        let ratio = progress.unbalanced;
+        self.first = self.first.or((ratio.is_finite() && ratio > 0.0).then_some(ratio));
+        match self.screen.mode {
+            Mode::Live => {
+                let part = self.first.map_or(0.0, |first| fraction(progress, first));
+                self.screen.bar.set_position((part * LENGTH as f64) as u64);
+                self.screen.bar.set_message(figures(progress).join("  "));
+            }
+            Mode::Lines if self.written.elapsed() >= EVERY => {
+                self.written = Instant::now();
+                let figures = figures(progress).join(", ");
+                self.screen.line(&format!("{}: step {figures}", label(progress)));
+            }
+            Mode::Lines | Mode::Quiet => {}
+        }
+    }
+}
+
+impl Observer for Watcher {
+    fn event(&mut self, event: Event<'_>) {
+        match event {
+            Event::Built(report) => {
+                let (blocks, nodes, pairs) = (report.blocks, report.nodes, report.pairs);
+                self.screen.line(&format!("model: {blocks} blocks, {nodes} nodes, {pairs} pairs"));
+            }
+            Event::Warning(warning) => self.screen.line(&format!("warning: {warning}")),
+            Event::StageStarted(progress) => self.stage_started(progress),
+            Event::Progress(progress) => self.progress(progress),
+            Event::StageDone(stage) => {
+                self.screen.clear();
+                self.screen.line(&end(stage));
+            }
+            // A checkpoint is news only when the run stops, and then its end says so.
+            _ => {}
+        }
+    }
+
+    fn wants_to_stop(&mut self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// The stage, and which it is of several.
+fn label(progress: &Progress) -> String {
+    match progress.stage_index {
+        (_, 0 | 1) => progress.stage.clone(),
+        (index, stages) => format!("{} ({}/{stages})", progress.stage, index + 1),
+    }
+}
+
+/// How far a stage is, from 0 to 1. Relaxation goes as the number of digits gained: how many steps
+/// it will take is not known.
+fn fraction(progress: &Progress, first: f64) -> f64 {
+    let Progress { unbalanced, tolerance, .. } = *progress;
+    let part = if !progress.relax {
+        progress.step as f64 / progress.steps as f64
+    } else if first > tolerance && tolerance > 0.0 {
+        (first / unbalanced).ln() / (first / tolerance).ln()
+    } else {
+        0.0
+    };
+    if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) }
+}
+
+/// What is worth knowing while a stage runs.
+fn figures(progress: &Progress) -> Vec<String> {
+    let mut figures = vec![
+        format!("{}/{}", progress.step, progress.steps),
+        format!("t {:.4e} s", progress.time),
+        format!("unbalanced {:.1e}", progress.unbalanced),
+    ];
+    if progress.relax {
+        figures[2] += &format!(" → {:e}", progress.tolerance);
+    }
+    if progress.failed_pairs > 0 {
+        figures.push(format!("{} failed", progress.failed_pairs));
+    }
+    figures.extend(rate(progress.updates_per_second));
+    let left = progress.seconds_left.and_then(clock);
+    figures.extend(left.map(|left| format!("{left} left")));
+    figures
+}
+
+/// The line at the start of a stage.
+fn beginning(progress: &Progress) -> String {
+    let what = if progress.relax {
+        let Progress { tolerance, steps, .. } = progress;
+        format!("relaxation to an unbalanced ratio of {tolerance:e}, at most {steps} steps")
+    } else {
+        format!("{} steps", progress.steps)
+    };
+    let from = match progress.step {
+        0 => String::new(),
+        step => format!(", from step {step} on"),
+    };
+    format!("{}: {what}{from}", label(progress))
+}
+
+/// The line at the end of a stage.
+fn end(stage: &StageSummary) -> String {
+    let mut line = format!("{}: done in {} steps", stage.name, stage.steps);
+    if let Some(time) = clock(stage.wall_seconds) {
+        line += &format!(" and {time}");
+    }
+    line += &format!(", unbalanced {:.1e}", stage.unbalanced);
+    if let Some(rate) = rate(stage.node_updates_per_second) {
+        line += &format!(", {rate}");
+    }
+    line
+}
+
+/// Node updates per second, if there is anything to tell.
+fn rate(rate: f64) -> Option<String> {
+    let (scale, unit) = match rate {
+        _ if !rate.is_finite() || rate <= 0.0 => return None,
+        _ if rate < 999_950.0 => (1e3, "k/s"),
+        _ if rate < 999_950_000.0 => (1e6, "M/s"),
+        _ => (1e9, "G/s"),
+    };
+    Some(format!("{:.1} {unit}", rate / scale))
+}
+
+/// A time on the clock in its two largest units.
+fn clock(seconds: f64) -> Option<String> {
+    if !seconds.is_finite() || seconds < 0.0 {
+        return None;
+    }
+    let whole = seconds.round() as u64;
+    Some(match whole {
+        0..10 => format!("{seconds:.1} s"),
+        10..60 => format!("{whole} s"),
+        60..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        3600..86_400 => format!("{} h {} min", whole / 3600, whole / 60 % 60),
+        _ => format!("{} d {} h", whole / 86_400, whole / 3600 % 24),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn relaxing(unbalanced: f64) -> Progress {
+        Progress {
+            stage: "load".into(),
+            stage_index: (0, 2),
+            relax: true,
+            step: 1200,
+            steps: 200_000,
+            time: 1.234e-3,
+            unbalanced,
+            tolerance: 1e-6,
+            failed_pairs: 0,
+            updates_per_second: 48.23e6,
+            seconds_left: Some(80.0),
+        }
+    }
+
+    #[test]
+    fn a_line_says_where_a_stage_is() {
+        let mut progress = relaxing(3.2e-4);
+        insta::assert_snapshot!(
+            figures(&progress).join("  "),
+            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4 → 1e-6  48.2 M/s  1 min 20 s left"
+        );
+        progress = Progress { failed_pairs: 7, relax: false, seconds_left: None, ..progress };
+        insta::assert_snapshot!(
+            figures(&progress).join("  "),
+            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4  7 failed  48.2 M/s"
+        );
+    }
+
+    #[test]
+    fn stages_begin_and_end_with_a_line() {
+        let progress = Progress { step: 0, ..relaxing(1.0) };
+        insta::assert_snapshot!(
+            beginning(&progress),
+            @"load (1/2): relaxation to an unbalanced ratio of 1e-6, at most 200000 steps"
+        );
+        let progress = Progress { relax: false, stage_index: (0, 1), ..relaxing(1.0) };
+        insta::assert_snapshot!(beginning(&progress), @"load: 200000 steps, from step 1200 on");
+        let stage = StageSummary {
+            name: "load".into(),
+            steps: 1234,
+            wall_seconds: 12.3,
+            unbalanced: 9.81e-7,
+            node_updates_per_second: 48.23e6,
+            ..StageSummary::default()
+        };
+        insta::assert_snapshot!(
+            end(&stage), @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, 48.2 M/s"
+        );
+    }
+
+    #[test]
+    fn the_bar_of_a_relaxation_goes_with_the_digits_gained() {
+        let part = |unbalanced| fraction(&relaxing(unbalanced), 1.0);
+        assert_eq!(part(1.0), 0.0);
+        assert!((part(1e-3) - 0.5).abs() < 1e-12);
+        assert_eq!(part(1e-6), 1.0);
+        assert_eq!(part(0.0), 1.0);
+        assert_eq!((part(2.0), part(f64::NAN), part(f64::INFINITY)), (0.0, 0.0, 0.0));
+        assert_eq!(fraction(&relaxing(1e-8), 1e-7), 0.0);
+    }
+
+    #[test]
+    fn the_bar_of_a_motion_goes_with_the_steps() {
+        let part =
+            |step, steps| fraction(&Progress { relax: false, step, steps, ..relaxing(1.0) }, 1.0);
+        assert_eq!((part(1, 4), part(4, 4), part(0, 0)), (0.25, 1.0, 0.0));
+    }
+
+    #[test]
+    fn figures_are_short() {
+        let rates = [48.2e6, 999.96e3, 1.25e3, 2e9, 0.0, f64::NAN].map(rate);
+        let shown = rates.iter().map(Option::as_deref).collect::<Vec<_>>();
+        assert_eq!(
+            shown,
+            [Some("48.2 M/s"), Some("1.0 M/s"), Some("1.2 k/s"), Some("2.0 G/s"), None, None]
+        );
+        let times = [0.26, 59.6, 3725.0, 90_000.0, -1.0, f64::INFINITY].map(clock);
+        let shown = times.iter().map(Option::as_deref).collect::<Vec<_>>();
+        assert_eq!(
+            shown,
+            [Some("0.3 s"), Some("1 min 0 s"), Some("1 h 2 min"), Some("1 d 1 h"), None, None]
+        );
+    }
+}
