@@ -8,6 +8,13 @@ use ddem_core::{Model, Simd, Simulation};
 use super::decks::mixed;
 use super::shared::{How, deck, run_into};
 
+/// Large enough for several tasks.
+fn large() -> String {
+    let text = mixed().replace("divisions = 2", "divisions = 4");
+    assert!(Model::new(&deck(&text)).expect("a model").n_nodes() > 3000);
+    text
+}
+
 /// The tables of a run.
 fn tables(folder: &Path) -> [Vec<u8>; 2] {
     ["probes.csv", "energy.csv"].map(|name| std::fs::read(folder.join(name)).expect("a table"))
@@ -15,7 +22,7 @@ fn tables(folder: &Path) -> [Vec<u8>; 2] {
 
 fn run(how: How) -> [Vec<u8>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
-    assert!(run_into(&mixed(), folder.path(), how));
+    assert!(run_into(&large(), folder.path(), how));
     tables(folder.path())
 }
 
@@ -33,7 +40,7 @@ fn tables_are_the_same_bytes_however_a_deck_is_run() {
 
 /// Bits of displacements, velocities and stresses after some steps of both kinds.
 fn state(threads: usize, simd: Simd) -> Vec<u64> {
-    let model = Model::new(&deck(&mixed())).expect("a model");
+    let model = Model::new(&deck(&large())).expect("a model");
     let mut simulation = Simulation::with_simd(model, simd);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {

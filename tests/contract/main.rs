@@ -8,6 +8,7 @@ mod shared;
 
 mod bits;
 mod decks;
+mod energies;
 mod histories;
 mod loads;
 mod memory;

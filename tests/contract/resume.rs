@@ -1,6 +1,8 @@
 //! A run that was interrupted and gone on with is the run that was not.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use ddem_io::run::{Event, Observer, Options, run};
 
 use super::decks::mixed;
 use super::shared::{Frames, How, run_into};
@@ -73,5 +75,50 @@ fn interrupted_runs_end_the_same_bit_for_bit() {
         for ((what, expected), (_, found)) in expected.iter().zip(&found) {
             assert!(expected == found, "{what} differs after stops at {stops:?}");
         }
+    }
+}
+
+/// Copies the results as they are when the first stage is done: what is left when a machine fails
+/// in the second.
+struct CopyAfterFirst {
+    from: PathBuf,
+    to: PathBuf,
+    done: bool,
+}
+
+impl Observer for CopyAfterFirst {
+    fn event(&mut self, event: Event<'_>) {
+        if matches!(event, Event::Checkpoint(_)) && !self.done {
+            self.done = true;
+            for file in std::fs::read_dir(&self.from).expect("results") {
+                let file = file.expect("a file");
+                std::fs::copy(file.path(), self.to.join(file.file_name())).expect("a copy");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_that_was_cut_off_goes_on_from_the_end_of_the_stage_before() {
+    let [whole, cut] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+    // Stages of motion one after another, whose damping differs.
+    let motion = "kind = 'dynamic'\nduration = 2e-4\ndamping = { ratio = 0.05 }";
+    let text = mixed()
+        .replace("kind = 'relax'", motion)
+        .lines()
+        .filter(|line| {
+            !["tolerance", "max_steps", "increments"].iter().any(|k| line.starts_with(k))
+        })
+        .collect::<Vec<_>>()
+        .join("\n");
+    let (deck, source) = ddem_io::deck::parse(&text, "cut.toml").expect("a deck");
+    let mut copy = CopyAfterFirst { from: whole.path().into(), to: cut.path().into(), done: false };
+    run(&deck, &source, &Options::new(whole.path()), &mut copy).expect("an end");
+    let options = Options { resume: true, ..Options::new(cut.path()) };
+    run(&deck, &source, &options, &mut copy).expect("an end");
+    for ((what, expected), (_, found)) in
+        everything(whole.path()).iter().zip(&everything(cut.path()))
+    {
+        assert!(expected == found, "{what} differs");
     }
 }

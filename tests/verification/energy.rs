@@ -33,7 +33,7 @@ fn an_undamped_bar_keeps_its_energy_for_100_000_steps() {
     let balance = balance(&run);
     let peak = largest(&run.energy.column("external_work"));
     let what = "largest balance / peak external work";
-    check(case, what, 0.0, largest(&balance) / peak, Absolute(1e-3));
+    check(case, what, 0.0, largest(&balance) / peak, Absolute(1e-7));
     let tenth = balance.len() / 10;
     let drift = mean(&balance[balance.len() - tenth..]) - mean(&balance[..tenth]);
     check(case, "drift, last tenth − first / peak", 0.0, drift / peak, Absolute(1e-6));
@@ -47,7 +47,7 @@ fn damping_takes_what_the_load_gives() {
     let run = run(&example(case.deck));
     let external = run.energy.column("external_work");
     let what = "largest balance / external work";
-    check(case, what, 0.0, largest(&balance(&run)) / largest(&external), Absolute(1e-2));
+    check(case, what, 0.0, largest(&balance(&run)) / largest(&external), Absolute(1e-7));
     let last = |column: &str| *run.energy.column(column).last().expect("a row");
     check(case, "energy taken by damping [J]", 1e3 / 18.0, last("damping"), Relative(1e-2));
     let end = run.last("end.x");

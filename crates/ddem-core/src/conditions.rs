@@ -5,7 +5,6 @@ use std::ops::Range;
 use crate::deck::{Deck, History, Where};
 use crate::error::Fault;
 use crate::geometry::{Geometry, Region, Vec3, nothing};
-use crate::lanes::LANES;
 use crate::pack::Packs;
 
 /// From the start of one stage up to the start of another.
@@ -137,6 +136,9 @@ fn nodal_forces(
         weights.into_iter().map(|(node, w)| (node, Vec3::from(force) * (w / total))).collect()
     } else {
         let surfaces = region.surfaces(geometry);
+        if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {
+            return Err("a range cuts an oblique face askew, which cannot be loaded in part");
+        }
         let of = |surface: &crate::geometry::Surface| {
             let traction = match (load.traction, load.pressure) {
                 (Some(traction), _) => Vec3::from(traction),
@@ -235,11 +237,12 @@ impl Active {
         }
     }
 
-    /// The supports of a pack; one past the last pack is allowed as a start.
+    /// Places of the supports of a pack.
     pub(crate) fn supports_of(&self, pack: usize) -> Range<usize> {
         self.support_start[pack] as usize..self.support_start[pack + 1] as usize
     }
 
+    /// Place of the first support of a pack; one past the last pack is allowed.
     pub(crate) fn first_support(&self, pack: usize) -> usize {
         self.support_start[pack] as usize
     }
@@ -248,9 +251,8 @@ impl Active {
         &self.loads[self.load_start[pack] as usize..self.load_start[pack + 1] as usize]
     }
 
-    /// Nodes and axes that are held, with their lanes filled.
+    /// Nodes and axes that are held.
     pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
-        debug_assert!(self.supports.iter().all(|s| (s.lane as usize) < LANES));
         self.supports.iter().map(|s| (s.node, s.axis as usize))
     }
 }

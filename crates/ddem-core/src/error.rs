@@ -67,10 +67,14 @@ pub enum RunError {
         /// Largest stable one `[s]`.
         critical: f64,
     },
+    /// The stiffness or the masses are outside what numbers can hold.
+    #[error("the critical time step is not a number: density or moduli are out of all proportion")]
+    NoCriticalStep,
     /// A force is not a number any more.
     #[error(
-        "diverged at step {step}, time {time:.6e} s: the force on node {node} of block {block} \
-         is not finite"
+        "diverged at step {step}, time {time:.6e} s: the forces are not finite any more, first on \
+         node {node} of block {block}; loads or velocities beyond what the blocks can bear, or a \
+         block turned inside out, are the usual causes"
     )]
     Diverged {
         /// Steps since the start of the run.

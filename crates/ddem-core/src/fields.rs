@@ -207,7 +207,7 @@ impl Simulation {
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }
 
-    /// Sum of the support forces on some nodes, as they act on the model `[N]`.
+    /// Sum of the support forces on some nodes, given in order, as they act on the model `[N]`.
     pub fn reaction(&mut self, nodes: &[u32]) -> [f64; 3] {
         self.measure_once();
         let mut sum = [0.0; 3];

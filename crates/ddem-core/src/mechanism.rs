@@ -29,10 +29,11 @@ pub(crate) fn check(
 fn free_motion(deck: &Deck, geometry: &Geometry, active: &Active, stage: usize) -> Option<Fault> {
     let groups = groups(geometry);
     let n_groups = groups.iter().max().map_or(0, |g| g + 1);
-    let (centre, size) = extent(geometry);
+    let extents = extents(geometry, &groups, n_groups);
     let mut grams = vec![Matrix6::<f64>::zeros(); n_groups];
     for (node, axis) in active.held() {
         let (body, at) = geometry.locate(node as usize);
+        let (centre, size) = extents[groups[body]];
         let arm = (geometry.position(body, at) - centre) / size;
         let direction = Vec3::ith(axis, 1.0);
         let turn = arm.cross(&direction);
@@ -43,6 +44,7 @@ fn free_motion(deck: &Deck, geometry: &Geometry, active: &Active, stage: usize) 
         let motions = null_motions(gram);
         (!motions.is_empty()).then_some((group, motions))
     })?;
+    let (centre, size) = extents[group];
     let who = if n_groups == 1 {
         "the model".to_owned()
     } else {
@@ -93,9 +95,22 @@ fn groups(geometry: &Geometry) -> Vec<usize> {
     groups
 }
 
-fn extent(geometry: &Geometry) -> (Vec3, f64) {
-    let [low, high] = geometry.bounds;
-    ((low + high) / 2.0, (high - low).norm().max(f64::MIN_POSITIVE) / 2.0)
+/// Centre and half size of each group: turns are measured against it.
+fn extents(geometry: &Geometry, groups: &[usize], n_groups: usize) -> Vec<(Vec3, f64)> {
+    let nothing = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    let mut bounds = vec![nothing; n_groups];
+    for (body, &group) in groups.iter().enumerate() {
+        let n = geometry.lattice(body).divisions;
+        for corner in 0..8 {
+            let at = [0, 1, 2].map(|d| if corner >> d & 1 == 1 { n } else { 0 });
+            let x = geometry.position(body, at);
+            bounds[group] = (bounds[group].0.inf(&x), bounds[group].1.sup(&x));
+        }
+    }
+    let extent = |(low, high): (Vec3, Vec3)| {
+        ((low + high) / 2.0, (high - low).norm().max(f64::MIN_POSITIVE) / 2.0)
+    };
+    bounds.into_iter().map(extent).collect()
 }
 
 /// Orthonormal motions (translation, rotation) that no support resists.

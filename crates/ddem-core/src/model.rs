@@ -291,7 +291,11 @@ impl Size {
             // State, forces and a frame of output for each node; joint shares and neighbours for
             // each block.
             let shares = 3.0 * n * n + 3.0 * n + 8.0;
-            size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0);
+            // Uneven blocks do not share the tables of their elements and nodes.
+            let own = if edges.is_some() { 40e3 + n.powi(3) * 300.0 } else { 0.0 };
+            // Blocks lie side by side in fours.
+            let blocks = (blocks / 4.0).ceil() * 4.0;
+            size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0 + own);
         }
         size
     }

@@ -93,7 +93,14 @@ impl Motion {
 
     /// The force under which (M2) turns velocity `now` into `target`.
     pub(crate) fn force_for(&self, now: f64, target: f64, [a, b, c]: [f64; 3]) -> f64 {
-        if self.start { (target - now) * (1.0 + a) / b + c * now } else { (target - a * now) / b }
+        let force = if self.start {
+            (target - now) * (1.0 + a) / b + c * now
+        } else {
+            (target - a * now) / b
+        };
+        // The support works against local damping too, α |F| sign v.
+        let with = if now == 0.0 { 0.0 } else { now.signum() * force.signum() };
+        force / (1.0 - self.local * with)
     }
 }
 

@@ -48,6 +48,7 @@ impl Simulation {
             increments: u64::from(increments.max(1)),
             increment: 1,
             from: state.load_factors.clone(),
+            way: state.way,
             to,
             ..Memory::default()
         };
@@ -138,6 +139,7 @@ impl Simulation {
         self.state.work.damping += 0.5 * moved.power;
         self.state.steps += 1;
         memory.walk(moved.moved.sqrt());
+        self.state.way = memory.way;
         Ok(Relaxed::Moving)
     }
 
@@ -185,7 +187,7 @@ impl Memory {
         }
     }
 
-    /// The last steps are short against the whole way; or there was no way to go.
+    /// The last steps are short against the whole way; or nothing ever had to move.
     fn has_stopped(&self, tolerance: f64) -> bool {
         let last: f64 = self.last.iter().sum();
         self.way == 0.0 || (self.last.len() == WINDOW && last <= 2.0 * tolerance * self.way)
@@ -194,7 +196,6 @@ impl Memory {
     fn next_increment(&mut self) {
         self.increment += 1;
         self.since_restart = 0;
-        self.way = 0.0;
         self.last.clear();
     }
 }

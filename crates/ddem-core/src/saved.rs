@@ -22,14 +22,27 @@ impl Simulation {
     /// The present state.
     #[must_use]
     pub fn save(&self) -> Saved {
-        let State { time, origin, steps, stage, stage_starts, u, v, whole, work, load_factors } =
-            &self.state;
+        let State {
+            time,
+            origin,
+            steps,
+            stage,
+            stage_starts,
+            u,
+            v,
+            whole,
+            work,
+            load_factors,
+            way,
+        } = &self.state;
         let mut saved = Saved::default();
         let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
         put("displacement", self.model.plain(u).into_flattened());
         put("velocity", self.model.plain(v).into_flattened());
         put("stage_starts", stage_starts.clone());
         put("load_factors", load_factors.clone());
+        put("way", vec![*way]);
+        put("damping", vec![damping_number(self.damping)]);
         put("work", vec![work.loads, work.supports, work.damping]);
         let initial = self.initial_energy;
         let critical = self.critical_step.unwrap_or(0.0);
@@ -38,6 +51,7 @@ impl Simulation {
         let mut count = |name: &str, value: u64| counters.insert(name.to_owned(), value);
         count("steps", *steps);
         count("origin_step", origin.1);
+        count("damping", damping_kind(self.damping));
         count("stage", *stage as u64);
         count("whole", u64::from(*whole));
         count("started", u64::from(self.started));
@@ -56,10 +70,10 @@ impl Simulation {
         saved
     }
 
-    /// A simulation that goes on from a saved state, bit for bit. `damping` is that of the stage
-    /// that was running. `None` when the numbers are not those of this model.
+    /// A simulation that goes on from a saved state, bit for bit. `None` when the numbers are not
+    /// those of this model.
     #[must_use]
-    pub fn restore(model: Model, simd: Simd, saved: &Saved, damping: Damping) -> Option<Self> {
+    pub fn restore(model: Model, simd: Simd, saved: &Saved) -> Option<Self> {
         let array = |name: &str| saved.arrays.get(name).map(Vec::as_slice);
         let count = |name: &str| saved.counters.get(name).copied();
         let n = 3 * model.n_nodes();
@@ -70,9 +84,13 @@ impl Simulation {
             return None;
         };
         let stage = usize::try_from(count("stage")?).ok()?;
-        if u.len() != n || v.len() != n || array("load_factors")?.len() != model.n_loads() + 1 {
+        let loads_fit = ["load_factors", "relax_from", "relax_to"]
+            .iter()
+            .all(|name| array(name).is_none_or(|factors| factors.len() == model.n_loads() + 1));
+        if u.len() != n || v.len() != n || !loads_fit || count("relax_increments") == Some(0) {
             return None;
         }
+        let damping = damping(count("damping")?, *array("damping")?.first()?)?;
         let mut simulation = Self::with_simd(model, simd);
         let state = &mut simulation.state;
         for node in 0..n / 3 {
@@ -84,6 +102,7 @@ impl Simulation {
         state.origin = (origin, count("origin_step")?);
         state.stage_starts = array("stage_starts")?.to_vec();
         state.load_factors = array("load_factors")?.to_vec();
+        state.way = *array("way")?.first()?;
         state.whole = count("whole")? == 1;
         state.work = Work { loads, supports, damping: damped };
         simulation.scratch.fit(&simulation.model, &simulation.state.u);
@@ -92,6 +111,7 @@ impl Simulation {
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;
         simulation.motion = Motion::dynamic(assembly, damping, time_step);
+        simulation.damping = damping;
         if count("resting") == Some(1) {
             simulation.rest();
         }
@@ -111,4 +131,30 @@ impl Simulation {
         simulation.measured = None;
         Some(simulation)
     }
+}
+
+fn damping_kind(damping: Damping) -> u64 {
+    match damping {
+        Damping::None => 0,
+        Damping::Ratio(_) => 1,
+        Damping::Mass(_) => 2,
+        Damping::Local(_) => 3,
+    }
+}
+
+fn damping_number(damping: Damping) -> f64 {
+    match damping {
+        Damping::None => 0.0,
+        Damping::Ratio(number) | Damping::Mass(number) | Damping::Local(number) => number,
+    }
+}
+
+fn damping(kind: u64, number: f64) -> Option<Damping> {
+    Some(match kind {
+        0 => Damping::None,
+        1 => Damping::Ratio(number),
+        2 => Damping::Mass(number),
+        3 => Damping::Local(number),
+        _ => return None,
+    })
 }

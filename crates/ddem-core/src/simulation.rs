@@ -44,6 +44,8 @@ pub struct Simulation {
     /// The step at whose end forces and sums were measured.
     pub(crate) measured: Option<u64>,
     strain: [f64; 2],
+    /// Damping of the motion.
+    pub(crate) damping: Damping,
 }
 
 impl Simulation {
@@ -59,7 +61,8 @@ impl Simulation {
         let state = State::new(&model);
         let scratch = Scratch::new(&model, &state.u, simd.level());
         let active = model.active(0);
-        let motion = Motion::dynamic(&model.assembly, Damping::None, 1.0);
+        // Until a step is set, energies are those of a vanishing one.
+        let motion = Motion::dynamic(&model.assembly, Damping::None, 1e-12);
         let mut simulation = Self {
             model,
             state,
@@ -75,6 +78,7 @@ impl Simulation {
             started: false,
             measured: None,
             strain: [0.0; 2],
+            damping: Damping::None,
         };
         simulation.initial_energy = simulation.mechanical_energy();
         simulation
@@ -98,10 +102,10 @@ impl Simulation {
         self.state.steps
     }
 
-    /// Time step in use `[s]`.
+    /// Time step in use `[s]`; 0 before the first [`start`](Self::start) and after relaxation.
     #[must_use]
     pub fn time_step(&self) -> f64 {
-        self.motion.time_step
+        if self.started { self.motion.time_step } else { 0.0 }
     }
 
     /// Unbalanced force ratio at the last step (§7).
@@ -155,6 +159,9 @@ impl Simulation {
     ) -> Result<u64, RunError> {
         self.settle();
         let critical = self.critical_step();
+        if !(critical.is_finite() && critical > 0.0) {
+            return Err(RunError::NoCriticalStep);
+        }
         let step = match time_step {
             TimeStep::Auto => SAFETY * critical,
             TimeStep::Seconds(step) if step > critical => {
@@ -168,6 +175,7 @@ impl Simulation {
             _ => step,
         };
         self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
+        self.damping = damping;
         self.relaxation = None;
         self.state.origin = (self.state.time, self.state.steps);
         self.started = true;
@@ -238,18 +246,38 @@ impl Simulation {
         if sums.free.is_finite() {
             return Ok(());
         }
-        let at = self.scratch.f.iter().position(|f| f.0.iter().any(|x| !x.is_finite()));
-        let (block, node) = at.map_or((0, 0), |at| self.whose(at));
+        let (block, node) = self.worst_node();
         Err(RunError::Diverged { step: self.state.steps, time: self.state.time, block, node })
     }
 
-    /// Block and node of a place in a nodal field that is not finite.
-    fn whose(&self, at: usize) -> (usize, usize) {
-        let packs = &self.model.packs;
-        let pack = packs.packs.partition_point(|p| 3 * p.start <= at) - 1;
-        let lane = self.scratch.f[at].0.iter().position(|x| !x.is_finite()).unwrap_or(0);
-        let block = packs.packs[pack].bodies[lane] as usize;
-        let local = at / 3 - packs.packs[pack].start;
+    /// Whether forces are finite at the present time: what [`step`](Self::step) would find next.
+    ///
+    /// # Errors
+    ///
+    /// As [`step`](Self::step).
+    pub fn check_finite(&mut self) -> Result<(), RunError> {
+        let (sums, _) = self.measure_once();
+        self.check(sums)
+    }
+
+    /// Block and node with the largest force; one that is not a number is larger than any.
+    fn worst_node(&self) -> (usize, usize) {
+        let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
+        let mut worst = (f64::NEG_INFINITY, 0, 0);
+        for (index, pack) in self.model.packs.packs.iter().enumerate() {
+            let nodes = self.model.packs.shape_of(pack).nodes;
+            let forces = &self.scratch.f[3 * pack.start..3 * (pack.start + nodes)];
+            for (at, f) in forces.iter().enumerate() {
+                for lane in 0..pack.filled {
+                    if size(f.0[lane]) <= worst.0 {
+                        continue;
+                    }
+                    let block = self.model.packs.packs[index].bodies[lane] as usize;
+                    worst = (size(f.0[lane]), block, at / 3);
+                }
+            }
+        }
+        let (_, block, local) = worst;
         (block, self.model.geometry.bodies[block].first_node as usize + local)
     }
 
@@ -331,15 +359,19 @@ impl Simulation {
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
         let (sums, [bodies, joints]) = self.measure_once();
-        let half = if self.state.whole { 0.0 } else { 0.5 * self.motion.time_step };
         let Work { loads, supports, damping } = self.state.work;
-        Energy::new(
-            sums.kinetic,
-            [bodies, joints],
-            damping + half * sums.damping[0],
-            loads + supports + half * (sums.loads[0] + sums.supports[0]),
-            self.initial_energy,
-        )
+        // What the velocity before has done up to now and the next step will book.
+        let (damped, done) = if self.state.whole {
+            (0.0, 0.0)
+        } else if self.motion.fictitious {
+            (0.5 * sums.power, sums.loads[0])
+        } else {
+            let half = 0.5 * self.motion.time_step;
+            (half * sums.damping[0], half * (sums.loads[0] + sums.supports[0]))
+        };
+        let external = loads + supports + done;
+        let strain = [bodies, joints];
+        Energy::new(sums.kinetic, strain, damping + damped, external, self.initial_energy)
     }
 
     fn mechanical_energy(&mut self) -> f64 {

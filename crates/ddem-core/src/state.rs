@@ -40,6 +40,8 @@ pub(crate) struct State {
     pub(crate) work: Work,
     /// Factor of each load, and last of gravity, as the last step or relaxation left them.
     pub(crate) load_factors: Vec<f64>,
+    /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
+    pub(crate) way: f64,
 }
 
 /// What a checkpoint of a relaxation needs to go on.
@@ -54,7 +56,7 @@ pub(crate) struct Memory {
     /// Load factors before and after.
     pub(crate) from: Vec<f64>,
     pub(crate) to: Vec<f64>,
-    /// Length of the way gone in this increment, and of its last steps.
+    /// Length of the way that relaxation has gone so far, and of the last steps of this part.
     pub(crate) way: f64,
     pub(crate) last: VecDeque<f64>,
     /// `Σ F²` at the start, where nothing is applied.
@@ -76,6 +78,7 @@ impl State {
             whole: true,
             work: Work::default(),
             load_factors: vec![0.0; model.conditions.loaded.len() + 1],
+            way: 0.0,
         };
         for initial in &model.deck.initial {
             let velocity = Vec3::from(initial.velocity.unwrap_or_default());

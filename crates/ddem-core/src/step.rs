@@ -359,12 +359,17 @@ fn support_power(context: Context<'_>, index: usize, v: &[Lanes], reactions: &[f
 
 /// `Σ (Q + R)²` of a pack.
 fn applied(q: Option<&[Lanes]>, supports: &[Support], reactions: &[f64], first: usize) -> f64 {
-    let loads = |support: &Support| {
-        q.map_or(0.0, |q| q[support.at as usize - first].0[support.lane as usize])
-    };
-    let squares = q.map_or(0.0, |q| q.iter().map(|q| Lanes(q.0.map(|x| x * x)).sum()).sum());
-    let changes = supports.iter().zip(reactions).map(|(s, r)| r * (2.0 * loads(s) + r));
-    squares + changes.sum::<f64>()
+    let Some(q) = q else { return reactions.iter().map(|r| r * r).sum() };
+    let mut held = supports.iter().zip(reactions).peekable();
+    let mut sum = 0.0;
+    for (at, q) in q.iter().enumerate() {
+        let mut all = q.0;
+        while let Some((s, r)) = held.next_if(|(s, _)| s.at as usize - first == at) {
+            all[s.lane as usize] += r;
+        }
+        sum += Lanes(all.map(|x| x * x)).sum();
+    }
+    sum
 }
 
 impl Context<'_> {

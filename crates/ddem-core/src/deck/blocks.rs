@@ -107,7 +107,8 @@ pub enum Body {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Assign {
-    /// Joints whose face centre, or blocks whose centroid, lies inside.
+    /// Joints whose face centre lies inside; blocks whose centroid does, or a face of which lies on
+    /// a plane given.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
     /// Name of the joint for the joints inside.
@@ -128,7 +129,7 @@ pub struct Assign {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Remove {
-    /// Blocks whose centroid lies inside.
+    /// Blocks whose centroid lies inside, or a face of which lies on a plane given.
     #[serde(rename = "where")]
     pub region: Where,
     /// Stage from whose start this is in force.

@@ -2,6 +2,7 @@
 
 use super::select::Region;
 use super::{Names, Vec3};
+use crate::deck::names::segment;
 use crate::deck::{BlockSet, Deck, JointChoice};
 use crate::error::Fault;
 
@@ -249,7 +250,7 @@ impl Lattice {
                     let other = names.joint_name(first[plane]);
                     faults.push(
                         Fault::new(
-                            format!("joints.{}.thickness", names.joint_name(joint)),
+                            format!("joints.{}.thickness", segment(names.joint_name(joint))),
                             format!(
                                 "{} m, but joint `{other}` on the same plane ({} = {} of {place}) \
                                  has {} m: thickness belongs to a lattice plane",
@@ -283,7 +284,7 @@ impl Lattice {
         let name = above.map_or("", |i| names.joint_name(self.joint[d][i]));
         let thickness = deck.joints.get(name).map_or(0.0, |joint| joint.thickness);
         Fault::new(
-            format!("joints.{name}.thickness"),
+            format!("joints.{}.thickness", segment(name)),
             format!(
                 "{thickness} m is not smaller than the block edge {edge} m that it narrows along \
                  {}",
@@ -311,10 +312,12 @@ fn positions(cuts: &Cuts) -> (Vec<f64>, Vec<f64>) {
     if let Some(edges) = &cuts.edges {
         let mut lengths: Vec<f64> = edges.windows(2).map(|w| w[1] - w[0]).collect();
         // Lengths equal to rounding become equal, so that equal blocks share their tables.
-        for i in 1..lengths.len() {
-            let same =
-                lengths[..i].iter().find(|&&l| (l - lengths[i]).abs() <= 1e-13 * cuts.length);
-            lengths[i] = *same.unwrap_or(&lengths[i]);
+        let mut order: Vec<usize> = (0..lengths.len()).collect();
+        order.sort_by(|&a, &b| lengths[a].total_cmp(&lengths[b]));
+        for pair in order.windows(2) {
+            if lengths[pair[1]] - lengths[pair[0]] <= 1e-13 * cuts.length {
+                lengths[pair[1]] = lengths[pair[0]];
+            }
         }
         return (edges.clone(), lengths);
     }

@@ -70,10 +70,7 @@ impl Region {
                 x[axis] >= from - self.tolerance[axis] && x[axis] <= to + self.tolerance[axis]
             })
         };
-        let in_sphere = |(centre, radius): (Vec3, f64)| {
-            (x - centre).norm() <= radius + self.tolerance.iter().fold(f64::MAX, |a, &b| a.min(b))
-        };
-        (0..3).all(inside) && self.sphere.is_none_or(in_sphere)
+        (0..3).all(inside) && self.in_sphere(x)
     }
 
     pub(crate) fn contains(&self, x: &Vec3) -> bool {
@@ -215,7 +212,7 @@ impl Region {
                     if shared { 0.5 } else { 1.0 }
                 });
                 let length = length * sharers.product::<f64>();
-                if length > 0.0 && self.sphere_has(geometry, body, at) {
+                if length > 0.0 && self.in_sphere(&geometry.position(body, at)) {
                     lengths.push((geometry.bodies[body].first_node + local as u32, length));
                 }
             }
@@ -229,9 +226,24 @@ impl Region {
         other
     }
 
-    fn sphere_has(&self, geometry: &Geometry, body: usize, at: [usize; 3]) -> bool {
-        let x = geometry.position(body, at);
-        self.sphere.is_none_or(|(centre, radius)| (x - centre).norm() <= radius)
+    fn in_sphere(&self, x: &Vec3) -> bool {
+        let clear = self.tolerance.iter().fold(f64::MAX, |a, &b| a.min(b));
+        self.sphere.is_none_or(|(centre, radius)| (x - centre).norm() <= radius + clear)
+    }
+
+    /// Whether a range ends on a face both of whose edges run along that axis: then the part of
+    /// the face inside is no product of two lengths.
+    pub(crate) fn cuts_askew(&self, geometry: &Geometry, surface: &Surface) -> bool {
+        let lattice = geometry.lattice(surface.body);
+        let corners = surface.reach(geometry);
+        (0..3).any(|axis| {
+            let along = |d: usize| d != surface.normal && lattice.axes[d][axis].abs() > 1e-9;
+            let ends_inside = self.range(axis).is_some_and(|[from, to]| {
+                let (clear, all) = (self.tolerance[axis], corners.iter().map(|x| x[axis]));
+                all.clone().any(|x| x < from - clear) || all.clone().any(|x| x > to + clear)
+            });
+            ends_inside && (0..3).filter(|&d| along(d)).count() > 1
+        })
     }
 
     /// The outer faces selected: on every plane given, with something of them in the ranges.
@@ -283,7 +295,7 @@ impl Region {
             let length = |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
-            if area > 0.0 && self.sphere_has(geometry, body, at) {
+            if area > 0.0 && self.in_sphere(&geometry.position(body, at)) {
                 areas.push((geometry.node(body, at) as u32, area));
             }
         }

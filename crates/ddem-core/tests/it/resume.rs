@@ -29,8 +29,8 @@ fn jointed() -> Deck {
     deck
 }
 
-fn again(deck: &Deck, saved: &Saved, damping: Damping) -> Simulation {
-    let restored = Simulation::restore(model(deck), Simd::default(), saved, damping);
+fn again(deck: &Deck, saved: &Saved) -> Simulation {
+    let restored = Simulation::restore(model(deck), Simd::default(), saved);
     restored.unwrap_or_else(|| panic!("not the numbers of this model"))
 }
 
@@ -71,12 +71,12 @@ fn a_dynamic_run_goes_on_from_any_step() {
         for at in 0..40 {
             if [0, 1, 2, 17, 39].contains(&at) {
                 let saved = whole.save();
-                let mut resumed = again(&deck, &saved, damping);
+                let mut resumed = again(&deck, &saved);
                 assert!(resumed.save() == saved, "{damping:?}: saved again at step {at}");
                 assert!(seen(&mut resumed) == seen(&mut whole), "{damping:?} at step {at}");
-                let mut here = again(&deck, &saved, damping);
+                let mut here = again(&deck, &saved);
                 (0..10).for_each(|_| step(&mut here));
-                let mut there = again(&deck, &saved, damping);
+                let mut there = again(&deck, &saved);
                 (0..10).for_each(|_| step(&mut there));
                 assert!(seen(&mut here) == seen(&mut there), "{damping:?}");
             }
@@ -92,11 +92,11 @@ fn an_interrupted_run_ends_as_one_that_was_not() {
         let mut whole = simulation(&deck);
         start(&mut whole, damping);
         // Rebuilt at every step: whatever scratch space holds would be lost.
-        let mut rebuilt = again(&deck, &whole.save(), damping);
+        let mut rebuilt = again(&deck, &whole.save());
         for at in 0..60 {
             step(&mut whole);
             step(&mut rebuilt);
-            rebuilt = again(&deck, &rebuilt.save(), damping);
+            rebuilt = again(&deck, &rebuilt.save());
             assert!(rebuilt.save() == whole.save(), "{damping:?}, step {at}");
         }
         assert!(seen(&mut rebuilt) == seen(&mut whole), "{damping:?}");
@@ -116,7 +116,7 @@ fn a_relaxation_goes_on_from_any_step() {
     let deck = jointed();
     let mut whole = simulation(&deck);
     whole.start_relaxation(3);
-    let mut rebuilt = again(&deck, &whole.save(), Damping::None);
+    let mut rebuilt = again(&deck, &whole.save());
     let (mut done, mut steps) = (false, 0);
     while !done {
         assert!(rebuilt.save() == whole.save(), "saved at step {steps}");
@@ -124,7 +124,7 @@ fn a_relaxation_goes_on_from_any_step() {
         let n = if steps < 5 { 1 } else { 13 };
         done = relax(&mut whole, n);
         assert_eq!(relax(&mut rebuilt, n), done);
-        rebuilt = again(&deck, &rebuilt.save(), Damping::None);
+        rebuilt = again(&deck, &rebuilt.save());
         steps += n;
         assert!(steps < 20_000, "not in equilibrium");
     }
@@ -139,7 +139,7 @@ fn stages_go_on_from_a_checkpoint_between_them() {
     whole.start_relaxation(1);
     assert!(relax(&mut whole, 20_000));
     whole.finish_relaxation();
-    let mut resumed = again(&deck, &whole.save(), Damping::None);
+    let mut resumed = again(&deck, &whole.save());
     assert!(seen(&mut resumed) == seen(&mut whole), "after the relaxation");
     for damping in [Damping::Ratio(0.02), Damping::Local(0.5)] {
         for simulation in [&mut whole, &mut resumed] {
@@ -149,7 +149,7 @@ fn stages_go_on_from_a_checkpoint_between_them() {
         }
         assert!(seen(&mut resumed) == seen(&mut whole), "{damping:?}");
         assert!(resumed.save() == whole.save(), "{damping:?}");
-        resumed = again(&deck, &resumed.save(), damping);
+        resumed = again(&deck, &resumed.save());
     }
     for simulation in [&mut whole, &mut resumed] {
         simulation.settle();

@@ -67,9 +67,7 @@ impl<'a> Drive<'a> {
         if options.resume {
             folder = open()?;
             let resumed = resume::load(&folder, source.text())?;
-            let damping = deck.stage.get(resumed.cursor.stage).and_then(|s| s.damping);
-            simulation =
-                resumed.simulation(model, options.simd, damping.unwrap_or_default(), &folder)?;
+            simulation = resumed.simulation(model, options.simd, &folder)?;
             let position = resumed.position;
             recorder = Recorder::reopen(&folder, simulation.model(), samplers, position)?;
             cursor = resumed.cursor;
@@ -145,11 +143,14 @@ impl<'a> Drive<'a> {
             if self.observer.wants_to_stop() {
                 return Ok(None);
             }
+            let before = self.cursor.step;
             let end = if relax { self.relax_step(stage)? } else { self.step(stage)? };
-            let step = self.cursor.step.unwrap_or(0);
-            self.recorded(|recorder, simulation| {
-                recorder.after_step(simulation, &schedule, (&stage.name, step, end))
-            })?;
+            let (step, stepped) = (self.cursor.step.unwrap_or(0), self.cursor.step != before);
+            if stepped || end {
+                self.recorded(|recorder, simulation| {
+                    recorder.after_step(simulation, &schedule, (&stage.name, step), (end, stepped))
+                })?;
+            }
             if end || self.last_progress.elapsed() >= PROGRESS {
                 self.last_progress = Instant::now();
                 let progress = self.progress(stage);
@@ -162,7 +163,7 @@ impl<'a> Drive<'a> {
                 self.checkpoint()?;
             }
         }
-        self.finish(stage);
+        self.finish(stage)?;
         Ok(Some(()))
     }
 
@@ -206,7 +207,7 @@ impl<'a> Drive<'a> {
             Relaxed::Moving => {
                 let step = self.cursor.step.unwrap_or(0) + 1;
                 self.cursor.step = Some(step);
-                if step < self.cursor.steps {
+                if step <= self.cursor.steps {
                     return Ok(false);
                 }
                 let ratio = self.simulation.unbalanced();
@@ -245,8 +246,9 @@ impl<'a> Drive<'a> {
         self.clock.elapsed().saturating_sub(self.recording).as_secs_f64()
     }
 
-    fn finish(&mut self, stage: &Stage) {
+    fn finish(&mut self, stage: &Stage) -> Result<(), RunFailure> {
         let relax = stage.kind == StageKind::Relax;
+        self.simulation.check_finite().map_err(failed(stage))?;
         let unbalanced = self.simulation.unbalanced();
         let seconds = self.cursor.seconds + self.seconds();
         let steps = self.cursor.step.unwrap_or(0);
@@ -268,6 +270,7 @@ impl<'a> Drive<'a> {
         };
         self.observer.event(Event::StageDone(&summary));
         self.cursor.done.push(summary);
+        Ok(())
     }
 
     fn progress(&self, stage: &Stage) -> Progress {

@@ -9,6 +9,8 @@ use crate::folder::Folder;
 use crate::tables::{EnergyTable, ProbeTable};
 use crate::vtkhdf::{FieldSpec, Kind, Values, Writer};
 
+/// Frames of a dynamic stage when the deck does not say.
+const DEFAULT_FRAMES: u64 = 20;
 /// Samples of a probe in a dynamic stage when the deck does not say.
 const DEFAULT_SAMPLES: u64 = 1000;
 /// Rows of `energy.csv` in a dynamic stage, and steps between them in a relaxation.
@@ -61,7 +63,7 @@ impl Schedule {
     ) -> Self {
         let frames = match (stage.fields_every, stage.frames) {
             (Some(every), _) => Due::seconds(every, time_step),
-            (None, frames) => Due::Times(frames.unwrap_or(20).min(steps), steps),
+            (None, frames) => Due::Times(frames.unwrap_or(DEFAULT_FRAMES).min(steps), steps),
         };
         let sample = |sampler: &Sampler| match sampler.every {
             Some(every) => Due::seconds(every, time_step),
@@ -150,14 +152,20 @@ impl Recorder {
         })
     }
 
-    /// Writes what is due after a step of a stage; everything at its end.
+    /// Writes what is due after a step of a stage; at its end everything, but for what the last
+    /// step has written already when the end took none.
     pub(super) fn after_step(
         &mut self,
         simulation: &mut Simulation,
         schedule: &Schedule,
-        (stage, step, end): (&str, u64, bool),
+        (stage, step): (&str, u64),
+        (end, stepped): (bool, bool),
     ) -> Result<(), OutputError> {
-        let due = |due: &Due| end || due.at(step);
+        let due = |due: &Due| match (end, stepped) {
+            (false, _) => due.at(step),
+            (true, true) => true,
+            (true, false) => step == 0 || !due.at(step),
+        };
         if schedule.probes.iter().any(due) {
             let which: Vec<bool> = schedule.probes.iter().map(due).collect();
             self.sample(simulation, stage, &which)?;
@@ -238,10 +246,15 @@ fn columns(samplers: &[Sampler]) -> Vec<String> {
     samplers.iter().flat_map(|s| s.columns.iter().cloned()).collect()
 }
 
-/// Frames of a relaxation are a millionth of the simulated time apart; 1 without any.
+/// Frames of a relaxation are a millionth of the shortest time between frames of motion apart;
+/// 1 where nothing moves.
 fn nudge(model: &Model) -> f64 {
-    let total: f64 = model.deck().stage.iter().filter_map(|stage| stage.duration).sum();
-    if total > 0.0 { 1e-6 * total } else { 1.0 }
+    let between = model.deck().stage.iter().filter_map(|stage| {
+        let frames = stage.frames.unwrap_or(DEFAULT_FRAMES) as f64;
+        stage.fields_every.or(stage.duration.map(|duration| duration / frames))
+    });
+    let shortest = between.fold(f64::INFINITY, f64::min);
+    if shortest.is_finite() { 1e-6 * shortest } else { 1.0 }
 }
 
 /// Fields of the joint surfaces, or of the blocks.

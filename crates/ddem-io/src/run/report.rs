@@ -25,7 +25,7 @@ pub struct Report {
     pub joints: u64,
     /// Pairs of facing nodes.
     pub pairs: u64,
-    /// Critical time step `[s]`.
+    /// Critical time step `[s]`; not a number when no stage needs it.
     pub critical_step: f64,
     /// Memory that a run needs `[bytes]`.
     pub bytes: u64,
@@ -35,6 +35,9 @@ pub struct Report {
     /// What is allowed but perhaps not meant.
     pub warnings: Vec<String>,
 }
+
+/// Steps that a stage may take: a thousand years at a microsecond a step.
+const MOST_STEPS: f64 = 1e15;
 
 /// A number of bytes for people.
 pub(crate) fn bytes(n: u64) -> String {
@@ -68,7 +71,9 @@ impl fmt::Display for Report {
         writeln!(f, "elements       {}", self.elements)?;
         writeln!(f, "joints         {}", self.joints)?;
         writeln!(f, "pairs          {}", self.pairs)?;
-        writeln!(f, "critical step  {:.6e} s", self.critical_step)?;
+        if self.critical_step.is_finite() {
+            writeln!(f, "critical step  {:.6e} s", self.critical_step)?;
+        }
         writeln!(f, "memory         {}", bytes(self.bytes))?;
         for (name, steps, time_step, seconds) in &self.stages {
             let step =
@@ -91,6 +96,7 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     let mut simulation = Simulation::new(model);
     critical_steps(&mut simulation, deck, source)?;
     let mut report = report(&mut simulation);
+    report.critical_step = simulation.critical_step();
     let rate = speed(&mut simulation);
     for stage in &mut report.stages {
         stage.3 = stage.1 as f64 / rate;
@@ -146,6 +152,10 @@ pub(super) fn critical_steps(
     }
     let critical = simulation.critical_step();
     let mut faults = Vec::new();
+    if !(critical.is_finite() && critical > 0.0) {
+        let message = "densities or moduli are out of all proportion: no time step is stable";
+        return Err(DeckError::from_faults(source, vec![Fault::new("materials", message)]).into());
+    }
     for (index, stage) in deck.stage.iter().enumerate() {
         if let Some(TimeStep::Seconds(step)) = stage.time_step
             && stage.kind == StageKind::Dynamic
@@ -158,12 +168,25 @@ pub(super) fn critical_steps(
             );
         }
     }
+    for (index, stage) in deck.stage.iter().enumerate() {
+        let steps = stage.duration.unwrap_or(0.0) / critical;
+        if stage.kind == StageKind::Dynamic && steps > MOST_STEPS {
+            let message = format!("takes {steps:.1e} steps of the critical {critical:.3e} s");
+            faults.push(
+                Fault::new(format!("stage[{index}].duration"), message)
+                    .help("that would never end: is the duration in seconds?"),
+            );
+        }
+    }
     if faults.is_empty() { Ok(()) } else { Err(DeckError::from_faults(source, faults).into()) }
 }
 
 /// Size, critical step and stages of a model.
 pub(super) fn report(simulation: &mut Simulation) -> Report {
-    let critical_step = simulation.critical_step();
+    let moves = |stage: &Stage| stage.kind == StageKind::Dynamic;
+    let dynamic = simulation.model().deck().stage.iter().any(moves);
+    // A large model spends seconds on it.
+    let critical_step = if dynamic { simulation.critical_step() } else { f64::NAN };
     let model = simulation.model();
     let deck = model.deck();
     let stages = deck.stage.iter().map(|stage| match stage.kind {

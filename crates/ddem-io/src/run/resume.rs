@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use ddem_core::deck::Damping;
 use ddem_core::{Model, Saved, Simd, Simulation};
 
 use super::RunFailure;
@@ -62,7 +61,10 @@ pub(super) struct Resumed {
 
 pub(super) fn load(folder: &Folder, deck_text: &str) -> Result<Resumed, RunFailure> {
     let path = folder.checkpoint();
-    let checkpoint = Checkpoint::load(&path)?;
+    let checkpoint = Checkpoint::load(&path).map_err(|error| RunFailure::Checkpoint {
+        path: path.clone(),
+        message: error.to_string(),
+    })?;
     let wrong =
         |message: &str| RunFailure::Checkpoint { path: path.clone(), message: message.to_owned() };
     if checkpoint.deck != deck_text {
@@ -95,14 +97,13 @@ impl Resumed {
         &self,
         model: Model,
         simd: Simd,
-        damping: Damping,
         folder: &Folder,
     ) -> Result<Simulation, RunFailure> {
         let saved = Saved {
             arrays: BTreeMap::clone(&self.checkpoint.arrays),
             counters: BTreeMap::clone(&self.checkpoint.counters),
         };
-        Simulation::restore(model, simd, &saved, damping).ok_or_else(|| RunFailure::Checkpoint {
+        Simulation::restore(model, simd, &saved).ok_or_else(|| RunFailure::Checkpoint {
             path: folder.checkpoint(),
             message: "its numbers are not those of this model".to_owned(),
         })
