@@ -1,0 +1,148 @@
+//! Options, help, decks that are refused: nothing runs.
+
+use std::fs;
+use std::process::Stdio;
+
+use super::harness::*;
+
+#[test]
+fn help_goes_to_standard_output() {
+    let went = Desk::new().run("--help");
+    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    insta::assert_snapshot!(went.stdout, @r"
+    Three-dimensional deformable block discrete element method for jointed rock
+
+    Usage: ddem [OPTIONS] <DECK>
+           ddem <COMMAND>
+
+    Commands:
+      schema  Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
+
+    Arguments:
+      <DECK>  Deck to run, a TOML file
+
+    Options:
+          --out <DIR>    Folder of the results [default: results/<name of the deck>]
+          --threads <N>  Threads, which do not change the results [default: one for each processor]
+          --quiet        Print nothing but errors
+          --check        Build the model, say what running it would take, and stop
+          --resume       Go on from the checkpoint in the folder of the results
+      -h, --help         Print help
+      -V, --version      Print version
+
+    Example: ddem deck.toml --out results/first --threads 4
+    ");
+}
+
+#[test]
+fn without_arguments_it_shows_the_help() {
+    let stderr = refused("");
+    assert!(stderr.contains("Usage: ddem [OPTIONS] <DECK>"), "{stderr}");
+    assert!(refused("--quiet").contains("<DECK>"));
+}
+
+#[test]
+fn version() {
+    let went = Desk::new().run("--version");
+    assert_eq!(went.status, Some(0));
+    assert_eq!(went.stdout, concat!("ddem ", env!("CARGO_PKG_VERSION"), "\n"));
+}
+
+#[test]
+fn the_schema_is_json() {
+    let went = Desk::new().run("schema");
+    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    let schema: serde_json::Value = serde_json::from_str(&went.stdout).unwrap();
+    assert!(schema["properties"]["materials"].is_object());
+}
+
+#[test]
+fn a_deck_may_be_called_schema() {
+    let desk = Desk::new();
+    desk.write("schema", &(COLUMN.to_owned() + SHAKE));
+    let went = desk.run("./schema --quiet");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    assert!(desk.path("results/schema/summary.json").exists());
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let desk = Desk::new();
+    let mut command = desk.command("schema");
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), output.stderr), (Some(0), vec![]));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn output_that_cannot_be_written_is_said() {
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let desk = Desk::new();
+    let output = desk.command("schema").stdout(full).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr.starts_with("error: cannot write to standard output"), "{stderr}");
+}
+
+#[test]
+fn a_missing_deck_with_the_name_of_one_near() {
+    insta::assert_snapshot!(refused("colum.toml --out new"), @r"
+      × cannot read the deck `colum.toml`
+      ╰─▶ No such file or directory (os error 2)
+      help: a deck is a TOML file
+      did you mean `column.toml`?
+    ");
+    assert!(!refused("elsewhere/column.toml").contains("did you mean"));
+    assert!(refused(".").contains("cannot read the deck `.`"));
+}
+
+#[test]
+fn wrong_options() {
+    for threads in ["0", "x", "-1", "1.5", "1000000"] {
+        let stderr = refused(&format!("column.toml --threads={threads}"));
+        assert!(stderr.contains("expected a whole number from 1 to 1024"), "{stderr}");
+    }
+    let stderr = refused("column.toml --simd mmx");
+    assert!(stderr.contains("this machine has `baseline`"), "{stderr}");
+    assert!(refused("column.toml --out").contains("--out <DIR>"));
+    assert!(refused("column.toml --thread 2").contains("a similar argument exists: '--threads'"));
+    assert!(refused("column.toml other.toml").contains("other.toml"));
+}
+
+#[test]
+fn a_misspelt_key_is_shown_and_nothing_is_written() {
+    let desk = Desk::new();
+    desk.write("column.toml", &(COLUMN.replace("young", "yuong") + SHAKE));
+    for arguments in ["column.toml", "column.toml --check", "column.toml --quiet --out new"] {
+        let went = desk.run(arguments);
+        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
+        assert_eq!(desk.names(), ["column.toml"]);
+        insta::allow_duplicates! { insta::assert_snapshot!(went.stderr, @r"
+        the deck `column.toml` has a mistake in line 7
+
+          × unknown key `yuong`
+           ╭─[column.toml:7:1]
+         6 │ density = 2400
+         7 │ yuong = 18e9
+           · ──┬──
+           ·   ╰── materials.rock.yuong
+         8 │ poisson = 0.25
+           ╰────
+          help: did you mean `young`? keys here: `density`, `young`, `poisson`
+        "); }
+    }
+}
+
+#[test]
+fn a_time_step_that_is_too_long_is_refused_before_anything_is_written() {
+    let long = format!("{SHAKE}time_step = 1e-3\n");
+    let desk = Desk::with(&[PRESS, &long]);
+    for arguments in ["column.toml", "column.toml --check"] {
+        let went = desk.run(arguments);
+        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
+        assert!(went.stderr.contains("critical"), "{}", went.stderr);
+        assert_eq!(desk.names(), ["column.toml"]);
+    }
+}

@@ -1,0 +1,170 @@
+//! Decks that run: results, progress, interruption.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use super::harness::*;
+
+#[test]
+fn check_reports_and_writes_nothing() {
+    let desk = Desk::with(&[PRESS, SHAKE]);
+    let went = desk.run("column.toml --check");
+    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    for line in ["column", "blocks         3", "nodes          81", "joints         2"] {
+        assert!(went.stdout.lines().any(|other| other == line), "{}", went.stdout);
+    }
+    for part in ["pairs          18", "critical step  ", "memory  ", "stage shake: "] {
+        assert!(went.stdout.contains(part), "{}", went.stdout);
+    }
+    assert_eq!(desk.names(), ["column.toml"]);
+}
+
+#[test]
+fn a_run_from_start_to_end() {
+    let desk = Desk::with(&[PRESS, SHAKE]);
+    let went = desk.run("column.toml");
+    assert_eq!((went.status, went.stdout.as_str()), (Some(0), ""), "{}", went.stderr);
+    for name in RESULTS {
+        assert!(desk.path("results/column").join(name).exists(), "{name}");
+    }
+    let summary: serde_json::Value =
+        serde_json::from_slice(&desk.read("results/column/summary.json")).unwrap();
+    assert_eq!(summary["title"], "column");
+    assert_eq!(summary["stages"][0]["name"], "press");
+    assert_eq!(summary["stages"][1]["name"], "shake");
+    let lines: Vec<&str> = went.stderr.lines().collect();
+    assert_eq!(lines[0], "model: 3 blocks, 81 nodes, 18 pairs");
+    let starts = ["press (1/2): relaxation", "press: done", "shake (2/2): ", "shake: done"];
+    for (line, start) in lines[1..].iter().zip(starts) {
+        assert!(line.starts_with(start), "{}", went.stderr);
+    }
+    assert_eq!(
+        lines[5..],
+        [format!(
+            "results are in {}: open blocks.vtkhdf there in ParaView",
+            Path::new("results").join("column").display()
+        )]
+    );
+}
+
+#[test]
+fn quiet_is_silent() {
+    let desk = Desk::with(&[PRESS, SHAKE]);
+    for arguments in ["column.toml --quiet --out a", "column.toml --quiet --check"] {
+        let went = desk.run(arguments);
+        assert_eq!((went.status, went.stdout, went.stderr), {
+            (Some(0), String::new(), String::new())
+        });
+    }
+    assert!(desk.path("a/summary.json").exists());
+}
+
+#[test]
+fn results_depend_neither_on_threads_nor_on_the_instruction_set() {
+    let desk = Desk::with(&[PRESS, SHAKE]);
+    let run = |arguments: &str| {
+        let went = desk.run(&format!("column.toml --out a {arguments}"));
+        assert_eq!(went.status, Some(0), "{}", went.stderr);
+        ["a/probes.csv", "a/energy.csv", "a/blocks.vtkhdf", "a/joints.vtkhdf"]
+            .map(|name| desk.read(name))
+    };
+    let expected = run("--threads 1");
+    assert!(expected == run("--threads 2"), "2 threads");
+    for (name, _) in ddem_core::Simd::available() {
+        assert!(expected == run(&format!("--simd {name}")), "{name}");
+    }
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_refused() {
+    let desk = Desk::with(&[SHAKE]);
+    desk.write("file", "mine");
+    for out in ["file", "file/below"] {
+        let went = desk.run(&format!("column.toml --out {out}"));
+        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
+        assert!(went.stderr.contains("give another --out"), "{}", went.stderr);
+        assert!(!went.stderr.contains("panicked"), "{}", went.stderr);
+    }
+    assert_eq!(desk.names(), ["column.toml", "file"]);
+    assert_eq!(desk.read("file"), b"mine");
+}
+
+#[test]
+fn the_results_of_another_deck_are_left_alone() {
+    let desk = Desk::with(&[SHAKE]);
+    assert_eq!(desk.run("column.toml --out a").status, Some(0));
+    let read = || RESULTS.map(|name| desk.read(&format!("a/{name}")));
+    let before = read();
+    desk.write("other.toml", &(COLUMN.to_owned() + PRESS));
+    let went = desk.run("other.toml --out a");
+    assert_eq!(went.status, Some(2));
+    assert!(went.stderr.contains("holds the results of another deck"), "{}", went.stderr);
+    assert!(before == read());
+}
+
+#[test]
+fn a_relaxation_without_end_fails_and_keeps_its_results() {
+    let stage = PRESS.replace("1e-6", "1e-12\nmax_steps = 20");
+    let desk = Desk::with(&[&stage]);
+    let went = desk.run("column.toml --out a");
+    assert_eq!(went.status, Some(1), "{}", went.stderr);
+    let end: Vec<&str> = went.stderr.lines().rev().take(2).collect();
+    assert_eq!(end[1], "the results up to here are in a");
+    assert!(end[0].starts_with("error: stage `press`: not in equilibrium after 20 steps"));
+    assert!(desk.read("a/probes.csv").iter().filter(|byte| **byte == b'\n').count() > 1);
+}
+
+#[test]
+fn there_is_nothing_to_resume_at_first() {
+    let stderr = refused("column.toml --resume");
+    assert!(stderr.contains("holds no checkpoint to resume"), "{stderr}");
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
+    for (stages, interrupted, status) in
+        [([PRESS, LONG_SHAKE], "shake (2/2)", 0), ([LONG_PRESS, SHAKE], "press (1/2)", 1)]
+    {
+        let desk = Desk::with(&stages);
+        assert_eq!(desk.run("column.toml --out whole").status, Some(status));
+
+        let went = desk.interrupt("column.toml --out parts", interrupted);
+        assert_eq!(went.status, Some(130), "{}", went.stderr);
+        assert!(went.stderr.contains("stopping at the next step"), "{}", went.stderr);
+        let last = went.stderr.lines().last();
+        let checkpoint = Path::new("parts").join("checkpoint.h5");
+        let hint = "to go on: ddem column.toml --out=parts --resume";
+        assert_eq!(last, Some(&*format!("saved in {}, {hint}", checkpoint.display())));
+        assert!(desk.path("parts/checkpoint.h5").exists());
+
+        // Once more, and with another number of threads.
+        let went = desk.interrupt("column.toml --out=parts --resume --threads 1", interrupted);
+        assert_eq!(went.status, Some(130), "{}", went.stderr);
+        assert!(went.stderr.contains(", from step "), "{}", went.stderr);
+        let went = desk.run("column.toml --out=parts --resume");
+        assert_eq!(went.status, Some(status), "{}", went.stderr);
+        for name in ["probes.csv", "energy.csv"] {
+            let read = |out: &str| desk.read(&format!("{out}/{name}"));
+            assert!(read("whole") == read("parts"), "{interrupted}: {name}");
+        }
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_quiet_run_is_interrupted_in_silence() {
+    let desk = Desk::with(&[LONG_SHAKE]);
+    let mut child = desk.command("column.toml --quiet --out a").stderr(Stdio::piped()).spawn();
+    let child = child.as_mut().unwrap();
+    while !desk.path("a/energy.csv").exists() {
+        assert!(child.try_wait().unwrap().is_none());
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.unwrap().success());
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    assert_eq!((child.wait().unwrap().code(), stderr.as_str()), (Some(130), ""));
+    assert!(desk.path("a/checkpoint.h5").exists());
+}
