@@ -1,5 +1,6 @@
 //! Decks that run: results, progress, interruption.
 
+use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
