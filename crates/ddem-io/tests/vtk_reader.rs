@@ -217,22 +217,3 @@ fn joints() {
         assert_array(&data["side"], 1, &joint);
     }
 }
-
-/// A model without joints: the file is there and empty.
-#[test]
-fn nothing_at_all() {
-    let Some(python) = python() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("joints.vtkhdf");
-    let fields = [FieldSpec::point("state", 1).kind(Kind::U8), FieldSpec::point("traction", 3)];
-    let joint = Constant { name: "joint", location: Location::Point, values: Values::I32(&[]) };
-    let mut writer = Writer::create(&path, &squares(0), &[joint], &fields).unwrap();
-    for step in 0..2 {
-        writer.append(f64::from(step), &[Values::U8(&[]), Values::F64(&[])]).unwrap();
-    }
-    let seen = vtk(&python, &path);
-    assert_eq!(seen["times"], json!([0.0, 1.0]));
-    for seen in seen["steps"].as_array().unwrap() {
-        assert_eq!((&seen["points"], &seen["cells"]), (&json!(0), &json!(0)));
-    }
-}

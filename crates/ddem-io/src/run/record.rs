@@ -89,7 +89,8 @@ impl Schedule {
 #[derive(Debug)]
 pub(super) struct Recorder {
     blocks: Writer,
-    joints: Writer,
+    /// Only of a model with joints: some readers stumble over a mesh without cells.
+    joints: Option<Writer>,
     probes: ProbeTable,
     energy: EnergyTable,
     pub(super) samplers: Vec<Sampler>,
@@ -119,7 +120,8 @@ impl Recorder {
             Writer::create(path, &mesh.grid, &mesh.constants(), &specs(joints))
         };
         let blocks = create(folder.blocks(), &blocks, false)?;
-        let joints = create(folder.joints(), &joints, true)?;
+        let joints =
+            (model.n_pairs() > 0).then(|| create(folder.joints(), &joints, true)).transpose()?;
         let columns = columns(&samplers);
         let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
         Ok(Self {
@@ -143,7 +145,9 @@ impl Recorder {
         let frames = position.frames as usize;
         Ok(Self {
             blocks: Writer::reopen(folder.blocks(), &specs(false), frames)?,
-            joints: Writer::reopen(folder.joints(), &specs(true), frames)?,
+            joints: (model.n_pairs() > 0)
+                .then(|| Writer::reopen(folder.joints(), &specs(true), frames))
+                .transpose()?,
             probes: ProbeTable::reopen(folder.probes(), position.probe_rows)?,
             energy: EnergyTable::reopen(folder.energy(), position.energy_rows)?,
             samplers,
@@ -218,7 +222,9 @@ impl Recorder {
         let time = simulation.time();
         let time = if time > self.last_frame { time } else { self.last_frame + self.nudge };
         self.last_frame = time;
-        for (joints, writer) in [(false, &mut self.blocks), (true, &mut self.joints)] {
+        let files = [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())];
+        for (joints, writer) in files {
+            let Some(writer) = writer else { continue };
             let filled: Vec<Filled> =
                 table(joints).map(|field| Filled::new(field, simulation)).collect();
             let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
@@ -230,7 +236,9 @@ impl Recorder {
     /// Everything so far safely on the disk, and how far that is.
     pub(super) fn sync(&mut self) -> Result<Position, OutputError> {
         self.blocks.sync()?;
-        self.joints.sync()?;
+        if let Some(joints) = &mut self.joints {
+            joints.sync()?;
+        }
         self.probes.sync()?;
         self.energy.sync()?;
         Ok(Position {
