@@ -1,5 +1,7 @@
 //! Materials and joints.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -64,4 +66,36 @@ pub struct Joint {
     /// Fracture energies in opening and sliding `[J/m²]`; absent means brittle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fracture_energy: Option<[f64; 2]>,
+    /// Joint roughness coefficient JRC of a Barton–Bandis joint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jrc: Option<f64>,
+    /// Joint wall compressive strength JCS of a Barton–Bandis joint `[Pa]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jcs: Option<f64>,
+}
+
+impl Joint {
+    /// Whether the joint can fail.
+    #[must_use]
+    pub fn breaks(&self) -> bool {
+        let given = [self.cohesion, self.friction, self.tension, self.jrc, self.jcs];
+        given.iter().any(Option::is_some)
+    }
+
+    /// Normal and shear stiffness.
+    #[must_use]
+    pub fn stiffness(&self, materials: &BTreeMap<String, Material>) -> Option<[f64; 2]> {
+        if let (Some(normal), Some(shear)) = (self.normal_stiffness, self.shear_stiffness) {
+            return Some([normal, shear]);
+        }
+        let named = self.material.as_ref().and_then(|name| materials.get(name));
+        let (young, poisson) = match named {
+            Some(material) => (material.young, material.poisson),
+            None => (self.young?, self.poisson?),
+        };
+        let shear = young / (2.0 * (1.0 + poisson));
+        let lambda = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+        (self.thickness > 0.0)
+            .then(|| [(lambda + 2.0 * shear) / self.thickness, shear / self.thickness])
+    }
 }

@@ -5,6 +5,7 @@
 #![allow(clippy::print_stdout)]
 
 mod architecture;
+mod breaking;
 mod bad_input;
 mod corotation;
 mod decks;
