@@ -240,6 +240,8 @@ impl Model {
                 ));
             }
         }
+        let used = self.faces.iter().map(|face| face.joint).collect();
+        warnings.extend(crate::deck::doubts(&self.deck, &used));
         warnings
     }
 

@@ -290,7 +290,7 @@ impl<'a> Drive<'a> {
             time: self.simulation.time(),
             unbalanced: self.simulation.unbalanced(),
             tolerance: stage.tolerance.unwrap_or(1e-6),
-            failed_pairs: 0,
+            failed_pairs: self.simulation.failed_pairs().iter().sum(),
             updates_per_second: rate * self.simulation.model().n_nodes() as f64,
             seconds_left: (!relax && left.is_finite()).then_some(left),
         }
@@ -298,6 +298,7 @@ impl<'a> Drive<'a> {
 
     fn summary(&self) -> Summary {
         let model = self.simulation.model();
+        let [shear, tension] = self.simulation.failed_pairs();
         Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             title: model.deck().title.clone(),
@@ -305,7 +306,7 @@ impl<'a> Drive<'a> {
             nodes: model.n_nodes() as u64,
             elements: model.n_elements() as u64,
             pairs: model.n_pairs() as u64,
-            failed_pairs: FailedPairs { shear: 0, tension: 0 },
+            failed_pairs: FailedPairs { shear, tension },
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.cursor.done.clone(),
             deck: self.source.text().to_owned(),
