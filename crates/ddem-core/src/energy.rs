@@ -50,9 +50,7 @@ impl Energy {
             friction,
             fracture,
             external,
-            balance: kinetic + bodies + joints + damping + friction + fracture
-                - external
-                - initial,
+            balance: kinetic + bodies + joints + damping + friction + fracture - external - initial,
         }
     }
 

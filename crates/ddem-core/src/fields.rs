@@ -4,8 +4,8 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use crate::element::Elastic;
 use crate::breaks::Point;
+use crate::element::Elastic;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;

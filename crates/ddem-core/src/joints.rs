@@ -146,7 +146,10 @@ impl Simulation {
     fn see(&self, breaks: &Breaks, mut see: impl FnMut(usize, Seen<'_>)) {
         let model = &self.model;
         let packs = &model.packs;
-        let input = input(Pass { linear: false, ..Pass::linear(model, &self.state.u) }, &self.scratch.frames);
+        let input = input(
+            Pass { linear: false, ..Pass::linear(model, &self.state.u) },
+            &self.scratch.frames,
+        );
         let first = first_faces(model);
         let (mut forces, mut rotation) = (Vec::new(), [[Lanes::ZERO; 3]; 3]);
         let mut work = Workspace::default();
@@ -176,7 +179,10 @@ impl Simulation {
                         traction += turned * (normal * springs.normal + springs.shear) * part;
                     }
                     let joint = face.joint;
-                    see(face.first_pair as usize + p, Seen { traction, rotation: turned, normal, joint, point });
+                    see(
+                        face.first_pair as usize + p,
+                        Seen { traction, rotation: turned, normal, joint, point },
+                    );
                 }
             }
         }

@@ -6,8 +6,7 @@ use fearless_simd_macros::simd;
 
 use crate::element::corotation::{Frame, mean_rotation, minus_one};
 use crate::lanes::{
-    LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub,
-    transposed_times,
+    LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, transposed_times,
 };
 use crate::pack::{Neighbours, Pack, Packs};
 

@@ -149,7 +149,11 @@ fn pair_places(divisions: usize, d: usize) -> Vec<PairPlace> {
         PairPlace { sides: [node(at), node(across)], elements, count: count as u8 }
     };
     let lines = 0..=divisions;
-    lines.clone().flat_map(|k| lines.clone().map(move |i| (i, k))).map(|(i, k)| place(i, k)).collect()
+    lines
+        .clone()
+        .flat_map(|k| lines.clone().map(move |i| (i, k)))
+        .map(|(i, k)| place(i, k))
+        .collect()
 }
 
 /// Where the bodies at one offset are: pack and lane for each lane.

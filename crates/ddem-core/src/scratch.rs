@@ -12,8 +12,8 @@ use crate::frames::fit_pack;
 use crate::lanes::{Lanes, load};
 use crate::model::Model;
 use crate::pack::Packs;
-use crate::pass::Workspace;
 use crate::parallel::{Split, node_start, runs, share_start};
+use crate::pass::Workspace;
 use crate::state::State;
 use crate::sums::Sums;
 

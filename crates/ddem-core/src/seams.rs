@@ -121,7 +121,8 @@ impl Seam {
     }
 
     fn key(&self) -> Vec<u64> {
-        let flags = self.joints.iter().zip(&self.springs).map(|(j, s)| u64::from(*j) << 1 | u64::from(*s));
+        let flags =
+            self.joints.iter().zip(&self.springs).map(|(j, s)| u64::from(*j) << 1 | u64::from(*s));
         let lanes = self.edges.iter().flatten().chain(&self.stiffness);
         let numbers = lanes.flat_map(|lanes| lanes.0).chain(self.normal);
         flags.chain(numbers.map(f64::to_bits)).collect()

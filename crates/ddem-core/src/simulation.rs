@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use crate::cluster::Relaxation;
 use crate::breaks::Losses;
+use crate::cluster::Relaxation;
 use crate::conditions::Active;
 use crate::deck::{Damping, TimeStep};
 use crate::energy::Energy;
@@ -130,6 +130,13 @@ impl Simulation {
         if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)) }
     }
 
+    /// Largest time step that can be given `[s]`: with it the model is stable however its joints
+    /// fail.
+    pub fn largest_step(&mut self) -> f64 {
+        let intact = self.critical(false);
+        if self.model.can_fail() { intact.min(self.critical(true)) } else { intact }
+    }
+
     fn critical(&mut self, broken: bool) -> f64 {
         if let Some(step) = self.critical_steps[usize::from(broken)] {
             return step;
@@ -176,19 +183,16 @@ impl Simulation {
     ) -> Result<u64, RunError> {
         self.settle();
         let critical = self.critical_step();
+        let largest = if time_step == TimeStep::Auto { critical } else { self.largest_step() };
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
         }
         let step = match time_step {
             TimeStep::Auto => SAFETY * critical,
-            TimeStep::Seconds(step) => {
-                let critical =
-                    if self.model.can_fail() { critical.min(self.critical(true)) } else { critical };
-                if step > critical {
-                    return Err(RunError::TimeStep { time_step: step, critical });
-                }
-                step
+            TimeStep::Seconds(step) if step > largest => {
+                return Err(RunError::TimeStep { time_step: step, critical: largest });
             }
+            TimeStep::Seconds(step) => step,
         };
         let steps = duration.map_or(0.0, |duration| whole_steps(duration, step));
         let step = match (time_step, duration) {
@@ -197,6 +201,8 @@ impl Simulation {
         };
         self.state.automatic = time_step == TimeStep::Auto;
         self.state.end = self.state.time + duration.unwrap_or(f64::INFINITY);
+        let whole = duration.map_or(u64::MAX, |_| steps as u64);
+        self.state.last_step = self.state.steps.saturating_add(whole);
         self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
         self.damping = damping;
         self.relaxation = None;
@@ -208,9 +214,8 @@ impl Simulation {
     /// Steps that are left of the duration; `None` without one.
     #[must_use]
     pub fn steps_left(&self) -> Option<u64> {
-        let left = self.state.end - self.state.time;
-        let whole = || (left / self.motion.time_step - 1e-6).ceil().max(0.0) as u64;
-        left.is_finite().then(whole)
+        let last = self.state.last_step;
+        (last != u64::MAX).then(|| last.saturating_sub(self.state.steps))
     }
 
     /// Springs can be stiffer than the elements whose place they take: an automatic step that
@@ -224,7 +229,9 @@ impl Simulation {
         }
         self.settle();
         let step = SAFETY * critical;
-        let step = if left.is_finite() { left / whole_steps(left, step) } else { step };
+        let steps = whole_steps(left, step);
+        let step = if left.is_finite() { left / steps } else { step };
+        self.state.last_step = self.state.steps.saturating_add(steps as u64);
         self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
         self.state.origin = (self.state.time, self.state.steps);
     }

@@ -32,6 +32,8 @@ pub(crate) struct State {
     pub(crate) origin: (f64, u64),
     /// When the duration that was started ends `[s]`; infinite without one.
     pub(crate) end: f64,
+    /// Steps at its end; the largest number without one.
+    pub(crate) last_step: u64,
     /// The time step was not given but chosen.
     pub(crate) automatic: bool,
     /// Steps since the start of the run.
@@ -86,6 +88,7 @@ impl State {
             time: 0.0,
             origin: (0.0, 0),
             end: f64::INFINITY,
+            last_step: u64::MAX,
             automatic: false,
             steps: 0,
             stage: 0,

@@ -97,9 +97,8 @@ impl Breaks {
         for (index, pack) in packs.packs.iter().enumerate() {
             for d in 0..3 {
                 let Some(seam) = seams.get(index, d) else { continue };
-                let lanes: [bool; LANES] = std::array::from_fn(|lane| {
-                    seam.joints[lane] != NO_JOINT && broken(seam, lane)
-                });
+                let lanes: [bool; LANES] =
+                    std::array::from_fn(|lane| seam.joints[lane] != NO_JOINT && broken(seam, lane));
                 if lanes == [false; LANES] {
                     continue;
                 }
@@ -127,7 +126,9 @@ impl Breaks {
     /// Memory in use `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
-        let own = |l: &Broken| l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[Point; LANES]>();
+        let own = |l: &Broken| {
+            l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[Point; LANES]>()
+        };
         self.packs.len() * size_of::<PackBreaks>() + lattices.map(own).sum::<usize>()
     }
 }

@@ -96,7 +96,8 @@ impl Broken {
                 let force = point.force(seam, lane, place, local);
                 point.quarters = quarters;
                 if quarters != old[p][lane] {
-                    let gone = element_force(before, place, lane) - element_force(after, place, lane);
+                    let gone =
+                        element_force(before, place, lane) - element_force(after, place, lane);
                     held += point.energy(seam, lane, force, old[p][lane]);
                     let force = force + gone;
                     held -= point.energy(seam, lane, force, quarters);
@@ -145,8 +146,10 @@ impl Broken {
                     losses.friction += area * loss.friction;
                     losses.fracture += area * loss.fracture;
                 } else {
-                    point.memory.traction =
-                        Traction { normal: k.normal * opening.normal, shear: opening.shear * k.shear };
+                    point.memory.traction = Traction {
+                        normal: k.normal * opening.normal,
+                        shear: opening.shear * k.shear,
+                    };
                     point.memory.gap = opening.normal;
                 }
                 let Traction { normal: t_n, shear } = point.memory.traction;
@@ -195,7 +198,11 @@ impl Point {
 }
 
 /// The law of a lane's joint, if it has one that can fail.
-fn law_of<'a>(laws: &'a [Option<Arc<dyn JointLaw>>], seam: &Seam, lane: usize) -> Option<&'a dyn JointLaw> {
+fn law_of<'a>(
+    laws: &'a [Option<Arc<dyn JointLaw>>],
+    seam: &Seam,
+    lane: usize,
+) -> Option<&'a dyn JointLaw> {
     match seam.joints[lane] {
         NO_JOINT => None,
         joint => laws[joint as usize].as_deref(),

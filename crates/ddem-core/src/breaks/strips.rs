@@ -49,7 +49,13 @@ impl Breaks {
 }
 
 /// Cells across the joint of direction `d` that hold both nodes of a pair.
-fn around(packs: &Packs, (index, d): (usize, usize), pair: usize, lane: usize, cells: &mut Vec<Cell>) {
+fn around(
+    packs: &Packs,
+    (index, d): (usize, usize),
+    pair: usize,
+    lane: usize,
+    cells: &mut Vec<Cell>,
+) {
     let pack = &packs.packs[index];
     let n = packs.shape_of(pack).divisions;
     let [e, f] = [(d + 1) % 3, (d + 2) % 3];

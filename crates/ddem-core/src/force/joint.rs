@@ -128,7 +128,8 @@ fn any_fails<S: Simd>(
     let direction = seam.normal.map(|c| splat(simd, c));
     let half = splat(simd, 0.5 / input.look.failing.unwrap_or(1.0));
     let per_quarter = seam.per_quarter.load(simd) * half;
-    let targets = normals.as_chunks_mut::<LANES>().0.iter_mut().zip(shears.as_chunks_mut::<LANES>().0);
+    let targets =
+        normals.as_chunks_mut::<LANES>().0.iter_mut().zip(shears.as_chunks_mut::<LANES>().0);
     for (place, (normal, shear)) in places.iter().zip(targets) {
         let [a, b] = place.sides;
         let difference = sub(load_at(simd, g, 3 * b), load_at(simd, g, 3 * a));

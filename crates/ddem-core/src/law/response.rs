@@ -87,18 +87,16 @@ fn slide<L: JointLaw + ?Sized>(
     let mut bears = residual;
     if memory.damage < 1.0 {
         // The limit falls while the point slips: both at once.
-        let fall = if softening.slip > 0.0 { (peak - residual) / softening.slip } else { stiffness };
+        let fall =
+            if softening.slip > 0.0 { (peak - residual) / softening.slip } else { stiffness };
         let slip = (size - limit) / (stiffness - fall);
         let damage = memory.damage + slip / softening.slip;
         memory.damage = if fall < stiffness && damage < 1.0 { damage } else { 1.0 };
         bears = (1.0 - memory.damage) * peak + memory.damage * residual;
     }
     memory.traction.shear = if bears > 0.0 { trial * (bears / size) } else { trial * 0.0 };
-    memory.slip = if bears > 0.0 {
-        opening.shear - memory.traction.shear / stiffness
-    } else {
-        opening.shear
-    };
+    memory.slip =
+        if bears > 0.0 { opening.shear - memory.traction.shear / stiffness } else { opening.shear };
 }
 
 /// Peak and residual shear strength; the residual acts on closed faces only.

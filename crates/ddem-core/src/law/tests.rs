@@ -65,7 +65,11 @@ fn pure_opening_takes_its_fracture_energy() {
         };
         // There is a way back on it: unloading takes nothing.
         let path = (0..=1000).map(|i| f64::from(i) / 1000.0);
-        let path = path.clone().take(400).chain((100..400).rev().map(|i| f64::from(i) / 1000.0)).chain(path.skip(100));
+        let path = path
+            .clone()
+            .take(400)
+            .chain((100..400).rev().map(|i| f64::from(i) / 1000.0))
+            .chain(path.skip(100));
         let path = path.map(|x| at(elastic + x * (last - elastic), 0.0));
         let (memory, loss) = lead(&law, path, start);
         assert!((loss.fracture / energy - 1.0).abs() < 1e-9, "{loss:?}");
@@ -119,8 +123,12 @@ fn an_open_point_bears_nothing_and_forgets_its_stick() {
 
 #[test]
 fn barton_bandis_follows_its_curve() {
-    let joint =
-        Joint { residual_friction: Some(28.0), jrc: Some(9.0), jcs: Some(80e6), ..Joint::default() };
+    let joint = Joint {
+        residual_friction: Some(28.0),
+        jrc: Some(9.0),
+        jcs: Some(80e6),
+        ..Joint::default()
+    };
     let law = BartonBandis::new(&joint, 9.0, 80e6);
     for stress in [0.5e6, 2e6, 10e6] {
         let exact = stress * tan(28.0 + 9.0 * (80e6_f64 / stress).log10());

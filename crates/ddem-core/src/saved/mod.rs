@@ -28,6 +28,7 @@ impl Simulation {
             time,
             origin,
             end,
+            last_step,
             automatic,
             steps,
             stage,
@@ -63,6 +64,7 @@ impl Simulation {
         count("damping", damping_kind(self.damping));
         count("stage", *stage as u64);
         count("whole", u64::from(*whole));
+        count("last_step", *last_step);
         count("automatic", u64::from(*automatic));
         count("started", u64::from(self.started));
         count("resting", u64::from(self.motion.fictitious && self.relaxation.is_none()));
@@ -90,8 +92,10 @@ impl Simulation {
         let count = |name: &str| saved.counters.get(name).copied();
         let n = 3 * model.n_nodes();
         let (u, v) = (array("displacement")?, array("velocity")?);
-        let (&[time, origin, end, time_step, critical, broken, initial], &[loads, supports, damped, friction, fracture]) =
-            (array("time")?, array("work")?)
+        let (
+            &[time, origin, end, time_step, critical, broken, initial],
+            &[loads, supports, damped, friction, fracture],
+        ) = (array("time")?, array("work")?)
         else {
             return None;
         };
@@ -117,6 +121,7 @@ impl Simulation {
         state.way = *array("way")?.first()?;
         state.whole = count("whole")? == 1;
         (state.end, state.automatic) = (end, count("automatic")? == 1);
+        state.last_step = count("last_step")?;
         state.work = Work { loads, supports, damping: damped, friction, fracture };
         state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.breaks = pairs::restore(&simulation.model, saved)?;

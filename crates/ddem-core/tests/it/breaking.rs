@@ -70,8 +70,8 @@ fn torn(joint: Joint) -> Simulation {
 fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
     let (mut sums, mut sizes) = ([Vec3::zeros(); 2], [0.0; 2]);
     for (node, v) in simulation.velocities().into_iter().enumerate() {
-        let x = Vec3::from(simulation.model().point(node))
-            + Vec3::from(simulation.displacement(node));
+        let x =
+            Vec3::from(simulation.model().point(node)) + Vec3::from(simulation.displacement(node));
         let p = Vec3::from(v) * simulation.model().mass(node);
         for (k, part) in [p, x.cross(&p)].into_iter().enumerate() {
             sums[k] += part;
@@ -94,7 +94,10 @@ fn momentum_is_kept_while_everything_breaks_and_slides() {
         let slip = pair_field(&mut simulation, "slip");
         let most = slip.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
         let energy = simulation.energy();
-        println!("{kind}: {change:?} failed {failed} of {} slip {most} {energy:?}", simulation.model().n_pairs());
+        println!(
+            "{kind}: {change:?} failed {failed} of {} slip {most} {energy:?}",
+            simulation.model().n_pairs()
+        );
         assert!(failed as usize > simulation.model().n_pairs() * 9 / 10, "{failed}");
         assert!(most > 1e-3, "{most}");
         assert!(change[0] < 1e-13 && change[1] < 1e-13, "joint {kind}: {change:?}");
@@ -110,7 +113,8 @@ fn momentum_is_kept_while_everything_breaks_and_slides() {
 fn no_traction_jumps_at_a_pair_that_stays_bonded() {
     for kind in 0..3 {
         let mut tough = simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), seam(kind)));
-        let mut brittle = simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), weak(seam(kind))));
+        let mut brittle =
+            simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), weak(seam(kind))));
         let mut random = Random::new(3);
         let n = tough.model().n_nodes();
         let u: Vec<[f64; 3]> = (0..n).map(|_| (random.vector() * 3e-7).into()).collect();
@@ -137,7 +141,10 @@ fn no_traction_jumps_at_a_pair_that_stays_bonded() {
 fn driven(joint: Joint, velocity: [f64; 3], load: f64) -> Simulation {
     let mut deck = with_seam(deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.02), joint);
     deck.fix.push(fix(plane(2, 0.0), "xyz"));
-    deck.fix.push(Fix { velocity: Some(velocity), ..fix(plane(2, 2.0), if load == 0.0 { "xyz" } else { "xy" }) });
+    deck.fix.push(Fix {
+        velocity: Some(velocity),
+        ..fix(plane(2, 2.0), if load == 0.0 { "xyz" } else { "xy" })
+    });
     if load != 0.0 {
         deck.load.push(Load { region: plane(2, 2.0), pressure: Some(load), ..Load::default() });
     }
@@ -147,12 +154,8 @@ fn driven(joint: Joint, velocity: [f64; 3], load: f64) -> Simulation {
 #[test]
 fn strength_far_above_the_load_changes_no_bit() {
     for kind in 0..3 {
-        let strong = Joint {
-            cohesion: Some(1e15),
-            friction: Some(30.0),
-            tension: Some(1e15),
-            ..seam(kind)
-        };
+        let strong =
+            Joint { cohesion: Some(1e15), friction: Some(30.0), tension: Some(1e15), ..seam(kind) };
         let results = [seam(kind), strong].map(|joint| {
             let mut simulation = driven(joint, [0.3, 0.1, 0.2], 0.0);
             start(&mut simulation, Damping::Ratio(0.02));

@@ -5,8 +5,8 @@
 #![allow(clippy::print_stdout)]
 
 mod architecture;
-mod breaking;
 mod bad_input;
+mod breaking;
 mod corotation;
 mod decks;
 mod determinism;

@@ -167,8 +167,9 @@ pub(super) fn critical_steps(
     for (index, stage) in deck.stage.iter().enumerate() {
         if let Some(TimeStep::Seconds(step)) = stage.time_step
             && stage.kind == StageKind::Dynamic
-            && step > critical
+            && step > simulation.largest_step()
         {
+            let critical = simulation.largest_step();
             let message = format!("{step:e} s is above the critical step, {critical:.6e} s");
             faults.push(
                 Fault::new(format!("stage[{index}].time_step"), message)
