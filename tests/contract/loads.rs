@@ -145,10 +145,10 @@ fn what_a_removed_block_leaves_is_a_free_face() {
 }
 
 #[test]
-fn joints_that_cannot_be_computed_are_refused_and_not_left_out() {
-    let springs = "normal_stiffness = 1e11\nshear_stiffness = 4e10\n[joints.other]\n";
-    let text = edited(&deck(""), "[joints.stiff]\n", &format!("[joints.stiff]\n{springs}"));
+fn what_cannot_be_computed_is_refused_and_not_left_out() {
+    let refine = "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n";
+    let text = deck(refine);
     let faults = ddem_core::Model::new(&super::shared::deck(&text)).expect_err("a refusal").faults;
-    assert!(faults.len() == 1 && faults[0].place == "joints.stiff.normal_stiffness", "{faults:?}");
-    assert!(faults[0].message.contains("spring"), "{faults:?}");
+    assert!(faults.len() == 1 && faults[0].place == "refine[0]", "{faults:?}");
+    assert!(faults[0].message.contains("local refinement"), "{faults:?}");
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ddem_io::run::{Event, Observer, Progress};
+use ddem_io::run::{Event, Observer, Progress, Report};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -73,6 +73,8 @@ pub(crate) struct Watcher {
     stop: Arc<AtomicBool>,
     /// First unbalanced ratio of the stage: where its bar begins.
     first: Option<f64>,
+    /// Failed pairs when last told.
+    failed: u64,
     /// When the last line was written.
     written: Instant,
 }
@@ -80,7 +82,7 @@ pub(crate) struct Watcher {
 impl Watcher {
     /// Shows a run on `screen`.
     pub(crate) fn new(screen: Screen, stop: Arc<AtomicBool>) -> Self {
-        Self { screen, stop, first: None, written: Instant::now() }
+        Self { screen, stop, first: None, failed: 0, written: Instant::now() }
     }
 
     fn stage_started(&mut self, progress: &Progress) {
@@ -99,6 +101,7 @@ impl Watcher {
     }
 
     fn progress(&mut self, progress: &Progress) {
+        self.failed = progress.failed_pairs;
         let ratio = progress.unbalanced;
         self.first = self.first.or((ratio.is_finite() && ratio > 0.0).then_some(ratio));
         match self.screen.mode {
@@ -121,15 +124,14 @@ impl Observer for Watcher {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Built(report) => {
-                let (blocks, nodes, pairs) = (report.blocks, report.nodes, report.pairs);
-                self.screen.line(&format!("model: {blocks} blocks, {nodes} nodes, {pairs} pairs"));
+                self.screen.line(&model(report));
             }
             Event::Warning(warning) => self.screen.line(&format!("warning: {warning}")),
             Event::StageStarted(progress) => self.stage_started(progress),
             Event::Progress(progress) => self.progress(progress),
             Event::StageDone(stage) => {
                 self.screen.clear();
-                self.screen.line(&end(stage));
+                self.screen.line(&end(stage, self.failed));
             }
             // A checkpoint is news only when the run stops, and then its end says so.
             _ => {}
@@ -138,6 +140,17 @@ impl Observer for Watcher {
 
     fn wants_to_stop(&mut self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// The line at the start of a run.
+fn model(report: &Report) -> String {
+    let Report { blocks, nodes, pairs, breakable_pairs, .. } = report;
+    let line = format!("model: {blocks} blocks, {nodes} nodes, {pairs} pairs");
+    match breakable_pairs {
+        0 => line,
+        all if all == pairs => line + ", which can all fail",
+        some => format!("{line}, of which {some} can fail"),
     }
 }
 
@@ -198,13 +211,16 @@ fn beginning(progress: &Progress) -> String {
     format!("{}: {what}{from}", label(progress))
 }
 
-/// The line at the end of a stage.
-fn end(stage: &StageSummary) -> String {
+/// The line at the end of a stage; `failed` are the pairs that have failed since the run began.
+fn end(stage: &StageSummary, failed: u64) -> String {
     let mut line = format!("{}: done in {} steps", stage.name, stage.steps);
     if let Some(time) = clock(stage.wall_seconds) {
         line += &format!(" and {time}");
     }
     line += &format!(", unbalanced {:.1e}", stage.unbalanced);
+    if failed > 0 {
+        line += &format!(", {failed} pairs failed");
+    }
     if let Some(rate) = rate(stage.node_updates_per_second) {
         line += &format!(", {rate}");
     }
@@ -272,6 +288,16 @@ mod tests {
     }
 
     #[test]
+    fn a_run_begins_with_its_size() {
+        let line = |breakable_pairs| {
+            model(&Report { blocks: 3, nodes: 81, pairs: 18, breakable_pairs, ..Report::default() })
+        };
+        insta::assert_snapshot!(line(0), @"model: 3 blocks, 81 nodes, 18 pairs");
+        insta::assert_snapshot!(line(9), @"model: 3 blocks, 81 nodes, 18 pairs, of which 9 can fail");
+        insta::assert_snapshot!(line(18), @"model: 3 blocks, 81 nodes, 18 pairs, which can all fail");
+    }
+
+    #[test]
     fn stages_begin_and_end_with_a_line() {
         let progress = Progress { step: 0, ..relaxing(1.0) };
         insta::assert_snapshot!(
@@ -289,7 +315,11 @@ mod tests {
             ..StageSummary::default()
         };
         insta::assert_snapshot!(
-            end(&stage), @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, 48.2 M/s"
+            end(&stage, 0), @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, 48.2 M/s"
+        );
+        insta::assert_snapshot!(
+            end(&stage, 7),
+            @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, 7 pairs failed, 48.2 M/s"
         );
     }
 

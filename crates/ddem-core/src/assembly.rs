@@ -12,6 +12,7 @@ use crate::element::table::Table;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
 use crate::pack::{Pack, Packs};
+use crate::seams::Seams;
 
 /// No table: none of the four lanes has such a cell.
 pub(crate) const NO_TABLE: u32 = u32::MAX;
@@ -82,7 +83,7 @@ impl Assembly {
     pub(crate) fn new(
         geometry: &Geometry,
         packs: &Packs,
-        constants: &Constants,
+        (constants, seams): (&Constants, &Seams),
         kind: ElementKind,
     ) -> Self {
         let mut assembly = Self::default();
@@ -97,7 +98,7 @@ impl Assembly {
             });
             assembly.pack_tables.push(tables);
         }
-        assembly.assemble(geometry, packs);
+        assembly.assemble(geometry, packs, seams);
         assembly
     }
 
@@ -158,7 +159,7 @@ impl Assembly {
     }
 
     /// Sums mass and stiffness over the elements at each node.
-    fn assemble(&mut self, geometry: &Geometry, packs: &Packs) {
+    fn assemble(&mut self, geometry: &Geometry, packs: &Packs, seams: &Seams) {
         // Mass and the three numbers of the diagonal of each node.
         let mut nodes = vec![[0.0; 4]; geometry.n_nodes];
         for (pack, tables) in packs.packs.iter().zip(&self.pack_tables) {
@@ -170,6 +171,9 @@ impl Assembly {
                     scatter(geometry, packs, pack, (offset, lane), element, &mut nodes);
                 }
             }
+        }
+        for at in 0..3 * packs.packs.len() {
+            scatter_springs(geometry, packs, seams, (at / 3, at % 3), &mut nodes);
         }
         let mut index = HashMap::new();
         for pack in &packs.packs {
@@ -249,6 +253,35 @@ fn scatter(
             sums[0] += mass;
             for c in 0..3 {
                 sums[1 + c] += element.diagonal[corner][c];
+            }
+        }
+    }
+}
+
+/// Adds the springs of the joints of a pack across direction d, where they are springs from the
+/// start.
+fn scatter_springs(
+    geometry: &Geometry,
+    packs: &Packs,
+    seams: &Seams,
+    (index, d): (usize, usize),
+    nodes: &mut [[f64; 4]],
+) {
+    let Some(seam) = seams.get(index, d) else { return };
+    let pack = &packs.packs[index];
+    let shape = packs.shape_of(pack);
+    let mut offset = [0; 3];
+    offset[d] = 1;
+    for lane in (0..pack.filled).filter(|&lane| seam.springs[lane]) {
+        let a = pack.bodies[lane] as usize;
+        let Some(b) = geometry.neighbour(a, offset) else { continue };
+        let first = [a, b].map(|body| geometry.bodies[body].first_node as usize);
+        for place in &shape.pairs[d] {
+            for (side, first) in place.sides.iter().zip(first) {
+                let sums = &mut nodes[first + shape.joints[1 << d][*side].local];
+                for (c, k) in seam.diagonal(lane).into_iter().enumerate() {
+                    sums[1 + c] += k * place.elements().len() as f64;
+                }
             }
         }
     }

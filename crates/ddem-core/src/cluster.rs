@@ -223,7 +223,28 @@ fn node_coupling(
             (0..3).for_each(|c| sum[part][c] += coupling[part][c]);
         }
     }
+    spring_coupling(model, body, at, &mut sum);
     sum
+}
+
+/// Adds the springs of joints that are springs from the start.
+fn spring_coupling(model: &Model, body: usize, at: [usize; 3], sum: &mut [[f64; 3]; 8]) {
+    let n = model.geometry.lattice(body).divisions;
+    for d in (0..3).filter(|&d| at[d] == 0 || at[d] == n) {
+        let mut below = [0; 3];
+        below[d] = -i32::from(at[d] == 0);
+        let Some(owner) = model.geometry.neighbour(body, below) else { continue };
+        let (pack, lane) = model.packs.slot(owner);
+        let Some(seam) = model.seams.get(pack, d).filter(|seam| seam.springs[lane]) else {
+            continue;
+        };
+        let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
+        let quarters = f64::from(1u32 << inner);
+        for (c, k) in seam.diagonal(lane).into_iter().enumerate() {
+            sum[0][c] += quarters * k;
+            sum[1 << d][c] -= quarters * k;
+        }
+    }
 }
 
 /// `M⁻¹ F` at the nodes of a pack: `f` holds the forces of all nodes.

@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::deck::{Deck, History, Where};
 use crate::error::Fault;
 use crate::geometry::{Geometry, Region, Vec3, nothing};
+use crate::lanes::LANES;
 use crate::pack::Packs;
 
 /// From the start of one stage up to the start of another.
@@ -186,6 +187,8 @@ pub(crate) struct Active {
     pub(crate) loads: Vec<NodalLoad>,
     support_start: Vec<u32>,
     load_start: Vec<u32>,
+    /// Bodies by pack and lane that have supports.
+    pub(crate) held_bodies: Vec<[bool; LANES]>,
 }
 
 impl Active {
@@ -229,7 +232,12 @@ impl Active {
         }
         loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
         let n = packs.packs.len();
+        let mut held_bodies = vec![[false; LANES]; n];
+        for (pack, support) in &supports {
+            held_bodies[*pack][support.lane as usize] = true;
+        }
         Self {
+            held_bodies,
             support_start: starts(n, supports.iter().map(|s| s.0)),
             load_start: starts(n, loads.iter().map(|l| l.0)),
             supports: supports.into_iter().map(|s| s.1).collect(),

@@ -11,22 +11,34 @@ pub struct Energy {
     pub strain_joints: f64,
     /// Taken by damping so far.
     pub damping: f64,
+    /// Taken by friction on failed joints so far, less the work of their dilation.
+    pub friction: f64,
+    /// Taken by fracture of joints so far.
+    pub fracture: f64,
     /// Work of loads, gravity and driven supports so far.
     pub external: f64,
-    /// Kinetic + strain + damping − external work − what was there at the start: zero but for
-    /// rounding and, in large rotations, for the time step.
+    /// Kinetic + strain + damping + friction + fracture − external work − what was there at the
+    /// start: zero but for rounding and, in large rotations and failure, for the time step.
     pub balance: f64,
 }
 
 impl Energy {
     /// Names of the columns, in the order of [`values`](Self::values).
-    pub const NAMES: [&'static str; 6] =
-        ["kinetic", "strain_bodies", "strain_joints", "damping", "external_work", "balance"];
+    pub const NAMES: [&'static str; 8] = [
+        "kinetic",
+        "strain_bodies",
+        "strain_joints",
+        "friction",
+        "fracture",
+        "damping",
+        "external_work",
+        "balance",
+    ];
 
     pub(crate) fn new(
         kinetic: f64,
         [bodies, joints]: [f64; 2],
-        damping: f64,
+        [damping, friction, fracture]: [f64; 3],
         external: f64,
         initial: f64,
     ) -> Self {
@@ -35,18 +47,22 @@ impl Energy {
             strain_bodies: bodies,
             strain_joints: joints,
             damping,
+            friction,
+            fracture,
             external,
-            balance: kinetic + bodies + joints + damping - external - initial,
+            balance: kinetic + bodies + joints + damping + friction + fracture - external - initial,
         }
     }
 
     /// The numbers, in the order of [`NAMES`](Self::NAMES).
     #[must_use]
-    pub fn values(&self) -> [f64; 6] {
+    pub fn values(&self) -> [f64; 8] {
         [
             self.kinetic,
             self.strain_bodies,
             self.strain_joints,
+            self.friction,
+            self.fracture,
             self.damping,
             self.external,
             self.balance,

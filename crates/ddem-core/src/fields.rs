@@ -4,9 +4,11 @@
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
+use crate::breaks::Point;
 use crate::element::Elastic;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
+use crate::law::Mode;
 use crate::simulation::Simulation;
 
 /// Where a field has its values.
@@ -36,23 +38,18 @@ pub struct Field {
 }
 
 /// All output fields that change with time.
-pub const FIELDS: [Field; 10] = [
+pub const FIELDS: [Field; 11] = [
     Field { name: "displacement", unit: "m", on: On::Node, components: 3, fill: displacement },
     Field { name: "velocity", unit: "m/s", on: On::Node, components: 3, fill: velocity },
     Field { name: "stress", unit: "Pa", on: On::Element, components: 6, fill: stress },
     Field { name: "displacement", unit: "m", on: On::Pair, components: 3, fill: mean_displacement },
     Field { name: "traction", unit: "Pa", on: On::Pair, components: 3, fill: traction },
-    Field { name: "slip", unit: "m", on: On::Pair, components: 3, fill: |s| s.no_pairs(3, 0.0) },
-    Field { name: "opening", unit: "m", on: On::Pair, components: 1, fill: |s| s.no_pairs(1, 0.0) },
-    Field { name: "state", unit: "1", on: On::Pair, components: 1, fill: |s| s.no_pairs(1, 0.0) },
-    Field { name: "open", unit: "1", on: On::Pair, components: 1, fill: |s| s.no_pairs(1, 0.0) },
-    Field {
-        name: "failure_time",
-        unit: "s",
-        on: On::Pair,
-        components: 1,
-        fill: |s| s.no_pairs(1, f64::NAN),
-    },
+    Field { name: "slip", unit: "m", on: On::Pair, components: 3, fill: slip },
+    Field { name: "opening", unit: "m", on: On::Pair, components: 1, fill: opening },
+    Field { name: "state", unit: "1", on: On::Pair, components: 1, fill: failure_mode },
+    Field { name: "open", unit: "1", on: On::Pair, components: 1, fill: open },
+    Field { name: "failure_time", unit: "s", on: On::Pair, components: 1, fill: failure_time },
+    Field { name: "damage", unit: "1", on: On::Pair, components: 1, fill: damage },
 ];
 
 fn displacement(simulation: &mut Simulation) -> Vec<f64> {
@@ -69,6 +66,37 @@ fn stress(simulation: &mut Simulation) -> Vec<f64> {
 
 fn traction(simulation: &mut Simulation) -> Vec<f64> {
     simulation.tractions().into_flattened()
+}
+
+fn slip(simulation: &mut Simulation) -> Vec<f64> {
+    let mut slips = vec![[0.0; 3]; simulation.model.n_pairs()];
+    simulation.see_present(|pair, seen| {
+        if let Some(point) = seen.point {
+            slips[pair] = (seen.rotation * point.memory.slip).into();
+        }
+    });
+    slips.into_flattened()
+}
+
+/// What slip over the roughness has opened, and the gap beyond it.
+fn opening(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.failed(0.0, |point| point.memory.dilation + point.memory.gap.max(0.0))
+}
+
+fn failure_mode(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.failed(0.0, |point| if point.mode == Some(Mode::Tension) { 2.0 } else { 1.0 })
+}
+
+fn open(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.failed(0.0, |point| f64::from(u8::from(point.memory.gap > 0.0)))
+}
+
+fn failure_time(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.failed(f64::NAN, |point| point.time)
+}
+
+fn damage(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.failed(0.0, |point| point.memory.damage)
 }
 
 fn mean_displacement(simulation: &mut Simulation) -> Vec<f64> {
@@ -186,7 +214,8 @@ impl Simulation {
     /// `(n_nodes, 3)`, eq. (8) and eq. (11).
     pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
         self.measured = None;
-        crate::step::internal_forces(&self.model, &self.state.u, &mut self.scratch);
+        self.evaluate_forces();
+        self.scratch.collect(&self.model, false);
         let forces = self.model.plain(&self.scratch.f);
         forces.into_iter().map(|f| f.map(|x| -x)).collect()
     }
@@ -194,7 +223,11 @@ impl Simulation {
     /// The first pass of a step alone: elastic forces of bodies and joints. Nothing moves.
     pub fn evaluate_forces(&mut self) {
         self.measured = None;
-        crate::step::forces(&self.model, &self.state.u, &mut self.scratch, false);
+        let (context, state, scratch) = self.parts();
+        let mut trial = std::mem::take(&mut scratch.trial);
+        trial.clone_from(&state.breaks);
+        crate::step::forces(context.pass(&state.u, false), &mut trial, scratch);
+        scratch.trial = trial;
     }
 
     /// Memory that stepping this simulation keeps in use `[bytes]`.
@@ -203,6 +236,7 @@ impl Simulation {
         let lanes = self.state.u.len() + self.state.v.len();
         lanes * size_of::<Lanes>()
             + self.scratch.bytes()
+            + self.state.breaks.bytes()
             + self.model.bytes()
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }
@@ -237,8 +271,15 @@ impl Simulation {
         }
     }
 
-    fn no_pairs(&self, components: usize, value: f64) -> Vec<f64> {
-        vec![value; components * self.model.n_pairs()]
+    /// A number of each failed pair, and another of the bonded ones.
+    fn failed(&mut self, bonded: f64, number: impl Fn(&Point) -> f64) -> Vec<f64> {
+        let mut numbers = vec![bonded; self.model.n_pairs()];
+        self.present_points(|pair, point| {
+            if point.mode.is_some() {
+                numbers[pair] = number(point);
+            }
+        });
+        numbers
     }
 }
 

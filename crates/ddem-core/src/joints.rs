@@ -2,11 +2,16 @@
 //! tractions (M1).
 
 use fearless_simd::dispatch;
+use nalgebra::Matrix3;
 
-use crate::force::internal::{Input, Workspace, face_forces};
+use crate::breaks::{Breaks, Point};
+use crate::force::joint::face_forces;
 use crate::geometry::{Face, Vec3};
+use crate::lanes::Lanes;
 use crate::model::Model;
+use crate::pass::Workspace;
 use crate::simulation::Simulation;
+use crate::step::{Pass, input};
 
 impl Face {
     /// Lattice steps, in block a's lattice, of the pairs in order: the first edge after the
@@ -84,46 +89,121 @@ impl Model {
     }
 }
 
+/// A pair as it is now, in the frame of space.
+pub(crate) struct Seen<'a> {
+    /// Traction on side a `[Pa]`, (M1).
+    pub(crate) traction: Vec3,
+    /// Turns the joint's frame into that of space.
+    pub(crate) rotation: Matrix3<f64>,
+    /// Unit normal at rest, from a to b.
+    pub(crate) normal: Vec3,
+    /// Number of the joint's properties.
+    pub(crate) joint: u16,
+    /// If elements around it have become springs.
+    pub(crate) point: Option<&'a Point>,
+}
+
 impl Simulation {
     /// Traction of every pair `[Pa]`, shape `(n_pairs, 3)`, tension along the normal positive:
-    /// `T = (F_a − F_b)/(2 A_p)` of the forces that the elements of the joint exert, (M1).
-    #[must_use]
-    pub fn tractions(&self) -> Vec<[f64; 3]> {
-        let model = &self.model;
-        let frames = model.corotational().then_some(&self.scratch.frames[..]);
-        let (packs, assembly) = (&model.packs, &model.assembly);
-        let input = Input { packs, assembly, u: &self.state.u, frames };
-        let mut first = vec![[u32::MAX; 3]; model.n_blocks()];
-        for (index, face) in model.faces.iter().enumerate() {
-            first[face.a as usize][face.direction as usize] = index as u32;
+    /// `T = (F_a − F_b)/(2 A_p)` of the forces that the joint's elements and springs exert, (M1).
+    pub fn tractions(&mut self) -> Vec<[f64; 3]> {
+        let mut tractions = vec![[0.0; 3]; self.model.n_pairs()];
+        self.see_present(|pair, seen| tractions[pair] = seen.traction.into());
+        tractions
+    }
+
+    /// Calls `see` with each pair at the present time.
+    pub(crate) fn see_present(&mut self, see: impl FnMut(usize, Seen<'_>)) {
+        self.measure_once();
+        self.see(&self.scratch.trial, see);
+    }
+
+    /// Calls `see` with each pair around which elements have become springs.
+    pub(crate) fn present_points(&mut self, mut see: impl FnMut(usize, &Point)) {
+        self.measure_once();
+        for ((pack, d), lane, first) in face_places(&self.model) {
+            let Some(broken) = self.scratch.trial.get(pack, 1 << d) else { continue };
+            for (p, points) in broken.points.iter().enumerate() {
+                see(first + p, &points[lane]);
+            }
         }
-        let mut tractions = vec![[0.0; 3]; model.n_pairs()];
-        let (mut forces, mut work) = (Vec::new(), Workspace::default());
-        for index in 0..packs.packs.len() {
+    }
+
+    /// By what the most loaded pair that is bonded is beyond its strength, for a relaxation.
+    pub(crate) fn overload(&self) -> f64 {
+        let mut most: f64 = 1.0;
+        self.see(&self.state.breaks, |_, seen| {
+            let law = self.model.laws[seen.joint as usize].as_ref();
+            if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.mode.is_none())) {
+                let along = seen.traction.dot(&(seen.rotation * seen.normal));
+                let across = seen.traction - seen.rotation * seen.normal * along;
+                most = most.max(law.overload(along, across.norm()));
+            }
+        });
+        most
+    }
+
+    fn see(&self, breaks: &Breaks, mut see: impl FnMut(usize, Seen<'_>)) {
+        let model = &self.model;
+        let packs = &model.packs;
+        let input = input(
+            Pass { linear: false, ..Pass::linear(model, &self.state.u) },
+            &self.scratch.frames,
+        );
+        let first = first_faces(model);
+        let (mut forces, mut rotation) = (Vec::new(), [[Lanes::ZERO; 3]; 3]);
+        let mut work = Workspace::default();
+        for (index, d) in (0..packs.packs.len()).flat_map(|index| [0, 1, 2].map(|d| (index, d))) {
+            let Some(seam) = model.seams.get(index, d) else { continue };
+            let broken = breaks.get(index, 1 << d);
+            let out = (&mut forces, &mut rotation);
+            dispatch!(self.scratch.level, simd => {
+                face_forces(simd, input, (index, 1 << d), broken, out, &mut work)
+            });
             let pack = &packs.packs[index];
-            for d in 0..3 {
-                let at = (index, 1 << d);
-                dispatch!(self.scratch.level, simd => {
-                    face_forces(simd, input, at, &mut forces, &mut work)
-                });
-                for lane in 0..pack.filled {
-                    let index = first[pack.bodies[lane] as usize][d];
-                    let Some(face) = model.faces.get(index as usize) else { continue };
-                    let dims = packs.shape_of(pack).dims(1 << d).map(|n| n + 1);
-                    let place = |at: [usize; 3]| 3 * (at[0] + dims[0] * (at[1] + dims[1] * at[2]));
-                    let force = |at: [usize; 3]| {
-                        let place = place(at);
-                        Vec3::from([0, 1, 2].map(|c| forces[place + c].0[lane]))
+            for lane in 0..pack.filled {
+                let face = first[pack.bodies[lane] as usize][d];
+                let Some(face) = model.faces.get(face as usize) else { continue };
+                let turned = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]);
+                for (p, place) in packs.shape_of(pack).pairs[d].iter().enumerate() {
+                    let force = |side: usize| {
+                        Vec3::from([0, 1, 2].map(|c| forces[3 * place.sides[side] + c].0[lane]))
                     };
-                    let out = &mut tractions[face.first_pair as usize..];
-                    for ((on_a, area), traction) in face.steps().zip(face.areas(model)).zip(out) {
-                        let mut on_b = on_a;
-                        on_b[d] = 1;
-                        *traction = ((force(on_a) - force(on_b)) / (2.0 * area)).into();
+                    let area = seam.quarter.0[lane] * place.elements().len() as f64;
+                    let mut traction = (force(0) - force(1)) / (2.0 * area);
+                    let normal = Vec3::from(seam.normal);
+                    let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.quarters > 0);
+                    if let Some(point) = point {
+                        let springs = point.memory.traction;
+                        let part = f64::from(point.quarters) * place.share();
+                        traction += turned * (normal * springs.normal + springs.shear) * part;
                     }
+                    let joint = face.joint;
+                    see(
+                        face.first_pair as usize + p,
+                        Seen { traction, rotation: turned, normal, joint, point },
+                    );
                 }
             }
         }
-        tractions
     }
+}
+
+/// Each joint face: pack and direction, lane, number of its first pair.
+pub(crate) fn face_places(
+    model: &Model,
+) -> impl Iterator<Item = ((usize, usize), usize, usize)> + use<'_> {
+    model.faces.iter().map(|face| {
+        let (pack, lane) = model.packs.slot(face.a as usize);
+        ((pack, face.direction as usize), lane, face.first_pair as usize)
+    })
+}
+
+/// The face at the upper side of each block along each direction.
+fn first_faces(model: &Model) -> Vec<[u32; 3]> {
+    let mut first = vec![[u32::MAX; 3]; model.n_blocks()];
+    for (index, face) in model.faces.iter().enumerate() {
+        first[face.a as usize][face.direction as usize] = index as u32;
+    }
+    first
 }

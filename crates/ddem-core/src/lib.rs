@@ -11,8 +11,10 @@
 
 pub mod deck;
 pub mod element;
+pub mod law;
 
 mod assembly;
+mod breaks;
 mod cluster;
 mod conditions;
 mod energy;
@@ -23,15 +25,18 @@ mod frames;
 mod geometry;
 mod history;
 mod joints;
+mod kinematics;
 mod lanes;
 mod mechanism;
 mod model;
 mod motion;
 mod pack;
 mod parallel;
+mod pass;
 mod relax;
 mod saved;
 mod scratch;
+mod seams;
 mod simd;
 mod simulation;
 mod state;

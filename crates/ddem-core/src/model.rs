@@ -1,12 +1,17 @@
 //! All that is fixed: built and checked once.
 
+use std::sync::Arc;
+
 use crate::assembly::{Assembly, Constants, NO_TABLE};
+use crate::breaks::Breaks;
 use crate::conditions::{Active, Conditions};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
 use crate::lanes::Lanes;
+use crate::law::{JointLaw, Laws, laws};
 use crate::pack::Packs;
+use crate::seams::{Seam, Seams};
 
 /// A model: what is where, its elements, supports and loads.
 #[derive(Debug)]
@@ -16,6 +21,8 @@ pub struct Model {
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
     pub(crate) faces: Vec<Face>,
+    pub(crate) seams: Seams,
+    pub(crate) laws: Laws,
     kinematics: Kinematics,
     pub(crate) gravity: Vec3,
     pub(crate) deck: Deck,
@@ -46,12 +53,15 @@ impl Model {
         }
         let constants = Constants::new(deck);
         let faces = faces(&geometry);
-        let assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
+        let seams = Seams::new(deck, &geometry, &packs);
+        let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
         Ok(Self {
             packs,
             assembly,
             conditions,
             faces,
+            seams,
+            laws: laws(&deck.joints),
             geometry,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
@@ -59,8 +69,37 @@ impl Model {
         })
     }
 
+    /// Gives all joints of a name a law of your own instead of the deck's strengths.
+    ///
+    /// # Errors
+    ///
+    /// No joint has that name.
+    pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
+        let Some(index) = self.deck.joints.keys().position(|name| name == joint) else {
+            return Err(Fault::new(format!("joints.{joint}"), "no joint has this name"));
+        };
+        self.laws[index] = Some(law);
+        Ok(())
+    }
+
     pub(crate) fn corotational(&self) -> bool {
         self.kinematics == Kinematics::Corotational
+    }
+
+    /// Joints as they start, or with all that can fail turned to springs: the stiffest that the
+    /// model can be.
+    pub(crate) fn tangent(&self, broken: bool) -> Breaks {
+        let springs = |seam: &Seam, lane: usize| {
+            seam.springs[lane] || (broken && self.laws[seam.joints[lane] as usize].is_some())
+        };
+        Breaks::with(&self.packs, &self.assembly, &self.seams, &springs)
+    }
+
+    /// Whether any joint can fail.
+    pub(crate) fn can_fail(&self) -> bool {
+        let mut joints = self.faces.iter().map(|face| face.joint);
+        self.laws.iter().any(Option::is_some)
+            && joints.any(|joint| self.laws[joint as usize].is_some())
     }
 
     pub(crate) fn active(&self, stage: usize) -> Active {
@@ -201,6 +240,8 @@ impl Model {
                 ));
             }
         }
+        let used = self.faces.iter().map(|face| face.joint).collect();
+        warnings.extend(crate::deck::doubts(&self.deck, &used));
         warnings
     }
 

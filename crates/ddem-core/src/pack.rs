@@ -30,6 +30,30 @@ pub(crate) struct JointNode {
     pub(crate) share: usize,
 }
 
+/// Two facing nodes of a face joint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PairPlace {
+    /// Places of the nodes on sides a and b in the joint lattice.
+    pub(crate) sides: [usize; 2],
+    /// Elements of the joint lattice that have the pair; the first `count` are.
+    elements: [u16; 4],
+    count: u8,
+}
+
+impl PairPlace {
+    /// Elements of the joint lattice that have the pair.
+    #[inline(always)]
+    pub(crate) fn elements(&self) -> impl ExactSizeIterator<Item = usize> + use<> {
+        self.elements.into_iter().take(self.count as usize).map(|e| e as usize)
+    }
+
+    /// One over the number of those elements.
+    #[inline(always)]
+    pub(crate) fn share(&self) -> f64 {
+        1.0 / f64::from(self.count)
+    }
+}
+
 /// Node numbering of bodies with n divisions, and of the joint cells around them.
 #[derive(Clone, Debug)]
 pub(crate) struct Shape {
@@ -38,6 +62,8 @@ pub(crate) struct Shape {
     pub(crate) nodes: usize,
     /// Nodes of each joint lattice, x fastest, by offset 1…7 (0 unused).
     pub(crate) joints: [Vec<JointNode>; 8],
+    /// Pairs of the face joints by direction: the next direction, cyclically, runs fastest.
+    pub(crate) pairs: [Vec<PairPlace>; 3],
     /// For each offset: local node numbers of that upper neighbour in the order of its shares.
     pub(crate) touched: [Vec<usize>; 8],
     /// Where the shares of each offset begin.
@@ -85,7 +111,8 @@ impl Shape {
             grid(lattice, 2).map(|at| joint_node(lattice, at)).collect()
         });
         let nodes = n * n * n;
-        Self { divisions, nodes, joints, touched, share_start, shares: torques + 7 }
+        let pairs = [0, 1, 2].map(|d| pair_places(divisions, d));
+        Self { divisions, nodes, joints, pairs, touched, share_start, shares: torques + 7 }
     }
 
     /// Elements of a joint lattice along the three edges; offset 0 is the body itself.
@@ -97,6 +124,36 @@ impl Shape {
     pub(crate) fn torque(&self, offset: usize) -> usize {
         self.shares - 8 + offset
     }
+}
+
+fn pair_places(divisions: usize, d: usize) -> Vec<PairPlace> {
+    let [e, f] = [(d + 1) % 3, (d + 2) % 3];
+    let dims = [0, 1, 2].map(|axis| if axis == d { 1 } else { divisions });
+    let node = |at: [usize; 3]| at[0] + (dims[0] + 1) * (at[1] + (dims[1] + 1) * at[2]);
+    let element = |at: [usize; 3]| at[0] + dims[0] * (at[1] + dims[1] * at[2]);
+    let place = |i: usize, k: usize| {
+        let mut at = [0; 3];
+        (at[e], at[f]) = (i, k);
+        let mut across = at;
+        across[d] = 1;
+        let (mut elements, mut count) = ([0; 4], 0);
+        for (i, k) in [(i, k), (i + 1, k), (i, k + 1), (i + 1, k + 1)] {
+            // The element above the lines i − 1 and k − 1.
+            if (1..=divisions).contains(&i) && (1..=divisions).contains(&k) {
+                let mut at = [0; 3];
+                (at[e], at[f]) = (i - 1, k - 1);
+                elements[count] = element(at) as u16;
+                count += 1;
+            }
+        }
+        PairPlace { sides: [node(at), node(across)], elements, count: count as u8 }
+    };
+    let lines = 0..=divisions;
+    lines
+        .clone()
+        .flat_map(|k| lines.clone().map(move |i| (i, k)))
+        .map(|(i, k)| place(i, k))
+        .collect()
 }
 
 /// Where the bodies at one offset are: pack and lane for each lane.

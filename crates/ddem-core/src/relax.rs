@@ -14,7 +14,7 @@ use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::simulation::Simulation;
-use crate::state::Memory;
+use crate::state::{Memory, State};
 use crate::step::{advance_relaxing, balance};
 use crate::timestep::largest_clustered;
 
@@ -22,6 +22,11 @@ use crate::timestep::largest_clustered;
 const LARGEST: f64 = 3.6;
 /// Steps over which the displacements must have stopped.
 const WINDOW: usize = 50;
+
+/// Unbalanced force ratio at which failure is looked for, if the tolerance is not larger.
+const NEAR: f64 = 1e-4;
+/// Pairs that are loaded this part as much as the most loaded one fail together with it.
+const MOST_LOADED: f64 = 0.95;
 
 /// Where a relaxation is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +69,12 @@ impl Simulation {
             held.entry(node).or_default()[axis] = true;
         }
         let mut clusters = Clusters::new(&self.model, &held);
-        let largest = largest_clustered(&self.model, &clusters, &mut self.scratch);
+        let mut largest: f64 = 0.0;
+        for broken in [false, true].into_iter().filter(|&broken| !broken || self.model.can_fail()) {
+            let mut breaks = self.model.tangent(broken);
+            let found = largest_clustered(&self.model, &clusters, &mut breaks, &mut self.scratch);
+            largest = largest.max(found);
+        }
         clusters.scale(LARGEST / largest);
         // Until a part of the loads has made its first step, those before it act.
         if memory.way != 0.0 || !memory.last.is_empty() {
@@ -104,18 +114,24 @@ impl Simulation {
     ) -> Result<Relaxed, RunError> {
         self.factors = memory.present_factors();
         let (context, state, scratch) = self.parts();
-        let mut sums = balance(context, state, scratch, false);
+        let State { u, v, breaks, .. } = state;
+        let (mut sums, losses) = balance(context, (u, v), breaks, scratch, false);
         if sums.applied == 0.0 {
             // Nothing is applied: the forces at the start are the measure.
             memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
             sums.applied = memory.first;
         }
         self.last = sums;
+        self.book_losses(losses);
         self.state.work.loads += sums.loads[0];
         self.state.work.damping += 0.5 * sums.power;
         self.measured = None;
         self.check(sums)?;
         self.state.whole = false;
+        if self.fails_now(memory, tolerance) {
+            memory.rest();
+            return Ok(Relaxed::Moving);
+        }
         if sums.ratio() <= tolerance && memory.has_stopped(tolerance) {
             let done = memory.increment;
             self.state.v.fill(Lanes::ZERO);
@@ -141,6 +157,28 @@ impl Simulation {
         memory.walk(moved.moved.sqrt());
         self.state.way = memory.way;
         Ok(Relaxed::Moving)
+    }
+
+    /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks
+    /// anything, and what is loaded most fails first: the rest is looked at again when the forces
+    /// have found their new way.
+    fn fails_now(&mut self, memory: &mut Memory, tolerance: f64) -> bool {
+        let near = tolerance.max(if memory.looked { 0.0 } else { NEAR });
+        if self.last.ratio() > near || !memory.has_stopped(near) || !self.model.can_fail() {
+            return false;
+        }
+        memory.looked = true;
+        let overload = self.overload();
+        if overload <= 1.0 {
+            return false;
+        }
+        let failed = self.state.failed;
+        let (mut context, state, scratch) = self.parts();
+        context.failing = Some((MOST_LOADED * overload).max(1.0));
+        let State { u, v, breaks, .. } = state;
+        let (_, losses) = balance(context, (u, v), breaks, scratch, false);
+        self.book_losses(losses);
+        self.state.failed != failed
     }
 
     /// Relaxes to equilibrium and returns the number of steps.
@@ -195,7 +233,13 @@ impl Memory {
 
     fn next_increment(&mut self) {
         self.increment += 1;
+        self.rest();
+    }
+
+    /// Goes on from rest.
+    fn rest(&mut self) {
         self.since_restart = 0;
         self.last.clear();
+        self.looked = false;
     }
 }

@@ -4,15 +4,16 @@ use std::ops::Range;
 
 use fearless_simd::{Level, dispatch};
 
+use crate::breaks::{Breaks, Losses, PackBreaks};
 use crate::conditions::Active;
 use crate::element::corotation::Frame;
-use crate::force::internal::Workspace;
 use crate::force::shares::{collect, spread_torque};
 use crate::frames::fit_pack;
 use crate::lanes::{Lanes, load};
 use crate::model::Model;
 use crate::pack::Packs;
 use crate::parallel::{Split, node_start, runs, share_start};
+use crate::pass::Workspace;
 use crate::state::State;
 use crate::sums::Sums;
 
@@ -29,6 +30,10 @@ pub(crate) struct Scratch {
     pub(crate) frames: Vec<Frame>,
     /// Strain energies of the packs, bodies and joints `[J]`.
     energies: Vec<[Lanes; 2]>,
+    /// What the joints of the packs lost in the last first pass.
+    pub(crate) losses: Vec<Losses>,
+    /// Joints as the last measurement found them.
+    pub(crate) trial: Breaks,
     /// Sums of the packs.
     pub(crate) sums: Vec<Sums>,
     /// Forces of the active supports `[N]`.
@@ -60,6 +65,8 @@ impl Scratch {
             torques: vec![[Lanes::ZERO; 3]; n],
             frames: vec![Frame::REST; n],
             energies: vec![[Lanes::ZERO; 2]; n],
+            losses: vec![Losses::default(); n],
+            trial: Breaks::default(),
             sums: vec![Sums::default(); n],
             reactions: Vec::new(),
             workspaces: runs.iter().map(|_| Spaces::default()).collect(),
@@ -75,7 +82,7 @@ impl Scratch {
         let lanes = self.f.len() + self.shares.len() + 5 * self.torques.len();
         lanes * size_of::<Lanes>()
             + self.frames.len() * size_of::<Frame>()
-            + self.sums.len() * size_of::<Sums>()
+            + self.sums.len() * (size_of::<Sums>() + size_of::<Losses>())
     }
 
     /// Fits the frames to displacements that a step did not make.
@@ -91,13 +98,13 @@ impl Scratch {
     }
 
     /// Adds what the joints at the lower sides of each pack do to the forces of the pack.
-    pub(crate) fn collect(&mut self, model: &Model) {
+    pub(crate) fn collect(&mut self, model: &Model, linear: bool) {
         let packs = &model.packs;
         for index in 0..packs.packs.len() {
             let f = &mut self.f[node_start(packs, index)..node_start(packs, index + 1)];
             let (shares, torque) = (&self.shares, &mut self.torques[index]);
             dispatch!(self.level, simd => collect(simd, packs, index, shares, f, torque));
-            if model.corotational() {
+            if model.corotational() && !linear {
                 let (at, frame) = ((packs, &model.assembly), &self.frames[index]);
                 dispatch!(self.level, simd => {
                     spread_torque(simd, at, index, frame, load(simd, torque), f)
@@ -114,12 +121,18 @@ impl Scratch {
     }
 
     /// Borrowed for the first pass.
-    pub(crate) fn forces(&mut self, energies: bool) -> (Forces<'_>, &[Frame], &[Range<usize>]) {
+    pub(crate) fn forces<'a>(
+        &'a mut self,
+        breaks: &'a mut Breaks,
+        energies: bool,
+    ) -> (Forces<'a>, &'a [Frame], &'a [Range<usize>]) {
         let fields = Forces {
             f: &mut self.f,
             shares: &mut self.shares,
             torques: &mut self.torques,
             energies: if energies { &mut self.energies } else { &mut [] },
+            breaks: &mut breaks.packs,
+            losses: &mut self.losses,
             workspaces: &mut self.workspaces,
         };
         (fields, &self.frames, &self.runs)
@@ -215,6 +228,8 @@ pub(crate) struct Forces<'a> {
     pub(crate) torques: &'a mut [[Lanes; 3]],
     /// Empty when energies are not asked for.
     pub(crate) energies: &'a mut [[Lanes; 2]],
+    pub(crate) breaks: &'a mut [PackBreaks],
+    pub(crate) losses: &'a mut [Losses],
     pub(crate) workspaces: &'a mut [Spaces],
 }
 
@@ -281,14 +296,18 @@ impl Split for Forces<'_> {
         let (torques, torques_high) = self.torques.split_at_mut(at - first);
         let (energies, energies_high) =
             self.energies.split_at_mut((at - first).min(self.energies.len()));
+        let (breaks, breaks_high) = self.breaks.split_at_mut(at - first);
+        let (losses, losses_high) = self.losses.split_at_mut(at - first);
         let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
         (
-            Self { f, shares, torques, energies, workspaces },
+            Self { f, shares, torques, energies, breaks, losses, workspaces },
             Self {
                 f: f_high,
                 shares: shares_high,
                 torques: torques_high,
                 energies: energies_high,
+                breaks: breaks_high,
+                losses: losses_high,
                 workspaces: workspaces_high,
             },
         )

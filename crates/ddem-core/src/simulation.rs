@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::Active;
 use crate::deck::{Damping, TimeStep};
@@ -20,6 +21,9 @@ use crate::timestep::largest_eigenvalue;
 /// Part of the critical step that `"auto"` takes (§6).
 const SAFETY: f64 = 0.9;
 
+/// Part of the critical step up to which an automatic step is left as it is when pairs fail.
+const LEAST_SAFE: f64 = 0.95;
+
 /// A model, its state, and scratch space.
 ///
 /// [`step`](Self::step) and [`relax`](Self::relax) are the two ways to move it. A deck's stages
@@ -35,7 +39,8 @@ pub struct Simulation {
     pub(crate) relaxation: Option<Relaxation>,
     pub(crate) factors: Vec<f64>,
     pub(crate) velocities: Vec<[f64; 3]>,
-    pub(crate) critical_step: Option<f64>,
+    /// Of the model as it starts, and with all joints that can fail turned to springs.
+    pub(crate) critical_steps: [Option<f64>; 2],
     pub(crate) last: Sums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
     pub(crate) initial_energy: f64,
@@ -44,6 +49,8 @@ pub struct Simulation {
     /// The step at whose end forces and sums were measured.
     pub(crate) measured: Option<u64>,
     strain: [f64; 2],
+    /// What the joints lose at the next step, as it was measured.
+    losing: Losses,
     /// Damping of the motion.
     pub(crate) damping: Damping,
 }
@@ -72,12 +79,13 @@ impl Simulation {
             relaxation: None,
             factors: Vec::new(),
             velocities: Vec::new(),
-            critical_step: None,
+            critical_steps: [None; 2],
             last: Sums::default(),
             initial_energy: 0.0,
             started: false,
             measured: None,
             strain: [0.0; 2],
+            losing: Losses::default(),
             damping: Damping::None,
         };
         simulation.initial_energy = simulation.mechanical_energy();
@@ -114,17 +122,33 @@ impl Simulation {
         self.last.ratio()
     }
 
-    /// Critical time step `2/ω_max` `[s]`; computed at the first call.
+    /// Critical time step `2/ω_max` `[s]`; computed at the first call. Once pairs have failed it is
+    /// the smaller one of the model as it started and with all joints that can fail turned to
+    /// springs, which can be a sixth less.
     pub fn critical_step(&mut self) -> f64 {
-        if let Some(step) = self.critical_step {
+        let intact = self.critical(false);
+        if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)) }
+    }
+
+    /// Largest time step that can be given `[s]`: with it the model is stable however its joints
+    /// fail.
+    pub fn largest_step(&mut self) -> f64 {
+        let intact = self.critical(false);
+        if self.model.can_fail() { intact.min(self.critical(true)) } else { intact }
+    }
+
+    fn critical(&mut self, broken: bool) -> f64 {
+        if let Some(step) = self.critical_steps[usize::from(broken)] {
             return step;
         }
         let mass = |inertia: &crate::assembly::Inertia, at: usize, lane: usize| {
             inertia.mass[at / 3].0[lane]
         };
         self.measured = None;
-        let step = 2.0 / largest_eigenvalue(&self.model, &mut self.scratch, &mass).sqrt();
-        self.critical_step = Some(step);
+        let mut breaks = self.model.tangent(broken);
+        let largest = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass);
+        let step = 2.0 / largest.sqrt();
+        self.critical_steps[usize::from(broken)] = Some(step);
         step
     }
 
@@ -159,27 +183,57 @@ impl Simulation {
     ) -> Result<u64, RunError> {
         self.settle();
         let critical = self.critical_step();
+        let largest = if time_step == TimeStep::Auto { critical } else { self.largest_step() };
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
         }
         let step = match time_step {
             TimeStep::Auto => SAFETY * critical,
-            TimeStep::Seconds(step) if step > critical => {
-                return Err(RunError::TimeStep { time_step: step, critical });
+            TimeStep::Seconds(step) if step > largest => {
+                return Err(RunError::TimeStep { time_step: step, critical: largest });
             }
             TimeStep::Seconds(step) => step,
         };
-        let steps = duration.map_or(0.0, |duration| (duration / step - 1e-9).ceil().max(1.0));
+        let steps = duration.map_or(0.0, |duration| whole_steps(duration, step));
         let step = match (time_step, duration) {
             (TimeStep::Auto, Some(duration)) => duration / steps,
             _ => step,
         };
+        self.state.automatic = time_step == TimeStep::Auto;
+        self.state.end = self.state.time + duration.unwrap_or(f64::INFINITY);
+        let whole = duration.map_or(u64::MAX, |_| steps as u64);
+        self.state.last_step = self.state.steps.saturating_add(whole);
         self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
         self.damping = damping;
         self.relaxation = None;
         self.state.origin = (self.state.time, self.state.steps);
         self.started = true;
         Ok(steps as u64)
+    }
+
+    /// Steps that are left of the duration; `None` without one.
+    #[must_use]
+    pub fn steps_left(&self) -> Option<u64> {
+        let last = self.state.last_step;
+        (last != u64::MAX).then(|| last.saturating_sub(self.state.steps))
+    }
+
+    /// Springs can be stiffer than the elements whose place they take: an automatic step that
+    /// would no longer be stable becomes shorter at the first failure.
+    fn shorten(&mut self) {
+        let critical = self.critical_step();
+        let left = self.state.end - self.state.time;
+        let stable = self.motion.time_step <= LEAST_SAFE * critical;
+        if stable || !self.state.automatic || self.steps_left() == Some(0) {
+            return;
+        }
+        self.settle();
+        let step = SAFETY * critical;
+        let steps = whole_steps(left, step);
+        let step = if left.is_finite() { left / steps } else { step };
+        self.state.last_step = self.state.steps.saturating_add(steps as u64);
+        self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
+        self.state.origin = (self.state.time, self.state.steps);
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
@@ -205,9 +259,15 @@ impl Simulation {
         self.take_factors();
         self.state.load_factors.clone_from(&self.factors);
         let (context, state, scratch) = self.parts();
-        let sums = step(context, state, scratch);
+        let (sums, losses) = step(context, state, scratch);
         self.book(sums);
-        self.check(sums)
+        let is_first = self.state.failed == [0; 2] && losses.failed != [0; 2];
+        self.book_losses(losses);
+        self.check(sums)?;
+        if is_first {
+            self.shorten();
+        }
+        Ok(())
     }
 
     /// Several steps; stops early when `observe` breaks.
@@ -240,6 +300,16 @@ impl Simulation {
         work.supports += done(sums.supports);
         work.damping += done(sums.damping);
         self.last = sums;
+    }
+
+    /// What the joints lost in a pass over them that the state keeps.
+    pub(crate) fn book_losses(&mut self, losses: Losses) {
+        let State { work, failed, .. } = &mut self.state;
+        work.friction += losses.friction;
+        work.fracture += losses.fracture;
+        for (failed, more) in failed.iter_mut().zip(losses.failed) {
+            *failed += more;
+        }
     }
 
     pub(crate) fn check(&self, sums: Sums) -> Result<(), RunError> {
@@ -300,6 +370,8 @@ impl Simulation {
             factors: &self.factors,
             gravity: (self.model.gravity * gravity).into(),
             velocities: &self.velocities,
+            failing: (!self.motion.fictitious).then_some(1.0),
+            time: self.state.time,
         };
         (context, &mut self.state, &mut self.scratch)
     }
@@ -311,7 +383,11 @@ impl Simulation {
             self.take_factors();
         }
         let (context, state, scratch) = self.parts();
-        let sums = balance(context, state, scratch, true);
+        let mut trial = std::mem::take(&mut scratch.trial);
+        trial.clone_from(&state.breaks);
+        let (sums, losses) = balance(context, (&state.u, &state.v), &mut trial, scratch, true);
+        scratch.trial = trial;
+        self.losing = losses;
         self.last = sums;
         self.measured = Some(self.state.steps);
         self.strain = self.scratch.strain_energy();
@@ -359,7 +435,7 @@ impl Simulation {
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
         let (sums, [bodies, joints]) = self.measure_once();
-        let Work { loads, supports, damping } = self.state.work;
+        let Work { loads, supports, damping, friction, fracture } = self.state.work;
         // What the velocity before has done up to now and the next step will book.
         let (damped, done) = if self.state.whole {
             (0.0, 0.0)
@@ -371,11 +447,29 @@ impl Simulation {
         };
         let external = loads + supports + done;
         let strain = [bodies, joints];
-        Energy::new(sums.kinetic, strain, damping + damped, external, self.initial_energy)
+        let Losses { friction: slid, fracture: broke, .. } = self.losing;
+        let lost = [damping + damped, friction + slid, fracture + broke];
+        Energy::new(sums.kinetic, strain, lost, external, self.initial_energy)
+    }
+
+    /// Pairs that have failed, in shear and in tension.
+    #[must_use]
+    pub fn failed_pairs(&self) -> [u64; 2] {
+        let [shear, tension] = self.state.failed;
+        // Those that fail at the present time count once it has been looked at.
+        let measured = self.measured == Some(self.state.steps);
+        let more = if measured { self.losing.failed } else { [0; 2] };
+        [shear + more[0], tension + more[1]]
     }
 
     fn mechanical_energy(&mut self) -> f64 {
         let energy = self.energy();
-        energy.kinetic + energy.strain_bodies + energy.strain_joints
+        let lost = energy.friction + energy.fracture;
+        energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
     }
+}
+
+/// Whole steps that fill a duration, at least one.
+fn whole_steps(duration: f64, step: f64) -> f64 {
+    (duration / step - 1e-9).ceil().max(1.0)
 }

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use crate::breaks::Breaks;
 use crate::geometry::Vec3;
 use crate::lanes::Lanes;
 use crate::model::Model;
@@ -15,6 +16,10 @@ pub(crate) struct Work {
     pub(crate) supports: f64,
     /// Taken by damping.
     pub(crate) damping: f64,
+    /// Taken by friction on failed joints.
+    pub(crate) friction: f64,
+    /// Taken by fracture of joints.
+    pub(crate) fracture: f64,
 }
 
 /// The state of a model.
@@ -25,6 +30,12 @@ pub(crate) struct State {
     pub(crate) time: f64,
     /// Time and step at which the present time step was set.
     pub(crate) origin: (f64, u64),
+    /// When the duration that was started ends `[s]`; infinite without one.
+    pub(crate) end: f64,
+    /// Steps at its end; the largest number without one.
+    pub(crate) last_step: u64,
+    /// The time step was not given but chosen.
+    pub(crate) automatic: bool,
     /// Steps since the start of the run.
     pub(crate) steps: u64,
     /// The stage that is running, by its number in the deck.
@@ -37,6 +48,10 @@ pub(crate) struct State {
     pub(crate) v: Vec<Lanes>,
     /// Velocities are at the present time: between stages.
     pub(crate) whole: bool,
+    /// What has become of the joints.
+    pub(crate) breaks: Breaks,
+    /// Pairs that failed in shear and in tension.
+    pub(crate) failed: [u64; 2],
     pub(crate) work: Work,
     /// Factor of each load, and last of gravity, as the last step or relaxation left them.
     pub(crate) load_factors: Vec<f64>,
@@ -56,6 +71,8 @@ pub(crate) struct Memory {
     /// Load factors before and after.
     pub(crate) from: Vec<f64>,
     pub(crate) to: Vec<f64>,
+    /// Failure has been looked for near this equilibrium.
+    pub(crate) looked: bool,
     /// Length of the way that relaxation has gone so far, and of the last steps of this part.
     pub(crate) way: f64,
     pub(crate) last: VecDeque<f64>,
@@ -70,12 +87,17 @@ impl State {
         let mut state = Self {
             time: 0.0,
             origin: (0.0, 0),
+            end: f64::INFINITY,
+            last_step: u64::MAX,
+            automatic: false,
             steps: 0,
             stage: 0,
             stage_starts: vec![0.0],
             u: vec![Lanes::ZERO; n],
             v: vec![Lanes::ZERO; n],
             whole: true,
+            breaks: Breaks::new(&model.packs, &model.assembly, &model.seams),
+            failed: [0; 2],
             work: Work::default(),
             load_factors: vec![0.0; model.conditions.loaded.len() + 1],
             way: 0.0,

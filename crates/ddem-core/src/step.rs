@@ -10,18 +10,23 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
+use crate::assembly::NO_TABLE;
+use crate::breaks::{Breaks, Broken, Look, Losses};
 use crate::cluster::{self, Clusters};
 use crate::conditions::{Active, Support};
 use crate::element::corotation::Frame;
+use crate::force::body::body;
 use crate::force::external::{self, External};
-use crate::force::internal::{Input, Output, pack_forces};
+use crate::force::joint::{cell_energy, joint};
 use crate::force::shares;
 use crate::force::support;
 use crate::frames::fit_pack;
-use crate::lanes::{Lanes, load, splat};
+use crate::kinematics::Moved;
+use crate::lanes::{LANES, Lanes, load, splat};
 use crate::model::Model;
 use crate::motion::{Motion, Update};
 use crate::parallel::{node_start, share_start, spread};
+use crate::pass::{Input, Output, Workspace};
 use crate::scratch::{Balancing, Forces, Moving, Part, Relaxing, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
@@ -38,75 +43,137 @@ pub(crate) struct Context<'a> {
     pub(crate) gravity: [f64; 3],
     /// Velocity of each fix half a step ahead `[m/s]`.
     pub(crate) velocities: &'a [[f64; 3]],
+    /// As in [`Pass`].
+    pub(crate) failing: Option<f64>,
+    /// Present time `[s]`.
+    pub(crate) time: f64,
 }
 
-/// One explicit step, eq. (2) in the form (M2). Returns the sums over all nodes at time t.
+/// What the first pass looks at.
+#[derive(Clone, Copy)]
+pub(crate) struct Pass<'a> {
+    pub(crate) model: &'a Model,
+    /// Displacements `[m]`.
+    pub(crate) u: &'a [Lanes],
+    /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
+    pub(crate) failing: Option<f64>,
+    /// Present time `[s]`.
+    pub(crate) time: f64,
+    /// Bodies by pack and lane that have supports.
+    pub(crate) held: &'a [[bool; LANES]],
+    /// Without the rotations of the blocks, whatever the kinematics.
+    pub(crate) linear: bool,
+    pub(crate) energies: bool,
+}
+
+impl<'a> Pass<'a> {
+    /// The linear model, in which nothing fails.
+    pub(crate) fn linear(model: &'a Model, u: &'a [Lanes]) -> Self {
+        Self { model, u, failing: None, time: 0.0, held: &[], linear: true, energies: false }
+    }
+}
+
+/// One explicit step, eq. (2) in the form (M2). Returns the sums over all nodes at time t and what
+/// the joints lost on the way there.
 #[doc(alias = "eq 2")]
-pub(crate) fn step(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Sums {
-    forces(context.model, &state.u, scratch, false);
+pub(crate) fn step(
+    context: Context<'_>,
+    state: &mut State,
+    scratch: &mut Scratch,
+) -> (Sums, Losses) {
+    let losses = forces(context.pass(&state.u, false), &mut state.breaks, scratch);
     let sums = advance(context, state, scratch);
     state.steps += 1;
     let (time, step) = state.origin;
     state.time = time + (state.steps - step) as f64 * context.motion.time_step;
     state.whole = false;
-    sums
+    (sums, losses)
 }
 
-/// What a step from this state would do, without doing it: forces, reactions and sums at time t,
-/// and strain energies if they are asked for.
+/// What a step from this state would do, without moving: forces, reactions and sums at time t,
+/// and strain energies if they are asked for. `breaks` goes where the step would take it.
 pub(crate) fn balance(
     context: Context<'_>,
-    state: &State,
+    (u, v): (&[Lanes], &[Lanes]),
+    breaks: &mut Breaks,
     scratch: &mut Scratch,
     energies: bool,
-) -> Sums {
-    forces(context.model, &state.u, scratch, energies);
+) -> (Sums, Losses) {
+    let losses = forces(context.pass(u, energies), breaks, scratch);
     let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
-    let fixed = (&state.v[..], frames, shares);
+    let fixed = (v, frames, shares);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
         dispatch!(level, simd => run_balance(simd, context, fixed, &run, &mut fields));
     });
-    Sums::total(&scratch.sums)
+    (Sums::total(&scratch.sums), losses)
 }
 
-/// First pass: `f ← −K u` of the bodies, eq. (8), and of the joint cells, eq. (11), in each block's
-/// frame.
-pub(crate) fn forces(model: &Model, u: &[Lanes], scratch: &mut Scratch, energies: bool) {
+/// First pass: `f ← −K u` of the bodies, eq. (8), and of the joints, eq. (11) and §5, in each
+/// block's frame. Pairs fail, springs slip.
+pub(crate) fn forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> Losses {
     let level = scratch.level;
-    let (fields, frames, runs) = scratch.forces(energies);
-    let frames = model.corotational().then_some(frames);
-    let input = Input { packs: &model.packs, assembly: &model.assembly, u, frames };
+    let model = pass.model;
+    let (fields, frames, runs) = scratch.forces(breaks, pass.energies);
+    let input = input(pass, frames);
     spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
         dispatch!(level, simd => run_forces(simd, input, &run, fields));
     });
+    let mut losses = Losses::total(&scratch.losses);
+    if losses.failed != [0; 2] {
+        losses.fracture += remove_cells(pass, breaks, scratch);
+    }
+    losses
 }
 
-/// `f ← −K u` of the linear model, whatever the kinematics, the joints' shares collected.
-pub(crate) fn linear_forces(model: &Model, u: &[Lanes], scratch: &mut Scratch) {
-    let level = scratch.level;
-    let (fields, _, runs) = scratch.forces(false);
-    let input = Input { packs: &model.packs, assembly: &model.assembly, u, frames: None };
-    spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
-        dispatch!(level, simd => run_forces(simd, input, &run, fields));
-    });
-    scratch.collect(model);
+pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
+    let Pass { model, u, failing, time, held, linear, .. } = pass;
+    let frames = (model.corotational() && !linear).then_some(frames);
+    Input {
+        moved: Moved { packs: &model.packs, u, frames },
+        assembly: &model.assembly,
+        seams: &model.seams,
+        look: Look { failing, time, laws: &model.laws },
+        held,
+    }
+}
+
+/// Takes out the strips and corners around pairs that have just failed: from the next pass on.
+/// Returns the energy that was in them `[J]`.
+fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f64 {
+    let Model { packs, assembly, .. } = pass.model;
+    let cells = breaks.touched(packs, assembly);
+    let mut work = Workspace::default();
+    let mut lost = 0.0;
+    for cells in cells.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let at = (cells[0].0, cells[0].1);
+        let input = input(pass, &scratch.frames);
+        let mut energy = |breaks: &Breaks| {
+            dispatch!(scratch.level, simd => {
+                cell_energy(simd, input, at, breaks.get(at.0, at.1), &mut work)
+            })
+        };
+        lost += energy(breaks);
+        breaks.remove(packs, assembly, cells);
+        lost -= energy(breaks);
+    }
+    lost
 }
 
 /// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.
-pub(crate) fn internal_forces(model: &Model, u: &[Lanes], scratch: &mut Scratch) {
-    forces(model, u, scratch, false);
-    scratch.collect(model);
+pub(crate) fn internal_forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) {
+    forces(pass, breaks, scratch);
+    scratch.collect(pass.model, pass.linear);
 }
 
 #[simd]
 fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Forces<'_>) {
-    let packs = input.packs;
+    let packs = input.moved.packs;
     let (first_node, first_share) = (node_start(packs, run.start), share_start(packs, run.start));
     for pack in run.clone() {
         let nodes = node_start(packs, pack) - first_node..node_start(packs, pack + 1) - first_node;
         let shares =
             share_start(packs, pack) - first_share..share_start(packs, pack + 1) - first_share;
-        let out = Output {
+        let mut out = Output {
             f: &mut fields.f[nodes],
             shares: &mut fields.shares[shares],
             torque: &mut fields.torques[pack - run.start],
@@ -114,8 +181,23 @@ fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Fo
                 *energy = [Lanes::ZERO; 2];
                 energy
             }),
+            losses: &mut fields.losses[pack - run.start],
         };
-        pack_forces(simd, input, pack, out, &mut fields.workspaces[0].elements);
+        out.shares.fill(Lanes::ZERO);
+        *out.losses = Losses::default();
+        let work = &mut fields.workspaces[0].elements;
+        body(simd, input, pack, &mut out, work);
+        let breaks = &mut fields.breaks[pack - run.start];
+        let tables = input.assembly.pack_tables[pack];
+        for offset in 1..8 {
+            let mut broken = breaks.as_mut().and_then(|lattices| lattices[offset].take());
+            if broken.as_ref().map_or(tables[offset] != NO_TABLE, Broken::acts) {
+                joint(simd, input, (pack, offset), &mut broken, &mut out, work);
+            }
+            if broken.is_some() {
+                breaks.get_or_insert_with(Box::default)[offset] = broken;
+            }
+        }
     }
 }
 
@@ -372,7 +454,22 @@ fn applied(q: Option<&[Lanes]>, supports: &[Support], reactions: &[f64], first: 
     sum
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    pub(crate) fn pass<'b>(&self, u: &'b [Lanes], energies: bool) -> Pass<'b>
+    where
+        'a: 'b,
+    {
+        Pass {
+            model: self.model,
+            u,
+            failing: self.failing,
+            time: self.time,
+            held: &self.active.held_bodies,
+            linear: false,
+            energies,
+        }
+    }
+
     fn inertia(&self, pack: usize) -> usize {
         self.model.assembly.pack_inertia[pack] as usize
     }

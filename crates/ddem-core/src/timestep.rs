@@ -8,12 +8,13 @@ use fearless_simd::dispatch;
 use nalgebra::DMatrix;
 
 use crate::assembly::Inertia;
+use crate::breaks::Breaks;
 use crate::cluster::{Clusters, accelerations};
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::parallel::node_start;
 use crate::scratch::Scratch;
-use crate::step::linear_forces;
+use crate::step::{Pass, internal_forces};
 
 /// Most products with K.
 const MOST_STEPS: usize = 120;
@@ -25,6 +26,7 @@ const PATIENCE: usize = 8;
 /// (inertia, place, lane).
 pub(crate) fn largest_eigenvalue(
     model: &Model,
+    breaks: &mut Breaks,
     scratch: &mut Scratch,
     mass: &dyn Fn(&Inertia, usize, usize) -> f64,
 ) -> f64 {
@@ -45,7 +47,7 @@ pub(crate) fn largest_eigenvalue(
                 }
             }
         });
-        linear_forces(model, &scaled, scratch);
+        internal_forces(Pass::linear(model, &scaled), breaks, scratch);
         // w = A q − β q₋; α = w·q; w −= α q; β = |w|. The product is −f.
         let beta = beside.last().copied().unwrap_or(0.0);
         let mut alpha = 0.0;
@@ -136,13 +138,18 @@ fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
 
 /// Largest eigenvalue of `M⁻¹K` for the clustered masses of relaxation, by power iteration: the
 /// inverse masses of held degrees of freedom are zero, so they stay out.
-pub(crate) fn largest_clustered(model: &Model, clusters: &Clusters, scratch: &mut Scratch) -> f64 {
+pub(crate) fn largest_clustered(
+    model: &Model,
+    clusters: &Clusters,
+    breaks: &mut Breaks,
+    scratch: &mut Scratch,
+) -> f64 {
     const STEPS: usize = 40;
     let n = 3 * model.packs.nodes;
     let mut x = start(model, n);
     let mut largest = 0.0;
     for _ in 0..STEPS {
-        linear_forces(model, &x, scratch);
+        internal_forces(Pass::linear(model, &x), breaks, scratch);
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
         let (mut above, mut below, mut size) = (0.0, 0.0, 0.0_f64);
         for pack in 0..model.packs.packs.len() {

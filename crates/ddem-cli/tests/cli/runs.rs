@@ -48,6 +48,55 @@ fn a_run_from_start_to_end() {
     );
 }
 
+/// The column with joints that could fail, but are far too strong.
+fn breakable() -> String {
+    let strength = "cohesion = 1e9\nfriction = 30\ntension = 1e9\n";
+    COLUMN.replace(
+        "material = 'rock'\n[[blocks]]",
+        &format!("material = 'rock'\n{strength}[[blocks]]"),
+    )
+}
+
+#[test]
+fn what_can_fail_is_said() {
+    let desk = Desk::new();
+    desk.write("column.toml", &(breakable() + PRESS));
+    let went = desk.run("column.toml --check");
+    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    let expected = "can fail       2 joints, 18 pairs";
+    assert!(went.stdout.lines().any(|line| line == expected), "{}", went.stdout);
+    let went = desk.run("column.toml");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let first = went.stderr.lines().next();
+    assert_eq!(first, Some("model: 3 blocks, 81 nodes, 18 pairs, which can all fail"));
+    let summary: serde_json::Value =
+        serde_json::from_slice(&desk.read("results/column/summary.json")).unwrap();
+    assert_eq!(summary["failed_pairs"], serde_json::json!({ "shear": 0, "tension": 0 }));
+
+    // Who does not say that new contacts are not wanted hears that there are none.
+    desk.write("column.toml", &(breakable().replace("contact = false", "") + PRESS));
+    for arguments in ["column.toml --check", "column.toml"] {
+        let stderr = desk.run(arguments).stderr;
+        let start = "warning: joint `seam` can fail, but this version finds no new contacts";
+        assert!(stderr.starts_with(start), "{stderr}");
+    }
+}
+
+#[test]
+fn a_strength_that_cannot_be_is_shown_and_nothing_is_written() {
+    let desk = Desk::new();
+    desk.write("column.toml", &(breakable().replace("friction = 30", "friction = 90") + PRESS));
+    for arguments in ["column.toml", "column.toml --check"] {
+        let went = desk.run(arguments);
+        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
+        for part in ["`friction` is 90 but must be 0 or more and below 90", "joints.seam.friction"]
+        {
+            assert!(went.stderr.contains(part), "{}", went.stderr);
+        }
+        assert_eq!(desk.names(), ["column.toml"]);
+    }
+}
+
 #[test]
 fn quiet_is_silent() {
     let desk = Desk::with(&[PRESS, SHAKE]);

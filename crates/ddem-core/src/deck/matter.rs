@@ -1,5 +1,7 @@
 //! Materials and joints.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -18,8 +20,14 @@ pub struct Material {
 /// A joint: a layer of real thickness between blocks, or a pair of stiffnesses (§4).
 ///
 /// Elastic constants come from `material`, or from `density`, `young` and `poisson` given here;
-/// with `normal_stiffness` and `shear_stiffness` instead it is a spring joint. A joint with none
-/// of `cohesion`, `friction` and `tension` never fails; with any given, those left out are 0.
+/// with `normal_stiffness` and `shear_stiffness` instead it is a spring joint, which may have no
+/// thickness. A joint with none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` never fails;
+/// with any given it can, and those left out of `cohesion`, `friction` and `tension` are 0.
+///
+/// Strength in shear under a compressive normal stress σ_n is `c + σ_n tan φ` (Mohr and Coulomb),
+/// or with `jrc` and `jcs` `σ_n tan(φ_r + JRC log10(JCS/σ_n))` (Barton and Bandis), whose φ_r is
+/// `residual_friction`. `fracture_energy` makes a Mohr–Coulomb joint soften over a distance
+/// instead of losing its strength at once.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Joint {
@@ -43,25 +51,60 @@ pub struct Joint {
     /// Shear stiffness k_s of a spring joint `[Pa/m]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_stiffness: Option<f64>,
-    /// Cohesion c `[Pa]`.
+    /// Cohesion c `[Pa]`; default 0 where the joint can fail.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cohesion: Option<f64>,
-    /// Friction angle φ `[degrees]`.
+    /// Friction angle φ, in [0, 90) `[degrees]`; default 0 where the joint can fail.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Tensile strength σ_t `[Pa]`.
+    /// Tensile strength σ_t `[Pa]`; default 0 where the joint can fail.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension: Option<f64>,
-    /// Cohesion left after failure `[Pa]`; default 0.
+    /// Cohesion left after failure, not above `cohesion` `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_cohesion: Option<f64>,
-    /// Friction angle after failure `[degrees]`; default `friction`.
+    /// Friction angle after failure, not above `friction` `[degrees]`; default `friction`. With
+    /// `jrc` it is the angle φ_r, which must be given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_friction: Option<f64>,
-    /// Dilation angle ψ `[degrees]`; default 0.
+    /// Dilation angle ψ: sliding by s opens the joint by `s tan ψ`; not above `friction`
+    /// `[degrees]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dilation: Option<f64>,
-    /// Fracture energies in opening and sliding `[J/m²]`; absent means brittle.
+    /// Energies that failing takes in opening and in sliding, G_I and G_II `[J/m²]`; absent means
+    /// brittle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fracture_energy: Option<[f64; 2]>,
+    /// Joint roughness coefficient JRC of Barton and Bandis, from 0 to 20 `[1]`; with `jcs`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jrc: Option<f64>,
+    /// Compressive strength of the joint's walls JCS of Barton and Bandis `[Pa]`; with `jrc`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jcs: Option<f64>,
+}
+
+impl Joint {
+    /// Normal and shear stiffness per area, k_n and k_s `[Pa/m]` (§5): those given, else
+    /// `(λ + 2G)/t` and `G/t`. `None` where the constants are not complete or the layer of a
+    /// material has no thickness.
+    #[must_use]
+    pub fn stiffness(&self, materials: &BTreeMap<String, Material>) -> Option<[f64; 2]> {
+        if let (Some(normal), Some(shear)) = (self.normal_stiffness, self.shear_stiffness) {
+            return Some([normal, shear]);
+        }
+        let (young, poisson) = match &self.material {
+            Some(name) => materials.get(name).map(|material| (material.young, material.poisson))?,
+            None => (self.young?, self.poisson?),
+        };
+        let lambda = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+        let shear = young / (2.0 * (1.0 + poisson));
+        let layer = self.thickness > 0.0;
+        layer.then(|| [(lambda + 2.0 * shear) / self.thickness, shear / self.thickness])
+    }
+
+    /// Whether it can fail: any strength is given.
+    #[must_use]
+    pub fn breaks(&self) -> bool {
+        [self.cohesion, self.friction, self.tension, self.jrc, self.jcs].iter().any(Option::is_some)
+    }
 }

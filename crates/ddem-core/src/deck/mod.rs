@@ -15,6 +15,7 @@ mod stages;
 
 pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
 pub use check::check;
+pub(crate) use check::doubts;
 pub use conditions::{
     Boundary, BoundaryKind, Extent, Fix, History, Initial, Load, Probe, Quantity, Sphere, Where,
 };

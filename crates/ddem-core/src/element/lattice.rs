@@ -53,6 +53,23 @@ pub(crate) fn force<S: Simd>(
     }
 }
 
+/// [`force`] of the elements that are left: `alive` is 1 for those and 0 for the others, by element
+/// (x fastest) and lattice.
+pub(crate) fn force_left<S: Simd>(
+    simd: S,
+    dims: [usize; 3],
+    (table, alive): (&Table, &[Lanes]),
+    u: &[Lanes],
+    g: &mut [Lanes],
+    planes: &mut Planes,
+) {
+    planes.reserve(dims);
+    match table {
+        Table::Box(table) => force_box_left(simd, dims, (table, alive), u, g, planes),
+        Table::Oblique(table) => force_oblique_left(simd, dims, (table, alive), u, g, planes),
+    }
+}
+
 #[simd]
 fn force_box<S: Simd>(
     simd: S,
@@ -62,8 +79,23 @@ fn force_box<S: Simd>(
     g: &mut [Lanes],
     planes: &mut Planes,
 ) {
-    sweep(simd, dims, u, g, planes, |lower, upper, f_lower, f_upper| {
+    sweep(simd, dims, u, g, planes, |_, lower, upper, f_lower, f_upper| {
         box_element(simd, table, lower, upper, f_lower, f_upper);
+    });
+}
+
+#[simd]
+fn force_box_left<S: Simd>(
+    simd: S,
+    dims: [usize; 3],
+    (table, alive): (&BoxTable, &[Lanes]),
+    u: &[Lanes],
+    g: &mut [Lanes],
+    planes: &mut Planes,
+) {
+    sweep(simd, dims, u, g, planes, |element, lower, upper, f_lower, f_upper| {
+        let (lower, upper) = (left(simd, lower, alive[element]), left(simd, upper, alive[element]));
+        box_element(simd, table, &lower, &upper, f_lower, f_upper);
     });
 }
 
@@ -76,9 +108,35 @@ fn force_oblique<S: Simd>(
     g: &mut [Lanes],
     planes: &mut Planes,
 ) {
-    sweep(simd, dims, u, g, planes, |lower, upper, f_lower, f_upper| {
+    sweep(simd, dims, u, g, planes, |_, lower, upper, f_lower, f_upper| {
         oblique_element(simd, table, lower, upper, f_lower, f_upper);
     });
+}
+
+#[simd]
+fn force_oblique_left<S: Simd>(
+    simd: S,
+    dims: [usize; 3],
+    (table, alive): (&ObliqueTable, &[Lanes]),
+    u: &[Lanes],
+    g: &mut [Lanes],
+    planes: &mut Planes,
+) {
+    sweep(simd, dims, u, g, planes, |element, lower, upper, f_lower, f_upper| {
+        let (lower, upper) = (left(simd, lower, alive[element]), left(simd, upper, alive[element]));
+        oblique_element(simd, table, &lower, &upper, f_lower, f_upper);
+    });
+}
+
+/// What an element sees of its nodes: nothing where it is not left.
+#[inline(always)]
+fn left<S: Simd>(simd: S, column: &Column, alive: Lanes) -> Column {
+    let alive = alive.load(simd);
+    let mut out = *column;
+    for out in &mut out {
+        *out = Lanes::from(out.load(simd) * alive);
+    }
+    out
 }
 
 /// Modes (1, ξ, η, ξη) × three components of one element column in one plane.
@@ -91,7 +149,7 @@ fn sweep<S: Simd>(
     u: &[Lanes],
     g: &mut [Lanes],
     planes: &mut Planes,
-    element: impl Fn(&Column, &Column, &mut Column, &mut Column),
+    element: impl Fn(usize, &Column, &Column, &mut Column, &mut Column),
 ) {
     let [nx, ny, nz] = dims;
     let plane_nodes = 3 * (nx + 1) * (ny + 1);
@@ -107,8 +165,8 @@ fn sweep<S: Simd>(
         let columns = lower.as_chunks::<12>().0.iter().zip(upper.as_chunks::<12>().0);
         let targets =
             f_lower.as_chunks_mut::<12>().0.iter_mut().zip(f_upper.as_chunks_mut::<12>().0);
-        for ((lower, upper), (f_lower, f_upper)) in columns.zip(targets) {
-            element(lower, upper, f_lower, f_upper);
+        for (column, ((lower, upper), (f_lower, f_upper))) in columns.zip(targets).enumerate() {
+            element(k * nx * ny + column, lower, upper, f_lower, f_upper);
         }
         let done = k * plane_nodes..(k + 1) * plane_nodes;
         to_nodes(simd, [nx, ny], f_lower, rows, &mut g[done]);

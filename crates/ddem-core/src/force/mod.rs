@@ -1,6 +1,7 @@
 //! Who pushes on the nodes: loops, one file each. None calls another; [`step`](crate::step) does.
 
+pub(crate) mod body;
 pub(crate) mod external;
-pub(crate) mod internal;
+pub(crate) mod joint;
 pub(crate) mod shares;
 pub(crate) mod support;

@@ -3,20 +3,23 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 14] = [
-    &["relax", "fields", "joints", "saved"],
+const ROWS: [&[&str]; 17] = [
+    &["relax", "fields", "saved"],
+    &["joints"],
     &["simulation"],
     &["timestep"],
     &["step"],
     &["scratch"],
     &["force", "frames", "cluster"],
+    &["pass"],
     &["state", "motion"],
     &["model"],
-    &["mechanism"],
+    &["mechanism", "breaks", "kinematics"],
     &["conditions", "assembly", "parallel"],
+    &["seams"],
     &["pack"],
     &["geometry"],
-    &["element", "history", "sums", "energy"],
+    &["element", "law", "history", "sums", "energy"],
     &["lanes", "simd", "deck"],
 ];
 /// Below all rows.

@@ -16,9 +16,17 @@ fn rich() -> Deck {
         density: Some(2000.0),
         young: Some(1e9),
         poisson: Some(0.2),
+        cohesion: Some(1e5),
+        friction: Some(40.0),
+        tension: Some(5e4),
+        residual_cohesion: Some(1e4),
+        residual_friction: Some(30.0),
+        dilation: Some(5.0),
+        fracture_energy: Some([10.0, 20.0]),
         ..Joint::default()
     };
     deck.joints.insert("own".into(), own);
+    deck.joints.insert("rough".into(), Joint { dilation: Some(5.0), ..rough() });
     deck.blocks[0].name = Some("pile".into());
     let cuts = |cuts: &[f64]| Some(cuts.to_vec());
     deck.blocks.push(BlockSet {
@@ -251,13 +259,69 @@ fn a_deck_of_nothing() {
     assert_eq!(places.as_deref(), Some("fix[0].where"));
 }
 
-/// Joints that this version cannot compute are refused.
+/// Springs need no thickness, layers do.
 #[test]
-fn joints_of_springs_are_refused() {
-    let mut springs = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
-    let spring =
-        Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() };
-    springs.joints.insert("seam".into(), spring);
-    let places = Model::new(&springs).err().map(|error| error.faults[0].place.clone());
-    assert_eq!(places.as_deref(), Some("joints.seam.normal_stiffness"));
+fn joints_without_thickness() {
+    let mut flat = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
+    let places = Model::new(&flat).err().map(|error| error.faults[0].place.clone());
+    assert_eq!(places.as_deref(), Some("joints.seam.thickness"));
+    flat.joints.insert("seam".into(), spring());
+    assert_eq!(model(&flat).n_pairs(), 4);
+}
+
+#[test]
+fn doubts_about_joints_that_fail() {
+    let mut deck = deck([3, 1, 1], [3.0, 1.0, 1.0], 1, 0.01);
+    let strong = Joint {
+        cohesion: Some(1e6),
+        friction: Some(45.0),
+        residual_friction: Some(30.0),
+        tension: Some(1e6),
+        dilation: Some(30.0),
+        ..deck.joints["seam"].clone()
+    };
+    deck.joints.insert("unused".into(), strong.clone());
+    let warnings = |deck: &Deck| model(deck).warnings();
+    assert_eq!(warnings(&deck), [""; 0]);
+    deck.joints.insert("seam".into(), strong.clone());
+    let contact = warnings(&deck);
+    assert_eq!(contact.len(), 1);
+    assert!(
+        contact[0].starts_with("joint `seam` can fail, but this version finds no new contacts")
+    );
+    deck.model.contact = Some(false);
+    assert_eq!(warnings(&deck), [""; 0]);
+
+    let mut one = |joint: Joint| {
+        deck.joints.insert("seam".into(), joint);
+        warnings(&deck)
+    };
+    let beyond = one(Joint { tension: Some(1.1e6), ..strong.clone() });
+    assert_eq!(
+        beyond,
+        [
+            "joint `seam`: the tensile strength of 1.1e6 Pa cannot be reached: there is no strength in \
+          shear left at a tension of 1e6 Pa, cohesion/tan(friction)"
+        ]
+    );
+    let no_cohesion = one(Joint { cohesion: None, friction: None, ..spring_with_tension() });
+    assert!(no_cohesion[0].contains("left at a tension of 0 Pa"), "{no_cohesion:?}");
+    // Without friction the strength in shear never ends, and roughness has none in tension.
+    assert_eq!(one(Joint { cohesion: Some(1.0), ..spring_with_tension() }), [""; 0]);
+    assert_eq!(one(Joint { tension: Some(1e6), ..rough() }), [""; 0]);
+    let steep = one(Joint { dilation: Some(31.0), ..strong });
+    assert!(steep[0].starts_with("joint `seam`: dilation, 31 degrees, is above"), "{steep:?}");
+}
+
+fn spring() -> Joint {
+    Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() }
+}
+
+fn spring_with_tension() -> Joint {
+    Joint { thickness: 0.01, tension: Some(1e6), ..spring() }
+}
+
+fn rough() -> Joint {
+    let jcs = Some(50e6);
+    Joint { thickness: 0.01, jrc: Some(10.0), jcs, residual_friction: Some(30.0), ..spring() }
 }

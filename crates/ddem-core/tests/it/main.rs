@@ -6,6 +6,7 @@
 
 mod architecture;
 mod bad_input;
+mod breaking;
 mod corotation;
 mod decks;
 mod determinism;

@@ -129,7 +129,7 @@ impl<'a> Drive<'a> {
         let schedule = if relax {
             Schedule::relax(samplers)
         } else {
-            Schedule::dynamic(stage, samplers, self.cursor.steps, self.simulation.time_step())
+            Schedule::dynamic(stage, samplers, self.cursor.steps, self.cursor.time_step)
         };
         (self.clock, self.recording) = (Instant::now(), Duration::ZERO);
         self.steps_before = self.cursor.step.unwrap_or(0);
@@ -144,11 +144,14 @@ impl<'a> Drive<'a> {
                 return Ok(None);
             }
             let before = self.cursor.step;
+            let first = self.nominal(relax) + 1;
             let end = if relax { self.relax_step(stage)? } else { self.step(stage)? };
             let (step, stepped) = (self.cursor.step.unwrap_or(0), self.cursor.step != before);
             if stepped || end {
+                let last = if relax { step } else { self.nominal(relax) };
+                let steps = if stepped { first..=last } else { last..=last };
                 self.recorded(|recorder, simulation| {
-                    recorder.after_step(simulation, &schedule, (&stage.name, step), (end, stepped))
+                    recorder.after_step(simulation, &schedule, (&stage.name, steps), (end, stepped))
                 })?;
             }
             if end || self.last_progress.elapsed() >= PROGRESS {
@@ -184,6 +187,8 @@ impl<'a> Drive<'a> {
             }
         };
         self.cursor.step = Some(0);
+        self.cursor.begun = self.simulation.time();
+        self.cursor.time_step = self.simulation.time_step();
         Ok(())
     }
 
@@ -192,7 +197,17 @@ impl<'a> Drive<'a> {
         self.simulation.step().map_err(failed(stage))?;
         let step = self.cursor.step.unwrap_or(0) + 1;
         self.cursor.step = Some(step);
-        Ok(step >= self.cursor.steps)
+        Ok(self.simulation.steps_left() == Some(0))
+    }
+
+    /// Steps of the stage that are done; of motion, in steps as long as its first, which become
+    /// shorter when joints fail.
+    fn nominal(&self, relax: bool) -> u64 {
+        if relax {
+            return self.cursor.step.unwrap_or(0);
+        }
+        let done = (self.simulation.time() - self.cursor.begun) / self.cursor.time_step;
+        (done + 1e-6) as u64
     }
 
     /// One step of relaxation; true when all loads are in equilibrium.
@@ -275,7 +290,9 @@ impl<'a> Drive<'a> {
 
     fn progress(&self, stage: &Stage) -> Progress {
         let relax = stage.kind == StageKind::Relax;
-        let (step, steps) = (self.cursor.step.unwrap_or(0), self.cursor.steps);
+        let step = self.cursor.step.unwrap_or(0);
+        let left = if relax { None } else { self.simulation.steps_left() };
+        let steps = left.map_or(self.cursor.steps, |left| step + left);
         let here = step - self.steps_before;
         let seconds = self.seconds();
         let rate = if seconds > 0.0 { here as f64 / seconds } else { 0.0 };
@@ -290,7 +307,7 @@ impl<'a> Drive<'a> {
             time: self.simulation.time(),
             unbalanced: self.simulation.unbalanced(),
             tolerance: stage.tolerance.unwrap_or(1e-6),
-            failed_pairs: 0,
+            failed_pairs: self.simulation.failed_pairs().iter().sum(),
             updates_per_second: rate * self.simulation.model().n_nodes() as f64,
             seconds_left: (!relax && left.is_finite()).then_some(left),
         }
@@ -298,6 +315,7 @@ impl<'a> Drive<'a> {
 
     fn summary(&self) -> Summary {
         let model = self.simulation.model();
+        let [shear, tension] = self.simulation.failed_pairs();
         Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             title: model.deck().title.clone(),
@@ -305,7 +323,7 @@ impl<'a> Drive<'a> {
             nodes: model.n_nodes() as u64,
             elements: model.n_elements() as u64,
             pairs: model.n_pairs() as u64,
-            failed_pairs: FailedPairs { shear: 0, tension: 0 },
+            failed_pairs: FailedPairs { shear, tension },
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.cursor.done.clone(),
             deck: self.source.text().to_owned(),

@@ -1,5 +1,7 @@
 //! The result files of a run and when they are written.
 
+use std::ops::RangeInclusive;
+
 use ddem_core::{Energy, FIELDS, Field, Model, On, Simulation};
 
 use super::mesh::{self, Mesh};
@@ -17,7 +19,8 @@ const DEFAULT_SAMPLES: u64 = 1000;
 const ENERGY_ROWS: u64 = 200;
 const ENERGY_STEPS: u64 = 100;
 
-/// When things are due in one stage, in steps of that stage.
+/// When things are due in one stage, in steps of that stage; of motion, in steps as long as its
+/// first.
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
     frames: Due,
@@ -162,13 +165,13 @@ impl Recorder {
         &mut self,
         simulation: &mut Simulation,
         schedule: &Schedule,
-        (stage, step): (&str, u64),
+        (stage, steps): (&str, RangeInclusive<u64>),
         (end, stepped): (bool, bool),
     ) -> Result<(), OutputError> {
         let due = |due: &Due| match (end, stepped) {
-            (false, _) => due.at(step),
+            (false, _) => steps.clone().any(|step| due.at(step)),
             (true, true) => true,
-            (true, false) => step == 0 || !due.at(step),
+            (true, false) => *steps.end() == 0 || !due.at(*steps.end()),
         };
         if schedule.probes.iter().any(due) {
             let which: Vec<bool> = schedule.probes.iter().map(due).collect();

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Instant;
 
-use ddem_core::deck::{Stage, StageKind, TimeStep};
+use ddem_core::deck::{Joint, Stage, StageKind, TimeStep};
 use ddem_core::{Deck, Fault, Model, Simulation, Size};
 
 use super::RunFailure;
@@ -25,6 +25,10 @@ pub struct Report {
     pub joints: u64,
     /// Pairs of facing nodes.
     pub pairs: u64,
+    /// Joint faces that can fail.
+    pub breakable_joints: u64,
+    /// Pairs of facing nodes that can fail.
+    pub breakable_pairs: u64,
     /// Critical time step `[s]`; not a number when no stage needs it.
     pub critical_step: f64,
     /// Memory that a run needs `[bytes]`.
@@ -71,6 +75,10 @@ impl fmt::Display for Report {
         writeln!(f, "elements       {}", self.elements)?;
         writeln!(f, "joints         {}", self.joints)?;
         writeln!(f, "pairs          {}", self.pairs)?;
+        if self.breakable_joints > 0 {
+            let (joints, pairs) = (self.breakable_joints, self.breakable_pairs);
+            writeln!(f, "can fail       {joints} joints, {pairs} pairs")?;
+        }
         if self.critical_step.is_finite() {
             writeln!(f, "critical step  {:.6e} s", self.critical_step)?;
         }
@@ -159,8 +167,9 @@ pub(super) fn critical_steps(
     for (index, stage) in deck.stage.iter().enumerate() {
         if let Some(TimeStep::Seconds(step)) = stage.time_step
             && stage.kind == StageKind::Dynamic
-            && step > critical
+            && step > simulation.largest_step()
         {
+            let critical = simulation.largest_step();
             let message = format!("{step:e} s is above the critical step, {critical:.6e} s");
             faults.push(
                 Fault::new(format!("stage[{index}].time_step"), message)
@@ -200,6 +209,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
             (stage.name.clone(), steps as u64, step, 0.0)
         }
     });
+    let [breakable_joints, breakable_pairs] = breakable(model);
     Report {
         title: deck.title.clone(),
         blocks: model.n_blocks() as u64,
@@ -207,11 +217,23 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
         elements: model.n_elements() as u64,
         joints: model.faces().len() as u64,
         pairs: model.n_pairs() as u64,
+        breakable_joints,
+        breakable_pairs,
         critical_step,
         bytes: Size::of(deck).bytes as u64,
         stages: stages.collect(),
         warnings: model.warnings(),
     }
+}
+
+/// Joint faces that can fail, and their pairs.
+fn breakable(model: &Model) -> [u64; 2] {
+    let breaks: Vec<bool> = model.deck().joints.values().map(Joint::breaks).collect();
+    let faces =
+        model.faces().iter().filter(|face| breaks.get(usize::from(face.joint)) == Some(&true));
+    faces.fold([0; 2], |[faces, pairs], face| {
+        [faces + 1, pairs + (u64::from(face.divisions) + 1).pow(2)]
+    })
 }
 
 /// Steps per second, from a few of them.

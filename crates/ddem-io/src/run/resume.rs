@@ -17,8 +17,11 @@ pub(super) struct Cursor {
     pub(super) stage: usize,
     /// Steps of that stage that are done; `None` before it begins.
     pub(super) step: Option<u64>,
-    /// Steps that it takes.
+    /// Steps that it takes, as they are when it begins.
     pub(super) steps: u64,
+    /// Time at which it begins, and its first time step `[s]`.
+    pub(super) begun: f64,
+    pub(super) time_step: f64,
     /// Wall time that it has taken `[s]`.
     pub(super) seconds: f64,
     /// Stages that are done.
@@ -33,7 +36,7 @@ pub(super) fn save(
     position: Position,
 ) -> Result<(), crate::OutputError> {
     let saved = simulation.save();
-    let run = [cursor.seconds, position.last_frame];
+    let run = [cursor.seconds, cursor.begun, cursor.time_step, position.last_frame];
     let mut arrays: Vec<(&str, &[f64])> =
         saved.arrays.iter().map(|(name, v)| (name.as_str(), v.as_slice())).collect();
     arrays.push(("run", &run));
@@ -72,11 +75,16 @@ pub(super) fn load(folder: &Folder, deck_text: &str) -> Result<Resumed, RunFailu
     }
     let read = || {
         let count = |name: &str| checkpoint.counters.get(name).copied();
-        let &[seconds, last_frame] = checkpoint.arrays.get("run")?.as_slice() else { return None };
+        let &[seconds, begun, time_step, last_frame] = checkpoint.arrays.get("run")?.as_slice()
+        else {
+            return None;
+        };
         let cursor = Cursor {
             stage: usize::try_from(count("run_stage")?).ok()?,
             step: if count("run_begun")? == 1 { count("run_step") } else { None },
             steps: count("run_steps")?,
+            begun,
+            time_step,
             seconds,
             done: serde_json::from_str(checkpoint.texts.get("stages")?).ok()?,
         };

@@ -75,13 +75,10 @@ bad_decks! {
     joint_without_stiffness: "thickness = 0.01\nmaterial = \"rock\"" => "thickness = 0.01";
     joint_with_two_stiffnesses: "thickness = 0.01" => "thickness = 0.01\nyoung = 1e9";
     joint_with_half_a_spring: "thickness = 0.02\nmaterial = \"rock\"" => "normal_stiffness = 1e11";
-    joint_spring: "thickness = 0.02\nmaterial = \"rock\""
-        => "normal_stiffness = 1e11\nshear_stiffness = 4e10";
+    joint_spring_and_material: "shear_stiffness = 1e11"
+        => "shear_stiffness = 1e11\nmaterial = \"rock\"";
+    joint_spring_without_stiffness: "normal_stiffness = 2e11" => "normal_stiffness = 0";
     joint_without_thickness: "thickness = 0.01\n" => "";
-    joint_strength: "thickness = 0.02" => "thickness = 0.02\ncohesion = 1e6\n\
-        friction = 95.0\ndilation = 97.0\nresidual_cohesion = 2e6\ntension = -1.0";
-    joint_residual_without_strength: "thickness = 0.02"
-        => "thickness = 0.02\nfracture_energy = [50.0, 200.0]";
     material_not_known: "material = \"rock\"\njoint" => "material = \"rokc\"\njoint";
     joint_not_known: "joint = \"seam\"" => "joint = \"steam\"";
     joint_by_normal_not_known: "{ x = \"spring\" }" => "{ x = \"sprong\" }";
@@ -123,6 +120,44 @@ bad_decks! {
     probe_without_place: "at = [6.0, 1.5, 0.0]\n" => "";
     probe_in_two_places: "at = [6.0, 1.5, 0.0]" => "at = [6.0, 1.5, 0.0]\nwhere = { z = 0.0 }";
     probe_twice: "name = \"base\"" => "name = \"mid\"";
+}
+
+// Joints that fail.
+bad_decks! {
+    joint_cohesion_negative: "cohesion = 2e6" => "cohesion = -2e6";
+    joint_tension_negative: "tension = 1e6" => "tension = -1e6";
+    joint_friction_too_large: "friction = 40.0" => "friction = 90.0";
+    joint_friction_negative: "friction = 40.0" => "friction = -40.0";
+    joint_residual_friction_too_large: "residual_friction = 30.0" => "residual_friction = 95.0";
+    joint_residual_friction_above_peak: "residual_friction = 30.0" => "residual_friction = 40.5";
+    joint_residual_cohesion_negative: "residual_cohesion = 1e5" => "residual_cohesion = -1e5";
+    joint_residual_cohesion_above_peak: "residual_cohesion = 1e5" => "residual_cohesion = 2.1e6";
+    joint_residual_above_nothing: "cohesion = 2e6\n" => "";
+    joint_dilation_negative: "dilation = 5.0" => "dilation = -5.0";
+    joint_dilation_above_friction: "dilation = 5.0" => "dilation = 41.0";
+    joint_energy_negative: "[50.0, 200.0]" => "[-50.0, 200.0]";
+    joint_energy_of_one: "[50.0, 200.0]" => "[50.0]";
+    joint_energy_too_small_in_opening: "[50.0, 200.0]" => "[0.2, 200.0]";
+    joint_energy_too_small_in_sliding: "[50.0, 200.0]" => "[50.0, 2]";
+    joint_energy_too_small_for_a_spring: "shear_stiffness = 1e11"
+        => "shear_stiffness = 1e11\ntension = 1e6\nfracture_energy = [1.0, 1.0]";
+    joint_residual_without_strength: "thickness = 0.02"
+        => "thickness = 0.02\nfracture_energy = [50.0, 200.0]";
+    joint_strength_of_all_faults: "cohesion = 2e6" => "cohesion = 5e4",
+        "friction = 40.0" => "friction = 95.0", "tension = 1e6" => "tension = -1.0",
+        "dilation = 5.0" => "dilation = 97.0", "[50.0, 200.0]" => "[-1.0, -1.0]";
+    joint_jrc_too_large: "jrc = 10.0" => "jrc = 21.0";
+    joint_jrc_negative: "jrc = 10.0" => "jrc = -1.0";
+    joint_jrc_without_jcs: "jcs = 80e6\n" => "";
+    joint_jcs_without_jrc: "jrc = 10.0\n" => "";
+    joint_jcs_of_zero: "jcs = 80e6" => "jcs = 0.0";
+    joint_jrc_without_residual_friction: "residual_friction = 28.0\n" => "";
+    joint_jrc_with_cohesion: "jrc = 10.0" => "jrc = 10.0\ncohesion = 1e5";
+    joint_jrc_with_friction: "jrc = 10.0" => "jrc = 10.0\nfriction = 40.0";
+    joint_jrc_with_residual_cohesion: "jrc = 10.0" => "jrc = 10.0\nresidual_cohesion = 0.0";
+    joint_jrc_with_energy: "jrc = 10.0" => "jrc = 10.0\nfracture_energy = [50.0, 200.0]";
+    joint_jrc_with_steep_dilation: "dilation = 4.0" => "dilation = 71.0";
+    joint_jrc_with_steep_residual: "residual_friction = 28.0" => "residual_friction = 71.0";
 }
 
 // Keys of later versions.

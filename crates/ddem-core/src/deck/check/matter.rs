@@ -1,6 +1,6 @@
 //! Materials and joints.
 
-use super::{Faults, Rule, shown};
+use super::{Faults, Rule, strength};
 use crate::deck::names::segment;
 use crate::deck::{Deck, Joint};
 
@@ -29,7 +29,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             faults.add(at.as_str(), "the name of a joint is empty");
         }
         stiffness(deck, &at, joint, faults);
-        strength(&at, joint, faults);
+        strength::check(deck, &at, joint, faults);
     }
 }
 
@@ -102,55 +102,4 @@ fn named<const N: usize>(
     values: [Option<f64>; N],
 ) -> Vec<(&'static str, bool)> {
     keys.into_iter().zip(values.map(|value| value.is_some())).collect()
-}
-
-fn strength(at: &str, joint: &Joint, faults: &mut Faults) {
-    let angle = Rule::From(0.0, 90.0);
-    let keys = [
-        ("cohesion", joint.cohesion, Rule::ZeroOrMore),
-        ("friction", joint.friction, angle),
-        ("tension", joint.tension, Rule::ZeroOrMore),
-        ("residual_cohesion", joint.residual_cohesion, Rule::ZeroOrMore),
-        ("residual_friction", joint.residual_friction, angle),
-        ("dilation", joint.dilation, angle),
-    ];
-    for (key, value, rule) in keys {
-        faults.optional(format!("{at}.{key}"), value, rule);
-    }
-    if let Some(energies) = joint.fracture_energy {
-        faults.numbers(format!("{at}.fracture_energy"), &energies, Rule::ZeroOrMore);
-    }
-    let fails = joint.cohesion.or(joint.friction).or(joint.tension).is_some();
-    let peaks = [
-        ("residual_cohesion", joint.residual_cohesion, "cohesion", joint.cohesion),
-        ("residual_friction", joint.residual_friction, "friction", joint.friction),
-        ("dilation", joint.dilation, "friction", joint.friction),
-    ];
-    for (key, value, peak_key, peak) in peaks {
-        let (value, peak) = (value.unwrap_or(0.0), peak.unwrap_or(0.0));
-        if fails && value > peak {
-            let message = format!(
-                "`{key}` is {}, above `{peak_key}`, which is {}",
-                shown(value),
-                shown(peak)
-            );
-            faults.add(format!("{at}.{key}"), message);
-        }
-    }
-    if !fails {
-        let energy = joint.fracture_energy.map(|energies| energies[0]);
-        for (key, value) in peaks
-            .map(|(key, value, ..)| (key, value))
-            .into_iter()
-            .chain([("fracture_energy", energy)])
-        {
-            if value.is_some() {
-                faults.add_help(
-                    format!("{at}.{key}"),
-                    format!("`{key}` has no effect: the joint never fails"),
-                    "a joint with none of `cohesion`, `friction` and `tension` never fails",
-                );
-            }
-        }
-    }
 }

@@ -2,11 +2,15 @@
 
 mod blocks;
 mod conditions;
+mod doubts;
 mod matter;
 mod not_yet;
 mod stages;
+mod strength;
 #[cfg(test)]
 mod tests;
+
+pub(crate) use doubts::doubts;
 
 use std::fmt::Display;
 
@@ -38,6 +42,8 @@ enum Rule {
     Between(f64, f64),
     /// In [from, to).
     From(f64, f64),
+    /// In [from, to].
+    Within(f64, f64),
 }
 
 impl Rule {
@@ -51,6 +57,9 @@ impl Rule {
             }
             Rule::From(from, to) => {
                 (value >= from && value < to, format!("{from} or more and below {to}"))
+            }
+            Rule::Within(from, to) => {
+                (value >= from && value <= to, format!("from {from} to {to}"))
             }
         };
         (!held).then_some(rule)

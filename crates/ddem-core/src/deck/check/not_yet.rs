@@ -1,7 +1,6 @@
 //! Keys that are part of the deck but that this version cannot compute: said, never ignored.
 
 use super::Faults;
-use crate::deck::names::segment;
 use crate::deck::{Body, Deck};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
@@ -12,26 +11,6 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
 
     if deck.model.contact == Some(true) {
         not_yet("model.contact".into(), "new contacts between blocks", leave_out);
-    }
-    for (name, joint) in &deck.joints {
-        if joint.normal_stiffness.is_some() && joint.shear_stiffness.is_some() {
-            let place = format!("joints.{}.normal_stiffness", segment(name));
-            let help = "give the joint a material, or density, young and poisson";
-            not_yet(place, "spring joints", help);
-        }
-        let keys = [
-            ("cohesion", joint.cohesion.is_some()),
-            ("friction", joint.friction.is_some()),
-            ("tension", joint.tension.is_some()),
-            ("residual_cohesion", joint.residual_cohesion.is_some()),
-            ("residual_friction", joint.residual_friction.is_some()),
-            ("dilation", joint.dilation.is_some()),
-            ("fracture_energy", joint.fracture_energy.is_some()),
-        ];
-        for (key, _) in keys.iter().filter(|(_, given)| *given) {
-            let place = format!("joints.{}.{key}", segment(name));
-            not_yet(place, &format!("joints that fail: `{key}`"), leave_out);
-        }
     }
     for (i, set) in deck.blocks.iter().enumerate() {
         if set.body == Body::Rigid {

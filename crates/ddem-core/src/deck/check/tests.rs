@@ -115,11 +115,174 @@ fn a_joint_has_one_stiffness() {
     let spring = |j: &mut Joint| {
         *j = Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() };
     };
-    assert_eq!(joint(spring), ["joints.seam.normal_stiffness"]);
+    assert_eq!(joint(spring), [""; 0]);
+    let both = |j: &mut Joint| (j.normal_stiffness, j.shear_stiffness) = (Some(1e9), Some(1e9));
+    assert_eq!(joint(both), ["joints.seam.normal_stiffness"]);
     let own = |j: &mut Joint| {
         *j = Joint { thickness: 0.1, young: Some(1e9), ..Joint::default() };
     };
     assert_eq!(joint(own), ["joints.seam.density", "joints.seam.poisson"]);
+}
+
+#[test]
+fn strengths_have_rules() {
+    let one = |change: fn(&mut Joint)| {
+        joint(|j| {
+            (j.cohesion, j.friction, j.tension) = (Some(1e6), Some(30.0), Some(1e6));
+            change(j);
+        })
+    };
+    assert_eq!(one(|_| {}), [""; 0]);
+    assert_eq!(one(|j| j.cohesion = Some(-1e6)), ["joints.seam.cohesion"]);
+    assert_eq!(one(|j| j.tension = Some(-1.0)), ["joints.seam.tension"]);
+    assert_eq!(one(|j| j.friction = Some(90.0)), ["joints.seam.friction"]);
+    assert_eq!(one(|j| j.friction = Some(-1.0)), ["joints.seam.friction"]);
+    assert_eq!(one(|j| j.residual_friction = Some(90.0)), ["joints.seam.residual_friction"]);
+    assert_eq!(one(|j| j.residual_friction = Some(31.0)), ["joints.seam.residual_friction"]);
+    assert_eq!(one(|j| j.residual_cohesion = Some(1.1e6)), ["joints.seam.residual_cohesion"]);
+    assert_eq!(one(|j| j.residual_cohesion = Some(-1.0)), ["joints.seam.residual_cohesion"]);
+    assert_eq!(one(|j| j.dilation = Some(31.0)), ["joints.seam.dilation"]);
+    assert_eq!(one(|j| j.dilation = Some(-1.0)), ["joints.seam.dilation"]);
+    let residuals = |j: &mut Joint| {
+        (j.residual_cohesion, j.residual_friction, j.dilation) =
+            (Some(1e6), Some(30.0), Some(30.0));
+    };
+    assert_eq!(one(residuals), [""; 0]);
+    // What is not given is 0.
+    assert_eq!(joint(|j| j.friction = Some(0.0)), [""; 0]);
+    let beyond_nothing = |j: &mut Joint| (j.tension, j.dilation) = (Some(1e6), Some(1.0));
+    assert_eq!(joint(beyond_nothing), ["joints.seam.dilation"]);
+    assert_eq!(joint(|j| j.residual_cohesion = Some(0.0)), ["joints.seam.residual_cohesion"]);
+}
+
+/// The seam is of rock: k_n = 1.2 E/t = 2.16e12 Pa/m, k_s = 0.4 E/t = 7.2e11 Pa/m.
+#[test]
+fn softening_takes_more_energy_than_the_joint_holds_at_its_peak() {
+    let energies = |g: [f64; 2], change: fn(&mut Joint)| {
+        joint(|j| {
+            (j.cohesion, j.friction, j.tension) = (Some(2.4e6), Some(30.0), Some(1.2e6));
+            j.fracture_energy = Some(g);
+            change(j);
+        })
+    };
+    // σ_t²/(2 k_n) = 1/3, c²/(2 k_s) = 4.
+    assert_eq!(energies([0.3334, 4.001], |_| {}), [""; 0]);
+    assert_eq!(energies([0.3333, 4.001], |_| {}), ["joints.seam.fracture_energy[0]"]);
+    assert_eq!(energies([0.3334, 3.999], |_| {}), ["joints.seam.fracture_energy[1]"]);
+    assert_eq!(energies([-1.0, 5.0], |_| {}), ["joints.seam.fracture_energy[0]"]);
+    assert_eq!(energies([1.0, f64::INFINITY], |_| {}), ["joints.seam.fracture_energy[1]"]);
+    // Only what is lost softens: half of the cohesion takes a quarter of the energy.
+    assert_eq!(energies([1.0, 1.001], |j| j.residual_cohesion = Some(1.2e6)), [""; 0]);
+    let no_loss = |j: &mut Joint| {
+        (j.residual_cohesion, j.tension) = (j.cohesion, None);
+    };
+    assert_eq!(energies([0.0, 0.0], no_loss), [""; 0]);
+    // A thicker joint is softer and holds more.
+    assert_eq!(energies([1.0, 5.0], |j| j.thickness = 0.02), ["joints.seam.fracture_energy[1]"]);
+    let spring = |j: &mut Joint| {
+        (j.material, j.thickness) = (None, 0.0);
+        (j.normal_stiffness, j.shear_stiffness) = (Some(1e12), Some(1e13));
+    };
+    assert_eq!(energies([0.7, 1.0], spring), ["joints.seam.fracture_energy[0]"]);
+}
+
+#[test]
+fn the_least_energy_is_said_with_four_digits_and_suffices() {
+    let mut deck = good();
+    if let Some(seam) = deck.joints.get_mut("seam") {
+        (seam.cohesion, seam.tension) = (Some(2.4e6), Some(1.2e6));
+        seam.fracture_energy = Some([0.1, 4.0]);
+    }
+    let faults = check(&deck);
+    let messages: Vec<_> = faults.iter().map(|fault| fault.message.as_str()).collect();
+    assert_eq!(
+        messages,
+        [
+            "`fracture_energy` in opening is 0.1 J/m² but must be above 0.3334 J/m²",
+            "`fracture_energy` in sliding is 4 J/m² but must be above 4 J/m²",
+        ]
+    );
+    let help = faults[0].help.as_deref().unwrap_or_default();
+    assert!(help.contains("with k_n = 2.16e12 Pa/m"), "{help}");
+}
+
+#[test]
+fn roughness_has_rules() {
+    let one = |change: fn(&mut Joint)| {
+        joint(|j| {
+            (j.jrc, j.jcs, j.residual_friction) = (Some(10.0), Some(50e6), Some(30.0));
+            change(j);
+        })
+    };
+    let both = |j: &mut Joint| (j.tension, j.dilation) = (Some(1e5), Some(70.0));
+    assert_eq!(one(both), [""; 0]);
+    assert_eq!(one(|j| j.jrc = Some(20.0)), [""; 0]);
+    assert_eq!(one(|j| j.jrc = Some(0.0)), [""; 0]);
+    assert_eq!(one(|j| j.jrc = Some(20.1)), ["joints.seam.jrc"]);
+    assert_eq!(one(|j| j.jrc = Some(-0.1)), ["joints.seam.jrc"]);
+    assert_eq!(one(|j| j.jcs = Some(0.0)), ["joints.seam.jcs"]);
+    assert_eq!(one(|j| j.jcs = Some(f64::NAN)), ["joints.seam.jcs"]);
+    assert_eq!(one(|j| j.jcs = None), ["joints.seam.jcs"]);
+    assert_eq!(one(|j| j.jrc = None), ["joints.seam.jrc"]);
+    assert_eq!(one(|j| j.residual_friction = None), ["joints.seam.residual_friction"]);
+    assert_eq!(one(|j| j.residual_friction = Some(70.5)), ["joints.seam.residual_friction"]);
+    assert_eq!(one(|j| j.dilation = Some(71.0)), ["joints.seam.dilation"]);
+    assert_eq!(one(|j| j.dilation = Some(90.0)), ["joints.seam.dilation"]);
+    assert_eq!(one(|j| j.cohesion = Some(0.0)), ["joints.seam.cohesion"]);
+    assert_eq!(one(|j| j.friction = Some(40.0)), ["joints.seam.friction"]);
+    assert_eq!(one(|j| j.residual_cohesion = Some(0.0)), ["joints.seam.residual_cohesion"]);
+    assert_eq!(one(|j| j.fracture_energy = Some([1.0; 2])), ["joints.seam.fracture_energy"]);
+}
+
+#[test]
+fn stiffness_of_joints() {
+    let materials = good().materials;
+    let close = |joint: Joint, expected: [f64; 2]| {
+        let found = joint.stiffness(&materials).unwrap_or_default();
+        let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-14 * b;
+        assert!(found.into_iter().zip(expected).all(near), "{found:?}");
+    };
+    let seam = good().joints.remove("seam").unwrap_or_default();
+    close(seam.clone(), [2.16e12, 7.2e11]);
+    let own = Joint {
+        material: None,
+        young: Some(18e9),
+        poisson: Some(0.25),
+        thickness: 0.02,
+        ..Joint::default()
+    };
+    close(own.clone(), [1.08e12, 3.6e11]);
+    let springs = (Some(2e9), Some(1e9));
+    let spring =
+        Joint { normal_stiffness: springs.0, shear_stiffness: springs.1, ..Joint::default() };
+    close(spring.clone(), [2e9, 1e9]);
+    for incomplete in [
+        Joint { thickness: 0.0, ..seam.clone() },
+        Joint { material: Some("air".into()), ..seam },
+        Joint { young: None, ..own },
+        Joint { shear_stiffness: None, ..spring },
+        Joint::default(),
+    ] {
+        assert_eq!(incomplete.stiffness(&materials), None);
+    }
+}
+
+#[test]
+fn any_strength_makes_a_joint_break() {
+    assert!(!Joint::default().breaks());
+    let residual = Joint { residual_friction: Some(1.0), ..Joint::default() };
+    assert!(!residual.breaks());
+    for give in [
+        |j: &mut Joint| j.cohesion = Some(0.0),
+        |j: &mut Joint| j.friction = Some(0.0),
+        |j: &mut Joint| j.tension = Some(0.0),
+        |j: &mut Joint| j.jrc = Some(0.0),
+        |j: &mut Joint| j.jcs = Some(0.0),
+    ] {
+        let mut joint = Joint::default();
+        give(&mut joint);
+        assert!(joint.breaks());
+    }
 }
 
 #[test]

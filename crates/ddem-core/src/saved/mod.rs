@@ -1,5 +1,7 @@
 //! A simulation as plain numbers, to be written and read back bit for bit.
 
+mod pairs;
+
 use std::collections::BTreeMap;
 
 use crate::deck::Damping;
@@ -25,12 +27,17 @@ impl Simulation {
         let State {
             time,
             origin,
+            end,
+            last_step,
+            automatic,
             steps,
             stage,
             stage_starts,
             u,
             v,
             whole,
+            breaks,
+            failed,
             work,
             load_factors,
             way,
@@ -43,17 +50,22 @@ impl Simulation {
         put("load_factors", load_factors.clone());
         put("way", vec![*way]);
         put("damping", vec![damping_number(self.damping)]);
-        put("work", vec![work.loads, work.supports, work.damping]);
+        let Work { loads, supports, damping, friction, fracture } = *work;
+        put("work", vec![loads, supports, damping, friction, fracture]);
         let initial = self.initial_energy;
-        let critical = self.critical_step.unwrap_or(0.0);
-        put("time", vec![*time, origin.0, self.motion.time_step, critical, initial]);
+        let [critical, broken] = self.critical_steps.map(|step| step.unwrap_or(0.0));
+        put("time", vec![*time, origin.0, *end, self.motion.time_step, critical, broken, initial]);
         let counters = &mut saved.counters;
         let mut count = |name: &str, value: u64| counters.insert(name.to_owned(), value);
         count("steps", *steps);
+        count("failed_shear", failed[0]);
+        count("failed_tension", failed[1]);
         count("origin_step", origin.1);
         count("damping", damping_kind(self.damping));
         count("stage", *stage as u64);
         count("whole", u64::from(*whole));
+        count("last_step", *last_step);
+        count("automatic", u64::from(*automatic));
         count("started", u64::from(self.started));
         count("resting", u64::from(self.motion.fictitious && self.relaxation.is_none()));
         if let Some(relaxation) = &self.relaxation {
@@ -61,12 +73,14 @@ impl Simulation {
             count("relax_increments", memory.increments);
             count("relax_increment", memory.increment);
             count("relax_since_restart", memory.since_restart);
+            count("relax_looked", u64::from(memory.looked));
             let mut put = |name: &str, v: Vec<f64>| saved.arrays.insert(name.to_owned(), v);
             put("relax_from", memory.from.clone());
             put("relax_to", memory.to.clone());
             put("relax_way", vec![memory.way, memory.first]);
             put("relax_last", memory.last.iter().copied().collect());
         }
+        pairs::save(&self.model, breaks, &mut saved);
         saved
     }
 
@@ -78,8 +92,10 @@ impl Simulation {
         let count = |name: &str| saved.counters.get(name).copied();
         let n = 3 * model.n_nodes();
         let (u, v) = (array("displacement")?, array("velocity")?);
-        let (&[time, origin, time_step, critical, initial], &[loads, supports, damped]) =
-            (array("time")?, array("work")?)
+        let (
+            &[time, origin, end, time_step, critical, broken, initial],
+            &[loads, supports, damped, friction, fracture],
+        ) = (array("time")?, array("work")?)
         else {
             return None;
         };
@@ -104,10 +120,14 @@ impl Simulation {
         state.load_factors = array("load_factors")?.to_vec();
         state.way = *array("way")?.first()?;
         state.whole = count("whole")? == 1;
-        state.work = Work { loads, supports, damping: damped };
+        (state.end, state.automatic) = (end, count("automatic")? == 1);
+        state.last_step = count("last_step")?;
+        state.work = Work { loads, supports, damping: damped, friction, fracture };
+        state.failed = [count("failed_shear")?, count("failed_tension")?];
+        state.breaks = pairs::restore(&simulation.model, saved)?;
         simulation.scratch.fit(&simulation.model, &simulation.state.u);
         simulation.active = simulation.model.active(stage);
-        simulation.critical_step = (critical > 0.0).then_some(critical);
+        simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;
         simulation.motion = Motion::dynamic(assembly, damping, time_step);
@@ -120,6 +140,7 @@ impl Simulation {
                 increments,
                 increment: count("relax_increment")?,
                 since_restart: count("relax_since_restart")?,
+                looked: count("relax_looked")? == 1,
                 from: array("relax_from")?.to_vec(),
                 to: array("relax_to")?.to_vec(),
                 way: *array("relax_way")?.first()?,

@@ -1,0 +1,172 @@
+//! §5: what has become of the joints: which elements are left, which pairs are springs, and what
+//! these remember.
+//!
+//! An unbroken joint lattice has no entry here and costs nothing. One in which something has
+//! failed, or that is springs from the start, is a [`Broken`].
+
+mod springs;
+mod strips;
+
+use nalgebra::Vector3;
+
+use crate::assembly::{Assembly, NO_TABLE};
+use crate::lanes::{LANES, Lanes};
+use crate::law::{Memory, Mode};
+use crate::pack::{Pack, Packs, PairPlace};
+use crate::seams::{NO_JOINT, Seam, Seams};
+
+pub(crate) use springs::{Look, Pull};
+
+/// A pair of a joint that is no longer, or never was, elements alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Point {
+    /// Relative displacement at which the springs bear nothing, in the joint's frame `[m]`.
+    pub(crate) origin: Vector3<f64>,
+    /// Quarters of elements that act as springs; 0: elements alone.
+    pub(crate) quarters: u8,
+    /// How the pair failed; `None` while it is bonded.
+    pub(crate) mode: Option<Mode>,
+    /// When it failed `[s]`.
+    pub(crate) time: f64,
+    /// Of the springs.
+    pub(crate) memory: Memory,
+}
+
+/// A joint lattice of a pack that is not all elements.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Broken {
+    /// 1 where an element is left, 0 where not, by element and lane.
+    pub(crate) alive: Vec<Lanes>,
+    /// Whether any element is left.
+    pub(crate) any_alive: bool,
+    /// Pairs of a face joint by lane, in the order of [`crate::pack::Shape::pairs`].
+    pub(crate) points: Vec<[Point; LANES]>,
+    /// Pairs and lanes that failed since the strips were last looked at.
+    fresh: Vec<(u32, u8)>,
+}
+
+/// The broken joint lattices of a pack by offset.
+pub(crate) type PackBreaks = Option<Box<[Option<Broken>; 8]>>;
+
+/// The broken joints of all packs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Breaks {
+    pub(crate) packs: Vec<PackBreaks>,
+}
+
+/// What the joints of one pack have lost, and how many of its pairs failed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Losses {
+    /// To friction `[J]`.
+    pub(crate) friction: f64,
+    /// To fracture `[J]`.
+    pub(crate) fracture: f64,
+    /// Pairs that failed in shear and in tension.
+    pub(crate) failed: [u64; 2],
+}
+
+impl Losses {
+    /// Sum over packs, in order.
+    pub(crate) fn total(packs: &[Self]) -> Self {
+        let mut total = Self::default();
+        for losses in packs {
+            total.friction += losses.friction;
+            total.fracture += losses.fracture;
+            for mode in 0..2 {
+                total.failed[mode] += losses.failed[mode];
+            }
+        }
+        total
+    }
+}
+
+impl Breaks {
+    /// At the start of a run: joints given by stiffnesses are springs.
+    pub(crate) fn new(packs: &Packs, assembly: &Assembly, seams: &Seams) -> Self {
+        Self::with(packs, assembly, seams, &|seam, lane| seam.springs[lane])
+    }
+
+    /// With every joint that `broken` selects turned to springs, all its pairs bonded.
+    pub(crate) fn with(
+        packs: &Packs,
+        assembly: &Assembly,
+        seams: &Seams,
+        broken: &dyn Fn(&Seam, usize) -> bool,
+    ) -> Self {
+        let mut breaks = Self { packs: vec![None; packs.packs.len()] };
+        for (index, pack) in packs.packs.iter().enumerate() {
+            for d in 0..3 {
+                let Some(seam) = seams.get(index, d) else { continue };
+                let lanes: [bool; LANES] =
+                    std::array::from_fn(|lane| seam.joints[lane] != NO_JOINT && broken(seam, lane));
+                if lanes == [false; LANES] {
+                    continue;
+                }
+                let mut lattice = Broken::intact(packs, pack, assembly.pack_tables[index], 1 << d);
+                for lane in (0..LANES).filter(|&lane| lanes[lane]) {
+                    lattice.alive.iter_mut().for_each(|alive| alive.0[lane] = 0.0);
+                }
+                lattice.count(&packs.shape_of(pack).pairs[d], seam);
+                breaks.at(index)[1 << d] = Some(lattice);
+            }
+        }
+        breaks
+    }
+
+    /// The joint lattices of a pack.
+    pub(crate) fn at(&mut self, pack: usize) -> &mut [Option<Broken>; 8] {
+        self.packs[pack].get_or_insert_with(Box::default)
+    }
+
+    /// A broken joint lattice.
+    pub(crate) fn get(&self, pack: usize, offset: usize) -> Option<&Broken> {
+        self.packs[pack].as_ref()?[offset].as_ref()
+    }
+
+    /// Memory in use `[bytes]`.
+    pub(crate) fn bytes(&self) -> usize {
+        let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
+        let own = |l: &Broken| {
+            l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[Point; LANES]>()
+        };
+        self.packs.len() * size_of::<PackBreaks>() + lattices.map(own).sum::<usize>()
+    }
+}
+
+impl Broken {
+    /// A joint lattice all of whose elements are left.
+    pub(crate) fn intact(packs: &Packs, pack: &Pack, tables: [u32; 8], offset: usize) -> Self {
+        let shape = packs.shape_of(pack);
+        let elements = shape.dims(offset).iter().product();
+        let is_there = tables[offset] != NO_TABLE;
+        let pairs = if offset.is_power_of_two() {
+            shape.pairs[offset.trailing_zeros() as usize].len()
+        } else {
+            0
+        };
+        Self {
+            alive: vec![Lanes([1.0; LANES]); elements],
+            any_alive: is_there,
+            points: vec![[Point::default(); LANES]; pairs],
+            fresh: Vec::new(),
+        }
+    }
+
+    /// Whether the lattice exerts any force.
+    pub(crate) fn acts(&self) -> bool {
+        self.any_alive || !self.points.is_empty()
+    }
+
+    /// Counts which pairs are springs, and by how much, from the elements that are left.
+    pub(crate) fn count(&mut self, places: &[PairPlace], seam: &Seam) {
+        for (points, place) in self.points.iter_mut().zip(places) {
+            for lane in (0..LANES).filter(|&lane| seam.joints[lane] != NO_JOINT) {
+                let gone = place.elements().filter(|&e| self.alive[e].0[lane] == 0.0);
+                points[lane].quarters = gone.count() as u8;
+            }
+        }
+        self.any_alive = (0..LANES).any(|lane| {
+            seam.joints[lane] != NO_JOINT && self.alive.iter().any(|alive| alive.0[lane] != 0.0)
+        });
+    }
+}

@@ -1,0 +1,231 @@
+//! The pairs of one joint lattice: which fail, and what their springs do.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::{Broken, Losses, Point};
+use crate::lanes::{LANES, Lanes};
+use crate::law::response::stored;
+use crate::law::{JointLaw, Memory, Mode, Opening, Traction};
+use crate::pack::PairPlace;
+use crate::seams::{NO_JOINT, Seam};
+
+/// How to look at the pairs in one pass over the joints.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Look<'a> {
+    /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
+    pub(crate) failing: Option<f64>,
+    /// Present time `[s]`.
+    pub(crate) time: f64,
+    /// Laws of the joints.
+    pub(crate) laws: &'a [Option<Arc<dyn JointLaw>>],
+}
+
+/// What the springs of a joint lattice do together.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pull {
+    /// Force on side a, from side b, in the joint's frame `[N]`.
+    pub(crate) force: [Lanes; 3],
+    /// `Σ s × F` of the slips, in the joint's frame `[N m]`.
+    pub(crate) couple: [Lanes; 3],
+    /// Energy in the springs `[J]`.
+    pub(crate) stored: Lanes,
+}
+
+impl Broken {
+    /// Lets pairs fail under the forces `g` that the elements exert (`K u`) and those of the
+    /// springs. Elements that hold a failed pair are no longer alive then. Returns whether any
+    /// pair failed.
+    pub(crate) fn fail(
+        &mut self,
+        (places, seam): (&[PairPlace], &Seam),
+        look: Look<'_>,
+        (local, g): (&[Lanes], &[Lanes]),
+        losses: &mut Losses,
+    ) -> bool {
+        let Some(factor) = look.failing else { return false };
+        let normal = Vector3::from(seam.normal);
+        let before = self.fresh.len();
+        for (p, place) in places.iter().enumerate() {
+            for lane in 0..LANES {
+                let point = &mut self.points[p][lane];
+                let Some(law) = law_of(look.laws, seam, lane).filter(|_| point.mode.is_none())
+                else {
+                    continue;
+                };
+                let area = seam.quarter.0[lane] * place.elements().len() as f64;
+                let force = element_force(g, place, lane) + point.force(seam, lane, place, local);
+                let traction = split(force / area, normal);
+                let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
+                let Some(mode) = failure else { continue };
+                (point.mode, point.time) = (Some(mode), look.time);
+                losses.failed[usize::from(mode == Mode::Tension)] += 1;
+                self.set_failed(places, p, lane);
+            }
+        }
+        self.fresh.len() > before
+    }
+
+    /// Elements that hold a pair are no longer alive.
+    pub(crate) fn set_failed(&mut self, places: &[PairPlace], p: usize, lane: usize) {
+        self.fresh.push((p as u32, lane as u8));
+        places[p].elements().for_each(|e| self.alive[e].0[lane] = 0.0);
+    }
+
+    /// Hands the forces of elements that are gone over to springs, without a jump at any pair:
+    /// `before` are the forces with them, `after` without.
+    pub(crate) fn take_over(
+        &mut self,
+        (places, seam): (&[PairPlace], &Seam),
+        local: &[Lanes],
+        (before, after): (&[Lanes], &[Lanes]),
+        losses: &mut Losses,
+    ) {
+        let mut held = 0.0;
+        for ((u, before), after) in local.iter().zip(before).zip(after) {
+            held += Lanes(std::array::from_fn(|l| 0.5 * u.0[l] * (before.0[l] - after.0[l]))).sum();
+        }
+        let normal = Vector3::from(seam.normal);
+        let old: Vec<[u8; LANES]> = self.points.iter().map(|p| p.map(|p| p.quarters)).collect();
+        self.count(places, seam);
+        for (p, place) in places.iter().enumerate() {
+            for lane in 0..LANES {
+                let point = &mut self.points[p][lane];
+                let quarters = std::mem::replace(&mut point.quarters, old[p][lane]);
+                let force = point.force(seam, lane, place, local);
+                point.quarters = quarters;
+                if quarters != old[p][lane] {
+                    let gone =
+                        element_force(before, place, lane) - element_force(after, place, lane);
+                    held += point.energy(seam, lane, force, old[p][lane]);
+                    let force = force + gone;
+                    held -= point.energy(seam, lane, force, quarters);
+                    let k = seam.stiffness(lane);
+                    let traction = split(force / point.area(seam, lane), normal);
+                    let elastic = normal * (traction.normal / k.normal) + traction.shear / k.shear;
+                    point.origin = across(local, place, lane) - elastic;
+                }
+            }
+        }
+        losses.fracture += held;
+        // What a pair bore when it failed is where its law begins.
+        for &(p, lane) in &self.fresh {
+            let (place, lane) = (&places[p as usize], lane as usize);
+            let point = &mut self.points[p as usize][lane];
+            let force = point.force(seam, lane, place, local);
+            let traction = split(force / point.area(seam, lane), normal);
+            let gap = traction.normal / seam.stiffness(lane).normal;
+            point.memory = Memory { traction, gap, ..Memory::default() };
+        }
+    }
+
+    /// Adds the forces of the springs to `g`, the forces `K u` of the elements that are left.
+    pub(crate) fn pull(
+        &mut self,
+        (places, seam): (&[PairPlace], &Seam),
+        look: Look<'_>,
+        (local, g): (&[Lanes], &mut [Lanes]),
+        losses: &mut Losses,
+    ) -> Pull {
+        let normal = Vector3::from(seam.normal);
+        let mut pull = Pull::default();
+        for (p, place) in places.iter().enumerate() {
+            for lane in 0..LANES {
+                let point = &mut self.points[p][lane];
+                if point.quarters == 0 {
+                    continue;
+                }
+                let k = seam.stiffness(lane);
+                let area = point.area(seam, lane);
+                let opening = split(across(local, place, lane) - point.origin, normal);
+                let opening = Opening { normal: opening.normal, shear: opening.shear };
+                let law = law_of(look.laws, seam, lane).filter(|_| point.mode.is_some());
+                if let Some(law) = law {
+                    let loss = law.respond(k, opening, &mut point.memory);
+                    losses.friction += area * loss.friction;
+                    losses.fracture += area * loss.fracture;
+                } else {
+                    point.memory.traction = Traction {
+                        normal: k.normal * opening.normal,
+                        shear: opening.shear * k.shear,
+                    };
+                    point.memory.gap = opening.normal;
+                }
+                let Traction { normal: t_n, shear } = point.memory.traction;
+                let force = (normal * t_n + shear) * area;
+                let couple = point.memory.slip.cross(&force);
+                let [a, b] = place.sides;
+                for c in 0..3 {
+                    g[3 * a + c].0[lane] -= force[c];
+                    g[3 * b + c].0[lane] += force[c];
+                    pull.force[c].0[lane] += force[c];
+                    pull.couple[c].0[lane] += couple[c];
+                }
+                pull.stored.0[lane] += area * stored(k, &point.memory);
+            }
+        }
+        pull
+    }
+}
+
+impl Point {
+    fn area(&self, seam: &Seam, lane: usize) -> f64 {
+        seam.quarter.0[lane] * f64::from(self.quarters)
+    }
+
+    /// Force of the springs of a bonded pair on side a `[N]`.
+    fn force(&self, seam: &Seam, lane: usize, place: &PairPlace, local: &[Lanes]) -> Vector3<f64> {
+        if self.quarters == 0 {
+            return Vector3::zeros();
+        }
+        let normal = Vector3::from(seam.normal);
+        let k = seam.stiffness(lane);
+        let opening = split(across(local, place, lane) - self.origin, normal);
+        (normal * (k.normal * opening.normal) + opening.shear * k.shear) * self.area(seam, lane)
+    }
+
+    /// Energy of springs over some quarters that bear a force `[J]`.
+    fn energy(&self, seam: &Seam, lane: usize, force: Vector3<f64>, quarters: u8) -> f64 {
+        if quarters == 0 {
+            return 0.0;
+        }
+        let force = split(force, Vector3::from(seam.normal));
+        let k = seam.stiffness(lane);
+        let both = force.normal * force.normal / k.normal + force.shear.norm_squared() / k.shear;
+        0.5 * both / (seam.quarter.0[lane] * f64::from(quarters))
+    }
+}
+
+/// The law of a lane's joint, if it has one that can fail.
+fn law_of<'a>(
+    laws: &'a [Option<Arc<dyn JointLaw>>],
+    seam: &Seam,
+    lane: usize,
+) -> Option<&'a dyn JointLaw> {
+    match seam.joints[lane] {
+        NO_JOINT => None,
+        joint => laws[joint as usize].as_deref(),
+    }
+}
+
+/// Parts of a vector along the normal and across it.
+fn split(v: Vector3<f64>, normal: Vector3<f64>) -> Traction {
+    let along = v.dot(&normal);
+    Traction { normal: along, shear: v - normal * along }
+}
+
+/// Displacement of side b against side a.
+fn across(local: &[Lanes], place: &PairPlace, lane: usize) -> Vector3<f64> {
+    difference(local, place, lane)
+}
+
+/// Half the difference of the forces of the elements on the two nodes, (M1).
+fn element_force(g: &[Lanes], place: &PairPlace, lane: usize) -> Vector3<f64> {
+    difference(g, place, lane) * 0.5
+}
+
+fn difference(field: &[Lanes], place: &PairPlace, lane: usize) -> Vector3<f64> {
+    let [a, b] = place.sides;
+    Vector3::from([0, 1, 2].map(|c| field[3 * b + c].0[lane] - field[3 * a + c].0[lane]))
+}

@@ -1,0 +1,55 @@
+//! Elastic forces of the bodies, eq. (8), one pack at a time.
+
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+
+use crate::element::lattice::force;
+use crate::kinematics::turn;
+use crate::lanes::{Lanes, add, cross, load, load_at, store_at, sub, times, zero};
+use crate::pass::{Input, Output, Workspace, half_work};
+
+/// Forces of the bodies of one pack.
+#[simd]
+pub(crate) fn body<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    index: usize,
+    out: &mut Output<'_>,
+    work: &mut Workspace,
+) {
+    let pack = &input.moved.packs.packs[index];
+    let shape = input.moved.packs.shape_of(pack);
+    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
+    let u = &input.moved.u[3 * pack.start..3 * (pack.start + shape.nodes)];
+    let dims = shape.dims(0);
+    *out.torque = [Lanes::ZERO; 3];
+    work.reserve(3 * shape.nodes);
+    let Workspace { planes, local, g, .. } = work;
+    let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
+    let Some(frames) = input.moved.frames else {
+        force(simd, dims, &table.table, u, g, planes);
+        for (f, g) in out.f.iter_mut().zip(&*g) {
+            *f = Lanes::from(-g.load(simd));
+        }
+        if let Some([bodies, _]) = &mut out.energy {
+            *bodies = Lanes::from(half_work(simd, u, g));
+        }
+        return;
+    };
+    let frame = &frames[index];
+    let rotation = frame.matrix(simd);
+    local.copy_from_slice(u);
+    turn(simd, &rotation, load(simd, &frame.mean), &table.edges, dims, local);
+    force(simd, dims, &table.table, local, g, planes);
+    let mut torque = zero(simd);
+    for node in 0..shape.nodes {
+        let (ui, gi) = (load_at(simd, local, 3 * node), load_at(simd, g, 3 * node));
+        torque = add(torque, cross(ui, gi));
+        store_at(out.f, 3 * node, sub(zero(simd), times(&rotation, gi)));
+    }
+    let [x, y, z] = times(&rotation, torque);
+    *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
+    if let Some([bodies, _]) = &mut out.energy {
+        *bodies = Lanes::from(half_work(simd, local, g));
+    }
+}

@@ -1,0 +1,259 @@
+//! Forces of the joints: bonded cells, eq. (11), and the springs of broken ones, one joint lattice
+//! of a pack at a time.
+//!
+//! A joint moves with the mean rotation of the bodies that it joins. Its residual torque
+//! `τ = Σ x_i × g_i` (second order in strain for cells; for springs the couple of two forces across
+//! the thickness) is given to these bodies in equal parts, who balance it with the same nodal
+//! forces as their own: so the moments of all internal forces add up to zero, joints included.
+//! The part that comes of slip goes to the body that is held, if one is: the ground on which the
+//! other slides.
+
+use fearless_simd::{Simd, SimdFloat};
+use fearless_simd_macros::simd;
+
+use crate::breaks::{Broken, Losses, Pull};
+use crate::element::corotation::Frame;
+use crate::element::lattice::{force, force_left};
+use crate::kinematics::joint_displacements;
+use crate::lanes::{
+    LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times, zero,
+};
+use crate::pass::{Face, Input, Output, Workspace, half_work};
+use crate::seams::Seam;
+
+/// Forces of one joint lattice of a pack: of its elements, and of the springs where it is broken.
+#[simd]
+pub(crate) fn joint<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    at: (usize, usize),
+    broken: &mut Option<Broken>,
+    out: &mut Output<'_>,
+    work: &mut Workspace,
+) {
+    let (index, offset) = at;
+    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[index]);
+    let n = 3 * shape.joints[offset].len();
+    let face = input.face(at);
+    let rotation = alone(simd, input, at, broken.as_ref(), work);
+    if let Some(face) = face {
+        fail(simd, input, (at, face), broken, out.losses, work);
+    }
+    if let Some([_, joints]) = &mut out.energy {
+        *joints = Lanes::from(joints.load(simd) + half_work(simd, &work.local[..n], &work.g[..n]));
+    }
+    let mut pull = None;
+    if let (Some(face), Some(broken)) = (face, broken) {
+        let fields = (&work.local[..n], &mut work.g[..n]);
+        let springs = broken.pull(face, input.look, fields, out.losses);
+        if let Some([_, joints]) = &mut out.energy {
+            *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
+        }
+        pull = Some((face.1, springs));
+    }
+    give(simd, input, at, (rotation, pull), out, work);
+}
+
+/// Forces `K u` of the elements of a joint lattice that are left.
+#[simd]
+fn elements<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (index, offset): (usize, usize),
+    broken: Option<&Broken>,
+    work: &mut Workspace,
+) {
+    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[index]);
+    let n = 3 * shape.joints[offset].len();
+    let dims = shape.dims(offset);
+    let Workspace { planes, local, g, .. } = work;
+    let (local, g) = (&local[..n], &mut g[..n]);
+    let table = input.assembly.pack_tables[index][offset];
+    let table = input.assembly.tables.get(table as usize).map(|table| &table.table);
+    match (table, broken) {
+        (Some(table), None) => force(simd, dims, table, local, g, planes),
+        (Some(table), Some(broken)) if broken.any_alive => {
+            force_left(simd, dims, (table, &broken.alive), local, g, planes);
+        }
+        _ => g.fill(Lanes::ZERO),
+    }
+}
+
+/// Lets pairs of a face joint fail, and hands the forces of elements that go over to springs.
+#[simd]
+fn fail<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (at, face): ((usize, usize), Face<'_>),
+    broken: &mut Option<Broken>,
+    losses: &mut Losses,
+    work: &mut Workspace,
+) {
+    if input.look.failing.is_none() || (broken.is_none() && !any_fails(simd, input, face, work)) {
+        return;
+    }
+    let packs = input.moved.packs;
+    let was_broken = broken.is_some();
+    let lattice = broken.get_or_insert_with(|| {
+        let tables = input.assembly.pack_tables[at.0];
+        Broken::intact(packs, &packs.packs[at.0], tables, at.1)
+    });
+    let n = 3 * packs.shape_of(&packs.packs[at.0]).joints[at.1].len();
+    if lattice.fail(face, input.look, (&work.local[..n], &work.g[..n]), losses) {
+        work.before[..n].copy_from_slice(&work.g[..n]);
+        elements(simd, input, at, Some(lattice), work);
+        let forces = (&work.before[..n], &work.g[..n]);
+        lattice.take_over(face, &work.local[..n], forces, losses);
+    } else if !was_broken {
+        *broken = None;
+    }
+}
+
+/// Whether any pair of an unbroken face joint fails: all its pairs at a glance.
+#[inline(always)]
+fn any_fails<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (places, seam): Face<'_>,
+    work: &mut Workspace,
+) -> bool {
+    let law = |lane: usize| input.look.laws.get(seam.joints[lane] as usize)?.as_deref();
+    if (0..LANES).all(|lane| law(lane).is_none()) {
+        return false;
+    }
+    let Workspace { g, tractions: [normals, shears], .. } = work;
+    let n = LANES * places.len();
+    normals.resize(n.max(normals.len()), 0.0);
+    shears.resize(n.max(shears.len()), 0.0);
+    let direction = seam.normal.map(|c| splat(simd, c));
+    let half = splat(simd, 0.5 / input.look.failing.unwrap_or(1.0));
+    let per_quarter = seam.per_quarter.load(simd) * half;
+    let targets =
+        normals.as_chunks_mut::<LANES>().0.iter_mut().zip(shears.as_chunks_mut::<LANES>().0);
+    for (place, (normal, shear)) in places.iter().zip(targets) {
+        let [a, b] = place.sides;
+        let difference = sub(load_at(simd, g, 3 * b), load_at(simd, g, 3 * a));
+        let traction = scale(difference, per_quarter * place.share());
+        let along = dot(traction, direction);
+        let across = sub(traction, scale(direction, along));
+        *normal = Lanes::from(along).0;
+        *shear = Lanes::from(dot(across, across).sqrt()).0;
+    }
+    let (normals, shears) = (&normals[..n], &shears[..n]);
+    // Lanes mostly have one joint: then one law looks at all of them.
+    (0..LANES).any(|lane| {
+        let seen = seam.joints[..lane].contains(&seam.joints[lane]);
+        !seen && law(lane).is_some_and(|law| law.any_failure(normals, shears))
+    })
+}
+
+/// Gives the forces of a joint lattice to its nodes and its torque to its bodies.
+#[inline(always)]
+fn give<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (index, offset): (usize, usize),
+    (rotation, pull): (Option<Matrix<S>>, Option<(&Seam, Pull)>),
+    out: &mut Output<'_>,
+    work: &Workspace,
+) {
+    let pack = &input.moved.packs.packs[index];
+    let shape = input.moved.packs.shape_of(pack);
+    let mut torque = zero(simd);
+    for (i, node) in shape.joints[offset].iter().enumerate() {
+        let mut gi = load_at(simd, &work.g, 3 * i);
+        if let Some(rotation) = &rotation {
+            torque = add(torque, cross(load_at(simd, &work.local, 3 * i), gi));
+            gi = times(rotation, gi);
+        }
+        let (target, at) = if node.offset == 0 {
+            (&mut *out.f, 3 * node.local)
+        } else {
+            (&mut *out.shares, 3 * node.share)
+        };
+        let sum = sub(load_at(simd, target, at), gi);
+        store_at(target, at, sum);
+    }
+    let Some(rotation) = rotation else { return };
+    // The couple of slip goes to one body or both; all else in equal parts to all.
+    let mut slipped = zero(simd);
+    let mut weight = splat(simd, 0.0);
+    if let Some((seam, pull)) = pull {
+        let couple = load(simd, &pull.couple);
+        torque = add(torque, cross(load(simd, seam.gap()), load(simd, &pull.force)));
+        torque = sub(torque, couple);
+        slipped = times(&rotation, couple);
+        weight = input.own_part(pack.upper[offset], index).load(simd);
+    }
+    let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
+    let torque = scale(times(&rotation, torque), part);
+    let own = add(load(simd, out.torque), add(torque, scale(slipped, weight)));
+    *out.torque = [Lanes::from(own[0]), Lanes::from(own[1]), Lanes::from(own[2])];
+    let torque = add(torque, scale(slipped, splat(simd, 1.0) - weight));
+    for part in (1..8).filter(|part| part & !offset == 0) {
+        let at = 3 * shape.torque(part);
+        let sum = add(load_at(simd, out.shares, at), torque);
+        store_at(out.shares, at, sum);
+    }
+}
+
+/// Elements of a joint lattice alone: their local forces are left in the working space, and
+/// turned by the rotation that is returned they are those in space.
+#[simd]
+fn alone<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    at: (usize, usize),
+    broken: Option<&Broken>,
+    work: &mut Workspace,
+) -> Option<Matrix<S>> {
+    let (index, offset) = at;
+    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[index]);
+    let n = 3 * shape.joints[offset].len();
+    work.reserve(n);
+    let edges = input.edges(at);
+    let rotation = joint_displacements(simd, input.moved, at, edges, &mut work.local[..n]);
+    elements(simd, input, at, broken, work);
+    rotation
+}
+
+/// Forces that the elements of a face joint alone exert on its nodes, for the tractions (M1): in
+/// the order of the lattice's nodes, in the frame of space; and the rotation of its frame.
+#[simd]
+pub(crate) fn face_forces<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    at: (usize, usize),
+    broken: Option<&Broken>,
+    (forces, rotation): (&mut Vec<Lanes>, &mut [[Lanes; 3]; 3]),
+    work: &mut Workspace,
+) {
+    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[at.0]);
+    let n = shape.joints[at.1].len();
+    forces.resize(3 * n, Lanes::ZERO);
+    let turned = alone(simd, input, at, broken, work);
+    for i in 0..n {
+        let g = load_at(simd, &work.g, 3 * i);
+        let g = turned.as_ref().map_or(g, |r| times(r, g));
+        store_at(forces, 3 * i, sub(zero(simd), g));
+    }
+    *rotation = match turned {
+        Some(r) => r.map(|row| row.map(Lanes::from)),
+        None => Frame::REST.rotation,
+    };
+}
+
+/// Energy of the elements of a joint lattice that are left `[J]`.
+#[simd]
+pub(crate) fn cell_energy<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    at: (usize, usize),
+    broken: Option<&Broken>,
+    work: &mut Workspace,
+) -> f64 {
+    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[at.0]);
+    let n = 3 * shape.joints[at.1].len();
+    alone(simd, input, at, broken, work);
+    Lanes::from(half_work(simd, &work.local[..n], &work.g[..n])).sum()
+}

@@ -1,0 +1,60 @@
+//! Barton–Bandis: rough joints, whose friction falls as the normal stress rises.
+
+use super::JointLaw;
+use crate::deck::Joint;
+
+/// Friction angle `[degrees]` beyond which roughness gives nothing more.
+const STEEPEST: f64 = 70.0;
+
+/// Peak shear strength `σ_n tan(φ_r + JRC log₁₀(JCS/σ_n))`, σ_n the compression. The roughness
+/// angle is never negative, and the whole never above 70°.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BartonBandis {
+    /// Joint roughness coefficient JRC.
+    pub jrc: f64,
+    /// Joint wall compressive strength JCS `[Pa]`.
+    pub jcs: f64,
+    /// Residual friction angle φ_r `[degrees]`.
+    pub residual_friction: f64,
+    /// Tensile strength σ_t `[Pa]`.
+    pub tension: f64,
+    /// `tan ψ`.
+    pub tan_dilation: f64,
+}
+
+impl BartonBandis {
+    /// Of a joint of a deck.
+    #[must_use]
+    pub fn new(joint: &Joint, jrc: f64, jcs: f64) -> Self {
+        Self {
+            jrc,
+            jcs,
+            residual_friction: joint.residual_friction.unwrap_or(0.0),
+            tension: joint.tension.unwrap_or(0.0),
+            tan_dilation: joint.dilation.unwrap_or(0.0).to_radians().tan(),
+        }
+    }
+}
+
+impl JointLaw for BartonBandis {
+    fn tension(&self) -> f64 {
+        self.tension
+    }
+
+    fn peak(&self, normal: f64) -> f64 {
+        if normal >= 0.0 {
+            return 0.0;
+        }
+        let roughness = (self.jrc * (self.jcs / -normal).log10()).max(0.0);
+        let angle = (self.residual_friction + roughness).min(STEEPEST.max(self.residual_friction));
+        -normal * angle.to_radians().tan()
+    }
+
+    fn residual(&self, normal: f64) -> f64 {
+        (-normal * self.residual_friction.to_radians().tan()).max(0.0)
+    }
+
+    fn tan_dilation(&self) -> f64 {
+        self.tan_dilation
+    }
+}

@@ -1,0 +1,177 @@
+//! §5: what one point of a joint bears. Formulas of a point; no mesh, no loop over pairs.
+//!
+//! A [`JointLaw`] says at which tractions a bonded point fails and what a failed point still
+//! bears. A law of your own is one file: strengths as functions of the normal traction are enough,
+//! the springs with friction and softening ([`response`]) are provided.
+//!
+//! Tension and opening are positive; the normal points from side a to side b.
+
+mod barton_bandis;
+mod mohr_coulomb;
+pub(crate) mod response;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::deck::Joint;
+
+pub use barton_bandis::BartonBandis;
+pub use mohr_coulomb::MohrCoulomb;
+
+/// Traction on side a of a joint, from side b `[Pa]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Traction {
+    /// Normal traction `T_n`, tension positive `[Pa]`.
+    pub normal: f64,
+    /// Shear traction `T_s`, in the plane of the joint `[Pa]`.
+    pub shear: Vector3<f64>,
+}
+
+/// Displacement of side b against side a, from where the springs bear nothing `[m]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Opening {
+    /// Along the normal, opening positive `[m]`.
+    pub normal: f64,
+    /// In the plane of the joint `[m]`.
+    pub shear: Vector3<f64>,
+}
+
+/// Stiffness of the springs of a failed point `[Pa/m]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stiffness {
+    /// k_n `[Pa/m]`.
+    pub normal: f64,
+    /// k_s `[Pa/m]`.
+    pub shear: f64,
+}
+
+/// How a point failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// The shear strength was passed, eq. (12).
+    Shear,
+    /// The tensile strength was passed.
+    Tension,
+}
+
+/// What a failed point remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Memory {
+    /// Slip s of side b against side a `[m]`.
+    pub slip: Vector3<f64>,
+    /// Opening that slip over the roughness has made, `tan ψ` for each unit of slip `[m]`.
+    pub dilation: f64,
+    /// Part of the peak strength that is lost: 0 at the peak, 1 where the residual is left.
+    pub damage: f64,
+    /// Distance of the faces, negative where they press on each other `[m]`.
+    pub gap: f64,
+    /// Traction at the last step `[Pa]`.
+    pub traction: Traction,
+}
+
+/// Energy that a point has lost for each unit of area `[J/m²]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loss {
+    /// To friction, less the work of dilation against the normal traction.
+    pub friction: f64,
+    /// To fracture.
+    pub fracture: f64,
+}
+
+/// Inelastic opening and slip after which nothing of the peak strength is left `[m]`; 0 is brittle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Softening {
+    /// `2 G_I / σ_t`.
+    pub opening: f64,
+    /// `2 G_II / (c − c_r)`.
+    pub slip: f64,
+}
+
+/// The strength of a joint, before and after failure.
+pub trait JointLaw: Debug + Send + Sync {
+    /// Tensile strength σ_t `[Pa]`.
+    fn tension(&self) -> f64;
+
+    /// Shear strength of a bonded point under a normal traction `[Pa]`, not negative.
+    fn peak(&self, normal: f64) -> f64;
+
+    /// Shear strength of a failed, closed point under a normal traction `[Pa]`, not negative.
+    fn residual(&self, normal: f64) -> f64;
+
+    /// `tan ψ`: opening for each unit of slip.
+    fn tan_dilation(&self) -> f64 {
+        0.0
+    }
+
+    /// How the strength goes from peak to residual; `None`: at once.
+    fn softening(&self) -> Option<Softening> {
+        None
+    }
+
+    /// Mode in which a bonded point fails under a traction, eq. (12).
+    #[doc(alias = "eq 12")]
+    fn failure(&self, normal: f64, shear: f64) -> Option<Mode> {
+        if normal > self.tension() {
+            Some(Mode::Tension)
+        } else {
+            (shear > self.peak(normal)).then_some(Mode::Shear)
+        }
+    }
+
+    /// Whether any of some points fails. One call for many points: the loop is compiled for
+    /// each law.
+    fn any_failure(&self, normal: &[f64], shear: &[f64]) -> bool {
+        let tension = self.tension();
+        let mut any = false;
+        for (&normal, &shear) in normal.iter().zip(shear) {
+            any |= normal > tension || shear > self.peak(normal);
+        }
+        any
+    }
+
+    /// By what a traction of a bonded point can be divided until it no longer fails, to a part in
+    /// a thousand; 1 when it does not fail.
+    fn overload(&self, normal: f64, shear: f64) -> f64 {
+        let fails = |by: f64| self.failure(normal / by, shear / by).is_some();
+        if !fails(1.0) {
+            return 1.0;
+        }
+        let (mut low, mut high) = (1.0, 2.0);
+        while fails(high) && high < 1e12 {
+            (low, high) = (high, 2.0 * high);
+        }
+        while high - low > 1e-3 * low {
+            let middle = 0.5 * (low + high);
+            if fails(middle) { low = middle } else { high = middle }
+        }
+        high
+    }
+
+    /// Traction of a failed point at an opening, left in its memory; returns what it loses on
+    /// the way there.
+    fn respond(&self, stiffness: Stiffness, opening: Opening, memory: &mut Memory) -> Loss {
+        response::respond(self, stiffness, opening, memory)
+    }
+}
+
+/// Laws of joints by their number; `None` never fails.
+pub(crate) type Laws = Vec<Option<Arc<dyn JointLaw>>>;
+
+/// Laws of the joints of a deck, in the order of their names.
+pub(crate) fn laws(joints: &BTreeMap<String, Joint>) -> Laws {
+    let law = |joint: &Joint| -> Option<Arc<dyn JointLaw>> {
+        if !joint.breaks() {
+            return None;
+        }
+        Some(match (joint.jrc, joint.jcs) {
+            (Some(jrc), Some(jcs)) => Arc::new(BartonBandis::new(joint, jrc, jcs)),
+            _ => Arc::new(MohrCoulomb::new(joint)),
+        })
+    };
+    joints.values().map(law).collect()
+}

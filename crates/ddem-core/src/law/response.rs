@@ -1,0 +1,132 @@
+//! The springs of a failed point: contact, friction with slip, softening.
+//!
+//! One damage D runs from 0 at the peak to 1, where the residual is left:
+//!
+//! ```text
+//! tension   T_n ≤ (1−D) σ_t, unloading along the secant; no tension at D = 1
+//! pressure  T_n = k_n (δ_n − dilation), negative
+//! shear     T_s = k_s (δ_s − s),  |T_s| ≤ (1−D) peak(T_n) + D residual(T_n)
+//! ```
+//!
+//! D grows by the inelastic opening over `2G_I/σ_t` and by slip over `2G_II/(c − c_r)`: pure
+//! opening takes `G_I` for each unit of area and pure sliding `G_II` above the residual, whatever
+//! the stiffness. The residual acts on closed faces only, so that an open point without bond
+//! bears nothing and forgets where it stuck.
+
+use super::{JointLaw, Loss, Memory, Opening, Softening, Stiffness, Traction};
+
+/// See [`JointLaw::respond`].
+pub(super) fn respond<L: JointLaw + ?Sized>(
+    law: &L,
+    stiffness: Stiffness,
+    opening: Opening,
+    memory: &mut Memory,
+) -> Loss {
+    let before = *memory;
+    let softening = law.softening().unwrap_or_default();
+    let gap = opening.normal - before.dilation;
+    let tension = law.tension();
+    let normal = if gap > 0.0 {
+        memory.damage = opened(tension, stiffness.normal, softening, gap, before.damage);
+        secant(tension, stiffness.normal, softening, memory.damage) * gap
+    } else {
+        if before.damage < 1.0 && softening.opening == 0.0 && softening.slip == 0.0 {
+            memory.damage = 1.0;
+        }
+        stiffness.normal * gap
+    };
+    memory.gap = gap;
+    memory.traction.normal = normal;
+    slide(law, stiffness.shear, softening, opening, memory);
+    if gap <= 0.0 {
+        // Slip back over the roughness closes what slip made.
+        let further = memory.slip.norm() - before.slip.norm();
+        memory.dilation = (before.dilation + law.tan_dilation() * further).max(0.0);
+    }
+    loss(law, &before, memory)
+}
+
+/// Damage after opening to a gap.
+fn opened(tension: f64, stiffness: f64, softening: Softening, gap: f64, damage: f64) -> f64 {
+    let elastic = tension / stiffness;
+    if softening.opening <= elastic {
+        return 1.0;
+    }
+    let reached = (gap - elastic) / (softening.opening - elastic);
+    damage.max(reached.min(1.0))
+}
+
+/// Stiffness towards a damaged tensile peak `[Pa/m]`.
+fn secant(tension: f64, stiffness: f64, softening: Softening, damage: f64) -> f64 {
+    if damage <= 0.0 {
+        return stiffness;
+    }
+    if damage >= 1.0 {
+        return 0.0;
+    }
+    let elastic = tension / stiffness;
+    (1.0 - damage) * tension / (elastic + damage * (softening.opening - elastic))
+}
+
+/// Shear: elastic up to the limit, then slip along the traction.
+fn slide<L: JointLaw + ?Sized>(
+    law: &L,
+    stiffness: f64,
+    softening: Softening,
+    opening: Opening,
+    memory: &mut Memory,
+) {
+    let trial = (opening.shear - memory.slip) * stiffness;
+    let size = trial.norm();
+    let (peak, residual) = limits(law, memory);
+    let limit = (1.0 - memory.damage) * peak + memory.damage * residual;
+    if size <= limit {
+        memory.traction.shear = trial;
+        return;
+    }
+    let mut bears = residual;
+    if memory.damage < 1.0 {
+        // The limit falls while the point slips: both at once.
+        let fall =
+            if softening.slip > 0.0 { (peak - residual) / softening.slip } else { stiffness };
+        let slip = (size - limit) / (stiffness - fall);
+        let damage = memory.damage + slip / softening.slip;
+        memory.damage = if fall < stiffness && damage < 1.0 { damage } else { 1.0 };
+        bears = (1.0 - memory.damage) * peak + memory.damage * residual;
+    }
+    memory.traction.shear = if bears > 0.0 { trial * (bears / size) } else { trial * 0.0 };
+    memory.slip =
+        if bears > 0.0 { opening.shear - memory.traction.shear / stiffness } else { opening.shear };
+}
+
+/// Peak and residual shear strength; the residual acts on closed faces only.
+fn limits<L: JointLaw + ?Sized>(law: &L, memory: &Memory) -> (f64, f64) {
+    let normal = memory.traction.normal;
+    let residual = if memory.gap <= 0.0 { law.residual(normal) } else { 0.0 };
+    let peak = if memory.damage < 1.0 { law.peak(normal) } else { residual };
+    // Softening never makes stronger.
+    (peak.max(residual), residual)
+}
+
+/// `∫ T · d(inelastic opening and slip)` by the trapezoidal rule, which is that of the step.
+fn loss<L: JointLaw + ?Sized>(law: &L, before: &Memory, after: &Memory) -> Loss {
+    let mut loss = Loss::default();
+    let (old, new): (Traction, Traction) = (before.traction, after.traction);
+    if before.gap > 0.0 && after.gap > 0.0 {
+        // Area between two secants.
+        loss.fracture = 0.5 * (old.normal * after.gap - new.normal * before.gap);
+    }
+    let slip = after.slip - before.slip;
+    let work = 0.5 * (old.shear + new.shear).dot(&slip);
+    let (_, residual) = limits(law, after);
+    let friction = work.min(residual * slip.norm());
+    loss.fracture += work - friction;
+    loss.friction = friction + 0.5 * (old.normal + new.normal) * (after.dilation - before.dilation);
+    loss
+}
+
+/// Energy that the springs of a failed point hold for each unit of area `[J/m²]`.
+pub(crate) fn stored(stiffness: Stiffness, memory: &Memory) -> f64 {
+    let Traction { normal, shear } = memory.traction;
+    0.5 * normal * memory.gap + 0.5 * shear.norm_squared() / stiffness.shear
+}

@@ -1,0 +1,141 @@
+//! Curves of the laws against their definitions.
+
+use nalgebra::Vector3;
+
+use super::response::stored;
+use super::*;
+
+const STIFFNESS: Stiffness = Stiffness { normal: 4e9, shear: 1.5e9 };
+
+fn coulomb(energy: Option<[f64; 2]>) -> MohrCoulomb {
+    MohrCoulomb::new(&Joint {
+        cohesion: Some(2e6),
+        friction: Some(35.0),
+        tension: Some(1e6),
+        residual_cohesion: Some(0.3e6),
+        residual_friction: Some(25.0),
+        dilation: Some(7.0),
+        fracture_energy: energy,
+        ..Joint::default()
+    })
+}
+
+fn tan(degrees: f64) -> f64 {
+    degrees.to_radians().tan()
+}
+
+/// Leads a point that has just reached its peak along a path and adds up what it loses.
+fn lead(law: &dyn JointLaw, path: impl Iterator<Item = Opening>, start: Memory) -> (Memory, Loss) {
+    let (mut memory, mut sum) = (start, Loss::default());
+    for opening in path {
+        let loss = law.respond(STIFFNESS, opening, &mut memory);
+        sum.friction += loss.friction;
+        sum.fracture += loss.fracture;
+    }
+    (memory, sum)
+}
+
+fn at(normal: f64, shear: f64) -> Opening {
+    Opening { normal, shear: Vector3::new(0.6, 0.8, 0.0) * shear }
+}
+
+#[test]
+fn a_bonded_point_fails_at_its_strength() {
+    let law = coulomb(None);
+    assert_eq!(law.failure(0.999e6, 0.0), None);
+    assert_eq!(law.failure(1.001e6, 0.0), Some(Mode::Tension));
+    let peak = 2e6 + 3e6 * tan(35.0);
+    assert_eq!(law.failure(-3e6, 0.9999 * peak), None);
+    assert_eq!(law.failure(-3e6, 1.0001 * peak), Some(Mode::Shear));
+    let overload = law.overload(2.5e6, 0.0);
+    assert!((overload - 2.5).abs() < 3e-3, "{overload}");
+    assert!(law.any_failure(&[0.0, 0.0], &[0.0, 2.1e6]));
+    assert!(!law.any_failure(&[0.0, 0.9e6], &[1.9e6, 0.0]));
+}
+
+#[test]
+fn pure_opening_takes_its_fracture_energy() {
+    for energy in [200.0, 1000.0] {
+        let law = coulomb(Some([energy, 5000.0]));
+        let (elastic, last) = (1e6 / STIFFNESS.normal, 2.0 * energy / 1e6);
+        let start = Memory {
+            gap: elastic,
+            traction: Traction { normal: 1e6, shear: Vector3::zeros() },
+            ..Memory::default()
+        };
+        // There is a way back on it: unloading takes nothing.
+        let path = (0..=1000).map(|i| f64::from(i) / 1000.0);
+        let path = path
+            .clone()
+            .take(400)
+            .chain((100..400).rev().map(|i| f64::from(i) / 1000.0))
+            .chain(path.skip(100));
+        let path = path.map(|x| at(elastic + x * (last - elastic), 0.0));
+        let (memory, loss) = lead(&law, path, start);
+        assert!((loss.fracture / energy - 1.0).abs() < 1e-9, "{loss:?}");
+        assert_eq!((loss.friction, memory.traction.normal, memory.damage), (0.0, 0.0, 1.0));
+    }
+}
+
+#[test]
+fn pure_sliding_takes_its_fracture_energy_above_the_residual() {
+    let law = coulomb(Some([200.0, 3000.0]));
+    let law = MohrCoulomb { tan_dilation: 0.0, ..law };
+    let elastic = 2e6 / STIFFNESS.shear;
+    let start = Memory {
+        traction: Traction { normal: 0.0, shear: at(0.0, 2e6).shear },
+        ..Memory::default()
+    };
+    let path = (1..=4000).map(|i| at(0.0, elastic + f64::from(i) * 2e-6));
+    let (memory, loss) = lead(&law, path, start);
+    assert_eq!(memory.damage, 1.0);
+    assert!((loss.fracture / 3000.0 - 1.0).abs() < 1e-3, "{loss:?}");
+    let friction = 0.3e6 * memory.slip.norm();
+    assert!((loss.friction / friction - 1.0).abs() < 1e-9, "{loss:?}");
+    assert!((memory.traction.shear.norm() / 0.3e6 - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn sliding_bears_the_residual_and_opens_by_dilation() {
+    let law = coulomb(None);
+    let start = Memory::default();
+    let path = (1..=3000).map(|i| at(-1e-3, f64::from(i) * 1e-6));
+    let (memory, loss) = lead(&law, path, start);
+    let slip = memory.slip.norm();
+    assert!((memory.dilation / (slip * tan(7.0)) - 1.0).abs() < 1e-12);
+    let pressure = -memory.traction.normal;
+    assert!((memory.traction.shear.norm() / (0.3e6 + pressure * tan(25.0)) - 1.0).abs() < 1e-12);
+    // Nothing is gained: work that went in is stored or lost.
+    let work = loss.friction + loss.fracture;
+    assert!(work > 0.0 && stored(STIFFNESS, &memory) > 0.0);
+}
+
+#[test]
+fn an_open_point_bears_nothing_and_forgets_its_stick() {
+    let law = coulomb(None);
+    let (memory, _) = lead(&law, [at(-1e-4, 1e-4), at(1e-5, 2e-3)].into_iter(), Memory::default());
+    assert_eq!(memory.traction, Traction::default());
+    // Closed again where it is, it bears no shear at first.
+    let (memory, _) = lead(&law, [at(-1e-4, 2e-3)].into_iter(), memory);
+    assert!(memory.traction.normal < 0.0);
+    assert!(memory.traction.shear.norm() < 1e-6);
+}
+
+#[test]
+fn barton_bandis_follows_its_curve() {
+    let joint = Joint {
+        residual_friction: Some(28.0),
+        jrc: Some(9.0),
+        jcs: Some(80e6),
+        ..Joint::default()
+    };
+    let law = BartonBandis::new(&joint, 9.0, 80e6);
+    for stress in [0.5e6, 2e6, 10e6] {
+        let exact = stress * tan(28.0 + 9.0 * (80e6_f64 / stress).log10());
+        assert!((law.peak(-stress) / exact - 1.0).abs() < 1e-14);
+        assert!((law.residual(-stress) / (stress * tan(28.0)) - 1.0).abs() < 1e-14);
+    }
+    assert!((law.peak(-1.0) / tan(70.0) - 1.0).abs() < 1e-14, "no steeper than 70°");
+    assert!((law.peak(-500e6) / (500e6 * tan(28.0)) - 1.0).abs() < 1e-14, "no roughness left");
+    assert_eq!(law.peak(0.0), 0.0);
+}

@@ -1,0 +1,107 @@
+//! The first pass of a step: what it reads, where it writes, its working space.
+
+use fearless_simd::{Simd, f64x4};
+
+use crate::assembly::Assembly;
+use crate::breaks::{Look, Losses};
+use crate::element::lattice::Planes;
+use crate::kinematics::Moved;
+use crate::lanes::{LANES, Lanes, splat};
+use crate::pack::{Neighbours, PairPlace};
+use crate::seams::{Seam, Seams};
+
+/// What the internal forces are computed from.
+#[derive(Clone, Copy)]
+pub(crate) struct Input<'a> {
+    pub(crate) moved: Moved<'a>,
+    pub(crate) assembly: &'a Assembly,
+    pub(crate) seams: &'a Seams,
+    pub(crate) look: Look<'a>,
+    /// Bodies by pack and lane that have supports; empty: none.
+    pub(crate) held: &'a [[bool; LANES]],
+}
+
+/// Working space of one task.
+#[derive(Debug, Default)]
+pub(crate) struct Workspace {
+    pub(crate) planes: Planes,
+    /// Local displacements of one lattice.
+    pub(crate) local: Vec<Lanes>,
+    /// Local forces of one lattice.
+    pub(crate) g: Vec<Lanes>,
+    /// The same before some of its elements failed.
+    pub(crate) before: Vec<Lanes>,
+    /// Normal and shear tractions of the pairs.
+    pub(crate) tractions: [Vec<f64>; 2],
+}
+
+/// Where the forces of one pack go: added with the sign of a force on the nodes, `−K u`.
+pub(crate) struct Output<'a> {
+    /// Forces on the pack's own nodes `[N]`, overwritten.
+    pub(crate) f: &'a mut [Lanes],
+    /// Forces on the upper neighbours' nodes `[N]` and torques `[N m]`, overwritten.
+    pub(crate) shares: &'a mut [Lanes],
+    /// Residual torque on the pack's own bodies `[N m]`, overwritten.
+    pub(crate) torque: &'a mut [Lanes; 3],
+    /// Strain energy `[J]` of the bodies and of the joint cells, when it is asked for.
+    pub(crate) energy: Option<&'a mut [Lanes; 2]>,
+    /// What its joints lose, overwritten.
+    pub(crate) losses: &'a mut Losses,
+}
+
+/// Pairs and seam of a face joint.
+pub(crate) type Face<'a> = (&'a [PairPlace], &'a Seam);
+
+impl<'a> Input<'a> {
+    /// Edges of one element of a joint lattice.
+    pub(crate) fn edges(&self, at: (usize, usize)) -> &'a [[Lanes; 3]; 3] {
+        match self.face(at) {
+            Some((_, seam)) => &seam.edges,
+            None => &self.assembly.tables[self.assembly.pack_tables[at.0][at.1] as usize].edges,
+        }
+    }
+
+    /// Pairs and seam of a joint lattice, if it is a face joint.
+    #[inline(always)]
+    pub(crate) fn face(&self, (index, offset): (usize, usize)) -> Option<Face<'a>> {
+        if !offset.is_power_of_two() {
+            return None;
+        }
+        let direction = offset.trailing_zeros() as usize;
+        let packs = self.moved.packs;
+        let places = &packs.shape_of(&packs.packs[index]).pairs[direction];
+        Some((places, self.seams.get(index, direction)?))
+    }
+
+    /// Part of the couple of slip that a body takes against its upper neighbour: all if it alone
+    /// is held, none if only the other is, else half.
+    pub(crate) fn own_part(&self, upper: Neighbours, index: usize) -> Lanes {
+        let held = |pack: usize, lane: usize| {
+            f64::from(u8::from(self.held.get(pack).is_some_and(|lanes| lanes[lane])))
+        };
+        Lanes(std::array::from_fn(|lane| match upper.at(lane) {
+            Some((pack, there)) => 0.5 + 0.5 * (held(index, lane) - held(pack, there)),
+            None => 0.5,
+        }))
+    }
+}
+
+impl Workspace {
+    pub(crate) fn reserve(&mut self, n: usize) {
+        for buffer in [&mut self.local, &mut self.g, &mut self.before] {
+            if buffer.len() < n {
+                buffer.resize(n, Lanes::ZERO);
+            }
+        }
+    }
+}
+
+/// `½ Σ u·g`.
+#[inline(always)]
+pub(crate) fn half_work<S: Simd>(simd: S, u: &[Lanes], g: &[Lanes]) -> f64x4<S> {
+    let mut sum = splat(simd, 0.0);
+    for (u, g) in u.iter().zip(g) {
+        sum += u.load(simd) * g.load(simd);
+    }
+    sum * 0.5
+}

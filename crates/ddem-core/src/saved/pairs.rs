@@ -1,0 +1,123 @@
+//! Broken joints as plain numbers, one for each pair.
+
+use nalgebra::Vector3;
+
+use super::Saved;
+use crate::breaks::{Breaks, Broken, Point};
+use crate::joints::face_places;
+use crate::law::{Memory, Mode, Traction};
+use crate::model::Model;
+
+/// Names of the arrays, and numbers a pair.
+const ARRAYS: [(&str, usize); 8] = [
+    ("pair_mode", 1),
+    ("pair_time", 1),
+    ("pair_origin", 3),
+    ("pair_slip", 3),
+    ("pair_shear", 3),
+    ("pair_normal", 1),
+    ("pair_damage", 1),
+    ("pair_gap", 2),
+];
+
+/// Adds the broken joints, if there are any that a start would not have.
+pub(super) fn save(model: &Model, breaks: &Breaks, saved: &mut Saved) {
+    if *breaks == Breaks::new(&model.packs, &model.assembly, &model.seams) {
+        return;
+    }
+    let mut arrays = ARRAYS.map(|(_, width)| vec![0.0; width * model.n_pairs()]);
+    for (at, lane, first) in face_places(model) {
+        let Some(broken) = breaks.get(at.0, 1 << at.1) else { continue };
+        for (p, points) in broken.points.iter().enumerate() {
+            let numbers = numbers(&points[lane]);
+            for ((array, (_, width)), values) in arrays.iter_mut().zip(ARRAYS).zip(&numbers) {
+                array[width * (first + p)..][..width].copy_from_slice(&values[..width]);
+            }
+        }
+    }
+    for ((name, _), array) in ARRAYS.iter().zip(arrays) {
+        saved.arrays.insert((*name).to_owned(), array);
+    }
+}
+
+/// The broken joints that were saved; `None` when the numbers are not those of this model.
+pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Breaks> {
+    let Model { packs, assembly, seams, .. } = model;
+    let mut breaks = Breaks::new(packs, assembly, seams);
+    if !saved.arrays.contains_key(ARRAYS[0].0) {
+        return Some(breaks);
+    }
+    for (name, width) in ARRAYS {
+        if saved.arrays.get(name)?.len() != width * model.n_pairs() {
+            return None;
+        }
+    }
+    let value = |array: usize, pair: usize| {
+        let (name, width) = ARRAYS[array];
+        &saved.arrays[name][width * pair..][..width]
+    };
+    // Failed pairs first: they say which elements are gone.
+    for (at, lane, first) in face_places(model) {
+        let shape = packs.shape_of(&packs.packs[at.0]);
+        let places = &shape.pairs[at.1];
+        let failed = |p: usize| value(0, first + p)[0] != 0.0;
+        if !(0..places.len()).any(failed) {
+            continue;
+        }
+        let tables = assembly.pack_tables[at.0];
+        let broken = breaks.at(at.0)[1 << at.1]
+            .get_or_insert_with(|| Broken::intact(packs, &packs.packs[at.0], tables, 1 << at.1));
+        for p in (0..places.len()).filter(|&p| failed(p)) {
+            broken.set_failed(places, p, lane);
+        }
+        broken.count(places, seams.get(at.0, at.1)?);
+    }
+    for (at, lane, first) in face_places(model) {
+        let Some(broken) = &mut breaks.at(at.0)[1 << at.1] else { continue };
+        for (p, points) in broken.points.iter_mut().enumerate() {
+            let numbers: [&[f64]; 8] = std::array::from_fn(|array| value(array, first + p));
+            set(&mut points[lane], numbers);
+        }
+    }
+    let cells = breaks.touched(packs, assembly);
+    breaks.remove(packs, assembly, &cells);
+    Some(breaks)
+}
+
+fn numbers(point: &Point) -> [[f64; 3]; 8] {
+    let Memory { slip, dilation, damage, gap, traction } = point.memory;
+    let mode = match point.mode {
+        None => 0.0,
+        Some(Mode::Shear) => 1.0,
+        Some(Mode::Tension) => 2.0,
+    };
+    let one = |x: f64| [x, 0.0, 0.0];
+    [
+        one(mode),
+        one(point.time),
+        point.origin.into(),
+        slip.into(),
+        traction.shear.into(),
+        one(traction.normal),
+        one(damage),
+        [gap, dilation, 0.0],
+    ]
+}
+
+fn set(point: &mut Point, numbers: [&[f64]; 8]) {
+    let [mode, time, origin, slip, shear, normal, damage, gap] = numbers;
+    point.mode = match mode[0] {
+        1.0 => Some(Mode::Shear),
+        2.0 => Some(Mode::Tension),
+        _ => None,
+    };
+    let vector = |v: &[f64]| Vector3::new(v[0], v[1], v[2]);
+    (point.time, point.origin) = (time[0], vector(origin));
+    point.memory = Memory {
+        slip: vector(slip),
+        dilation: gap[1],
+        damage: damage[0],
+        gap: gap[0],
+        traction: Traction { normal: normal[0], shear: vector(shear) },
+    };
+}

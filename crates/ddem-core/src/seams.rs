@@ -1,0 +1,147 @@
+//! What the joint between two bodies is made of, four side by side: areas, stiffnesses, the gap.
+
+use std::collections::HashMap;
+
+use crate::deck::Deck;
+use crate::geometry::Geometry;
+use crate::lanes::{LANES, Lanes};
+use crate::law::Stiffness;
+use crate::pack::{Pack, Packs};
+
+/// Lane without a joint.
+pub(crate) const NO_JOINT: u16 = u16::MAX;
+/// No seam: none of the four lanes has a joint.
+const NO_SEAM: u32 = u32::MAX;
+
+/// Four face joints side by side, of one direction of a pack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Seam {
+    /// Number of each lane's joint, or [`NO_JOINT`].
+    pub(crate) joints: [u16; LANES],
+    /// Whether the joint of a lane is springs from the start.
+    pub(crate) springs: [bool; LANES],
+    /// Unit normal, from a to b.
+    pub(crate) normal: [f64; 3],
+    /// Direction across the joint.
+    direction: usize,
+    /// Edges of one joint element; the one across the joint goes from side a to side b `[m]`.
+    pub(crate) edges: [[Lanes; 3]; 3],
+    /// A quarter of the area of one joint element `[m²]`.
+    pub(crate) quarter: Lanes,
+    /// One over it; 0 where there is no joint.
+    pub(crate) per_quarter: Lanes,
+    /// k_n and k_s `[Pa/m]`.
+    stiffness: [Lanes; 2],
+}
+
+/// The seams of all packs, equal ones once.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Seams {
+    kinds: Vec<Seam>,
+    of_pack: Vec<[u32; 3]>,
+}
+
+impl Seams {
+    pub(crate) fn new(deck: &Deck, geometry: &Geometry, packs: &Packs) -> Self {
+        let joints: Vec<_> = deck
+            .joints
+            .values()
+            .map(|joint| (joint.stiffness(&deck.materials), joint.normal_stiffness.is_some()))
+            .collect();
+        let mut seams = Self::default();
+        let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
+        for pack in &packs.packs {
+            let of_pack = [0, 1, 2].map(|d| {
+                let seam = Seam::new(&joints, geometry, pack, d);
+                if seam.joints == [NO_JOINT; LANES] {
+                    return NO_SEAM;
+                }
+                let kinds = &mut seams.kinds;
+                *known.entry(seam.key()).or_insert_with(|| {
+                    kinds.push(seam);
+                    kinds.len() as u32 - 1
+                })
+            });
+            seams.of_pack.push(of_pack);
+        }
+        seams
+    }
+
+    /// The seam of a pack across a direction, if there is one.
+    #[inline(always)]
+    pub(crate) fn get(&self, pack: usize, direction: usize) -> Option<&Seam> {
+        self.kinds.get(self.of_pack[pack][direction] as usize)
+    }
+}
+
+impl Seam {
+    fn new(
+        joints: &[(Option<[f64; 2]>, bool)],
+        geometry: &Geometry,
+        pack: &Pack,
+        d: usize,
+    ) -> Self {
+        let lattice = geometry.lattice(pack.bodies[0] as usize);
+        let mut seam = Self {
+            joints: [NO_JOINT; LANES],
+            springs: [false; LANES],
+            normal: lattice.normal(d).into(),
+            direction: d,
+            edges: [[Lanes::ZERO; 3]; 3],
+            quarter: Lanes::ZERO,
+            per_quarter: Lanes::ZERO,
+            stiffness: [Lanes::ZERO; 2],
+        };
+        let mut offset = [0; 3];
+        offset[d] = 1;
+        for lane in 0..pack.filled {
+            let body = pack.bodies[lane] as usize;
+            if geometry.neighbour(body, offset).is_none() {
+                continue;
+            }
+            let cell = geometry.bodies[body].cell.map(|c| c as usize);
+            let joint = lattice.joint_above(cell, d);
+            let (stiffness, springs) = joints[joint as usize];
+            (seam.joints[lane], seam.springs[lane]) = (joint, springs);
+            let edges = [0, 1, 2].map(|e| {
+                let gap = lattice.gaps[d][cell[d] + 1];
+                lattice.axes[e] * if e == d { gap } else { lattice.spacing(e, cell[e]) }
+            });
+            for (lanes, edge) in seam.edges.iter_mut().zip(&edges) {
+                (0..3).for_each(|c| lanes[c].0[lane] = edge[c]);
+            }
+            let quarter = edges[(d + 1) % 3].cross(&edges[(d + 2) % 3]).norm() / 4.0;
+            seam.quarter.0[lane] = quarter;
+            seam.per_quarter.0[lane] = 1.0 / quarter;
+            for (lanes, k) in seam.stiffness.iter_mut().zip(stiffness.unwrap_or_default()) {
+                lanes.0[lane] = k;
+            }
+        }
+        seam
+    }
+
+    fn key(&self) -> Vec<u64> {
+        let flags =
+            self.joints.iter().zip(&self.springs).map(|(j, s)| u64::from(*j) << 1 | u64::from(*s));
+        let lanes = self.edges.iter().flatten().chain(&self.stiffness);
+        let numbers = lanes.flat_map(|lanes| lanes.0).chain(self.normal);
+        flags.chain(numbers.map(f64::to_bits)).collect()
+    }
+
+    /// From side a to side b at rest `[m]`.
+    pub(crate) fn gap(&self) -> &[Lanes; 3] {
+        &self.edges[self.direction]
+    }
+
+    /// Stiffness of the springs of a quarter of an element along the axes `[N/m]`.
+    pub(crate) fn diagonal(&self, lane: usize) -> [f64; 3] {
+        let Stiffness { normal, shear } = self.stiffness(lane);
+        self.normal.map(|n| self.quarter.0[lane] * (shear + (normal - shear) * n * n))
+    }
+
+    #[inline(always)]
+    pub(crate) fn stiffness(&self, lane: usize) -> Stiffness {
+        let [normal, shear] = self.stiffness;
+        Stiffness { normal: normal.0[lane], shear: shear.0[lane] }
+    }
+}

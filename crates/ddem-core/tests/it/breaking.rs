@@ -1,0 +1,195 @@
+//! §5: joints that fail, as a whole model shows it.
+
+use ddem_core::deck::{Damping, Deck, Fix, Joint, Load, TimeStep};
+use ddem_core::{FIELDS, On, Simd, Simulation};
+
+use crate::decks::*;
+
+/// A thick joint of clay (0), or springs with (1) or without (2) thickness.
+fn seam(kind: usize) -> Joint {
+    match kind {
+        0 => Joint { thickness: 0.02, material: Some("clay".into()), ..Joint::default() },
+        _ => Joint {
+            thickness: if kind == 1 { 0.02 } else { 0.0 },
+            normal_stiffness: Some(2e11),
+            shear_stiffness: Some(6e10),
+            ..Joint::default()
+        },
+    }
+}
+
+fn with_seam(mut deck: Deck, joint: Joint) -> Deck {
+    deck.joints.insert("seam".into(), joint);
+    deck
+}
+
+fn weak(joint: Joint) -> Joint {
+    Joint {
+        cohesion: Some(1e5),
+        friction: Some(30.0),
+        tension: Some(4e4),
+        residual_friction: Some(20.0),
+        dilation: Some(5.0),
+        ..joint
+    }
+}
+
+fn pair_field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
+    let field = FIELDS.iter().find(|field| field.on == On::Pair && field.name == name);
+    field.map(|field| (field.fill)(simulation)).unwrap_or_else(|| panic!("no field {name}"))
+}
+
+fn start(simulation: &mut Simulation, damping: Damping) {
+    simulation.start(damping, TimeStep::Auto, None).unwrap_or_else(|error| panic!("{error}"));
+}
+
+fn steps(simulation: &mut Simulation, count: usize) {
+    for _ in 0..count {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+/// Eight blocks that turn and are pushed through each other: everything fails and slides.
+fn torn(joint: Joint) -> Simulation {
+    let mut simulation = simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 2, 0.02), joint));
+    let (n, mut random) = (simulation.model().n_nodes(), Random::new(7));
+    let pushes: Vec<Vec3> = (0..8).map(|_| random.vector() * 0.6).collect();
+    let velocities: Vec<[f64; 3]> = (0..n)
+        .map(|node| {
+            let x = Vec3::from(simulation.model().point(node)) - Vec3::repeat(1.0);
+            let push = pushes[simulation.model().block_of(node)];
+            (Vec3::new(0.7, -0.4, 1.1).cross(&x) - x * 0.5 + push).into()
+        })
+        .collect();
+    simulation.set_velocities(&velocities);
+    start(&mut simulation, Damping::None);
+    simulation
+}
+
+/// Momentum and angular momentum about the origin, and the sums of their sizes.
+fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
+    let (mut sums, mut sizes) = ([Vec3::zeros(); 2], [0.0; 2]);
+    for (node, v) in simulation.velocities().into_iter().enumerate() {
+        let x =
+            Vec3::from(simulation.model().point(node)) + Vec3::from(simulation.displacement(node));
+        let p = Vec3::from(v) * simulation.model().mass(node);
+        for (k, part) in [p, x.cross(&p)].into_iter().enumerate() {
+            sums[k] += part;
+            sizes[k] += part.norm();
+        }
+    }
+    (sums, sizes)
+}
+
+#[test]
+fn momentum_is_kept_while_everything_breaks_and_slides() {
+    for kind in 0..3 {
+        let mut simulation = torn(weak(seam(kind)));
+        let (first, sizes) = momenta(&mut simulation);
+        let before = simulation.energy().balance;
+        steps(&mut simulation, 1500);
+        let (last, _) = momenta(&mut simulation);
+        let change = [0, 1].map(|k| (last[k] - first[k]).norm() / sizes[k]);
+        let failed: u64 = simulation.failed_pairs().iter().sum();
+        let slip = pair_field(&mut simulation, "slip");
+        let most = slip.iter().fold(0.0, |most: f64, s| most.max(s.abs()));
+        let energy = simulation.energy();
+        println!(
+            "{kind}: {change:?} failed {failed} of {} slip {most} {energy:?}",
+            simulation.model().n_pairs()
+        );
+        assert!(failed as usize > simulation.model().n_pairs() * 9 / 10, "{failed}");
+        assert!(most > 1e-3, "{most}");
+        assert!(change[0] < 1e-13 && change[1] < 1e-13, "joint {kind}: {change:?}");
+        let exchanged = energy.friction + energy.fracture;
+        let balance = energy.balance - before;
+        println!("balance {balance}");
+        assert!(balance.abs() < 0.01 * exchanged, "{balance} {energy:?}");
+    }
+}
+
+/// Where a pair stays bonded its traction is what it would be had nothing failed.
+#[test]
+fn no_traction_jumps_at_a_pair_that_stays_bonded() {
+    for kind in 0..3 {
+        let mut tough = simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), seam(kind)));
+        let mut brittle =
+            simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), weak(seam(kind))));
+        let mut random = Random::new(3);
+        let n = tough.model().n_nodes();
+        let u: Vec<[f64; 3]> = (0..n).map(|_| (random.vector() * 3e-7).into()).collect();
+        for simulation in [&mut tough, &mut brittle] {
+            simulation.set_displacements(&u);
+            start(simulation, Damping::None);
+        }
+        let (expected, found) = (tough.tractions(), brittle.tractions());
+        let state = pair_field(&mut brittle, "state");
+        let failed = state.iter().filter(|state| **state != 0.0).count();
+        assert!(failed > 0 && failed < state.len() / 2, "{failed} of {}", state.len());
+        let scale = largest(&expected);
+        let mut most: f64 = 0.0;
+        for ((state, a), b) in state.iter().zip(&expected).zip(&found) {
+            if *state == 0.0 {
+                most = most.max((Vec3::from(*a) - Vec3::from(*b)).norm() / scale);
+            }
+        }
+        assert!(most < 1e-12, "joint {kind}: {most}");
+    }
+}
+
+/// A column of two blocks, pulled apart or pushed sideways by a lid that is driven.
+fn driven(joint: Joint, velocity: [f64; 3], load: f64) -> Simulation {
+    let mut deck = with_seam(deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.02), joint);
+    deck.fix.push(fix(plane(2, 0.0), "xyz"));
+    deck.fix.push(Fix {
+        velocity: Some(velocity),
+        ..fix(plane(2, 2.0), if load == 0.0 { "xyz" } else { "xy" })
+    });
+    if load != 0.0 {
+        deck.load.push(Load { region: plane(2, 2.0), pressure: Some(load), ..Load::default() });
+    }
+    simulation(&deck)
+}
+
+#[test]
+fn strength_far_above_the_load_changes_no_bit() {
+    for kind in 0..3 {
+        let strong =
+            Joint { cohesion: Some(1e15), friction: Some(30.0), tension: Some(1e15), ..seam(kind) };
+        let results = [seam(kind), strong].map(|joint| {
+            let mut simulation = driven(joint, [0.3, 0.1, 0.2], 0.0);
+            start(&mut simulation, Damping::Ratio(0.02));
+            steps(&mut simulation, 300);
+            (bits(&simulation.displacements()), bits(&simulation.tractions()))
+        });
+        assert!(results[0] == results[1], "joint {kind}");
+    }
+}
+
+#[test]
+fn threads_and_instruction_sets_change_no_bit_of_what_breaks() {
+    let run = |simd: Simd, threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap_or_else(|error| panic!("{error}")).install(|| {
+            let mut deck = with_seam(deck([3, 3, 3], [3.0; 3], 4, 0.02), weak(seam(0)));
+            deck.model.gravity = [3.0, 0.5, -9.81];
+            deck.fix.push(fix(plane(2, 0.0), "xyz"));
+            let mut simulation = Simulation::with_simd(model(&deck), simd);
+            start(&mut simulation, Damping::None);
+            steps(&mut simulation, 700);
+            let energy = simulation.energy();
+            let numbers = [energy.friction, energy.fracture, energy.balance].map(f64::to_bits);
+            let slips: Vec<u64> =
+                pair_field(&mut simulation, "slip").into_iter().map(f64::to_bits).collect();
+            (simulation.failed_pairs(), bits(&simulation.displacements()), slips, numbers)
+        })
+    };
+    let first = run(Simd::available()[0].1, 1);
+    println!("{:?}", first.0);
+    assert!(first.0.iter().sum::<u64>() > 100, "{:?}", first.0);
+    for (name, simd) in Simd::available() {
+        for threads in [2, 3] {
+            assert!(run(simd, threads) == first, "{name}, {threads} threads");
+        }
+    }
+}
