@@ -46,10 +46,17 @@ impl Curve {
         self.points[up..].windows(2).map(trapezium).sum()
     }
 
+    fn end(&self) -> f64 {
+        self.points.last().expect("samples")[1]
+    }
+
     fn way(&self) -> f64 {
         self.points.last().expect("samples")[0]
     }
 }
+
+/// Shear stiffness of the spring joint with the rock on both sides `[Pa/m]`.
+const HELD: f64 = 1.0 / (1.0 / 2e8 + 0.1 / 7.2e9);
 
 fn tan(degrees: f64) -> f64 {
     degrees.to_radians().tan()
@@ -60,35 +67,50 @@ fn pressed(deck: &str, pressure: f64) -> Run {
     run(&edited(&example(deck), "pressure = 1e6 ", &format!("pressure = {pressure:e} ")))
 }
 
-fn brittle(deck: &str, stiffness: f64, tolerance: f64) {
-    let case = of(deck);
+#[test]
+fn a_thick_joint() {
+    let case = of("v05_shear_thick");
+    let stiffness = 2e7 / 0.001;
     for pressure in [0.5e6, 1e6, 2e6, 5e6] {
-        let run = pressed(deck, pressure);
+        let run = pressed(case.deck, pressure);
         let curve = Curve::of(&run);
         let under = format!("under {} MPa", pressure / 1e6);
         let is = |what: &str, exact: f64, computed: f64, tolerance| {
             check(case, &format!("{what}, {under}"), exact, computed, Relative(tolerance));
         };
-        is("shear stiffness [Pa/m]", stiffness, curve.stiffness(), tolerance);
+        is("shear stiffness [Pa/m]", stiffness, curve.stiffness(), 1e-3);
         is("peak [Pa]", 1e6 + pressure * tan(30.0), curve.peak(), 5e-3);
         let residual = 0.1e6 + pressure * tan(25.0);
         is("residual [Pa]", residual, curve.residual(), 5e-3);
         let slip = curve.way() - residual / stiffness;
         is("opening / slip", tan(5.0), curve.risen / slip, 5e-3);
-        assert_eq!(run.summary.failed_pairs.shear, 9);
-        assert_eq!(run.summary.failed_pairs.tension, 0);
+        assert_eq!([run.summary.failed_pairs.shear, run.summary.failed_pairs.tension], [9, 0]);
         closes(case, &format!(", {under}"), &run);
     }
 }
 
 #[test]
-fn a_thick_joint() {
-    brittle("v05_shear_thick", 2e7 / 0.001, 1e-3);
-}
-
-#[test]
 fn a_spring_joint_without_thickness() {
-    brittle("v05_shear_spring", 1.0 / (1.0 / 2e8 + 0.1 / 7.2e9), 5e-3);
+    let case = of("v05_shear_spring");
+    let normal = 1.0 / (1.0 / 6e8 + 0.1 / 21.6e9);
+    for pressure in [0.5e6, 1e6, 2e6, 5e6] {
+        let run = pressed(case.deck, pressure);
+        let curve = Curve::of(&run);
+        let is = |what: &str, exact: f64, computed: f64| {
+            let what = format!("{what}, under {} MPa", pressure / 1e6);
+            check(case, &what, exact, computed, Relative(5e-3));
+        };
+        is("shear stiffness [Pa/m]", HELD, curve.stiffness());
+        is("peak [Pa]", 1e6 + pressure * tan(30.0), curve.peak());
+        let pressed = pressure + normal * curve.way() * tan(5.0);
+        let coupled = 1.0 + normal / HELD * tan(5.0) * tan(25.0);
+        let end = (0.1e6 + pressed * tan(25.0)) / coupled;
+        is("shear stress at the end [Pa]", end, curve.end());
+        let opened = (curve.way() - end / HELD) * tan(5.0);
+        is("pressure at the end [Pa]", pressure + normal * opened, run.last("box.z"));
+        assert_eq!([run.summary.failed_pairs.shear, run.summary.failed_pairs.tension], [9, 0]);
+        closes(case, &format!(", under {} MPa", pressure / 1e6), &run);
+    }
 }
 
 /// The linear softening of the cohesion: exact peak, residual, and energies.
@@ -112,8 +134,7 @@ fn softens(case: Case, what: &str, run: &Run, stiffness: f64, residual_cohesion:
 fn softening_takes_the_fracture_energy() {
     let case = of("v05_shear_softening");
     let run = run(&example(case.deck));
-    let stiffness = 1.0 / (1.0 / 2e8 + 0.1 / 7.2e9);
-    softens(case, "spring joint", &run, stiffness, 0.2e6, 1e4);
+    softens(case, "spring joint", &run, HELD, 0.2e6, 1e4);
 }
 
 #[test]

@@ -90,7 +90,7 @@ fn the_deeper_plane_fails_at_a_load_between_the_bounds() {
     check(case, "load at first slip [Pa]", slips, 0.2e6 + 0.2e6 * first.1, Relative(1e-2));
     check(case, "y of the first slip [m]", place.y, first.0[1], Between(0.0, 0.0));
     let upper = failures(&run, 5.0);
-    let first_above = upper.iter().map(|pair| pair.1).fold(0.15, f64::min);
+    let first_above = upper.iter().map(|pair| pair.1).fold(0.12, f64::min);
     check(case, "first slip of z = 2 before z = 5 [s]", first_above, first.1, AtMost);
     let at_far_side = deeper.iter().filter(|(at, _)| at[1] > 3.9).map(|(_, time)| *time);
     let at_far_side = at_far_side.fold(f64::INFINITY, f64::min);
@@ -102,8 +102,8 @@ fn the_deeper_plane_fails_at_a_load_between_the_bounds() {
     let equilibrium = COHESION * 4.0 / 6.0 + WEIGHT * 4.0 * friction();
     let bounds = Between(slips.floor(), equilibrium.ceil());
     check(case, "limit load, between the bounds [Pa]", slips, found, bounds);
-    let slower = edited(&text, "ramp = 0.15 ", "ramp = 0.3 ");
-    let slower = super::shared::run(&edited(&slower, "duration = 0.15 ", "duration = 0.3 "));
+    let slower = edited(&text, "ramp = 0.12 ", "ramp = 0.24 ");
+    let slower = super::shared::run(&edited(&slower, "duration = 0.12 ", "duration = 0.24 "));
     let what = "limit load / that of a loading half as fast";
     check(case, what, 1.0, found / limit(&slower, 0.1e6), Relative(2e-2));
     closes(case, "", &run);
