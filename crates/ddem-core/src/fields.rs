@@ -226,7 +226,7 @@ impl Simulation {
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
         trial.clone_from(&state.breaks);
-        crate::step::forces(context.pass(&state.u, false), &mut trial, scratch);
+        crate::step::forces(context.pass((&state.u, &state.v), false), &mut trial, scratch);
         scratch.trial = trial;
     }
 

@@ -17,6 +17,8 @@ pub(crate) struct Input<'a> {
     pub(crate) assembly: &'a Assembly,
     pub(crate) seams: &'a Seams,
     pub(crate) look: Look<'a>,
+    /// Velocities of the last half step and its time step, if there was one.
+    pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Bodies by pack and lane that have supports; empty: none.
     pub(crate) held: &'a [[bool; LANES]],
 }
@@ -31,6 +33,8 @@ pub(crate) struct Workspace {
     pub(crate) g: Vec<Lanes>,
     /// The same before some of its elements failed.
     pub(crate) before: Vec<Lanes>,
+    /// The way of its nodes in the last step.
+    pub(crate) way: Vec<Lanes>,
     /// Normal and shear tractions of the pairs.
     pub(crate) tractions: [Vec<f64>; 2],
 }
@@ -88,7 +92,7 @@ impl<'a> Input<'a> {
 
 impl Workspace {
     pub(crate) fn reserve(&mut self, n: usize) {
-        for buffer in [&mut self.local, &mut self.g, &mut self.before] {
+        for buffer in [&mut self.local, &mut self.g, &mut self.before, &mut self.way] {
             if buffer.len() < n {
                 buffer.resize(n, Lanes::ZERO);
             }

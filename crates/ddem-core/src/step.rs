@@ -59,6 +59,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) failing: Option<f64>,
     /// Present time `[s]`.
     pub(crate) time: f64,
+    /// Velocities of the last half step and its time step, if there was one.
+    pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Bodies by pack and lane that have supports.
     pub(crate) held: &'a [[bool; LANES]],
     /// Without the rotations of the blocks, whatever the kinematics.
@@ -69,7 +71,16 @@ pub(crate) struct Pass<'a> {
 impl<'a> Pass<'a> {
     /// The linear model, in which nothing fails.
     pub(crate) fn linear(model: &'a Model, u: &'a [Lanes]) -> Self {
-        Self { model, u, failing: None, time: 0.0, held: &[], linear: true, energies: false }
+        Self {
+            model,
+            u,
+            failing: None,
+            time: 0.0,
+            last: None,
+            held: &[],
+            linear: true,
+            energies: false,
+        }
     }
 }
 
@@ -81,7 +92,7 @@ pub(crate) fn step(
     state: &mut State,
     scratch: &mut Scratch,
 ) -> (Sums, Losses) {
-    let losses = forces(context.pass(&state.u, false), &mut state.breaks, scratch);
+    let losses = forces(context.pass((&state.u, &state.v), false), &mut state.breaks, scratch);
     let sums = advance(context, state, scratch);
     state.steps += 1;
     let (time, step) = state.origin;
@@ -99,7 +110,7 @@ pub(crate) fn balance(
     scratch: &mut Scratch,
     energies: bool,
 ) -> (Sums, Losses) {
-    let losses = forces(context.pass(u, energies), breaks, scratch);
+    let losses = forces(context.pass((u, v), energies), breaks, scratch);
     let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
     let fixed = (v, frames, shares);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
@@ -126,13 +137,14 @@ pub(crate) fn forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch)
 }
 
 pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
-    let Pass { model, u, failing, time, held, linear, .. } = pass;
+    let Pass { model, u, failing, time, last, held, linear, .. } = pass;
     let frames = (model.corotational() && !linear).then_some(frames);
     Input {
         moved: Moved { packs: &model.packs, u, frames },
         assembly: &model.assembly,
         seams: &model.seams,
         look: Look { failing, time, laws: &model.laws },
+        last,
         held,
     }
 }
@@ -455,7 +467,7 @@ fn applied(q: Option<&[Lanes]>, supports: &[Support], reactions: &[f64], first: 
 }
 
 impl<'a> Context<'a> {
-    pub(crate) fn pass<'b>(&self, u: &'b [Lanes], energies: bool) -> Pass<'b>
+    pub(crate) fn pass<'b>(&self, (u, v): (&'b [Lanes], &'b [Lanes]), energies: bool) -> Pass<'b>
     where
         'a: 'b,
     {
@@ -464,6 +476,7 @@ impl<'a> Context<'a> {
             u,
             failing: self.failing,
             time: self.time,
+            last: (!self.motion.start).then_some((v, self.motion.time_step)),
             held: &self.active.held_bodies,
             linear: false,
             energies,

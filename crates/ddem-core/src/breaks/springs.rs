@@ -74,41 +74,43 @@ impl Broken {
     }
 
     /// Hands the forces of elements that are gone over to springs, without a jump at any pair:
-    /// `before` are the forces with them, `after` without.
+    /// `before` are the forces with them, `after` without; `way` is that of the nodes in the last
+    /// step.
     pub(crate) fn take_over(
         &mut self,
         (places, seam): (&[PairPlace], &Seam),
-        local: &[Lanes],
-        (before, after): (&[Lanes], &[Lanes]),
+        (local, way): (&[Lanes], &[Lanes]),
+        [before, after]: [&[Lanes]; 2],
         losses: &mut Losses,
     ) {
-        let mut held = 0.0;
-        for ((u, before), after) in local.iter().zip(before).zip(after) {
-            held += Lanes(std::array::from_fn(|l| 0.5 * u.0[l] * (before.0[l] - after.0[l]))).sum();
-        }
         let normal = Vector3::from(seam.normal);
+        losses.fracture += lost(local, [before, after]);
         let old: Vec<[u8; LANES]> = self.points.iter().map(|p| p.map(|p| p.quarters)).collect();
         self.count(places, seam);
-        for (p, place) in places.iter().enumerate() {
+        for (p, (place, old)) in places.iter().zip(old).enumerate() {
             for lane in 0..LANES {
                 let point = &mut self.points[p][lane];
-                let quarters = std::mem::replace(&mut point.quarters, old[p][lane]);
-                let force = point.force(seam, lane, place, local);
-                point.quarters = quarters;
-                if quarters != old[p][lane] {
-                    let gone =
-                        element_force(before, place, lane) - element_force(after, place, lane);
-                    held += point.energy(seam, lane, force, old[p][lane]);
-                    let force = force + gone;
-                    held -= point.energy(seam, lane, force, quarters);
-                    let k = seam.stiffness(lane);
-                    let traction = split(force / point.area(seam, lane), normal);
-                    let elastic = normal * (traction.normal / k.normal) + traction.shear / k.shear;
-                    point.origin = across(local, place, lane) - elastic;
+                if point.quarters == old[lane] {
+                    continue;
                 }
+                let springs =
+                    Point { quarters: old[lane], ..*point }.force(seam, lane, place, local);
+                let gone = [before, after].map(|g| element_force(g, place, lane));
+                let force = springs + gone[0] - gone[1];
+                losses.fracture += energy(seam, lane, springs, old[lane]);
+                losses.fracture -= energy(seam, lane, force, point.quarters);
+                let k = seam.stiffness(lane);
+                let traction = split(force / point.area(seam, lane), normal);
+                let elastic = normal * (traction.normal / k.normal) + traction.shear / k.shear;
+                point.origin = across(local, place, lane) - elastic;
+                // What both nodes felt alike is gone before it could do its half of the work on
+                // the last way.
+                let [a, b] = place.sides;
+                let alike = [a, b].map(|node| at(before, node, lane) - at(after, node, lane));
+                let ways = at(way, a, lane) + at(way, b, lane);
+                losses.fracture -= 0.25 * (alike[0] + alike[1]).dot(&ways);
             }
         }
-        losses.fracture += held;
         // What a pair bore when it failed is where its law begins.
         for &(p, lane) in &self.fresh {
             let (place, lane) = (&places[p as usize], lane as usize);
@@ -121,10 +123,11 @@ impl Broken {
     }
 
     /// Adds the forces of the springs to `g`, the forces `K u` of the elements that are left.
+    /// `way` is that of the nodes in the last step, if pairs have just failed.
     pub(crate) fn pull(
         &mut self,
         (places, seam): (&[PairPlace], &Seam),
-        look: Look<'_>,
+        (look, way): (Look<'_>, Option<&[Lanes]>),
         (local, g): (&[Lanes], &mut [Lanes]),
         losses: &mut Losses,
     ) -> Pull {
@@ -142,9 +145,18 @@ impl Broken {
                 let opening = Opening { normal: opening.normal, shear: opening.shear };
                 let law = law_of(look.laws, seam, lane).filter(|_| point.mode.is_some());
                 if let Some(law) = law {
+                    let bore = point.memory.traction;
                     let loss = law.respond(k, opening, &mut point.memory);
                     losses.friction += area * loss.friction;
                     losses.fracture += area * loss.fracture;
+                    if let Some(way) = way.filter(|_| self.fresh.contains(&(p as u32, lane as u8)))
+                    {
+                        // What the joint bore is gone before it could do its half of the work on
+                        // the last way.
+                        let now = point.memory.traction;
+                        let gone = normal * (bore.normal - now.normal) + bore.shear - now.shear;
+                        losses.fracture -= 0.5 * area * gone.dot(&across(way, place, lane));
+                    }
                 } else {
                     point.memory.traction = Traction {
                         normal: k.normal * opening.normal,
@@ -184,17 +196,26 @@ impl Point {
         let opening = split(across(local, place, lane) - self.origin, normal);
         (normal * (k.normal * opening.normal) + opening.shear * k.shear) * self.area(seam, lane)
     }
+}
 
-    /// Energy of springs over some quarters that bear a force `[J]`.
-    fn energy(&self, seam: &Seam, lane: usize, force: Vector3<f64>, quarters: u8) -> f64 {
-        if quarters == 0 {
-            return 0.0;
-        }
-        let force = split(force, Vector3::from(seam.normal));
-        let k = seam.stiffness(lane);
-        let both = force.normal * force.normal / k.normal + force.shear.norm_squared() / k.shear;
-        0.5 * both / (seam.quarter.0[lane] * f64::from(quarters))
+/// Energy of springs over some quarters that bear a force `[J]`.
+fn energy(seam: &Seam, lane: usize, force: Vector3<f64>, quarters: u8) -> f64 {
+    if quarters == 0 {
+        return 0.0;
     }
+    let force = split(force, Vector3::from(seam.normal));
+    let k = seam.stiffness(lane);
+    let both = force.normal * force.normal / k.normal + force.shear.norm_squared() / k.shear;
+    0.5 * both / (seam.quarter.0[lane] * f64::from(quarters))
+}
+
+/// Energy that the elements of a lattice lose from one state to the other `[J]`.
+fn lost(local: &[Lanes], [before, after]: [&[Lanes]; 2]) -> f64 {
+    let mut sum = 0.0;
+    for ((u, before), after) in local.iter().zip(before).zip(after) {
+        sum += Lanes(std::array::from_fn(|l| 0.5 * u.0[l] * (before.0[l] - after.0[l]))).sum();
+    }
+    sum
 }
 
 /// The law of a lane's joint, if it has one that can fail.
@@ -217,15 +238,15 @@ fn split(v: Vector3<f64>, normal: Vector3<f64>) -> Traction {
 
 /// Displacement of side b against side a.
 fn across(local: &[Lanes], place: &PairPlace, lane: usize) -> Vector3<f64> {
-    difference(local, place, lane)
+    let [a, b] = place.sides;
+    at(local, b, lane) - at(local, a, lane)
 }
 
 /// Half the difference of the forces of the elements on the two nodes, (M1).
 fn element_force(g: &[Lanes], place: &PairPlace, lane: usize) -> Vector3<f64> {
-    difference(g, place, lane) * 0.5
+    across(g, place, lane) * 0.5
 }
 
-fn difference(field: &[Lanes], place: &PairPlace, lane: usize) -> Vector3<f64> {
-    let [a, b] = place.sides;
-    Vector3::from([0, 1, 2].map(|c| field[3 * b + c].0[lane] - field[3 * a + c].0[lane]))
+fn at(field: &[Lanes], node: usize, lane: usize) -> Vector3<f64> {
+    Vector3::from([0, 1, 2].map(|c| field[3 * node + c].0[lane]))
 }

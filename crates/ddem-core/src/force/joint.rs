@@ -14,9 +14,10 @@ use fearless_simd_macros::simd;
 use crate::breaks::{Broken, Losses, Pull};
 use crate::element::corotation::Frame;
 use crate::element::lattice::{force, force_left};
-use crate::kinematics::joint_displacements;
+use crate::kinematics::{Moved, joint_displacements};
 use crate::lanes::{
-    LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times, zero,
+    LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times,
+    transposed_times, zero,
 };
 use crate::pass::{Face, Input, Output, Workspace, half_work};
 use crate::seams::Seam;
@@ -36,16 +37,17 @@ pub(crate) fn joint<S: Simd>(
     let n = 3 * shape.joints[offset].len();
     let face = input.face(at);
     let rotation = alone(simd, input, at, broken.as_ref(), work);
-    if let Some(face) = face {
-        fail(simd, input, (at, face), broken, out.losses, work);
-    }
+    let fails = face.is_some_and(|face| {
+        fail(simd, input, (at, face), rotation.as_ref(), broken, out.losses, work)
+    });
     if let Some([_, joints]) = &mut out.energy {
         *joints = Lanes::from(joints.load(simd) + half_work(simd, &work.local[..n], &work.g[..n]));
     }
     let mut pull = None;
     if let (Some(face), Some(broken)) = (face, broken) {
         let fields = (&work.local[..n], &mut work.g[..n]);
-        let springs = broken.pull(face, input.look, fields, out.losses);
+        let way = fails.then_some(&work.way[..n]);
+        let springs = broken.pull(face, (input.look, way), fields, out.losses);
         if let Some([_, joints]) = &mut out.energy {
             *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
         }
@@ -80,17 +82,19 @@ fn elements<S: Simd>(
 }
 
 /// Lets pairs of a face joint fail, and hands the forces of elements that go over to springs.
+/// Returns whether any pair failed.
 #[simd]
 fn fail<S: Simd>(
     simd: S,
     input: Input<'_>,
     (at, face): ((usize, usize), Face<'_>),
+    rotation: Option<&Matrix<S>>,
     broken: &mut Option<Broken>,
     losses: &mut Losses,
     work: &mut Workspace,
-) {
+) -> bool {
     if input.look.failing.is_none() || (broken.is_none() && !any_fails(simd, input, face, work)) {
-        return;
+        return false;
     }
     let packs = input.moved.packs;
     let was_broken = broken.is_some();
@@ -99,13 +103,34 @@ fn fail<S: Simd>(
         Broken::intact(packs, &packs.packs[at.0], tables, at.1)
     });
     let n = 3 * packs.shape_of(&packs.packs[at.0]).joints[at.1].len();
-    if lattice.fail(face, input.look, (&work.local[..n], &work.g[..n]), losses) {
+    let fails = lattice.fail(face, input.look, (&work.local[..n], &work.g[..n]), losses);
+    if fails {
         work.before[..n].copy_from_slice(&work.g[..n]);
         elements(simd, input, at, Some(lattice), work);
-        let forces = (&work.before[..n], &work.g[..n]);
-        lattice.take_over(face, &work.local[..n], forces, losses);
+        last_way(simd, input, at, rotation, &mut work.way[..n]);
+        let forces = [&work.before[..n], &work.g[..n]];
+        lattice.take_over(face, (&work.local[..n], &work.way[..n]), forces, losses);
     } else if !was_broken {
         *broken = None;
+    }
+    fails
+}
+
+/// The way that the nodes of a joint lattice went in the last step, in the joint's frame.
+#[simd]
+fn last_way<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    at: (usize, usize),
+    rotation: Option<&Matrix<S>>,
+    way: &mut [Lanes],
+) {
+    let Some((v, time_step)) = input.last else { return way.fill(Lanes::ZERO) };
+    let moved = Moved { u: v, frames: None, ..input.moved };
+    joint_displacements(simd, moved, at, input.edges(at), way);
+    for node in 0..way.len() / 3 {
+        let v = scale(load_at(simd, way, 3 * node), splat(simd, time_step));
+        store_at(way, 3 * node, rotation.map_or(v, |r| transposed_times(r, v)));
     }
 }
 

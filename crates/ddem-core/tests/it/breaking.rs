@@ -53,16 +53,18 @@ fn steps(simulation: &mut Simulation, count: usize) {
 fn torn(joint: Joint) -> Simulation {
     let mut simulation = simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 2, 0.02), joint));
     let (n, mut random) = (simulation.model().n_nodes(), Random::new(7));
-    let pushes: Vec<Vec3> = (0..8).map(|_| random.vector() * 0.6).collect();
+    let pushes: Vec<Vec3> = (0..8).map(|_| random.vector() * 0.06).collect();
     let velocities: Vec<[f64; 3]> = (0..n)
         .map(|node| {
             let x = Vec3::from(simulation.model().point(node)) - Vec3::repeat(1.0);
             let push = pushes[simulation.model().block_of(node)];
-            (Vec3::new(0.7, -0.4, 1.1).cross(&x) - x * 0.5 + push).into()
+            ((Vec3::new(0.7, -0.4, 1.1).cross(&x) - x * 0.5) * 0.1 + push).into()
         })
         .collect();
     simulation.set_velocities(&velocities);
-    start(&mut simulation, Damping::None);
+    // Short steps: at the longest one a thin joint opens and closes within a step or two.
+    let step = TimeStep::Seconds(5e-6);
+    simulation.start(Damping::None, step, None).unwrap_or_else(|error| panic!("{error}"));
     simulation
 }
 
@@ -87,7 +89,7 @@ fn momentum_is_kept_while_everything_breaks_and_slides() {
         let mut simulation = torn(weak(seam(kind)));
         let (first, sizes) = momenta(&mut simulation);
         let before = simulation.energy().balance;
-        steps(&mut simulation, 1500);
+        steps(&mut simulation, 15_000);
         let (last, _) = momenta(&mut simulation);
         let change = [0, 1].map(|k| (last[k] - first[k]).norm() / sizes[k]);
         let failed: u64 = simulation.failed_pairs().iter().sum();
@@ -103,7 +105,6 @@ fn momentum_is_kept_while_everything_breaks_and_slides() {
         assert!(change[0] < 1e-13 && change[1] < 1e-13, "joint {kind}: {change:?}");
         let exchanged = energy.friction + energy.fracture;
         let balance = energy.balance - before;
-        println!("balance {balance}");
         assert!(balance.abs() < 0.01 * exchanged, "{balance} {energy:?}");
     }
 }
@@ -185,7 +186,6 @@ fn threads_and_instruction_sets_change_no_bit_of_what_breaks() {
         })
     };
     let first = run(Simd::available()[0].1, 1);
-    println!("{:?}", first.0);
     assert!(first.0.iter().sum::<u64>() > 100, "{:?}", first.0);
     for (name, simd) in Simd::available() {
         for threads in [2, 3] {
