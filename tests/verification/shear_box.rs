@@ -22,8 +22,16 @@ impl Curve {
         Self { points, risen: height.last().expect("samples")[1] - pressed[1] }
     }
 
+    /// Before the first fall by a tenth.
     fn peak(&self) -> f64 {
-        self.points.iter().fold(0.0, |peak: f64, p| peak.max(p[1]))
+        let mut peak: f64 = 0.0;
+        for [_, stress] in &self.points {
+            if *stress < 0.9 * peak {
+                break;
+            }
+            peak = peak.max(*stress);
+        }
+        peak
     }
 
     /// Mean over the last fifth.
