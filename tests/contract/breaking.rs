@@ -8,7 +8,7 @@ use super::shared::deck;
 
 /// A pile that settles, is torn by a driven support and then slides, with thick joints and springs
 /// that break in every way.
-fn torn(strength: f64) -> String {
+pub(crate) fn torn(strength: f64) -> String {
     let joint = |name: &str, kind: &str, part: f64| {
         let [cohesion, tension] = [0.4e6, 0.2e6].map(|most| most * part * strength);
         format!(
@@ -51,6 +51,12 @@ name = 'pull'
 kind = 'dynamic'
 duration = 6e-3
 damping = {{ ratio = 0.01 }}
+frames = 5
+[[probe]]
+name = 'top'
+at = [2.5, 1.0, 1.5]
+quantity = 'displacement'
+every = 1e-5
 "
     )
 }
