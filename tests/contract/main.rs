@@ -7,6 +7,7 @@
 mod shared;
 
 mod bits;
+mod breaking;
 mod decks;
 mod energies;
 mod histories;

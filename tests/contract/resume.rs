@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use ddem_io::run::{Event, Observer, Options, run};
 
+use super::breaking::torn;
 use super::decks::mixed;
 use super::shared::{Frames, How, run_into};
 
-const FIELDS: [(&str, &str, &str); 7] = [
+const FIELDS: [(&str, &str, &str); 11] = [
     ("blocks.vtkhdf", "PointData", "displacement"),
     ("blocks.vtkhdf", "PointData", "velocity"),
     ("blocks.vtkhdf", "CellData", "stress"),
@@ -15,6 +16,10 @@ const FIELDS: [(&str, &str, &str); 7] = [
     ("joints.vtkhdf", "PointData", "traction"),
     ("joints.vtkhdf", "PointData", "slip"),
     ("joints.vtkhdf", "PointData", "failure_time"),
+    ("joints.vtkhdf", "PointData", "state"),
+    ("joints.vtkhdf", "PointData", "open"),
+    ("joints.vtkhdf", "PointData", "opening"),
+    ("joints.vtkhdf", "PointData", "damage"),
 ];
 
 /// Everything in the result files, as bits.
@@ -38,22 +43,22 @@ fn steps(folder: &Path) -> Vec<u64> {
     summary.expect("a summary").stages.iter().map(|stage| stage.steps).collect()
 }
 
-fn interrupted(stops: &[u64]) -> (Vec<(String, Vec<u64>)>, Vec<u64>) {
+fn interrupted(text: &str, stops: &[u64]) -> (Vec<(String, Vec<u64>)>, Vec<u64>) {
     let folder = tempfile::tempdir().expect("a folder");
     let mut how = How::default();
     for &stop in stops {
         how.stop_after = Some(stop);
-        assert!(!run_into(&mixed(), folder.path(), how), "the run ended before step {stop}");
+        assert!(!run_into(text, folder.path(), how), "the run ended before step {stop}");
         how.resume = true;
     }
     how.stop_after = None;
-    assert!(run_into(&mixed(), folder.path(), how));
+    assert!(run_into(text, folder.path(), how));
     (everything(folder.path()), steps(folder.path()))
 }
 
 #[test]
 fn interrupted_runs_end_the_same_bit_for_bit() {
-    let (expected, steps) = interrupted(&[]);
+    let (expected, steps) = interrupted(&mixed(), &[]);
     let [relax, shake] = [steps[0], steps[1]];
     println!("steps of the stages: {steps:?}");
     // Questions are asked at every step, and once more for each part of the loads that is done.
@@ -70,7 +75,29 @@ fn interrupted_runs_end_the_same_bit_for_bit() {
         &[between + shake - 1, 1, 1],
     ];
     for stops in stops {
-        let (found, steps_found) = interrupted(stops);
+        let (found, steps_found) = interrupted(&mixed(), stops);
+        assert_eq!(steps_found, steps, "stopped after {stops:?}");
+        for ((what, expected), (_, found)) in expected.iter().zip(&found) {
+            assert!(expected == found, "{what} differs after stops at {stops:?}");
+        }
+    }
+}
+
+#[test]
+fn interrupted_while_joints_break_and_slide() {
+    let text = torn(1.0).replace("divisions = 4", "divisions = 2");
+    let (expected, steps) = interrupted(&text, &[]);
+    let [relax, pull] = [steps[0], steps[1]];
+    println!("steps of the stages: {steps:?}");
+    let stops: [&[u64]; 5] = [
+        &[relax / 2],
+        &[relax + 1],
+        &[relax + pull / 4, pull / 4],
+        &[relax + pull / 2, 1, 0, 1],
+        &[relax + pull - 2],
+    ];
+    for stops in stops {
+        let (found, steps_found) = interrupted(&text, stops);
         assert_eq!(steps_found, steps, "stopped after {stops:?}");
         for ((what, expected), (_, found)) in expected.iter().zip(&found) {
             assert!(expected == found, "{what} differs after stops at {stops:?}");

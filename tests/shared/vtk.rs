@@ -38,9 +38,19 @@ impl Frames {
 
     /// A vector on the points in the last frame.
     pub fn last_vectors(&self, name: &str) -> Vec<[f64; 3]> {
-        let offsets = self.numbers(&format!("Steps/PointDataOffsets/{name}"));
-        let first = *offsets.last().expect("a frame") as usize;
+        let first = self.last_offset(name);
         let values = self.all("PointData", name);
         values.as_chunks().0[first..first + self.points().len()].to_vec()
+    }
+
+    /// A number on the points in the last frame.
+    pub fn last_scalars(&self, name: &str) -> Vec<f64> {
+        let first = self.last_offset(name);
+        self.all("PointData", name)[first..first + self.points().len()].to_vec()
+    }
+
+    fn last_offset(&self, name: &str) -> usize {
+        let offsets = self.numbers(&format!("Steps/PointDataOffsets/{name}"));
+        *offsets.last().expect("a frame") as usize
     }
 }

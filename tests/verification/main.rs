@@ -10,12 +10,21 @@ mod fem;
 #[path = "../shared/mod.rs"]
 mod shared;
 
+mod apart;
+mod beam_cracks;
 mod cantilever;
 mod convergence;
 mod energy;
+mod incline;
+mod intact_planes;
+mod joint_waves;
 mod poisson;
+mod pull;
 mod record;
+mod relax_strength;
 mod rotation;
+mod shear_box;
+mod shear_planes;
 mod three_point_beam;
 mod vtk_reader;
 mod waves;

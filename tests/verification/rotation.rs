@@ -9,7 +9,7 @@ use super::record::{check, of};
 use super::shared::{deck, example, run, simulation};
 
 /// Momentum, angular momentum about the origin, and kinetic + strain energy at the present time.
-fn invariants(simulation: &mut Simulation) -> (Vector3<f64>, Vector3<f64>, f64) {
+pub(crate) fn invariants(simulation: &mut Simulation) -> (Vector3<f64>, Vector3<f64>, f64) {
     let (mut momentum, mut angular) = (Vector3::zeros(), Vector3::zeros());
     let velocities = simulation.velocities();
     for (node, v) in velocities.into_iter().enumerate() {

@@ -1,0 +1,81 @@
+//! V8: the beam cracks at midspan.
+
+use super::ROCK;
+use super::energy::closes;
+use super::fem::{Formulation, Lattice, System};
+use super::intact_planes::tractions;
+use super::record::Tolerance::{Absolute, AtMost, Relative};
+use super::record::{check, of};
+use super::shared::{Frames, example, run};
+
+const STRENGTH: f64 = 0.8e6;
+const THICKNESS: f64 = 0.05;
+
+/// Force on the line `[N/Pa]` and its way `[m/Pa]` per largest tension across a joint, and where
+/// that is: a finite element model of the intact beam.
+fn elastic() -> ([f64; 2], [f64; 3]) {
+    let mesh = Lattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 2, THICKNESS, ROCK).mesh();
+    let mut held = vec![None; mesh.dofs()];
+    let ends = mesh.select(|at| at.z < 1e-9 && (at.x < 1e-9 || at.x > 12.0 - 1e-9));
+    for node in ends {
+        held[3 * node + 2] = Some(0.0);
+        if mesh.nodes[node].x < 6.0 {
+            held[3 * node] = Some(0.0);
+        }
+        if (mesh.nodes[node].y - 1.5).abs() < 1e-9 {
+            held[3 * node + 1] = Some(0.0);
+        }
+    }
+    let line = mesh.select(|at| at.z > 3.0 - 1e-9 && (at.x - 6.0).abs() < THICKNESS);
+    for node in &line {
+        held[3 * node + 2] = Some(-1e-3);
+    }
+    let system = System::assemble(&mesh, Formulation::Standard);
+    let u = system.solve(&vec![0.0; mesh.dofs()], &held).displacement;
+    let forces = system.stiffness.multiply(&u);
+    let force: f64 = line.iter().map(|node| -forces[3 * node + 2]).sum();
+    let planes = (1..12).flat_map(|x| tractions(&mesh, &u, 0, f64::from(x)));
+    let (place, traction) = planes.max_by(|a, b| a.1.x.total_cmp(&b.1.x)).expect("pairs");
+    ([force / traction.x, 1e-3 / traction.x], place.into())
+}
+
+#[test]
+fn it_cracks_from_below_at_midspan() {
+    let case = of("v08_beam_cracks");
+    let run = run(&example(case.deck));
+    let joints = Frames::open(run.path("joints.vtkhdf"));
+    let (points, times) = (joints.points(), joints.last_scalars("failure_time"));
+    let states = joints.last_scalars("state");
+    let failed: Vec<usize> = (0..points.len()).filter(|&pair| times[pair].is_finite()).collect();
+    let first = failed.iter().copied().min_by(|&a, &b| times[a].total_cmp(&times[b]));
+    let first = first.expect("a crack");
+    let ([force, way], place) = elastic();
+
+    let load = run.probes.series("base.z");
+    let load = load.iter().find(|[time, _]| *time >= times[first]).expect("a sample")[1];
+    let pushed = 2e-3 * (times[first] - 0.1 / 2.0);
+    check(case, "way of the line at the first crack [m]", way * STRENGTH, pushed, Relative(5e-3));
+    check(case, "load at the first crack [N]", force * STRENGTH, load, Relative(2e-2));
+    let theory = 1.2e6 / (1.0 - 2.0 / 3.0 * 0.4875 / 3.0);
+    check(case, "the same, theory of beams [N]", theory, load, Relative(0.1));
+    for axis in [0, 2] {
+        let what = format!("{} of the first crack [m]", ["x", "y", "z"][axis]);
+        check(case, &what, place[axis], points[first][axis], Absolute(1e-6));
+    }
+    assert!(failed.iter().all(|&pair| (points[pair][0] - 6.0).abs() < 1e-6), "other planes crack");
+    assert!(failed.iter().all(|&pair| states[pair] == 2.0), "not in tension");
+    // Rows of pairs of the plane, from below: each begins later than the one below it.
+    let mut rows: Vec<(f64, f64)> = Vec::new();
+    let mut upward = failed.clone();
+    upward.sort_by(|&a, &b| points[a][2].total_cmp(&points[b][2]));
+    for pair in upward {
+        match rows.last_mut() {
+            Some(row) if (points[pair][2] - row.0).abs() < 1e-6 => row.1 = row.1.min(times[pair]),
+            _ => rows.push((points[pair][2], times[pair])),
+        }
+    }
+    check(case, "rows that have cracked: at least 3", 1.0, 3.0 / rows.len() as f64, AtMost);
+    let downward = rows.windows(2).filter(|pair| pair[1].1 < pair[0].1).count();
+    check(case, "rows that cracked before the one below", 0.0, downward as f64, Absolute(0.0));
+    closes(case, "", &run);
+}

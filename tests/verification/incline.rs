@@ -1,0 +1,45 @@
+//! V4: a block on an incline.
+
+use super::energy::closes;
+use super::record::Tolerance::{AtMost, Relative};
+use super::record::{check, of};
+use super::shared::{example, run};
+
+const G: f64 = 9.81;
+/// Of the block, and of the base.
+const MASS: f64 = 1200.0;
+
+#[test]
+fn it_slides_where_the_slope_is_steeper_than_friction() {
+    let case = of("v04_slides");
+    let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
+    let resisting = G * slope.cos() * friction.tan();
+    let exact = G * slope.sin() - resisting;
+    let run = run(&example(case.deck));
+    let velocities = run.probes.series("block.x");
+    let first = velocities.iter().find(|[time, _]| *time >= 0.02).expect("a sample");
+    let last = velocities.last().expect("a sample");
+    let acceleration = (last[1] - first[1]) / (last[0] - first[0]);
+    check(case, "acceleration [m/s²]", exact, acceleration, Relative(5e-3));
+    let friction = *run.energy.column("friction").last().expect("a row");
+    let work = MASS * resisting * run.last("way.x");
+    check(case, "energy taken by friction [J]", work, friction, Relative(1e-2));
+    let failed = run.summary.failed_pairs.shear + run.summary.failed_pairs.tension;
+    check(case, "failed pairs", 9.0, failed as f64, Relative(0.0));
+    closes(case, "", &run);
+}
+
+#[test]
+fn it_stays_where_friction_is_larger() {
+    let case = of("v04_stays");
+    let slope = 30_f64.to_radians();
+    let run = run(&example(case.deck));
+    let largest = |column: &str| {
+        run.probes.column(column).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()))
+    };
+    check(case, "largest velocity [m/s]", 1e-5, largest("block.x"), AtMost);
+    check(case, "largest displacement [m]", 1e-5, largest("way.x"), AtMost);
+    let weight = 2.0 * MASS * G;
+    check(case, "base, x [N]", -weight * slope.sin(), run.last("base.x"), Relative(1e-4));
+    check(case, "base, z [N]", weight * slope.cos(), run.last("base.z"), Relative(1e-4));
+}

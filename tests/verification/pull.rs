@@ -1,0 +1,97 @@
+//! V5: a column of two blocks is pulled until its joint breaks.
+
+use super::energy::closes;
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{Case, check, of};
+use super::shared::{Frames, Run, edited, example, run};
+
+const STRENGTH: f64 = 1e6;
+/// λ + 2G of the rock.
+const HELD: f64 = 21.6e9;
+const YOUNG: f64 = 18e9;
+
+/// When the top has risen by so much: it starts with a ramp of 0.05 s.
+fn time(risen: f64) -> f64 {
+    risen / 5e-4 + 0.05 / 2.0
+}
+
+/// Largest force before some time; what has broken rings.
+fn peak(run: &Run, until: f64) -> f64 {
+    let before = run.probes.series("base.z").into_iter().take_while(|[time, _]| *time <= until);
+    before.fold(0.0, |peak: f64, [_, force]| peak.max(-force))
+}
+
+fn breaks(case: Case, what: &str, run: &Run, compliance: f64) {
+    let joints = Frames::open(run.path("joints.vtkhdf"));
+    let times = joints.last_scalars("failure_time");
+    let [first, last] = [f64::min, f64::max].map(|f| times.iter().copied().reduce(f).expect("9"));
+    let peak = peak(run, last);
+    check(case, &format!("peak of the traction [Pa]{what}"), STRENGTH, peak, Relative(5e-3));
+    let exact = time(STRENGTH * compliance);
+    check(case, &format!("first failure [s]{what}"), exact, first, Relative(5e-3));
+    check(case, &format!("last failure [s]{what}"), exact, last, Relative(5e-3));
+    assert_eq!(times.len(), 9);
+    assert!(joints.last_scalars("state").iter().all(|state| *state == 2.0), "not in tension");
+    assert!(joints.last_scalars("open").iter().all(|open| *open == 1.0), "not open");
+    assert_eq!([run.summary.failed_pairs.tension, run.summary.failed_pairs.shear], [9, 0]);
+    let left = joints.last_vectors("traction").into_flattened();
+    let left = left.into_iter().fold(0.0, |most: f64, t| most.max(t.abs()));
+    check(case, &format!("traction after it [Pa]{what}"), 0.0, left, Absolute(0.0));
+    let force = run.last("base.z").abs();
+    check(case, &format!("force at the end [N]{what}"), 0.0, force, Absolute(1e-3 * STRENGTH));
+    closes(case, what, run);
+}
+
+#[test]
+fn a_thick_joint() {
+    let case = of("v05_pull_thick");
+    breaks(case, "", &run(&example(case.deck)), 1.99 / HELD + 0.01 / 1.2e8);
+}
+
+#[test]
+fn a_spring_joint_without_thickness() {
+    let case = of("v05_pull_spring");
+    let text = example(case.deck);
+    breaks(case, "", &run(&text), 2.0 / HELD + 1.0 / 1e10);
+    // Free sides: two nodes of each end, on an edge, keep a block from turning and drifting.
+    let sides = "[[fix]]                            # nothing moves sideways\naxes = \"xy\"\n";
+    let edges = "[[fix]]\nwhere = { x = 0.0, y = 0.0 }\naxes = \"xy\"\n\
+                 [[fix]]\nwhere = { x = 1.0, y = 0.0 }\naxes = \"y\"\n";
+    let free = run(&edited(&text, sides, edges));
+    breaks(case, ", free sides", &free, 2.0 / YOUNG + 1.0 / 1e10);
+}
+
+/// What opening takes is the fracture energy.
+fn softens(what: &str, text: &str, energy: f64) {
+    let case = of("v05_pull_softening");
+    let run = run(text);
+    let is = |quantity: &str, exact: f64, computed: f64, tolerance| {
+        check(case, &format!("{quantity}, {what}"), exact, computed, Relative(tolerance));
+    };
+    is("peak of the traction [Pa]", STRENGTH, peak(&run, f64::INFINITY), 5e-3);
+    let last = |name: &str| *run.energy.column(name).last().expect("a row");
+    is("fracture [J]", energy, last("fracture"), 1e-2);
+    is("external work [J]", energy, last("external_work"), 1e-2);
+    let force = run.last("base.z").abs();
+    let end = format!("force at the end [N], {what}");
+    check(case, &end, 0.0, force, Absolute(1e-3 * STRENGTH));
+    let joints = Frames::open(run.path("joints.vtkhdf"));
+    let damage = joints.last_scalars("damage");
+    assert!(damage.iter().all(|damage| *damage == 1.0), "{damage:?}");
+    closes(case, &format!(", {what}"), &run);
+}
+
+#[test]
+fn softening_takes_the_fracture_energy_for_any_divisions() {
+    let text = example("v05_pull_softening");
+    softens("divisions 2", &text, 200.0);
+    softens("divisions 4", &edited(&text, "divisions = 2", "divisions = 4"), 200.0);
+}
+
+#[test]
+fn softening_of_a_thick_joint_takes_the_fracture_energy() {
+    let brittle = "tension = 1e6                      # Pa\n";
+    let soft = "tension = 1e6\nfracture_energy = [200, 10000]\n";
+    let text = edited(&example("v05_pull_thick"), brittle, soft);
+    softens("thick joint", &edited(&text, "duration = 0.5 ", "duration = 1.4 "), 200.0);
+}

@@ -1,0 +1,110 @@
+//! V7: which of two weak planes fails first, and under what load.
+
+use nalgebra::Vector3;
+
+use super::ROCK;
+use super::energy::closes;
+use super::fem::{Formulation, Lattice, System};
+use super::intact_planes::{Pair, tractions};
+use super::record::Tolerance::{AtMost, Between, Relative};
+use super::record::{check, of};
+use super::shared::{Frames, Run, edited, example, run};
+
+const COHESION: f64 = 0.8e6;
+const WEIGHT: f64 = 2400.0 * 9.81;
+
+fn friction() -> f64 {
+    30_f64.to_radians().tan()
+}
+
+/// Tractions of the intact planes at z = 2 and 5 under the weight, and under 1 Pa on y = 0.
+fn intact() -> [[Vec<Pair>; 2]; 2] {
+    let mesh = Lattice::boxed([4.0, 4.0, 8.0], [4, 4, 8], 2, 0.05, ROCK).mesh();
+    let system = System::assemble(&mesh, Formulation::Standard);
+    let mut held = vec![None; mesh.dofs()];
+    for node in mesh.select(|at| at.z < 1e-9) {
+        held[3 * node..3 * node + 3].fill(Some(0.0));
+    }
+    let (mut weight, mut push) = (vec![0.0; mesh.dofs()], vec![0.0; mesh.dofs()]);
+    for (node, mass) in mesh.masses().into_iter().enumerate() {
+        weight[3 * node + 2] = -9.81 * mass;
+    }
+    for (node, share) in mesh.outer_face(1, false) {
+        push[3 * node + 1] = share * 32.0;
+    }
+    [weight, push].map(|load| {
+        let u = system.solve(&load, &held).displacement;
+        [2.0, 5.0].map(|z| tractions(&mesh, &u, 2, z))
+    })
+}
+
+/// Load under which the first pair of a plane slips, and where that is.
+fn first_slip(weight: &[Pair], push: &[Pair]) -> (f64, Vector3<f64>) {
+    let beyond = |q: f64, (w, p): (&Pair, &Pair)| {
+        let t = w.1 + q * p.1;
+        t.xy().norm() - (COHESION - t.z * friction())
+    };
+    let limit = |pair: (&Pair, &Pair)| {
+        let (mut low, mut high) = (0.0, 10e6);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if beyond(middle, pair) > 0.0 { high = middle } else { low = middle }
+        }
+        (high, pair.0.0)
+    };
+    let limits = weight.iter().zip(push).map(limit);
+    limits.min_by(|a, b| a.0.total_cmp(&b.0)).expect("pairs")
+}
+
+/// Where the pairs of a plane are, and when they have failed.
+fn failures(run: &Run, z: f64) -> Vec<([f64; 3], f64)> {
+    let joints = Frames::open(run.path("joints.vtkhdf"));
+    let all = joints.points().into_iter().zip(joints.last_scalars("failure_time"));
+    let plane: Vec<_> = all.filter(|(at, _)| (at[2] - z).abs() < 1e-6).collect();
+    assert_eq!(plane.len(), 16 * 9);
+    plane
+}
+
+/// Load when the last pair of the deeper plane has failed, `[Pa]`, of a run that loads by `rate`.
+fn limit(run: &Run, rate: f64) -> f64 {
+    let deeper = failures(run, 2.0);
+    let last = deeper.iter().fold(0.0, |last: f64, (_, time)| {
+        assert!(time.is_finite(), "the deeper plane has not failed everywhere");
+        last.max(*time)
+    });
+    0.2e6 + rate * last
+}
+
+#[test]
+fn the_deeper_plane_fails_at_a_load_between_the_bounds() {
+    let case = of("v07_shear");
+    let text = example(case.deck);
+    let run = run(&text);
+    let [weight, push] = intact();
+    let [(slips, place), (upper_slips, _)] =
+        [0, 1].map(|plane| first_slip(&weight[plane], &push[plane]));
+    assert!(slips < upper_slips, "the upper plane would slip first");
+
+    let deeper = failures(&run, 2.0);
+    let first = deeper.iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("pairs");
+    check(case, "load at first slip [Pa]", slips, 0.2e6 + 0.2e6 * first.1, Relative(1e-2));
+    check(case, "y of the first slip [m]", place.y, first.0[1], Between(0.0, 0.0));
+    let upper = failures(&run, 5.0);
+    let first_above = upper.iter().map(|pair| pair.1).fold(0.12, f64::min);
+    check(case, "first slip of z = 2 before z = 5 [s]", first_above, first.1, AtMost);
+    let at_far_side = deeper.iter().filter(|(at, _)| at[1] > 3.9).map(|(_, time)| *time);
+    let at_far_side = at_far_side.fold(f64::INFINITY, f64::min);
+    let before = deeper.iter().filter(|(at, _)| at[1] < 2.0).map(|(_, time)| *time);
+    let before = before.fold(0.0, f64::max);
+    check(case, "half of z = 2 before its far side [s]", at_far_side, before, AtMost);
+
+    let found = limit(&run, 0.2e6);
+    let equilibrium = COHESION * 4.0 / 6.0 + WEIGHT * 4.0 * friction();
+    let bounds = Between(slips.floor(), equilibrium.ceil());
+    check(case, "limit load, between the bounds [Pa]", slips, found, bounds);
+    let slower = edited(&text, "ramp = 0.12 ", "ramp = 0.24 ");
+    let slower = super::shared::run(&edited(&slower, "duration = 0.12 ", "duration = 0.24 "));
+    let what = "limit load / that of a loading half as fast";
+    check(case, what, 1.0, found / limit(&slower, 0.1e6), Relative(2e-2));
+    closes(case, "", &run);
+}
