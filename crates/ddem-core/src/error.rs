@@ -86,14 +86,15 @@ pub enum RunError {
         /// First node without a finite force.
         node: usize,
     },
-    /// Blocks move away without end in a relaxation: their joints have failed.
+    /// Blocks part or slide without end in a relaxation: their joints have failed.
     #[error(
-        "there is no equilibrium: block {block} has moved {distance:.3e} m, farther than the model \
-         is long, after {failed} pairs have failed"
+        "there is no equilibrium: blocks {} and {} have come {distance:.3e} m apart or past each \
+         other, more than the edge of a block, after {failed} pairs have failed",
+        .blocks[0], .blocks[1]
     )]
     Collapsed {
-        /// Block that has moved farthest.
-        block: usize,
+        /// Blocks on both sides of the joint that has moved farthest.
+        blocks: [usize; 2],
         /// How far `[m]`.
         distance: f64,
         /// Pairs that have failed.

@@ -11,7 +11,6 @@ use std::collections::HashMap;
 
 use crate::cluster::{Clusters, Relaxation};
 use crate::error::RunError;
-use crate::geometry::Vec3;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::simulation::Simulation;
@@ -30,7 +29,7 @@ const NEAR: f64 = 1e-4;
 const MOST_LOADED: f64 = 0.95;
 
 /// Steps after which it is looked whether blocks have gone.
-const LOOK_AROUND: u64 = 500;
+const LOOK_AROUND: u64 = 200;
 
 /// Where a relaxation is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,7 +131,7 @@ impl Simulation {
         self.measured = None;
         self.check(sums)?;
         self.state.whole = false;
-        if memory.since_restart % LOOK_AROUND == 1 {
+        if self.state.steps.is_multiple_of(LOOK_AROUND) && self.state.failed != [0; 2] {
             self.check_collapse()?;
         }
         if self.fails_now(memory, tolerance) {
@@ -169,23 +168,13 @@ impl Simulation {
 
     /// Blocks that nothing holds any more are on their way for ever.
     fn check_collapse(&self) -> Result<(), RunError> {
-        if self.state.failed == [0; 2] {
+        let (distance, face) = self.farthest_apart();
+        if distance <= self.model.geometry.smallest_edge() {
             return Ok(());
         }
-        let [low, high] = self.model.geometry.bounds;
-        let mut farthest = (0.0, 0);
-        for (node, u) in self.displacements().iter().enumerate() {
-            let distance = Vec3::from(*u).norm();
-            if distance > farthest.0 {
-                farthest = (distance, node);
-            }
-        }
-        if farthest.0 <= (high - low).norm() {
-            return Ok(());
-        }
-        let block = self.model.block_of(farthest.1);
+        let blocks = [face.a as usize, face.b as usize];
         let failed = self.state.failed.iter().sum();
-        Err(RunError::Collapsed { block, distance: farthest.0, failed })
+        Err(RunError::Collapsed { blocks, distance, failed })
     }
 
     /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks

@@ -161,6 +161,15 @@ impl Geometry {
         (body, [local % n, local / n % n, local / (n * n)])
     }
 
+    /// Shortest edge of any body `[m]`.
+    pub(crate) fn smallest_edge(&self) -> f64 {
+        let edges = (0..self.bodies.len()).flat_map(|body| {
+            let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
+            [0, 1, 2].map(|d| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64)
+        });
+        edges.fold(f64::INFINITY, f64::min)
+    }
+
     /// Number of the node at lattice steps `at` of a body.
     pub(crate) fn node(&self, body: usize, at: [usize; 3]) -> usize {
         let n = self.lattice(body).divisions + 1;

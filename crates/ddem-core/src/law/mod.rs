@@ -2,7 +2,7 @@
 //!
 //! A [`JointLaw`] says at which tractions a bonded point fails and what a failed point still
 //! bears. A law of your own is one file: strengths as functions of the normal traction are enough,
-//! the springs with friction and softening ([`response`]) are provided.
+//! the springs with friction and softening are provided ([`JointLaw::respond`]).
 //!
 //! Tension and opening are positive; the normal points from side a to side b.
 
