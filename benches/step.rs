@@ -10,8 +10,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use ddem::deck::{BlockSet, Damping, Joint, JointChoice, Kinematics, Material, TimeStep};
 use ddem::{Deck, Model, Simulation};
 
-/// Cubes of 1 m with four divisions and intact joints of rock, 1 cm thick.
-fn simulation(count: [u32; 3], kinematics: Kinematics) -> Simulation {
+/// Cubes of 1 m with four divisions and joints of rock, 1 cm thick.
+fn deck(count: [u32; 3], kinematics: Kinematics) -> Deck {
     let mut deck = Deck::default();
     deck.model.kinematics = kinematics;
     let rock = Material { density: 2400.0, young: 18e9, poisson: 0.25 };
@@ -25,11 +25,61 @@ fn simulation(count: [u32; 3], kinematics: Kinematics) -> Simulation {
         joint: Some(JointChoice::All("seam".into())),
         ..BlockSet::default()
     });
+    deck
+}
+
+/// How the joints of a bench are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Joints {
+    /// They cannot fail.
+    Unbreakable,
+    /// They are looked at in every step, and hold.
+    Strong,
+    /// Every pair has failed, and they slide under pressure.
+    Broken,
+}
+
+fn simulation(count: [u32; 3], kinematics: Kinematics, joints: Joints) -> Simulation {
+    let mut deck = deck(count, kinematics);
+    let strength = if joints == Joints::Strong { 1e12 } else { 0.0 };
+    if joints != Joints::Unbreakable {
+        for joint in deck.joints.values_mut() {
+            (joint.cohesion, joint.friction, joint.tension) =
+                (Some(strength), Some(2.0), Some(strength));
+        }
+    }
     let model = Model::new(&deck).expect("a deck without faults");
     let mut simulation = Simulation::new(model);
+    if joints == Joints::Broken {
+        tear(&mut simulation);
+    }
     let started = simulation.start(Damping::Ratio(0.05), TimeStep::Auto, None);
     started.expect("a stable step");
+    if joints == Joints::Broken {
+        while failed(&simulation) < simulation.model().n_pairs() {
+            simulation.step().expect("finite numbers");
+        }
+        simulation.step().expect("finite numbers");
+    }
     simulation
+}
+
+fn failed(simulation: &Simulation) -> usize {
+    simulation.failed_pairs().iter().sum::<u64>() as usize
+}
+
+/// Blocks fly at each other and past each other.
+fn tear(simulation: &mut Simulation) {
+    let model = simulation.model();
+    let middle = model.point(model.n_nodes() - 1).map(|x| x / 2.0);
+    let mut velocities = Vec::with_capacity(model.n_nodes());
+    for node in 0..model.n_nodes() {
+        let block = model.block_of(node);
+        let centre = model.point(block * model.n_nodes() / model.n_blocks());
+        let aside = |k: usize| ((block * (7 + 4 * k)) % 5) as f64 - 2.0;
+        velocities.push([0, 1, 2].map(|k| 0.02 * aside(k) - 0.05 * (centre[k] - middle[k])));
+    }
+    simulation.set_velocities(&velocities);
 }
 
 fn pool(threads: usize) -> rayon::ThreadPool {
@@ -66,7 +116,7 @@ fn triad(a: &mut [f64], b: &[f64], c: &[f64], grain: usize) {
 fn forces(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("forces");
     for kinematics in [Kinematics::Small, Kinematics::Corotational] {
-        let mut simulation = simulation([4, 4, 4], kinematics);
+        let mut simulation = simulation([4, 4, 4], kinematics, Joints::Unbreakable);
         group.throughput(Throughput::Elements(simulation.model().n_nodes() as u64));
         group.bench_function(BenchmarkId::new(format!("{kinematics:?}"), 8000), |bencher| {
             pool(1).install(|| bencher.iter(|| simulation.evaluate_forces()));
@@ -80,7 +130,7 @@ fn steps(criterion: &mut Criterion) {
     group.warm_up_time(Duration::from_secs(1)).sample_size(20);
     for count in [4, 10, 20] {
         for kinematics in [Kinematics::Small, Kinematics::Corotational] {
-            let mut simulation = simulation([count; 3], kinematics);
+            let mut simulation = simulation([count; 3], kinematics, Joints::Unbreakable);
             let nodes = simulation.model().n_nodes();
             let bytes = simulation.bytes() as f64 / nodes as f64;
             eprintln!("{kinematics:?}, {nodes} nodes: {bytes:.0} bytes per node");
@@ -96,5 +146,24 @@ fn steps(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, memory, forces, steps);
+/// Joints that hold, that could fail, and that have failed.
+fn joints(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("joints");
+    group.warm_up_time(Duration::from_secs(1)).sample_size(20);
+    for count in [4, 10] {
+        for joints in [Joints::Unbreakable, Joints::Strong, Joints::Broken] {
+            let mut simulation = simulation([count; 3], Kinematics::Corotational, joints);
+            let nodes = simulation.model().n_nodes();
+            let bytes = simulation.bytes() as f64 / nodes as f64;
+            eprintln!("{joints:?}, {nodes} nodes: {bytes:.0} bytes per node");
+            group.throughput(Throughput::Elements(nodes as u64));
+            group.bench_function(BenchmarkId::new(format!("{joints:?}"), nodes), |bencher| {
+                pool(1).install(|| bencher.iter(|| simulation.step()));
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, memory, forces, steps, joints);
 criterion_main!(benches);

@@ -3,9 +3,10 @@
 //! A [`Deck`] says what is wanted, [`Model::new`] checks and builds it, a [`Simulation`] moves it.
 //! [`FIELDS`] lists what can be seen. No file, no clock and no environment is touched here.
 //!
-//! To read the method in the source, begin with `step.rs`: one explicit step in its order. Then
-//! `force/internal.rs` and `element/lattice.rs`, the elastic forces; `pack.rs`, how four bodies
-//! lie side by side; `relax.rs`, static equilibrium. `docs/method.md` has the theory.
+//! To read the method in the source, begin with `step/mod.rs`: one explicit step in its order. Then
+//! `force/body.rs`, `force/joint.rs` and `element/lattice.rs`, the elastic forces; `law/`, what a
+//! joint bears, and `breaks/`, what becomes of it; `pack.rs`, how four bodies lie side by side;
+//! `relax.rs`, static equilibrium. `docs/method.md` has the theory.
 
 #![warn(clippy::print_stdout)]
 

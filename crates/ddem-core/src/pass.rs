@@ -35,7 +35,7 @@ pub(crate) struct Workspace {
     pub(crate) before: Vec<Lanes>,
     /// The way of its nodes in the last step.
     pub(crate) way: Vec<Lanes>,
-    /// Normal and shear tractions of the pairs.
+    /// Normal tractions, and squares of the shear tractions, of the pairs.
     pub(crate) tractions: [Vec<f64>; 2],
 }
 

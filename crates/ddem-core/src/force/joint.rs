@@ -8,7 +8,7 @@
 //! The part that comes of slip goes to the body that is held, if one is: the ground on which the
 //! other slides.
 
-use fearless_simd::{Simd, SimdFloat};
+use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
 use crate::breaks::{Broken, Losses, Pull};
@@ -162,7 +162,7 @@ fn any_fails<S: Simd>(
         let along = dot(traction, direction);
         let across = sub(traction, scale(direction, along));
         *normal = Lanes::from(along).0;
-        *shear = Lanes::from(dot(across, across).sqrt()).0;
+        *shear = Lanes::from(dot(across, across)).0;
     }
     let (normals, shears) = (&normals[..n], &shears[..n]);
     // Lanes mostly have one joint: then one law looks at all of them.

@@ -123,13 +123,14 @@ pub trait JointLaw: Debug + Send + Sync {
         }
     }
 
-    /// Whether any of some points fails. One call for many points: the loop is compiled for
-    /// each law.
-    fn any_failure(&self, normal: &[f64], shear: &[f64]) -> bool {
+    /// Whether any of some points fails, from their normal tractions and the squares of their
+    /// shear tractions. One call for many points: the loop is compiled for each law.
+    fn any_failure(&self, normal: &[f64], shear_squared: &[f64]) -> bool {
         let tension = self.tension();
         let mut any = false;
-        for (&normal, &shear) in normal.iter().zip(shear) {
-            any |= normal > tension || shear > self.peak(normal);
+        for (&normal, &shear_squared) in normal.iter().zip(shear_squared) {
+            let peak = self.peak(normal);
+            any |= (normal > tension) | (shear_squared > peak * peak);
         }
         any
     }

@@ -38,10 +38,11 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     memory.gap = gap;
     memory.traction.normal = normal;
     slide(law, stiffness.shear, softening, opening, memory);
-    if gap <= 0.0 {
+    let tan_dilation = law.tan_dilation();
+    if gap <= 0.0 && tan_dilation > 0.0 {
         // Slip back over the roughness closes what slip made.
         let further = memory.slip.norm() - before.slip.norm();
-        memory.dilation = (before.dilation + law.tan_dilation() * further).max(0.0);
+        memory.dilation = (before.dilation + tan_dilation * further).max(0.0);
     }
     loss(law, &before, memory)
 }
@@ -118,10 +119,15 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &Memory, after: &Memory) -> Loss 
     }
     let slip = after.slip - before.slip;
     let work = 0.5 * (old.shear + new.shear).dot(&slip);
-    let (_, residual) = limits(law, after);
-    let friction = work.min(residual * slip.norm());
-    loss.fracture += work - friction;
-    loss.friction = friction + 0.5 * (old.normal + new.normal) * (after.dilation - before.dilation);
+    // What the residual bears is friction, and all that is left when the bond has gone.
+    loss.friction = if before.damage < 1.0 {
+        let (_, residual) = limits(law, after);
+        work.min(residual * slip.norm())
+    } else {
+        work
+    };
+    loss.fracture += work - loss.friction;
+    loss.friction += 0.5 * (old.normal + new.normal) * (after.dilation - before.dilation);
     loss
 }
 

@@ -49,8 +49,8 @@ fn a_bonded_point_fails_at_its_strength() {
     assert_eq!(law.failure(-3e6, 1.0001 * peak), Some(Mode::Shear));
     let overload = law.overload(2.5e6, 0.0);
     assert!((overload - 2.5).abs() < 3e-3, "{overload}");
-    assert!(law.any_failure(&[0.0, 0.0], &[0.0, 2.1e6]));
-    assert!(!law.any_failure(&[0.0, 0.9e6], &[1.9e6, 0.0]));
+    assert!(law.any_failure(&[0.0, 0.0], &[0.0, 2.1e6 * 2.1e6]));
+    assert!(!law.any_failure(&[0.0, 0.9e6], &[1.9e6 * 1.9e6, 0.0]));
 }
 
 #[test]

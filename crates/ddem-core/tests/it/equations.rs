@@ -111,8 +111,13 @@ fn the_table_names_what_is_there() {
 fn the_table_names_tests() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |path: &str| std::fs::read_to_string(folder.join(path)).unwrap_or_default();
-    let tests =
-        [read("src/element/tests.rs"), read("tests/it/corotation.rs"), read("tests/it/resume.rs")];
+    let tests = [
+        "src/element/tests.rs",
+        "src/law/tests.rs",
+        "tests/it/corotation.rs",
+        "tests/it/resume.rs",
+    ]
+    .map(read);
     for row in table() {
         for test in quoted(&row.test).filter(|test| !test.contains(".rs") && !test.contains('…'))
         {

@@ -162,7 +162,7 @@ bad_decks! {
 
 // Keys of later versions.
 bad_decks! {
-    not_yet: "contact = false" => "contact = true", "body = \"deformable\"" => "body = \"rigid\"",
+    not_yet: "body = \"deformable\"" => "body = \"rigid\"",
         "[[fix]]" => "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n\n\
             [[boundary]]\nwhere = { x = 12.0 }\nkind = \"viscous\"\n\n[[fix]]",
         "material = \"soft rock\"\n\n[[remove]]"

@@ -24,6 +24,11 @@ pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
              two sides of a failed pair act on each other and on nothing else, however far they \
              move (`contact = false` in [model] says that this is meant)"
         ));
+    } else if deck.model.contact == Some(true) {
+        doubts.push(
+            "`contact = true` has no effect: this version finds no new contacts between blocks"
+                .to_owned(),
+        );
     }
     for (name, joint) in breaking {
         doubts.extend(tension_out_of_reach(name, joint));

@@ -9,9 +9,6 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     };
     let leave_out = "leave this out";
 
-    if deck.model.contact == Some(true) {
-        not_yet("model.contact".into(), "new contacts between blocks", leave_out);
-    }
     for (i, set) in deck.blocks.iter().enumerate() {
         if set.body == Body::Rigid {
             let help = "blocks are `body = \"deformable\"`, which is the default";

@@ -1,28 +1,22 @@
 //! A model in motion: the state, and what is done to it.
 
+mod measure;
+mod pace;
+
 use std::ops::ControlFlow;
 
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::Active;
 use crate::deck::{Damping, TimeStep};
-use crate::energy::Energy;
 use crate::error::RunError;
-use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::motion::Motion;
 use crate::scratch::Scratch;
 use crate::simd::Simd;
-use crate::state::{State, Work};
-use crate::step::{Context, balance, step};
+use crate::state::State;
+use crate::step::{Context, step};
 use crate::sums::Sums;
-use crate::timestep::largest_eigenvalue;
-
-/// Part of the critical step that `"auto"` takes (§6).
-const SAFETY: f64 = 0.9;
-
-/// Part of the critical step up to which an automatic step is left as it is when pairs fail.
-const LEAST_SAFE: f64 = 0.95;
 
 /// A model, its state, and scratch space.
 ///
@@ -122,36 +116,6 @@ impl Simulation {
         self.last.ratio()
     }
 
-    /// Critical time step `2/ω_max` `[s]`; computed at the first call. Once pairs have failed it is
-    /// the smaller one of the model as it started and with all joints that can fail turned to
-    /// springs, which can be a sixth less.
-    pub fn critical_step(&mut self) -> f64 {
-        let intact = self.critical(false);
-        if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)) }
-    }
-
-    /// Largest time step that can be given `[s]`: with it the model is stable however its joints
-    /// fail.
-    pub fn largest_step(&mut self) -> f64 {
-        let intact = self.critical(false);
-        if self.model.can_fail() { intact.min(self.critical(true)) } else { intact }
-    }
-
-    fn critical(&mut self, broken: bool) -> f64 {
-        if let Some(step) = self.critical_steps[usize::from(broken)] {
-            return step;
-        }
-        let mass = |inertia: &crate::assembly::Inertia, at: usize, lane: usize| {
-            inertia.mass[at / 3].0[lane]
-        };
-        self.measured = None;
-        let mut breaks = self.model.tangent(broken);
-        let largest = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass);
-        let step = 2.0 / largest.sqrt();
-        self.critical_steps[usize::from(broken)] = Some(step);
-        step
-    }
-
     /// Begins stage `stage` of the deck: its supports and loads come into force.
     pub fn enter(&mut self, stage: usize) {
         self.settle();
@@ -165,83 +129,6 @@ impl Simulation {
         self.measured = None;
         // Loads and driven supports that come at once change the scheme's measure of kinetic
         // energy, of which half a step lies ahead: no imbalance either.
-        self.initial_energy += self.mechanical_energy() - before;
-    }
-
-    /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
-    /// critical step; with a `duration` `[s]` it is shrunk so that whole steps fill it. Returns
-    /// the number of steps that fill the duration (0 without one).
-    ///
-    /// # Errors
-    ///
-    /// A time step above the critical one.
-    pub fn start(
-        &mut self,
-        damping: Damping,
-        time_step: TimeStep,
-        duration: Option<f64>,
-    ) -> Result<u64, RunError> {
-        self.settle();
-        let critical = self.critical_step();
-        let largest = if time_step == TimeStep::Auto { critical } else { self.largest_step() };
-        if !(critical.is_finite() && critical > 0.0) {
-            return Err(RunError::NoCriticalStep);
-        }
-        let step = match time_step {
-            TimeStep::Auto => SAFETY * critical,
-            TimeStep::Seconds(step) if step > largest => {
-                return Err(RunError::TimeStep { time_step: step, critical: largest });
-            }
-            TimeStep::Seconds(step) => step,
-        };
-        let steps = duration.map_or(0.0, |duration| whole_steps(duration, step));
-        let step = match (time_step, duration) {
-            (TimeStep::Auto, Some(duration)) => duration / steps,
-            _ => step,
-        };
-        self.state.automatic = time_step == TimeStep::Auto;
-        self.state.end = self.state.time + duration.unwrap_or(f64::INFINITY);
-        let whole = duration.map_or(u64::MAX, |_| steps as u64);
-        self.state.last_step = self.state.steps.saturating_add(whole);
-        self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
-        self.damping = damping;
-        self.relaxation = None;
-        self.state.origin = (self.state.time, self.state.steps);
-        self.started = true;
-        Ok(steps as u64)
-    }
-
-    /// Steps that are left of the duration; `None` without one.
-    #[must_use]
-    pub fn steps_left(&self) -> Option<u64> {
-        let last = self.state.last_step;
-        (last != u64::MAX).then(|| last.saturating_sub(self.state.steps))
-    }
-
-    /// Springs can be stiffer than the elements whose place they take: an automatic step that
-    /// would no longer be stable becomes shorter at the first failure.
-    fn shorten(&mut self) {
-        let critical = self.critical_step();
-        let left = self.state.end - self.state.time;
-        let stable = self.motion.time_step <= LEAST_SAFE * critical;
-        if stable || !self.state.automatic || self.steps_left() == Some(0) {
-            return;
-        }
-        self.settle();
-        let step = SAFETY * critical;
-        let steps = whole_steps(left, step);
-        let step = if left.is_finite() { left / steps } else { step };
-        self.state.last_step = self.state.steps.saturating_add(steps as u64);
-        self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
-        self.state.origin = (self.state.time, self.state.steps);
-    }
-
-    /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
-    /// is no imbalance.
-    pub(crate) fn change_motion(&mut self, motion: Motion) {
-        let before = self.mechanical_energy();
-        self.motion = motion;
-        self.measured = None;
         self.initial_energy += self.mechanical_energy() - before;
     }
 
@@ -375,101 +262,4 @@ impl Simulation {
         };
         (context, &mut self.state, &mut self.scratch)
     }
-
-    /// Forces, reactions, energies and sums at the present time; nothing moves.
-    fn measure(&mut self) -> (Sums, [f64; 2]) {
-        self.motion.start = self.state.whole && !self.motion.fictitious;
-        if !self.motion.fictitious {
-            self.take_factors();
-        }
-        let (context, state, scratch) = self.parts();
-        let mut trial = std::mem::take(&mut scratch.trial);
-        trial.clone_from(&state.breaks);
-        let (sums, losses) = balance(context, (&state.u, &state.v), &mut trial, scratch, true);
-        scratch.trial = trial;
-        self.losing = losses;
-        self.last = sums;
-        self.measured = Some(self.state.steps);
-        self.strain = self.scratch.strain_energy();
-        (sums, self.strain)
-    }
-
-    /// Measures unless that has been done since the last step.
-    pub(crate) fn measure_once(&mut self) -> (Sums, [f64; 2]) {
-        if self.measured == Some(self.state.steps) {
-            (self.last, self.strain)
-        } else {
-            self.measure()
-        }
-    }
-
-    /// Brings velocities from the last half step to the present time, so that a stage with
-    /// another time step can begin: `v = (v⁻ + v⁺)/2`.
-    pub fn settle(&mut self) {
-        if self.state.whole {
-            return;
-        }
-        if self.motion.fictitious {
-            self.stop();
-        } else {
-            let (sums, _) = self.measure_once();
-            let half = 0.5 * self.motion.time_step;
-            self.state.work.loads += half * sums.loads[0];
-            self.state.work.supports += half * sums.supports[0];
-            self.state.work.damping += half * sums.damping[0];
-            self.state.v = self.present_velocities();
-        }
-        self.state.whole = true;
-        self.measured = None;
-    }
-
-    /// Brings everything to rest; damping takes the kinetic energy.
-    pub(crate) fn stop(&mut self) {
-        let before = self.energy().kinetic;
-        self.state.v.fill(Lanes::ZERO);
-        self.measured = None;
-        self.state.work.damping += before - self.energy().kinetic;
-        self.started = false;
-    }
-
-    /// Energies at the present time and their balance (§6).
-    pub fn energy(&mut self) -> Energy {
-        let (sums, [bodies, joints]) = self.measure_once();
-        let Work { loads, supports, damping, friction, fracture } = self.state.work;
-        // What the velocity before has done up to now and the next step will book.
-        let (damped, done) = if self.state.whole {
-            (0.0, 0.0)
-        } else if self.motion.fictitious {
-            (0.5 * sums.power, sums.loads[0])
-        } else {
-            let half = 0.5 * self.motion.time_step;
-            (half * sums.damping[0], half * (sums.loads[0] + sums.supports[0]))
-        };
-        let external = loads + supports + done;
-        let strain = [bodies, joints];
-        let Losses { friction: slid, fracture: broke, .. } = self.losing;
-        let lost = [damping + damped, friction + slid, fracture + broke];
-        Energy::new(sums.kinetic, strain, lost, external, self.initial_energy)
-    }
-
-    /// Pairs that have failed, in shear and in tension.
-    #[must_use]
-    pub fn failed_pairs(&self) -> [u64; 2] {
-        let [shear, tension] = self.state.failed;
-        // Those that fail at the present time count once it has been looked at.
-        let measured = self.measured == Some(self.state.steps);
-        let more = if measured { self.losing.failed } else { [0; 2] };
-        [shear + more[0], tension + more[1]]
-    }
-
-    fn mechanical_energy(&mut self) -> f64 {
-        let energy = self.energy();
-        let lost = energy.friction + energy.fracture;
-        energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
-    }
-}
-
-/// Whole steps that fill a duration, at least one.
-fn whole_steps(duration: f64, step: f64) -> f64 {
-    (duration / step - 1e-9).ceil().max(1.0)
 }

@@ -1,35 +1,35 @@
 //! §6: one explicit step, t → t + Δt. Read this first.
 //!
 //! The paper's two passes, each over packs of four blocks. [`forces`]: the loop over bodies and
-//! joints, forces from displacements. [`advance`]: what meets at a node is added up, in one
+//! joints, forces from displacements; pairs fail there. [`advance`]: what meets at a node is added up, in one
 //! order, and the nodes move. The order of physics inside a pack is read in [`balance_pack`] and
 //! [`advance_pack`].
+
+mod first;
+mod relaxing;
 
 use std::ops::Range;
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
-use crate::assembly::NO_TABLE;
-use crate::breaks::{Breaks, Broken, Look, Losses};
-use crate::cluster::{self, Clusters};
+use crate::breaks::{Breaks, Losses};
 use crate::conditions::{Active, Support};
 use crate::element::corotation::Frame;
-use crate::force::body::body;
 use crate::force::external::{self, External};
-use crate::force::joint::{cell_energy, joint};
 use crate::force::shares;
 use crate::force::support;
 use crate::frames::fit_pack;
-use crate::kinematics::Moved;
-use crate::lanes::{LANES, Lanes, load, splat};
+use crate::lanes::{Lanes, load, splat};
 use crate::model::Model;
 use crate::motion::{Motion, Update};
-use crate::parallel::{node_start, share_start, spread};
-use crate::pass::{Input, Output, Workspace};
-use crate::scratch::{Balancing, Forces, Moving, Part, Relaxing, Scratch};
+use crate::parallel::{node_start, spread};
+use crate::scratch::{Balancing, Moving, Part, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
+
+pub(crate) use first::{Pass, forces, input, internal_forces};
+pub(crate) use relaxing::advance_relaxing;
 
 /// What a step needs to know besides the model and the state.
 #[derive(Clone, Copy)]
@@ -47,41 +47,6 @@ pub(crate) struct Context<'a> {
     pub(crate) failing: Option<f64>,
     /// Present time `[s]`.
     pub(crate) time: f64,
-}
-
-/// What the first pass looks at.
-#[derive(Clone, Copy)]
-pub(crate) struct Pass<'a> {
-    pub(crate) model: &'a Model,
-    /// Displacements `[m]`.
-    pub(crate) u: &'a [Lanes],
-    /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
-    pub(crate) failing: Option<f64>,
-    /// Present time `[s]`.
-    pub(crate) time: f64,
-    /// Velocities of the last half step and its time step, if there was one.
-    pub(crate) last: Option<(&'a [Lanes], f64)>,
-    /// Bodies by pack and lane that have supports.
-    pub(crate) held: &'a [[bool; LANES]],
-    /// Without the rotations of the blocks, whatever the kinematics.
-    pub(crate) linear: bool,
-    pub(crate) energies: bool,
-}
-
-impl<'a> Pass<'a> {
-    /// The linear model, in which nothing fails.
-    pub(crate) fn linear(model: &'a Model, u: &'a [Lanes]) -> Self {
-        Self {
-            model,
-            u,
-            failing: None,
-            time: 0.0,
-            last: None,
-            held: &[],
-            linear: true,
-            energies: false,
-        }
-    }
 }
 
 /// One explicit step, eq. (2) in the form (M2). Returns the sums over all nodes at time t and what
@@ -117,100 +82,6 @@ pub(crate) fn balance(
         dispatch!(level, simd => run_balance(simd, context, fixed, &run, &mut fields));
     });
     (Sums::total(&scratch.sums), losses)
-}
-
-/// First pass: `f ← −K u` of the bodies, eq. (8), and of the joints, eq. (11) and §5, in each
-/// block's frame. Pairs fail, springs slip.
-pub(crate) fn forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> Losses {
-    let level = scratch.level;
-    let model = pass.model;
-    let (fields, frames, runs) = scratch.forces(breaks, pass.energies);
-    let input = input(pass, frames);
-    spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
-        dispatch!(level, simd => run_forces(simd, input, &run, fields));
-    });
-    let mut losses = Losses::total(&scratch.losses);
-    if losses.failed != [0; 2] {
-        losses.fracture += remove_cells(pass, breaks, scratch);
-    }
-    losses
-}
-
-pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
-    let Pass { model, u, failing, time, last, held, linear, .. } = pass;
-    let frames = (model.corotational() && !linear).then_some(frames);
-    Input {
-        moved: Moved { packs: &model.packs, u, frames },
-        assembly: &model.assembly,
-        seams: &model.seams,
-        look: Look { failing, time, laws: &model.laws },
-        last,
-        held,
-    }
-}
-
-/// Takes out the strips and corners around pairs that have just failed: from the next pass on.
-/// Returns the energy that was in them `[J]`.
-fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f64 {
-    let Model { packs, assembly, .. } = pass.model;
-    let cells = breaks.touched(packs, assembly);
-    let mut work = Workspace::default();
-    let mut lost = 0.0;
-    for cells in cells.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let at = (cells[0].0, cells[0].1);
-        let input = input(pass, &scratch.frames);
-        let mut energy = |breaks: &Breaks| {
-            dispatch!(scratch.level, simd => {
-                cell_energy(simd, input, at, breaks.get(at.0, at.1), &mut work)
-            })
-        };
-        lost += energy(breaks);
-        breaks.remove(packs, assembly, cells);
-        lost -= energy(breaks);
-    }
-    lost
-}
-
-/// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.
-pub(crate) fn internal_forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) {
-    forces(pass, breaks, scratch);
-    scratch.collect(pass.model, pass.linear);
-}
-
-#[simd]
-fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Forces<'_>) {
-    let packs = input.moved.packs;
-    let (first_node, first_share) = (node_start(packs, run.start), share_start(packs, run.start));
-    for pack in run.clone() {
-        let nodes = node_start(packs, pack) - first_node..node_start(packs, pack + 1) - first_node;
-        let shares =
-            share_start(packs, pack) - first_share..share_start(packs, pack + 1) - first_share;
-        let mut out = Output {
-            f: &mut fields.f[nodes],
-            shares: &mut fields.shares[shares],
-            torque: &mut fields.torques[pack - run.start],
-            energy: fields.energies.get_mut(pack - run.start).map(|energy| {
-                *energy = [Lanes::ZERO; 2];
-                energy
-            }),
-            losses: &mut fields.losses[pack - run.start],
-        };
-        out.shares.fill(Lanes::ZERO);
-        *out.losses = Losses::default();
-        let work = &mut fields.workspaces[0].elements;
-        body(simd, input, pack, &mut out, work);
-        let breaks = &mut fields.breaks[pack - run.start];
-        let tables = input.assembly.pack_tables[pack];
-        for offset in 1..8 {
-            let mut broken = breaks.as_mut().and_then(|lattices| lattices[offset].take());
-            if broken.as_ref().map_or(tables[offset] != NO_TABLE, Broken::acts) {
-                joint(simd, input, (pack, offset), &mut broken, &mut out, work);
-            }
-            if broken.is_some() {
-                breaks.get_or_insert_with(Box::default)[offset] = broken;
-            }
-        }
-    }
 }
 
 /// Second pass: forces meet at the nodes, and the nodes move.
@@ -290,57 +161,6 @@ fn run_balance<S: Simd>(
         }
         tally.give(part.sums);
         part.sums.supports[0] = support_power(context, index, v, part.reactions);
-    }
-}
-
-/// Second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, M coupled across the gaps.
-/// Leaves `Σ F·v⁺` and `Σ v⁺·v⁺` in the sums.
-pub(crate) fn advance_relaxing(
-    model: &Model,
-    clusters: &Clusters,
-    [a, b]: [f64; 2],
-    state: &mut State,
-    scratch: &mut Scratch,
-) -> Sums {
-    let (fields, f, runs, level) = scratch.relaxing(state);
-    spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
-        dispatch!(level, simd => run_relaxing(simd, (model, clusters), [a, b], f, &run, &mut fields));
-    });
-    Sums::total(&scratch.sums)
-}
-
-#[simd]
-fn run_relaxing<S: Simd>(
-    simd: S,
-    (model, clusters): (&Model, &Clusters),
-    [a, b]: [f64; 2],
-    f: &[Lanes],
-    run: &Range<usize>,
-    fields: &mut Relaxing<'_>,
-) {
-    let packs = &model.packs;
-    let first = node_start(packs, run.start);
-    let (a, b) = (splat(simd, a), splat(simd, b));
-    for index in run.clone() {
-        let nodes = node_start(packs, index)..node_start(packs, index + 1);
-        let own = nodes.start - first..nodes.end - first;
-        let (u, v) = (&mut fields.u[own.clone()], &mut fields.v[own.clone()]);
-        let q = &mut fields.workspaces[0].q;
-        q.resize(q.len().max(u.len()), Lanes::ZERO);
-        cluster::accelerations(simd, model, clusters, index, f, &mut q[..u.len()]);
-        let mut tally = Tally::new(simd);
-        for (at, (u, v)) in u.iter_mut().zip(v.iter_mut()).enumerate() {
-            let new = a * v.load(simd) + b * q[at].load(simd);
-            tally.moved(f[nodes.start + at].load(simd), new);
-            *v = Lanes::from(new);
-            *u = Lanes::from(u.load(simd) + new);
-        }
-        let mut sums = Sums::default();
-        tally.give(&mut sums);
-        fields.sums[index - run.start] = sums;
-        if model.corotational() {
-            fields.frames[index - run.start] = fit_pack(simd, model, index, u);
-        }
     }
 }
 

@@ -1,0 +1,103 @@
+//! Forces and energies at the present time; nothing moves.
+
+use super::Simulation;
+use crate::breaks::Losses;
+use crate::energy::Energy;
+use crate::lanes::Lanes;
+use crate::state::Work;
+use crate::step::balance;
+use crate::sums::Sums;
+
+impl Simulation {
+    /// Forces, reactions, energies and sums at the present time; nothing moves.
+    fn measure(&mut self) -> (Sums, [f64; 2]) {
+        self.motion.start = self.state.whole && !self.motion.fictitious;
+        if !self.motion.fictitious {
+            self.take_factors();
+        }
+        let (context, state, scratch) = self.parts();
+        let mut trial = std::mem::take(&mut scratch.trial);
+        trial.clone_from(&state.breaks);
+        let (sums, losses) = balance(context, (&state.u, &state.v), &mut trial, scratch, true);
+        scratch.trial = trial;
+        self.losing = losses;
+        self.last = sums;
+        self.measured = Some(self.state.steps);
+        self.strain = self.scratch.strain_energy();
+        (sums, self.strain)
+    }
+
+    /// Measures unless that has been done since the last step.
+    pub(crate) fn measure_once(&mut self) -> (Sums, [f64; 2]) {
+        if self.measured == Some(self.state.steps) {
+            (self.last, self.strain)
+        } else {
+            self.measure()
+        }
+    }
+
+    /// Brings velocities from the last half step to the present time, so that a stage with
+    /// another time step can begin: `v = (v⁻ + v⁺)/2`.
+    pub fn settle(&mut self) {
+        if self.state.whole {
+            return;
+        }
+        if self.motion.fictitious {
+            self.stop();
+        } else {
+            let (sums, _) = self.measure_once();
+            let half = 0.5 * self.motion.time_step;
+            self.state.work.loads += half * sums.loads[0];
+            self.state.work.supports += half * sums.supports[0];
+            self.state.work.damping += half * sums.damping[0];
+            self.state.v = self.present_velocities();
+        }
+        self.state.whole = true;
+        self.measured = None;
+    }
+
+    /// Brings everything to rest; damping takes the kinetic energy.
+    pub(crate) fn stop(&mut self) {
+        let before = self.energy().kinetic;
+        self.state.v.fill(Lanes::ZERO);
+        self.measured = None;
+        self.state.work.damping += before - self.energy().kinetic;
+        self.started = false;
+    }
+
+    /// Energies at the present time and their balance (§6).
+    pub fn energy(&mut self) -> Energy {
+        let (sums, [bodies, joints]) = self.measure_once();
+        let Work { loads, supports, damping, friction, fracture } = self.state.work;
+        // What the velocity before has done up to now and the next step will book.
+        let (damped, done) = if self.state.whole {
+            (0.0, 0.0)
+        } else if self.motion.fictitious {
+            (0.5 * sums.power, sums.loads[0])
+        } else {
+            let half = 0.5 * self.motion.time_step;
+            (half * sums.damping[0], half * (sums.loads[0] + sums.supports[0]))
+        };
+        let external = loads + supports + done;
+        let strain = [bodies, joints];
+        let Losses { friction: slid, fracture: broke, .. } = self.losing;
+        let lost = [damping + damped, friction + slid, fracture + broke];
+        Energy::new(sums.kinetic, strain, lost, external, self.initial_energy)
+    }
+
+    /// Pairs that have failed, in shear and in tension.
+    #[must_use]
+    pub fn failed_pairs(&self) -> [u64; 2] {
+        let [shear, tension] = self.state.failed;
+        // Those that fail at the present time count once it has been looked at.
+        let measured = self.measured == Some(self.state.steps);
+        let more = if measured { self.losing.failed } else { [0; 2] };
+        [shear + more[0], tension + more[1]]
+    }
+
+    pub(super) fn mechanical_energy(&mut self) -> f64 {
+        let energy = self.energy();
+        let lost = energy.friction + energy.fracture;
+        energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
+    }
+}

@@ -1,0 +1,129 @@
+//! §6: how long the steps of time are.
+
+use super::Simulation;
+use crate::deck::{Damping, TimeStep};
+use crate::error::RunError;
+use crate::motion::Motion;
+use crate::timestep::largest_eigenvalue;
+
+/// Part of the critical step that `"auto"` takes (§6).
+const SAFETY: f64 = 0.9;
+
+/// The same once pairs have failed: faces that meet and part make energy when a step is close to
+/// the critical one.
+const BROKEN_SAFETY: f64 = 0.8;
+
+impl Simulation {
+    /// Critical time step `2/ω_max` `[s]`; computed at the first call. Once pairs have failed it is
+    /// the smaller one of the model as it started and with all joints that can fail turned to
+    /// springs, which can be a sixth less.
+    pub fn critical_step(&mut self) -> f64 {
+        let intact = self.critical(false);
+        if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)) }
+    }
+
+    /// Largest time step that can be given `[s]`: with it the model is stable however its joints
+    /// fail.
+    pub fn largest_step(&mut self) -> f64 {
+        let intact = self.critical(false);
+        if self.model.can_fail() { intact.min(self.critical(true)) } else { intact }
+    }
+
+    fn critical(&mut self, broken: bool) -> f64 {
+        if let Some(step) = self.critical_steps[usize::from(broken)] {
+            return step;
+        }
+        let mass = |inertia: &crate::assembly::Inertia, at: usize, lane: usize| {
+            inertia.mass[at / 3].0[lane]
+        };
+        self.measured = None;
+        let mut breaks = self.model.tangent(broken);
+        let largest = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass);
+        let step = 2.0 / largest.sqrt();
+        self.critical_steps[usize::from(broken)] = Some(step);
+        step
+    }
+
+    /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
+    /// critical step; with a `duration` `[s]` it is shrunk so that whole steps fill it. Returns
+    /// the number of steps that fill the duration (0 without one).
+    ///
+    /// # Errors
+    ///
+    /// A time step above the critical one.
+    pub fn start(
+        &mut self,
+        damping: Damping,
+        time_step: TimeStep,
+        duration: Option<f64>,
+    ) -> Result<u64, RunError> {
+        self.settle();
+        let critical = self.critical_step();
+        let largest = if time_step == TimeStep::Auto { critical } else { self.largest_step() };
+        if !(critical.is_finite() && critical > 0.0) {
+            return Err(RunError::NoCriticalStep);
+        }
+        let step = match time_step {
+            TimeStep::Auto if self.state.failed == [0; 2] => SAFETY * critical,
+            TimeStep::Auto => BROKEN_SAFETY * critical,
+            TimeStep::Seconds(step) if step > largest => {
+                return Err(RunError::TimeStep { time_step: step, critical: largest });
+            }
+            TimeStep::Seconds(step) => step,
+        };
+        let steps = duration.map_or(0.0, |duration| whole_steps(duration, step));
+        let step = match (time_step, duration) {
+            (TimeStep::Auto, Some(duration)) => duration / steps,
+            _ => step,
+        };
+        self.state.automatic = time_step == TimeStep::Auto;
+        self.state.end = self.state.time + duration.unwrap_or(f64::INFINITY);
+        let whole = duration.map_or(u64::MAX, |_| steps as u64);
+        self.state.last_step = self.state.steps.saturating_add(whole);
+        self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
+        self.damping = damping;
+        self.relaxation = None;
+        self.state.origin = (self.state.time, self.state.steps);
+        self.started = true;
+        Ok(steps as u64)
+    }
+
+    /// Steps that are left of the duration; `None` without one.
+    #[must_use]
+    pub fn steps_left(&self) -> Option<u64> {
+        let last = self.state.last_step;
+        (last != u64::MAX).then(|| last.saturating_sub(self.state.steps))
+    }
+
+    /// Springs can be stiffer than the elements whose place they take, and faces can meet: an
+    /// automatic step becomes shorter at the first failure.
+    pub(super) fn shorten(&mut self) {
+        let critical = self.critical_step();
+        let left = self.state.end - self.state.time;
+        let stable = self.motion.time_step <= BROKEN_SAFETY * critical;
+        if stable || !self.state.automatic || self.steps_left() == Some(0) {
+            return;
+        }
+        self.settle();
+        let step = BROKEN_SAFETY * critical;
+        let steps = whole_steps(left, step);
+        let step = if left.is_finite() { left / steps } else { step };
+        self.state.last_step = self.state.steps.saturating_add(steps as u64);
+        self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
+        self.state.origin = (self.state.time, self.state.steps);
+    }
+
+    /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
+    /// is no imbalance.
+    pub(crate) fn change_motion(&mut self, motion: Motion) {
+        let before = self.mechanical_energy();
+        self.motion = motion;
+        self.measured = None;
+        self.initial_energy += self.mechanical_energy() - before;
+    }
+}
+
+/// Whole steps that fill a duration, at least one.
+fn whole_steps(duration: f64, step: f64) -> f64 {
+    (duration / step - 1e-9).ceil().max(1.0)
+}

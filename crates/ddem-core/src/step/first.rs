@@ -1,0 +1,147 @@
+//! First pass: from displacements to forces, over bodies and joints.
+
+use std::ops::Range;
+
+use fearless_simd::{Simd, dispatch};
+use fearless_simd_macros::simd;
+
+use crate::assembly::NO_TABLE;
+use crate::breaks::{Breaks, Broken, Look, Losses};
+use crate::element::corotation::Frame;
+use crate::force::body::body;
+use crate::force::joint::{cell_energy, joint};
+use crate::kinematics::Moved;
+use crate::lanes::{LANES, Lanes};
+use crate::model::Model;
+use crate::parallel::{node_start, share_start, spread};
+use crate::pass::{Input, Output, Workspace};
+use crate::scratch::{Forces, Scratch};
+
+/// What the first pass looks at.
+#[derive(Clone, Copy)]
+pub(crate) struct Pass<'a> {
+    pub(crate) model: &'a Model,
+    /// Displacements `[m]`.
+    pub(crate) u: &'a [Lanes],
+    /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
+    pub(crate) failing: Option<f64>,
+    /// Present time `[s]`.
+    pub(crate) time: f64,
+    /// Velocities of the last half step and its time step, if there was one.
+    pub(crate) last: Option<(&'a [Lanes], f64)>,
+    /// Bodies by pack and lane that have supports.
+    pub(crate) held: &'a [[bool; LANES]],
+    /// Without the rotations of the blocks, whatever the kinematics.
+    pub(crate) linear: bool,
+    pub(crate) energies: bool,
+}
+
+impl<'a> Pass<'a> {
+    /// The linear model, in which nothing fails.
+    pub(crate) fn linear(model: &'a Model, u: &'a [Lanes]) -> Self {
+        Self {
+            model,
+            u,
+            failing: None,
+            time: 0.0,
+            last: None,
+            held: &[],
+            linear: true,
+            energies: false,
+        }
+    }
+}
+
+/// First pass: `f ← −K u` of the bodies, eq. (8), and of the joints, eq. (11) and §5, in each
+/// block's frame. Pairs fail, springs slip.
+pub(crate) fn forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> Losses {
+    let level = scratch.level;
+    let model = pass.model;
+    let (fields, frames, runs) = scratch.forces(breaks, pass.energies);
+    let input = input(pass, frames);
+    spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
+        dispatch!(level, simd => run_forces(simd, input, &run, fields));
+    });
+    let mut losses = Losses::total(&scratch.losses);
+    if losses.failed != [0; 2] {
+        losses.fracture += remove_cells(pass, breaks, scratch);
+    }
+    losses
+}
+
+pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
+    let Pass { model, u, failing, time, last, held, linear, .. } = pass;
+    let frames = (model.corotational() && !linear).then_some(frames);
+    Input {
+        moved: Moved { packs: &model.packs, u, frames },
+        assembly: &model.assembly,
+        seams: &model.seams,
+        look: Look { failing, time, laws: &model.laws },
+        last,
+        held,
+    }
+}
+
+/// Takes out the strips and corners around pairs that have just failed: from the next pass on.
+/// Returns the energy that was in them `[J]`.
+fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f64 {
+    let Model { packs, assembly, .. } = pass.model;
+    let cells = breaks.touched(packs, assembly);
+    let mut work = Workspace::default();
+    let mut lost = 0.0;
+    for cells in cells.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let at = (cells[0].0, cells[0].1);
+        let input = input(pass, &scratch.frames);
+        let mut energy = |breaks: &Breaks| {
+            dispatch!(scratch.level, simd => {
+                cell_energy(simd, input, at, breaks.get(at.0, at.1), &mut work)
+            })
+        };
+        lost += energy(breaks);
+        breaks.remove(packs, assembly, cells);
+        lost -= energy(breaks);
+    }
+    lost
+}
+
+/// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.
+pub(crate) fn internal_forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) {
+    forces(pass, breaks, scratch);
+    scratch.collect(pass.model, pass.linear);
+}
+
+#[simd]
+fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Forces<'_>) {
+    let packs = input.moved.packs;
+    let (first_node, first_share) = (node_start(packs, run.start), share_start(packs, run.start));
+    for pack in run.clone() {
+        let nodes = node_start(packs, pack) - first_node..node_start(packs, pack + 1) - first_node;
+        let shares =
+            share_start(packs, pack) - first_share..share_start(packs, pack + 1) - first_share;
+        let mut out = Output {
+            f: &mut fields.f[nodes],
+            shares: &mut fields.shares[shares],
+            torque: &mut fields.torques[pack - run.start],
+            energy: fields.energies.get_mut(pack - run.start).map(|energy| {
+                *energy = [Lanes::ZERO; 2];
+                energy
+            }),
+            losses: &mut fields.losses[pack - run.start],
+        };
+        out.shares.fill(Lanes::ZERO);
+        *out.losses = Losses::default();
+        let work = &mut fields.workspaces[0].elements;
+        body(simd, input, pack, &mut out, work);
+        let breaks = &mut fields.breaks[pack - run.start];
+        let tables = input.assembly.pack_tables[pack];
+        for offset in 1..8 {
+            let mut broken = breaks.as_mut().and_then(|lattices| lattices[offset].take());
+            if broken.as_ref().map_or(tables[offset] != NO_TABLE, Broken::acts) {
+                joint(simd, input, (pack, offset), &mut broken, &mut out, work);
+            }
+            if broken.is_some() {
+                breaks.get_or_insert_with(Box::default)[offset] = broken;
+            }
+        }
+    }
+}

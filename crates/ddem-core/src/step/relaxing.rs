@@ -1,0 +1,66 @@
+//! Second pass of relaxation (§7).
+
+use std::ops::Range;
+
+use fearless_simd::{Simd, dispatch};
+use fearless_simd_macros::simd;
+
+use crate::cluster::{self, Clusters};
+use crate::frames::fit_pack;
+use crate::lanes::{Lanes, splat};
+use crate::model::Model;
+use crate::parallel::{node_start, spread};
+use crate::scratch::{Relaxing, Scratch};
+use crate::state::State;
+use crate::sums::{Sums, Tally};
+
+/// Second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, M coupled across the gaps.
+/// Leaves `Σ F·v⁺` and `Σ v⁺·v⁺` in the sums.
+pub(crate) fn advance_relaxing(
+    model: &Model,
+    clusters: &Clusters,
+    [a, b]: [f64; 2],
+    state: &mut State,
+    scratch: &mut Scratch,
+) -> Sums {
+    let (fields, f, runs, level) = scratch.relaxing(state);
+    spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
+        dispatch!(level, simd => run_relaxing(simd, (model, clusters), [a, b], f, &run, &mut fields));
+    });
+    Sums::total(&scratch.sums)
+}
+
+#[simd]
+fn run_relaxing<S: Simd>(
+    simd: S,
+    (model, clusters): (&Model, &Clusters),
+    [a, b]: [f64; 2],
+    f: &[Lanes],
+    run: &Range<usize>,
+    fields: &mut Relaxing<'_>,
+) {
+    let packs = &model.packs;
+    let first = node_start(packs, run.start);
+    let (a, b) = (splat(simd, a), splat(simd, b));
+    for index in run.clone() {
+        let nodes = node_start(packs, index)..node_start(packs, index + 1);
+        let own = nodes.start - first..nodes.end - first;
+        let (u, v) = (&mut fields.u[own.clone()], &mut fields.v[own.clone()]);
+        let q = &mut fields.workspaces[0].q;
+        q.resize(q.len().max(u.len()), Lanes::ZERO);
+        cluster::accelerations(simd, model, clusters, index, f, &mut q[..u.len()]);
+        let mut tally = Tally::new(simd);
+        for (at, (u, v)) in u.iter_mut().zip(v.iter_mut()).enumerate() {
+            let new = a * v.load(simd) + b * q[at].load(simd);
+            tally.moved(f[nodes.start + at].load(simd), new);
+            *v = Lanes::from(new);
+            *u = Lanes::from(u.load(simd) + new);
+        }
+        let mut sums = Sums::default();
+        tally.give(&mut sums);
+        fields.sums[index - run.start] = sums;
+        if model.corotational() {
+            fields.frames[index - run.start] = fit_pack(simd, model, index, u);
+        }
+    }
+}
