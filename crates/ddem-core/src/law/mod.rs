@@ -77,7 +77,8 @@ pub struct Memory {
 /// Energy that a point has lost for each unit of area `[J/m²]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loss {
-    /// To friction, less the work of dilation against the normal traction.
+    /// To friction, less the work of dilation against the normal traction, and to faces that meet
+    /// and part.
     pub friction: f64,
     /// To fracture.
     pub fracture: f64,

@@ -33,7 +33,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
         if before.damage < 1.0 && softening.opening == 0.0 && softening.slip == 0.0 {
             memory.damage = 1.0;
         }
-        stiffness.normal * gap
+        stiffness.normal * gap * eased(before.gap, gap)
     };
     memory.gap = gap;
     memory.traction.normal = normal;
@@ -45,6 +45,14 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
         memory.dilation = (before.dilation + tan_dilation * further).max(0.0);
     }
     loss(law, &before, memory)
+}
+
+/// Part of the pressure that acts on faces about to part. When they part before the next step, the
+/// whole pressure would do more work on that way than the springs hold: nothing that bounces
+/// would ever come to rest. On a contact that many steps resolve it acts once, near zero pressure.
+fn eased(before: f64, gap: f64) -> f64 {
+    let next = gap + (gap - before);
+    if gap < 0.0 && next > 0.0 { gap / (gap - next) } else { 1.0 }
 }
 
 /// Damage after opening to a gap.
@@ -113,21 +121,25 @@ fn limits<L: JointLaw + ?Sized>(law: &L, memory: &Memory) -> (f64, f64) {
 fn loss<L: JointLaw + ?Sized>(law: &L, before: &Memory, after: &Memory) -> Loss {
     let mut loss = Loss::default();
     let (old, new): (Traction, Traction) = (before.traction, after.traction);
-    if before.gap > 0.0 && after.gap > 0.0 {
-        // Area between two secants.
-        loss.fracture = 0.5 * (old.normal * after.gap - new.normal * before.gap);
+    // The area between two secants: nothing along a straight line.
+    let area = 0.5 * (old.normal * after.gap - new.normal * before.gap);
+    if old.normal > 0.0 || new.normal > 0.0 {
+        loss.fracture = area
+    } else {
+        loss.friction = area
     }
     let slip = after.slip - before.slip;
     let work = 0.5 * (old.shear + new.shear).dot(&slip);
     // What the residual bears is friction, and all that is left when the bond has gone.
-    loss.friction = if before.damage < 1.0 {
+    let friction = if before.damage < 1.0 {
         let (_, residual) = limits(law, after);
         work.min(residual * slip.norm())
     } else {
         work
     };
-    loss.fracture += work - loss.friction;
-    loss.friction += 0.5 * (old.normal + new.normal) * (after.dilation - before.dilation);
+    loss.fracture += work - friction;
+    loss.friction +=
+        friction + 0.5 * (old.normal + new.normal) * (after.dilation - before.dilation);
     loss
 }
 

@@ -47,7 +47,10 @@ fn sample() -> impl Strategy<Value = Sample> {
     )
         .prop_map(|(cuts, thickness, divisions, axes, removed, seed)| {
             let inside = |cell: &[usize; 3]| (0..3).all(|d| cell[d] + 1 < cuts[d].len());
-            let removed = removed.into_iter().filter(inside).collect();
+            let mut removed: Vec<_> = removed.into_iter().filter(inside).collect();
+            // What is gone cannot be taken out again.
+            removed.sort_unstable();
+            removed.dedup();
             Sample { cuts, thickness, divisions, axes, removed, seed }
         })
 }
