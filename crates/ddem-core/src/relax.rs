@@ -129,6 +129,7 @@ impl Simulation {
         self.check(sums)?;
         self.state.whole = false;
         if self.fails_now(memory, tolerance) {
+            self.state.v.fill(Lanes::ZERO);
             memory.rest();
             return Ok(Relaxed::Moving);
         }

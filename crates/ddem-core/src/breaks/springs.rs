@@ -146,17 +146,19 @@ impl Broken {
                 let law = law_of(look.laws, seam, lane).filter(|_| point.mode.is_some());
                 if let Some(law) = law {
                     let bore = point.memory.traction;
-                    let loss = law.respond(k, opening, &mut point.memory);
-                    losses.friction += area * loss.friction;
-                    losses.fracture += area * loss.fracture;
+                    let mut loss = law.respond(k, opening, &mut point.memory);
                     if let Some(way) = way.filter(|_| self.fresh.contains(&(p as u32, lane as u8)))
                     {
                         // What the joint bore is gone before it could do its half of the work on
                         // the last way.
                         let now = point.memory.traction;
                         let gone = normal * (bore.normal - now.normal) + bore.shear - now.shear;
-                        losses.fracture -= 0.5 * area * gone.dot(&across(way, place, lane));
+                        loss.fracture -= 0.5 * gone.dot(&across(way, place, lane));
+                        loss.friction += loss.fracture.min(0.0);
+                        loss.fracture = loss.fracture.max(0.0);
                     }
+                    losses.friction += area * loss.friction;
+                    losses.fracture += area * loss.fracture;
                 } else {
                     point.memory.traction = Traction {
                         normal: k.normal * opening.normal,
