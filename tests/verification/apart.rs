@@ -21,7 +21,7 @@ fn flight(name: &str) {
     // The step becomes shorter when the first pair fails.
     while simulation.steps_left() != Some(0) {
         simulation.step().expect("finite numbers");
-        if simulation.steps() % 20 == 0 || simulation.steps_left() == Some(0) {
+        if simulation.steps().is_multiple_of(20) || simulation.steps_left() == Some(0) {
             let (p, l, _) = invariants(&mut simulation);
             momentum = momentum.max((p - p0).norm() / p0.norm());
             angular = angular.max((l - l0).norm() / l0.norm());
