@@ -86,6 +86,19 @@ pub enum RunError {
         /// First node without a finite force.
         node: usize,
     },
+    /// Blocks move away without end in a relaxation: their joints have failed.
+    #[error(
+        "there is no equilibrium: block {block} has moved {distance:.3e} m, farther than the model \
+         is long, after {failed} pairs have failed"
+    )]
+    Collapsed {
+        /// Block that has moved farthest.
+        block: usize,
+        /// How far `[m]`.
+        distance: f64,
+        /// Pairs that have failed.
+        failed: u64,
+    },
     /// Relaxation took too long.
     #[error(
         "not in equilibrium after {max_steps} steps: unbalanced ratio {ratio:.3e}, wanted \

@@ -11,6 +11,7 @@ use std::collections::HashMap;
 
 use crate::cluster::{Clusters, Relaxation};
 use crate::error::RunError;
+use crate::geometry::Vec3;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::simulation::Simulation;
@@ -27,6 +28,9 @@ const WINDOW: usize = 50;
 const NEAR: f64 = 1e-4;
 /// Pairs that are loaded this part as much as the most loaded one fail together with it.
 const MOST_LOADED: f64 = 0.95;
+
+/// Steps after which it is looked whether blocks have gone.
+const LOOK_AROUND: u64 = 500;
 
 /// Where a relaxation is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,6 +132,9 @@ impl Simulation {
         self.measured = None;
         self.check(sums)?;
         self.state.whole = false;
+        if memory.since_restart % LOOK_AROUND == 1 {
+            self.check_collapse()?;
+        }
         if self.fails_now(memory, tolerance) {
             self.state.v.fill(Lanes::ZERO);
             memory.rest();
@@ -158,6 +165,27 @@ impl Simulation {
         memory.walk(moved.moved.sqrt());
         self.state.way = memory.way;
         Ok(Relaxed::Moving)
+    }
+
+    /// Blocks that nothing holds any more are on their way for ever.
+    fn check_collapse(&self) -> Result<(), RunError> {
+        if self.state.failed == [0; 2] {
+            return Ok(());
+        }
+        let [low, high] = self.model.geometry.bounds;
+        let mut farthest = (0.0, 0);
+        for (node, u) in self.displacements().iter().enumerate() {
+            let distance = Vec3::from(*u).norm();
+            if distance > farthest.0 {
+                farthest = (distance, node);
+            }
+        }
+        if farthest.0 <= (high - low).norm() {
+            return Ok(());
+        }
+        let block = self.model.block_of(farthest.1);
+        let failed = self.state.failed.iter().sum();
+        Err(RunError::Collapsed { block, distance: farthest.0, failed })
     }
 
     /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks

@@ -88,16 +88,15 @@ impl Broken {
         let old: Vec<[u8; LANES]> = self.points.iter().map(|p| p.map(|p| p.quarters)).collect();
         self.count(places, seam);
         for (p, (place, old)) in places.iter().zip(old).enumerate() {
-            for lane in 0..LANES {
+            for (lane, old) in old.into_iter().enumerate() {
                 let point = &mut self.points[p][lane];
-                if point.quarters == old[lane] {
+                if point.quarters == old {
                     continue;
                 }
-                let springs =
-                    Point { quarters: old[lane], ..*point }.force(seam, lane, place, local);
+                let springs = Point { quarters: old, ..*point }.force(seam, lane, place, local);
                 let gone = [before, after].map(|g| element_force(g, place, lane));
                 let force = springs + gone[0] - gone[1];
-                losses.fracture += energy(seam, lane, springs, old[lane]);
+                losses.fracture += energy(seam, lane, springs, old);
                 losses.fracture -= energy(seam, lane, force, point.quarters);
                 let k = seam.stiffness(lane);
                 let traction = split(force / point.area(seam, lane), normal);

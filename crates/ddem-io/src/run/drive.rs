@@ -213,7 +213,12 @@ impl<'a> Drive<'a> {
     /// One step of relaxation; true when all loads are in equilibrium.
     fn relax_step(&mut self, stage: &Stage) -> Result<bool, RunFailure> {
         let tolerance = stage.tolerance.unwrap_or(1e-6);
-        match self.simulation.relax_step(tolerance).map_err(failed(stage))? {
+        let relaxed = self.simulation.relax_step(tolerance);
+        if let Err(RunError::Collapsed { .. }) = relaxed {
+            // What was reached is worth looking at.
+            self.recorded(|recorder, simulation| recorder.frame(simulation))?;
+        }
+        match relaxed.map_err(failed(stage))? {
             Relaxed::Done => Ok(true),
             Relaxed::Increment(_) => {
                 self.recorded(|recorder, simulation| recorder.frame(simulation))?;
