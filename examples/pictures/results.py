@@ -45,14 +45,18 @@ class Frames:
 
     def point_field(self, name, frame=-1):
         """A field on the points."""
-        first = int(self.group[f"Steps/PointDataOffsets/{name}"][frame])
-        return self.group[f"PointData/{name}"][first : first + len(self.points)]
+        return self._field("Point", name, frame, len(self.points))
 
     def cell_field(self, name, frame=-1):
         """A field on the cells."""
-        first = int(self.group[f"Steps/CellDataOffsets/{name}"][frame])
         count = int(np.ravel(self.group["NumberOfCells"])[0])
-        return self.group[f"CellData/{name}"][first : first + count]
+        return self._field("Cell", name, frame, count)
+
+    def _field(self, place, name, frame, count):
+        # Fields that never change are there once and have no offsets.
+        offsets = self.group[f"Steps/{place}DataOffsets"].get(name)
+        first = 0 if offsets is None else int(offsets[frame])
+        return self.group[f"{place}Data/{name}"][first : first + count]
 
 
 def results(name):
@@ -66,3 +70,24 @@ def save(figure, name):
     path = PICTURES / name
     figure.savefig(path, facecolor="white")
     print(path)
+
+
+def side(frames, axis, place):
+    """Faces of elements that lie on a plane: four points each, in order, and their cells."""
+    corners = frames.cells.reshape(-1, 8)
+    on_plane = np.abs(frames.points[corners][:, :, axis] - place) < 1e-9
+    cells = np.flatnonzero(on_plane.sum(axis=1) == 4)
+    faces = corners[cells][on_plane[cells]].reshape(-1, 4)
+    flat = np.delete(frames.points[faces], axis, axis=2)
+    off = flat - flat.mean(axis=1, keepdims=True)
+    order = np.argsort(np.arctan2(off[:, :, 1], off[:, :, 0]), axis=1)
+    return np.take_along_axis(faces, order, axis=1), cells
+
+
+def outlines(faces, blocks):
+    """Edges of faces that only one element of a block has: pairs of points."""
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
+    keyed = np.sort(edges.reshape(-1, 2), axis=1)
+    keyed = np.column_stack([np.repeat(blocks, 4), keyed])
+    unique, count = np.unique(keyed, axis=0, return_counts=True)
+    return unique[count == 1][:, 1:]

@@ -6,7 +6,7 @@ use super::fem::{Formulation, Lattice, System};
 use super::intact_planes::tractions;
 use super::record::Tolerance::{Absolute, AtMost, Relative};
 use super::record::{check, of};
-use super::shared::{Frames, example, run};
+use super::shared::{Frames, Run, edited, example, run};
 
 const STRENGTH: f64 = 0.8e6;
 const THICKNESS: f64 = 0.05;
@@ -78,4 +78,53 @@ fn it_cracks_from_below_at_midspan() {
     let downward = rows.windows(2).filter(|pair| pair[1].1 < pair[0].1).count();
     check(case, "rows that cracked before the one below", 0.0, downward as f64, Absolute(0.0));
     closes(case, "", &run);
+}
+
+/// The beam under a load along the line, `[N]`, in equilibrium.
+fn relaxed(load: f64, increments: u32) -> Run {
+    let text = example("v08_beam_cracks");
+    let (head, _) =
+        text.split_once("[[fix]]                            # the line").expect("a line");
+    let soft = "tension = 0.8e6                    # Pa\nfracture_energy = [250, 2e4]\n";
+    let head = edited(head, "tension = 0.8e6                    # Pa\n", soft);
+    let line = -load / 3.0;
+    run(&format!(
+        "{head}
+[[load]]
+where = {{ x = 6.0, z = 3.0 }}
+line = [0.0, 0.0, {line}]
+[[stage]]
+name = \"load\"
+kind = \"relax\"
+increments = {increments}
+[[probe]]
+name = \"base\"
+where = {{ z = 0.0 }}
+quantity = \"reaction\"
+"
+    ))
+}
+
+#[test]
+fn a_load_at_rest_cracks_it_when_it_is_large_enough() {
+    let case = of("v08_beam_cracks");
+    let load = elastic().0[0] * STRENGTH;
+    let failed = |run: &Run| run.summary.failed_pairs.tension + run.summary.failed_pairs.shear;
+    let less = failed(&relaxed(0.95 * load, 1));
+    check(case, "failed pairs, relaxed under 95 % of it", 0.0, less as f64, Absolute(0.0));
+    for increments in [1, 3] {
+        let run = relaxed(1.05 * load, increments);
+        let joints = Frames::open(run.path("joints.vtkhdf"));
+        let states = joints.points().into_iter().zip(joints.last_scalars("state"));
+        let cracked: Vec<_> = states.filter(|(_, state)| *state != 0.0).collect();
+        let below = |(at, state): &([f64; 3], f64)| {
+            (at[0] - 6.0).abs() < 1e-6 && at[2] < 0.6 && *state == 2.0
+        };
+        assert!(!cracked.is_empty() && cracked.iter().all(below), "{cracked:?}");
+        let what = format!("pairs of the lowest row that hold, at 105 % in {increments}");
+        let held = 9.0 - cracked.iter().filter(|(at, _)| at[2] == 0.0).count() as f64;
+        check(case, &what, 0.0, held, Absolute(0.0));
+        let what = format!("support force [N], at 105 % in {increments}");
+        check(case, &what, 1.05 * load, run.last("base.z"), Relative(1e-5));
+    }
 }

@@ -11,6 +11,8 @@ use super::record::{check, of};
 use super::shared::{Frames, Run, edited, example, run};
 
 const COHESION: f64 = 0.8e6;
+const TENSION: f64 = 1.38e6;
+/// Of a cubic metre `[N]`.
 const WEIGHT: f64 = 2400.0 * 9.81;
 
 fn friction() -> f64 {
@@ -38,11 +40,11 @@ fn intact() -> [[Vec<Pair>; 2]; 2] {
     })
 }
 
-/// Load under which the first pair of a plane slips, and where that is.
+/// Load under which the first pair of a plane fails, and where that is.
 fn first_slip(weight: &[Pair], push: &[Pair]) -> (f64, Vector3<f64>) {
     let beyond = |q: f64, (w, p): (&Pair, &Pair)| {
         let t = w.1 + q * p.1;
-        t.xy().norm() - (COHESION - t.z * friction())
+        (t.xy().norm() - (COHESION - t.z * friction())).max(t.z - TENSION)
     };
     let limit = |pair: (&Pair, &Pair)| {
         let (mut low, mut high) = (0.0, 10e6);
@@ -107,4 +109,22 @@ fn the_deeper_plane_fails_at_a_load_between_the_bounds() {
     let what = "limit load / that of a loading half as fast";
     check(case, what, 1.0, found / limit(&slower, 0.1e6), Relative(2e-2));
     closes(case, "", &run);
+}
+
+/// Limit equilibrium holds for joints that keep their strength as they fail.
+#[test]
+fn a_plane_that_does_not_soften_bears_what_limit_equilibrium_says() {
+    let case = of("v07_shear");
+    let tough = "cohesion = 0.8e6                   # Pa\nfracture_energy = [5e4, 5e5]\n";
+    let text = edited(&example(case.deck), "cohesion = 0.8e6                   # Pa\n", tough);
+    let text = edited(&text, "traction = [0.0, 0.024e6, 0.0]", "traction = [0.0, 0.6e6, 0.0]");
+    let text = edited(&text, "ramp = 0.12 ", "ramp = 0.3 ");
+    let run = run(&edited(&text, "duration = 0.12 ", "duration = 0.3 "));
+    let pushed = |time: f64| 0.2e6 + 2e6 * time;
+    let base = run.probes.series("base.y").into_iter().filter(|[time, _]| *time > 0.0);
+    let borne = base.map(|[time, force]| -force - 8.0 * pushed(time));
+    let most = borne.fold(0.0, f64::max);
+    let equilibrium = 16.0 * COHESION + 16.0 * 6.0 * WEIGHT * friction();
+    let what = "shear borne by z = 2 when it yields / limit equilibrium";
+    check(case, what, 1.0, most / equilibrium, Between(0.9, 1.0));
 }
