@@ -4,6 +4,34 @@
 //! bears. A law of your own is one file: strengths as functions of the normal traction are enough,
 //! the springs with friction and softening are provided ([`JointLaw::respond`]).
 //!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use ddem_core::law::JointLaw;
+//!
+//! /// Patton's saw teeth: slips over them up to a pressure, shears them off beyond.
+//! #[derive(Debug)]
+//! struct Patton { tan_teeth: f64, cohesion: f64, tan_friction: f64 }
+//!
+//! impl JointLaw for Patton {
+//!     fn tension(&self) -> f64 {
+//!         0.0
+//!     }
+//!     fn peak(&self, normal: f64) -> f64 {
+//!         let over = -normal * self.tan_teeth;
+//!         over.min(self.cohesion - normal * self.tan_friction).max(0.0)
+//!     }
+//!     fn residual(&self, normal: f64) -> f64 {
+//!         (-normal * self.tan_friction).max(0.0)
+//!     }
+//! }
+//!
+//! # fn use_it(mut model: ddem_core::Model) -> Result<(), ddem_core::Fault> {
+//! model.set_law("seam", Arc::new(Patton { tan_teeth: 1.2, cohesion: 2e5, tan_friction: 0.6 }))?;
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! Tension and opening are positive; the normal points from side a to side b.
 
 mod barton_bandis;
