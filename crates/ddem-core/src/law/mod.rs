@@ -44,7 +44,7 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::Vector2;
 
 use crate::deck::Joint;
 
@@ -56,8 +56,8 @@ pub use mohr_coulomb::MohrCoulomb;
 pub struct Traction {
     /// Normal traction `T_n`, tension positive `[Pa]`.
     pub normal: f64,
-    /// Shear traction `T_s`, in the plane of the joint `[Pa]`.
-    pub shear: Vector3<f64>,
+    /// Shear traction `T_s`, in the joint's own plane `[Pa]`.
+    pub shear: Vector2<f64>,
 }
 
 /// Displacement of side b against side a, from where the springs bear nothing `[m]`.
@@ -65,8 +65,8 @@ pub struct Traction {
 pub struct Opening {
     /// Along the normal, opening positive `[m]`.
     pub normal: f64,
-    /// In the plane of the joint `[m]`.
-    pub shear: Vector3<f64>,
+    /// In the joint's own plane `[m]`.
+    pub shear: Vector2<f64>,
 }
 
 /// Stiffness of the springs of a failed point `[Pa/m]`.
@@ -91,7 +91,7 @@ pub enum Mode {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Memory {
     /// Slip s of side b against side a `[m]`.
-    pub slip: Vector3<f64>,
+    pub slip: Vector2<f64>,
     /// Opening that slip over the roughness has made, `tan ψ` for each unit of slip `[m]`.
     pub dilation: f64,
     /// Part of the peak strength that is lost: 0 at the peak, 1 where the residual is left.
