@@ -41,6 +41,8 @@ pub(crate) struct Broken {
     pub(crate) points: Vec<[Point; LANES]>,
     /// When they failed `[s]`; of no meaning while bonded.
     pub(crate) times: Vec<[f64; LANES]>,
+    /// Whether any pair of a joint that can fail may still be bonded.
+    bonded: bool,
     /// Pairs and lanes that failed since the strips were last looked at.
     fresh: Vec<(u32, u8)>,
 }
@@ -150,6 +152,7 @@ impl Broken {
             any_alive: is_there,
             points: vec![[Point::default(); LANES]; pairs],
             times: vec![[0.0; LANES]; pairs],
+            bonded: true,
             fresh: Vec::new(),
         }
     }

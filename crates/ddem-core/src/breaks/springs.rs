@@ -44,8 +44,9 @@ impl Broken {
         (local, g): (&[Lanes], &[Lanes]),
         losses: &mut Losses,
     ) -> bool {
-        let Some(factor) = look.failing else { return false };
+        let Some(factor) = look.failing.filter(|_| self.bonded) else { return false };
         let before = self.fresh.len();
+        self.bonded = false;
         for (p, place) in places.iter().enumerate() {
             for lane in 0..LANES {
                 let point = &mut self.points[p][lane];
@@ -58,7 +59,10 @@ impl Broken {
                     element_force(g, seam, place, lane) + point.force(seam, lane, place, local);
                 let traction = split(force / area);
                 let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
-                let Some(mode) = failure else { continue };
+                let Some(mode) = failure else {
+                    self.bonded = true;
+                    continue;
+                };
                 point.mode = Some(mode);
                 self.times[p][lane] = look.time;
                 losses.failed[usize::from(mode == Mode::Tension)] += 1;
