@@ -72,7 +72,8 @@ fn slip(simulation: &mut Simulation) -> Vec<f64> {
     let mut slips = vec![[0.0; 3]; simulation.model.n_pairs()];
     simulation.see_present(|pair, seen| {
         if let Some(point) = seen.point {
-            slips[pair] = (seen.rotation * point.memory.slip).into();
+            let slip = point.memory.slip;
+            slips[pair] = (seen.axes * Vec3::new(0.0, slip.x, slip.y)).into();
         }
     });
     slips.into_flattened()
@@ -92,7 +93,13 @@ fn open(simulation: &mut Simulation) -> Vec<f64> {
 }
 
 fn failure_time(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.failed(f64::NAN, |point| point.time)
+    let mut times = vec![f64::NAN; simulation.model.n_pairs()];
+    simulation.present_points(|pair, point, time| {
+        if point.mode.is_some() {
+            times[pair] = time;
+        }
+    });
+    times
 }
 
 fn damage(simulation: &mut Simulation) -> Vec<f64> {
@@ -274,7 +281,7 @@ impl Simulation {
     /// A number of each failed pair, and another of the bonded ones.
     fn failed(&mut self, bonded: f64, number: impl Fn(&Point) -> f64) -> Vec<f64> {
         let mut numbers = vec![bonded; self.model.n_pairs()];
-        self.present_points(|pair, point| {
+        self.present_points(|pair, point, _| {
             if point.mode.is_some() {
                 numbers[pair] = number(point);
             }

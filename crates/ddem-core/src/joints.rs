@@ -93,10 +93,8 @@ impl Model {
 pub(crate) struct Seen<'a> {
     /// Traction on side a `[Pa]`, (M1).
     pub(crate) traction: Vec3,
-    /// Turns the joint's frame into that of space.
-    pub(crate) rotation: Matrix3<f64>,
-    /// Unit normal at rest, from a to b.
-    pub(crate) normal: Vec3,
+    /// The joint's own axes in space, as columns: the normal, from a to b, and two in its plane.
+    pub(crate) axes: Matrix3<f64>,
     /// Number of the joint's properties.
     pub(crate) joint: u16,
     /// If elements around it have become springs.
@@ -118,13 +116,13 @@ impl Simulation {
         self.see(&self.scratch.trial, see);
     }
 
-    /// Calls `see` with each pair around which elements have become springs.
-    pub(crate) fn present_points(&mut self, mut see: impl FnMut(usize, &Point)) {
+    /// Calls `see` with each pair around which elements have become springs, and when it failed.
+    pub(crate) fn present_points(&mut self, mut see: impl FnMut(usize, &Point, f64)) {
         self.measure_once();
         for ((pack, d), lane, first) in face_places(&self.model) {
             let Some(broken) = self.scratch.trial.get(pack, 1 << d) else { continue };
-            for (p, points) in broken.points.iter().enumerate() {
-                see(first + p, &points[lane]);
+            for (p, (points, times)) in broken.points.iter().zip(&broken.times).enumerate() {
+                see(first + p, &points[lane], times[lane]);
             }
         }
     }
@@ -150,9 +148,8 @@ impl Simulation {
         self.see(&self.state.breaks, |_, seen| {
             let law = self.model.laws[seen.joint as usize].as_ref();
             if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.mode.is_none())) {
-                let along = seen.traction.dot(&(seen.rotation * seen.normal));
-                let across = seen.traction - seen.rotation * seen.normal * along;
-                most = most.max(law.overload(along, across.norm()));
+                let own = seen.axes.tr_mul(&seen.traction);
+                most = most.max(law.overload(own.x, own.yz().norm()));
             }
         });
         most
@@ -179,25 +176,22 @@ impl Simulation {
             for lane in 0..pack.filled {
                 let face = first[pack.bodies[lane] as usize][d];
                 let Some(face) = model.faces.get(face as usize) else { continue };
-                let turned = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]);
+                let axes = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]) * seam.axes;
                 for (p, place) in packs.shape_of(pack).pairs[d].iter().enumerate() {
                     let force = |side: usize| {
                         Vec3::from([0, 1, 2].map(|c| forces[3 * place.sides[side] + c].0[lane]))
                     };
                     let area = seam.quarter.0[lane] * place.elements().len() as f64;
                     let mut traction = (force(0) - force(1)) / (2.0 * area);
-                    let normal = Vec3::from(seam.normal);
                     let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.quarters > 0);
                     if let Some(point) = point {
                         let springs = point.memory.traction;
                         let part = f64::from(point.quarters) * place.share();
-                        traction += turned * (normal * springs.normal + springs.shear) * part;
+                        let own = Vec3::new(springs.normal, springs.shear.x, springs.shear.y);
+                        traction += axes * own * part;
                     }
-                    let joint = face.joint;
-                    see(
-                        face.first_pair as usize + p,
-                        Seen { traction, rotation: turned, normal, joint, point },
-                    );
+                    let seen = Seen { traction, axes, joint: face.joint, point };
+                    see(face.first_pair as usize + p, seen);
                 }
             }
         }

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use nalgebra::{Matrix3, Vector3};
+
 use crate::deck::Deck;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
@@ -20,8 +22,8 @@ pub(crate) struct Seam {
     pub(crate) joints: [u16; LANES],
     /// Whether the joint of a lane is springs from the start.
     pub(crate) springs: [bool; LANES],
-    /// Unit normal, from a to b.
-    pub(crate) normal: [f64; 3],
+    /// The joint's own axes as columns: the unit normal, from a to b, and two in its plane.
+    pub(crate) axes: Matrix3<f64>,
     /// Direction across the joint.
     direction: usize,
     /// Edges of one joint element; the one across the joint goes from side a to side b `[m]`.
@@ -85,7 +87,7 @@ impl Seam {
         let mut seam = Self {
             joints: [NO_JOINT; LANES],
             springs: [false; LANES],
-            normal: lattice.normal(d).into(),
+            axes: own_axes(lattice.normal(d), lattice.axes[(d + 1) % 3]),
             direction: d,
             edges: [[Lanes::ZERO; 3]; 3],
             quarter: Lanes::ZERO,
@@ -124,7 +126,7 @@ impl Seam {
         let flags =
             self.joints.iter().zip(&self.springs).map(|(j, s)| u64::from(*j) << 1 | u64::from(*s));
         let lanes = self.edges.iter().flatten().chain(&self.stiffness);
-        let numbers = lanes.flat_map(|lanes| lanes.0).chain(self.normal);
+        let numbers = lanes.flat_map(|lanes| lanes.0).chain(self.axes.iter().copied());
         flags.chain(numbers.map(f64::to_bits)).collect()
     }
 
@@ -136,7 +138,10 @@ impl Seam {
     /// Stiffness of the springs of a quarter of an element along the axes `[N/m]`.
     pub(crate) fn diagonal(&self, lane: usize) -> [f64; 3] {
         let Stiffness { normal, shear } = self.stiffness(lane);
-        self.normal.map(|n| self.quarter.0[lane] * (shear + (normal - shear) * n * n))
+        [0, 1, 2].map(|c| {
+            let n = self.axes[(c, 0)];
+            self.quarter.0[lane] * (shear + (normal - shear) * n * n)
+        })
     }
 
     #[inline(always)]
@@ -144,4 +149,10 @@ impl Seam {
         let [normal, shear] = self.stiffness;
         Stiffness { normal: normal.0[lane], shear: shear.0[lane] }
     }
+}
+
+/// Orthonormal axes from a unit normal and a direction in its plane.
+fn own_axes(normal: Vector3<f64>, along: Vector3<f64>) -> Matrix3<f64> {
+    let along = (along - normal * normal.dot(&along)).normalize();
+    Matrix3::from_columns(&[normal, along, normal.cross(&along)])
 }

@@ -20,14 +20,12 @@ pub(crate) use springs::{Look, Pull};
 /// A pair of a joint that is no longer, or never was, elements alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Point {
-    /// Relative displacement at which the springs bear nothing, in the joint's frame `[m]`.
+    /// Relative displacement at which the springs bear nothing, along the joint's own axes `[m]`.
     pub(crate) origin: Vector3<f64>,
     /// Quarters of elements that act as springs; 0: elements alone.
     pub(crate) quarters: u8,
     /// How the pair failed; `None` while it is bonded.
     pub(crate) mode: Option<Mode>,
-    /// When it failed `[s]`.
-    pub(crate) time: f64,
     /// Of the springs.
     pub(crate) memory: Memory,
 }
@@ -41,6 +39,8 @@ pub(crate) struct Broken {
     pub(crate) any_alive: bool,
     /// Pairs of a face joint by lane, in the order of [`crate::pack::Shape::pairs`].
     pub(crate) points: Vec<[Point; LANES]>,
+    /// When they failed `[s]`; of no meaning while bonded.
+    pub(crate) times: Vec<[f64; LANES]>,
     /// Pairs and lanes that failed since the strips were last looked at.
     fresh: Vec<(u32, u8)>,
 }
@@ -127,7 +127,8 @@ impl Breaks {
     pub(crate) fn bytes(&self) -> usize {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
         let own = |l: &Broken| {
-            l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[Point; LANES]>()
+            l.alive.len() * size_of::<Lanes>()
+                + l.points.len() * size_of::<([Point; LANES], [f64; LANES])>()
         };
         self.packs.len() * size_of::<PackBreaks>() + lattices.map(own).sum::<usize>()
     }
@@ -148,6 +149,7 @@ impl Broken {
             alive: vec![Lanes([1.0; LANES]); elements],
             any_alive: is_there,
             points: vec![[Point::default(); LANES]; pairs],
+            times: vec![[0.0; LANES]; pairs],
             fresh: Vec::new(),
         }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::{Broken, Losses, Point};
 use crate::lanes::{LANES, Lanes};
@@ -45,7 +45,6 @@ impl Broken {
         losses: &mut Losses,
     ) -> bool {
         let Some(factor) = look.failing else { return false };
-        let normal = Vector3::from(seam.normal);
         let before = self.fresh.len();
         for (p, place) in places.iter().enumerate() {
             for lane in 0..LANES {
@@ -55,11 +54,13 @@ impl Broken {
                     continue;
                 };
                 let area = seam.quarter.0[lane] * place.elements().len() as f64;
-                let force = element_force(g, place, lane) + point.force(seam, lane, place, local);
-                let traction = split(force / area, normal);
+                let force =
+                    element_force(g, seam, place, lane) + point.force(seam, lane, place, local);
+                let traction = split(force / area);
                 let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
                 let Some(mode) = failure else { continue };
-                (point.mode, point.time) = (Some(mode), look.time);
+                point.mode = Some(mode);
+                self.times[p][lane] = look.time;
                 losses.failed[usize::from(mode == Mode::Tension)] += 1;
                 self.set_failed(places, p, lane);
             }
@@ -83,7 +84,6 @@ impl Broken {
         [before, after]: [&[Lanes]; 2],
         losses: &mut Losses,
     ) {
-        let normal = Vector3::from(seam.normal);
         losses.fracture += lost(local, [before, after]);
         let old: Vec<[u8; LANES]> = self.points.iter().map(|p| p.map(|p| p.quarters)).collect();
         self.count(places, seam);
@@ -94,14 +94,14 @@ impl Broken {
                     continue;
                 }
                 let springs = Point { quarters: old, ..*point }.force(seam, lane, place, local);
-                let gone = [before, after].map(|g| element_force(g, place, lane));
+                let gone = [before, after].map(|g| element_force(g, seam, place, lane));
                 let force = springs + gone[0] - gone[1];
                 losses.fracture += energy(seam, lane, springs, old);
                 losses.fracture -= energy(seam, lane, force, point.quarters);
                 let k = seam.stiffness(lane);
-                let traction = split(force / point.area(seam, lane), normal);
-                let elastic = normal * (traction.normal / k.normal) + traction.shear / k.shear;
-                point.origin = across(local, place, lane) - elastic;
+                let traction = split(force / point.area(seam, lane));
+                let elastic = joined(traction.normal / k.normal, traction.shear / k.shear);
+                point.origin = across(local, seam, place, lane) - elastic;
                 // What both nodes felt alike is gone before it could do its half of the work on
                 // the last way.
                 let [a, b] = place.sides;
@@ -115,7 +115,7 @@ impl Broken {
             let (place, lane) = (&places[p as usize], lane as usize);
             let point = &mut self.points[p as usize][lane];
             let force = point.force(seam, lane, place, local);
-            let traction = split(force / point.area(seam, lane), normal);
+            let traction = split(force / point.area(seam, lane));
             let gap = traction.normal / seam.stiffness(lane).normal;
             point.memory = Memory { traction, gap, ..Memory::default() };
         }
@@ -130,7 +130,6 @@ impl Broken {
         (local, g): (&[Lanes], &mut [Lanes]),
         losses: &mut Losses,
     ) -> Pull {
-        let normal = Vector3::from(seam.normal);
         let mut pull = Pull::default();
         for (p, place) in places.iter().enumerate() {
             for lane in 0..LANES {
@@ -140,7 +139,7 @@ impl Broken {
                 }
                 let k = seam.stiffness(lane);
                 let area = point.area(seam, lane);
-                let opening = split(across(local, place, lane) - point.origin, normal);
+                let opening = split(across(local, seam, place, lane) - point.origin);
                 let opening = Opening { normal: opening.normal, shear: opening.shear };
                 let law = law_of(look.laws, seam, lane).filter(|_| point.mode.is_some());
                 if let Some(law) = law {
@@ -151,8 +150,8 @@ impl Broken {
                         // What the joint bore is gone before it could do its half of the work on
                         // the last way.
                         let now = point.memory.traction;
-                        let gone = normal * (bore.normal - now.normal) + bore.shear - now.shear;
-                        loss.fracture -= 0.5 * gone.dot(&across(way, place, lane));
+                        let gone = joined(bore.normal - now.normal, bore.shear - now.shear);
+                        loss.fracture -= 0.5 * gone.dot(&across(way, seam, place, lane));
                         loss.friction += loss.fracture.min(0.0);
                         loss.fracture = loss.fracture.max(0.0);
                     }
@@ -166,8 +165,8 @@ impl Broken {
                     point.memory.gap = opening.normal;
                 }
                 let Traction { normal: t_n, shear } = point.memory.traction;
-                let force = (normal * t_n + shear) * area;
-                let couple = point.memory.slip.cross(&force);
+                let force = seam.axes * joined(t_n, shear) * area;
+                let couple = (seam.axes * joined(0.0, point.memory.slip)).cross(&force);
                 let [a, b] = place.sides;
                 for c in 0..3 {
                     g[3 * a + c].0[lane] -= force[c];
@@ -187,15 +186,14 @@ impl Point {
         seam.quarter.0[lane] * f64::from(self.quarters)
     }
 
-    /// Force of the springs of a bonded pair on side a `[N]`.
+    /// Force of the springs of a bonded pair on side a, along the joint's own axes `[N]`.
     fn force(&self, seam: &Seam, lane: usize, place: &PairPlace, local: &[Lanes]) -> Vector3<f64> {
         if self.quarters == 0 {
             return Vector3::zeros();
         }
-        let normal = Vector3::from(seam.normal);
         let k = seam.stiffness(lane);
-        let opening = split(across(local, place, lane) - self.origin, normal);
-        (normal * (k.normal * opening.normal) + opening.shear * k.shear) * self.area(seam, lane)
+        let opening = split(across(local, seam, place, lane) - self.origin);
+        joined(k.normal * opening.normal, opening.shear * k.shear) * self.area(seam, lane)
     }
 }
 
@@ -204,7 +202,7 @@ fn energy(seam: &Seam, lane: usize, force: Vector3<f64>, quarters: u8) -> f64 {
     if quarters == 0 {
         return 0.0;
     }
-    let force = split(force, Vector3::from(seam.normal));
+    let force = split(force);
     let k = seam.stiffness(lane);
     let both = force.normal * force.normal / k.normal + force.shear.norm_squared() / k.shear;
     0.5 * both / (seam.quarter.0[lane] * f64::from(quarters))
@@ -231,21 +229,26 @@ fn law_of<'a>(
     }
 }
 
-/// Parts of a vector along the normal and across it.
-fn split(v: Vector3<f64>, normal: Vector3<f64>) -> Traction {
-    let along = v.dot(&normal);
-    Traction { normal: along, shear: v - normal * along }
+/// Parts of a vector along the joint's own axes: along the normal and in the plane.
+fn split(v: Vector3<f64>) -> Traction {
+    Traction { normal: v.x, shear: Vector2::new(v.y, v.z) }
 }
 
-/// Displacement of side b against side a.
-fn across(local: &[Lanes], place: &PairPlace, lane: usize) -> Vector3<f64> {
+/// The inverse of [`split`].
+fn joined(normal: f64, shear: Vector2<f64>) -> Vector3<f64> {
+    Vector3::new(normal, shear.x, shear.y)
+}
+
+/// Displacement of side b against side a, along the joint's own axes.
+fn across(local: &[Lanes], seam: &Seam, place: &PairPlace, lane: usize) -> Vector3<f64> {
     let [a, b] = place.sides;
-    at(local, b, lane) - at(local, a, lane)
+    seam.axes.tr_mul(&(at(local, b, lane) - at(local, a, lane)))
 }
 
-/// Half the difference of the forces of the elements on the two nodes, (M1).
-fn element_force(g: &[Lanes], place: &PairPlace, lane: usize) -> Vector3<f64> {
-    across(g, place, lane) * 0.5
+/// Half the difference of the forces of the elements on the two nodes, (M1), along the joint's own
+/// axes.
+fn element_force(g: &[Lanes], seam: &Seam, place: &PairPlace, lane: usize) -> Vector3<f64> {
+    across(g, seam, place, lane) * 0.5
 }
 
 fn at(field: &[Lanes], node: usize, lane: usize) -> Vector3<f64> {

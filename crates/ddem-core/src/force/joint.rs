@@ -150,7 +150,7 @@ fn any_fails<S: Simd>(
     let n = LANES * places.len();
     normals.resize(n.max(normals.len()), 0.0);
     shears.resize(n.max(shears.len()), 0.0);
-    let direction = seam.normal.map(|c| splat(simd, c));
+    let direction = [0, 1, 2].map(|c| splat(simd, seam.axes[(c, 0)]));
     let half = splat(simd, 0.5 / input.look.failing.unwrap_or(1.0));
     let per_quarter = seam.per_quarter.load(simd) * half;
     let targets =

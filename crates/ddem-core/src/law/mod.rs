@@ -4,6 +4,34 @@
 //! bears. A law of your own is one file: strengths as functions of the normal traction are enough,
 //! the springs with friction and softening are provided ([`JointLaw::respond`]).
 //!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use ddem_core::law::JointLaw;
+//!
+//! /// Patton's saw teeth: slips over them up to a pressure, shears them off beyond.
+//! #[derive(Debug)]
+//! struct Patton { tan_teeth: f64, cohesion: f64, tan_friction: f64 }
+//!
+//! impl JointLaw for Patton {
+//!     fn tension(&self) -> f64 {
+//!         0.0
+//!     }
+//!     fn peak(&self, normal: f64) -> f64 {
+//!         let over = -normal * self.tan_teeth;
+//!         over.min(self.cohesion - normal * self.tan_friction).max(0.0)
+//!     }
+//!     fn residual(&self, normal: f64) -> f64 {
+//!         (-normal * self.tan_friction).max(0.0)
+//!     }
+//! }
+//!
+//! # fn use_it(mut model: ddem_core::Model) -> Result<(), ddem_core::Fault> {
+//! model.set_law("seam", Arc::new(Patton { tan_teeth: 1.2, cohesion: 2e5, tan_friction: 0.6 }))?;
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! Tension and opening are positive; the normal points from side a to side b.
 
 mod barton_bandis;
@@ -16,7 +44,7 @@ use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::Vector2;
 
 use crate::deck::Joint;
 
@@ -28,8 +56,8 @@ pub use mohr_coulomb::MohrCoulomb;
 pub struct Traction {
     /// Normal traction `T_n`, tension positive `[Pa]`.
     pub normal: f64,
-    /// Shear traction `T_s`, in the plane of the joint `[Pa]`.
-    pub shear: Vector3<f64>,
+    /// Shear traction `T_s`, in the joint's own plane `[Pa]`.
+    pub shear: Vector2<f64>,
 }
 
 /// Displacement of side b against side a, from where the springs bear nothing `[m]`.
@@ -37,8 +65,8 @@ pub struct Traction {
 pub struct Opening {
     /// Along the normal, opening positive `[m]`.
     pub normal: f64,
-    /// In the plane of the joint `[m]`.
-    pub shear: Vector3<f64>,
+    /// In the joint's own plane `[m]`.
+    pub shear: Vector2<f64>,
 }
 
 /// Stiffness of the springs of a failed point `[Pa/m]`.
@@ -63,7 +91,7 @@ pub enum Mode {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Memory {
     /// Slip s of side b against side a `[m]`.
-    pub slip: Vector3<f64>,
+    pub slip: Vector2<f64>,
     /// Opening that slip over the roughness has made, `tan ψ` for each unit of slip `[m]`.
     pub dilation: f64,
     /// Part of the peak strength that is lost: 0 at the peak, 1 where the residual is left.

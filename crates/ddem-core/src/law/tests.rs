@@ -1,6 +1,6 @@
 //! Curves of the laws against their definitions.
 
-use nalgebra::Vector3;
+use nalgebra::Vector2;
 
 use super::response::stored;
 use super::*;
@@ -36,7 +36,7 @@ fn lead(law: &dyn JointLaw, path: impl Iterator<Item = Opening>, start: Memory) 
 }
 
 fn at(normal: f64, shear: f64) -> Opening {
-    Opening { normal, shear: Vector3::new(0.6, 0.8, 0.0) * shear }
+    Opening { normal, shear: Vector2::new(0.6, 0.8) * shear }
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn pure_opening_takes_its_fracture_energy() {
         let (elastic, last) = (1e6 / STIFFNESS.normal, 2.0 * energy / 1e6);
         let start = Memory {
             gap: elastic,
-            traction: Traction { normal: 1e6, shear: Vector3::zeros() },
+            traction: Traction { normal: 1e6, shear: Vector2::zeros() },
             ..Memory::default()
         };
         // There is a way back on it: unloading takes nothing.

@@ -1,6 +1,6 @@
 //! Broken joints as plain numbers, one for each pair.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::Saved;
 use crate::breaks::{Breaks, Broken, Point};
@@ -13,8 +13,8 @@ const ARRAYS: [(&str, usize); 8] = [
     ("pair_mode", 1),
     ("pair_time", 1),
     ("pair_origin", 3),
-    ("pair_slip", 3),
-    ("pair_shear", 3),
+    ("pair_slip", 2),
+    ("pair_shear", 2),
     ("pair_normal", 1),
     ("pair_damage", 1),
     ("pair_gap", 2),
@@ -29,7 +29,7 @@ pub(super) fn save(model: &Model, breaks: &Breaks, saved: &mut Saved) {
     for (at, lane, first) in face_places(model) {
         let Some(broken) = breaks.get(at.0, 1 << at.1) else { continue };
         for (p, points) in broken.points.iter().enumerate() {
-            let numbers = numbers(&points[lane]);
+            let numbers = numbers(&points[lane], broken.times[p][lane]);
             for ((array, (_, width)), values) in arrays.iter_mut().zip(ARRAYS).zip(&numbers) {
                 array[width * (first + p)..][..width].copy_from_slice(&values[..width]);
             }
@@ -76,6 +76,7 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Breaks> {
         let Some(broken) = &mut breaks.at(at.0)[1 << at.1] else { continue };
         for (p, points) in broken.points.iter_mut().enumerate() {
             let numbers: [&[f64]; 8] = std::array::from_fn(|array| value(array, first + p));
+            broken.times[p][lane] = numbers[1][0];
             set(&mut points[lane], numbers);
         }
     }
@@ -84,7 +85,7 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Breaks> {
     Some(breaks)
 }
 
-fn numbers(point: &Point) -> [[f64; 3]; 8] {
+fn numbers(point: &Point, time: f64) -> [[f64; 3]; 8] {
     let Memory { slip, dilation, damage, gap, traction } = point.memory;
     let mode = match point.mode {
         None => 0.0,
@@ -94,10 +95,10 @@ fn numbers(point: &Point) -> [[f64; 3]; 8] {
     let one = |x: f64| [x, 0.0, 0.0];
     [
         one(mode),
-        one(point.time),
+        one(time),
         point.origin.into(),
-        slip.into(),
-        traction.shear.into(),
+        [slip.x, slip.y, 0.0],
+        [traction.shear.x, traction.shear.y, 0.0],
         one(traction.normal),
         one(damage),
         [gap, dilation, 0.0],
@@ -105,19 +106,19 @@ fn numbers(point: &Point) -> [[f64; 3]; 8] {
 }
 
 fn set(point: &mut Point, numbers: [&[f64]; 8]) {
-    let [mode, time, origin, slip, shear, normal, damage, gap] = numbers;
+    let [mode, _, origin, slip, shear, normal, damage, gap] = numbers;
     point.mode = match mode[0] {
         1.0 => Some(Mode::Shear),
         2.0 => Some(Mode::Tension),
         _ => None,
     };
-    let vector = |v: &[f64]| Vector3::new(v[0], v[1], v[2]);
-    (point.time, point.origin) = (time[0], vector(origin));
+    let in_plane = |v: &[f64]| Vector2::new(v[0], v[1]);
+    point.origin = Vector3::new(origin[0], origin[1], origin[2]);
     point.memory = Memory {
-        slip: vector(slip),
+        slip: in_plane(slip),
         dilation: gap[1],
         damage: damage[0],
         gap: gap[0],
-        traction: Traction { normal: normal[0], shear: vector(shear) },
+        traction: Traction { normal: normal[0], shear: in_plane(shear) },
     };
 }

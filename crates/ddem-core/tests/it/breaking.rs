@@ -1,6 +1,6 @@
 //! §5: joints that fail, as a whole model shows it.
 
-use ddem_core::deck::{Damping, Deck, Fix, Joint, Load, TimeStep};
+use ddem_core::deck::{Assign, Damping, Deck, Extent, Fix, Joint, Load, TimeStep, Where};
 use ddem_core::{FIELDS, On, Simd, Simulation};
 
 use crate::decks::*;
@@ -192,4 +192,79 @@ fn threads_and_instruction_sets_change_no_bit_of_what_breaks() {
             assert!(run(simd, threads) == first, "{name}, {threads} threads");
         }
     }
+}
+
+/// Oblique axes, where the gap is not along the normal, and bodies that do not fill their packs.
+#[test]
+fn momentum_is_kept_in_oblique_lattices() {
+    for kind in 0..3 {
+        let deck = with_seam(deck([3, 2, 1], [3.0, 2.0, 1.0], 3, 0.02), weak(seam(kind)));
+        let mut simulation = simulation(&with_axes(deck, OBLIQUE));
+        let (n, mut random) = (simulation.model().n_nodes(), Random::new(11));
+        let pushes: Vec<Vec3> = (0..6).map(|_| random.vector() * 0.1).collect();
+        let push = |node| pushes[simulation.model().block_of(node)].into();
+        let velocities: Vec<[f64; 3]> = (0..n).map(push).collect();
+        simulation.set_velocities(&velocities);
+        start(&mut simulation, Damping::None);
+        let (first, sizes) = momenta(&mut simulation);
+        steps(&mut simulation, 500);
+        let (last, _) = momenta(&mut simulation);
+        let change = [0, 1].map(|k| (last[k] - first[k]).norm() / sizes[k]);
+        assert!(simulation.failed_pairs().iter().sum::<u64>() > 50, "joint {kind}");
+        assert!(change[0] < 1e-13 && change[1] < 1e-13, "joint {kind}: {change:?}");
+    }
+}
+
+/// Joints of several kinds side by side in one pack: each fails by its own strength, or not at all.
+#[test]
+fn joints_of_one_pack_fail_each_by_its_own_strength() {
+    let mut deck = deck([4, 1, 2], [4.0, 1.0, 2.0], 2, 0.02);
+    let loose = Joint { thickness: 0.02, ..seam(1) };
+    deck.joints.insert("loose".into(), loose);
+    let names = ["never", "weak", "springs", "strong"];
+    for (name, joint) in [
+        ("never", seam(0)),
+        ("weak", weak(seam(0))),
+        ("springs", weak(seam(1))),
+        ("strong", Joint { tension: Some(1e12), cohesion: Some(1e12), ..seam(0) }),
+    ] {
+        deck.joints.insert(name.into(), joint);
+    }
+    // Columns that do not feel each other, pulled at both ends.
+    for (column, name) in names.into_iter().enumerate() {
+        let x = Some(Extent::Range([column as f64, column as f64 + 1.0]));
+        let region = Where { x, z: Some(Extent::Plane(1.0)), ..Where::default() };
+        deck.assign.push(Assign { region, joint: Some(name.into()), ..Assign::default() });
+    }
+    for column in 1..4 {
+        let x = Some(Extent::Plane(f64::from(column)));
+        let region = Where { x, ..Where::default() };
+        let joint = Some("loose".into());
+        deck.assign.push(Assign { region, joint, ..Assign::default() });
+    }
+    deck.fix.push(fix(plane(2, 0.0), "xyz"));
+    deck.fix.push(Fix { velocity: Some([0.0, 0.0, 1e-3]), ..fix(plane(2, 2.0), "xyz") });
+    let mut simulation = simulation(&deck);
+    start(&mut simulation, Damping::Ratio(0.01));
+    steps(&mut simulation, 3000);
+    let state = pair_field(&mut simulation, "state");
+    let traction = simulation.tractions();
+    let model = simulation.model();
+    let joints: Vec<&str> = model.deck().joints.keys().map(String::as_str).collect();
+    let mut seen = 0;
+    for face in model.faces() {
+        let name = joints[face.joint as usize];
+        let pairs = face.first_pair as usize..face.first_pair as usize + 9;
+        let failed = state[pairs.clone()].iter().filter(|state| **state != 0.0).count();
+        let pull = traction[pairs].iter().fold(f64::INFINITY, |least, t| least.min(t[2]));
+        match name {
+            "weak" | "springs" => {
+                assert!(failed == 9 && pull.abs() < 1.0, "{name}: {failed} {pull}")
+            }
+            "never" | "strong" => assert!(failed == 0 && pull > 4e4, "{name}: {failed} {pull}"),
+            _ => continue,
+        }
+        seen += 1;
+    }
+    assert_eq!(seen, 4);
 }
