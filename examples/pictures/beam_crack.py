@@ -44,8 +44,9 @@ def beam(axes, blocks, faces, cells, edges, frame):
     top = flat[line].mean(axis=0)
     style = {"arrowstyle": "-|>", "color": LOAD, "lw": 2.2, "mutation_scale": 16}
     axes.annotate("", top, top + (0.0, 0.85), arrowprops=style)
-    for x, z in (flat[np.abs(blocks.points - (end, 0.0, 0.0)).sum(axis=1).argmin()] for end in (0, 12)):
-        axes.plot(x, z - 0.22, marker="^" if x < 6 else "o", ms=11, color=GROUND, mec=FAINT, clip_on=False)
+    for end, marker in ((0.0, "^"), (12.0, "o")):
+        x, z = flat[np.abs(blocks.points - (end, 0.0, 0.0)).sum(axis=1).argmin()]
+        axes.plot(x, z - 0.22, marker, ms=11, color=GROUND, mec=FAINT, clip_on=False)
     axes.set(xlim=(-0.4, 12.4), ylim=(-1.15, 4.0), aspect="equal")
     axes.axis("off")
     return colours

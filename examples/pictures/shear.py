@@ -57,9 +57,10 @@ def profiles(axes, blocks, frames):
         along = 1e3 * blocks.point_field("displacement", frame)[line, 1]
         height = blocks.points[line, 2]
         axes.plot(along, height, color=shade, lw=2.0)
-        axes.plot(along[::2], height[::2], "o", color=shade, ms=3)
+        axes.plot(along, height, "o", color=shade, ms=3)
         label = f"{load(blocks.times[frame]):.2f} MPa"
-        axes.annotate(label, (along[-1], 8.0), (0, 6), textcoords="offset points", ha="center", color=shade, size=10.5)
+        style = {"ha": "center", "color": shade, "size": 10.5}
+        axes.annotate(label, (along[-1], 8.0), (0, 6), textcoords="offset points", **style)
     for plane in PLANES:
         axes.axhline(plane, color=LOAD, lw=0.9, ls=(0, (5, 3)), zorder=0)
     axes.set(ylim=(0, 8), xlim=(0, None), yticks=[0, 2, 3, 8], ylabel="height z (m)")
@@ -72,8 +73,9 @@ def displacements():
     frames = [int(np.abs(blocks.times - time).argmin()) for time in (0.05, 0.15, 0.2, 0.23)]
     figure = plt.figure(figsize=(12, 7.4))
     figure.text(0.035, 0.945, "A column shears along its weak planes", size=19, weight="bold")
-    about = f"4 × 4 × 8 m, weak planes at z = 2 and 3 m; left: traction {load(blocks.times[frames[-1]]):.2f} MPa"
-    figure.text(0.035, 0.905, f"{about}, displacements × {SCALE}", size=12, color=FAINT)
+    about = "4 × 4 × 8 m, weak planes at z = 2 and 3 m; left: traction"
+    about = f"{about} {load(blocks.times[frames[-1]]):.2f} MPa, displacements × {SCALE}"
+    figure.text(0.035, 0.905, about, size=12, color=FAINT)
     axes = figure.add_axes((0.02, 0.03, 0.5, 0.85))
     colours = column(axes, blocks, frames[-1])
     bar = figure.add_axes((0.475, 0.2, 0.014, 0.5))

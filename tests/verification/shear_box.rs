@@ -98,6 +98,31 @@ fn a_thick_joint() {
 }
 
 #[test]
+fn sliding_back_closes_what_sliding_has_opened() {
+    let case = of("v05_shear_thick");
+    // To 0.5 mm and back to 0.
+    let ramp = "history = { ramp = 0.02 }";
+    let there_and_back = "history = { table = [[0, 0], [0.02, 1], [0.5, 1], [0.52, -1]] }";
+    let text = edited(&example(case.deck), ramp, there_and_back);
+    let text = edited(&text, "duration = 0.61 ", "duration = 1.01 ");
+    // Down the slopes that it has climbed a rough joint chatters: some stick for a moment.
+    for (dilation, tolerance) in [(0.0, 5e-3), (5.0, 2e-2)] {
+        let dilated = format!("dilation = {dilation} ");
+        let run = run(&edited(&text, "dilation = 5.0 ", &dilated));
+        let curve = Curve::of(&run);
+        assert!(curve.way().abs() < 1e-9, "it ends where it began: {}", curve.way());
+        let residual = 0.1e6 + 1e6 * tan(25.0);
+        let what = format!("shear stress [Pa], slid back, dilation {dilation}°");
+        check(case, &what, -residual, curve.residual(), Relative(tolerance));
+        // The springs of the joint are strained backward: that much slip is left.
+        let left = residual / (2e7 / 0.001) * tan(dilation);
+        let what = format!("opening [m], slid back, dilation {dilation}°");
+        check(case, &what, left, curve.risen, Absolute(1e-2 * 0.5e-3 * tan(5.0)));
+        closes(case, &format!(", slid back, dilation {dilation}°"), &run);
+    }
+}
+
+#[test]
 fn a_spring_joint_without_thickness() {
     let case = of("v05_shear_spring");
     let normal = 1.0 / (1.0 / 6e8 + 0.1 / 21.6e9);
