@@ -88,7 +88,7 @@ pub enum RunError {
     },
     /// Blocks part or slide without end in a relaxation: their joints have failed.
     #[error(
-        "there is no equilibrium: blocks {} and {} have come {distance:.3e} m apart or past each \
+        "there is no equilibrium: blocks {} and {} have come {distance:.3} m apart or past each \
          other, more than the edge of a block, after {failed} pairs have failed",
         .blocks[0], .blocks[1]
     )]

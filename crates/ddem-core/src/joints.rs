@@ -128,14 +128,14 @@ impl Simulation {
     }
 
     /// Largest gap or slip of a failed pair `[m]`, and its joint.
-    pub(crate) fn farthest_apart(&self) -> (f64, &Face) {
-        let mut farthest = (0.0, &self.model.faces[0]);
+    pub(crate) fn farthest_apart(&self) -> Option<(f64, &Face)> {
+        let mut farthest: Option<(f64, &Face)> = None;
         for (face, ((pack, d), lane, _)) in self.model.faces.iter().zip(face_places(&self.model)) {
             let Some(broken) = self.state.breaks.get(pack, 1 << d) else { continue };
             for point in broken.points.iter().map(|points| &points[lane]) {
                 let distance = point.memory.gap.max(point.memory.slip.norm());
-                if point.mode.is_some() && distance > farthest.0 {
-                    farthest = (distance, face);
+                if point.mode.is_some() && farthest.is_none_or(|(most, _)| distance > most) {
+                    farthest = Some((distance, face));
                 }
             }
         }

@@ -69,7 +69,9 @@ impl Model {
         })
     }
 
-    /// Gives all joints of a name a law of your own instead of the deck's strengths.
+    /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
+    /// of the deck: a simulation that is restored needs a model with the same laws, and warnings
+    /// and reports speak of the deck's strengths.
     ///
     /// # Errors
     ///
@@ -96,7 +98,8 @@ impl Model {
     }
 
     /// Whether any joint can fail.
-    pub(crate) fn can_fail(&self) -> bool {
+    #[must_use]
+    pub fn can_fail(&self) -> bool {
         let mut joints = self.faces.iter().map(|face| face.joint);
         self.laws.iter().any(Option::is_some)
             && joints.any(|joint| self.laws[joint as usize].is_some())
@@ -319,6 +322,8 @@ impl Size {
     #[must_use]
     pub fn of(deck: &Deck) -> Self {
         let mut size = Self::default();
+        let mut joints = deck.joints.values();
+        let can_break = joints.any(|joint| joint.breaks() || joint.normal_stiffness.is_some());
         for set in &deck.blocks {
             let edges = set.edges.as_ref();
             let count = |d: usize| {
@@ -336,7 +341,9 @@ impl Size {
             let own = if edges.is_some() { 40e3 + n.powi(3) * 300.0 } else { 0.0 };
             // Blocks lie side by side in fours.
             let blocks = (blocks / 4.0).ceil() * 4.0;
-            size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0 + own);
+            // What pairs remember, in the state and in a measurement of it.
+            let pairs = if can_break { 3.0 * n * n * 104.0 * 2.0 } else { 0.0 };
+            size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0 + own + pairs);
         }
         size
     }

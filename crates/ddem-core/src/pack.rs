@@ -36,7 +36,7 @@ pub(crate) struct PairPlace {
     /// Places of the nodes on sides a and b in the joint lattice.
     pub(crate) sides: [usize; 2],
     /// Elements of the joint lattice that have the pair; the first `count` are.
-    elements: [u16; 4],
+    elements: [u32; 4],
     count: u8,
 }
 
@@ -142,7 +142,7 @@ fn pair_places(divisions: usize, d: usize) -> Vec<PairPlace> {
             if (1..=divisions).contains(&i) && (1..=divisions).contains(&k) {
                 let mut at = [0; 3];
                 (at[e], at[f]) = (i - 1, k - 1);
-                elements[count] = element(at) as u16;
+                elements[count] = element(at) as u32;
                 count += 1;
             }
         }

@@ -57,6 +57,7 @@ impl Simulation {
             increment: 1,
             from: state.load_factors.clone(),
             way: state.way,
+            apart: self.farthest_apart().map_or(0.0, |(distance, _)| distance),
             to,
             ..Memory::default()
         };
@@ -71,19 +72,26 @@ impl Simulation {
         for (node, axis) in self.active.held() {
             held.entry(node).or_default()[axis] = true;
         }
-        let mut clusters = Clusters::new(&self.model, &held);
-        let mut largest: f64 = 0.0;
-        for broken in [false, true].into_iter().filter(|&broken| !broken || self.model.can_fail()) {
-            let mut breaks = self.model.tangent(broken);
-            let found = largest_clustered(&self.model, &clusters, &mut breaks, &mut self.scratch);
-            largest = largest.max(found);
-        }
-        clusters.scale(LARGEST / largest);
+        let clusters = Clusters::new(&self.model, &held);
         // Until a part of the loads has made its first step, those before it act.
         if memory.way != 0.0 || !memory.last.is_empty() {
             self.factors = memory.present_factors();
         }
-        self.relaxation = Some(Relaxation { memory, clusters });
+        let mut relaxation = Relaxation { memory, clusters };
+        self.scale(&mut relaxation.clusters);
+        self.relaxation = Some(relaxation);
+    }
+
+    /// Scales the masses so that Δt = 1 is stable: once pairs have failed, whatever breaks.
+    fn scale(&mut self, clusters: &mut Clusters) {
+        let has_failed = self.state.failed != [0; 2];
+        let mut largest: f64 = 0.0;
+        for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
+            let mut breaks = self.model.tangent(broken);
+            let found = largest_clustered(&self.model, clusters, &mut breaks, &mut self.scratch);
+            largest = largest.max(found);
+        }
+        clusters.scale(LARGEST / largest);
     }
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
@@ -131,11 +139,11 @@ impl Simulation {
         self.measured = None;
         self.check(sums)?;
         self.state.whole = false;
-        if self.state.steps.is_multiple_of(LOOK_AROUND) && self.state.failed != [0; 2] {
-            self.check_collapse()?;
-        }
+        let had_failed = self.state.failed != [0; 2];
         if self.fails_now(memory, tolerance) {
-            self.state.v.fill(Lanes::ZERO);
+            if !had_failed {
+                self.scale(clusters);
+            }
             memory.rest();
             return Ok(Relaxed::Moving);
         }
@@ -148,6 +156,9 @@ impl Simulation {
             }
             memory.next_increment();
             return Ok(Relaxed::Increment(done));
+        }
+        if self.state.steps.is_multiple_of(LOOK_AROUND) && had_failed {
+            self.check_collapse(memory.apart)?;
         }
         let restart = memory.since_restart == 0 || sums.power < 0.0;
         if restart {
@@ -166,13 +177,15 @@ impl Simulation {
         Ok(Relaxed::Moving)
     }
 
-    /// Blocks that nothing holds any more are on their way for ever.
-    fn check_collapse(&self) -> Result<(), RunError> {
-        let (distance, face) = self.farthest_apart();
-        if distance <= self.model.geometry.smallest_edge() {
+    /// Blocks that nothing holds any more are on their way for ever: `apart` is how far the
+    /// farthest ones had come at the start.
+    fn check_collapse(&self, apart: f64) -> Result<(), RunError> {
+        let Some((distance, face)) = self.farthest_apart() else { return Ok(()) };
+        let blocks = [face.a as usize, face.b as usize];
+        let [a, b] = blocks.map(|block| self.model.geometry.shortest_edge(block));
+        if distance <= apart + a.min(b) {
             return Ok(());
         }
-        let blocks = [face.a as usize, face.b as usize];
         let failed = self.state.failed.iter().sum();
         Err(RunError::Collapsed { blocks, distance, failed })
     }
@@ -190,6 +203,8 @@ impl Simulation {
         if overload <= 1.0 {
             return false;
         }
+        // Relaxation starts anew, from rest.
+        self.state.v.fill(Lanes::ZERO);
         let failed = self.state.failed;
         let (mut context, state, scratch) = self.parts();
         context.failing = Some((MOST_LOADED * overload).max(1.0));
@@ -208,9 +223,10 @@ impl Simulation {
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
         self.start_relaxation(1);
         for step in 0..=max_steps {
-            if self.relax_step(tolerance)? == Relaxed::Done {
+            let relaxed = self.relax_step(tolerance);
+            if matches!(relaxed, Err(_) | Ok(Relaxed::Done)) {
                 self.finish_relaxation();
-                return Ok(step);
+                return relaxed.map(|_| step);
             }
         }
         let ratio = self.last.ratio();

@@ -83,6 +83,7 @@ impl Scratch {
         lanes * size_of::<Lanes>()
             + self.frames.len() * size_of::<Frame>()
             + self.sums.len() * (size_of::<Sums>() + size_of::<Losses>())
+            + self.trial.bytes()
     }
 
     /// Fits the frames to displacements that a step did not make.

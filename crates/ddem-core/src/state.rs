@@ -71,6 +71,8 @@ pub(crate) struct Memory {
     /// Load factors before and after.
     pub(crate) from: Vec<f64>,
     pub(crate) to: Vec<f64>,
+    /// Largest gap or slip of a failed pair at the start `[m]`.
+    pub(crate) apart: f64,
     /// Failure has been looked for near this equilibrium.
     pub(crate) looked: bool,
     /// Length of the way that relaxation has gone so far, and of the last steps of this part.

@@ -6,6 +6,8 @@
 
 mod springs;
 mod strips;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::Vector3;
 
@@ -31,7 +33,7 @@ pub(crate) struct Point {
 }
 
 /// A joint lattice of a pack that is not all elements.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub(crate) struct Broken {
     /// 1 where an element is left, 0 where not, by element and lane.
     pub(crate) alive: Vec<Lanes>,
@@ -51,7 +53,7 @@ pub(crate) struct Broken {
 pub(crate) type PackBreaks = Option<Box<[Option<Broken>; 8]>>;
 
 /// The broken joints of all packs.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub(crate) struct Breaks {
     pub(crate) packs: Vec<PackBreaks>,
 }
@@ -65,6 +67,34 @@ pub(crate) struct Losses {
     pub(crate) fracture: f64,
     /// Pairs that failed in shear and in tension.
     pub(crate) failed: [u64; 2],
+}
+
+// Measurements copy the broken joints again and again: into the memory that they have.
+impl Clone for Breaks {
+    fn clone(&self) -> Self {
+        Self { packs: self.packs.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.packs.clone_from(&source.packs);
+    }
+}
+
+impl Clone for Broken {
+    fn clone(&self) -> Self {
+        let mut clone = Self::default();
+        clone.clone_from(self);
+        clone
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        let Self { alive, any_alive, points, times, bonded, fresh } = source;
+        (self.any_alive, self.bonded) = (*any_alive, *bonded);
+        self.alive.clone_from(alive);
+        self.points.clone_from(points);
+        self.times.clone_from(times);
+        self.fresh.clone_from(fresh);
+    }
 }
 
 impl Losses {

@@ -19,8 +19,9 @@ use crate::lanes::{
     LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times,
     transposed_times, zero,
 };
+use crate::law::JointLaw;
 use crate::pass::{Face, Input, Output, Workspace, half_work};
-use crate::seams::Seam;
+use crate::seams::{NO_JOINT, Seam};
 
 /// Forces of one joint lattice of a pack: of its elements, and of the springs where it is broken.
 #[simd]
@@ -166,10 +167,14 @@ fn any_fails<S: Simd>(
     }
     let (normals, shears) = (&normals[..n], &shears[..n]);
     // Lanes mostly have one joint: then one law looks at all of them.
-    (0..LANES).any(|lane| {
-        let seen = seam.joints[..lane].contains(&seam.joints[lane]);
-        !seen && law(lane).is_some_and(|law| law.any_failure(normals, shears))
-    })
+    let first = seam.joints.iter().position(|&joint| joint != NO_JOINT).unwrap_or(0);
+    if seam.joints.iter().all(|joint| [seam.joints[first], NO_JOINT].contains(joint)) {
+        return law(first).is_some_and(|law| law.any_failure(normals, shears));
+    }
+    let fails =
+        |law: &dyn JointLaw, at: usize| law.any_failure(&normals[at..=at], &shears[at..=at]);
+    let points = |lane: usize| (lane..n).step_by(LANES);
+    (0..LANES).any(|lane| law(lane).is_some_and(|law| points(lane).any(|at| fails(law, at))))
 }
 
 /// Gives the forces of a joint lattice to its nodes and its torque to its bodies.

@@ -161,13 +161,11 @@ impl Geometry {
         (body, [local % n, local / n % n, local / (n * n)])
     }
 
-    /// Shortest edge of any body `[m]`.
-    pub(crate) fn smallest_edge(&self) -> f64 {
-        let edges = (0..self.bodies.len()).flat_map(|body| {
-            let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
-            [0, 1, 2].map(|d| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64)
-        });
-        edges.fold(f64::INFINITY, f64::min)
+    /// Shortest edge of a body `[m]`.
+    pub(crate) fn shortest_edge(&self, body: usize) -> f64 {
+        let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
+        let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
+        edge(0).min(edge(1)).min(edge(2))
     }
 
     /// Number of the node at lattice steps `at` of a body.

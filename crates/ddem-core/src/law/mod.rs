@@ -98,6 +98,8 @@ pub struct Memory {
     pub damage: f64,
     /// Distance of the faces, negative where they press on each other `[m]`.
     pub gap: f64,
+    /// The dilation that is in the gap: that of the step before `[m]`.
+    pub lifted: f64,
     /// Traction at the last step `[Pa]`.
     pub traction: Traction,
 }
@@ -112,13 +114,14 @@ pub struct Loss {
     pub fracture: f64,
 }
 
-/// Inelastic opening and slip after which nothing of the peak strength is left `[m]`; 0 is brittle.
+/// How much failing takes; 0 is brittle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Softening {
-    /// `2 G_I / σ_t`.
+    /// Inelastic opening after which no tension is left, `2 G_I / σ_t` `[m]`.
     pub opening: f64,
-    /// `2 G_II / (c − c_r)`.
-    pub slip: f64,
+    /// G_II `[J/m²]`: nothing but the residual is left after a slip of
+    /// `2 G_II / (peak − residual)`.
+    pub sliding: f64,
 }
 
 /// The strength of a joint, before and after failure.

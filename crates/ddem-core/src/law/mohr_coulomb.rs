@@ -30,13 +30,10 @@ impl MohrCoulomb {
             [joint.cohesion, joint.friction, joint.tension].map(|x| x.unwrap_or(0.0));
         let residual_cohesion = joint.residual_cohesion.unwrap_or(0.0);
         let tan = |degrees: f64| degrees.to_radians().tan();
-        // Without strength to lose there is no softening: the rest is lost at once.
-        let length = |energy: f64, strength: f64| {
-            if strength > 0.0 { 2.0 * energy / strength } else { 0.0 }
-        };
         let softening = joint.fracture_energy.map(|[opening, sliding]| Softening {
-            opening: length(opening, tension),
-            slip: length(sliding, cohesion - residual_cohesion),
+            // Without tensile strength there is nothing to soften.
+            opening: if tension > 0.0 { 2.0 * opening / tension } else { 0.0 },
+            sliding,
         });
         Self {
             cohesion,

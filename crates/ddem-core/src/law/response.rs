@@ -8,9 +8,9 @@
 //! shear     T_s = k_s (δ_s − s),  |T_s| ≤ (1−D) peak(T_n) + D residual(T_n)
 //! ```
 //!
-//! D grows by the inelastic opening over `2G_I/σ_t` and by slip over `2G_II/(c − c_r)`: pure
-//! opening takes `G_I` for each unit of area and pure sliding `G_II` above the residual, whatever
-//! the stiffness. The residual acts on closed faces only, so that an open point without bond
+//! D grows by the inelastic opening over `2G_I/σ_t` and by slip over `2G_II/(peak − residual)`: pure
+//! opening takes `G_I` for each unit of area and sliding under a pressure `G_II` above the residual,
+//! whatever the stiffness. The residual acts on closed faces only, so that an open point without bond
 //! bears nothing and forgets where it stuck.
 
 use super::{JointLaw, Loss, Memory, Opening, Softening, Stiffness, Traction};
@@ -30,12 +30,12 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
         memory.damage = opened(tension, stiffness.normal, softening, gap, before.damage);
         secant(tension, stiffness.normal, softening, memory.damage) * gap
     } else {
-        if before.damage < 1.0 && softening.opening == 0.0 && softening.slip == 0.0 {
+        if before.damage < 1.0 && law.softening().is_none() {
             memory.damage = 1.0;
         }
         stiffness.normal * gap * eased(before.gap, gap)
     };
-    memory.gap = gap;
+    (memory.gap, memory.lifted) = (gap, before.dilation);
     memory.traction.normal = normal;
     slide(law, stiffness.shear, softening, opening, memory);
     let tan_dilation = law.tan_dilation();
@@ -96,16 +96,22 @@ fn slide<L: JointLaw + ?Sized>(
     let mut bears = residual;
     if memory.damage < 1.0 {
         // The limit falls while the point slips: both at once.
-        let fall =
-            if softening.slip > 0.0 { (peak - residual) / softening.slip } else { stiffness };
-        let slip = (size - limit) / (stiffness - fall);
-        let damage = memory.damage + slip / softening.slip;
+        let per_slip = damage_per_slip(law, softening, memory.traction.normal);
+        let fall = (peak - residual) * per_slip;
+        let damage = memory.damage + (size - limit) / (stiffness - fall) * per_slip;
         memory.damage = if fall < stiffness && damage < 1.0 { damage } else { 1.0 };
         bears = (1.0 - memory.damage) * peak + memory.damage * residual;
     }
     memory.traction.shear = if bears > 0.0 { trial * (bears / size) } else { trial * 0.0 };
     memory.slip =
         if bears > 0.0 { opening.shear - memory.traction.shear / stiffness } else { opening.shear };
+}
+
+/// Damage that slip does under a normal traction `[1/m]`: in tension as without it.
+fn damage_per_slip<L: JointLaw + ?Sized>(law: &L, softening: Softening, normal: f64) -> f64 {
+    let pressed = normal.min(0.0);
+    let drop = law.peak(pressed) - law.residual(pressed);
+    if drop > 0.0 { drop / (2.0 * softening.sliding) } else { f64::INFINITY }
 }
 
 /// Peak and residual shear strength; the residual acts on closed faces only.

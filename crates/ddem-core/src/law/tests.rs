@@ -95,6 +95,29 @@ fn pure_sliding_takes_its_fracture_energy_above_the_residual() {
     assert!((memory.traction.shear.norm() / 0.3e6 - 1.0).abs() < 1e-12);
 }
 
+/// Friction that falls is part of what is lost: G_II under any pressure that the springs can hold.
+#[test]
+fn sliding_under_pressure_takes_its_fracture_energy() {
+    for (pressure, softens) in [(0.5e6, true), (2e6, true), (40e6, false)] {
+        let law = MohrCoulomb { tan_dilation: 0.0, ..coulomb(Some([200.0, 3000.0])) };
+        let [peak, residual] = [law.peak(-pressure), law.residual(-pressure)];
+        assert_eq!((peak - residual).powi(2) / (2.0 * STIFFNESS.shear) < 3000.0, softens);
+        let gap = -pressure / STIFFNESS.normal;
+        let start = Memory {
+            gap,
+            traction: Traction { normal: -pressure, shear: at(0.0, peak).shear },
+            ..Memory::default()
+        };
+        let elastic = peak / STIFFNESS.shear;
+        let path = (1..=4000).map(|i| at(gap, elastic + f64::from(i) * 2e-6));
+        let (memory, loss) = lead(&law, path, start);
+        let exact =
+            if softens { 3000.0 } else { (peak - residual).powi(2) / (2.0 * STIFFNESS.shear) };
+        assert_eq!(memory.damage, 1.0);
+        assert!((loss.fracture / exact - 1.0).abs() < 2e-3, "{pressure} {loss:?} {exact}");
+    }
+}
+
 #[test]
 fn sliding_bears_the_residual_and_opens_by_dilation() {
     let law = coulomb(None);

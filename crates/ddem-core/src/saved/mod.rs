@@ -77,7 +77,7 @@ impl Simulation {
             let mut put = |name: &str, v: Vec<f64>| saved.arrays.insert(name.to_owned(), v);
             put("relax_from", memory.from.clone());
             put("relax_to", memory.to.clone());
-            put("relax_way", vec![memory.way, memory.first]);
+            put("relax_way", vec![memory.way, memory.first, memory.apart]);
             put("relax_last", memory.last.iter().copied().collect());
         }
         pairs::save(&self.model, breaks, &mut saved);
@@ -145,6 +145,7 @@ impl Simulation {
                 to: array("relax_to")?.to_vec(),
                 way: *array("relax_way")?.first()?,
                 first: *array("relax_way")?.get(1)?,
+                apart: *array("relax_way")?.get(2)?,
                 last: array("relax_last")?.iter().copied().collect(),
             });
         }

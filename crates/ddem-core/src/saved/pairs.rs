@@ -17,7 +17,7 @@ const ARRAYS: [(&str, usize); 8] = [
     ("pair_shear", 2),
     ("pair_normal", 1),
     ("pair_damage", 1),
-    ("pair_gap", 2),
+    ("pair_gap", 3),
 ];
 
 /// Adds the broken joints, if there are any that a start would not have.
@@ -86,7 +86,7 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Breaks> {
 }
 
 fn numbers(point: &Point, time: f64) -> [[f64; 3]; 8] {
-    let Memory { slip, dilation, damage, gap, traction } = point.memory;
+    let Memory { slip, dilation, damage, gap, lifted, traction } = point.memory;
     let mode = match point.mode {
         None => 0.0,
         Some(Mode::Shear) => 1.0,
@@ -101,7 +101,7 @@ fn numbers(point: &Point, time: f64) -> [[f64; 3]; 8] {
         [traction.shear.x, traction.shear.y, 0.0],
         one(traction.normal),
         one(damage),
-        [gap, dilation, 0.0],
+        [gap, dilation, lifted],
     ]
 }
 
@@ -119,6 +119,7 @@ fn set(point: &mut Point, numbers: [&[f64]; 8]) {
         dilation: gap[1],
         damage: damage[0],
         gap: gap[0],
+        lifted: gap[2],
         traction: Traction { normal: normal[0], shear: in_plane(shear) },
     };
 }

@@ -51,6 +51,10 @@ impl Simulation {
             self.state.work.supports += half * sums.supports[0];
             self.state.work.damping += half * sums.damping[0];
             self.state.v = self.present_velocities();
+            // What failed and slipped now has done so.
+            std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
+            let losing = std::mem::take(&mut self.losing);
+            self.book_losses(losing);
         }
         self.state.whole = true;
         self.measured = None;

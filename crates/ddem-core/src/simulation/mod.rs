@@ -47,6 +47,8 @@ pub struct Simulation {
     losing: Losses,
     /// Damping of the motion.
     pub(crate) damping: Damping,
+    /// Nothing fails for the moment.
+    holds: bool,
 }
 
 impl Simulation {
@@ -81,6 +83,7 @@ impl Simulation {
             strain: [0.0; 2],
             losing: Losses::default(),
             damping: Damping::None,
+            holds: false,
         };
         simulation.initial_energy = simulation.mechanical_energy();
         simulation
@@ -142,19 +145,28 @@ impl Simulation {
         if !self.started {
             self.start(Damping::None, TimeStep::Auto, None)?;
         }
+        // An automatic step becomes shorter before the first failure.
+        let waits = self.state.automatic && self.state.failed == [0; 2];
+        let done = match self.try_step(waits) {
+            None => {
+                self.shorten();
+                self.try_step(false)
+            }
+            done => done,
+        };
+        let Some((sums, losses)) = done else { return Ok(()) };
+        self.book(sums);
+        self.book_losses(losses);
+        self.check(sums)
+    }
+
+    fn try_step(&mut self, waits: bool) -> Option<(Sums, Losses)> {
         self.motion.start = self.state.whole;
         self.take_factors();
         self.state.load_factors.clone_from(&self.factors);
-        let (context, state, scratch) = self.parts();
-        let (sums, losses) = step(context, state, scratch);
-        self.book(sums);
-        let is_first = self.state.failed == [0; 2] && losses.failed != [0; 2];
-        self.book_losses(losses);
-        self.check(sums)?;
-        if is_first {
-            self.shorten();
-        }
-        Ok(())
+        let (mut context, state, scratch) = self.parts();
+        context.waits = waits;
+        step(context, state, scratch)
     }
 
     /// Several steps; stops early when `observe` breaks.
@@ -257,7 +269,8 @@ impl Simulation {
             factors: &self.factors,
             gravity: (self.model.gravity * gravity).into(),
             velocities: &self.velocities,
-            failing: (!self.motion.fictitious).then_some(1.0),
+            failing: (!self.motion.fictitious && !self.holds).then_some(1.0),
+            waits: false,
             time: self.state.time,
         };
         (context, &mut self.state, &mut self.scratch)

@@ -22,11 +22,14 @@ impl Simulation {
         if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)) }
     }
 
-    /// Largest time step that can be given `[s]`: with it the model is stable however its joints
-    /// fail.
-    pub fn largest_step(&mut self) -> f64 {
+    /// Time step `[s]` up to which the model stays stable however its joints fail: what an
+    /// automatic step is not longer than from the first failure on.
+    pub fn safe_step(&mut self) -> f64 {
         let intact = self.critical(false);
-        if self.model.can_fail() { intact.min(self.critical(true)) } else { intact }
+        if !self.model.can_fail() {
+            return intact;
+        }
+        BROKEN_SAFETY * intact.min(self.critical(true))
     }
 
     fn critical(&mut self, broken: bool) -> f64 {
@@ -59,7 +62,7 @@ impl Simulation {
     ) -> Result<u64, RunError> {
         self.settle();
         let critical = self.critical_step();
-        let largest = if time_step == TimeStep::Auto { critical } else { self.largest_step() };
+        let largest = self.critical(false);
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
         }
@@ -96,21 +99,24 @@ impl Simulation {
     }
 
     /// Springs can be stiffer than the elements whose place they take, and faces can meet: an
-    /// automatic step becomes shorter at the first failure.
+    /// automatic step becomes shorter when the first pairs are about to fail, while forces are
+    /// still those of the intact model.
     pub(super) fn shorten(&mut self) {
-        let critical = self.critical_step();
-        let left = self.state.end - self.state.time;
-        let stable = self.motion.time_step <= BROKEN_SAFETY * critical;
-        if stable || !self.state.automatic || self.steps_left() == Some(0) {
+        self.state.breaks = self.model.tangent(false);
+        let safe = self.safe_step();
+        if self.motion.time_step <= safe {
             return;
         }
+        self.holds = true;
         self.settle();
-        let step = BROKEN_SAFETY * critical;
-        let steps = whole_steps(left, step);
-        let step = if left.is_finite() { left / steps } else { step };
+        let left = self.state.end - self.state.time;
+        let steps = whole_steps(left, safe);
+        let step = if left.is_finite() { left / steps } else { safe };
         self.state.last_step = self.state.steps.saturating_add(steps as u64);
         self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
         self.state.origin = (self.state.time, self.state.steps);
+        self.holds = false;
+        self.measured = None;
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it

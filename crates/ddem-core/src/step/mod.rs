@@ -45,25 +45,30 @@ pub(crate) struct Context<'a> {
     pub(crate) velocities: &'a [[f64; 3]],
     /// As in [`Pass`].
     pub(crate) failing: Option<f64>,
+    /// Whether a step in which pairs fail is not taken.
+    pub(crate) waits: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
 }
 
 /// One explicit step, eq. (2) in the form (M2). Returns the sums over all nodes at time t and what
-/// the joints lost on the way there.
+/// the joints lost on the way there; nothing, and nothing moves, where it waits for failure.
 #[doc(alias = "eq 2")]
 pub(crate) fn step(
     context: Context<'_>,
     state: &mut State,
     scratch: &mut Scratch,
-) -> (Sums, Losses) {
+) -> Option<(Sums, Losses)> {
     let losses = forces(context.pass((&state.u, &state.v), false), &mut state.breaks, scratch);
+    if context.waits && losses.failed != [0; 2] {
+        return None;
+    }
     let sums = advance(context, state, scratch);
     state.steps += 1;
     let (time, step) = state.origin;
     state.time = time + (state.steps - step) as f64 * context.motion.time_step;
     state.whole = false;
-    (sums, losses)
+    Some((sums, losses))
 }
 
 /// What a step from this state would do, without moving: forces, reactions and sums at time t,

@@ -1,7 +1,7 @@
 //! §5: joints that fail, as a whole model shows it.
 
 use ddem_core::deck::{Assign, Damping, Deck, Extent, Fix, Joint, Load, TimeStep, Where};
-use ddem_core::{FIELDS, On, Simd, Simulation};
+use ddem_core::{Energy, FIELDS, On, Simd, Simulation};
 
 use crate::decks::*;
 
@@ -267,4 +267,62 @@ fn joints_of_one_pack_fail_each_by_its_own_strength() {
         seen += 1;
     }
     assert_eq!(seen, 4);
+}
+
+/// Relaxation knows nothing of strengths until something fails.
+#[test]
+fn strength_far_above_the_load_changes_no_bit_of_a_relaxation() {
+    for kind in 0..3 {
+        let strong = Joint { cohesion: Some(1e15), tension: Some(1e15), ..seam(kind) };
+        let results = [seam(kind), strong].map(|joint| {
+            let mut deck = with_seam(deck([2, 2, 2], [2.0; 3], 2, 0.02), joint);
+            deck.model.gravity = [1.0, 0.5, -9.81];
+            deck.fix.push(fix(plane(2, 0.0), "xyz"));
+            let mut simulation = simulation(&deck);
+            let steps = simulation.relax(1e-6, 5000).unwrap_or_else(|error| panic!("{error}"));
+            (steps, bits(&simulation.displacements()))
+        });
+        assert!(results[0] == results[1], "joint {kind}");
+    }
+}
+
+/// What is shown as failed has failed, even when the stage ends there.
+#[test]
+fn what_fails_at_the_end_of_a_stage_stays_failed() {
+    let mut simulation = driven(weak(seam(0)), [0.0, 0.0, 0.01], 0.0);
+    start(&mut simulation, Damping::None);
+    while pair_field(&mut simulation, "state").iter().all(|state| *state == 0.0) {
+        steps(&mut simulation, 1);
+    }
+    let shown = pair_field(&mut simulation, "state");
+    let failed = simulation.failed_pairs();
+    simulation.settle();
+    assert_eq!(simulation.failed_pairs(), failed);
+    simulation.start_relaxation(1);
+    assert_eq!(pair_field(&mut simulation, "state"), shown);
+}
+
+/// A joint that breaks all at once, summed up from the columns.
+#[test]
+fn energies_add_up_when_everything_breaks_at_once() {
+    for kind in 0..3 {
+        let mut simulation = driven(weak(seam(kind)), [0.0, 0.0, 2e-3], 0.0);
+        start(&mut simulation, Damping::None);
+        let sum = |e: &Energy| {
+            let held = e.kinetic + e.strain_bodies + e.strain_joints;
+            held + e.friction + e.fracture + e.damping - e.external
+        };
+        // The lid that is driven at once is not part of it.
+        steps(&mut simulation, 1);
+        let first = sum(&simulation.energy());
+        let (mut worst, mut exchange) = (0.0_f64, 0.0_f64);
+        for _ in 0..400 {
+            steps(&mut simulation, 5);
+            let energy = simulation.energy();
+            worst = worst.max((sum(&energy) - first).abs());
+            exchange = exchange.max(energy.external.abs());
+        }
+        assert_eq!(simulation.failed_pairs(), [0, 9], "joint {kind}");
+        assert!(worst < 0.01 * exchange, "joint {kind}: {worst} of {exchange}");
+    }
 }

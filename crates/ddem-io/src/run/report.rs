@@ -167,9 +167,8 @@ pub(super) fn critical_steps(
     for (index, stage) in deck.stage.iter().enumerate() {
         if let Some(TimeStep::Seconds(step)) = stage.time_step
             && stage.kind == StageKind::Dynamic
-            && step > simulation.largest_step()
+            && step > critical
         {
-            let critical = simulation.largest_step();
             let message = format!("{step:e} s is above the critical step, {critical:.6e} s");
             faults.push(
                 Fault::new(format!("stage[{index}].time_step"), message)
@@ -196,6 +195,8 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
     let dynamic = simulation.model().deck().stage.iter().any(moves);
     // A large model spends seconds on it.
     let critical_step = if dynamic { simulation.critical_step() } else { f64::NAN };
+    let mut warnings = simulation.model().warnings();
+    warnings.extend(unsafe_steps(simulation));
     let model = simulation.model();
     let deck = model.deck();
     let stages = deck.stage.iter().map(|stage| match stage.kind {
@@ -222,8 +223,29 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
         critical_step,
         bytes: Size::of(deck).bytes as u64,
         stages: stages.collect(),
-        warnings: model.warnings(),
+        warnings,
     }
+}
+
+/// Time steps that are given, and stable only as long as no joint fails.
+fn unsafe_steps(simulation: &mut Simulation) -> Vec<String> {
+    let stages = simulation.model().deck().stage.clone();
+    let given = stages.iter().filter(|stage| stage.kind == StageKind::Dynamic);
+    let given = given.filter_map(|stage| match stage.time_step {
+        Some(TimeStep::Seconds(step)) => Some((&stage.name, step)),
+        _ => None,
+    });
+    let mut warnings = Vec::new();
+    for (name, step) in given {
+        let safe = simulation.safe_step();
+        if simulation.model().can_fail() && step > safe {
+            warnings.push(format!(
+                "stage `{name}`: once joints have failed, a step of {step:e} s may make energy; up \
+                 to {safe:.3e} s it does not"
+            ));
+        }
+    }
+    warnings
 }
 
 /// Joint faces that can fail, and their pairs.
