@@ -60,6 +60,32 @@ impl Simulation {
         self.measured = None;
     }
 
+    /// The inverse of [`settle`](Self::settle) with another time step: velocities go back half a
+    /// step, under the forces of the present time.
+    pub(super) fn unsettle(&mut self) {
+        self.measure_once();
+        for (index, pack) in self.model.packs.packs.iter().enumerate() {
+            let class = &self.motion.classes[self.model.assembly.pack_inertia[index] as usize];
+            for at in 0..3 * self.model.packs.shape_of(pack).nodes {
+                let place = 3 * pack.start + at;
+                let f = self.scratch.f[place];
+                for (lane, v) in self.state.v[place].0.iter_mut().enumerate() {
+                    let [a, b, _] = class.at(at, lane);
+                    let f = f.0[lane];
+                    let local = if *v == 0.0 { 0.0 } else { f.abs() * v.signum() };
+                    *v = (2.0 * *v - b * (f - self.motion.local * local)) / (1.0 + a);
+                }
+            }
+        }
+        self.state.whole = false;
+        self.measured = None;
+        let (sums, _) = self.measure_once();
+        let half = 0.5 * self.motion.time_step;
+        self.state.work.loads -= half * sums.loads[0];
+        self.state.work.supports -= half * sums.supports[0];
+        self.state.work.damping -= half * sums.damping[0];
+    }
+
     /// Brings everything to rest; damping takes the kinetic energy.
     pub(crate) fn stop(&mut self) {
         let before = self.energy().kinetic;

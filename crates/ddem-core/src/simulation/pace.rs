@@ -108,6 +108,7 @@ impl Simulation {
             return;
         }
         self.holds = true;
+        let was_half = !self.state.whole;
         self.settle();
         let left = self.state.end - self.state.time;
         let steps = whole_steps(left, safe);
@@ -115,6 +116,10 @@ impl Simulation {
         self.state.last_step = self.state.steps.saturating_add(steps as u64);
         self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
         self.state.origin = (self.state.time, self.state.steps);
+        // Forces change at once now: they must not do so in the middle of a step.
+        if was_half {
+            self.unsettle();
+        }
         self.holds = false;
         self.measured = None;
     }
