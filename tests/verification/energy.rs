@@ -35,15 +35,10 @@ fn balance(run: &Run) -> Vec<f64> {
 
 /// Checks that the energies of a run in which joints break balance to 1 %.
 pub(crate) fn closes(case: Case, what: &str, run: &Run) {
-    closes_to(case, what, run, 1e-2);
-}
-
-/// The same, to another part of the peak exchange.
-pub(crate) fn closes_to(case: Case, what: &str, run: &Run, part: f64) {
     let exchanged = ["kinetic", "external_work", "damping", "friction", "fracture"];
     let peak = exchanged.map(|name| largest(&run.energy.column(name)));
     let error = largest(&sum_of_energies(run)) / peak.into_iter().fold(0.0, f64::max);
-    check(case, &format!("V11 largest balance / peak exchange{what}"), 0.0, error, Absolute(part));
+    check(case, &format!("V11 largest balance / peak exchange{what}"), 0.0, error, Absolute(1e-2));
 }
 
 #[test]
