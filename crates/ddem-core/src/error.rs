@@ -103,7 +103,8 @@ pub enum RunError {
     /// Relaxation took too long.
     #[error(
         "not in equilibrium after {max_steps} steps: unbalanced ratio {ratio:.3e}, wanted \
-         {tolerance:.3e}"
+         {tolerance:.3e}{}",
+        hint(*ratio, *failed)
     )]
     NotConverged {
         /// Unbalanced ratio reached.
@@ -112,5 +113,20 @@ pub enum RunError {
         tolerance: f64,
         /// Steps allowed.
         max_steps: u64,
+        /// Pairs that have failed.
+        failed: u64,
     },
+}
+
+/// What keeps a relaxation from equilibrium.
+fn hint(ratio: f64, failed: u64) -> String {
+    match (ratio > 1.0, failed) {
+        (true, _) => "; the motion grows: thin joints that turn by some ten degrees are beyond a \
+                      relaxation, a damped dynamic stage can follow them"
+            .to_owned(),
+        (false, 0) => String::new(),
+        (false, failed) => {
+            format!("; {failed} pairs have failed, and what they let go may still be on its way")
+        }
+    }
 }

@@ -231,7 +231,8 @@ impl Simulation {
         }
         let ratio = self.last.ratio();
         self.finish_relaxation();
-        Err(RunError::NotConverged { ratio, tolerance, max_steps })
+        let failed = self.state.failed.iter().sum();
+        Err(RunError::NotConverged { ratio, tolerance, max_steps, failed })
     }
 
     /// Ends a relaxation: everything is at rest.

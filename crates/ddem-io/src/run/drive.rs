@@ -234,7 +234,9 @@ impl<'a> Drive<'a> {
                 // What was reached is worth looking at.
                 self.recorded(|recorder, simulation| recorder.frame(simulation))?;
                 let max_steps = self.cursor.steps;
-                Err(failed(stage)(RunError::NotConverged { ratio, tolerance, max_steps }))
+                let pairs = self.simulation.failed_pairs().iter().sum();
+                let error = RunError::NotConverged { ratio, tolerance, max_steps, failed: pairs };
+                Err(failed(stage)(error))
             }
         }
     }
