@@ -124,6 +124,10 @@ pub struct Softening {
     pub sliding: f64,
 }
 
+/// Shear that is only rounding beside the normal traction and the tensile strength does not make
+/// a joint without shear strength fail in pure tension.
+const ROUNDING: f64 = 1e-9;
+
 /// The strength of a joint, before and after failure.
 pub trait JointLaw: Debug + Send + Sync {
     /// Tensile strength σ_t `[Pa]`.
@@ -151,7 +155,8 @@ pub trait JointLaw: Debug + Send + Sync {
         if normal > self.tension() {
             Some(Mode::Tension)
         } else {
-            (shear > self.peak(normal)).then_some(Mode::Shear)
+            let rounding = ROUNDING * (normal.abs() + self.tension());
+            (shear > self.peak(normal) + rounding).then_some(Mode::Shear)
         }
     }
 
@@ -161,7 +166,7 @@ pub trait JointLaw: Debug + Send + Sync {
         let tension = self.tension();
         let mut any = false;
         for (&normal, &shear_squared) in normal.iter().zip(shear_squared) {
-            let peak = self.peak(normal);
+            let peak = self.peak(normal) + ROUNDING * (normal.abs() + tension);
             any |= (normal > tension) | (shear_squared > peak * peak);
         }
         any

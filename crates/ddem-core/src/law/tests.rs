@@ -47,6 +47,13 @@ fn a_bonded_point_fails_at_its_strength() {
     let peak = 2e6 + 3e6 * tan(35.0);
     assert_eq!(law.failure(-3e6, 0.9999 * peak), None);
     assert_eq!(law.failure(-3e6, 1.0001 * peak), Some(Mode::Shear));
+    // Tension alone: shear that is rounding decides nothing.
+    let tension = Joint { tension: Some(1e6), ..Joint::default() };
+    let bare = MohrCoulomb::new(&tension);
+    assert_eq!(bare.failure(0.999e6, 1e-5), None);
+    assert!(!bare.any_failure(&[0.999e6], &[1e-10]));
+    assert_eq!(bare.failure(1.001e6, 1e-5), Some(Mode::Tension));
+    assert_eq!(bare.failure(0.5e6, 1.0), Some(Mode::Shear));
     let overload = law.overload(2.5e6, 0.0);
     assert!((overload - 2.5).abs() < 3e-3, "{overload}");
     assert!(law.any_failure(&[0.0, 0.0], &[0.0, 2.1e6 * 2.1e6]));

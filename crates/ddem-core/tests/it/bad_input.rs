@@ -300,8 +300,8 @@ fn doubts_about_joints_that_fail() {
     assert_eq!(
         beyond,
         [
-            "joint `seam`: the tensile strength of 1.1e6 Pa cannot be reached: there is no strength in \
-          shear left at a tension of 1e6 Pa, cohesion/tan(friction)"
+            "joint `seam`: the tensile strength of 1.1e6 Pa is reached only where nothing shears the \
+             joint: no strength in shear is left at a tension of 1e6 Pa, cohesion/tan(friction)"
         ]
     );
     let no_cohesion = one(Joint { cohesion: None, friction: None, ..spring_with_tension() });

@@ -49,8 +49,8 @@ fn tension_out_of_reach(name: &str, joint: &Joint) -> Option<String> {
     // A tension that is meant to be the apex is off by rounding.
     (tension > apex * (1.0 + 1e-9)).then(|| {
         format!(
-            "joint `{name}`: the tensile strength of {} Pa cannot be reached: there is no strength \
-             in shear left at a tension of {} Pa, cohesion/tan(friction)",
+            "joint `{name}`: the tensile strength of {} Pa is reached only where nothing shears the \
+             joint: no strength in shear is left at a tension of {} Pa, cohesion/tan(friction)",
             shown(tension),
             shown(format!("{apex:.3e}").parse().unwrap_or(apex))
         )
