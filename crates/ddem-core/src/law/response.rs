@@ -144,8 +144,7 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &Memory, after: &Memory) -> Loss 
         work
     };
     loss.fracture += work - friction;
-    loss.friction +=
-        friction + 0.5 * (old.normal + new.normal) * (after.dilation - before.dilation);
+    loss.friction += friction + 0.5 * (old.normal + new.normal) * (after.lifted - before.lifted);
     loss
 }
 

@@ -16,7 +16,7 @@ const BROKEN_SAFETY: f64 = 0.8;
 impl Simulation {
     /// Critical time step `2/ω_max` `[s]`; computed at the first call. Once pairs have failed it is
     /// the smaller one of the model as it started and with all joints that can fail turned to
-    /// springs, which can be a sixth less.
+    /// springs, which can be a fifth less.
     pub fn critical_step(&mut self) -> f64 {
         let intact = self.critical(false);
         if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)) }
@@ -48,7 +48,7 @@ impl Simulation {
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
-    /// critical step; with a `duration` `[s]` it is shrunk so that whole steps fill it. Returns
+    /// critical step, 0.8 once pairs have failed; with a `duration` `[s]` it is shrunk so that whole steps fill it. Returns
     /// the number of steps that fill the duration (0 without one).
     ///
     /// # Errors

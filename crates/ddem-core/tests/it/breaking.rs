@@ -326,3 +326,40 @@ fn energies_add_up_when_everything_breaks_at_once() {
         assert!(worst < 0.01 * exchange, "joint {kind}: {worst} of {exchange}");
     }
 }
+
+/// Energies, tractions and slips are those of a step to come: asking for them takes none.
+#[test]
+fn looking_at_what_breaks_changes_no_bit() {
+    let run = |looks: bool| {
+        let mut simulation = driven(weak(seam(0)), [0.02, 0.0, 0.0], 2e5);
+        start(&mut simulation, Damping::Ratio(0.01));
+        for _ in 0..600 {
+            steps(&mut simulation, 1);
+            if looks {
+                simulation.energy();
+                simulation.tractions();
+                pair_field(&mut simulation, "slip");
+            }
+        }
+        let slips = pair_field(&mut simulation, "slip").into_iter().map(f64::to_bits);
+        (simulation.failed_pairs(), bits(&simulation.displacements()), slips.collect::<Vec<_>>())
+    };
+    let plain = run(false);
+    assert!(plain.0.iter().sum::<u64>() > 3, "{:?}", plain.0);
+    assert!(run(true) == plain);
+}
+
+/// Dilation lifts against the pressure: what that takes is booked when it is done.
+#[test]
+fn energies_balance_while_a_joint_dilates() {
+    for kind in 0..3 {
+        let mut simulation = driven(weak(seam(kind)), [0.02, 0.0, 0.0], 2e5);
+        start(&mut simulation, Damping::Ratio(0.01));
+        steps(&mut simulation, 2000);
+        let energy = simulation.energy();
+        assert!(simulation.failed_pairs().iter().sum::<u64>() > 3, "joint {kind}");
+        let opened = pair_field(&mut simulation, "opening").into_iter().fold(0.0, f64::max);
+        assert!(opened > 1e-6, "joint {kind}: {opened}");
+        assert!(energy.balance.abs() < 2e-3 * energy.friction, "joint {kind}: {energy:?}");
+    }
+}
