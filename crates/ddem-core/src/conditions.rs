@@ -1,10 +1,13 @@
 //! Supports and loads: from `where` to nodes, and which are in force in a stage.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
-use crate::deck::{Deck, History, Where};
-use crate::error::Fault;
+use crate::deck::{Deck, Where};
+use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Vec3, nothing};
+use crate::history::{Course, Function};
 use crate::lanes::LANES;
 use crate::pack::Packs;
 
@@ -32,7 +35,7 @@ pub(crate) struct Fixed {
     nodes: Vec<u32>,
     axes: [bool; 3],
     velocity: [f64; 3],
-    history: Option<History>,
+    history: Course,
     period: Period,
 }
 
@@ -40,7 +43,7 @@ pub(crate) struct Fixed {
 #[derive(Clone, Debug)]
 pub(crate) struct Loaded {
     pub(crate) forces: Vec<(u32, Vec3)>,
-    history: Option<History>,
+    history: Course,
     period: Period,
 }
 
@@ -66,7 +69,7 @@ impl Conditions {
                 nodes,
                 axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
                 velocity: fix.velocity.unwrap_or_default(),
-                history: fix.history.clone(),
+                history: Course::new(fix.history.as_ref()),
                 period: Period::new(deck, fix.from.as_ref(), fix.until.as_ref()),
             });
         }
@@ -74,7 +77,7 @@ impl Conditions {
             match nodal_forces(load, &region(&load.region), geometry) {
                 Ok(forces) => conditions.loaded.push(Loaded {
                     forces,
-                    history: load.history.clone(),
+                    history: Course::new(load.history.as_ref()),
                     period: Period::new(deck, load.from.as_ref(), load.until.as_ref()),
                 }),
                 Err(what) => faults.push(nothing(format!("load[{index}].where"), what)),
@@ -83,40 +86,84 @@ impl Conditions {
         if faults.is_empty() { Ok(conditions) } else { Err(faults) }
     }
 
-    /// Factor of each load in a stage, at a time, given the times at which stages began.
-    pub(crate) fn factors(&self, stage: usize, time: f64, starts: &[f64], out: &mut Vec<f64>) {
-        out.clear();
-        out.extend(self.loaded.iter().map(|load| {
-            let factor = || load.period.factor(load.history.as_ref(), time, starts);
-            if load.period.has(stage) { factor() } else { 0.0 }
-        }));
+    /// A load or a driven support that goes with time as a program says.
+    ///
+    /// # Errors
+    ///
+    /// The deck has no such entry, or a support that stands still.
+    pub(crate) fn set_history(
+        &mut self,
+        (section, index): (&str, usize),
+        function: Arc<Function>,
+    ) -> Result<(), Fault> {
+        let course = match section {
+            "load" => self.loaded.get_mut(index).map(|load| &mut load.history),
+            _ => self.fixed.get_mut(index).map(|fix| &mut fix.history),
+        };
+        let place = format!("{section}[{index}].history");
+        let course = course.ok_or_else(|| Fault::new(place, "the deck has no such entry"))?;
+        *course = Course::Computed(function);
+        Ok(())
+    }
+
+    /// Factor of each load in a stage, at a time, given the times at which stages began; then 1 for
+    /// what programs apply.
+    pub(crate) fn factors(
+        &self,
+        stage: usize,
+        time: f64,
+        starts: &[f64],
+    ) -> Result<Vec<f64>, RunError> {
+        let mut factors = Vec::with_capacity(self.loaded.len() + 2);
+        for (index, load) in self.loaded.iter().enumerate() {
+            factors.push(match load.period.has(stage) {
+                true => load.period.factor(&load.history, time, starts).at("load", index)?,
+                false => 0.0,
+            });
+        }
+        factors.push(1.0);
+        Ok(factors)
     }
 
     /// Loads in force in a stage whose history is 0 when the stage is the first to see them.
     pub(crate) fn resting(&self, stage: usize) -> Vec<usize> {
         let rests = |load: &Loaded| {
             let first = load.period.from.unwrap_or(0) == stage;
-            let zero = load.history.as_ref().is_some_and(|history| history.factor(0.0) == 0.0);
+            let zero =
+                matches!(&load.history, Course::Given(history) if history.factor(0.0) == 0.0);
             load.period.has(stage) && first && zero
         };
         (0..self.loaded.len()).filter(|&load| rests(&self.loaded[load])).collect()
     }
 
     /// Velocity of each fix at a time `[m/s]`.
-    pub(crate) fn velocities(&self, time: f64, starts: &[f64], out: &mut Vec<[f64; 3]>) {
-        out.clear();
-        out.extend(self.fixed.iter().map(|fix| {
-            let factor = fix.period.factor(fix.history.as_ref(), time, starts);
-            fix.velocity.map(|v| v * factor)
-        }));
+    pub(crate) fn velocities(&self, time: f64, starts: &[f64]) -> Result<Vec<[f64; 3]>, RunError> {
+        let velocity = |(index, fix): (usize, &Fixed)| {
+            let factor = fix.period.factor(&fix.history, time, starts).at("fix", index)?;
+            Ok(fix.velocity.map(|v| v * factor))
+        };
+        self.fixed.iter().enumerate().map(velocity).collect()
+    }
+}
+
+/// A factor, or at what time and why there is none.
+struct Factor(Result<f64, (f64, String)>);
+
+impl Factor {
+    fn at(self, section: &str, index: usize) -> Result<f64, RunError> {
+        self.0.map_err(|(time, message)| RunError::History {
+            entry: format!("{section}[{index}]"),
+            time,
+            message,
+        })
     }
 }
 
 impl Period {
     /// Factor of a history that counts time from the start of the stage named in `from`.
-    fn factor(&self, history: Option<&History>, time: f64, starts: &[f64]) -> f64 {
+    fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
         let start = self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0);
-        history.map_or(1.0, |history| history.factor(time - start))
+        Factor(history.factor(time - start).map_err(|message| (time - start, message)))
     }
 }
 
@@ -170,6 +217,9 @@ pub(crate) struct Support {
     pub(crate) node: u32,
 }
 
+/// Forces that programs apply to nodes `[N]`, by node.
+pub(crate) type Applied = BTreeMap<u32, [f64; 3]>;
+
 /// One load on one node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NodalLoad {
@@ -197,6 +247,7 @@ impl Active {
         geometry: &Geometry,
         packs: &Packs,
         stage: usize,
+        applied: &Applied,
     ) -> Self {
         let place = |node: u32| {
             let (body, at) = geometry.locate(node as usize);
@@ -230,6 +281,10 @@ impl Active {
                 }
             }
         }
+        for (&node, &force) in applied {
+            let (pack, at, lane) = place(node);
+            loads.push((pack, NodalLoad { at, lane, load: conditions.loaded.len() as u32, force }));
+        }
         loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
         let n = packs.packs.len();
         let mut held_bodies = vec![[false; LANES]; n];
@@ -257,6 +312,18 @@ impl Active {
 
     pub(crate) fn loads_of(&self, pack: usize) -> &[NodalLoad] {
         &self.loads[self.load_start[pack] as usize..self.load_start[pack + 1] as usize]
+    }
+
+    /// The force of a load on a node, by its pack, place and lane, if it has one.
+    pub(crate) fn force_mut(
+        &mut self,
+        (pack, at, lane): (usize, u32, u8),
+        load: u32,
+    ) -> Option<&mut [f64; 3]> {
+        let range = self.load_start[pack] as usize..self.load_start[pack + 1] as usize;
+        let loads = &mut self.loads[range];
+        let found = loads.binary_search_by_key(&(at, lane, load), |l| (l.at, l.lane, l.load));
+        found.ok().map(|found| &mut loads[found].force)
     }
 
     /// Nodes and axes that are held.

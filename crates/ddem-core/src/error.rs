@@ -70,6 +70,16 @@ pub enum RunError {
     /// The stiffness or the masses are outside what numbers can hold.
     #[error("the critical time step is not a number: density or moduli are out of all proportion")]
     NoCriticalStep,
+    /// A history that a program computes has no value.
+    #[error("the history of {entry} failed at time {time:.6e} s: {message}")]
+    History {
+        /// The load or support, as in `load[0]`.
+        entry: String,
+        /// Time since the history began `[s]`.
+        time: f64,
+        /// Why.
+        message: String,
+    },
     /// A force is not a number any more.
     #[error(
         "diverged at step {step}, time {time:.6e} s: the forces are not finite any more, first on \

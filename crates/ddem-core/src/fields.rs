@@ -237,6 +237,13 @@ impl Simulation {
         scratch.trial = trial;
     }
 
+    /// What accelerates every node `[N]`, shape `(n_nodes, 3)`: loads and support forces less the
+    /// internal ones, `F = Q + R − f`; zero in equilibrium.
+    pub fn forces(&mut self) -> Vec<[f64; 3]> {
+        self.measure_once();
+        self.model.plain(&self.scratch.f)
+    }
+
     /// Memory that stepping this simulation keeps in use `[bytes]`.
     #[must_use]
     pub fn bytes(&self) -> usize {

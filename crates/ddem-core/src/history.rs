@@ -1,6 +1,50 @@
 //! §6: factors in time.
 
+use std::fmt;
+use std::sync::Arc;
+
 use crate::deck::History;
+
+/// A factor in time that a program computes from the time `[s]` since its history begins; an error
+/// says why it cannot. It must depend on that time alone: it is asked at every step, and whenever
+/// forces are looked at.
+pub type Function = dyn Fn(f64) -> Result<f64, String> + Send + Sync;
+
+/// How a load or a driven support goes with time.
+#[derive(Clone)]
+pub(crate) enum Course {
+    Constant,
+    Given(History),
+    Computed(Arc<Function>),
+}
+
+impl Course {
+    pub(crate) fn new(history: Option<&History>) -> Self {
+        history.map_or(Self::Constant, |history| Self::Given(history.clone()))
+    }
+
+    /// The factor at a time `[s]` after the history begins.
+    pub(crate) fn factor(&self, time: f64) -> Result<f64, String> {
+        match self {
+            Self::Constant => Ok(1.0),
+            Self::Given(history) => Ok(history.factor(time)),
+            Self::Computed(function) => match function(time)? {
+                factor if factor.is_finite() => Ok(factor),
+                factor => Err(format!("it gave {factor}, which is not a finite number")),
+            },
+        }
+    }
+}
+
+impl fmt::Debug for Course {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Constant => f.write_str("Constant"),
+            Self::Given(history) => history.fmt(f),
+            Self::Computed(_) => f.write_str("Computed"),
+        }
+    }
+}
 
 impl History {
     /// The factor at a time `[s]` after the history begins.

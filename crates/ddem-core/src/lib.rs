@@ -45,12 +45,13 @@ mod step;
 mod sums;
 mod timestep;
 
-pub use deck::Deck;
+pub use deck::{Deck, Size};
 pub use energy::Energy;
 pub use error::{Fault, ModelError, RunError};
 pub use fields::{FIELDS, Field, On};
 pub use geometry::Face;
-pub use model::{Model, Size};
+pub use history::Function;
+pub use model::Model;
 pub use relax::Relaxed;
 pub use saved::Saved;
 pub use simd::Simd;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::conditions::{Active, Conditions};
+use crate::conditions::{Active, Applied, Conditions};
 use crate::deck::{Deck, StageKind};
 use crate::error::Fault;
 use crate::geometry::{Geometry, Vec3};
@@ -20,7 +20,7 @@ pub(crate) fn check(
     let stages = deck.stage.iter().enumerate();
     let relax = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
     let fault = |(stage, _)| {
-        let active = Active::new(conditions, geometry, packs, stage);
+        let active = Active::new(conditions, geometry, packs, stage, &Applied::default());
         free_motion(deck, geometry, &active, stage)
     };
     relax.filter_map(fault).collect()

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::breaks::Breaks;
-use crate::conditions::{Active, Conditions};
+use crate::conditions::{Active, Applied, Conditions};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
+use crate::history::Function;
 use crate::lanes::Lanes;
 use crate::law::{JointLaw, Laws, laws};
 use crate::pack::Packs;
@@ -26,6 +27,7 @@ pub struct Model {
     kinematics: Kinematics,
     pub(crate) gravity: Vec3,
     pub(crate) deck: Deck,
+    computed: Vec<String>,
 }
 
 impl Model {
@@ -66,6 +68,7 @@ impl Model {
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
             deck: deck.clone(),
+            computed: Vec::new(),
         })
     }
 
@@ -81,7 +84,38 @@ impl Model {
             return Err(Fault::new(format!("joints.{joint}"), "no joint has this name"));
         };
         self.laws[index] = Some(law);
+        self.computed.push(format!("joints.{joint}"));
         Ok(())
+    }
+
+    /// Gives a load, by its number in the deck, a factor in time that a program computes, instead of
+    /// the deck's history. It is not part of the deck, as with [`set_law`](Self::set_law).
+    ///
+    /// # Errors
+    ///
+    /// The deck has no such load.
+    pub fn set_load_history(&mut self, load: usize, function: Arc<Function>) -> Result<(), Fault> {
+        self.conditions.set_history(("load", load), function)?;
+        self.computed.push(format!("load[{load}].history"));
+        Ok(())
+    }
+
+    /// Gives a driven support, by its number in the deck, a factor in time on its velocity that a
+    /// program computes, instead of the deck's history.
+    ///
+    /// # Errors
+    ///
+    /// The deck has no such support.
+    pub fn set_fix_history(&mut self, fix: usize, function: Arc<Function>) -> Result<(), Fault> {
+        self.conditions.set_history(("fix", fix), function)?;
+        self.computed.push(format!("fix[{fix}].history"));
+        Ok(())
+    }
+
+    /// What a program computes instead of the deck: laws and histories, by their places in it.
+    #[must_use]
+    pub fn computed(&self) -> &[String] {
+        &self.computed
     }
 
     pub(crate) fn corotational(&self) -> bool {
@@ -105,8 +139,8 @@ impl Model {
             && joints.any(|joint| self.laws[joint as usize].is_some())
     }
 
-    pub(crate) fn active(&self, stage: usize) -> Active {
-        Active::new(&self.conditions, &self.geometry, &self.packs, stage)
+    pub(crate) fn active(&self, stage: usize, applied: &Applied) -> Active {
+        Active::new(&self.conditions, &self.geometry, &self.packs, stage, applied)
     }
 
     pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {
@@ -303,49 +337,6 @@ impl Model {
         for c in 0..3 {
             field[at + c].0[lane] = value[c];
         }
-    }
-}
-
-/// How large the model of a deck would be, from its numbers alone.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Size {
-    /// Blocks, those taken out included.
-    pub blocks: f64,
-    /// Nodes.
-    pub nodes: f64,
-    /// Memory that building and running it takes at its peak `[bytes]`.
-    pub bytes: f64,
-}
-
-impl Size {
-    /// Of the model that a deck describes. Nothing is allocated.
-    #[must_use]
-    pub fn of(deck: &Deck) -> Self {
-        let mut size = Self::default();
-        let mut joints = deck.joints.values();
-        let can_break = joints.any(|joint| joint.breaks() || joint.normal_stiffness.is_some());
-        for set in &deck.blocks {
-            let edges = set.edges.as_ref();
-            let count = |d: usize| {
-                let cuts = edges.and_then(|e| [&e.x, &e.y, &e.z][d].as_ref());
-                cuts.map_or(set.count.map_or(1.0, |c| f64::from(c[d])), |c| c.len() as f64 - 1.0)
-            };
-            let blocks = count(0) * count(1) * count(2);
-            let n = f64::from(set.divisions) + 1.0;
-            size.blocks += blocks;
-            size.nodes += blocks * n.powi(3);
-            // State, forces and a frame of output for each node; joint shares and neighbours for
-            // each block.
-            let shares = 3.0 * n * n + 3.0 * n + 8.0;
-            // Uneven blocks do not share the tables of their elements and nodes.
-            let own = if edges.is_some() { 40e3 + n.powi(3) * 300.0 } else { 0.0 };
-            // Blocks lie side by side in fours.
-            let blocks = (blocks / 4.0).ceil() * 4.0;
-            // What pairs remember, in the state and in a measurement of it.
-            let pairs = if can_break { 3.0 * n * n * 104.0 * 2.0 } else { 0.0 };
-            size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0 + own + pairs);
-        }
-        size
     }
 }
 

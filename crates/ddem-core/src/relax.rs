@@ -45,13 +45,18 @@ pub enum Relaxed {
 impl Simulation {
     /// Begins a relaxation: loads will go from their present value to that of the stage in
     /// `increments` equal parts. Time stands still; driven supports rest.
-    pub fn start_relaxation(&mut self, increments: u32) {
+    ///
+    /// # Errors
+    ///
+    /// A history that a program computes and that has no value.
+    pub fn start_relaxation(&mut self, increments: u32) -> Result<(), RunError> {
+        let state = &self.state;
+        let conditions = &self.model.conditions;
+        let mut to = conditions.factors(state.stage, state.time, &state.stage_starts)?;
+        to.push(1.0);
         self.settle();
         self.stop();
         let state = &self.state;
-        let mut to = Vec::new();
-        self.model.conditions.factors(state.stage, state.time, &state.stage_starts, &mut to);
-        to.push(1.0);
         let memory = Memory {
             increments: u64::from(increments.max(1)),
             increment: 1,
@@ -62,6 +67,7 @@ impl Simulation {
             ..Memory::default()
         };
         self.continue_relaxation(memory);
+        Ok(())
     }
 
     /// Goes on with a relaxation that a checkpoint has kept.
@@ -110,7 +116,7 @@ impl Simulation {
     /// A number that is not finite.
     pub fn relax_step(&mut self, tolerance: f64) -> Result<Relaxed, RunError> {
         if self.relaxation.is_none() {
-            self.start_relaxation(1);
+            self.start_relaxation(1)?;
         }
         let Some(mut relaxation) = self.relaxation.take() else { return Ok(Relaxed::Done) };
         let result = self.relax_with(&mut relaxation, tolerance);
@@ -221,7 +227,7 @@ impl Simulation {
     /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached; a number that
     /// is not finite.
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
-        self.start_relaxation(1);
+        self.start_relaxation(1)?;
         for step in 0..=max_steps {
             let relaxed = self.relax_step(tolerance);
             if matches!(relaxed, Err(_) | Ok(Relaxed::Done)) {

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::breaks::Breaks;
+use crate::conditions::Applied;
 use crate::geometry::Vec3;
 use crate::lanes::Lanes;
 use crate::model::Model;
@@ -53,8 +54,11 @@ pub(crate) struct State {
     /// Pairs that failed in shear and in tension.
     pub(crate) failed: [u64; 2],
     pub(crate) work: Work,
-    /// Factor of each load, and last of gravity, as the last step or relaxation left them.
+    /// Factor of each load, of what programs apply, and of gravity, as the last step or relaxation
+    /// left them.
     pub(crate) load_factors: Vec<f64>,
+    /// What programs apply.
+    pub(crate) applied: Applied,
     /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
     pub(crate) way: f64,
 }
@@ -101,7 +105,8 @@ impl State {
             breaks: Breaks::new(&model.packs, &model.assembly, &model.seams),
             failed: [0; 2],
             work: Work::default(),
-            load_factors: vec![0.0; model.conditions.loaded.len() + 1],
+            load_factors: vec![0.0; model.conditions.loaded.len() + 2],
+            applied: Applied::default(),
             way: 0.0,
         };
         for initial in &model.deck.initial {

@@ -23,7 +23,7 @@ pub use source::Source;
 
 use std::path::Path;
 
-use ddem_core::Deck;
+use ddem_core::{Deck, Fault, ModelError};
 use toml::de::DeTable;
 
 use crate::diagnose::{DeckError, Finding};
@@ -60,6 +60,23 @@ pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
                 mistakes.into_iter().map(|(fault, span)| Finding::new(&source, fault, span));
             Err(DeckError::wrong(&source, findings.collect()))
         }
+    }
+}
+
+/// Reads a deck that a program has made as a table, by the same rules.
+///
+/// # Errors
+///
+/// Unknown keys, values of the wrong type and missing keys: all that are found.
+pub fn from_table(table: &toml::Table) -> Result<Deck, ModelError> {
+    let unreadable = |message: String| ModelError::from(Fault::new("", message));
+    let text = toml::to_string(table).map_err(|error| unreadable(error.to_string()))?;
+    match parse(&text, "") {
+        Ok((deck, _)) => Ok(deck),
+        Err(DeckError::Wrong { findings, .. }) => {
+            Err(ModelError { faults: findings.into_iter().map(|finding| finding.fault).collect() })
+        }
+        Err(error) => Err(unreadable(error.to_string())),
     }
 }
 

@@ -2,22 +2,26 @@
 
 mod drive;
 mod failure;
+mod files;
 mod mesh;
 mod probe;
 mod record;
 mod report;
 mod resume;
+mod session;
+mod stage;
 
 pub use drive::run;
 pub use failure::RunFailure;
 pub use report::{Report, inspect};
+pub use session::Session;
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use ddem_core::Simd;
 
-use crate::summary::{StageSummary, Summary};
+use crate::summary::StageSummary;
 
 /// How a deck is run.
 #[derive(Clone, Debug)]
@@ -88,6 +92,16 @@ pub enum Event<'a> {
     Progress(&'a Progress),
     /// A stage is done.
     StageDone(&'a StageSummary),
+    /// Probes have been sampled: one number for each column of each probe, none where it was not
+    /// due.
+    Sample {
+        /// Steps since the start of the run.
+        step: u64,
+        /// Simulated time `[s]`.
+        time: f64,
+        /// The numbers.
+        values: &'a [Option<f64>],
+    },
     /// A checkpoint has been written.
     Checkpoint(&'a std::path::Path),
 }
@@ -104,10 +118,10 @@ pub trait Observer: Send {
 }
 
 /// How a run ended.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub enum Outcome {
-    /// All stages are done.
-    Done(Box<Summary>),
+    /// All stages are done; what was moved.
+    Done(Box<Session>),
     /// Stopped on request; the checkpoint to go on from.
     Interrupted(PathBuf),
 }

@@ -1,3 +1,4 @@
+use crate::conditions::Applied;
 use crate::deck::*;
 use crate::geometry::Vec3;
 use crate::model::Model;
@@ -136,7 +137,7 @@ fn later_supports_have_the_last_word() {
     };
     deck.fix = vec![fix(1.0), fix(2.0)];
     let model = Model::new(&deck).unwrap_or_else(|error| panic!("{error}"));
-    let active = model.active(0);
+    let active = model.active(0, &Applied::default());
     assert_eq!(active.supports.len(), model.n_nodes());
     assert!(active.supports.iter().all(|support| support.fix == 1));
 }
@@ -158,12 +159,14 @@ fn stages_bound_what_is_in_force() {
     };
     deck.stage = ["a", "b", "c"].map(stage).to_vec();
     let model = Model::new(&deck).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!([0, 1, 2].map(|stage| model.active(stage).loads.is_empty()), [true, false, true]);
+    assert_eq!(
+        [0, 1, 2].map(|stage| model.active(stage, &Applied::default()).loads.is_empty()),
+        [true, false, true]
+    );
     // The ramp counts from the start of `b`, at 10 s.
-    let mut factors = Vec::new();
-    let mut at = |stage: usize, time: f64| {
-        model.conditions.factors(stage, time, &[0.0, 10.0, 20.0], &mut factors);
-        factors[0]
+    let at = |stage: usize, time: f64| {
+        let factors = model.conditions.factors(stage, time, &[0.0, 10.0, 20.0]);
+        factors.map_or(f64::NAN, |factors| factors[0])
     };
     assert_eq!(
         [at(0, 5.0), at(1, 10.0), at(1, 11.0), at(1, 19.0), at(2, 21.0)],

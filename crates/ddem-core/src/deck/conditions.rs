@@ -169,7 +169,8 @@ pub struct Probe {
     /// Selected nodes: the sum of reactions, the mean of anything else.
     #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Where>,
-    /// What is recorded.
+    /// What is recorded; default displacement.
+    #[serde(default)]
     pub quantity: Quantity,
     /// Time between samples in a dynamic stage `[s]`; default a thousandth of the stage.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -11,6 +11,7 @@ mod conditions;
 mod forms;
 mod matter;
 pub mod names;
+mod size;
 mod stages;
 
 pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
@@ -20,6 +21,7 @@ pub use conditions::{
     Boundary, BoundaryKind, Extent, Fix, History, Initial, Load, Probe, Quantity, Sphere, Where,
 };
 pub use matter::{Joint, Material};
+pub use size::Size;
 pub use stages::{Damping, Stage, StageKind, TimeStep};
 
 use std::collections::BTreeMap;

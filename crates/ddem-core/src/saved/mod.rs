@@ -4,6 +4,7 @@ mod pairs;
 
 use std::collections::BTreeMap;
 
+use crate::conditions::Applied;
 use crate::deck::Damping;
 use crate::model::Model;
 use crate::motion::Motion;
@@ -40,6 +41,7 @@ impl Simulation {
             failed,
             work,
             load_factors,
+            applied,
             way,
         } = &self.state;
         let mut saved = Saved::default();
@@ -48,6 +50,9 @@ impl Simulation {
         put("velocity", self.model.plain(v).into_flattened());
         put("stage_starts", stage_starts.clone());
         put("load_factors", load_factors.clone());
+        let nodes = applied.keys().map(|&node| f64::from(node)).collect();
+        put("applied_nodes", nodes);
+        put("applied_forces", applied.values().flatten().copied().collect());
         put("way", vec![*way]);
         put("damping", vec![damping_number(self.damping)]);
         let Work { loads, supports, damping, friction, fracture } = *work;
@@ -102,7 +107,7 @@ impl Simulation {
         let stage = usize::try_from(count("stage")?).ok()?;
         let loads_fit = ["load_factors", "relax_from", "relax_to"]
             .iter()
-            .all(|name| array(name).is_none_or(|factors| factors.len() == model.n_loads() + 1));
+            .all(|name| array(name).is_none_or(|factors| factors.len() == model.n_loads() + 2));
         if u.len() != n || v.len() != n || !loads_fit || count("relax_increments") == Some(0) {
             return None;
         }
@@ -125,8 +130,9 @@ impl Simulation {
         state.work = Work { loads, supports, damping: damped, friction, fracture };
         state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.breaks = pairs::restore(&simulation.model, saved)?;
+        state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         simulation.scratch.fit(&simulation.model, &simulation.state.u);
-        simulation.active = simulation.model.active(stage);
+        simulation.active = simulation.model.active(stage, &simulation.state.applied);
         simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;
@@ -153,6 +159,15 @@ impl Simulation {
         simulation.measured = None;
         Some(simulation)
     }
+}
+
+/// `None` when a node is not one of `n_nodes`.
+fn applied(nodes: &[f64], forces: &[f64], n_nodes: usize) -> Option<Applied> {
+    let (forces, rest) = forces.as_chunks::<3>();
+    let fits = rest.is_empty() && forces.len() == nodes.len();
+    let known = nodes.iter().all(|&node| (0.0..n_nodes as f64).contains(&node));
+    let entries = nodes.iter().zip(forces).map(|(&node, &force)| (node as u32, force));
+    (fits && known).then(|| entries.collect())
 }
 
 fn damping_kind(damping: Damping) -> u64 {

@@ -13,7 +13,8 @@ impl Simulation {
     fn measure(&mut self) -> (Sums, [f64; 2]) {
         self.motion.start = self.state.whole && !self.motion.fictitious;
         if !self.motion.fictitious {
-            self.take_factors();
+            // Where a program cannot compute a factor, the one before stays; the next step says why.
+            let _ = self.take_factors();
         }
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);

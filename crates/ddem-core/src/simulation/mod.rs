@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
-use crate::conditions::Active;
+use crate::conditions::{Active, Applied};
 use crate::deck::{Damping, TimeStep};
 use crate::error::RunError;
 use crate::model::Model;
@@ -63,7 +63,10 @@ impl Simulation {
     pub fn with_simd(model: Model, simd: Simd) -> Self {
         let state = State::new(&model);
         let scratch = Scratch::new(&model, &state.u, simd.level());
-        let active = model.active(0);
+        let active = model.active(0, &state.applied);
+        // What acts until it is first asked for.
+        let factors = state.load_factors.clone();
+        let velocities = vec![[0.0; 3]; model.conditions.fixed.len()];
         // Until a step is set, energies are those of a vanishing one.
         let motion = Motion::dynamic(&model.assembly, Damping::None, 1e-12);
         let mut simulation = Self {
@@ -73,8 +76,8 @@ impl Simulation {
             active,
             motion,
             relaxation: None,
-            factors: Vec::new(),
-            velocities: Vec::new(),
+            factors,
+            velocities,
             critical_steps: [None; 2],
             last: Sums::default(),
             initial_energy: 0.0,
@@ -128,7 +131,7 @@ impl Simulation {
         self.state.stage_starts.resize(stage.max(self.state.stage_starts.len()), self.state.time);
         self.state.stage_starts.truncate(stage);
         self.state.stage_starts.push(self.state.time);
-        self.active = self.model.active(stage);
+        self.active = self.model.active(stage, &self.state.applied);
         self.measured = None;
         // Loads and driven supports that come at once change the scheme's measure of kinetic
         // energy, of which half a step lies ahead: no imbalance either.
@@ -140,17 +143,18 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// A number that is not finite: the run has diverged.
+    /// A number that is not finite: the run has diverged. A history that a program computes and that
+    /// has no value: nothing has moved.
     pub fn step(&mut self) -> Result<(), RunError> {
         if !self.started {
             self.start(Damping::None, TimeStep::Auto, None)?;
         }
         // An automatic step becomes shorter before the first failure.
         let waits = self.state.automatic && self.state.failed == [0; 2];
-        let done = match self.try_step(waits) {
+        let done = match self.try_step(waits)? {
             None => {
                 self.shorten();
-                self.try_step(false)
+                self.try_step(false)?
             }
             done => done,
         };
@@ -160,13 +164,13 @@ impl Simulation {
         self.check(sums)
     }
 
-    fn try_step(&mut self, waits: bool) -> Option<(Sums, Losses)> {
+    fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses)>, RunError> {
+        self.take_factors()?;
         self.motion.start = self.state.whole;
-        self.take_factors();
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
-        step(context, state, scratch)
+        Ok(step(context, state, scratch))
     }
 
     /// Several steps; stops early when `observe` breaks.
@@ -219,6 +223,42 @@ impl Simulation {
         Err(RunError::Diverged { step: self.state.steps, time: self.state.time, block, node })
     }
 
+    /// Applies forces to nodes `[N]`, from now on and whatever the stage, besides the deck's loads:
+    /// for coupling with another program, at every step if need be. The force on a node replaces
+    /// what an earlier call applied to it; those of one call on the same node add up.
+    ///
+    /// # Panics
+    ///
+    /// A node that the model does not have.
+    pub fn apply_force(&mut self, nodes: &[u32], forces: &[[f64; 3]]) {
+        // A first step does not know the half step before it: as in `enter`, what the forces change
+        // in its measure of kinetic energy is no imbalance.
+        let before = self.state.whole.then(|| self.mechanical_energy());
+        let mut sums = Applied::new();
+        for (&node, force) in nodes.iter().zip(forces) {
+            let sum = sums.entry(node).or_default();
+            *sum = [0, 1, 2].map(|c| sum[c] + force[c]);
+        }
+        let mut rebuild = false;
+        for (&node, &force) in &sums {
+            let (pack, local, lane) = self.model.place(node as usize);
+            let at = 3 * (self.model.packs.packs[pack].start + local) as u32;
+            let load = self.model.n_loads() as u32;
+            match self.active.force_mut((pack, at, lane as u8), load) {
+                Some(present) => *present = force,
+                None => rebuild = true,
+            }
+        }
+        self.state.applied.extend(sums);
+        if rebuild {
+            self.active = self.model.active(self.state.stage, &self.state.applied);
+        }
+        self.measured = None;
+        if let Some(before) = before {
+            self.initial_energy += self.mechanical_energy() - before;
+        }
+    }
+
     /// Whether forces are finite at the present time: what [`step`](Self::step) would find next.
     ///
     /// # Errors
@@ -251,13 +291,15 @@ impl Simulation {
     }
 
     /// Factors of the loads and velocities of the supports for the next step.
-    fn take_factors(&mut self) {
+    fn take_factors(&mut self) -> Result<(), RunError> {
         let State { stage, time, stage_starts, .. } = &self.state;
         let half = time + 0.5 * self.motion.time_step;
         let conditions = &self.model.conditions;
-        conditions.factors(*stage, *time, stage_starts, &mut self.factors);
-        conditions.velocities(half, stage_starts, &mut self.velocities);
+        let velocities = conditions.velocities(half, stage_starts)?;
+        self.factors = conditions.factors(*stage, *time, stage_starts)?;
         self.factors.push(1.0);
+        self.velocities = velocities;
+        Ok(())
     }
 
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {

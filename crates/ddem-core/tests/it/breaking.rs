@@ -298,7 +298,7 @@ fn what_fails_at_the_end_of_a_stage_stays_failed() {
     let failed = simulation.failed_pairs();
     simulation.settle();
     assert_eq!(simulation.failed_pairs(), failed);
-    simulation.start_relaxation(1);
+    simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(pair_field(&mut simulation, "state"), shown);
 }
 

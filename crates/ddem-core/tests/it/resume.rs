@@ -115,7 +115,7 @@ fn relax(simulation: &mut Simulation, steps: usize) -> bool {
 fn a_relaxation_goes_on_from_any_step() {
     let deck = jointed();
     let mut whole = simulation(&deck);
-    whole.start_relaxation(3);
+    whole.start_relaxation(3).unwrap_or_else(|error| panic!("{error}"));
     let mut rebuilt = again(&deck, &whole.save());
     let (mut done, mut steps) = (false, 0);
     while !done {
@@ -136,7 +136,7 @@ fn a_relaxation_goes_on_from_any_step() {
 fn stages_go_on_from_a_checkpoint_between_them() {
     let deck = jointed();
     let mut whole = simulation(&deck);
-    whole.start_relaxation(1);
+    whole.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
     assert!(relax(&mut whole, 20_000));
     whole.finish_relaxation();
     let mut resumed = again(&deck, &whole.save());
@@ -168,7 +168,7 @@ fn increments_bring_loads_in_equal_parts() {
     let mut simulation = simulation(&deck);
     let mut relax = |increments: u32, stage: usize| {
         simulation.enter(stage);
-        simulation.start_relaxation(increments);
+        simulation.start_relaxation(increments).unwrap_or_else(|error| panic!("{error}"));
         let mut parts = Vec::new();
         for _ in 0..20_000 {
             let relaxed = simulation.relax_step(1e-8).unwrap_or_else(|error| panic!("{error}"));

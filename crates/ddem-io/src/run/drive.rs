@@ -1,20 +1,16 @@
-//! The outer loop: stages, steps, files, checkpoints.
+//! The outer loop: the stages of a deck, files, checkpoints.
 
-use std::time::{Duration, Instant};
+use ddem_core::deck::Stage;
+use ddem_core::{Deck, Simulation};
 
-use ddem_core::deck::{Stage, StageKind};
-use ddem_core::{Deck, Relaxed, RunError, Simulation};
-
-use super::record::{Recorder, Schedule};
-use super::report::{available_memory, critical_steps, prepare, report};
-use super::resume::{self, Cursor};
-use super::{Event, Observer, Options, Outcome, Progress, RunFailure};
-use crate::Source;
+use super::record::Recorder;
+use super::report::{available_memory, check_steps, located, prepare, report};
+use super::resume;
+use super::session::Session;
+use super::stage::{Halt, Moved, Running};
+use super::{Event, Observer, Options, Outcome, RunFailure};
 use crate::folder::{self, Folder};
-use crate::summary::{FailedPairs, StageSummary, Summary, peak_memory_bytes};
-
-/// Wall time between two progress events.
-const PROGRESS: Duration = Duration::from_millis(100);
+use crate::{OutputError, Source};
 
 /// Runs a deck: every stage, with its results in `options.out`.
 ///
@@ -36,66 +32,52 @@ pub fn run(
 }
 
 struct Drive<'a> {
-    source: &'a Source,
     options: &'a Options,
     observer: &'a mut dyn Observer,
     folder: Folder,
-    simulation: Simulation,
-    recorder: Recorder,
-    cursor: Cursor,
-    /// Wall time when the running stage began or went on, less what recording took.
-    clock: Instant,
-    recording: Duration,
-    steps_before: u64,
-    last_progress: Instant,
-    last_checkpoint: Instant,
+    session: Session,
 }
 
 impl<'a> Drive<'a> {
     fn start(
         deck: &Deck,
-        source: &'a Source,
+        source: &Source,
         options: &'a Options,
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
         let (model, samplers) = prepare(deck, source, available_memory())?;
+        let mut recorder = Recorder::new(samplers);
         let name = std::path::Path::new(source.name());
         let name = name.file_name().map_or(source.name().into(), |n| n.to_string_lossy());
         let open =
             || folder::prepare(&options.out, &name, &deck.title, source.text(), options.resume);
-        let (folder, simulation, recorder, cursor);
+        let text = source.text().to_owned();
+        let (folder, session);
         if options.resume {
             folder = open()?;
-            let resumed = resume::load(&folder, source.text())?;
-            simulation = resumed.simulation(model, options.simd, &folder)?;
-            let position = resumed.position;
-            recorder = Recorder::reopen(&folder, simulation.model(), samplers, position)?;
-            cursor = resumed.cursor;
+            let path = folder.checkpoint();
+            let resumed = resume::load(&path).map_err(|failure| match failure {
+                RunFailure::Output(error) => resume::wrong(&path, error.to_string()),
+                failure => failure,
+            })?;
+            if resumed.deck_text() != text {
+                return Err(resume::wrong(&path, "it was written by another version of the deck"));
+            }
+            let simulation = resumed.simulation(model, options.simd)?;
+            recorder.reopen(&folder, simulation.model(), resumed.position)?;
+            let mut resuming = Session::assemble(simulation, recorder, text);
+            resuming.moved.cursor = resumed.cursor;
+            session = resuming;
         } else {
             let mut fresh = Simulation::with_simd(model, options.simd);
-            critical_steps(&mut fresh, deck, source)?;
+            check_steps(&mut fresh, &deck.stage).map_err(|error| located(error, source))?;
             // Only now is everything known to be right: from here on files are written.
             folder = open()?;
-            recorder = Recorder::create(&folder, fresh.model(), samplers)?;
-            simulation = fresh;
-            cursor = Cursor::default();
+            recorder.create(&folder, fresh.model())?;
+            session = Session::assemble(fresh, recorder, text);
         }
-        let now = Instant::now();
-        let mut drive = Self {
-            source,
-            options,
-            observer,
-            folder,
-            simulation,
-            recorder,
-            cursor,
-            clock: now,
-            recording: Duration::ZERO,
-            steps_before: 0,
-            last_progress: now,
-            last_checkpoint: now,
-        };
-        let report = report(&mut drive.simulation);
+        let mut drive = Self { options, observer, folder, session };
+        let report = report(drive.session.simulation_mut());
         for warning in &report.warnings {
             drive.observer.event(Event::Warning(warning));
         }
@@ -104,241 +86,55 @@ impl<'a> Drive<'a> {
     }
 
     fn run(mut self) -> Result<Outcome, RunFailure> {
-        let stages = self.simulation.model().deck().stage.clone();
-        while let Some(stage) = stages.get(self.cursor.stage) {
-            if self.stage(stage)?.is_none() {
-                self.checkpoint()?;
+        let stages = self.session.simulation().model().deck().stage.clone();
+        while let Some(stage) = stages.get(self.session.moved.cursor.stage) {
+            if !self.stage(stage, stages.len())? {
                 return Ok(Outcome::Interrupted(self.folder.checkpoint()));
             }
-            self.cursor.stage += 1;
-            (self.cursor.step, self.cursor.seconds) = (None, 0.0);
-            self.checkpoint()?;
+            self.session.moved.cursor.stage += 1;
+            let Self { observer, folder, session: Session { moved, text, .. }, .. } = &mut self;
+            checkpoint(moved, (folder, text), 0.0, *observer)?;
         }
-        let summary = self.summary();
-        summary.write(self.folder.summary())?;
-        Ok(Outcome::Done(Box::new(summary)))
+        self.session.summary().write(self.folder.summary())?;
+        self.session.moved.recorder.close();
+        Ok(Outcome::Done(Box::new(self.session)))
     }
 
-    /// One stage, from its start or from where a checkpoint left it. `None` when interrupted.
-    fn stage(&mut self, stage: &Stage) -> Result<Option<()>, RunFailure> {
-        let relax = stage.kind == StageKind::Relax;
-        if self.cursor.step.is_none() {
-            self.begin(stage).map_err(failed(stage))?;
+    /// One stage, from its start or from where a checkpoint left it. False when interrupted, after
+    /// a checkpoint.
+    fn stage(&mut self, stage: &Stage, stages: usize) -> Result<bool, RunFailure> {
+        let Self { observer, folder, session: Session { moved, text, .. }, options } = self;
+        if moved.cursor.step.is_none() {
+            moved.simulation.enter(moved.cursor.stage);
         }
-        let samplers = &self.recorder.samplers;
-        let schedule = if relax {
-            Schedule::relax(samplers)
-        } else {
-            Schedule::dynamic(stage, samplers, self.cursor.steps, self.cursor.time_step)
-        };
-        (self.clock, self.recording) = (Instant::now(), Duration::ZERO);
-        self.steps_before = self.cursor.step.unwrap_or(0);
-        // Not by the step: a run may be interrupted, or a relaxation be done, before the first one.
-        if self.recorder.last_frame == f64::NEG_INFINITY {
-            self.recorded(|recorder, simulation| recorder.start(simulation, &stage.name))?;
-        }
-        let progress = self.progress(stage);
-        self.observer.event(Event::StageStarted(&progress));
+        let mut running = Running::new(stage, stages, moved, *observer)?;
         loop {
-            if self.observer.wants_to_stop() {
-                return Ok(None);
-            }
-            let before = self.cursor.step;
-            let first = self.nominal(relax) + 1;
-            let end = if relax { self.relax_step(stage)? } else { self.step(stage)? };
-            let (step, stepped) = (self.cursor.step.unwrap_or(0), self.cursor.step != before);
-            if stepped || end {
-                let last = if relax { step } else { self.nominal(relax) };
-                let steps = if stepped { first..=last } else { last..=last };
-                self.recorded(|recorder, simulation| {
-                    recorder.after_step(simulation, &schedule, (&stage.name, steps), (end, stepped))
-                })?;
-            }
-            if end || self.last_progress.elapsed() >= PROGRESS {
-                self.last_progress = Instant::now();
-                let progress = self.progress(stage);
-                self.observer.event(Event::Progress(&progress));
-            }
-            if end {
+            let halt = running.go(options.checkpoint_every)?;
+            if halt == Halt::End {
                 break;
             }
-            if self.last_checkpoint.elapsed() >= self.options.checkpoint_every {
-                self.checkpoint()?;
+            let seconds = running.seconds();
+            checkpoint(running.moved, (folder, text), seconds, running.observer)?;
+            if halt == Halt::Stopped {
+                return Ok(false);
             }
         }
-        self.finish(stage)?;
-        Ok(Some(()))
-    }
-
-    fn begin(&mut self, stage: &Stage) -> Result<(), RunError> {
-        self.simulation.enter(self.cursor.stage);
-        self.cursor.steps = match stage.kind {
-            StageKind::Relax => {
-                self.simulation.start_relaxation(stage.increments.unwrap_or(1));
-                stage.max_steps.unwrap_or(200_000)
-            }
-            StageKind::Dynamic => {
-                let (damping, step) = (stage.damping, stage.time_step);
-                self.simulation.start(
-                    damping.unwrap_or_default(),
-                    step.unwrap_or_default(),
-                    stage.duration,
-                )?
-            }
-        };
-        self.cursor.step = Some(0);
-        self.cursor.begun = self.simulation.time();
-        self.cursor.time_step = self.simulation.time_step();
-        Ok(())
-    }
-
-    /// One step of motion; true at the end of the stage.
-    fn step(&mut self, stage: &Stage) -> Result<bool, RunFailure> {
-        self.simulation.step().map_err(failed(stage))?;
-        let step = self.cursor.step.unwrap_or(0) + 1;
-        self.cursor.step = Some(step);
-        Ok(self.simulation.steps_left() == Some(0))
-    }
-
-    /// Steps of the stage that are done; of motion, in steps as long as its first, which become
-    /// shorter when joints fail.
-    fn nominal(&self, relax: bool) -> u64 {
-        if relax {
-            return self.cursor.step.unwrap_or(0);
-        }
-        let done = (self.simulation.time() - self.cursor.begun) / self.cursor.time_step;
-        (done + 1e-6) as u64
-    }
-
-    /// One step of relaxation; true when all loads are in equilibrium.
-    fn relax_step(&mut self, stage: &Stage) -> Result<bool, RunFailure> {
-        let tolerance = stage.tolerance.unwrap_or(1e-6);
-        let relaxed = self.simulation.relax_step(tolerance);
-        if let Err(RunError::Collapsed { .. }) = relaxed {
-            // What was reached is worth looking at.
-            self.recorded(|recorder, simulation| recorder.frame(simulation))?;
-        }
-        match relaxed.map_err(failed(stage))? {
-            Relaxed::Done => Ok(true),
-            Relaxed::Increment(_) => {
-                self.recorded(|recorder, simulation| recorder.frame(simulation))?;
-                Ok(false)
-            }
-            Relaxed::Moving => {
-                let step = self.cursor.step.unwrap_or(0) + 1;
-                self.cursor.step = Some(step);
-                if step <= self.cursor.steps {
-                    return Ok(false);
-                }
-                let ratio = self.simulation.unbalanced();
-                // What was reached is worth looking at.
-                self.recorded(|recorder, simulation| recorder.frame(simulation))?;
-                let max_steps = self.cursor.steps;
-                let pairs = self.simulation.failed_pairs().iter().sum();
-                let error = RunError::NotConverged { ratio, tolerance, max_steps, failed: pairs };
-                Err(failed(stage)(error))
-            }
-        }
-    }
-
-    fn recorded(
-        &mut self,
-        record: impl FnOnce(&mut Recorder, &mut Simulation) -> Result<(), crate::OutputError>,
-    ) -> Result<(), RunFailure> {
-        let start = Instant::now();
-        record(&mut self.recorder, &mut self.simulation)?;
-        self.recording += start.elapsed();
-        Ok(())
-    }
-
-    fn checkpoint(&mut self) -> Result<(), RunFailure> {
-        let position = self.recorder.sync()?;
-        let mut cursor = self.cursor.clone();
-        if cursor.step.is_some() {
-            cursor.seconds += self.seconds();
-        }
-        resume::save(&self.folder, self.source.text(), &self.simulation, &cursor, position)?;
-        self.last_checkpoint = Instant::now();
-        self.observer.event(Event::Checkpoint(&self.folder.checkpoint()));
-        Ok(())
-    }
-
-    /// Wall time of stepping since this stage began or went on `[s]`.
-    fn seconds(&self) -> f64 {
-        self.clock.elapsed().saturating_sub(self.recording).as_secs_f64()
-    }
-
-    fn finish(&mut self, stage: &Stage) -> Result<(), RunFailure> {
-        let relax = stage.kind == StageKind::Relax;
-        self.simulation.check_finite().map_err(failed(stage))?;
-        let unbalanced = self.simulation.unbalanced();
-        let seconds = self.cursor.seconds + self.seconds();
-        let steps = self.cursor.step.unwrap_or(0);
-        let time_step = if relax { f64::NAN } else { self.simulation.time_step() };
-        if relax {
-            self.simulation.finish_relaxation();
-        } else {
-            self.simulation.settle();
-        }
-        let updates = self.simulation.model().n_nodes() as f64 * steps as f64;
-        let summary = StageSummary {
-            name: stage.name.clone(),
-            kind: if relax { "relax" } else { "dynamic" }.to_owned(),
-            steps,
-            time_step,
-            wall_seconds: seconds,
-            node_updates_per_second: if seconds > 0.0 { updates / seconds } else { 0.0 },
-            unbalanced,
-        };
-        self.observer.event(Event::StageDone(&summary));
-        self.cursor.done.push(summary);
-        Ok(())
-    }
-
-    fn progress(&self, stage: &Stage) -> Progress {
-        let relax = stage.kind == StageKind::Relax;
-        let step = self.cursor.step.unwrap_or(0);
-        let left = if relax { None } else { self.simulation.steps_left() };
-        let steps = left.map_or(self.cursor.steps, |left| step + left);
-        let here = step - self.steps_before;
-        let seconds = self.seconds();
-        let rate = if seconds > 0.0 { here as f64 / seconds } else { 0.0 };
-        let left = (steps.saturating_sub(step)) as f64 / rate;
-        let deck = self.simulation.model().deck();
-        Progress {
-            stage: stage.name.clone(),
-            stage_index: (self.cursor.stage, deck.stage.len()),
-            relax,
-            step,
-            steps,
-            time: self.simulation.time(),
-            unbalanced: self.simulation.unbalanced(),
-            tolerance: stage.tolerance.unwrap_or(1e-6),
-            failed_pairs: self.simulation.failed_pairs().iter().sum(),
-            updates_per_second: rate * self.simulation.model().n_nodes() as f64,
-            seconds_left: (!relax && left.is_finite()).then_some(left),
-        }
-    }
-
-    fn summary(&self) -> Summary {
-        let model = self.simulation.model();
-        let [shear, tension] = self.simulation.failed_pairs();
-        Summary {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            title: model.deck().title.clone(),
-            blocks: model.n_blocks() as u64,
-            nodes: model.n_nodes() as u64,
-            elements: model.n_elements() as u64,
-            pairs: model.n_pairs() as u64,
-            failed_pairs: FailedPairs { shear, tension },
-            peak_memory_bytes: peak_memory_bytes(),
-            stages: self.cursor.done.clone(),
-            deck: self.source.text().to_owned(),
-        }
+        running.finish()?;
+        Ok(true)
     }
 }
 
-fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
-    let stage = stage.name.clone();
-    move |source| RunFailure::Stage { stage: stage.clone(), source }
+/// `seconds` is the wall time that the running stage has taken since it began or went on `[s]`.
+fn checkpoint(
+    moved: &mut Moved,
+    (folder, text): (&Folder, &str),
+    seconds: f64,
+    observer: &mut dyn Observer,
+) -> Result<(), OutputError> {
+    let position = moved.recorder.sync()?;
+    let mut cursor = moved.cursor.clone();
+    cursor.seconds += seconds;
+    resume::save(&folder.checkpoint(), text, &moved.simulation, &cursor, position)?;
+    observer.event(Event::Checkpoint(&folder.checkpoint()));
+    Ok(())
 }

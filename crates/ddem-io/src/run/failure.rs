@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ddem_core::RunError;
+use ddem_core::{ModelError, RunError};
 
 use crate::folder::FolderError;
 use crate::{DeckError, OutputError};
@@ -14,6 +14,9 @@ pub enum RunFailure {
     /// The deck is wrong.
     #[error(transparent)]
     Deck(#[from] DeckError),
+    /// The model that a program wants is wrong.
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// The results folder cannot be used.
     #[error(transparent)]
     Folder(#[from] FolderError),
@@ -68,6 +71,7 @@ impl RunFailure {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Deck(_)
+            | Self::Model(_)
             | Self::Folder(_)
             | Self::Memory { .. }
             | Self::Threads { .. }

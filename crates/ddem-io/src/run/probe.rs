@@ -6,6 +6,8 @@ use ddem_core::{Fault, Model, Simulation};
 /// A probe with its nodes and elements found.
 #[derive(Clone, Debug)]
 pub(super) struct Sampler {
+    pub(super) name: String,
+    pub(super) components: &'static [&'static str],
     quantity: Quantity,
     nodes: Vec<u32>,
     /// Block and lattice steps of each element, for stresses.
@@ -31,17 +33,19 @@ impl Sampler {
             Quantity::Stress => model.elements_at(&nodes, probe.at),
             _ => Vec::new(),
         };
-        let names: &[&str] = match probe.quantity {
+        let components: &'static [&'static str] = match probe.quantity {
             Quantity::Stress => &["xx", "yy", "zz", "xy", "yz", "zx"],
             _ => &["x", "y", "z"],
         };
         Ok(Self {
+            name: probe.name.clone(),
+            components,
             quantity: probe.quantity,
             nodes,
             elements,
             every: probe.every,
             every_steps: probe.every_steps.unwrap_or(100),
-            columns: names.iter().map(|c| format!("{}.{c}", probe.name)).collect(),
+            columns: components.iter().map(|c| format!("{}.{c}", probe.name)).collect(),
         })
     }
 

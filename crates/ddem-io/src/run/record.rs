@@ -1,18 +1,15 @@
-//! The result files of a run and when they are written.
+//! What is recorded during a run, and when.
 
 use std::ops::RangeInclusive;
 
-use ddem_core::{Energy, FIELDS, Field, Model, On, Simulation};
+use ddem_core::{Model, Simulation};
 
-use super::mesh::{self, Mesh};
+use super::Event;
+use super::files::{DEFAULT_FRAMES, Files, Position};
 use super::probe::Sampler;
 use crate::OutputError;
 use crate::folder::Folder;
-use crate::tables::{EnergyTable, ProbeTable};
-use crate::vtkhdf::{FieldSpec, Kind, Values, Writer};
 
-/// Frames of a dynamic stage when the deck does not say.
-const DEFAULT_FRAMES: u64 = 20;
 /// Samples of a probe in a dynamic stage when the deck does not say.
 const DEFAULT_SAMPLES: u64 = 1000;
 /// Rows of `energy.csv` in a dynamic stage, and steps between them in a relaxation.
@@ -88,75 +85,47 @@ impl Schedule {
     }
 }
 
-/// All files that grow during a run.
+/// Samples of probes, and the files that grow during a run where files are wanted.
 #[derive(Debug)]
 pub(super) struct Recorder {
-    blocks: Writer,
-    /// Only of a model with joints: some readers stumble over a mesh without cells.
-    joints: Option<Writer>,
-    probes: ProbeTable,
-    energy: EnergyTable,
     pub(super) samplers: Vec<Sampler>,
-    /// Time of the last frame in the files.
-    pub(super) last_frame: f64,
-    /// What frames that would share a time are put apart by.
-    nudge: f64,
+    files: Option<Files>,
+    /// Step and time of the last samples that were told.
+    last_told: Option<(u64, f64)>,
 }
 
-/// How far the files had got.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Position {
-    pub(super) frames: u64,
-    pub(super) probe_rows: u64,
-    pub(super) energy_rows: u64,
-    pub(super) last_frame: f64,
-}
+/// What is told of the samples that are taken.
+pub(super) type Tell<'a> = dyn FnMut(Event<'_>) + 'a;
 
 impl Recorder {
-    pub(super) fn create(
-        folder: &Folder,
-        model: &Model,
-        samplers: Vec<Sampler>,
-    ) -> Result<Self, OutputError> {
-        let (blocks, joints) = (mesh::blocks(model), mesh::joints(model));
-        let create = |path, mesh: &Mesh, joints| {
-            Writer::create(path, &mesh.grid, &mesh.constants(), &specs(joints))
-        };
-        let blocks = create(folder.blocks(), &blocks, false)?;
-        let joints =
-            (model.n_pairs() > 0).then(|| create(folder.joints(), &joints, true)).transpose()?;
-        let columns = columns(&samplers);
-        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-        Ok(Self {
-            blocks,
-            joints,
-            probes: ProbeTable::create(folder.probes(), &columns)?,
-            energy: EnergyTable::create(folder.energy(), &Energy::NAMES)?,
-            samplers,
-            last_frame: f64::NEG_INFINITY,
-            nudge: nudge(model),
-        })
+    pub(super) fn new(samplers: Vec<Sampler>) -> Self {
+        Self { samplers, files: None, last_told: None }
     }
 
-    /// Opens the files of an earlier run and cuts them where the checkpoint was.
+    /// Writes into new files.
+    pub(super) fn create(&mut self, folder: &Folder, model: &Model) -> Result<(), OutputError> {
+        self.files = Some(Files::create(folder, model, &self.columns())?);
+        Ok(())
+    }
+
+    /// Goes on with the files of an earlier run, cut where they had got to.
     pub(super) fn reopen(
+        &mut self,
         folder: &Folder,
         model: &Model,
-        samplers: Vec<Sampler>,
         position: Position,
-    ) -> Result<Self, OutputError> {
-        let frames = position.frames as usize;
-        Ok(Self {
-            blocks: Writer::reopen(folder.blocks(), &specs(false), frames)?,
-            joints: (model.n_pairs() > 0)
-                .then(|| Writer::reopen(folder.joints(), &specs(true), frames))
-                .transpose()?,
-            probes: ProbeTable::reopen(folder.probes(), position.probe_rows)?,
-            energy: EnergyTable::reopen(folder.energy(), position.energy_rows)?,
-            samplers,
-            last_frame: position.last_frame,
-            nudge: nudge(model),
-        })
+    ) -> Result<(), OutputError> {
+        self.files = Some(Files::reopen(folder, model, position)?);
+        Ok(())
+    }
+
+    /// Writes to no file any more.
+    pub(super) fn close(&mut self) {
+        self.files = None;
+    }
+
+    fn columns(&self) -> Vec<&str> {
+        self.samplers.iter().flat_map(|s| s.columns.iter().map(String::as_str)).collect()
     }
 
     /// Writes what is due after a step of a stage; at its end everything, but for what the last
@@ -167,6 +136,7 @@ impl Recorder {
         schedule: &Schedule,
         (stage, steps): (&str, RangeInclusive<u64>),
         (end, stepped): (bool, bool),
+        tell: &mut Tell<'_>,
     ) -> Result<(), OutputError> {
         let due = |due: &Due| match (end, stepped) {
             (false, _) => steps.clone().any(|step| due.at(step)),
@@ -175,7 +145,7 @@ impl Recorder {
         };
         if schedule.probes.iter().any(due) {
             let which: Vec<bool> = schedule.probes.iter().map(due).collect();
-            self.sample(simulation, stage, &which)?;
+            self.sample(simulation, stage, &which, tell)?;
         }
         if due(&schedule.energy) {
             self.balance(simulation, stage)?;
@@ -186,15 +156,22 @@ impl Recorder {
         Ok(())
     }
 
-    /// Frame and sample 0: the start of the run.
+    /// Frame and sample 0, unless they have been taken.
     pub(super) fn start(
         &mut self,
         simulation: &mut Simulation,
         stage: &str,
+        tell: &mut Tell<'_>,
     ) -> Result<(), OutputError> {
-        self.sample(simulation, stage, &vec![true; self.samplers.len()])?;
-        self.balance(simulation, stage)?;
-        self.frame(simulation)
+        let new_files = self.files.as_ref().is_some_and(Files::are_new);
+        if new_files || (self.files.is_none() && self.last_told.is_none()) {
+            self.sample(simulation, stage, &vec![true; self.samplers.len()], tell)?;
+        }
+        if new_files {
+            self.balance(simulation, stage)?;
+            self.frame(simulation)?;
+        }
+        Ok(())
     }
 
     fn sample(
@@ -202,6 +179,7 @@ impl Recorder {
         simulation: &mut Simulation,
         stage: &str,
         which: &[bool],
+        tell: &mut Tell<'_>,
     ) -> Result<(), OutputError> {
         let mut row = Vec::new();
         for (sampler, &due) in self.samplers.iter().zip(which) {
@@ -211,106 +189,30 @@ impl Recorder {
                 row.resize(row.len() + sampler.columns.len(), None);
             }
         }
-        self.probes.row(stage, simulation.steps(), simulation.time(), &row)
+        let (step, time) = (simulation.steps(), simulation.time());
+        if self.last_told != Some((step, time)) {
+            tell(Event::Sample { step, time, values: &row });
+        }
+        self.last_told = Some((step, time));
+        match &mut self.files {
+            Some(files) => files.probes.row(stage, step, time, &row),
+            None => Ok(()),
+        }
     }
 
     fn balance(&mut self, simulation: &mut Simulation, stage: &str) -> Result<(), OutputError> {
+        let Some(files) = &mut self.files else { return Ok(()) };
         let energy = simulation.energy().values();
-        self.energy.row(stage, simulation.steps(), simulation.time(), &energy)
+        files.energy.row(stage, simulation.steps(), simulation.time(), &energy)
     }
 
     /// One time step in the files for ParaView.
     pub(super) fn frame(&mut self, simulation: &mut Simulation) -> Result<(), OutputError> {
-        // Times must grow: relaxation takes none, so its frames are put a little apart.
-        let time = simulation.time();
-        let time = if time > self.last_frame { time } else { self.last_frame + self.nudge };
-        self.last_frame = time;
-        let files = [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())];
-        for (joints, writer) in files {
-            let Some(writer) = writer else { continue };
-            let filled: Vec<Filled> =
-                table(joints).map(|field| Filled::new(field, simulation)).collect();
-            let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
-            writer.append(time, &values)?;
-        }
-        Ok(())
+        self.files.as_mut().map_or(Ok(()), |files| files.frame(simulation))
     }
 
     /// Everything so far safely on the disk, and how far that is.
     pub(super) fn sync(&mut self) -> Result<Position, OutputError> {
-        self.blocks.sync()?;
-        if let Some(joints) = &mut self.joints {
-            joints.sync()?;
-        }
-        self.probes.sync()?;
-        self.energy.sync()?;
-        Ok(Position {
-            frames: self.blocks.steps() as u64,
-            probe_rows: self.probes.rows_written(),
-            energy_rows: self.energy.rows_written(),
-            last_frame: self.last_frame,
-        })
-    }
-}
-
-fn columns(samplers: &[Sampler]) -> Vec<String> {
-    samplers.iter().flat_map(|s| s.columns.iter().cloned()).collect()
-}
-
-/// Frames of a relaxation are a millionth of the shortest time between frames of motion apart;
-/// 1 where nothing moves.
-fn nudge(model: &Model) -> f64 {
-    let between = model.deck().stage.iter().filter_map(|stage| {
-        let frames = stage.frames.unwrap_or(DEFAULT_FRAMES) as f64;
-        stage.fields_every.or(stage.duration.map(|duration| duration / frames))
-    });
-    let shortest = between.fold(f64::INFINITY, f64::min);
-    if shortest.is_finite() { 1e-6 * shortest } else { 1.0 }
-}
-
-/// Fields of the joint surfaces, or of the blocks.
-fn table(joints: bool) -> impl Iterator<Item = &'static Field> {
-    FIELDS.iter().filter(move |field| (field.on == On::Pair) == joints)
-}
-
-/// States are whole numbers in the files.
-fn kind(field: &Field) -> Kind {
-    match field.name {
-        "state" | "open" => Kind::U8,
-        _ => Kind::F64,
-    }
-}
-
-fn specs(joints: bool) -> Vec<FieldSpec> {
-    let spec = |field: &Field| {
-        let spec = match field.on {
-            On::Element => FieldSpec::cell(field.name, field.components),
-            On::Node | On::Pair => FieldSpec::point(field.name, field.components),
-        };
-        spec.kind(kind(field))
-    };
-    table(joints).map(spec).collect()
-}
-
-/// The values of one field in the type of its file.
-enum Filled {
-    F64(Vec<f64>),
-    U8(Vec<u8>),
-}
-
-impl Filled {
-    fn new(field: &Field, simulation: &mut Simulation) -> Self {
-        let values = (field.fill)(simulation);
-        match kind(field) {
-            Kind::U8 => Self::U8(values.into_iter().map(|x| x as u8).collect()),
-            _ => Self::F64(values),
-        }
-    }
-
-    fn values(&self) -> Values<'_> {
-        match self {
-            Self::F64(values) => Values::F64(values),
-            Self::U8(values) => Values::U8(values),
-        }
+        self.files.as_mut().map_or(Ok(Position::default()), Files::sync)
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Instant;
 
 use ddem_core::deck::{Joint, Stage, StageKind, TimeStep};
-use ddem_core::{Deck, Fault, Model, Simulation, Size};
+use ddem_core::{Deck, Fault, Model, ModelError, Simulation, Size};
 
 use super::RunFailure;
 use super::probe::Sampler;
@@ -102,7 +102,7 @@ impl fmt::Display for Report {
 pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     let (model, _) = prepare(deck, source, available_memory())?;
     let mut simulation = Simulation::new(model);
-    critical_steps(&mut simulation, deck, source)?;
+    check_steps(&mut simulation, &deck.stage).map_err(|error| located(error, source))?;
     let mut report = report(&mut simulation);
     report.critical_step = simulation.critical_step();
     let rate = speed(&mut simulation);
@@ -112,21 +112,34 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     Ok(report)
 }
 
-/// The model of a deck and its probes; every fault in its place in the deck.
+/// The model of a deck that is to be run, and its probes; every fault in its place in the deck.
 pub(super) fn prepare(
     deck: &Deck,
     source: &Source,
     available: u64,
 ) -> Result<(Model, Vec<Sampler>), RunFailure> {
-    let wrong = |faults: Vec<Fault>| DeckError::from_faults(source, faults);
-    let faults = ddem_core::deck::check(deck);
-    if !faults.is_empty() {
-        return Err(wrong(faults).into());
-    }
-    if deck.stage.is_empty() {
+    // What is wrong with the tables that are there comes first.
+    if deck.stage.is_empty() && ddem_core::deck::check(deck).is_empty() {
         let fault = Fault::new("stage", "the deck has no stage: nothing would happen")
             .help("add a [[stage]] with kind = \"relax\" or \"dynamic\"");
-        return Err(wrong(vec![fault]).into());
+        return Err(located(fault.into(), source));
+    }
+    build(deck, available).map_err(|failure| match failure {
+        RunFailure::Model(error) => located(error, source),
+        failure => failure,
+    })
+}
+
+/// The same faults in the text of the deck.
+pub(super) fn located(error: ModelError, source: &Source) -> RunFailure {
+    DeckError::from_faults(source, error.faults).into()
+}
+
+/// The model of a deck and its probes.
+pub(super) fn build(deck: &Deck, available: u64) -> Result<(Model, Vec<Sampler>), RunFailure> {
+    let faults = ddem_core::deck::check(deck);
+    if !faults.is_empty() {
+        return Err(ModelError { faults }.into());
     }
     let size = Size::of(deck);
     if size.bytes > available as f64 {
@@ -137,36 +150,31 @@ pub(super) fn prepare(
             nodes: size.nodes as u64,
         });
     }
-    let model = Model::new(deck).map_err(|error| wrong(error.faults))?;
+    let model = Model::new(deck)?;
     let probes = deck.probe.iter().enumerate();
     let (samplers, faults): (Vec<_>, Vec<_>) =
         probes.map(|(i, probe)| Sampler::new(probe, i, &model)).partition(Result::is_ok);
     let faults: Vec<Fault> = faults.into_iter().filter_map(Result::err).collect();
     if !faults.is_empty() {
-        return Err(wrong(faults).into());
+        return Err(ModelError { faults }.into());
     }
     Ok((model, samplers.into_iter().flatten().collect()))
 }
 
 /// Refuses time steps above the critical one while nothing has been written.
-pub(super) fn critical_steps(
-    simulation: &mut Simulation,
-    deck: &Deck,
-    source: &Source,
-) -> Result<(), RunFailure> {
-    let dynamic = |stage: &&Stage| stage.kind == StageKind::Dynamic;
-    if !deck.stage.iter().any(|stage| dynamic(&stage)) {
+pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Result<(), ModelError> {
+    let dynamic = |stage: &Stage| stage.kind == StageKind::Dynamic;
+    if !stages.iter().any(dynamic) {
         return Ok(());
     }
     let critical = simulation.critical_step();
-    let mut faults = Vec::new();
     if !(critical.is_finite() && critical > 0.0) {
         let message = "densities or moduli are out of all proportion: no time step is stable";
-        return Err(DeckError::from_faults(source, vec![Fault::new("materials", message)]).into());
+        return Err(Fault::new("materials", message).into());
     }
-    for (index, stage) in deck.stage.iter().enumerate() {
+    let mut faults = Vec::new();
+    for (index, stage) in stages.iter().enumerate().filter(|(_, stage)| dynamic(stage)) {
         if let Some(TimeStep::Seconds(step)) = stage.time_step
-            && stage.kind == StageKind::Dynamic
             && step > critical
         {
             let message = format!("{step:e} s is above the critical step, {critical:.6e} s");
@@ -175,10 +183,8 @@ pub(super) fn critical_steps(
                     .help(format!("at most {critical:.4e}, or \"auto\" for 0.9 of it")),
             );
         }
-    }
-    for (index, stage) in deck.stage.iter().enumerate() {
         let steps = stage.duration.unwrap_or(0.0) / critical;
-        if stage.kind == StageKind::Dynamic && steps > MOST_STEPS {
+        if steps > MOST_STEPS {
             let message = format!("takes {steps:.1e} steps of the critical {critical:.3e} s");
             faults.push(
                 Fault::new(format!("stage[{index}].duration"), message)
@@ -186,7 +192,7 @@ pub(super) fn critical_steps(
             );
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(DeckError::from_faults(source, faults).into()) }
+    if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
 }
 
 /// Size, critical step and stages of a model.

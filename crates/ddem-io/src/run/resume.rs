@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use std::path::{Path, PathBuf};
+
 use ddem_core::{Model, Saved, Simd, Simulation};
 
 use super::RunFailure;
-use super::record::Position;
+use super::files::Position;
 use crate::checkpoint::{self, Checkpoint};
-use crate::folder::Folder;
 use crate::summary::StageSummary;
 
 /// Where a run is between two steps.
@@ -29,7 +30,7 @@ pub(super) struct Cursor {
 }
 
 pub(super) fn save(
-    folder: &Folder,
+    path: &Path,
     deck_text: &str,
     simulation: &Simulation,
     cursor: &Cursor,
@@ -52,27 +53,22 @@ pub(super) fn save(
         ("energy_rows", position.energy_rows),
     ]);
     let done = serde_json::to_string(&cursor.done).unwrap_or_default();
-    checkpoint::save(folder.checkpoint(), deck_text, &arrays, &counters, &[("stages", &done)])
+    let computed = simulation.model().computed().join(", ");
+    let texts = [("stages", done.as_str()), ("computed", computed.as_str())];
+    checkpoint::save(path, deck_text, &arrays, &counters, &texts)
 }
 
 /// What a checkpoint holds, before the model is built from its deck.
 pub(super) struct Resumed {
+    path: PathBuf,
     checkpoint: Checkpoint,
     pub(super) cursor: Cursor,
     pub(super) position: Position,
 }
 
-pub(super) fn load(folder: &Folder, deck_text: &str) -> Result<Resumed, RunFailure> {
-    let path = folder.checkpoint();
-    let checkpoint = Checkpoint::load(&path).map_err(|error| RunFailure::Checkpoint {
-        path: path.clone(),
-        message: error.to_string(),
-    })?;
-    let wrong =
-        |message: &str| RunFailure::Checkpoint { path: path.clone(), message: message.to_owned() };
-    if checkpoint.deck != deck_text {
-        return Err(wrong("it was written by another version of the deck"));
-    }
+/// Reads a checkpoint.
+pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
+    let checkpoint = Checkpoint::load(path)?;
     let read = || {
         let count = |name: &str| checkpoint.counters.get(name).copied();
         let &[seconds, begun, time_step, last_frame] = checkpoint.arrays.get("run")?.as_slice()
@@ -96,24 +92,31 @@ pub(super) fn load(folder: &Folder, deck_text: &str) -> Result<Resumed, RunFailu
         };
         Some((cursor, position))
     };
-    let (cursor, position) = read().ok_or_else(|| wrong("it is not complete"))?;
-    Ok(Resumed { checkpoint, cursor, position })
+    let (cursor, position) = read().ok_or_else(|| wrong(path, "it is not complete"))?;
+    Ok(Resumed { path: path.to_owned(), checkpoint, cursor, position })
+}
+
+pub(super) fn wrong(path: &Path, message: impl Into<String>) -> RunFailure {
+    RunFailure::Checkpoint { path: path.to_owned(), message: message.into() }
 }
 
 impl Resumed {
-    pub(super) fn simulation(
-        &self,
-        model: Model,
-        simd: Simd,
-        folder: &Folder,
-    ) -> Result<Simulation, RunFailure> {
+    /// Text of the deck that was run.
+    pub(super) fn deck_text(&self) -> &str {
+        &self.checkpoint.deck
+    }
+
+    pub(super) fn simulation(&self, model: Model, simd: Simd) -> Result<Simulation, RunFailure> {
+        let computed = self.checkpoint.texts.get("computed").map_or("", String::as_str);
+        if computed != model.computed().join(", ") {
+            let by = "as the program that saved it had set it; a deck cannot hold that";
+            return Err(wrong(&self.path, format!("the model must have `{computed}` {by}")));
+        }
         let saved = Saved {
             arrays: BTreeMap::clone(&self.checkpoint.arrays),
             counters: BTreeMap::clone(&self.checkpoint.counters),
         };
-        Simulation::restore(model, simd, &saved).ok_or_else(|| RunFailure::Checkpoint {
-            path: folder.checkpoint(),
-            message: "its numbers are not those of this model".to_owned(),
-        })
+        Simulation::restore(model, simd, &saved)
+            .ok_or_else(|| wrong(&self.path, "its numbers are not those of this model"))
     }
 }

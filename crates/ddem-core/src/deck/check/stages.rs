@@ -16,6 +16,16 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     }
 }
 
+impl Stage {
+    /// What is wrong with the values of one stage that is in no deck; places begin with `stage[0]`.
+    #[must_use]
+    pub fn check(&self) -> Vec<crate::Fault> {
+        let mut faults = Faults(Vec::new());
+        stage("stage[0]", self, &mut faults);
+        faults.0
+    }
+}
+
 fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
     other_kind(at, stage, faults);
     faults.optional(format!("{at}.tolerance"), stage.tolerance, Rule::Between(0.0, 1.0));

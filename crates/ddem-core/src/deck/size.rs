@@ -1,0 +1,46 @@
+//! How large a model would be.
+
+use super::Deck;
+
+/// How large the model of a deck would be, from its numbers alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Size {
+    /// Blocks, those taken out included.
+    pub blocks: f64,
+    /// Nodes.
+    pub nodes: f64,
+    /// Memory that building and running it takes at its peak `[bytes]`.
+    pub bytes: f64,
+}
+
+impl Size {
+    /// Of the model that a deck describes. Nothing is allocated.
+    #[must_use]
+    pub fn of(deck: &Deck) -> Self {
+        let mut size = Self::default();
+        let mut joints = deck.joints.values();
+        let can_break = joints.any(|joint| joint.breaks() || joint.normal_stiffness.is_some());
+        for set in &deck.blocks {
+            let edges = set.edges.as_ref();
+            let count = |d: usize| {
+                let cuts = edges.and_then(|e| [&e.x, &e.y, &e.z][d].as_ref());
+                cuts.map_or(set.count.map_or(1.0, |c| f64::from(c[d])), |c| c.len() as f64 - 1.0)
+            };
+            let blocks = count(0) * count(1) * count(2);
+            let n = f64::from(set.divisions) + 1.0;
+            size.blocks += blocks;
+            size.nodes += blocks * n.powi(3);
+            // State, forces and a frame of output for each node; joint shares and neighbours for
+            // each block.
+            let shares = 3.0 * n * n + 3.0 * n + 8.0;
+            // Uneven blocks do not share the tables of their elements and nodes.
+            let own = if edges.is_some() { 40e3 + n.powi(3) * 300.0 } else { 0.0 };
+            // Blocks lie side by side in fours.
+            let blocks = (blocks / 4.0).ceil() * 4.0;
+            // What pairs remember, in the state and in a measurement of it.
+            let pairs = if can_break { 3.0 * n * n * 104.0 * 2.0 } else { 0.0 };
+            size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0 + own + pairs);
+        }
+        size
+    }
+}

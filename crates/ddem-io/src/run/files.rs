@@ -1,0 +1,178 @@
+//! The files that grow during a run.
+
+use ddem_core::{Energy, FIELDS, Field, Model, On, Simulation};
+
+use super::mesh::{self, Mesh};
+use crate::OutputError;
+use crate::folder::Folder;
+use crate::tables::{EnergyTable, ProbeTable};
+use crate::vtkhdf::{FieldSpec, Kind, Values, Writer};
+
+/// Frames of a dynamic stage when the deck does not say.
+pub(super) const DEFAULT_FRAMES: u64 = 20;
+
+/// All files that grow during a run.
+#[derive(Debug)]
+pub(super) struct Files {
+    blocks: Writer,
+    /// Only of a model with joints: some readers stumble over a mesh without cells.
+    joints: Option<Writer>,
+    pub(super) probes: ProbeTable,
+    pub(super) energy: EnergyTable,
+    /// Time of the last frame in the files.
+    last_frame: f64,
+    /// What frames that would share a time are put apart by.
+    nudge: f64,
+}
+
+/// How far the files had got.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Position {
+    pub(super) frames: u64,
+    pub(super) probe_rows: u64,
+    pub(super) energy_rows: u64,
+    pub(super) last_frame: f64,
+}
+
+impl Files {
+    pub(super) fn create(
+        folder: &Folder,
+        model: &Model,
+        columns: &[&str],
+    ) -> Result<Self, OutputError> {
+        let (blocks, joints) = (mesh::blocks(model), mesh::joints(model));
+        let create = |path, mesh: &Mesh, joints| {
+            Writer::create(path, &mesh.grid, &mesh.constants(), &specs(joints))
+        };
+        let blocks = create(folder.blocks(), &blocks, false)?;
+        let joints =
+            (model.n_pairs() > 0).then(|| create(folder.joints(), &joints, true)).transpose()?;
+        Ok(Self {
+            blocks,
+            joints,
+            probes: ProbeTable::create(folder.probes(), columns)?,
+            energy: EnergyTable::create(folder.energy(), &Energy::NAMES)?,
+            last_frame: f64::NEG_INFINITY,
+            nudge: nudge(model),
+        })
+    }
+
+    /// Opens the files of an earlier run and cuts them where the checkpoint was.
+    pub(super) fn reopen(
+        folder: &Folder,
+        model: &Model,
+        position: Position,
+    ) -> Result<Self, OutputError> {
+        let frames = position.frames as usize;
+        Ok(Self {
+            blocks: Writer::reopen(folder.blocks(), &specs(false), frames)?,
+            joints: (model.n_pairs() > 0)
+                .then(|| Writer::reopen(folder.joints(), &specs(true), frames))
+                .transpose()?,
+            probes: ProbeTable::reopen(folder.probes(), position.probe_rows)?,
+            energy: EnergyTable::reopen(folder.energy(), position.energy_rows)?,
+            last_frame: position.last_frame,
+            nudge: nudge(model),
+        })
+    }
+
+    /// Nothing has been written yet.
+    pub(super) fn are_new(&self) -> bool {
+        self.last_frame == f64::NEG_INFINITY
+    }
+
+    /// One time step in the files for ParaView.
+    pub(super) fn frame(&mut self, simulation: &mut Simulation) -> Result<(), OutputError> {
+        // Times must grow: relaxation takes none, so its frames are put a little apart.
+        let time = simulation.time();
+        let time = if time > self.last_frame { time } else { self.last_frame + self.nudge };
+        self.last_frame = time;
+        let files = [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())];
+        for (joints, writer) in files {
+            let Some(writer) = writer else { continue };
+            let filled: Vec<Filled> =
+                table(joints).map(|field| Filled::new(field, simulation)).collect();
+            let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
+            writer.append(time, &values)?;
+        }
+        Ok(())
+    }
+
+    /// Everything so far safely on the disk, and how far that is.
+    pub(super) fn sync(&mut self) -> Result<Position, OutputError> {
+        self.blocks.sync()?;
+        if let Some(joints) = &mut self.joints {
+            joints.sync()?;
+        }
+        self.probes.sync()?;
+        self.energy.sync()?;
+        Ok(Position {
+            frames: self.blocks.steps() as u64,
+            probe_rows: self.probes.rows_written(),
+            energy_rows: self.energy.rows_written(),
+            last_frame: self.last_frame,
+        })
+    }
+}
+
+/// Frames of a relaxation are a millionth of the shortest time between frames of motion apart;
+/// 1 where nothing moves; little where the deck does not say what will.
+fn nudge(model: &Model) -> f64 {
+    let between = model.deck().stage.iter().filter_map(|stage| {
+        let frames = stage.frames.unwrap_or(DEFAULT_FRAMES) as f64;
+        stage.fields_every.or(stage.duration.map(|duration| duration / frames))
+    });
+    let shortest = between.fold(f64::INFINITY, f64::min);
+    match model.deck().stage.is_empty() {
+        true => 1e-9,
+        false if shortest.is_finite() => 1e-6 * shortest,
+        false => 1.0,
+    }
+}
+
+/// Fields of the joint surfaces, or of the blocks.
+fn table(joints: bool) -> impl Iterator<Item = &'static Field> {
+    FIELDS.iter().filter(move |field| (field.on == On::Pair) == joints)
+}
+
+/// States are whole numbers in the files.
+fn kind(field: &Field) -> Kind {
+    match field.name {
+        "state" | "open" => Kind::U8,
+        _ => Kind::F64,
+    }
+}
+
+fn specs(joints: bool) -> Vec<FieldSpec> {
+    let spec = |field: &Field| {
+        let spec = match field.on {
+            On::Element => FieldSpec::cell(field.name, field.components),
+            On::Node | On::Pair => FieldSpec::point(field.name, field.components),
+        };
+        spec.kind(kind(field))
+    };
+    table(joints).map(spec).collect()
+}
+
+/// The values of one field in the type of its file.
+enum Filled {
+    F64(Vec<f64>),
+    U8(Vec<u8>),
+}
+
+impl Filled {
+    fn new(field: &Field, simulation: &mut Simulation) -> Self {
+        let values = (field.fill)(simulation);
+        match kind(field) {
+            Kind::U8 => Self::U8(values.into_iter().map(|x| x as u8).collect()),
+            _ => Self::F64(values),
+        }
+    }
+
+    fn values(&self) -> Values<'_> {
+        match self {
+            Self::F64(values) => Values::F64(values),
+            Self::U8(values) => Values::U8(values),
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! A simulation that a program moves, stage by stage, with its probes and its files.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use ddem_core::deck::Stage;
+use ddem_core::{Deck, Fault, ModelError, Simd, Simulation};
+
+use super::files::Position;
+use super::record::Recorder;
+use super::report::{available_memory, build, check_steps};
+use super::resume::{self, Cursor};
+use super::stage::{Halt, Moved, Running};
+use super::{Observer, RunFailure};
+use crate::folder::{self, Folder};
+use crate::summary::{FailedPairs, Summary, peak_memory_bytes};
+
+/// A simulation with its probes, and its files where they are wanted.
+///
+/// A program moves it through stages of its own, or step by step through
+/// [`simulation`](Self::simulation); [`run`](super::run) moves it through those of its deck.
+#[derive(Debug)]
+pub struct Session {
+    pub(super) moved: Moved,
+    /// Text of the deck.
+    pub(super) text: String,
+    /// Folder of the files, and how far they had got.
+    recorded: Option<(PathBuf, Position)>,
+}
+
+impl Session {
+    /// Builds the model of a deck.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with the deck; a model that does not fit in memory.
+    pub fn new(deck: &Deck, simd: Simd) -> Result<Self, RunFailure> {
+        Self::with(deck, simd, |_| Ok(()))
+    }
+
+    /// Builds the model of a deck and changes what is no part of decks, such as a law or a history
+    /// that a program computes.
+    ///
+    /// # Errors
+    ///
+    /// As those of [`new`](Self::new), and what `change` says.
+    pub fn with(
+        deck: &Deck,
+        simd: Simd,
+        change: impl FnOnce(&mut ddem_core::Model) -> Result<(), Fault>,
+    ) -> Result<Self, RunFailure> {
+        let (mut model, samplers) = build(deck, available_memory())?;
+        change(&mut model).map_err(ModelError::from)?;
+        let text = crate::deck::write(deck)?;
+        Ok(Self::assemble(Simulation::with_simd(model, simd), Recorder::new(samplers), text))
+    }
+
+    pub(super) fn assemble(simulation: Simulation, recorder: Recorder, text: String) -> Self {
+        let moved = Moved { simulation, recorder, cursor: Cursor::default() };
+        Self { moved, text, recorded: None }
+    }
+
+    /// The simulation.
+    #[must_use]
+    pub fn simulation(&self) -> &Simulation {
+        &self.moved.simulation
+    }
+
+    /// The simulation, to be looked at and moved.
+    pub fn simulation_mut(&mut self) -> &mut Simulation {
+        &mut self.moved.simulation
+    }
+
+    /// Names and columns of the probes, in the order of
+    /// [`Event::Sample`](super::Event::Sample).
+    #[must_use]
+    pub fn probes(&self) -> Vec<(&str, &'static [&'static str])> {
+        self.moved.recorder.samplers.iter().map(|s| (s.name.as_str(), s.components)).collect()
+    }
+
+    /// Moves the simulation through a stage that is not in its deck, under the supports and loads of
+    /// the stage that was [entered](Simulation::enter) last. With a folder the results are written
+    /// there, as those of a deck are: what one session writes to one folder is one run, and the
+    /// files are complete after each stage.
+    ///
+    /// False when the observer stopped it: the simulation can go on from where it is.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the stage; a folder that cannot be used; a run that fails.
+    pub fn stage(
+        &mut self,
+        stage: &Stage,
+        folder: Option<&Path>,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, RunFailure> {
+        let faults = stage.check();
+        if !faults.is_empty() {
+            return Err(ModelError { faults }.into());
+        }
+        check_steps(&mut self.moved.simulation, std::slice::from_ref(stage))?;
+        let folder = folder.map(|path| self.open(path)).transpose()?;
+        let ended = self.go(stage, observer);
+        let closed = folder.map_or(Ok(()), |folder| self.close(&folder));
+        self.moved.cursor.step = None;
+        let done = ended?;
+        closed?;
+        Ok(done)
+    }
+
+    fn go(&mut self, stage: &Stage, observer: &mut dyn Observer) -> Result<bool, RunFailure> {
+        let mut running = Running::new(stage, 1, &mut self.moved, observer)?;
+        if running.go(Duration::MAX)? != Halt::End {
+            return Ok(false);
+        }
+        running.finish()?;
+        Ok(true)
+    }
+
+    /// New files, or those that this session wrote before.
+    fn open(&mut self, path: &Path) -> Result<Folder, RunFailure> {
+        let Moved { simulation, recorder, .. } = &mut self.moved;
+        let model = simulation.model();
+        let before = self.recorded.as_ref().filter(|(p, _)| p == path && path.exists());
+        let title = &model.deck().title;
+        let folder = folder::prepare(path, "model", title, &self.text, before.is_some())?;
+        match before {
+            Some((_, position)) => recorder.reopen(&folder, model, *position)?,
+            None => recorder.create(&folder, model)?,
+        }
+        Ok(folder)
+    }
+
+    /// Everything is on the disk and may be read by others.
+    fn close(&mut self, folder: &Folder) -> Result<(), RunFailure> {
+        let position = self.moved.recorder.sync()?;
+        self.moved.recorder.close();
+        self.recorded = Some((folder.path().to_owned(), position));
+        let Moved { simulation, cursor, .. } = &self.moved;
+        let between = Cursor { step: None, ..cursor.clone() };
+        resume::save(&folder.checkpoint(), &self.text, simulation, &between, position)?;
+        self.summary().write(folder.summary())?;
+        Ok(())
+    }
+
+    /// Goes on from what [`save`](Self::save) or a run has written. The model is that of the deck in
+    /// it, or with `deck` that one, which must be the same; `change` is as in [`with`](Self::with).
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, is no checkpoint, or one of another model.
+    pub fn load(
+        path: &Path,
+        simd: Simd,
+        deck: Option<&Deck>,
+        change: impl FnOnce(&mut ddem_core::Model) -> Result<(), Fault>,
+    ) -> Result<Self, RunFailure> {
+        let resumed = resume::load(path)?;
+        let text = resumed.deck_text();
+        let (saved, _) = crate::deck::parse(text, &path.display().to_string())?;
+        if deck.is_some_and(|deck| *deck != saved) {
+            return Err(resume::wrong(path, "it was written by another model"));
+        }
+        let (mut model, samplers) = build(&saved, available_memory())?;
+        change(&mut model).map_err(ModelError::from)?;
+        let simulation = resumed.simulation(model, simd)?;
+        let mut session = Self::assemble(simulation, Recorder::new(samplers), text.to_owned());
+        session.moved.cursor = Cursor { step: None, ..resumed.cursor };
+        Ok(session)
+    }
+
+    /// Writes everything that the simulation needs to go on, bit for bit.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), RunFailure> {
+        let Moved { simulation, cursor, .. } = &self.moved;
+        let between = Cursor { step: None, ..cursor.clone() };
+        Ok(resume::save(path, &self.text, simulation, &between, Position::default())?)
+    }
+
+    /// What was run and how it went, so far.
+    #[must_use]
+    pub fn summary(&self) -> Summary {
+        let model = self.moved.simulation.model();
+        let [shear, tension] = self.moved.simulation.failed_pairs();
+        Summary {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            title: model.deck().title.clone(),
+            blocks: model.n_blocks() as u64,
+            nodes: model.n_nodes() as u64,
+            elements: model.n_elements() as u64,
+            pairs: model.n_pairs() as u64,
+            failed_pairs: FailedPairs { shear, tension },
+            peak_memory_bytes: peak_memory_bytes(),
+            stages: self.moved.cursor.done.clone(),
+            deck: self.text.clone(),
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! One stage from its start to its end: steps, what is recorded on the way, progress.
+
+use std::time::{Duration, Instant};
+
+use ddem_core::deck::{Stage, StageKind};
+use ddem_core::{Relaxed, RunError, Simulation};
+
+use super::record::{Recorder, Schedule};
+use super::resume::Cursor;
+use super::{Event, Observer, Progress, RunFailure};
+use crate::summary::StageSummary;
+
+/// Wall time between two progress events.
+const PROGRESS: Duration = Duration::from_millis(100);
+
+/// What a stage moves.
+#[derive(Debug)]
+pub(super) struct Moved {
+    pub(super) simulation: Simulation,
+    pub(super) recorder: Recorder,
+    pub(super) cursor: Cursor,
+}
+
+/// A stage that is running.
+pub(super) struct Running<'a> {
+    stage: &'a Stage,
+    /// How many stages there are.
+    stages: usize,
+    pub(super) moved: &'a mut Moved,
+    pub(super) observer: &'a mut dyn Observer,
+    schedule: Schedule,
+    /// Wall time when the stage began or went on, less what recording took.
+    clock: Instant,
+    recording: Duration,
+    steps_before: u64,
+    last_progress: Instant,
+}
+
+/// Why a stage halts.
+#[derive(Debug, PartialEq)]
+pub(super) enum Halt {
+    /// It is done.
+    End,
+    /// The observer wants to stop.
+    Stopped,
+    /// Enough time has passed.
+    Due,
+}
+
+impl<'a> Running<'a> {
+    /// From the stage's start, or from where a checkpoint left it.
+    pub(super) fn new(
+        stage: &'a Stage,
+        stages: usize,
+        moved: &'a mut Moved,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Self, RunFailure> {
+        if moved.cursor.step.is_none() {
+            moved.begin(stage).map_err(failed(stage))?;
+        }
+        let (samplers, cursor) = (&moved.recorder.samplers, &moved.cursor);
+        let schedule = match stage.kind {
+            StageKind::Relax => Schedule::relax(samplers),
+            StageKind::Dynamic => {
+                Schedule::dynamic(stage, samplers, cursor.steps, cursor.time_step)
+            }
+        };
+        let steps_before = cursor.step.unwrap_or(0);
+        let now = Instant::now();
+        let mut running = Self {
+            stage,
+            stages,
+            moved,
+            observer,
+            schedule,
+            clock: now,
+            recording: Duration::ZERO,
+            steps_before,
+            last_progress: now,
+        };
+        // Not by the step: a run may be interrupted, or a relaxation be done, before the first one.
+        running.recorded(|recorder, simulation, observer| {
+            recorder.start(simulation, &stage.name, &mut |event| observer.event(event))
+        })?;
+        let progress = running.progress();
+        running.observer.event(Event::StageStarted(&progress));
+        Ok(running)
+    }
+
+    /// Goes on to the end, until the observer wants to stop, or for this long at least.
+    pub(super) fn go(&mut self, at_least: Duration) -> Result<Halt, RunFailure> {
+        let start = Instant::now();
+        loop {
+            if self.observer.wants_to_stop() {
+                return Ok(Halt::Stopped);
+            }
+            let end = self.step()?;
+            let now = Instant::now();
+            if end || now - self.last_progress >= PROGRESS {
+                self.last_progress = now;
+                let progress = self.progress();
+                self.observer.event(Event::Progress(&progress));
+            }
+            if end {
+                return Ok(Halt::End);
+            }
+            if now - start >= at_least {
+                return Ok(Halt::Due);
+            }
+        }
+    }
+
+    /// One step, and what it is the time to record; true at the end of the stage.
+    fn step(&mut self) -> Result<bool, RunFailure> {
+        let (stage, relax) = (self.stage, self.relax());
+        let before = self.moved.cursor.step;
+        let first = self.moved.nominal(relax) + 1;
+        let end = if relax { self.relax_step()? } else { self.moved.step(stage)? };
+        let (step, stepped) =
+            (self.moved.cursor.step.unwrap_or(0), self.moved.cursor.step != before);
+        if stepped || end {
+            let last = if relax { step } else { self.moved.nominal(relax) };
+            let steps = if stepped { first..=last } else { last..=last };
+            let schedule = self.schedule.clone();
+            self.recorded(|recorder, simulation, observer| {
+                let tell = &mut |event: Event<'_>| observer.event(event);
+                let (at, when) = ((stage.name.as_str(), steps), (end, stepped));
+                recorder.after_step(simulation, &schedule, at, when, tell)
+            })?;
+        }
+        Ok(end)
+    }
+
+    /// One step of relaxation; true when all loads are in equilibrium.
+    fn relax_step(&mut self) -> Result<bool, RunFailure> {
+        let tolerance = self.tolerance();
+        let relaxed = self.moved.simulation.relax_step(tolerance);
+        if let Err(RunError::Collapsed { .. }) = relaxed {
+            // What was reached is worth looking at.
+            self.frame()?;
+        }
+        match relaxed.map_err(failed(self.stage))? {
+            Relaxed::Done => Ok(true),
+            Relaxed::Increment(_) => {
+                self.frame()?;
+                Ok(false)
+            }
+            Relaxed::Moving => {
+                let Moved { simulation, cursor, .. } = &mut *self.moved;
+                let step = cursor.step.unwrap_or(0) + 1;
+                cursor.step = Some(step);
+                let max_steps = cursor.steps;
+                if step <= max_steps {
+                    return Ok(false);
+                }
+                let ratio = simulation.unbalanced();
+                let pairs = simulation.failed_pairs().iter().sum();
+                let error = RunError::NotConverged { ratio, tolerance, max_steps, failed: pairs };
+                // What was reached is worth looking at.
+                self.frame()?;
+                Err(failed(self.stage)(error))
+            }
+        }
+    }
+
+    fn frame(&mut self) -> Result<(), RunFailure> {
+        self.recorded(|recorder, simulation, _| recorder.frame(simulation))
+    }
+
+    fn recorded(
+        &mut self,
+        record: impl FnOnce(
+            &mut Recorder,
+            &mut Simulation,
+            &mut dyn Observer,
+        ) -> Result<(), crate::OutputError>,
+    ) -> Result<(), RunFailure> {
+        let start = Instant::now();
+        record(&mut self.moved.recorder, &mut self.moved.simulation, self.observer)?;
+        self.recording += start.elapsed();
+        Ok(())
+    }
+
+    /// Ends the stage: velocities are those of the present time.
+    pub(super) fn finish(self) -> Result<(), RunFailure> {
+        let seconds = self.moved.cursor.seconds + self.seconds();
+        let relax = self.relax();
+        let Moved { simulation, cursor, .. } = &mut *self.moved;
+        simulation.check_finite().map_err(failed(self.stage))?;
+        let unbalanced = simulation.unbalanced();
+        let steps = cursor.step.unwrap_or(0);
+        let time_step = if relax { f64::NAN } else { simulation.time_step() };
+        if relax {
+            simulation.finish_relaxation();
+        } else {
+            simulation.settle();
+        }
+        let updates = simulation.model().n_nodes() as f64 * steps as f64;
+        let summary = StageSummary {
+            name: self.stage.name.clone(),
+            kind: if relax { "relax" } else { "dynamic" }.to_owned(),
+            steps,
+            time_step,
+            wall_seconds: seconds,
+            node_updates_per_second: if seconds > 0.0 { updates / seconds } else { 0.0 },
+            unbalanced,
+        };
+        self.observer.event(Event::StageDone(&summary));
+        cursor.done.push(summary);
+        (cursor.step, cursor.seconds) = (None, 0.0);
+        Ok(())
+    }
+
+    /// Wall time of stepping since this stage began or went on `[s]`.
+    pub(super) fn seconds(&self) -> f64 {
+        self.clock.elapsed().saturating_sub(self.recording).as_secs_f64()
+    }
+
+    fn relax(&self) -> bool {
+        self.stage.kind == StageKind::Relax
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.stage.tolerance.unwrap_or(1e-6)
+    }
+
+    fn progress(&self) -> Progress {
+        let Moved { simulation, cursor, .. } = &*self.moved;
+        let relax = self.relax();
+        let step = cursor.step.unwrap_or(0);
+        let left = if relax { None } else { simulation.steps_left() };
+        let steps = left.map_or(cursor.steps, |left| step + left);
+        let here = step - self.steps_before;
+        let seconds = self.seconds();
+        let rate = if seconds > 0.0 { here as f64 / seconds } else { 0.0 };
+        let left = (steps.saturating_sub(step)) as f64 / rate;
+        Progress {
+            stage: self.stage.name.clone(),
+            stage_index: (cursor.stage, self.stages),
+            relax,
+            step,
+            steps,
+            time: simulation.time(),
+            unbalanced: simulation.unbalanced(),
+            tolerance: self.tolerance(),
+            failed_pairs: simulation.failed_pairs().iter().sum(),
+            updates_per_second: rate * simulation.model().n_nodes() as f64,
+            seconds_left: (!relax && left.is_finite()).then_some(left),
+        }
+    }
+}
+
+impl Moved {
+    fn begin(&mut self, stage: &Stage) -> Result<(), RunError> {
+        let Self { simulation, cursor, .. } = self;
+        cursor.steps = match stage.kind {
+            StageKind::Relax => {
+                simulation.start_relaxation(stage.increments.unwrap_or(1))?;
+                stage.max_steps.unwrap_or(200_000)
+            }
+            StageKind::Dynamic => {
+                let (damping, step) = (stage.damping, stage.time_step);
+                simulation.start(
+                    damping.unwrap_or_default(),
+                    step.unwrap_or_default(),
+                    stage.duration,
+                )?
+            }
+        };
+        cursor.step = Some(0);
+        cursor.begun = simulation.time();
+        cursor.time_step = simulation.time_step();
+        Ok(())
+    }
+
+    /// One step of motion; true at the end of the stage.
+    fn step(&mut self, stage: &Stage) -> Result<bool, RunFailure> {
+        self.simulation.step().map_err(failed(stage))?;
+        let step = self.cursor.step.unwrap_or(0) + 1;
+        self.cursor.step = Some(step);
+        Ok(self.simulation.steps_left() == Some(0))
+    }
+
+    /// Steps of the stage that are done; of motion, in steps as long as its first, which become
+    /// shorter when joints fail.
+    fn nominal(&self, relax: bool) -> u64 {
+        if relax {
+            return self.cursor.step.unwrap_or(0);
+        }
+        let done = (self.simulation.time() - self.cursor.begun) / self.cursor.time_step;
+        (done + 1e-6) as u64
+    }
+}
+
+fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
+    let stage = stage.name.clone();
+    move |source| RunFailure::Stage { stage: stage.clone(), source }
+}

@@ -1,0 +1,44 @@
+"""ddem computes jointed rock: blocks meshed with hexahedra, joints of real thickness between them.
+
+A :class:`Model` is a deck being written, :meth:`Model.build` makes a :class:`Simulation` of it.
+
+>>> rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+>>> seam = ddem.Joint(thickness=0.01, material=rock)
+>>> model = ddem.Model(gravity=(0, 0, -9.81))
+>>> model.add_blocks(size=(1, 1, 2), count=(1, 1, 2), divisions=2, material=rock, joint=seam)
+>>> model.fix("xyz", z=0.0)
+>>> simulation = model.build()
+>>> steps = simulation.relax()
+>>> weight = simulation.reaction(simulation.nodes(z=0.0))[2]
+>>> round(weight / (2400 * 9.81 * 2), 6)
+1.0
+"""
+
+from ddem._ddem import (
+    Joint,
+    Material,
+    Model,
+    Simulation,
+    __version__,
+    load,
+    run_deck,
+    schema,
+)
+from ddem._errors import Busy, Collapsed, Diverged, Error, ModelError, NotConverged
+
+__all__ = [
+    "Busy",
+    "Collapsed",
+    "Diverged",
+    "Error",
+    "Joint",
+    "Material",
+    "Model",
+    "ModelError",
+    "NotConverged",
+    "Simulation",
+    "__version__",
+    "load",
+    "run_deck",
+    "schema",
+]

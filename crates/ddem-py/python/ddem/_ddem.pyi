@@ -1,0 +1,275 @@
+"""The compiled part of ddem."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, TypeAlias, TypedDict, final
+
+import numpy as np
+import numpy.typing as npt
+from typing_extensions import Unpack
+
+__version__: str
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Integers: TypeAlias = npt.NDArray[np.int64]
+Vector: TypeAlias = Sequence[float] | Floats
+Extent: TypeAlias = float | tuple[float, float] | Sequence[float]
+Named: TypeAlias = "str | Joint"
+History: TypeAlias = (
+    Callable[[float], float] | Mapping[str, Any] | Sequence[Sequence[float]] | Floats
+)
+Damping: TypeAlias = float | Literal["none"] | Mapping[str, float]
+Path: TypeAlias = str | os.PathLike[str]
+
+class Sphere(TypedDict):
+    """Inside a sphere, as the deck has it."""
+
+    centre: Vector
+    radius: float
+
+class Where(TypedDict, total=False):
+    """Part of a model: a plane or a range on each axis, a sphere, a set of blocks."""
+
+    x: Extent
+    y: Extent
+    z: Extent
+    sphere: Sphere
+    set: str
+
+class When(Where, total=False):
+    """Part of a model, and the stages in which something is in force."""
+
+    from_: str
+    until: str
+
+@final
+class Material:
+    def __new__(
+        cls, *, density: float, young: float, poisson: float, name: str | None = None
+    ) -> Material: ...
+    @property
+    def name(self) -> str | None: ...
+    @property
+    def density(self) -> float: ...
+    @property
+    def young(self) -> float: ...
+    @property
+    def poisson(self) -> float: ...
+
+@final
+class Joint:
+    def __new__(
+        cls,
+        *,
+        thickness: float = 0.0,
+        material: str | Material | None = None,
+        density: float | None = None,
+        young: float | None = None,
+        poisson: float | None = None,
+        normal_stiffness: float | None = None,
+        shear_stiffness: float | None = None,
+        cohesion: float | None = None,
+        friction: float | None = None,
+        tension: float | None = None,
+        residual_cohesion: float | None = None,
+        residual_friction: float | None = None,
+        dilation: float | None = None,
+        fracture_energy: Vector | None = None,
+        jrc: float | None = None,
+        jcs: float | None = None,
+        name: str | None = None,
+    ) -> Joint: ...
+    # every key is an attribute, None where it was not given
+
+@final
+class Model:
+    def __new__(
+        cls,
+        *,
+        title: str = "",
+        gravity: Vector = ...,
+        kinematics: Literal["corotational", "small"] = "corotational",
+        element: Literal["standard", "incompatible"] = "standard",
+        contact: bool | None = None,
+    ) -> Model: ...
+    def add_blocks(
+        self,
+        *,
+        name: str | None = None,
+        origin: Vector = ...,
+        size: Vector | None = None,
+        count: Sequence[int] | None = None,
+        edges: Mapping[str, Vector] | None = None,
+        divisions: int = 4,
+        material: str | Material,
+        joint: Named | Mapping[str, Named] | None = None,
+        body: Literal["deformable", "rigid"] = "deformable",
+        axes: Sequence[Vector] | None = None,
+    ) -> None: ...
+    def assign(
+        self,
+        *,
+        joint: Named | None = None,
+        material: str | Material | None = None,
+        **where: Unpack[When],
+    ) -> None: ...
+    def remove(self, **where: Unpack[When]) -> None: ...
+    def refine(self, *, factor: int, **where: Unpack[Where]) -> None: ...
+    def fix(
+        self,
+        axes: str,
+        *,
+        velocity: Vector | None = None,
+        history: History | None = None,
+        **where: Unpack[When],
+    ) -> None: ...
+    def load(
+        self,
+        *,
+        traction: Vector | None = None,
+        pressure: float | None = None,
+        line: Vector | None = None,
+        force: Vector | None = None,
+        history: History | None = None,
+        **where: Unpack[When],
+    ) -> None: ...
+    def boundary(self, kind: Literal["viscous"], **where: Unpack[When]) -> None: ...
+    def initial(
+        self,
+        *,
+        velocity: Vector | None = None,
+        spin: Vector | None = None,
+        centre: Vector | None = None,
+        **where: Unpack[Where],
+    ) -> None: ...
+    def stage(
+        self,
+        name: str,
+        *,
+        kind: Literal["relax", "dynamic"],
+        tolerance: float | None = None,
+        max_steps: int | None = None,
+        increments: int | None = None,
+        duration: float | None = None,
+        damping: Damping | None = None,
+        time_step: float | Literal["auto"] | None = None,
+        fields_every: float | None = None,
+        frames: int | None = None,
+    ) -> None: ...
+    def probe(
+        self,
+        name: str,
+        *,
+        at: Vector | None = None,
+        quantity: Literal["displacement", "velocity", "stress", "reaction"] = "displacement",
+        every: float | None = None,
+        every_steps: int | None = None,
+        **where: Unpack[Where],
+    ) -> None: ...
+    def build(self, *, threads: int | None = None) -> Simulation: ...
+    @staticmethod
+    def from_deck(deck: Path | Mapping[str, Any]) -> Model: ...
+    def to_deck(self, path: Path | None = None) -> str: ...
+    @property
+    def deck(self) -> dict[str, Any]: ...
+
+@final
+class Simulation:
+    # --- moving ---
+    def relax(
+        self,
+        *,
+        tolerance: float = 1e-6,
+        max_steps: int = 200_000,
+        increments: int = 1,
+        name: str | None = None,
+        record: Path | None = None,
+        quiet: bool = False,
+    ) -> int: ...  # steps
+    def run(
+        self,
+        duration: float,
+        *,
+        damping: Damping | None = None,
+        time_step: float | None = None,
+        name: str | None = None,
+        record: Path | None = None,
+        fields_every: float | None = None,
+        frames: int | None = None,
+        quiet: bool = False,
+    ) -> int: ...  # steps
+    def step(self, n: int = 1, *, quiet: bool = False) -> None: ...
+    def start(self, *, damping: Damping | None = None, time_step: float | None = None) -> None: ...
+    def enter(self, stage: str) -> None: ...
+    def apply_force(self, nodes: npt.ArrayLike, force: npt.ArrayLike) -> None: ...
+    def save(self, path: Path) -> None: ...
+    # --- looking: arrays are copies ---
+    def field(
+        self, name: str, *, nodes: npt.ArrayLike | None = None, out: npt.NDArray[Any] | None = None
+    ) -> npt.NDArray[Any]: ...
+    displacement: Floats  # (n_nodes, 3) m, settable
+    velocity: Floats  # (n_nodes, 3) m/s, settable
+    @property
+    def force(self) -> Floats: ...  # (n_nodes, 3) N, what accelerates each node
+    @property
+    def stress(self) -> Floats: ...  # (n_elements, 6) Pa xx yy zz xy yz zx
+    @property
+    def points(self) -> Floats: ...  # (n_nodes, 3) m, reference positions
+    @property
+    def mass(self) -> Floats: ...  # (n_nodes,) kg
+    @property
+    def node_block(self) -> Integers: ...  # (n_nodes,)
+    @property
+    def elements(self) -> Integers: ...  # (n_elements, 8) node numbers, VTK order
+    @property
+    def element_block(self) -> Integers: ...  # (n_elements,)
+    @property
+    def pairs(
+        self,
+    ) -> npt.NDArray[
+        np.void
+    ]: ...  # structured: point(3) m, nodes(2), joint, normal?, displacement(3), traction(3) Pa, slip(3) m, opening m, state (0 bonded, 1 failed in shear, 2 in tension), open (0/1), failure_time s (NaN while bonded), damage
+    @property
+    def quads(self) -> Integers: ...  # (n_quads, 4) pair numbers around each joint element
+    def nodes(self, **where: Unpack[Where]) -> Integers: ...
+    def nearest_node(self, at: Vector) -> int: ...
+    def reaction(self, nodes: npt.ArrayLike) -> Floats: ...  # (3,) N
+    @property
+    def probes(
+        self,
+    ) -> dict[str, npt.NDArray[np.void]]: ...  # structured: time, step, x, y, z (or xx..zx)
+    @property
+    def title(self) -> str: ...
+    @property
+    def n_nodes(self) -> int: ...
+    @property
+    def n_blocks(self) -> int: ...
+    @property
+    def n_elements(self) -> int: ...
+    @property
+    def n_pairs(self) -> int: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def time_step(self) -> float: ...
+    @property
+    def critical_step(self) -> float: ...
+    @property
+    def unbalanced(self) -> float: ...
+    @property
+    def energy(self) -> dict[str, float]: ...
+    @property
+    def summary(self) -> dict[str, Any]: ...
+
+def load(path: Path, *, model: Model | None = None, threads: int | None = None) -> Simulation: ...
+def run_deck(
+    deck: Path | Mapping[str, Any] | Model,
+    *,
+    out: Path | None = None,
+    threads: int | None = None,
+    resume: bool = False,
+    quiet: bool = False,
+) -> Simulation: ...
+def schema() -> dict[str, Any]: ...

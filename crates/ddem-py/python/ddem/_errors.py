@@ -1,0 +1,88 @@
+"""What can go wrong, all under :class:`Error`."""
+
+from __future__ import annotations
+
+
+class Error(Exception):
+    """Everything that ddem raises itself, but for files (``OSError``) and memory (``MemoryError``)."""
+
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ""
+
+
+class ModelError(Error, ValueError):
+    """A model or an argument that is wrong.
+
+    Attributes
+    ----------
+    faults : list of (place, message, help)
+        Each thing that is wrong: the key as it is written in Python, what is wrong with it, and
+        what was expected (or None).
+    """
+
+    def __init__(
+        self, message: str, faults: list[tuple[str, str, str | None]] | None = None
+    ) -> None:
+        self.faults: list[tuple[str, str, str | None]] = faults or []
+        super().__init__(message, self.faults)
+
+
+class NotConverged(Error):
+    """A relaxation did not reach equilibrium.
+
+    Attributes
+    ----------
+    ratio : float
+        Unbalanced force ratio that was reached.
+    """
+
+    def __init__(self, message: str, ratio: float) -> None:
+        self.ratio = ratio
+        super().__init__(message, ratio)
+
+
+class Collapsed(NotConverged):
+    """A relaxation in which blocks part or slide without end: there is no equilibrium.
+
+    Attributes
+    ----------
+    ratio : float
+        Unbalanced force ratio that was reached.
+    blocks : (int, int)
+        Blocks on both sides of the joint that has moved farthest.
+    distance : float
+        How far [m].
+    """
+
+    def __init__(
+        self, message: str, ratio: float, blocks: tuple[int, int], distance: float
+    ) -> None:
+        super().__init__(message, ratio)
+        self.blocks = blocks
+        self.distance = distance
+        self.args = (message, ratio, blocks, distance)
+
+
+class Diverged(Error):
+    """Forces are not finite any more.
+
+    Attributes
+    ----------
+    step : int
+        Steps since the start of the run.
+    time : float
+        Simulated time [s].
+    block, node : int
+        The first node without a finite force, and its block.
+    """
+
+    def __init__(self, message: str, step: int, time: float, block: int, node: int) -> None:
+        self.step = step
+        self.time = time
+        self.block = block
+        self.node = node
+        super().__init__(message, step, time, block, node)
+
+
+class Busy(Error):
+    """A simulation is being used by another thread."""

@@ -1,0 +1,57 @@
+"""The progress bar of a long call: tqdm's, in terminals and notebooks, where it is installed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+#: Calls shorter than this show nothing [s].
+DELAY = 0.5
+
+
+class Bar:
+    """One bar for each stage, made when there is something to show."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+        self._stage: str | None = None
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+            self._make = None
+        else:
+            self._make = tqdm
+
+    def update(
+        self,
+        stage: str,
+        step: int,
+        steps: int | None,
+        time: float,
+        unbalanced: float,
+        failed_pairs: int,
+        updates_per_second: float,
+    ) -> None:
+        """Shows where a stage is; without `steps` it is not known how many there will be."""
+        if self._make is None:
+            return
+        if stage != self._stage:
+            self.close()
+            self._stage = stage
+            # Nothing where the output is neither a terminal nor a notebook.
+            self._bar = self._make(
+                desc=stage, unit="step", unit_scale=True, delay=DELAY, disable=None
+            )
+        bar = self._bar
+        bar.total = steps
+        shown = {"t": f"{time:.4g} s", "unbalanced": f"{unbalanced:.1e}"}
+        if failed_pairs:
+            shown["failed"] = str(failed_pairs)
+        shown["updates"] = f"{updates_per_second:.2e}/s"
+        bar.set_postfix(shown, refresh=False)
+        bar.update(step - bar.n)
+
+    def close(self) -> None:
+        """Leaves the bar as it is."""
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None

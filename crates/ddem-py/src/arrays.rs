@@ -1,0 +1,159 @@
+//! NumPy arrays, in and out.
+
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors::model_error;
+
+/// A new array of rows, which takes the numbers over without copying them.
+pub(crate) fn rows<'py, T: numpy::Element, const N: usize>(
+    py: Python<'py>,
+    rows: Vec<[T; N]>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let n = rows.len();
+    Ok(PyArray1::from_vec(py, rows.into_flattened()).reshape([n, N])?.into_any())
+}
+
+/// A new array of numbers, in rows if they have several components.
+pub(crate) fn components<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    components: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let n = values.len() / components.max(1);
+    let flat = PyArray1::from_vec(py, values);
+    Ok(if components == 1 { flat.into_any() } else { flat.reshape([n, components])?.into_any() })
+}
+
+/// Any argument that NumPy takes for an array of real numbers.
+fn real<'py>(any: &Bound<'py, PyAny>, argument: &str) -> PyResult<Bound<'py, PyAny>> {
+    let py = any.py();
+    let refused = |message: &str| model_error(py, argument, message, None);
+    let numpy = py.import("numpy")?;
+    let Ok(array) = numpy.call_method1("asarray", (any,)) else {
+        return Err(refused("is no array of numbers"));
+    };
+    let fits = numpy.call_method1("can_cast", (array.getattr("dtype")?, "f8", "same_kind"))?;
+    if !fits.is_truthy()? {
+        let dtype = array.getattr("dtype")?.str()?;
+        return Err(refused(&format!("has dtype {dtype}, which is not one of real numbers")));
+    }
+    Ok(array)
+}
+
+/// Finite numbers of exactly one of the shapes.
+pub(crate) fn vectors(
+    any: &Bound<'_, PyAny>,
+    argument: &str,
+    shapes: &[&[usize]],
+) -> PyResult<Vec<[f64; 3]>> {
+    let py = any.py();
+    let refused = |message: String| model_error(py, argument, &message, None);
+    let array = real(any, argument)?;
+    let shape: Vec<usize> = array.getattr("shape")?.extract()?;
+    if !shapes.contains(&shape.as_slice()) {
+        let wanted: Vec<String> = shapes.iter().map(|shape| shown(shape)).collect();
+        let wanted = wanted.join(" or ");
+        return Err(refused(format!("has shape {}, expected {wanted}", shown(&shape))));
+    }
+    let array = converted(&array, "f8")?.cast_into::<PyArrayDyn<f64>>()?;
+    let numbers = array.try_readonly().map_err(|error| refused(error.to_string()))?;
+    let numbers = numbers.as_slice().map_err(|error| refused(error.to_string()))?;
+    if let Some(at) = numbers.iter().position(|x| !x.is_finite()) {
+        let number = numbers[at];
+        return Err(refused(format!("is {number} in row {}, but must be finite", at / 3)));
+    }
+    Ok(numbers.as_chunks::<3>().0.to_vec())
+}
+
+/// Numbers of nodes, or a mask of them.
+pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> PyResult<Vec<u32>> {
+    let py = any.py();
+    let refused = |message: String| model_error(py, argument, &message, None);
+    let mut array = real(any, argument)?;
+    let shape: Vec<usize> = array.getattr("shape")?.extract()?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    let numpy = py.import("numpy")?;
+    match kind.as_str() {
+        "b" if shape == [n_nodes] => array = numpy.call_method1("flatnonzero", (array,))?,
+        "b" => {
+            let message = format!("is a mask of shape {}, expected ({n_nodes},)", shown(&shape));
+            return Err(refused(message));
+        }
+        "i" | "u" => {}
+        // An empty list is one of floats.
+        _ if shape == [0] => {}
+        _ => return Err(refused("must be whole numbers of nodes, or a mask".to_owned())),
+    }
+    if shape.len() > 1 {
+        return Err(refused(format!("has shape {}, expected one dimension", shown(&shape))));
+    }
+    let array = converted(&array, "i8")?.cast_into::<PyArrayDyn<i64>>()?;
+    let numbers = array.try_readonly().map_err(|error| refused(error.to_string()))?;
+    let numbers = numbers.as_slice().map_err(|error| refused(error.to_string()))?;
+    match numbers.iter().find(|&&node| node < 0 || node as u64 >= n_nodes as u64) {
+        Some(node) => {
+            Err(refused(format!("there is no node {node}: they go from 0 to {}", n_nodes - 1)))
+        }
+        None => Ok(numbers.iter().map(|&node| node as u32).collect()),
+    }
+}
+
+/// The same numbers with another type, one after another in memory.
+fn converted<'py>(array: &Bound<'py, PyAny>, kind: &str) -> PyResult<Bound<'py, PyAny>> {
+    let py = array.py();
+    let options = PyDict::new(py);
+    options.set_item("dtype", kind)?;
+    py.import("numpy")?.call_method("ascontiguousarray", (array,), Some(&options))
+}
+
+/// Copies numbers into the array that was given for them.
+pub(crate) fn fill(out: &Bound<'_, PyAny>, values: &[f64], shape: &[usize]) -> PyResult<()> {
+    let py = out.py();
+    let refused = |message: String| model_error(py, "out", &message, None);
+    let Ok(untyped) = out.cast::<PyUntypedArray>() else {
+        return Err(refused("must be a NumPy array".to_owned()));
+    };
+    if untyped.shape() != shape {
+        let (found, wanted) = (shown(untyped.shape()), shown(shape));
+        return Err(refused(format!("has shape {found}, expected {wanted}")));
+    }
+    let Ok(array) = out.cast::<PyArrayDyn<f64>>() else {
+        let dtype = untyped.dtype().str()?;
+        return Err(refused(format!("has dtype {dtype}, expected float64")));
+    };
+    let mut array = array.try_readwrite().map_err(|error| refused(error.to_string()))?;
+    match array.as_slice_mut() {
+        Ok(slice) => slice.copy_from_slice(values),
+        Err(_) => array.as_array_mut().iter_mut().zip(values).for_each(|(out, x)| *out = *x),
+    }
+    Ok(())
+}
+
+/// A structured array of `n` rows from named columns, each with its NumPy type.
+pub(crate) fn structured<'py>(
+    py: Python<'py>,
+    n: usize,
+    columns: Vec<(&str, &str, Bound<'py, PyAny>)>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let mut types = Vec::new();
+    for (name, kind, column) in &columns {
+        let shape: Vec<usize> = column.getattr("shape")?.extract()?;
+        types.push((*name, *kind, pyo3::types::PyTuple::new(py, shape.iter().skip(1))?));
+    }
+    let numpy = py.import("numpy")?;
+    let array = numpy.call_method1("empty", (n, numpy.call_method1("dtype", (types,))?))?;
+    for (name, _, column) in columns {
+        array.set_item(name, column)?;
+    }
+    Ok(array)
+}
+
+fn shown(shape: &[usize]) -> String {
+    let parts: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    match parts.len() {
+        1 => format!("({},)", parts[0]),
+        _ => format!("({})", parts.join(", ")),
+    }
+}

@@ -1,0 +1,149 @@
+//! Long work: away from the interpreter, on threads of its own, while Python goes on.
+//!
+//! The core is entered from here alone. The thread that called waits without holding the
+//! interpreter, and looks now and then for Ctrl-C and for progress.
+
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use ddem_io::run::Progress;
+use pyo3::exceptions::{PyRuntimeError, PyUserWarning};
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::errors::{internal, model_error};
+
+/// Between two looks for Ctrl-C and for progress.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Most threads that may be asked for.
+const MOST_THREADS: usize = 1024;
+
+/// What is known of work that is being done elsewhere.
+#[derive(Default)]
+pub(crate) struct Watch {
+    stop: AtomicBool,
+    progress: Mutex<Option<Progress>>,
+    warnings: Mutex<Vec<String>>,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Watch {
+    /// Whether the work shall end where it is.
+    pub(crate) fn stops(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn progress(&self, progress: Progress) {
+        *locked(&self.progress) = Some(progress);
+    }
+
+    pub(crate) fn warn(&self, warning: String) {
+        locked(&self.warnings).push(warning);
+    }
+
+    /// Tells Python what has come up.
+    fn tell(&self, py: Python<'_>, bar: Option<&Py<PyAny>>) -> PyResult<()> {
+        for warning in std::mem::take(&mut *locked(&self.warnings)) {
+            warn(py, &warning)?;
+        }
+        let progress = locked(&self.progress).take();
+        let (Some(bar), Some(p)) = (bar, progress) else { return Ok(()) };
+        let steps = (!p.relax).then_some(p.steps);
+        let arguments =
+            (p.stage, p.step, steps, p.time, p.unbalanced, p.failed_pairs, p.updates_per_second);
+        bar.call_method1(py, "update", arguments)?;
+        Ok(())
+    }
+}
+
+pub(crate) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let text = std::ffi::CString::new(message.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
+}
+
+/// The threads of this process. Those of the process that it was forked from are not here.
+fn pool(py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
+    static POOLS: Mutex<(u32, BTreeMap<usize, Arc<ThreadPool>>)> = Mutex::new((0, BTreeMap::new()));
+    if threads.is_some_and(|threads| !(1..=MOST_THREADS).contains(&threads)) {
+        let message = format!("must be from 1 to {MOST_THREADS}");
+        return Err(model_error(py, "threads", &message, None));
+    }
+    let threads = threads.unwrap_or(0);
+    let mut pools = locked(&POOLS);
+    let process = std::process::id();
+    if pools.0 != process {
+        // Nothing would answer if they were told to end.
+        std::mem::forget(std::mem::replace(&mut *pools, (process, BTreeMap::new())));
+    }
+    if let Some(pool) = pools.1.get(&threads) {
+        return Ok(pool.clone());
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = Arc::new(pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?);
+    pools.1.insert(threads, pool.clone());
+    Ok(pool)
+}
+
+/// How work ended: what it gave or its panic, and what Ctrl-C or the progress bar raised meanwhile.
+type Ending<T> = (Result<T, Box<dyn Any + Send>>, Option<PyErr>);
+
+/// Does work on the threads of a pool.
+///
+/// Returns what the work gave, and the exception for which it was told to stop.
+pub(crate) fn away<T: Send>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    bar: Option<&Py<PyAny>>,
+    work: impl FnOnce(&Watch) -> T + Send,
+) -> PyResult<(T, Option<PyErr>)> {
+    let pool = pool(py, threads)?;
+    let watch = Watch::default();
+    let (send, receive) = sync_channel(1);
+    let (done, mut raised): Ending<T> = py.detach(|| {
+        let watch = &watch;
+        pool.in_place_scope(move |scope| {
+            scope.spawn(move |_| {
+                let done = catch_unwind(AssertUnwindSafe(|| work(watch)));
+                let _ = send.send(done);
+            });
+            let mut raised = None;
+            loop {
+                match receive.recv_timeout(LOOK) {
+                    Ok(done) => return (done, raised),
+                    Err(RecvTimeoutError::Timeout) if raised.is_none() => {
+                        let look = |py: Python<'_>| {
+                            py.check_signals()?;
+                            watch.tell(py, bar)
+                        };
+                        if let Err(error) = Python::attach(look) {
+                            raised = Some(error);
+                            watch.stop.store(true, Ordering::Relaxed);
+                        }
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => {
+                        return (Err(Box::new("the work was lost")), raised);
+                    }
+                }
+            }
+        })
+    });
+    let told = watch.tell(py, bar);
+    if let Some(bar) = bar {
+        bar.call_method0(py, "close")?;
+    }
+    raised = raised.or(told.err());
+    match done {
+        Ok(done) => Ok((done, raised)),
+        Err(panic) => Err(internal(py, &*panic)),
+    }
+}

@@ -1,0 +1,170 @@
+//! Errors of the core, as Python's exceptions.
+
+use std::io;
+
+use ddem_core::{Fault, ModelError, RunError};
+use ddem_io::folder::FolderError;
+use ddem_io::run::RunFailure;
+use ddem_io::{DeckError, OutputError};
+use pyo3::exceptions::{PyFileExistsError, PyMemoryError, PyOSError, PyRuntimeError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+
+/// One of the classes of `ddem._errors`, with its arguments.
+macro_rules! raise {
+    ($py:expr, $class:literal, $arguments:expr) => {{
+        static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+        match CLASS.import($py, "ddem._errors", $class).and_then(|class| class.call1($arguments)) {
+            Ok(error) => PyErr::from_value(error),
+            Err(error) => error,
+        }
+    }};
+}
+
+pub(crate) fn busy(py: Python<'_>) -> PyErr {
+    let message =
+        "the simulation is busy: another thread is using it, or a function that a run calls";
+    raise!(py, "Busy", (message,))
+}
+
+/// A fault in the program itself.
+pub(crate) fn internal(py: Python<'_>, panic: &(dyn std::any::Any + Send)) -> PyErr {
+    let text = panic.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    let message =
+        format!("a fault in ddem itself, please report it: {}", text.unwrap_or("unknown"));
+    raise!(py, "Error", (message,))
+}
+
+/// One thing that is wrong with an argument or a key.
+pub(crate) fn model_error(py: Python<'_>, place: &str, message: &str, help: Option<&str>) -> PyErr {
+    let fault = Fault::new(place, message);
+    let fault = help.into_iter().fold(fault, Fault::help);
+    faults(py, &[fault], &|_| None)
+}
+
+/// What is wrong with a model; `line` says where an entry of it was made.
+pub(crate) fn faults(
+    py: Python<'_>,
+    faults: &[Fault],
+    line: &dyn Fn(&str) -> Option<String>,
+) -> PyErr {
+    let mut lines = Vec::new();
+    let mut list = Vec::new();
+    for fault in faults {
+        let place = python_place(&fault.place);
+        let mut text = line(&fault.place).map_or(String::new(), |line| format!("{line}: "));
+        if !place.is_empty() {
+            text += &format!("{place}: ");
+        }
+        text += &fault.message;
+        if let Some(help) = &fault.help {
+            text += &format!(" ({help})");
+        }
+        lines.push(text);
+        list.push((place, fault.message.clone(), fault.help.clone()));
+    }
+    raise!(py, "ModelError", (lines.join("\n"), list))
+}
+
+/// A place in a deck, as Python's arguments are called.
+fn python_place(place: &str) -> String {
+    let mut parts: Vec<&str> = place.split('.').collect();
+    if parts.len() > 1 && parts[0] == "model" {
+        parts.remove(0);
+    }
+    if parts.len() > 2 {
+        parts.retain(|part| *part != "where");
+    }
+    let part = |part: &&str| if *part == "from" { "from_".to_owned() } else { (*part).to_owned() };
+    parts.iter().map(part).collect::<Vec<_>>().join(".")
+}
+
+/// A step that went wrong. `stage` comes before the message.
+pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr {
+    let message = format!("{stage}{error}");
+    match *error {
+        RunError::NotConverged { ratio, .. } => raise!(py, "NotConverged", (message, ratio)),
+        RunError::Collapsed { blocks: [a, b], distance, .. } => {
+            // It does not come to rest: no ratio was reached.
+            raise!(py, "Collapsed", (message, f64::INFINITY, (a, b), distance))
+        }
+        RunError::Diverged { step, time, block, node } => {
+            raise!(py, "Diverged", (message, step, time, block, node))
+        }
+        RunError::TimeStep { .. } => model_error(py, "time_step", &error.to_string(), None),
+        _ => raise!(py, "Error", (message,)),
+    }
+}
+
+/// What is wrong with arguments that a deck has at `prefix`.
+pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> PyErr {
+    for fault in &mut error.faults {
+        let place = fault.place.strip_prefix(prefix).unwrap_or(&fault.place);
+        let place = place.trim_start_matches('.');
+        fault.place = place.strip_prefix("where.").unwrap_or(place).to_owned();
+    }
+    model(py, &error)
+}
+
+pub(crate) fn model(py: Python<'_>, error: &ModelError) -> PyErr {
+    faults(py, &error.faults, &|_| None)
+}
+
+pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
+    match error {
+        DeckError::Unreadable { path, source } => os_error(source, path, &error.to_string()),
+        DeckError::Wrong { findings, .. } => {
+            let python = |f: &ddem_io::Finding| {
+                (f.fault.place.clone(), f.fault.message.clone(), f.fault.help.clone())
+            };
+            let list: Vec<_> = findings.iter().map(python).collect();
+            raise!(py, "ModelError", (error.report(false), list))
+        }
+        _ => model_error(py, "", &error.to_string(), None),
+    }
+}
+
+/// A run that did not start, or did not reach its end.
+pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
+    match failure {
+        RunFailure::Deck(error) => deck(py, error),
+        RunFailure::Model(error) => model(py, error),
+        RunFailure::Folder(error) => folder(error),
+        RunFailure::Memory { .. } => PyMemoryError::new_err(failure.to_string()),
+        RunFailure::Stage { stage, source } => run_error(py, source, &format!("stage `{stage}`: ")),
+        RunFailure::Output(error) => output(error),
+        RunFailure::Checkpoint { .. } => PyOSError::new_err(failure.to_string()),
+        _ => PyRuntimeError::new_err(failure.to_string()),
+    }
+}
+
+fn folder(error: &FolderError) -> PyErr {
+    let message = error.to_string().replace("--out", "folder").replace("--resume", "resume=True");
+    match error {
+        FolderError::NotWritable { source } => output(source),
+        FolderError::OtherDeck { .. }
+        | FolderError::ForeignFile { .. }
+        | FolderError::NotAFolder { .. } => PyFileExistsError::new_err(message),
+        _ => PyOSError::new_err(message),
+    }
+}
+
+pub(crate) fn output(error: &OutputError) -> PyErr {
+    let message = error.to_string().replace("--out", "folder");
+    match error {
+        OutputError::Io { path, source, .. } => os_error(source, path, &message),
+        _ => PyOSError::new_err(message),
+    }
+}
+
+/// With the number of the system, so that Python makes it a `FileNotFoundError` and the like.
+pub(crate) fn os_error(source: &io::Error, path: &std::path::Path, message: &str) -> PyErr {
+    match source.raw_os_error() {
+        Some(number) => {
+            PyOSError::new_err((number, message.to_owned(), path.display().to_string()))
+        }
+        None => PyOSError::new_err(message.to_owned()),
+    }
+}

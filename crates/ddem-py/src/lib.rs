@@ -1,0 +1,144 @@
+//! The Python module `ddem`: a `Model` is a deck being written, a `Simulation` what the core moves.
+//! Nothing physical lives here.
+
+mod arrays;
+mod away;
+mod errors;
+mod functions;
+mod look;
+mod matter;
+mod model;
+mod simulation;
+mod values;
+
+use std::path::{Path, PathBuf};
+
+use ddem_core::Simd;
+use ddem_io::run::{Options, Session};
+use pyo3::prelude::*;
+use pyo3::types::PyMapping;
+
+use errors::model_error;
+use functions::Functions;
+use matter::{Joint, Material};
+use model::Model;
+use simulation::Simulation;
+
+/// Goes on from what :meth:`Simulation.save` has written, or from the `checkpoint.h5` of a run.
+///
+/// Parameters
+/// ----------
+/// path : path
+///     The file.
+/// model : Model, optional
+///     That of the simulation; needed where a history is a Python function, which no file holds.
+/// threads : int, optional
+///     How many; one for each processor without it.
+///
+/// Returns
+/// -------
+/// Simulation
+///
+/// Raises
+/// ------
+/// OSError
+///     The file cannot be read, is no checkpoint, or one of another model.
+#[pyfunction]
+#[pyo3(signature = (path, *, model=None, threads=None))]
+fn load(
+    py: Python<'_>,
+    path: PathBuf,
+    model: Option<&Bound<'_, Model>>,
+    threads: Option<usize>,
+) -> PyResult<Simulation> {
+    let parts = model.map(|model| model.get().parts(py)).transpose()?;
+    let (deck, functions) = parts.map_or((None, Functions::default()), |(d, f)| (Some(d), f));
+    let located = |error: &ddem_core::ModelError| errors::model(py, error);
+    simulation::assembled(py, threads, functions, &located, |change| {
+        Session::load(&path, Simd::default(), deck.as_ref(), change)
+    })
+}
+
+/// Runs a deck through all its stages, with all its files, as the command line does.
+///
+/// Parameters
+/// ----------
+/// deck : path, dict or Model
+///     A TOML file, what :attr:`Model.deck` gives, or a model with stages.
+/// out : path, optional
+///     Folder of the results; without it `results/` and the name of the deck.
+/// threads : int, optional
+///     How many; one for each processor without it. Results do not depend on it.
+/// resume : bool, optional
+///     Go on from the checkpoint in `out`.
+/// quiet : bool, optional
+///     No progress bar.
+///
+/// Returns
+/// -------
+/// Simulation
+///     At the end of the last stage.
+///
+/// Raises
+/// ------
+/// ModelError
+///     The deck is wrong; nothing was written.
+/// NotConverged, Diverged
+///     A stage failed; what was written so far is intact.
+/// OSError
+///     A file cannot be read or written, or the folder has results of another deck.
+/// KeyboardInterrupt
+///     A checkpoint was written first; ``resume=True`` goes on.
+#[pyfunction]
+#[pyo3(signature = (deck, *, out=None, threads=None, resume=false, quiet=false))]
+fn run_deck(
+    deck: &Bound<'_, PyAny>,
+    out: Option<PathBuf>,
+    threads: Option<usize>,
+    resume: bool,
+    quiet: bool,
+) -> PyResult<Simulation> {
+    let py = deck.py();
+    let model = match deck.cast::<Model>() {
+        Ok(model) => Some(model.clone()),
+        Err(_) if deck.cast::<PyMapping>().is_ok() => {
+            Some(Bound::new(py, Model::from_deck(deck)?)?)
+        }
+        Err(_) => None,
+    };
+    let (read, name) = match model {
+        Some(model) => {
+            let text = model.get().text(py)?;
+            (ddem_io::deck::parse(&text, "model.toml"), "model".into())
+        }
+        None => {
+            let path: PathBuf = deck.extract().map_err(|_| {
+                let message = "expected the path of a deck, a dictionary or a Model";
+                model_error(py, "deck", message, None)
+            })?;
+            (ddem_io::deck::read(&path), path.file_stem().unwrap_or_default().to_owned())
+        }
+    };
+    let (deck, source) = read.map_err(|error| errors::deck(py, &error))?;
+    let mut options = Options::new(out.unwrap_or_else(|| Path::new("results").join(name)));
+    (options.threads, options.resume) = (threads, resume);
+    simulation::driven(py, (&deck, &source), &options, quiet)
+}
+
+/// The JSON Schema of decks, as a dictionary.
+#[pyfunction]
+fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    values::to_python(py, &ddem_io::deck::schema())
+}
+
+#[pymodule]
+fn _ddem(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<Material>()?;
+    module.add_class::<Joint>()?;
+    module.add_class::<Model>()?;
+    module.add_class::<Simulation>()?;
+    module.add_function(wrap_pyfunction!(load, module)?)?;
+    module.add_function(wrap_pyfunction!(run_deck, module)?)?;
+    module.add_function(wrap_pyfunction!(schema, module)?)
+}

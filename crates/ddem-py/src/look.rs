@@ -1,0 +1,216 @@
+//! What is seen of a simulation.
+
+use ddem_core::deck::names;
+use ddem_core::{FIELDS, Field, Model, On, Simulation};
+use ddem_io::run::{Progress, Session};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays;
+use crate::away::Watch;
+use crate::errors::model_error;
+use crate::simulation::Inner;
+
+/// How a field is read.
+pub(crate) struct Reading {
+    pub(crate) components: usize,
+    pub(crate) at_nodes: bool,
+    pub(crate) fill: fn(&mut Simulation) -> Vec<f64>,
+}
+
+/// A field by its name; where nodes and pairs have one of the same name, that of the nodes.
+pub(crate) fn field(py: Python<'_>, name: &str) -> PyResult<Reading> {
+    if name == "force" {
+        let fill = |simulation: &mut Simulation| simulation.forces().into_flattened();
+        return Ok(Reading { components: 3, at_nodes: true, fill });
+    }
+    let Some(field) = FIELDS.iter().find(|field| field.name == name) else {
+        let mut known: Vec<&str> = FIELDS.iter().map(|field| field.name).collect();
+        known.push("force");
+        known.sort_unstable();
+        known.dedup();
+        return Err(unknown(py, "name", name, &known));
+    };
+    let at_nodes = field.on == On::Node;
+    Ok(Reading { components: field.components, at_nodes, fill: field.fill })
+}
+
+/// An argument that is none of the known names.
+pub(crate) fn unknown(py: Python<'_>, argument: &str, name: &str, known: &[&str]) -> PyErr {
+    let near = names::nearest(name, known.iter().copied());
+    let near = near.map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+    let help = match known {
+        [] => "there is none".to_owned(),
+        known => format!("{near}there are {}", names::list(known.iter().copied())),
+    };
+    model_error(py, argument, &format!("there is no `{name}`"), Some(&help))
+}
+
+/// A whole number that is not negative.
+pub(crate) fn whole(any: &Bound<'_, PyAny>, argument: &str) -> PyResult<u64> {
+    let number = any.call_method0("__index__").and_then(|number| number.extract::<u64>());
+    number.map_err(|_| {
+        let found = any.repr().map_or_else(|_| "?".to_owned(), |text| text.to_string());
+        let message = format!("must be a whole number that is not negative, found {found}");
+        model_error(any.py(), argument, &message, None)
+    })
+}
+
+/// Plain steps, until they are done or shall stop.
+pub(crate) fn steps(
+    simulation: &mut Simulation,
+    n: u64,
+    watch: &Watch,
+) -> Result<(), ddem_core::RunError> {
+    let clock = std::time::Instant::now();
+    let mut told = clock;
+    for step in 1..=n {
+        if watch.stops() {
+            break;
+        }
+        simulation.step()?;
+        let now = std::time::Instant::now();
+        if now.duration_since(told).as_millis() < 100 {
+            continue;
+        }
+        told = now;
+        let rate = step as f64 / now.duration_since(clock).as_secs_f64();
+        watch.progress(Progress {
+            stage: "step".to_owned(),
+            stage_index: (0, 1),
+            relax: false,
+            step,
+            steps: n,
+            time: simulation.time(),
+            unbalanced: simulation.unbalanced(),
+            tolerance: 0.0,
+            failed_pairs: simulation.failed_pairs().iter().sum(),
+            updates_per_second: rate * simulation.model().n_nodes() as f64,
+            seconds_left: None,
+        });
+    }
+    Ok(())
+}
+
+fn model(session: &Session) -> &Model {
+    session.simulation().model()
+}
+
+pub(crate) fn points(session: &Session) -> Vec<[f64; 3]> {
+    let model = model(session);
+    (0..model.n_nodes()).map(|node| model.point(node)).collect()
+}
+
+pub(crate) fn masses(session: &Session) -> Vec<f64> {
+    let model = model(session);
+    (0..model.n_nodes()).map(|node| model.mass(node)).collect()
+}
+
+pub(crate) fn node_blocks(session: &Session) -> Vec<i64> {
+    let model = model(session);
+    (0..model.n_nodes()).map(|node| model.block_of(node) as i64).collect()
+}
+
+pub(crate) fn elements(session: &Session) -> Vec<[i64; 8]> {
+    let model = model(session);
+    let hexes = (0..model.n_blocks()).flat_map(|block| model.hexes(block));
+    hexes.map(|hex| hex.map(i64::from)).collect()
+}
+
+pub(crate) fn element_blocks(session: &Session) -> Vec<i64> {
+    let model = model(session);
+    let blocks = (0..model.n_blocks())
+        .flat_map(|block| std::iter::repeat_n(block as i64, model.hexes(block).count()));
+    blocks.collect()
+}
+
+pub(crate) fn quads(session: &Session) -> Vec<[i64; 4]> {
+    let faces = model(session).faces().iter();
+    faces.flat_map(|face| face.quads()).map(|quad| quad.map(i64::from)).collect()
+}
+
+pub(crate) fn integers<'py>(py: Python<'py>, numbers: Vec<i64>) -> PyResult<Bound<'py, PyAny>> {
+    Ok(PyArray1::from_vec(py, numbers).into_any())
+}
+
+/// All pairs: points, nodes, joints, fields.
+pub(crate) struct Pairs {
+    points: Vec<[f64; 3]>,
+    nodes: Vec<[i64; 2]>,
+    joints: Vec<i64>,
+    fields: Vec<(&'static Field, Vec<f64>)>,
+}
+
+pub(crate) fn pairs(session: &mut Session) -> Pairs {
+    let fields = FIELDS.iter().filter(|field| field.on == On::Pair);
+    let fields = fields.map(|field| (field, (field.fill)(session.simulation_mut()))).collect();
+    let model = model(session);
+    let (mut nodes, mut joints) = (Vec::new(), Vec::new());
+    for face in model.faces() {
+        for pair in face.pairs(model) {
+            nodes.push(pair);
+            joints.push(i64::from(face.joint));
+        }
+    }
+    let middle = |[a, b]: [u32; 2]| {
+        let (a, b) = (model.point(a as usize), model.point(b as usize));
+        [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
+    };
+    Pairs {
+        points: nodes.iter().copied().map(middle).collect(),
+        nodes: nodes.into_iter().map(|pair| pair.map(i64::from)).collect(),
+        joints,
+        fields,
+    }
+}
+
+pub(crate) fn pair_array<'py>(py: Python<'py>, pairs: Pairs) -> PyResult<Bound<'py, PyAny>> {
+    let n = pairs.joints.len();
+    let mut columns = vec![
+        ("point", "f8", arrays::rows(py, pairs.points)?),
+        ("nodes", "i8", arrays::rows(py, pairs.nodes)?),
+        ("joint", "i8", integers(py, pairs.joints)?),
+    ];
+    for (field, values) in pairs.fields {
+        let kind = match field.name {
+            "state" => "u1",
+            "open" => "?",
+            _ => "f8",
+        };
+        columns.push((field.name, kind, arrays::components(py, values, field.components)?));
+    }
+    arrays::structured(py, n, columns)
+}
+
+/// The histories of the probes.
+pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    let mut first = 0;
+    for (name, components) in inner.session.probes() {
+        let at = first..first + components.len();
+        first = at.end;
+        // Of a row where the probe was not due there is nothing.
+        let rows: Vec<(f64, u64, Vec<f64>)> = inner
+            .samples
+            .iter()
+            .filter_map(|sample| {
+                let values =
+                    sample.values.get(at.clone())?.iter().copied().collect::<Option<_>>()?;
+                Some((sample.time, sample.step, values))
+            })
+            .collect();
+        let column = |value: &dyn Fn(&(f64, u64, Vec<f64>)) -> f64| {
+            arrays::components(py, rows.iter().map(value).collect(), 1)
+        };
+        let mut columns = vec![
+            ("time", "f8", column(&|row| row.0)?),
+            ("step", "i8", integers(py, rows.iter().map(|row| row.1 as i64).collect())?),
+        ];
+        for (c, component) in components.iter().enumerate() {
+            columns.push((component, "f8", column(&|row| row.2[c])?));
+        }
+        all.set_item(name, arrays::structured(py, rows.len(), columns)?)?;
+    }
+    Ok(all)
+}

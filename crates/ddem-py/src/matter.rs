@@ -1,0 +1,246 @@
+//! Materials and joints as objects of their own.
+
+use pyo3::exceptions::PyAttributeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use toml::{Table, Value};
+
+use crate::errors::{arguments as arguments_error, model_error};
+use crate::values::{Matter, table, to_python};
+
+/// A linear elastic, isotropic material.
+///
+/// Parameters
+/// ----------
+/// density : float
+///     Density ρ [kg/m³].
+/// young : float
+///     Young's modulus E [Pa].
+/// poisson : float
+///     Poisson's ratio ν, in (−1, 0.5).
+/// name : str, optional
+///     Name in decks and results; without one it is given one there.
+///
+/// Raises
+/// ------
+/// ModelError
+///     A key that does not exist, or is missing, or a value of the wrong type. Whether the values
+///     make sense is said by :meth:`Model.build`.
+///
+/// Examples
+/// --------
+/// >>> rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+/// >>> rock.young
+/// 18000000000.0
+#[pyclass(frozen, eq, module = "ddem")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct Material {
+    keys: Table,
+    name: Option<String>,
+}
+
+/// A joint: a layer of real thickness between blocks, or a pair of stiffnesses.
+///
+/// With none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` it never fails; with any given
+/// it can, and those left out of the first three are 0.
+///
+/// Parameters
+/// ----------
+/// thickness : float
+///     Thickness t along the normal [m].
+/// material : Material or str, optional
+///     Whose elastic constants and density the layer has; or give `density`, `young` and
+///     `poisson` here, or `normal_stiffness` and `shear_stiffness` of a spring joint.
+/// density, young, poisson : float, optional
+///     Of the layer: [kg/m³], [Pa], [1].
+/// normal_stiffness, shear_stiffness : float, optional
+///     Of a spring joint [Pa/m].
+/// cohesion, friction, tension : float, optional
+///     Cohesion c [Pa], friction angle φ [degrees], tensile strength σ_t [Pa].
+/// residual_cohesion, residual_friction, dilation : float, optional
+///     After failure [Pa], [degrees]; dilation angle ψ [degrees].
+/// fracture_energy : (float, float), optional
+///     In opening and in sliding [J/m²]; without, the joint is brittle.
+/// jrc, jcs : float, optional
+///     Roughness [1] and strength of the walls [Pa] of Barton and Bandis.
+/// name : str, optional
+///     Name in decks and results.
+///
+/// Raises
+/// ------
+/// ModelError
+///     A key that does not exist or a value of the wrong type.
+///
+/// Examples
+/// --------
+/// >>> rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+/// >>> seam = ddem.Joint(thickness=0.01, material=rock, cohesion=2e6, friction=30, tension=1e6)
+/// >>> seam.friction, seam.dilation
+/// (30.0, None)
+#[pyclass(frozen, module = "ddem")]
+pub(crate) struct Joint {
+    keys: Table,
+    name: Option<String>,
+    material: Option<Py<Material>>,
+}
+
+/// Reads the table of one material or joint alone; what comes back has every number as the deck
+/// has it.
+fn read(py: Python<'_>, section: &str, keys: Table) -> PyResult<Table> {
+    let named = Table::from_iter([("it".to_owned(), Value::Table(keys))]);
+    let root = Table::from_iter([(section.to_owned(), Value::Table(named))]);
+    let deck = ddem_io::deck::from_table(&root)
+        .map_err(|error| arguments_error(py, error, &format!("{section}.it")))?;
+    let mut root = Table::try_from(&deck).unwrap_or_default();
+    let table = root.remove(section).and_then(|mut all| match &mut all {
+        Value::Table(all) => all.remove("it"),
+        _ => None,
+    });
+    match table {
+        Some(Value::Table(table)) => Ok(table),
+        _ => Err(model_error(py, section, "could not be read", None)),
+    }
+}
+
+/// The value of a key; `None` for one that was not given.
+fn key<'py>(
+    py: Python<'py>,
+    (class, definition): (&str, &str),
+    keys: &Table,
+    key: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    if let Some(value) = keys.get(key) {
+        return to_python(py, value);
+    }
+    let schema = ddem_io::deck::schema();
+    if schema["$defs"][definition]["properties"].get(key).is_some() {
+        return Ok(py.None().into_bound(py));
+    }
+    Err(PyAttributeError::new_err(format!("'{class}' object has no attribute '{key}'")))
+}
+
+/// Positional arguments (none) and keywords that make the same object, for `pickle` and `copy`.
+type Arguments<'py> = (Bound<'py, PyTuple>, Bound<'py, PyDict>);
+
+fn arguments<'py>(py: Python<'py>, keys: &Table, name: Option<&str>) -> PyResult<Arguments<'py>> {
+    let given = to_python(py, keys)?.cast_into::<PyDict>()?;
+    if let Some(name) = name {
+        given.set_item("name", name)?;
+    }
+    Ok((PyTuple::empty(py), given))
+}
+
+fn repr(class: &str, (_, given): Arguments<'_>) -> PyResult<String> {
+    let mut parts = Vec::new();
+    for (key, value) in given {
+        parts.push(format!("{key}={}", value.repr()?));
+    }
+    Ok(format!("{class}({})", parts.join(", ")))
+}
+
+#[pymethods]
+impl Material {
+    #[new]
+    #[pyo3(signature = (*, name=None, **keys))]
+    fn new(
+        py: Python<'_>,
+        name: Option<String>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let (keys, _) = table("materials", keys, &mut |_| {
+            Err(model_error(py, "material", "a material is made of numbers", None))
+        })?;
+        Ok(Self { keys: read(py, "materials", keys)?, name })
+    }
+
+    /// Name in decks and results, if it was given one.
+    #[getter]
+    pub(crate) fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        key(py, ("Material", "Material"), &self.keys, name)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        repr("Material", arguments(py, &self.keys, self.name())?)
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<Arguments<'py>> {
+        arguments(py, &self.keys, self.name())
+    }
+}
+
+impl Material {
+    /// The table of the deck.
+    pub(crate) fn keys(&self) -> &Table {
+        &self.keys
+    }
+}
+
+#[pymethods]
+impl Joint {
+    #[new]
+    #[pyo3(signature = (*, name=None, **keys))]
+    fn new(
+        py: Python<'_>,
+        name: Option<String>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let mut material = None;
+        let (mut keys, _) = table("joints", keys, &mut |matter| match matter {
+            Matter::Material(found) => {
+                material = Some((*found).clone().unbind());
+                // The model will know its name.
+                Ok(String::new())
+            }
+            Matter::Joint(_) => Err(model_error(py, "material", "a joint is no material", None)),
+        })?;
+        if material.is_some() && keys.get("material").is_none_or(|name| !name.is_str()) {
+            return Err(model_error(py, "", "only `material` can be a material", None));
+        }
+        keys = read(py, "joints", keys)?;
+        if material.is_some() {
+            keys.remove("material");
+        }
+        Ok(Self { keys, name, material })
+    }
+
+    /// Name in decks and results, if it was given one.
+    #[getter]
+    pub(crate) fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        match &self.material {
+            Some(material) if name == "material" => Ok(material.bind(py).clone().into_any()),
+            _ => key(py, ("Joint", "Joint"), &self.keys, name),
+        }
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        let material = |joint: &Self| joint.material.as_ref().map(|m| m.get().clone());
+        (&self.keys, &self.name) == (&other.keys, &other.name) && material(self) == material(other)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        repr("Joint", self.__getnewargs_ex__(py)?)
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<Arguments<'py>> {
+        let arguments = arguments(py, &self.keys, self.name())?;
+        if let Some(material) = &self.material {
+            arguments.1.set_item("material", material)?;
+        }
+        Ok(arguments)
+    }
+}
+
+impl Joint {
+    /// The table of the deck, but for the name of the material, which comes besides.
+    pub(crate) fn keys(&self) -> (&Table, Option<&Py<Material>>) {
+        (&self.keys, self.material.as_ref())
+    }
+}
