@@ -138,8 +138,8 @@ def _bar(label: str, values: Floats, cmap: Any, clim: tuple[float, float] | None
         clim = (-most, most) if both and cmap is None else (low, high)
         # All the same: a bar needs some length.
         if clim[0] == clim[1]:
-            room = 0.5 * abs(low) or 1.0
-            clim = (low - room, low + room)
+            room = 0.5 * abs(low)
+            clim = (low - room, low + room) if room else (0.0, 1.0)
     elif not clim[0] < clim[1]:
         raise ValueError(f"clim: {clim!r} must be two numbers that increase")
     return Bar(label, colours(cmap or ("RdBu_r" if both else "viridis")), clim)
@@ -149,4 +149,8 @@ def colours(cmap: Any) -> Any:
     """The colour map of a name; maps themselves pass."""
     import matplotlib
 
-    return matplotlib.colormaps[one_of("cmap", cmap, matplotlib.colormaps)] if isinstance(cmap, str) else cmap
+    return (
+        matplotlib.colormaps[one_of("cmap", cmap, matplotlib.colormaps)]
+        if isinstance(cmap, str)
+        else cmap
+    )

@@ -55,6 +55,8 @@ def _layer(layer: Layer, centre: npt.NDArray[np.float64]) -> dict[str, Any]:
         "points": _packed(points, np.float32),
         "cells": _packed(cells if lines else cells[:, _TRIANGLES], np.uint32),
         "lines": lines,
+        # Joints without thickness lie on the faces of blocks, which stand back.
+        "back": 2 if layer.name == "blocks" else 1,
         "colour": layer.colour,
         "opacity": layer.opacity,
     }

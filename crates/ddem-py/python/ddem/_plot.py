@@ -105,14 +105,16 @@ def plot(
     html : str or os.PathLike, optional
         Page to write: one file to turn and zoom in any browser with WebGL 2, without network.
     show : bool, optional
-        False leaves the picture to you: add to the plotter, then call its ``show()``.
+        False opens no window and leaves the plotter open: add to it, then call its ``show()`` or
+        ``screenshot()``, and ``close()`` in the end.
 
     Returns
     -------
     pyvista.Plotter
-        With the meshes ``"blocks"`` and, where drawn, ``"edges"`` and joints as actors of these
-        names. Points of ``"blocks"`` have the array ``"node"``, its cells ``"element"``: rows of
-        the arrays of the simulation.
+        Closed already, unless `show` is False. Its actor ``"blocks"`` has the mesh of the outer
+        faces of the blocks, with the array ``"node"`` of its points and ``"element"`` of its
+        cells: rows of the arrays of the simulation. Others are ``"edges"`` and ``"joints"``, or
+        ``"bonded"``, ``"failed in shear"`` and ``"failed in tension"``.
 
     Raises
     ------
@@ -164,21 +166,27 @@ def plot(
         layers += _layers.joints(state, joints, joint_component, spare, scale)
     about = [state.title, _about(state.time, scale)]
 
-    # Without a display VTK finds another way to draw, but complains first.
-    with pv.vtk_verbosity("off") if _no_display() else nullcontext():
-        off_screen = True if to_file or notebook else None
-        size = list(window_size)
-        plotter = pv.Plotter(off_screen=off_screen, window_size=size, lighting="none")
-        _fill(plotter, layers, about, view, background)
-        if screenshot is not None:
-            plotter.screenshot(os.fspath(screenshot))
+    paper = pv.Color(background).hex_rgb
     if html is not None:
         with open(html, "w", encoding="utf-8") as file:
-            file.write(page_of(layers, about, VIEWS, view, pv.Color(background).hex_rgb))
+            file.write(page_of(layers, about, VIEWS, view, paper))
     if notebook:
-        _inline(page_of(layers, about, VIEWS, view, pv.Color(background).hex_rgb), window_size)
-    if window:
-        plotter.show()
+        _inline(page_of(layers, about, VIEWS, view, paper), window_size)
+    # Without a display VTK finds another way to draw, but complains first.
+    with pv.vtk_verbosity("off") if _no_display() else nullcontext():
+        hidden = True if to_file or notebook or _no_display() else None
+        size = list(window_size)
+        plotter = pv.Plotter(off_screen=hidden, window_size=size, lighting="none")
+        try:
+            _fill(plotter, layers, about, view, background)
+            if screenshot is not None:
+                plotter.screenshot(os.fspath(screenshot))
+            if window:
+                plotter.show()
+        finally:
+            # PyVista keeps each plotter, with all its meshes, until it is closed.
+            if show:
+                plotter.close()
     return plotter
 
 
@@ -188,9 +196,7 @@ def _about(time: float, scale: float) -> str:
 
 
 # PyVista's own types do not let some of its methods be called: here its objects are Any.
-def _fill(
-    plotter: Any, layers: list[Layer], about: list[str], view: str, background: str
-) -> None:
+def _fill(plotter: Any, layers: list[Layer], about: list[str], view: str, background: str) -> None:
     import pyvista as pv
 
     plotter.set_background(background)
@@ -233,9 +239,10 @@ def _fill(
         actor = plotter.add_mesh(
             mesh, name=layer.name, opacity=layer.opacity, ambient=0.65, diffuse=0.35, **style
         )
-        # Lines lie on faces and must win.
+        # Lines lie on faces, and joints without thickness on those of blocks: blocks stand back.
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+        back = 2.0 if layer.name == "blocks" else 1.0
+        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(back, back)
         if layer.bar is not None:
             drawn.append((layer.bar, actor.mapper))
     for number, (bar, mapper) in enumerate(drawn):
@@ -244,8 +251,9 @@ def _fill(
     _say(plotter, about[0], (0.02, 0.945), 13, ink)
     _say(plotter, about[1], (0.02, 0.91), 9, ink)
     named = [(layer.legend, layer.colour) for layer in layers if layer.legend is not None]
+    low = 0.04 if len(drawn) < 2 else 0.13
     for number, (legend, colour) in enumerate(reversed(named)):
-        _say(plotter, legend, (0.98, 0.15 + 0.035 * number), 10, colour, "right")
+        _say(plotter, legend, (0.98, low + 0.035 * number), 10, colour, "right")
     plotter.add_axes(color=ink)
     _look(plotter, layers[0].points, view)
 
@@ -328,4 +336,6 @@ def _inline(page: str, size: tuple[int, int]) -> None:
 
     shell: Any = import_module("IPython.display")
     style = f"width: 100%; aspect-ratio: {size[0]} / {size[1]}; border: 0"
-    shell.display(shell.HTML(f'<iframe srcdoc="{escape(page)}" style="{style}"></iframe>'))
+    # Within a div: IPython warns of frames that stand alone, as if they had an address.
+    frame = f'<div><iframe srcdoc="{escape(page)}" style="{style}"></iframe></div>'
+    shell.display(shell.HTML(frame))

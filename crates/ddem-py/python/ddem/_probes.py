@@ -6,6 +6,7 @@ import csv
 import json
 import os
 from collections.abc import Iterable, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,15 +109,18 @@ def plot_probes(
         histories, deck = read_probes(probes), _deck(Path(probes))
     else:
         histories, deck = probes.probes, probes.summary.get("deck")
-    if not histories:
-        raise ValueError("probes: there are none")
     chosen = [names] if isinstance(names, str) else list(histories if names is None else names)
+    if not histories or not chosen:
+        raise ValueError("probes: there are none")
     quantities = _quantities(deck)
     shown = [histories[one_of("names", name, histories)] for name in chosen]
     still = all(np.ptp(history["time"]) == 0.0 for history in shown if len(history))
     along = "step" if still else "time"
     figure, rows = plt.subplots(
-        len(shown), sharex=True, squeeze=False, figsize=(8.0, 1.2 + 2.1 * len(shown)),
+        len(shown),
+        sharex=True,
+        squeeze=False,
+        figsize=(8.0, 1.2 + 2.1 * len(shown)),
         layout="constrained",
     )
     for axes, name, history in zip(rows[:, 0], chosen, shown):
@@ -147,7 +151,7 @@ def _quantities(deck: Any) -> Mapping[str, str]:
     """What each probe measures, as the deck says it; nothing where that cannot be read."""
     if isinstance(deck, str):
         try:
-            import tomllib  # from Python 3.11 on
+            tomllib = import_module("tomllib")  # from Python 3.11 on
         except ImportError:
             return {}
         deck = tomllib.loads(deck)

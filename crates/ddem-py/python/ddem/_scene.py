@@ -198,7 +198,9 @@ def values_of(
     return Values(scalars, len(given) == counts[0], label or words + unit)
 
 
-def measure(values: Floats, component: str | None, argument: str = "component") -> tuple[Floats, str]:
+def measure(
+    values: Floats, component: str | None, argument: str = "component"
+) -> tuple[Floats, str]:
     """One number of each value, and its name.
 
     Parameters
@@ -213,7 +215,9 @@ def measure(values: Floats, component: str | None, argument: str = "component") 
     width = 1 if values.ndim == 1 else values.shape[1]
     if width == 1:
         if component is not None:
-            raise ValueError(f"{argument}: {component!r} was asked of plain numbers, which have none")
+            raise ValueError(
+                f"{argument}: {component!r} was asked of plain numbers, which have none"
+            )
         return values.reshape(-1), ""
     if width == 3:
         part = one_of(argument, component or "magnitude", (*VECTOR, "magnitude"))
