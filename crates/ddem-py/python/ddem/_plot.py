@@ -19,13 +19,13 @@ from ._scene import JOINTS, Source, automatic_scale, frame_of, one_of
 if TYPE_CHECKING:
     import pyvista as pv
 
-# From where the model is seen, and what is up: x to the right and z up wherever both show.
+# From where the model is seen, and what is up there.
 VIEWS = {
     "iso": ((0.55, -1.0, 0.5), (0.0, 0.0, 1.0)),
     "xy": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
     "xz": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
     "yz": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-    "-xy": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+    "-xy": ((0.0, 0.0, -1.0), (0.0, -1.0, 0.0)),
     "-xz": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
     "-yz": ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
 }
