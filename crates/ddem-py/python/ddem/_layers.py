@@ -1,0 +1,156 @@
+"""What is drawn, layer by layer, whether by PyVista or on a page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._scene import (
+    UNITS,
+    Floats,
+    Frame,
+    Integers,
+    lines_of,
+    measure,
+    one_of,
+    quarters,
+    skin,
+    values_of,
+)
+
+INK, PLAIN = "#1f2933", "#aab4be"
+STATES = (("bonded", "#8a94a0"), ("failed in shear", "#1f6fb4"), ("failed in tension", "#c0392b"))
+# Enough to see where joints are, too little to hide what lies behind many of them.
+HOLDING = 0.04
+
+
+@dataclass
+class Bar:
+    """What the colours of a layer mean."""
+
+    label: str
+    cmap: Any
+    clim: tuple[float, float]
+
+
+@dataclass
+class Layer:
+    """Faces (n, 4) or lines (n, 2) of one kind: in one colour, or in those of a bar."""
+
+    name: str
+    points: Floats  # (m, 3) m, where they are drawn
+    cells: Integers
+    opacity: float
+    colour: str
+    values: Floats | None = None  # of points or of cells
+    on_points: bool = False
+    bar: Bar | None = None
+    legend: str | None = None
+    nodes: Integers | None = None  # nodes of the model that the points are
+    owners: Integers | None = None  # elements that the cells belong to
+
+
+def blocks(
+    frame: Frame,
+    field: str | npt.ArrayLike | None,
+    component: str | None,
+    label: str | None,
+    bar: tuple[Any, tuple[float, float] | None],
+    scale: float,
+    edges: str,
+    opacity: float,
+) -> list[Layer]:
+    """Outer faces of the blocks where they are now, and their lines."""
+    faces, owners = skin(frame.elements)
+    nodes, cells = np.unique(faces, return_inverse=True)
+    points = (frame.points + scale * frame.displacement)[nodes]
+    layer = Layer("blocks", points, cells.reshape(-1, 4), opacity, PLAIN)
+    layer.nodes, layer.owners = nodes, owners
+    if field is not None:
+        values = values_of(frame, field, component, label)
+        layer.on_points = values.on_nodes
+        layer.values = values.scalars[nodes if values.on_nodes else owners]
+        layer.bar = _bar(values.label, layer.values, *bar)
+    if edges == "none":
+        return [layer]
+    # By the reference positions: a bent block has the edges that it had.
+    lines = lines_of(frame.points, faces, edges == "elements")
+    ends, lines = np.unique(lines, return_inverse=True)
+    drawn = (frame.points + scale * frame.displacement)[ends]
+    faint = 1.0 if opacity == 1.0 else 0.45
+    return [layer, Layer("edges", drawn, lines.reshape(-1, 2), faint, INK)]
+
+
+def joints(
+    frame: Frame,
+    name: str,
+    component: str | None,
+    bar: tuple[Any, tuple[float, float] | None],
+    scale: float,
+) -> list[Layer]:
+    """Joint elements where they are now: the states in three colours, or a field of the joints."""
+    if len(frame.quads) == 0:
+        raise ValueError("joints: the model has no joints")
+    pairs, quads = frame.pairs, frame.quads
+    state = np.asarray(pairs["state"]).astype(int)
+    if name not in ("slip", "traction") and component is not None:
+        raise ValueError(f"joint_component: {name!r} has none")
+    moved = np.asarray(pairs["point"]) + scale * np.asarray(pairs["displacement"], np.float64)
+    points, cells = quarters(moved[quads])
+    of_cells = state[quads].reshape(-1)
+
+    def part(title: str, which: npt.NDArray[np.bool_], opacity: float, colour: str) -> Layer:
+        used, at = np.unique(cells[which], return_inverse=True)
+        return Layer(title, points[used], at.reshape(-1, 4), opacity, colour)
+
+    layers = []
+    if name == "state":
+        for number, (title, colour) in enumerate(STATES):
+            opacity = 1.0 if number else HOLDING
+            layers.append(part(title, of_cells == number, opacity, colour))
+            layers[-1].legend = f"{title} ({int((state == number).sum())})"
+        return layers
+    values, words = measure(np.asarray(pairs[name], np.float64), component, "joint_component")
+    shown = np.ones(len(of_cells), bool) if name == "traction" else of_cells > 0
+    title = f"{name} {words}".strip() + (f" ({UNITS[name]})" if name in UNITS else "")
+    layer = part("joints", shown, 1.0, PLAIN)
+    layer.values = values[quads].reshape(-1)[shown]
+    layer.bar = _bar(title.replace("_", " "), layer.values, *bar)
+    if name == "traction":
+        return [layer]
+    bonded = part("bonded", ~shown, HOLDING, STATES[0][1])
+    bonded.legend = f"bonded ({int((state == 0).sum())})"
+    if not shown.any():
+        layer.bar = None
+    return [bonded, layer]
+
+
+def _bar(label: str, values: Floats, cmap: Any, clim: tuple[float, float] | None) -> Bar:
+    """Colours for values: about zero where both signs matter."""
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
+    both = low < 0.0 < high and min(-low, high) > 0.05 * max(-low, high)
+    if clim is None:
+        most = max(-low, high)
+        clim = (-most, most) if both and cmap is None else (low, high)
+        # All the same: a bar needs some length.
+        if clim[0] == clim[1]:
+            room = 0.5 * abs(low)
+            clim = (low - room, low + room) if room else (0.0, 1.0)
+    elif not clim[0] < clim[1]:
+        raise ValueError(f"clim: {clim!r} must be two numbers that increase")
+    return Bar(label, colours(cmap or ("RdBu_r" if both else "viridis")), clim)
+
+
+def colours(cmap: Any) -> Any:
+    """The colour map of a name; maps themselves pass."""
+    import matplotlib
+
+    return (
+        matplotlib.colormaps[one_of("cmap", cmap, matplotlib.colormaps)]
+        if isinstance(cmap, str)
+        else cmap
+    )

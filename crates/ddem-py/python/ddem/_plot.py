@@ -1,0 +1,341 @@
+"""Pictures of blocks and joints: windows, image files, pages for a browser."""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import nullcontext
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _layers
+from ._layers import INK, Bar, Layer
+from ._page import page_of
+from ._scene import JOINTS, Source, automatic_scale, frame_of, one_of
+
+if TYPE_CHECKING:
+    import pyvista as pv
+
+# From where the model is seen, and what is up there.
+VIEWS = {
+    "iso": ((0.55, -1.0, 0.5), (0.0, 0.0, 1.0)),
+    "xy": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
+    "xz": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    "yz": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "-xy": ((0.0, 0.0, -1.0), (0.0, -1.0, 0.0)),
+    "-xz": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    "-yz": ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+}
+
+
+def plot(
+    simulation: Source,
+    field: str | npt.ArrayLike | None = None,
+    *,
+    component: str | None = None,
+    scale: float | None = None,
+    joints: str | None = None,
+    joint_component: str | None = None,
+    frame: int = -1,
+    view: str = "iso",
+    cmap: Any = None,
+    clim: tuple[float, float] | None = None,
+    opacity: float | None = None,
+    edges: Literal["blocks", "elements", "none"] = "blocks",
+    label: str | None = None,
+    background: str = "white",
+    window_size: tuple[int, int] = (1200, 900),
+    screenshot: str | os.PathLike[str] | None = None,
+    html: str | os.PathLike[str] | None = None,
+    show: bool = True,
+) -> pv.Plotter:
+    """Draw the deformed blocks, and the joints where wanted.
+
+    With `screenshot` or `html` files are written and no window opens. With neither the picture
+    opens in a window, or appears below the cell of a notebook.
+
+    Parameters
+    ----------
+    simulation : Simulation, str or os.PathLike
+        What to draw: a simulation as it is now, or a folder of results.
+    field : str or array, optional
+        What colours the blocks. Of a simulation ``"displacement"`` (m), ``"velocity"`` (m/s),
+        ``"force"`` (N), ``"mass"`` (kg), ``"stress"`` (Pa) or ``"block"``; of a folder, what its
+        ``blocks.vtkhdf`` holds. Or numbers of your own: an array of shape ``(n,)``, ``(n, 3)`` or
+        ``(n, 6)`` with n = n_nodes or n_elements. By default the displacement; blocks are plain
+        where joints are drawn.
+    component : str, optional
+        Of vectors ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default). Of stresses ``"xx"``,
+        ``"yy"``, ``"zz"``, ``"xy"``, ``"yz"``, ``"zx"``, ``"von_mises"`` (default) or the principal
+        stresses ``"s1"`` ≥ ``"s2"`` ≥ ``"s3"``; tension is positive.
+    scale : float, optional
+        Magnification of the displacements. By default 1, 2 or 5 × 10ⁿ, so that the largest is
+        about 5 % of the model, and 1 where it is that large already.
+    joints : str, optional
+        What colours the joints, which are left out by default: ``"state"``, ``"failure_time"``
+        (s), ``"slip"`` (m), ``"opening"`` (m), ``"traction"`` (Pa) or ``"damage"``. The blocks
+        are translucent then; joints that hold show but faintly, save with ``"traction"``.
+    joint_component : str, optional
+        Of ``"slip"`` and ``"traction"``: ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default).
+    frame : int, optional
+        Of a folder: which frame, negative from the end. By default the last.
+    view : str, optional
+        ``"iso"``, ``"xz"`` (seen along y), ``"xy"``, ``"yz"``, or from behind ``"-xz"``,
+        ``"-xy"``, ``"-yz"``.
+    cmap : str or matplotlib.colors.Colormap, optional
+        Colours of the field, or of the joints where the blocks are plain. By default
+        ``"viridis"``; where values of both signs matter, ``"RdBu_r"`` about zero.
+    clim : (float, float), optional
+        Values at the ends of those colours.
+    opacity : float, optional
+        Of the blocks, 0 to 1.
+    edges : {"blocks", "elements", "none"}, optional
+        Which lines are drawn.
+    label : str, optional
+        Title of the colour bar of the field.
+    background : str, optional
+        Any colour that PyVista knows.
+    window_size : (int, int), optional
+        Width and height in pixels.
+    screenshot : str or os.PathLike, optional
+        Image file to write, ``.png``, ``.jpg``, ``.tif`` or ``.bmp``.
+    html : str or os.PathLike, optional
+        Page to write: one file to turn and zoom in any browser with WebGL 2, without network.
+    show : bool, optional
+        False opens no window and leaves the plotter open: add to it, then call its ``show()`` or
+        ``screenshot()``, and ``close()`` in the end.
+
+    Returns
+    -------
+    pyvista.Plotter
+        Closed already, unless `show` is False. Its actor ``"blocks"`` has the mesh of the outer
+        faces of the blocks, with the array ``"node"`` of its points and ``"element"`` of its
+        cells: rows of the arrays of the simulation. Others are ``"edges"`` and ``"joints"``, or
+        ``"bonded"``, ``"failed in shear"`` and ``"failed in tension"``.
+
+    Raises
+    ------
+    ValueError
+        If a name is wrong, an array has the wrong shape, displacements are not finite, or the
+        model has no joints to draw.
+    FileNotFoundError
+        If the folder has no results.
+    ImportError
+        If PyVista is not installed: ``pip install "ddem[plot]"``.
+    RuntimeError
+        If a window is wanted where there is no display.
+
+    Examples
+    --------
+    >>> ddem.plot(sim, "stress", component="s1", screenshot="beam.png")
+    >>> ddem.plot("results/beam-crack", joints="state", html="crack.html")
+    """
+    try:
+        import pyvista as pv
+    except ImportError as missing:
+        raise ImportError('plots need PyVista: pip install "ddem[plot]"') from missing
+    one_of("view", view, VIEWS)
+    one_of("edges", edges, ("blocks", "elements", "none"))
+    if joints is not None:
+        one_of("joints", joints, JOINTS)
+    to_file = screenshot is not None or html is not None
+    notebook = show and not to_file and _in_notebook()
+    window = show and not to_file and not notebook
+    if window and _no_display() and not pv.OFF_SCREEN:
+        raise RuntimeError(
+            'there is no display for a window: give screenshot="picture.png" or html="page.html"'
+        )
+
+    state = frame_of(simulation, frame, joints is not None)
+    wrong = int((~np.isfinite(state.displacement)).any(axis=1).sum())
+    if wrong:
+        raise ValueError(f"displacement: not finite at {wrong} nodes, there is nothing to draw")
+    if scale is None:
+        scale = automatic_scale(state.points, state.displacement)
+    if field is None and joints is None:
+        field = "displacement"
+    if opacity is None:
+        opacity = 1.0 if joints is None else 0.06 if field is None else 0.15
+    wanted = (cmap, clim)
+    layers = _layers.blocks(state, field, component, label, wanted, scale, edges, opacity)
+    if joints is not None:
+        spare = wanted if field is None else (None, None)
+        layers += _layers.joints(state, joints, joint_component, spare, scale)
+    about = [state.title, _about(state.time, scale)]
+
+    paper = pv.Color(background).hex_rgb
+    if html is not None:
+        with open(html, "w", encoding="utf-8") as file:
+            file.write(page_of(layers, about, VIEWS, view, paper))
+    if notebook:
+        _inline(page_of(layers, about, VIEWS, view, paper), window_size)
+    # Without a display VTK finds another way to draw, but complains first.
+    with pv.vtk_verbosity("off") if _no_display() else nullcontext():
+        hidden = True if to_file or notebook or _no_display() else None
+        size = list(window_size)
+        plotter = pv.Plotter(off_screen=hidden, window_size=size, lighting="none")
+        try:
+            _fill(plotter, layers, about, view, background)
+            if screenshot is not None:
+                plotter.screenshot(os.fspath(screenshot))
+            if window:
+                plotter.show()
+        finally:
+            # PyVista keeps each plotter, with all its meshes, until it is closed.
+            if show:
+                plotter.close()
+    return plotter
+
+
+def _about(time: float, scale: float) -> str:
+    moved = "true displacements" if scale == 1.0 else f"displacements × {scale:g}"
+    return f"t = {time:.4g} s, {moved}" if time else moved
+
+
+# PyVista's own types do not let some of its methods be called: here its objects are Any.
+def _fill(plotter: Any, layers: list[Layer], about: list[str], view: str, background: str) -> None:
+    import pyvista as pv
+
+    plotter.set_background(background)
+    # Little shade, from the eye: colours must be found again in the bar.
+    plotter.add_light(pv.Light(light_type="headlight"))
+    ink = INK if sum(pv.Color(background).float_rgb) > 1.5 else "white"
+    drawn: list[tuple[Bar, Any]] = []
+    for layer in layers:
+        if len(layer.cells) == 0:
+            continue
+        if layer.cells.shape[1] == 2:
+            lines = np.insert(layer.cells, 0, 2, axis=1)
+            plotter.add_mesh(
+                pv.PolyData(layer.points, lines=lines.reshape(-1)),
+                name=layer.name,
+                color=layer.colour if ink == INK else ink,
+                opacity=layer.opacity,
+                line_width=1.2,
+                lighting=False,
+            )
+            continue
+        faces: Any = layer.cells
+        mesh = pv.PolyData.from_regular_faces(layer.points, faces)
+        if layer.nodes is not None:
+            mesh.point_data["node"] = layer.nodes
+        if layer.owners is not None:
+            mesh.cell_data["element"] = layer.owners
+        style: dict[str, Any] = {"color": layer.colour}
+        if layer.bar is not None and layer.values is not None:
+            data = mesh.point_data if layer.on_points else mesh.cell_data
+            data[layer.bar.label] = layer.values
+            style = {
+                "scalars": layer.bar.label,
+                "preference": "point" if layer.on_points else "cell",
+                "cmap": layer.bar.cmap,
+                "clim": list(layer.bar.clim),
+                "nan_color": layer.colour,
+                "show_scalar_bar": False,
+            }
+        actor = plotter.add_mesh(
+            mesh, name=layer.name, opacity=layer.opacity, ambient=0.65, diffuse=0.35, **style
+        )
+        # Lines lie on faces, and joints without thickness on those of blocks: blocks stand back.
+        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        back = 2.0 if layer.name == "blocks" else 1.0
+        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(back, back)
+        if layer.bar is not None:
+            drawn.append((layer.bar, actor.mapper))
+    for number, (bar, mapper) in enumerate(drawn):
+        left = 0.32 if len(drawn) == 1 else 0.12 + 0.45 * number
+        _bar(plotter, bar, mapper, left, ink)
+    _say(plotter, about[0], (0.02, 0.945), 13, ink)
+    _say(plotter, about[1], (0.02, 0.91), 9, ink)
+    named = [(layer.legend, layer.colour) for layer in layers if layer.legend is not None]
+    low = 0.04 if len(drawn) < 2 else 0.13
+    for number, (legend, colour) in enumerate(reversed(named)):
+        _say(plotter, legend, (0.98, low + 0.035 * number), 10, colour, "right")
+    plotter.add_axes(color=ink)
+    _look(plotter, layers[0].points, view)
+
+
+def _bar(plotter: Any, bar: Bar, mapper: Any, left: float, ink: str) -> None:
+    """Colour bar at the lower edge. VTK writes its numbers across its title or its colours."""
+    width = 0.36
+    drawn = plotter.add_scalar_bar(
+        title=bar.label,
+        mapper=mapper,
+        vertical=False,
+        width=width,
+        height=0.02,
+        position_x=left,
+        position_y=0.065,
+        n_labels=0,
+    )
+    drawn.SetTitle("")
+    drawn.SetBarRatio(1.0)
+    _say(plotter, bar.label, (left + 0.5 * width, 0.095), 10, ink, "center")
+    for share in np.linspace(0.0, 1.0, 5):
+        tick = bar.clim[0] + share * (bar.clim[1] - bar.clim[0])
+        _say(plotter, f"{tick:.3g}", (left + share * width, 0.036), 8, ink, "center")
+
+
+def _say(
+    plotter: Any,
+    text: str,
+    place: tuple[float, float],
+    size: int,
+    colour: str,
+    side: Literal["left", "center", "right"] = "left",
+) -> None:
+    size = _pixels(plotter, size)
+    actor = plotter.add_text(text, position=place, viewport=True, font_size=size, color=colour)
+    actor.prop.justification_horizontal = side
+
+
+def _pixels(plotter: Any, size: int) -> int:
+    """A size of text that was chosen for 1200 × 900."""
+    width, height = plotter.window_size
+    return max(round(size * min(float(width) / 1200, float(height) / 900)), 4)
+
+
+def _look(plotter: Any, points: npt.NDArray[np.float64], view: str) -> None:
+    """Turns to a view and fits the model between the title and the bar."""
+    back, up = (np.array(vector) / np.linalg.norm(vector) for vector in VIEWS[view])
+    right = np.cross(up, back)
+    right /= np.linalg.norm(right)
+    up = np.cross(back, right)
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    seen = (points - middle) @ np.column_stack([right, up])
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    width, height = plotter.window_size
+    half = 0.5 * np.maximum(high - low, 1e-30)
+    camera = plotter.camera
+    camera.parallel_projection = True
+    camera.parallel_scale = max(half[1] / 0.74, half[0] / (0.9 * width / height))
+    focus = middle + 0.5 * (low + high) @ np.stack([right, up]) - 0.03 * camera.parallel_scale * up
+    camera.focal_point = tuple(focus)
+    camera.position = tuple(focus + 2.0 * np.ptp(points, axis=0).sum() * back)
+    camera.up = tuple(up)
+    plotter.reset_camera_clipping_range()
+
+
+def _no_display() -> bool:
+    named = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    return sys.platform.startswith("linux") and not named
+
+
+def _in_notebook() -> bool:
+    shell = sys.modules.get("IPython")
+    shell = shell.get_ipython() if shell is not None else None
+    return shell is not None and hasattr(shell, "kernel")
+
+
+def _inline(page: str, size: tuple[int, int]) -> None:
+    """Shows a page below the cell of a notebook, with no server behind it."""
+    from html import escape
+
+    shell: Any = import_module("IPython.display")
+    style = f"width: 100%; aspect-ratio: {size[0]} / {size[1]}; border: 0"
+    # Within a div: IPython warns of frames that stand alone, as if they had an address.
+    frame = f'<div><iframe srcdoc="{escape(page)}" style="{style}"></iframe></div>'
+    shell.display(shell.HTML(frame))

@@ -1,0 +1,159 @@
+"""Histories of probes: read from a folder of results, drawn over time."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Iterable, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._scene import UNITS, VECTOR, Source, one_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def read_probes(folder: str | os.PathLike[str]) -> dict[str, npt.NDArray[np.void]]:
+    """Histories that a run has written to its folder.
+
+    Parameters
+    ----------
+    folder : str or os.PathLike
+        Folder of results, with ``probes.csv``.
+
+    Returns
+    -------
+    dict of str to structured array
+        Of each probe by its name, one entry a sample: ``time`` (s), ``step``, and ``x``, ``y``,
+        ``z``, of stresses ``xx``, ``yy``, ``zz``, ``xy``, ``yz``, ``zx`` (m, m/s, N or Pa).
+
+    Raises
+    ------
+    FileNotFoundError
+        If the folder has no ``probes.csv``.
+
+    Examples
+    --------
+    >>> force = ddem.read_probes("results/beam-crack")["line"]
+    >>> force["time"], force["z"]
+    """
+    with open(Path(folder) / "probes.csv", encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    columns: dict[str, list[int]] = {}
+    for number, column in enumerate(header[3:], start=3):
+        columns.setdefault(column.rpartition(".")[0], []).append(number)
+    probes = {}
+    for name, numbers in columns.items():
+        parts = [header[number].rpartition(".")[2] for number in numbers]
+        kind = np.dtype([("time", "f8"), ("step", "i8"), *((part, "f8") for part in parts)])
+        # A run that was killed may have left its last row short.
+        sampled = [row for row in rows if len(row) == len(header) and row[numbers[0]] != ""]
+        samples = [
+            (float(row[2]), int(row[1]), *(float(row[number]) for number in numbers))
+            for row in sampled
+        ]
+        probes[name] = np.array(samples, kind)
+    return probes
+
+
+def plot_probes(
+    probes: Source,
+    names: str | Iterable[str] | None = None,
+    *,
+    component: str | None = None,
+    file: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """Draw what probes have seen, one below the other.
+
+    Parameters
+    ----------
+    probes : Simulation, str or os.PathLike
+        A simulation, or a folder of results.
+    names : str or sequence of str, optional
+        Probes to draw; by default all.
+    component : str, optional
+        ``"x"``, ``"y"``, ``"z"``, of stresses ``"xx"``, ``"yy"``, ``"zz"``, ``"xy"``, ``"yz"``,
+        ``"zx"``; by default all of each probe.
+    file : str or os.PathLike, optional
+        Image file to write, of any kind that matplotlib knows.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Over the time (s), or over the steps where time stands still, as in a relaxation.
+
+    Raises
+    ------
+    ValueError
+        If there are no probes, or none of that name or component.
+    FileNotFoundError
+        If the folder has no ``probes.csv``.
+    ImportError
+        If matplotlib is not installed: ``pip install "ddem[plot]"``.
+
+    Examples
+    --------
+    >>> ddem.plot_probes(sim, "top", component="x", file="top.png")
+    """
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as missing:
+        raise ImportError('plots need matplotlib: pip install "ddem[plot]"') from missing
+    if isinstance(probes, (str, os.PathLike)):
+        histories, deck = read_probes(probes), _deck(Path(probes))
+    else:
+        histories, deck = probes.probes, probes.summary.get("deck")
+    chosen = [names] if isinstance(names, str) else list(histories if names is None else names)
+    if not histories or not chosen:
+        raise ValueError("probes: there are none")
+    quantities = _quantities(deck)
+    shown = [histories[one_of("names", name, histories)] for name in chosen]
+    still = all(np.ptp(history["time"]) == 0.0 for history in shown if len(history))
+    along = "step" if still else "time"
+    figure, rows = plt.subplots(
+        len(shown),
+        sharex=True,
+        squeeze=False,
+        figsize=(8.0, 1.2 + 2.1 * len(shown)),
+        layout="constrained",
+    )
+    for axes, name, history in zip(rows[:, 0], chosen, shown):
+        parts = [part for part in history.dtype.names or () if part not in ("time", "step")]
+        if component is not None:
+            parts = [one_of("component", component, parts)]
+        for part in parts:
+            axes.plot(history[along], history[part], label=part, linewidth=1.4)
+        quantity = quantities.get(name, "" if parts[0] in VECTOR else "stress")
+        unit = {**UNITS, "reaction": "N"}.get(quantity)
+        axes.set_ylabel(f"{quantity} ({unit})" if unit else quantity)
+        axes.set_title(name, loc="left")
+        axes.legend(loc="best", frameon=False)
+        axes.grid(alpha=0.25)
+    rows[-1, 0].set_xlabel("step" if still else "time (s)")
+    if file is not None:
+        figure.savefig(os.fspath(file), dpi=150)
+    return figure
+
+
+def _deck(folder: Path) -> Any:
+    """The deck of a folder of results, where the run has ended."""
+    summary = folder / "summary.json"
+    return json.loads(summary.read_text("utf-8")).get("deck") if summary.exists() else None
+
+
+def _quantities(deck: Any) -> Mapping[str, str]:
+    """What each probe measures, as the deck says it; nothing where that cannot be read."""
+    if isinstance(deck, str):
+        try:
+            tomllib = import_module("tomllib")  # from Python 3.11 on
+        except ImportError:
+            return {}
+        deck = tomllib.loads(deck)
+    listed = deck.get("probe", []) if isinstance(deck, dict) else []
+    return {probe["name"]: probe.get("quantity", "displacement") for probe in listed}

@@ -1,0 +1,296 @@
+"""What a picture shows, as NumPy arrays: deformed faces of blocks and joints with their values."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from ._ddem import Simulation
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Integers: TypeAlias = npt.NDArray[np.int64]
+Source: TypeAlias = "Simulation | str | os.PathLike[str]"
+
+NODAL = ("displacement", "velocity", "force", "mass")
+ELEMENTAL = ("stress", "block")
+JOINTS = ("state", "failure_time", "slip", "opening", "traction", "damage")
+UNITS = {
+    "displacement": "m",
+    "velocity": "m/s",
+    "force": "N",
+    "mass": "kg",
+    "stress": "Pa",
+    "failure_time": "s",
+    "slip": "m",
+    "opening": "m",
+    "traction": "Pa",
+}
+VECTOR = ("x", "y", "z")
+TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
+# Corners of the six faces of a hexahedron, counterclockwise from outside, in the order of VTK.
+_FACES = np.array(
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+)
+
+
+def one_of(argument: str, given: object, valid: Iterable[str]) -> str:
+    """`given`, or a ValueError that names the argument, the nearest valid value and all of them."""
+    names = list(valid)
+    if isinstance(given, str) and given in names:
+        return given
+    near = difflib.get_close_matches(str(given), names, n=1)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    listed = ", ".join(map(repr, names)) or "none"
+    raise ValueError(f"{argument}: {given!r} is not one of them; {hint}valid: {listed}")
+
+
+@dataclass
+class Frame:
+    """One state of a model: of a running simulation, or a frame of its results."""
+
+    title: str
+    time: float
+    points: Floats  # (n_nodes, 3) m, reference positions
+    displacement: Floats  # (n_nodes, 3) m
+    elements: Integers  # (n_elements, 8) in the order of VTK
+    fields: Sequence[str]
+    values: Callable[[str], npt.NDArray[Any]]
+    pairs: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void]
+    pair_fields: Sequence[str]
+    quads: Integers  # (n_quads, 4) pair numbers
+
+
+def frame_of(source: Source, index: int, joints: bool) -> Frame:
+    """The state to draw; the pairs are looked up only where `joints` asks for them."""
+    if isinstance(source, (str, os.PathLike)):
+        return _recorded(Path(source), index, joints)
+    if not hasattr(source, "element_block"):
+        kind = type(source).__name__
+        raise TypeError(f"simulation: a Simulation or a folder of results is needed, not {kind}")
+    if index != -1:
+        raise ValueError("frame: a Simulation has its present state only; frames are in folders")
+    none = np.empty((0, 4), np.int64)
+    pairs: Any = source.pairs if joints else {}
+    names: Sequence[str] = pairs.dtype.names if joints else ()
+
+    def values(name: str) -> npt.NDArray[Any]:
+        if name == "block":
+            return source.element_block
+        if name in (*NODAL, "stress"):
+            return np.asarray(getattr(source, name))
+        try:
+            return source.field(name)
+        except (ValueError, KeyError):
+            one_of("field", name, (*NODAL, *ELEMENTAL))
+            raise
+
+    return Frame(
+        title=source.title,
+        time=source.time,
+        points=source.points,
+        displacement=source.displacement,
+        elements=source.elements,
+        fields=(*NODAL, *ELEMENTAL),
+        values=values,
+        pairs=pairs,
+        pair_fields=names,
+        quads=source.quads if joints else none,
+    )
+
+
+def _recorded(folder: Path, index: int, joints: bool) -> Frame:
+    time, points, cells, fields = _read_vtkhdf(folder / "blocks.vtkhdf", index)
+    quads, pairs = np.empty(0, np.int64), dict[str, npt.NDArray[Any]]()
+    if joints:
+        if not (folder / "joints.vtkhdf").exists():
+            raise ValueError(f"joints: {folder} has no joints.vtkhdf, the model has no joints")
+        _, at, quads, pairs = _read_vtkhdf(folder / "joints.vtkhdf", index)
+        pairs["point"] = at
+    title = folder.resolve().name
+    # The summary is written at the end of a run; pictures of one that still runs do without.
+    if (folder / "summary.json").exists():
+        title = json.loads((folder / "summary.json").read_text("utf-8"))["title"] or title
+
+    def values(name: str) -> npt.NDArray[Any]:
+        return fields[one_of("field", name, fields)]
+
+    return Frame(
+        title=title,
+        time=time,
+        points=points,
+        displacement=fields["displacement"].astype(np.float64),
+        elements=cells.reshape(-1, 8),
+        fields=tuple(fields),
+        values=values,
+        pairs=pairs,
+        pair_fields=tuple(pairs),
+        quads=quads.reshape(-1, 4),
+    )
+
+
+def _read_vtkhdf(
+    path: Path, index: int
+) -> tuple[float, Floats, Integers, dict[str, npt.NDArray[Any]]]:
+    """Time, points, connectivity and fields of one frame of a VTKHDF file."""
+    try:
+        import pyvista as pv
+        from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+        from vtkmodules.vtkIOHDF import vtkHDFReader
+    except ImportError as missing:
+        raise ImportError('results are read with PyVista: pip install "ddem[plot]"') from missing
+    if not path.exists():
+        raise FileNotFoundError(f"simulation: {path} does not exist")
+    reader = vtkHDFReader()
+    reader.SetFileName(os.fspath(path))
+    reader.UpdateInformation()
+    information = reader.GetOutputInformation(0)
+    times = information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
+    if not -len(times) <= index < len(times):
+        raise ValueError(f"frame: {index} is not there, {path} has {len(times)} frames")
+    reader.UpdateTimeStep(times[index])
+    grid: Any = pv.wrap(reader.GetOutputDataObject(0))
+    fields = {
+        name: np.array(data[name])
+        for data in (grid.point_data, grid.cell_data)
+        for name in data.keys()
+    }
+    points = np.array(grid.points, np.float64)
+    return float(times[index]), points, grid.cell_connectivity.astype(np.int64), fields
+
+
+@dataclass
+class Values:
+    """Scalars of a picture and what they are."""
+
+    scalars: Floats
+    on_nodes: bool
+    label: str
+
+
+def values_of(
+    frame: Frame, field: str | npt.ArrayLike, component: str | None, label: str | None
+) -> Values:
+    """The scalars of a field, by name or as an array of the user."""
+    name = field if isinstance(field, str) else "values"
+    if name in JOINTS and name not in frame.fields:
+        raise ValueError(f"field: {name!r} belongs to the joints: joints={name!r} draws it")
+    given = np.asarray(frame.values(field) if isinstance(field, str) else field)
+    counts = (len(frame.points), len(frame.elements))
+    if given.ndim not in (1, 2) or len(given) not in counts:
+        raise ValueError(
+            f"field: {name!r} has the shape {given.shape}; its first length must be "
+            f"{counts[0]} (nodes) or {counts[1]} (elements)"
+        )
+    if not np.issubdtype(given.dtype, np.number) and given.dtype != np.bool_:
+        raise ValueError(f"field: {name!r} has no numbers but {given.dtype}")
+    scalars, part = measure(given.astype(np.float64), component)
+    words = f"{name} {part.replace('von_mises', 'von Mises')}".strip()
+    unit = f" ({UNITS[name]})" if name in UNITS else ""
+    return Values(scalars, len(given) == counts[0], label or words + unit)
+
+
+def measure(
+    values: Floats, component: str | None, argument: str = "component"
+) -> tuple[Floats, str]:
+    """One number of each value, and its name.
+
+    Parameters
+    ----------
+    values : (n,), (n, 1), (n, 3) or (n, 6) array
+        Scalars, vectors, or stresses as xx yy zz xy yz zx.
+    component : str or None
+        Of vectors ``"x"`` ``"y"`` ``"z"`` ``"magnitude"`` (default); of stresses ``"xx"`` …
+        ``"zx"``, ``"von_mises"`` (default), or the principal stresses ``"s1"`` ≥ ``"s2"`` ≥
+        ``"s3"``, tension positive.
+    """
+    width = 1 if values.ndim == 1 else values.shape[1]
+    if width == 1:
+        if component is not None:
+            raise ValueError(
+                f"{argument}: {component!r} was asked of plain numbers, which have none"
+            )
+        return values.reshape(-1), ""
+    if width == 3:
+        part = one_of(argument, component or "magnitude", (*VECTOR, "magnitude"))
+        if part == "magnitude":
+            return np.linalg.norm(values, axis=1), part
+        return values[:, VECTOR.index(part)].copy(), part
+    if width == 6:
+        part = one_of(argument, component or "von_mises", (*TENSOR, "von_mises", "s1", "s2", "s3"))
+        if part in TENSOR:
+            return values[:, TENSOR.index(part)].copy(), part
+        xx, yy, zz, xy, yz, zx = values.T
+        if part == "von_mises":
+            unequal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+            return np.sqrt(0.5 * unequal + 3.0 * (xy**2 + yz**2 + zx**2)), part
+        full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=1).reshape(-1, 3, 3)
+        return np.linalg.eigvalsh(full)[:, 3 - int(part[1])], part
+    raise ValueError(f"field: values of {width} numbers; 1, 3 or 6 can be drawn")
+
+
+def automatic_scale(points: Floats, displacement: Floats) -> float:
+    """Magnification, 1 2 or 5 × 10ⁿ, that shows the largest displacement as 5 % of the model.
+
+    It is 1 where displacements are that large already, or all zero.
+    """
+    most = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
+    size = float(np.ptp(points, axis=0).max())
+    # The second test is for displacements so small that the quotient overflows.
+    if most == 0.0 or 0.05 * size <= most or not np.isfinite(size / most):
+        return 1.0
+    wanted = 0.05 * size / most
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(min((1, 2, 5, 10), key=lambda m: abs(np.log(m * power / wanted))) * power)
+
+
+def skin(elements: Integers) -> tuple[Integers, Integers]:
+    """Outer faces of the blocks: their nodes (n, 4), counterclockwise from outside, and elements."""
+    faces = elements[:, _FACES].reshape(-1, 4)
+    owner = np.repeat(np.arange(len(elements)), 6)
+    # One diagonal tells faces apart, and a single number sorts faster than four.
+    row, first = np.arange(len(faces)), faces.argmin(axis=1)
+    key = faces[row, first] * (faces.max(initial=0) + 1) + faces[row, (first + 2) % 4]
+    _, index, count = np.unique(key, return_index=True, return_counts=True)
+    outer = np.sort(index[count == 1])
+    return faces[outer], owner[outer]
+
+
+def lines_of(points: Floats, faces: Integers, every: bool) -> Integers:
+    """Pairs of nodes to draw lines between: where faces meet at more than 30°, or `every` edge."""
+    normals = np.cross(
+        points[faces[:, 2]] - points[faces[:, 0]], points[faces[:, 3]] - points[faces[:, 1]]
+    )
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    edges = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    key = edges[:, 0] * (faces.max(initial=0) + 1) + edges[:, 1]
+    order = np.argsort(key, kind="stable")
+    edges, key, face = edges[order], key[order], order // 4
+    twin = key[1:] == key[:-1]
+    keep = np.ones(len(key), bool)
+    keep[1:][twin] = False
+    if not every:
+        level = (normals[face[1:]] * normals[face[:-1]]).sum(axis=1) > np.cos(np.radians(30.0))
+        keep[:-1][twin & level] = False
+    return edges[keep]
+
+
+def quarters(corners: Floats) -> tuple[Floats, Integers]:
+    """Each quadrilateral (n, 4, 3) in four, one to each corner: points (9 n, 3), cells (4 n, 4).
+
+    What is known of a joint is known of its pairs. Half of an element may have failed: colours
+    between the corners would show states that nothing is in.
+    """
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
+    centre = corners.mean(axis=1, keepdims=True)
+    points = np.concatenate([corners, middles, centre], axis=1).reshape(-1, 3)
+    cells = np.array([[0, 4, 8, 7], [1, 5, 8, 4], [2, 6, 8, 5], [3, 7, 8, 6]])
+    return points, (9 * np.arange(len(corners))[:, None, None] + cells).reshape(-1, 4)
