@@ -1,0 +1,116 @@
+"""Small models that the tests share, and the command line beside them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import ddem
+import h5py
+import numpy as np
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[3]
+
+ROCK = ddem.Material(density=2400, young=18e9, poisson=0.25)
+SEAM = ddem.Joint(thickness=0.01, material=ROCK)
+
+#: Weight of the two cubes of a metre that :func:`column` is [N].
+WEIGHT = 2 * 2400 * 9.81
+
+
+def column(joint: ddem.Joint | None = SEAM, divisions: int = 2, **keys: Any) -> ddem.Model:
+    """Two cubes one on the other under their own weight, held at the foot, a probe at the top."""
+    model = ddem.Model(**{"gravity": (0, 0, -9.81), **keys})
+    model.add_blocks(
+        size=(1, 1, 2), count=(1, 1, 2), divisions=divisions, material=ROCK, joint=joint, name="all"
+    )
+    model.fix("xyz", z=0.0)
+    model.probe("top", at=(1, 1, 2))
+    return model
+
+
+def cube(divisions: int = 2, **keys: Any) -> ddem.Model:
+    """One free cube of a metre, without weight."""
+    model = ddem.Model(**keys)
+    model.add_blocks(size=(1, 1, 1), divisions=divisions, material=ROCK)
+    return model
+
+
+def breaking(contact: bool | None = False) -> ddem.Model:
+    """Two cubes whose joint has little strength, drawn apart from above."""
+    weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e4, friction=20, tension=1e4)
+    model = column(weak, contact=contact)
+    model.load(traction=(0, 0, 1e5), z=2.0, history={"ramp": 1e-3})
+    return model
+
+
+def long() -> ddem.Simulation:
+    """Something that takes longer than any test waits for its end."""
+    return column(divisions=8).build(threads=2)
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two arrays have the same bits, NaN included."""
+    a, b = np.asarray(a), np.asarray(b)
+    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+def same_state(a: ddem.Simulation, b: ddem.Simulation) -> bool:
+    """Whether all that is seen of two simulations has the same bits."""
+    scalars = ("time", "steps", "time_step", "unbalanced", "critical_step")
+    arrays = ("displacement", "velocity", "force", "stress")
+    pairs_a, pairs_b = a.pairs, b.pairs
+    return (
+        all(getattr(a, name) == getattr(b, name) for name in scalars)
+        and all(same(getattr(a, name), getattr(b, name)) for name in arrays)
+        and all(same(pairs_a[name], pairs_b[name]) for name in pairs_a.dtype.names)
+        and a.energy == b.energy
+    )
+
+
+def contents(path: Path, skip: tuple[str, ...] = ()) -> dict[str, bytes]:
+    """Every data set of an HDF5 file and the bits in it."""
+    found: dict[str, bytes] = {}
+
+    def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and name not in skip:
+            value = np.asarray(item[()])
+            kind = value.tolist() if value.dtype == object else value.tobytes()
+            found[name] = repr((value.shape, value.dtype.str, kind)).encode()
+
+    with h5py.File(path, "r") as file:
+        file.visititems(visit)
+    return found
+
+
+def assert_same_results(a: Path, b: Path) -> None:
+    """Two folders hold the same results, bit for bit."""
+    assert (a / "probes.csv").read_text() == (b / "probes.csv").read_text()
+    assert (a / "energy.csv").read_text() == (b / "energy.csv").read_text()
+    for name in ("blocks.vtkhdf", "joints.vtkhdf"):
+        assert (a / name).exists() == (b / name).exists()
+        if (a / name).exists():
+            one, other = contents(a / name), contents(b / name)
+            assert one, f"{name} holds nothing"
+            assert one.keys() == other.keys()
+            assert [key for key in one if one[key] != other[key]] == []
+
+
+def command_line() -> Path:
+    """The program `ddem`, as DDEM says or as cargo has built it."""
+    places = [os.environ.get("DDEM_CLI"), *REPOSITORY.glob("target/*/ddem"), shutil.which("ddem")]
+    for place in places:
+        if place and Path(place).is_file() and os.access(place, os.X_OK):
+            return Path(place)
+    pytest.skip("the command line is not built (cargo build -p ddem-cli)")
+
+
+def run_command(deck: Path, out: Path, *options: str) -> None:
+    """Runs a deck by the command line."""
+    command = [command_line(), str(deck), "--out", str(out), "--quiet", *options]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
