@@ -40,10 +40,10 @@ def cube(divisions: int = 2, **keys: Any) -> ddem.Model:
     return model
 
 
-def breaking(contact: bool | None = False) -> ddem.Model:
+def breaking(divisions: int = 2) -> ddem.Model:
     """Two cubes whose joint has little strength, drawn apart from above."""
     weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e4, friction=20, tension=1e4)
-    model = column(weak, contact=contact)
+    model = column(weak, divisions, contact=False)
     model.load(traction=(0, 0, 1e5), z=2.0, history={"ramp": 1e-3})
     return model
 
