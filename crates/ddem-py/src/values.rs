@@ -61,9 +61,17 @@ fn at_depth(
             false => refused(format!("{number} where a finite number must be")),
         };
     }
-    // NumPy's arrays and numbers, as Python's own.
-    if let Ok(plain) = any.call_method0("tolist") {
+    if let Ok(number) = any.call_method0("__index__") {
+        return at_depth(&number, place, name, depth + 1);
+    }
+    // NumPy's arrays, as Python's own lists; its odd numbers give themselves.
+    if let Ok(plain) = any.call_method0("tolist")
+        && !plain.get_type().is(any.get_type())
+    {
         return at_depth(&plain, place, name, depth + 1);
+    }
+    if let Ok(number) = any.call_method0("__float__") {
+        return at_depth(&number, place, name, depth + 1);
     }
     if let Ok(mapping) = any.cast::<PyMapping>() {
         let mut table = Table::new();
