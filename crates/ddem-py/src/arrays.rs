@@ -125,8 +125,8 @@ pub(crate) fn fill(out: &Bound<'_, PyAny>, values: &[f64], shape: &[usize]) -> P
     };
     let mut array = array.try_readwrite().map_err(|error| refused(error.to_string()))?;
     match array.as_slice_mut() {
-        Ok(slice) => slice.copy_from_slice(values),
-        Err(_) => array.as_array_mut().iter_mut().zip(values).for_each(|(out, x)| *out = *x),
+        Ok(slice) if untyped.is_c_contiguous() => slice.copy_from_slice(values),
+        _ => array.as_array_mut().iter_mut().zip(values).for_each(|(out, x)| *out = *x),
     }
     Ok(())
 }

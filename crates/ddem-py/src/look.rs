@@ -190,6 +190,9 @@ pub(crate) fn pair_array<'py>(py: Python<'py>, pairs: Pairs) -> PyResult<Bound<'
     arrays::structured(py, n, columns)
 }
 
+/// Time, step and values of one probe.
+type Row = (f64, u64, Vec<f64>);
+
 /// The histories of the probes.
 pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
@@ -198,7 +201,7 @@ pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py,
         let at = first..first + components.len();
         first = at.end;
         // Of a row where the probe was not due there is nothing.
-        let rows: Vec<(f64, u64, Vec<f64>)> = inner
+        let rows: Vec<Row> = inner
             .samples
             .iter()
             .filter_map(|sample| {
@@ -207,7 +210,7 @@ pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py,
                 Some((sample.time, sample.step, values))
             })
             .collect();
-        let column = |value: &dyn Fn(&(f64, u64, Vec<f64>)) -> f64| {
+        let column = |value: &dyn Fn(&Row) -> f64| {
             arrays::components(py, rows.iter().map(value).collect(), 1)
         };
         let mut columns = vec![

@@ -57,17 +57,11 @@ pub(crate) struct Model {
 #[pymethods]
 impl Model {
     #[new]
-    #[pyo3(signature = (*, title=None, **keys))]
-    fn new(
-        py: Python<'_>,
-        title: Option<&str>,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    #[pyo3(signature = (*, title="", **keys))]
+    fn new(py: Python<'_>, title: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (keys, _) = table("model", keys, &mut no_matter)?;
         let mut root = Table::from_iter([("model".to_owned(), Value::Table(keys))]);
-        if let Some(title) = title {
-            root.insert("title".to_owned(), Value::String(title.to_owned()));
-        }
+        root.insert("title".to_owned(), Value::String(title.to_owned()));
         Self::of(py, &root)
     }
 

@@ -160,7 +160,7 @@ impl Simulation {
     ///     `n` is no whole number, or negative.
     /// KeyboardInterrupt
     ///     Fewer steps were taken, see :attr:`steps`; another call goes on.
-    #[pyo3(signature = (n=None, *, quiet=false))]
+    #[pyo3(signature = (n=None, *, quiet=false), text_signature = "($self, n=1, *, quiet=False)")]
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>, quiet: bool) -> PyResult<()> {
         let n = n.map_or(Ok(1), |n| look::whole(n, "n"))?;
         let mut inner = self.lock(py)?;
@@ -282,13 +282,14 @@ impl Simulation {
         let inner = self.lock(py)?;
         let simulation = inner.session.simulation();
         let model = simulation.model();
+        let format = py.import("builtins")?.getattr("format")?;
+        let time: String = format.call1((simulation.time(), ".6g"))?.extract()?;
         Ok(format!(
-            "<Simulation \"{}\": {} blocks, {} nodes, {} steps, {:.6e} s>",
+            "<Simulation \"{}\": {} blocks, {} nodes, {} steps, {time} s>",
             model.deck().title,
             model.n_blocks(),
             model.n_nodes(),
             simulation.steps(),
-            simulation.time()
         ))
     }
 }
