@@ -88,7 +88,8 @@ def draw(file: Path, peaks: Array, cohesions: Array, slopes: Array) -> None:
         axes.plot(ends / 1e6, put_in / 1e6, color=colour, alpha=0.25, linewidth=7)
         fitted = cohesions[number] + ends * slopes[number]
         axes.plot(ends / 1e6, fitted / 1e6, color=colour, linewidth=1)
-        axes.plot(PRESSURES / 1e6, peaks[number] / 1e6, "o", color=colour, markersize=4, label=label)
+        peak_mpa = peaks[number] / 1e6
+        axes.plot(PRESSURES / 1e6, peak_mpa, "o", color=colour, markersize=4, label=label)
     axes.set(xlabel="pressure [MPa]", ylabel="shear stress at the peak [MPa]")
     axes.set_title("Shear boxes: peaks, fitted lines, and the strengths put in (broad)")
     axes.set(xlim=(0, ends[1] / 1e6), ylim=(0, None))
