@@ -75,7 +75,9 @@ fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
     let loaded = Session::load(&path, Simd::default(), Some(&deck), |_| Ok(()));
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(loaded.simulation().save(), recorded.simulation().save());
-    assert_eq!(loaded.summary().stages, recorded.summary().stages);
+    // As text, since some numbers are not one.
+    let stages = |session: &Session| format!("{:?}", session.summary().stages);
+    assert_eq!(stages(&loaded), stages(&recorded));
 }
 
 #[test]
@@ -86,8 +88,9 @@ fn a_folder_belongs_to_one_model() {
         deck.title.clear();
         deck.materials.get_mut("rock").expect("rock").density = density;
         deck.stage.truncate(1);
-        deck.fix.truncate(1);
-        deck.load.truncate(1);
+        deck.fix.retain(|fix| fix.from.is_none());
+        deck.fix.iter_mut().for_each(|fix| fix.until = None);
+        deck.load.retain(|load| load.from.is_none());
         deck
     };
     all_stages(&mut session(&untitled(2400.0)), Some(folder.path()));

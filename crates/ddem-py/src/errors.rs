@@ -177,13 +177,15 @@ pub(crate) fn output(error: &OutputError) -> PyErr {
     }
 }
 
-/// With the number of the system, so that Python makes it a `FileNotFoundError` and the like.
+/// With the number of the system where there is one, as Python's own; else `message`, with the class
+/// that the kind has.
 pub(crate) fn os_error(source: &io::Error, path: &std::path::Path, message: &str) -> PyErr {
     match source.raw_os_error() {
         Some(number) => {
-            PyOSError::new_err((number, message.to_owned(), path.display().to_string()))
+            let text = source.to_string();
+            let text = text.split(" (os error").next().unwrap_or_default().to_owned();
+            PyOSError::new_err((number, text, path.display().to_string()))
         }
-        // Of the class that the kind has.
         None => io::Error::new(source.kind(), message.to_owned()).into(),
     }
 }

@@ -31,6 +31,7 @@ use model::Model;
 use simulation::Simulation;
 
 /// Goes on from what :meth:`Simulation.save` has written, or from the `checkpoint.h5` of a run.
+/// Histories of probes begin anew.
 ///
 /// Parameters
 /// ----------

@@ -143,7 +143,8 @@ impl Simulation {
     }
 
     /// Plain steps of time, for coupling and control loops. Their damping and length are those of
-    /// :meth:`start`, or of the last :meth:`run`.
+    /// :meth:`start`, or of the last :meth:`run`; without either they are undamped, of 0.9 of the
+    /// critical step. Probes record nothing.
     ///
     /// Parameters
     /// ----------
@@ -188,6 +189,12 @@ impl Simulation {
     ///     An argument is wrong, or the time step above the critical one.
     #[pyo3(signature = (**keys))]
     fn start(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        for key in keys.into_iter().flat_map(|keys| keys.keys()) {
+            let key: String = key.extract()?;
+            if !["damping", "time_step"].contains(&key.as_str()) {
+                return Err(look::unknown(py, &key, &key, &["damping", "time_step"]));
+            }
+        }
         let mut stage = read_stage(py, "dynamic", None, keys)?;
         // Only to be checked: there is none.
         stage.duration = Some(1.0);
