@@ -13,15 +13,23 @@ cargo clippy --workspace --all-targets --locked -- -D warnings
 say "documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
-# Results are read back by VTK's own reader, as ParaView does.
-say "VTK for the tests"
-[ -x .venv/bin/python ] || python3 -m venv .venv
-.venv/bin/python -c 'import vtkmodules.vtkIOHDF' 2>/dev/null ||
-    .venv/bin/python -m pip install --quiet --disable-pip-version-check 'vtk==9.5.2'
+# In a new environment each time: the module is installed as users install it, but for the profile,
+# which shares what `cargo test` builds. Results are read back by VTK's own reader, as ParaView does.
+say "Python environment with the module"
+rm -rf .venv
+python3 -m venv .venv
+pip() { .venv/bin/python -m pip --quiet --disable-pip-version-check "$@"; }
+pip install --requirement crates/ddem-py/tests/requirements.txt
+pip install --config-settings "build-args=--profile dev" '.[plot,progress]'
 DDEM_PYTHON="$PWD/.venv/bin/python"
 export DDEM_PYTHON
 
 say "tests"
 cargo test --workspace --all-targets --locked
 cargo test --workspace --doc --locked
+
+say "Python tests"
+.venv/bin/python -m mypy.stubtest ddem._ddem --ignore-disjoint-bases
+.venv/bin/python -m mypy --strict examples/beam.py
+.venv/bin/python -m pytest --quiet crates/ddem-py/tests
 printf '\nAll checks passed.\n'

@@ -14,3 +14,4 @@ mod histories;
 mod loads;
 mod memory;
 mod resume;
+mod session;

@@ -112,6 +112,10 @@ fn run_deck(args: &Run) -> Result<Ending, Failure> {
             screen.line(&format!("saved in {}, to go on: {resume}", checkpoint.display()));
             Ok(Ending::Interrupted)
         }
+        Err(RunFailure::Stopped) => {
+            screen.line("stopped before the first step: nothing was written");
+            Ok(Ending::Interrupted)
+        }
         Err(failure) => {
             if failure.exit_status() == 1 {
                 screen.line(&format!("the results up to here are in {folder}"));

@@ -138,6 +138,10 @@ impl Observer for Watcher {
         }
     }
 
+    fn stop_flag(&self) -> Arc<AtomicBool> {
+        self.stop.clone()
+    }
+
     fn wants_to_stop(&mut self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

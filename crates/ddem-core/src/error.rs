@@ -67,9 +67,23 @@ pub enum RunError {
         /// Largest stable one `[s]`.
         critical: f64,
     },
+    /// The time step, or the whole duration, is out of all proportion.
+    #[error(
+        "a time step of {time_step:e} s is less than a billionth of the critical one, \
+         {critical:.6e} s"
+    )]
+    TooShort {
+        /// Asked for `[s]`.
+        time_step: f64,
+        /// Largest stable one `[s]`.
+        critical: f64,
+    },
     /// The stiffness or the masses are outside what numbers can hold.
     #[error("the critical time step is not a number: density or moduli are out of all proportion")]
     NoCriticalStep,
+    /// A program wanted it to stop, before anything moved.
+    #[error("stopped")]
+    Stopped,
     /// A history that a program computes has no value.
     #[error("the history of {entry} failed at time {time:.6e} s: {message}")]
     History {

@@ -8,6 +8,7 @@
 //! near-critical for the lowest mode that is still active, without an estimate of its frequency.
 
 use std::collections::HashMap;
+use std::sync::atomic::Ordering;
 
 use crate::cluster::{Clusters, Relaxation};
 use crate::error::RunError;
@@ -48,7 +49,8 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// A history that a program computes and that has no value.
+    /// A history that a program computes and that has no value; [told to
+    /// stop](Self::stop_when): everything is at rest.
     pub fn start_relaxation(&mut self, increments: u32) -> Result<(), RunError> {
         let state = &self.state;
         let conditions = &self.model.conditions;
@@ -66,12 +68,17 @@ impl Simulation {
             to,
             ..Memory::default()
         };
-        self.continue_relaxation(memory);
-        Ok(())
+        let stop = self.stop.clone();
+        self.go_on_relaxing(memory, &|| stop.load(Ordering::Relaxed))
     }
 
     /// Goes on with a relaxation that a checkpoint has kept.
     pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
+        // It does not stop, so it does not fail.
+        let _ = self.go_on_relaxing(memory, &|| false);
+    }
+
+    fn go_on_relaxing(&mut self, memory: Memory, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
         self.change_motion(Motion::relaxing(&self.model.assembly));
         self.rest();
         let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
@@ -84,20 +91,23 @@ impl Simulation {
             self.factors = memory.present_factors();
         }
         let mut relaxation = Relaxation { memory, clusters };
-        self.scale(&mut relaxation.clusters);
+        self.scale(&mut relaxation.clusters, stop)?;
         self.relaxation = Some(relaxation);
+        Ok(())
     }
 
     /// Scales the masses so that Δt = 1 is stable: once pairs have failed, whatever breaks.
-    fn scale(&mut self, clusters: &mut Clusters) {
+    fn scale(&mut self, clusters: &mut Clusters, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
         let has_failed = self.state.failed != [0; 2];
         let mut largest: f64 = 0.0;
         for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
             let mut breaks = self.model.tangent(broken);
-            let found = largest_clustered(&self.model, clusters, &mut breaks, &mut self.scratch);
+            let found =
+                largest_clustered(&self.model, clusters, &mut breaks, &mut self.scratch, stop)?;
             largest = largest.max(found);
         }
         clusters.scale(LARGEST / largest);
+        Ok(())
     }
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
@@ -148,7 +158,8 @@ impl Simulation {
         let had_failed = self.state.failed != [0; 2];
         if self.fails_now(memory, tolerance) {
             if !had_failed {
-                self.scale(clusters);
+                // Half way through what happens here there is no stopping.
+                self.scale(clusters, &|| false)?;
             }
             memory.rest();
             return Ok(Relaxed::Moving);

@@ -10,6 +10,7 @@ use nalgebra::DMatrix;
 use crate::assembly::Inertia;
 use crate::breaks::Breaks;
 use crate::cluster::{Clusters, accelerations};
+use crate::error::RunError;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::parallel::node_start;
@@ -23,13 +24,14 @@ const TOLERANCE: f64 = 1e-10;
 const PATIENCE: usize = 8;
 
 /// Largest eigenvalue of `M⁻¹ K` for diagonal masses, given for each degree of freedom by
-/// (inertia, place, lane).
+/// (inertia, place, lane). An error where `stop` says so.
 pub(crate) fn largest_eigenvalue(
     model: &Model,
     breaks: &mut Breaks,
     scratch: &mut Scratch,
     mass: &dyn Fn(&Inertia, usize, usize) -> f64,
-) -> f64 {
+    stop: &dyn Fn() -> bool,
+) -> Result<f64, RunError> {
     let n = 3 * model.packs.nodes;
     let roots = inverse_roots(model, mass);
     let root = |pack: usize| &roots[model.assembly.pack_inertia[pack] as usize];
@@ -40,6 +42,9 @@ pub(crate) fn largest_eigenvalue(
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
     let mut values: Vec<f64> = Vec::new();
     for _ in 0..MOST_STEPS {
+        if stop() {
+            return Err(RunError::Stopped);
+        }
         for_each_pack(model, |pack, range| {
             for (at, r) in range.zip(root(pack)) {
                 for lane in 0..LANES {
@@ -85,7 +90,7 @@ pub(crate) fn largest_eigenvalue(
             }
         }
     }
-    values.last().copied().unwrap_or(0.0)
+    Ok(values.last().copied().unwrap_or(0.0))
 }
 
 fn for_each_pack(model: &Model, mut f: impl FnMut(usize, std::ops::Range<usize>)) {
@@ -143,12 +148,16 @@ pub(crate) fn largest_clustered(
     clusters: &Clusters,
     breaks: &mut Breaks,
     scratch: &mut Scratch,
-) -> f64 {
+    stop: &dyn Fn() -> bool,
+) -> Result<f64, RunError> {
     const STEPS: usize = 40;
     let n = 3 * model.packs.nodes;
     let mut x = start(model, n);
     let mut largest = 0.0;
     for _ in 0..STEPS {
+        if stop() {
+            return Err(RunError::Stopped);
+        }
         internal_forces(Pass::linear(model, &x), breaks, scratch);
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
         let (mut above, mut below, mut size) = (0.0, 0.0, 0.0_f64);
@@ -174,5 +183,5 @@ pub(crate) fn largest_clustered(
         largest = f64::max(largest, above / below);
         x.iter_mut().for_each(|x| x.0.iter_mut().for_each(|x| *x /= size));
     }
-    largest
+    Ok(largest)
 }

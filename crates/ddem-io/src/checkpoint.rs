@@ -84,7 +84,12 @@ impl Checkpoint {
     pub fn load(path: impl AsRef<Path>) -> std::result::Result<Self, OutputError> {
         let path = path.as_ref();
         let unusable = |e: String| OutputError::unusable(path, e);
-        let size = std::fs::metadata(path).map_err(|e| OutputError::io(path, "loading", e))?.len();
+        let metadata = std::fs::metadata(path).map_err(|e| OutputError::io(path, "loading", e))?;
+        if metadata.is_dir() {
+            let error = std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a folder");
+            return Err(OutputError::io(path, "loading", error));
+        }
+        let size = metadata.len();
         with_file(path, OpenMode::Read, "loading", |file| {
             check_format(file).map_err(unusable)?;
             read(file, size).map_err(|e| unusable(format!("the checkpoint is damaged ({e})")))

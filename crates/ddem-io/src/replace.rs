@@ -21,6 +21,8 @@ pub(crate) fn replace(
     write: impl FnOnce(&Path) -> Result<(), OutputError>,
 ) -> Result<(), OutputError> {
     let part = temporary(path);
+    // The libraries that write it do not say as clearly as the system why it cannot be made.
+    File::create(&part).map_err(|e| OutputError::io(path, "writing", e))?;
     let done = write(&part)
         .and_then(|()| sync(&part))
         .and_then(|()| fs::rename(&part, path).map_err(|e| OutputError::io(path, "replacing", e)));

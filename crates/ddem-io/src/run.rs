@@ -17,6 +17,8 @@ pub use report::{Report, inspect};
 pub use session::Session;
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use ddem_core::Simd;
@@ -114,6 +116,11 @@ pub trait Observer: Send {
     /// Asked at every step: true stops the run after a checkpoint.
     fn wants_to_stop(&mut self) -> bool {
         false
+    }
+
+    /// Asked for at the start: what takes long before the first step ends when this becomes true.
+    fn stop_flag(&self) -> Arc<AtomicBool> {
+        Arc::default()
     }
 }
 

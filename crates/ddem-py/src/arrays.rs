@@ -6,6 +6,9 @@ use pyo3::types::PyDict;
 
 use crate::errors::model_error;
 
+/// Numbers of nodes in one call that are none of a slip, for a small model.
+const MOST: usize = 1_000_000;
+
 /// A new array of rows, which takes the numbers over without copying them.
 pub(crate) fn rows<'py, T: numpy::Element, const N: usize>(
     py: Python<'py>,
@@ -73,6 +76,9 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
     let refused = |message: String| model_error(py, argument, &message, None);
     let mut array = real(any, argument)?;
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
+    if shape.iter().product::<usize>() > MOST.max(10 * n_nodes) {
+        return Err(refused(format!("has shape {}, more than there can be", shown(&shape))));
+    }
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     let numpy = py.import("numpy")?;
     match kind.as_str() {
@@ -125,8 +131,8 @@ pub(crate) fn fill(out: &Bound<'_, PyAny>, values: &[f64], shape: &[usize]) -> P
     };
     let mut array = array.try_readwrite().map_err(|error| refused(error.to_string()))?;
     match array.as_slice_mut() {
-        Ok(slice) => slice.copy_from_slice(values),
-        Err(_) => array.as_array_mut().iter_mut().zip(values).for_each(|(out, x)| *out = *x),
+        Ok(slice) if untyped.is_c_contiguous() => slice.copy_from_slice(values),
+        _ => array.as_array_mut().iter_mut().zip(values).for_each(|(out, x)| *out = *x),
     }
     Ok(())
 }

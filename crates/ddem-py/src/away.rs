@@ -4,7 +4,6 @@
 //! interpreter, and looks now and then for Ctrl-C and for progress.
 
 use std::any::Any;
-use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
@@ -17,6 +16,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::errors::{internal, model_error};
+use crate::look::whole;
 
 /// Between two looks for Ctrl-C and for progress.
 const LOOK: Duration = Duration::from_millis(50);
@@ -27,7 +27,7 @@ const MOST_THREADS: usize = 1024;
 /// What is known of work that is being done elsewhere.
 #[derive(Default)]
 pub(crate) struct Watch {
-    stop: AtomicBool,
+    stop: Arc<AtomicBool>,
     progress: Mutex<Option<Progress>>,
     warnings: Mutex<Vec<String>>,
 }
@@ -40,6 +40,10 @@ impl Watch {
     /// Whether the work shall end where it is.
     pub(crate) fn stops(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn stop_flag(&self) -> Arc<AtomicBool> {
+        self.stop.clone()
     }
 
     pub(crate) fn progress(&self, progress: Progress) {
@@ -70,27 +74,63 @@ pub(crate) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
-/// The threads of this process. Those of the process that it was forked from are not here.
-fn pool(py: Python<'_>, threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
-    static POOLS: Mutex<(u32, BTreeMap<usize, Arc<ThreadPool>>)> = Mutex::new((0, BTreeMap::new()));
-    if threads.is_some_and(|threads| !(1..=MOST_THREADS).contains(&threads)) {
-        let message = format!("must be from 1 to {MOST_THREADS}");
-        return Err(model_error(py, "threads", &message, None));
+/// The threads of one simulation. Simulations do not share them: one that waits would take over the
+/// work of another.
+pub(crate) struct Pool {
+    threads: usize,
+    /// With the process that they were made in.
+    made: Mutex<Option<(u32, Arc<ThreadPool>)>>,
+}
+
+impl Pool {
+    pub(crate) fn new(threads: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let Some(threads) = threads else { return Ok(Self::of(0)) };
+        let number = whole(threads, "threads")?;
+        match usize::try_from(number).ok().filter(|n| (1..=MOST_THREADS).contains(n)) {
+            Some(number) => Ok(Self::of(number)),
+            None => {
+                let message = format!("must be from 1 to {MOST_THREADS}, found {number}");
+                Err(model_error(threads.py(), "threads", &message, None))
+            }
+        }
     }
-    let threads = threads.unwrap_or(0);
-    let mut pools = locked(&POOLS);
-    let process = std::process::id();
-    if pools.0 != process {
-        // Nothing would answer if they were told to end.
-        std::mem::forget(std::mem::replace(&mut *pools, (process, BTreeMap::new())));
+
+    /// 0 stands for one for each processor.
+    pub(crate) fn of(threads: usize) -> Self {
+        Self { threads, made: Mutex::new(None) }
     }
-    if let Some(pool) = pools.1.get(&threads) {
-        return Ok(pool.clone());
+
+    /// How many were asked for.
+    pub(crate) fn threads(&self) -> Option<usize> {
+        (self.threads > 0).then_some(self.threads)
     }
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = Arc::new(pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?);
-    pools.1.insert(threads, pool.clone());
-    Ok(pool)
+
+    fn get(&self) -> PyResult<Arc<ThreadPool>> {
+        let mut made = locked(&self.made);
+        let process = std::process::id();
+        if let Some((_, pool)) = made.as_ref().filter(|(here, _)| *here == process) {
+            return Ok(pool.clone());
+        }
+        let pool = ThreadPoolBuilder::new().num_threads(self.threads).build();
+        let pool = Arc::new(pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?);
+        forget(made.replace((process, pool.clone())));
+        Ok(pool)
+    }
+}
+
+impl Drop for Pool {
+    fn drop(&mut self) {
+        let made = locked(&self.made).take();
+        if made.as_ref().is_some_and(|(process, _)| *process != std::process::id()) {
+            forget(made);
+        }
+    }
+}
+
+/// The threads of a process that this one was forked from are not here: nothing would answer if
+/// they were told to end.
+fn forget(pool: Option<(u32, Arc<ThreadPool>)>) {
+    std::mem::forget(pool);
 }
 
 /// How work ended: what it gave or its panic, and what Ctrl-C or the progress bar raised meanwhile.
@@ -101,11 +141,11 @@ type Ending<T> = (Result<T, Box<dyn Any + Send>>, Option<PyErr>);
 /// Returns what the work gave, and the exception for which it was told to stop.
 pub(crate) fn away<T: Send>(
     py: Python<'_>,
-    threads: Option<usize>,
+    pool: &Pool,
     bar: Option<&Py<PyAny>>,
     work: impl FnOnce(&Watch) -> T + Send,
 ) -> PyResult<(T, Option<PyErr>)> {
-    let pool = pool(py, threads)?;
+    let pool = pool.get()?;
     let watch = Watch::default();
     let (send, receive) = sync_channel(1);
     let (done, mut raised): Ending<T> = py.detach(|| {

@@ -93,7 +93,9 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         RunError::Diverged { step, time, block, node } => {
             raise!(py, "Diverged", (message, step, time, block, node))
         }
-        RunError::TimeStep { .. } => model_error(py, "time_step", &error.to_string(), None),
+        RunError::TimeStep { .. } | RunError::TooShort { .. } => {
+            model_error(py, "time_step", &error.to_string(), None)
+        }
         _ => raise!(py, "Error", (message,)),
     }
 }
@@ -104,8 +106,22 @@ pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> 
         let place = fault.place.strip_prefix(prefix).unwrap_or(&fault.place);
         let place = place.trim_start_matches('.');
         fault.place = place.strip_prefix("where.").unwrap_or(place).to_owned();
+        if fault.place == "where" && fault.message.ends_with("is missing") {
+            *fault = Fault::new("", "it is not said where").help(WHERE);
+        }
+        fault.help = fault.help.take().map(|help| python_keys(&help));
     }
     model(py, &error)
+}
+
+/// What says where.
+const WHERE: &str = "`x`, `y`, `z`, `sphere`, `set`";
+
+/// Lists of keys, as Python has them: where without a table of its own, and a word of Python's.
+fn python_keys(help: &str) -> String {
+    let python = help.replace("`where`", WHERE).replace("`from`", "`from_`");
+    // Those of a stage are arguments of `relax` and `run`, which give it a name and a kind.
+    python.replace("`name`, `kind`, `tolerance`", "`tolerance`")
 }
 
 pub(crate) fn model(py: Python<'_>, error: &ModelError) -> PyErr {
@@ -114,7 +130,9 @@ pub(crate) fn model(py: Python<'_>, error: &ModelError) -> PyErr {
 
 pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
     match error {
-        DeckError::Unreadable { path, source } => os_error(source, path, &error.to_string()),
+        DeckError::Unreadable { path, source } => {
+            os_error(source, path, &format!("{error}: {source}"))
+        }
         DeckError::Wrong { findings, .. } => {
             let python = |f: &ddem_io::Finding| {
                 (f.fault.place.clone(), f.fault.message.clone(), f.fault.help.clone())
@@ -159,12 +177,15 @@ pub(crate) fn output(error: &OutputError) -> PyErr {
     }
 }
 
-/// With the number of the system, so that Python makes it a `FileNotFoundError` and the like.
+/// With the number of the system where there is one, as Python's own; else `message`, with the class
+/// that the kind has.
 pub(crate) fn os_error(source: &io::Error, path: &std::path::Path, message: &str) -> PyErr {
     match source.raw_os_error() {
         Some(number) => {
-            PyOSError::new_err((number, message.to_owned(), path.display().to_string()))
+            let text = source.to_string();
+            let text = text.split(" (os error").next().unwrap_or_default().to_owned();
+            PyOSError::new_err((number, text, path.display().to_string()))
         }
-        None => PyOSError::new_err(message.to_owned()),
+        None => io::Error::new(source.kind(), message.to_owned()).into(),
     }
 }

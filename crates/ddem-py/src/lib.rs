@@ -3,21 +3,27 @@
 
 mod arrays;
 mod away;
+mod draft;
+mod drive;
 mod errors;
 mod functions;
 mod look;
 mod matter;
 mod model;
+mod sections;
 mod simulation;
 mod values;
+mod view;
 
 use std::path::{Path, PathBuf};
 
-use ddem_core::Simd;
+use ddem_core::{ModelError, Simd};
+use ddem_io::DeckError;
 use ddem_io::run::{Options, Session};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
+use away::Pool;
 use errors::model_error;
 use functions::Functions;
 use matter::{Joint, Material};
@@ -25,6 +31,7 @@ use model::Model;
 use simulation::Simulation;
 
 /// Goes on from what :meth:`Simulation.save` has written, or from the `checkpoint.h5` of a run.
+/// Histories of probes begin anew.
 ///
 /// Parameters
 /// ----------
@@ -49,12 +56,12 @@ fn load(
     py: Python<'_>,
     path: PathBuf,
     model: Option<&Bound<'_, Model>>,
-    threads: Option<usize>,
+    threads: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Simulation> {
     let parts = model.map(|model| model.get().parts(py)).transpose()?;
     let (deck, functions) = parts.map_or((None, Functions::default()), |(d, f)| (Some(d), f));
     let located = |error: &ddem_core::ModelError| errors::model(py, error);
-    simulation::assembled(py, threads, functions, &located, |change| {
+    drive::assembled(py, Pool::new(threads)?, functions, &located, |change| {
         Session::load(&path, Simd::default(), deck.as_ref(), change)
     })
 }
@@ -94,7 +101,7 @@ fn load(
 fn run_deck(
     deck: &Bound<'_, PyAny>,
     out: Option<PathBuf>,
-    threads: Option<usize>,
+    threads: Option<&Bound<'_, PyAny>>,
     resume: bool,
     quiet: bool,
 ) -> PyResult<Simulation> {
@@ -106,7 +113,8 @@ fn run_deck(
         }
         Err(_) => None,
     };
-    let (read, name) = match model {
+    let pool = Pool::new(threads)?;
+    let (read, name) = match &model {
         Some(model) => {
             let text = model.get().text(py)?;
             (ddem_io::deck::parse(&text, "model.toml"), "model".into())
@@ -119,10 +127,18 @@ fn run_deck(
             (ddem_io::deck::read(&path), path.file_stem().unwrap_or_default().to_owned())
         }
     };
-    let (deck, source) = read.map_err(|error| errors::deck(py, &error))?;
+    // What a script has written is shown where it did.
+    let located = |error: &DeckError| match &model {
+        Some(model) if !error.findings().is_empty() => {
+            let faults = error.findings().iter().map(|finding| finding.fault.clone()).collect();
+            model.get().located(py, &ModelError { faults })
+        }
+        _ => errors::deck(py, error),
+    };
+    let (deck, source) = read.map_err(|error| located(&error))?;
     let mut options = Options::new(out.unwrap_or_else(|| Path::new("results").join(name)));
-    (options.threads, options.resume) = (threads, resume);
-    simulation::driven(py, (&deck, &source), &options, quiet)
+    (options.threads, options.resume) = (pool.threads(), resume);
+    drive::driven(py, (&deck, &source), (&options, pool), &located, quiet)
 }
 
 /// The JSON Schema of decks, as a dictionary.

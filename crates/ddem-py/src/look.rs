@@ -17,13 +17,15 @@ pub(crate) struct Reading {
     pub(crate) components: usize,
     pub(crate) at_nodes: bool,
     pub(crate) fill: fn(&mut Simulation) -> Vec<f64>,
+    /// The value at one node, where it can be had alone.
+    pub(crate) one: Option<fn(&mut Simulation, usize) -> [f64; 3]>,
 }
 
 /// A field by its name; where nodes and pairs have one of the same name, that of the nodes.
 pub(crate) fn field(py: Python<'_>, name: &str) -> PyResult<Reading> {
     if name == "force" {
         let fill = |simulation: &mut Simulation| simulation.forces().into_flattened();
-        return Ok(Reading { components: 3, at_nodes: true, fill });
+        return Ok(Reading { components: 3, at_nodes: true, fill, one: None });
     }
     let Some(field) = FIELDS.iter().find(|field| field.name == name) else {
         let mut known: Vec<&str> = FIELDS.iter().map(|field| field.name).collect();
@@ -33,7 +35,12 @@ pub(crate) fn field(py: Python<'_>, name: &str) -> PyResult<Reading> {
         return Err(unknown(py, "name", name, &known));
     };
     let at_nodes = field.on == On::Node;
-    Ok(Reading { components: field.components, at_nodes, fill: field.fill })
+    let one: Option<fn(&mut Simulation, usize) -> [f64; 3]> = match name {
+        "displacement" => Some(|simulation, node| simulation.displacement(node)),
+        "velocity" => Some(|simulation, node| simulation.velocity(node)),
+        _ => None,
+    };
+    Ok(Reading { components: field.components, at_nodes, fill: field.fill, one })
 }
 
 /// An argument that is none of the known names.
@@ -183,6 +190,9 @@ pub(crate) fn pair_array<'py>(py: Python<'py>, pairs: Pairs) -> PyResult<Bound<'
     arrays::structured(py, n, columns)
 }
 
+/// Time, step and values of one probe.
+type Row = (f64, u64, Vec<f64>);
+
 /// The histories of the probes.
 pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
@@ -191,7 +201,7 @@ pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py,
         let at = first..first + components.len();
         first = at.end;
         // Of a row where the probe was not due there is nothing.
-        let rows: Vec<(f64, u64, Vec<f64>)> = inner
+        let rows: Vec<Row> = inner
             .samples
             .iter()
             .filter_map(|sample| {
@@ -200,7 +210,7 @@ pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py,
                 Some((sample.time, sample.step, values))
             })
             .collect();
-        let column = |value: &dyn Fn(&(f64, u64, Vec<f64>)) -> f64| {
+        let column = |value: &dyn Fn(&Row) -> f64| {
             arrays::components(py, rows.iter().map(value).collect(), 1)
         };
         let mut columns = vec![

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 use toml::{Table, Value};
 
 use crate::errors::{arguments as arguments_error, model_error};
@@ -119,6 +119,15 @@ fn key<'py>(
     Err(PyAttributeError::new_err(format!("'{class}' object has no attribute '{key}'")))
 }
 
+/// Attributes, for completion: those of the class and all keys.
+fn attributes(class: &Bound<'_, PyAny>, definition: &str) -> PyResult<Vec<String>> {
+    let mut names: Vec<String> = class.dir()?.extract()?;
+    let schema = ddem_io::deck::schema();
+    let keys = schema["$defs"][definition]["properties"].as_object();
+    names.extend(keys.into_iter().flatten().map(|(key, _)| key.clone()));
+    Ok(names)
+}
+
 /// Positional arguments (none) and keywords that make the same object, for `pickle` and `copy`.
 type Arguments<'py> = (Bound<'py, PyTuple>, Bound<'py, PyDict>);
 
@@ -161,6 +170,14 @@ impl Material {
 
     fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         key(py, ("Material", "Material"), &self.keys, name)
+    }
+
+    fn __dir__(slf: &Bound<'_, Self>) -> PyResult<Vec<String>> {
+        attributes(slf.get_type().as_any(), "Material")
+    }
+
+    fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+        PyString::new(py, &self.__repr__(py)?).hash()
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -223,6 +240,14 @@ impl Joint {
     fn __eq__(&self, other: &Self) -> bool {
         let material = |joint: &Self| joint.material.as_ref().map(|m| m.get().clone());
         (&self.keys, &self.name) == (&other.keys, &other.name) && material(self) == material(other)
+    }
+
+    fn __dir__(slf: &Bound<'_, Self>) -> PyResult<Vec<String>> {
+        attributes(slf.get_type().as_any(), "Joint")
+    }
+
+    fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+        PyString::new(py, &self.__repr__(py)?).hash()
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

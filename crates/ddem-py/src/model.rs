@@ -1,17 +1,19 @@
 //! A model is a deck being written.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ddem_core::Deck;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyTuple};
 use toml::{Table, Value};
 
+use crate::away::Pool;
+use crate::draft::Draft;
+use crate::drive::assembled;
 use crate::errors::{self, model_error};
 use crate::functions::{Functions, Timed};
-use crate::simulation::{Simulation, assembled};
+use crate::simulation::Simulation;
 use crate::values::{Matter, table, to_python, value};
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
@@ -52,281 +54,15 @@ pub(crate) struct Model {
     draft: Mutex<Draft>,
 }
 
-/// What has been written so far.
-#[derive(Default)]
-struct Draft {
-    root: Table,
-    functions: Functions,
-    /// File and line where each entry was made, by its place in the deck.
-    lines: BTreeMap<String, String>,
-}
-
 #[pymethods]
 impl Model {
     #[new]
-    #[pyo3(signature = (*, title=None, **keys))]
-    fn new(
-        py: Python<'_>,
-        title: Option<&str>,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Self> {
+    #[pyo3(signature = (*, title="", **keys))]
+    fn new(py: Python<'_>, title: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (keys, _) = table("model", keys, &mut no_matter)?;
         let mut root = Table::from_iter([("model".to_owned(), Value::Table(keys))]);
-        if let Some(title) = title {
-            root.insert("title".to_owned(), Value::String(title.to_owned()));
-        }
-        Self::of(py, root)
-    }
-
-    /// Adds a lattice of blocks divided by joint planes.
-    ///
-    /// Parameters
-    /// ----------
-    /// material : Material or str
-    ///     What the blocks are of; a name is that of a material the model has already.
-    /// size : (float, float, float), optional
-    ///     Length of the three edges of the whole set [m].
-    /// count : (int, int, int), optional
-    ///     Blocks along the three edges; one without it.
-    /// edges : dict, optional
-    ///     Uneven cuts [m], as in ``{"x": [0, 1, 2.5]}``, for which `size` and `count` are not
-    ///     needed.
-    /// divisions : int, optional
-    ///     Elements along each edge of a block; 4 without it.
-    /// joint : Joint, str or dict, optional
-    ///     Between the blocks; a dict gives one for each normal, ``{"x": a, "z": b}``.
-    /// name : str, optional
-    ///     For ``set="name"`` in other calls.
-    /// origin : (float, float, float), optional
-    ///     The corner from which edges are measured [m].
-    /// axes : three vectors, optional
-    ///     Directions of the three edges; oblique ones give parallelepipeds.
-    /// body : {"deformable", "rigid"}, optional
-    ///     What the blocks are.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (**keys))]
-    fn add_blocks(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        self.add(py, "blocks", None, keys)
-    }
-
-    /// Gives a part of the model another joint or material; later calls win.
-    ///
-    /// Parameters
-    /// ----------
-    /// joint : Joint or str, optional
-    ///     For the joints whose face centre lies inside.
-    /// material : Material or str, optional
-    ///     For the blocks whose centroid lies inside.
-    /// x, y, z, sphere, set : optional
-    ///     Where.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (**keys))]
-    fn assign(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        self.add(py, "assign", None, keys)
-    }
-
-    /// Takes out the blocks whose centroid lies inside.
-    ///
-    /// Parameters
-    /// ----------
-    /// x, y, z, sphere, set : optional
-    ///     Where.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (**keys))]
-    fn remove(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        self.add(py, "remove", None, keys)
-    }
-
-    /// Splits the blocks whose centroid lies inside.
-    ///
-    /// Parameters
-    /// ----------
-    /// factor : int
-    ///     Parts along each edge.
-    /// x, y, z, sphere, set : optional
-    ///     Where.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (**keys))]
-    fn refine(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        self.add(py, "refine", None, keys)
-    }
-
-    /// Holds nodes, or drives them.
-    ///
-    /// Parameters
-    /// ----------
-    /// axes : str
-    ///     Which of "xyz".
-    /// velocity : (float, float, float), optional
-    ///     Of the named axes [m/s]; at rest without it.
-    /// history : callable, dict or rows, optional
-    ///     Factor on the velocity in time [s]: a function of the time since the support came into
-    ///     force, ``{"ramp": seconds}``, or rows of time and factor.
-    /// x, y, z, sphere, set : optional
-    ///     Where; every node without any.
-    /// from_, until : str, optional
-    ///     Stages from whose start, and up to whose start, it is in force.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (axes, **keys))]
-    fn fix(
-        &self,
-        py: Python<'_>,
-        axes: &Bound<'_, PyAny>,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<()> {
-        self.add(py, "fix", Some(("axes", axes)), keys)
-    }
-
-    /// Loads a part of the model, by one of `traction`, `pressure`, `line` and `force`.
-    ///
-    /// Parameters
-    /// ----------
-    /// traction : (float, float, float), optional
-    ///     On the outer faces selected [Pa].
-    /// pressure : float, optional
-    ///     On the outer faces selected, inward positive [Pa].
-    /// line : (float, float, float), optional
-    ///     Along the selected line [N/m].
-    /// force : (float, float, float), optional
-    ///     In all, shared by the selected nodes [N].
-    /// history : callable, dict or rows, optional
-    ///     Factor in time [s]: a function of the time since the load came into force,
-    ///     ``{"ramp": seconds}``, or rows of time and factor. A function is called at every step,
-    ///     and must depend on the time alone.
-    /// x, y, z, sphere, set : optional
-    ///     Where.
-    /// from_, until : str, optional
-    ///     Stages from whose start, and up to whose start, it is in force.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (**keys))]
-    fn load(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        self.add(py, "load", None, keys)
-    }
-
-    /// Adds a non-reflecting boundary.
-    ///
-    /// Parameters
-    /// ----------
-    /// kind : {"viscous"}
-    ///     Dashpots of Lysmer and Kuhlemeyer.
-    /// x, y, z, sphere, set : optional
-    ///     Which outer faces.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (kind, **keys))]
-    fn boundary(
-        &self,
-        py: Python<'_>,
-        kind: &Bound<'_, PyAny>,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<()> {
-        self.add(py, "boundary", Some(("kind", kind)), keys)
-    }
-
-    /// Sets the motion at the start.
-    ///
-    /// Parameters
-    /// ----------
-    /// velocity : (float, float, float), optional
-    ///     [m/s].
-    /// spin : (float, float, float), optional
-    ///     Angular velocity about `centre` [rad/s], added to `velocity`.
-    /// centre : (float, float, float), optional
-    ///     [m]; the origin without it.
-    /// x, y, z, sphere, set : optional
-    ///     Where; every node without any.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (**keys))]
-    fn initial(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        self.add(py, "initial", None, keys)
-    }
-
-    /// Adds a stage of the deck, which :func:`run_deck` and the command line run in order. A
-    /// simulation moves by :meth:`Simulation.relax` and :meth:`Simulation.run` as well, and
-    /// :meth:`Simulation.enter` brings the supports and loads of a stage into force.
-    ///
-    /// Parameters
-    /// ----------
-    /// name : str
-    ///     For `from_` and `until`.
-    /// kind : {"relax", "dynamic"}
-    ///     Static or in time; its keys are those of :meth:`Simulation.relax` and
-    ///     :meth:`Simulation.run`.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (name, **keys))]
-    fn stage(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<()> {
-        self.add(py, "stage", Some(("name", name)), keys)
-    }
-
-    /// Records something as a run goes.
-    ///
-    /// Parameters
-    /// ----------
-    /// name : str
-    ///     Column in `probes.csv`, and key of :attr:`Simulation.probes`.
-    /// at : (float, float, float), optional
-    ///     The node nearest to this reference position [m].
-    /// quantity : {"displacement", "velocity", "stress", "reaction"}, optional
-    ///     Displacement without it.
-    /// every : float, optional
-    ///     Time between samples [s]; a thousandth of a run without it.
-    /// every_steps : int, optional
-    ///     Steps between samples in a relaxation; 100 without it.
-    /// x, y, z, sphere, set : optional
-    ///     Instead of `at`: the sum of reactions, the mean of anything else.
-    ///
-    /// Raises
-    /// ------
-    /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
-    #[pyo3(signature = (name, **keys))]
-    fn probe(
-        &self,
-        py: Python<'_>,
-        name: &Bound<'_, PyAny>,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<()> {
-        self.add(py, "probe", Some(("name", name)), keys)
+        root.insert("title".to_owned(), Value::String(title.to_owned()));
+        Self::of(py, &root)
     }
 
     /// Checks everything and builds what can be moved. Warnings are Python's.
@@ -350,9 +86,10 @@ impl Model {
     /// MemoryError
     ///     The model does not fit.
     #[pyo3(signature = (*, threads=None))]
-    fn build(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Simulation> {
+    fn build(&self, py: Python<'_>, threads: Option<&Bound<'_, PyAny>>) -> PyResult<Simulation> {
+        let pool = Pool::new(threads)?;
         let (deck, functions) = self.parts(py)?;
-        assembled(py, threads, functions, &|error| self.located(py, error), |change| {
+        assembled(py, pool, functions, &|error| self.located(py, error), |change| {
             ddem_io::run::Session::with(&deck, ddem_core::Simd::default(), change)
         })
     }
@@ -379,7 +116,7 @@ impl Model {
         let py = deck.py();
         if let Ok(mapping) = deck.cast::<PyMapping>() {
             return match value(mapping.as_any(), "deck", &mut no_matter)? {
-                Value::Table(root) => Self::of(py, root),
+                Value::Table(root) => Self::of(py, &root),
                 _ => Err(model_error(py, "deck", "a deck is a dictionary", None)),
             };
         }
@@ -387,7 +124,7 @@ impl Model {
             model_error(py, "deck", "expected the path of a deck or a dictionary", None)
         })?;
         let (deck, _) = ddem_io::deck::read(&path).map_err(|error| errors::deck(py, &error))?;
-        Ok(Self::holding(&deck))
+        Ok(Self { draft: Mutex::new(Draft::of(&deck)) })
     }
 
     /// Writes the model as a deck, which the command line runs to the same bits.
@@ -427,13 +164,11 @@ impl Model {
     /// The deck as a dictionary, a copy: change it and give it to :meth:`from_deck`.
     #[getter]
     fn deck<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let draft = self.draft();
-        draft.without_functions(py)?;
-        to_python(py, &draft.deck(py)?)
+        to_python(py, &self.whole(py)?)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let deck = self.draft().deck(py)?;
+        let (deck, _) = self.parts(py)?;
         let size = ddem_core::Size::of(&deck);
         Ok(format!("<Model \"{}\": {} blocks, {} nodes>", deck.title, size.blocks, size.nodes))
     }
@@ -450,46 +185,49 @@ impl Model {
 
 impl Model {
     /// A model of a deck that has not been read yet.
-    fn of(py: Python<'_>, root: Table) -> PyResult<Self> {
-        Ok(Self::holding(&Draft { root, ..Draft::default() }.deck(py)?))
+    fn of(py: Python<'_>, root: &Table) -> PyResult<Self> {
+        let deck = ddem_io::deck::from_table(root).map_err(|error| errors::model(py, &error))?;
+        Ok(Self { draft: Mutex::new(Draft::of(&deck)) })
     }
 
-    fn holding(deck: &Deck) -> Self {
-        // As a deck writes itself, so that equal materials are equal tables.
-        let root = Table::try_from(deck).unwrap_or_default();
-        Self { draft: Mutex::new(Draft { root, ..Draft::default() }) }
-    }
-
-    fn draft(&self) -> std::sync::MutexGuard<'_, Draft> {
+    /// Not to be held where Python is called: another thread may come back here.
+    fn draft(&self) -> MutexGuard<'_, Draft> {
         // Nothing can go wrong half way through a change of it.
         self.draft.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The deck and its text, if a deck can hold it.
+    /// The text of the deck, if a deck can hold the model.
     pub(crate) fn text(&self, py: Python<'_>) -> PyResult<String> {
-        let draft = self.draft();
-        draft.without_functions(py)?;
-        let deck = draft.deck(py)?;
-        ddem_io::deck::write(&deck).map_err(|error| errors::deck(py, &error))
+        ddem_io::deck::write(&self.whole(py)?).map_err(|error| errors::deck(py, &error))
+    }
+
+    /// The deck, if a deck can hold the model.
+    fn whole(&self, py: Python<'_>) -> PyResult<Deck> {
+        let function = self.draft().function();
+        if let Some(place) = function {
+            let message = "is a Python function, which a deck cannot hold";
+            let help = Some("give rows of time and factor instead");
+            return Err(model_error(py, &place, message, help));
+        }
+        Ok(self.parts(py)?.0)
     }
 
     /// The deck, and the functions beside it.
     pub(crate) fn parts(&self, py: Python<'_>) -> PyResult<(Deck, Functions)> {
-        let draft = self.draft();
-        Ok((draft.deck(py)?, draft.functions.clone_ref(py)))
+        let (deck, functions) = {
+            let draft = self.draft();
+            (draft.deck(), draft.functions.clone_ref(py))
+        };
+        Ok((deck.map_err(|error| errors::model(py, &error))?, functions))
     }
 
     /// What is wrong with the model, and in which line of the script.
     pub(crate) fn located(&self, py: Python<'_>, error: &ddem_core::ModelError) -> PyErr {
-        let draft = self.draft();
-        errors::faults(py, &error.faults, &|place| {
-            let entry = place.find(']').map_or(place, |end| &place[..=end]);
-            draft.lines.get(entry).cloned()
-        })
+        errors::faults(py, &error.faults, &|place| self.draft().line(place))
     }
 
     /// Adds an entry to a section of the deck.
-    fn add(
+    pub(crate) fn add(
         &self,
         py: Python<'_>,
         section: &str,
@@ -515,48 +253,15 @@ impl Model {
             .map_err(|error| errors::arguments(py, error, &format!("{section}[0]")))?;
         let line = line(py);
         let mut draft = self.draft();
-        for (section, all) in matter {
-            if let (Value::Table(all), Value::Table(known)) = (all, draft.section(&section)) {
-                known.extend(all);
+        if let Some(index) = draft.push(section, entry, matter) {
+            if let Some(line) = line {
+                draft.made(section, index, line);
+            }
+            if let (Some(timed), Some(function)) = (Timed::new(section, index), function) {
+                draft.functions.insert(timed, function.unbind());
             }
         }
-        let list = draft.root.entry(section).or_insert_with(|| Value::Array(Vec::new()));
-        let Value::Array(list) = list else {
-            return Err(model_error(py, section, "is not a list of entries", None));
-        };
-        let index = list.len();
-        list.push(Value::Table(entry));
-        if let Some(line) = line {
-            draft.lines.insert(format!("{section}[{index}]"), line);
-        }
-        if let (Some(timed), Some(function)) = (Timed::new(section, index), function) {
-            draft.functions.insert(timed, function.unbind());
-        }
         Ok(())
-    }
-}
-
-impl Draft {
-    /// The deck; places in errors are those of the deck.
-    fn deck(&self, py: Python<'_>) -> PyResult<Deck> {
-        ddem_io::deck::from_table(&self.root).map_err(|error| errors::model(py, &error))
-    }
-
-    /// Its materials and joints.
-    fn matter(&self) -> Table {
-        let sections = ["materials", "joints"].into_iter();
-        sections.filter_map(|s| Some((s.to_owned(), self.root.get(s)?.clone()))).collect()
-    }
-
-    /// A table of tables by name.
-    fn section(&mut self, section: &str) -> &mut Value {
-        self.root.entry(section).or_insert_with(|| Value::Table(Table::new()))
-    }
-
-    fn without_functions(&self, py: Python<'_>) -> PyResult<()> {
-        let Some(place) = self.functions.places().next() else { return Ok(()) };
-        let message = "is a Python function, which a deck cannot hold";
-        Err(model_error(py, &place, message, Some("give rows of time and factor instead")))
     }
 }
 

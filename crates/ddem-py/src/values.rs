@@ -7,6 +7,11 @@ use toml::{Table, Value};
 use crate::errors::model_error;
 use crate::matter::{Joint, Material};
 
+/// Most entries of one argument: more is a mistake, or a sequence without end.
+const MOST: usize = 5_000_000;
+/// Entries after which Ctrl-C is looked for.
+const LOOK: usize = 1 << 16;
+
 /// Levels of lists and dictionaries in which a deck can be written; a list may contain itself.
 const DEEPEST: usize = 12;
 
@@ -23,14 +28,14 @@ pub(crate) enum Matter<'a> {
 ///
 /// NumPy's numbers and arrays are taken for what they hold; materials and joints for their names.
 pub(crate) fn value(any: &Bound<'_, PyAny>, place: &str, name: &mut Name<'_>) -> PyResult<Value> {
-    at_depth(any, place, name, 0)
+    at_depth(any, place, name, (0, &mut 0))
 }
 
 fn at_depth(
     any: &Bound<'_, PyAny>,
     place: &str,
     name: &mut Name<'_>,
-    depth: usize,
+    (depth, entries): (usize, &mut usize),
 ) -> PyResult<Value> {
     let refused = |message: String| Err(model_error(any.py(), place, &message, None));
     if depth > DEEPEST {
@@ -61,9 +66,21 @@ fn at_depth(
             false => refused(format!("{number} where a finite number must be")),
         };
     }
-    // NumPy's arrays and numbers, as Python's own.
-    if let Ok(plain) = any.call_method0("tolist") {
-        return at_depth(&plain, place, name, depth + 1);
+    if let Ok(number) = any.call_method0("__index__") {
+        return at_depth(&number, place, name, (depth + 1, entries));
+    }
+    let size = any.getattr("size").and_then(|size| size.extract::<usize>());
+    if size.is_ok_and(|size| size > MOST) {
+        return refused(format!("has more than {MOST} entries"));
+    }
+    // NumPy's arrays, as Python's own lists; its odd numbers give themselves.
+    if let Ok(plain) = any.call_method0("tolist")
+        && !plain.get_type().is(any.get_type())
+    {
+        return at_depth(&plain, place, name, (depth + 1, entries));
+    }
+    if let Ok(number) = any.call_method0("__float__") {
+        return at_depth(&number, place, name, (depth + 1, entries));
     }
     if let Ok(mapping) = any.cast::<PyMapping>() {
         let mut table = Table::new();
@@ -74,15 +91,24 @@ fn at_depth(
             };
             if !value.is_none() {
                 let place = format!("{place}.{key}");
-                table.insert(key, at_depth(&value, &place, name, depth + 1)?);
+                table.insert(key, at_depth(&value, &place, name, (depth + 1, entries))?);
             }
         }
         return Ok(Value::Table(table));
     }
     if let Ok(list) = any.cast::<PySequence>() {
-        let mut array = Vec::with_capacity(list.len()?);
+        // Its length may be anything, and need not be true.
+        let mut array = Vec::new();
         for (i, entry) in list.try_iter()?.enumerate() {
-            array.push(at_depth(&entry?, &format!("{place}[{i}]"), name, depth + 1)?);
+            *entries += 1;
+            if *entries > MOST {
+                return refused(format!("has more than {MOST} entries"));
+            }
+            if entries.is_multiple_of(LOOK) {
+                any.py().check_signals()?;
+            }
+            let place = format!("{place}[{i}]");
+            array.push(at_depth(&entry?, &place, name, (depth + 1, entries))?);
         }
         return Ok(Value::Array(array));
     }

@@ -4,6 +4,8 @@ mod measure;
 mod pace;
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
@@ -49,6 +51,8 @@ pub struct Simulation {
     pub(crate) damping: Damping,
     /// Nothing fails for the moment.
     holds: bool,
+    /// What takes long shall stop.
+    pub(crate) stop: Arc<AtomicBool>,
 }
 
 impl Simulation {
@@ -87,6 +91,7 @@ impl Simulation {
             losing: Losses::default(),
             damping: Damping::None,
             holds: false,
+            stop: Arc::default(),
         };
         simulation.initial_energy = simulation.mechanical_energy();
         simulation
@@ -122,6 +127,19 @@ impl Simulation {
         self.last.ratio()
     }
 
+    /// Lets another thread stop what takes long before the first step, the search for the critical
+    /// step and for the masses of a relaxation: it ends with [`RunError::Stopped`] when this is
+    /// true.
+    pub fn stop_when(&mut self, stop: Arc<AtomicBool>) {
+        self.stop = stop;
+    }
+
+    /// The stage of the deck whose supports and loads are in force.
+    #[must_use]
+    pub fn stage(&self) -> usize {
+        self.state.stage
+    }
+
     /// Begins stage `stage` of the deck: its supports and loads come into force.
     pub fn enter(&mut self, stage: usize) {
         self.settle();
@@ -153,7 +171,7 @@ impl Simulation {
         let waits = self.state.automatic && self.state.failed == [0; 2];
         let done = match self.try_step(waits)? {
             None => {
-                self.shorten();
+                self.shorten()?;
                 self.try_step(false)?
             }
             done => done,

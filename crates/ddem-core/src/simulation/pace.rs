@@ -1,5 +1,7 @@
 //! §6: how long the steps of time are.
 
+use std::sync::atomic::Ordering;
+
 use super::Simulation;
 use crate::deck::{Damping, TimeStep};
 use crate::error::RunError;
@@ -13,56 +15,69 @@ const SAFETY: f64 = 0.9;
 /// the critical one.
 const BROKEN_SAFETY: f64 = 0.8;
 
+/// Part of the critical step below which a step is a mistake, and its inverse may overflow.
+const SHORTEST: f64 = 1e-9;
+
 impl Simulation {
     /// Critical time step `2/ω_max` `[s]`; computed at the first call. Once pairs have failed it is
     /// the smaller one of the model as it started and with all joints that can fail turned to
     /// springs, which can be a fifth less.
-    pub fn critical_step(&mut self) -> f64 {
-        let intact = self.critical(false);
-        if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)) }
+    ///
+    /// # Errors
+    ///
+    /// [Told to stop](Self::stop_when): a large model takes seconds.
+    pub fn critical_step(&mut self) -> Result<f64, RunError> {
+        let intact = self.critical(false)?;
+        Ok(if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)?) })
     }
 
     /// Time step `[s]` up to which the model stays stable however its joints fail: what an
     /// automatic step is not longer than from the first failure on.
-    pub fn safe_step(&mut self) -> f64 {
-        let intact = self.critical(false);
+    ///
+    /// # Errors
+    ///
+    /// As [`critical_step`](Self::critical_step).
+    pub fn safe_step(&mut self) -> Result<f64, RunError> {
+        let intact = self.critical(false)?;
         if !self.model.can_fail() {
-            return intact;
+            return Ok(intact);
         }
-        BROKEN_SAFETY * intact.min(self.critical(true))
+        Ok(BROKEN_SAFETY * intact.min(self.critical(true)?))
     }
 
-    fn critical(&mut self, broken: bool) -> f64 {
+    fn critical(&mut self, broken: bool) -> Result<f64, RunError> {
         if let Some(step) = self.critical_steps[usize::from(broken)] {
-            return step;
+            return Ok(step);
         }
         let mass = |inertia: &crate::assembly::Inertia, at: usize, lane: usize| {
             inertia.mass[at / 3].0[lane]
         };
         self.measured = None;
         let mut breaks = self.model.tangent(broken);
-        let largest = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass);
-        let step = 2.0 / largest.sqrt();
+        let stop = || self.stop.load(Ordering::Relaxed);
+        let found = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass, &stop);
+        let step = 2.0 / found?.sqrt();
         self.critical_steps[usize::from(broken)] = Some(step);
-        step
+        Ok(step)
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
-    /// critical step, 0.8 once pairs have failed; with a `duration` `[s]` it is shrunk so that whole steps fill it. Returns
-    /// the number of steps that fill the duration (0 without one).
+    /// critical step, 0.8 once pairs have failed; with a `duration` `[s]` it is shrunk so that whole
+    /// steps fill it. Returns the number of steps that fill the duration (0 without one).
     ///
     /// # Errors
     ///
-    /// A time step above the critical one.
+    /// A time step above the critical one; [told to stop](Self::stop_when), before anything has
+    /// changed.
     pub fn start(
         &mut self,
         damping: Damping,
         time_step: TimeStep,
         duration: Option<f64>,
     ) -> Result<u64, RunError> {
+        let critical = self.critical_step()?;
+        let largest = self.critical(false)?;
         self.settle();
-        let critical = self.critical_step();
-        let largest = self.critical(false);
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
         }
@@ -74,6 +89,10 @@ impl Simulation {
             }
             TimeStep::Seconds(step) => step,
         };
+        let shortest = duration.map_or(step, |duration| step.min(duration));
+        if shortest < SHORTEST * critical {
+            return Err(RunError::TooShort { time_step: shortest, critical });
+        }
         let steps = duration.map_or(0.0, |duration| whole_steps(duration, step));
         let step = match (time_step, duration) {
             (TimeStep::Auto, Some(duration)) => duration / steps,
@@ -101,11 +120,11 @@ impl Simulation {
     /// Springs can be stiffer than the elements whose place they take, and faces can meet: an
     /// automatic step becomes shorter when the first pairs are about to fail, while forces are
     /// still those of the intact model.
-    pub(super) fn shorten(&mut self) {
+    pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.tangent(false);
-        let safe = self.safe_step();
+        let safe = self.safe_step()?;
         if self.motion.time_step <= safe {
-            return;
+            return Ok(());
         }
         self.holds = true;
         let was_half = !self.state.whole;
@@ -122,6 +141,7 @@ impl Simulation {
         }
         self.holds = false;
         self.measured = None;
+        Ok(())
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it

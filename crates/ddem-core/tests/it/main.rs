@@ -12,6 +12,7 @@ mod decks;
 mod determinism;
 mod equations;
 mod mechanisms;
+mod programs;
 mod resume;
 mod selection;
 mod tiling;

@@ -63,14 +63,16 @@ impl<'a> Drive<'a> {
             if resumed.deck_text() != text {
                 return Err(resume::wrong(&path, "it was written by another version of the deck"));
             }
-            let simulation = resumed.simulation(model, options.simd)?;
+            let mut simulation = resumed.simulation(model, options.simd)?;
+            simulation.stop_when(observer.stop_flag());
             recorder.reopen(&folder, simulation.model(), resumed.position)?;
             let mut resuming = Session::assemble(simulation, recorder, text);
             resuming.moved.cursor = resumed.cursor;
             session = resuming;
         } else {
             let mut fresh = Simulation::with_simd(model, options.simd);
-            check_steps(&mut fresh, &deck.stage).map_err(|error| located(error, source))?;
+            fresh.stop_when(observer.stop_flag());
+            check_steps(&mut fresh, &deck.stage).map_err(|failure| located(failure, source))?;
             // Only now is everything known to be right: from here on files are written.
             folder = open()?;
             recorder.create(&folder, fresh.model())?;
@@ -107,7 +109,13 @@ impl<'a> Drive<'a> {
         if moved.cursor.step.is_none() {
             moved.simulation.enter(moved.cursor.stage);
         }
-        let mut running = Running::new(stage, stages, moved, *observer)?;
+        let mut running = match Running::new(stage, stages, moved, *observer) {
+            Err(failure) if failure.is_stopped() => {
+                checkpoint(moved, (folder, text), 0.0, *observer)?;
+                return Ok(false);
+            }
+            running => running?,
+        };
         loop {
             let halt = running.go(options.checkpoint_every)?;
             if halt == Halt::End {

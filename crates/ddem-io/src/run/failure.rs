@@ -44,6 +44,9 @@ pub enum RunFailure {
         /// Why not.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// The observer wanted it to stop before anything was written.
+    #[error("stopped before the first step")]
+    Stopped,
     /// A stage could not go on. What was written so far is intact.
     #[error("stage `{stage}`: {source}")]
     Stage {
@@ -66,17 +69,26 @@ pub enum RunFailure {
 }
 
 impl RunFailure {
+    /// Whether it ended because it was told to.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        matches!(self, Self::Stopped | Self::Stage { source: RunError::Stopped, .. })
+    }
+
     /// Exit status of a command that ends so: 2 when nothing has run, 1 when the run failed.
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Deck(_)
+            | Self::Stopped
             | Self::Model(_)
             | Self::Folder(_)
             | Self::Memory { .. }
             | Self::Threads { .. }
             | Self::Checkpoint { .. }
-            | Self::Stage { source: RunError::TimeStep { .. }, .. } => 2,
+            | Self::Stage {
+                source: RunError::TimeStep { .. } | RunError::TooShort { .. }, ..
+            } => 2,
             Self::Stage { .. } | Self::Output(_) => 1,
         }
     }

@@ -43,6 +43,9 @@ pub struct Report {
 /// Steps that a stage may take: a thousand years at a microsecond a step.
 const MOST_STEPS: f64 = 1e15;
 
+/// Part of the critical step below which a step or a stage is a mistake.
+const SHORTEST: f64 = 1e-9;
+
 /// A number of bytes for people.
 pub(crate) fn bytes(n: u64) -> String {
     let (mut value, mut unit) = (n as f64, "B");
@@ -102,9 +105,9 @@ impl fmt::Display for Report {
 pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     let (model, _) = prepare(deck, source, available_memory())?;
     let mut simulation = Simulation::new(model);
-    check_steps(&mut simulation, &deck.stage).map_err(|error| located(error, source))?;
+    check_steps(&mut simulation, &deck.stage).map_err(|failure| located(failure, source))?;
     let mut report = report(&mut simulation);
-    report.critical_step = simulation.critical_step();
+    report.critical_step = simulation.critical_step().unwrap_or(f64::NAN);
     let rate = speed(&mut simulation);
     for stage in &mut report.stages {
         stage.3 = stage.1 as f64 / rate;
@@ -122,17 +125,17 @@ pub(super) fn prepare(
     if deck.stage.is_empty() && ddem_core::deck::check(deck).is_empty() {
         let fault = Fault::new("stage", "the deck has no stage: nothing would happen")
             .help("add a [[stage]] with kind = \"relax\" or \"dynamic\"");
-        return Err(located(fault.into(), source));
+        return Err(located(ModelError::from(fault).into(), source));
     }
-    build(deck, available).map_err(|failure| match failure {
-        RunFailure::Model(error) => located(error, source),
-        failure => failure,
-    })
+    build(deck, available).map_err(|failure| located(failure, source))
 }
 
-/// The same faults in the text of the deck.
-pub(super) fn located(error: ModelError, source: &Source) -> RunFailure {
-    DeckError::from_faults(source, error.faults).into()
+/// Faults of a model in the text of its deck.
+pub(super) fn located(failure: RunFailure, source: &Source) -> RunFailure {
+    match failure {
+        RunFailure::Model(error) => DeckError::from_faults(source, error.faults).into(),
+        failure => failure,
+    }
 }
 
 /// The model of a deck and its probes.
@@ -162,15 +165,15 @@ pub(super) fn build(deck: &Deck, available: u64) -> Result<(Model, Vec<Sampler>)
 }
 
 /// Refuses time steps above the critical one while nothing has been written.
-pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Result<(), ModelError> {
+pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Result<(), RunFailure> {
     let dynamic = |stage: &Stage| stage.kind == StageKind::Dynamic;
     if !stages.iter().any(dynamic) {
         return Ok(());
     }
-    let critical = simulation.critical_step();
+    let critical = simulation.critical_step().map_err(|_| RunFailure::Stopped)?;
     if !(critical.is_finite() && critical > 0.0) {
         let message = "densities or moduli are out of all proportion: no time step is stable";
-        return Err(Fault::new("materials", message).into());
+        return Err(ModelError::from(Fault::new("materials", message)).into());
     }
     let mut faults = Vec::new();
     for (index, stage) in stages.iter().enumerate().filter(|(_, stage)| dynamic(stage)) {
@@ -183,6 +186,19 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
                     .help(format!("at most {critical:.4e}, or \"auto\" for 0.9 of it")),
             );
         }
+        let given = match stage.time_step {
+            Some(TimeStep::Seconds(step)) => Some(step),
+            _ => None,
+        };
+        for (key, seconds) in [("time_step", given), ("duration", stage.duration)] {
+            if let Some(seconds) = seconds.filter(|seconds| *seconds < SHORTEST * critical) {
+                let message = format!(
+                    "{seconds:e} s is less than a billionth of the critical step, {critical:.3e} s"
+                );
+                let help = "is it in seconds?";
+                faults.push(Fault::new(format!("stage[{index}].{key}"), message).help(help));
+            }
+        }
         let steps = stage.duration.unwrap_or(0.0) / critical;
         if steps > MOST_STEPS {
             let message = format!("takes {steps:.1e} steps of the critical {critical:.3e} s");
@@ -192,7 +208,7 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
             );
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
+    if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }.into()) }
 }
 
 /// Size, critical step and stages of a model.
@@ -200,9 +216,13 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
     let moves = |stage: &Stage| stage.kind == StageKind::Dynamic;
     let dynamic = simulation.model().deck().stage.iter().any(moves);
     // A large model spends seconds on it.
-    let critical_step = if dynamic { simulation.critical_step() } else { f64::NAN };
+    let critical_step = match dynamic {
+        true => simulation.critical_step().unwrap_or(f64::NAN),
+        false => f64::NAN,
+    };
     let mut warnings = simulation.model().warnings();
-    warnings.extend(unsafe_steps(simulation));
+    let stages = simulation.model().deck().stage.clone();
+    warnings.extend(unsafe_steps(simulation, &stages));
     let model = simulation.model();
     let deck = model.deck();
     let stages = deck.stage.iter().map(|stage| match stage.kind {
@@ -234,8 +254,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
 }
 
 /// Time steps that are given, and stable only as long as no joint fails.
-fn unsafe_steps(simulation: &mut Simulation) -> Vec<String> {
-    let stages = simulation.model().deck().stage.clone();
+pub(super) fn unsafe_steps(simulation: &mut Simulation, stages: &[Stage]) -> Vec<String> {
     let given = stages.iter().filter(|stage| stage.kind == StageKind::Dynamic);
     let given = given.filter_map(|stage| match stage.time_step {
         Some(TimeStep::Seconds(step)) => Some((&stage.name, step)),
@@ -243,7 +262,7 @@ fn unsafe_steps(simulation: &mut Simulation) -> Vec<String> {
     });
     let mut warnings = Vec::new();
     for (name, step) in given {
-        let safe = simulation.safe_step();
+        let Ok(safe) = simulation.safe_step() else { break };
         if simulation.model().can_fail() && step > safe {
             warnings.push(format!(
                 "stage `{name}`: once joints have failed, a step of {step:e} s may make energy; up \

@@ -8,10 +8,10 @@ use ddem_core::{Deck, Fault, ModelError, Simd, Simulation};
 
 use super::files::Position;
 use super::record::Recorder;
-use super::report::{available_memory, build, check_steps};
+use super::report::{available_memory, build, check_steps, unsafe_steps};
 use super::resume::{self, Cursor};
 use super::stage::{Halt, Moved, Running};
-use super::{Observer, RunFailure};
+use super::{Event, Observer, RunFailure};
 use crate::folder::{self, Folder};
 use crate::summary::{FailedPairs, Summary, peak_memory_bytes};
 
@@ -78,8 +78,9 @@ impl Session {
         self.moved.recorder.samplers.iter().map(|s| (s.name.as_str(), s.components)).collect()
     }
 
-    /// Moves the simulation through a stage that is not in its deck, under the supports and loads of
-    /// the stage that was [entered](Simulation::enter) last. With a folder the results are written
+    /// Moves the simulation through a stage, which need not be one of its deck: if the deck has one of
+    /// that name its supports and loads come into force, unless they are; otherwise those of the
+    /// stage that was [entered](Simulation::enter) last stay. With a folder the results are written
     /// there, as those of a deck are: what one session writes to one folder is one run, and the
     /// files are complete after each stage.
     ///
@@ -98,7 +99,20 @@ impl Session {
         if !faults.is_empty() {
             return Err(ModelError { faults }.into());
         }
-        check_steps(&mut self.moved.simulation, std::slice::from_ref(stage))?;
+        let simulation = &mut self.moved.simulation;
+        simulation.stop_when(observer.stop_flag());
+        let stages = std::slice::from_ref(stage);
+        if let Err(failure) = check_steps(simulation, stages) {
+            return if failure.is_stopped() { Ok(false) } else { Err(failure) };
+        }
+        for warning in unsafe_steps(simulation, stages) {
+            observer.event(Event::Warning(&warning));
+        }
+        let named = |own: &Stage| own.name == stage.name;
+        let own = simulation.model().deck().stage.iter().position(named);
+        if let Some(own) = own.filter(|own| *own != simulation.stage()) {
+            simulation.enter(own);
+        }
         let folder = folder.map(|path| self.open(path)).transpose()?;
         let ended = self.go(stage, observer);
         let closed = folder.map_or(Ok(()), |folder| self.close(&folder));
@@ -109,7 +123,10 @@ impl Session {
     }
 
     fn go(&mut self, stage: &Stage, observer: &mut dyn Observer) -> Result<bool, RunFailure> {
-        let mut running = Running::new(stage, 1, &mut self.moved, observer)?;
+        let mut running = match Running::new(stage, 1, &mut self.moved, observer) {
+            Err(failure) if failure.is_stopped() => return Ok(false),
+            running => running?,
+        };
         if running.go(Duration::MAX)? != Halt::End {
             return Ok(false);
         }
@@ -123,7 +140,12 @@ impl Session {
         let model = simulation.model();
         let before = self.recorded.as_ref().filter(|(p, _)| p == path && path.exists());
         let title = &model.deck().title;
-        let folder = folder::prepare(path, "model", title, &self.text, before.is_some())?;
+        // A model without a title is another one when it differs in anything.
+        let name = match title.is_empty() {
+            true => format!("model {:08x}", fingerprint(&self.text)),
+            false => "model".to_owned(),
+        };
+        let folder = folder::prepare(path, &name, title, &self.text, before.is_some())?;
         match before {
             Some((_, position)) => recorder.reopen(&folder, model, *position)?,
             None => recorder.create(&folder, model)?,
@@ -198,4 +220,9 @@ impl Session {
             deck: self.text.clone(),
         }
     }
+}
+
+/// A number that tells texts apart (FNV-1a).
+fn fingerprint(text: &str) -> u32 {
+    text.bytes().fold(0x811c_9dc5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }

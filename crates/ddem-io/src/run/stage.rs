@@ -94,7 +94,10 @@ impl<'a> Running<'a> {
             if self.observer.wants_to_stop() {
                 return Ok(Halt::Stopped);
             }
-            let end = self.step()?;
+            let end = match self.step() {
+                Err(failure) if failure.is_stopped() => return Ok(Halt::Stopped),
+                end => end?,
+            };
             let now = Instant::now();
             if end || now - self.last_progress >= PROGRESS {
                 self.last_progress = now;

@@ -25,6 +25,8 @@ from ddem._ddem import (
     schema,
 )
 from ddem._errors import Busy, Collapsed, Diverged, Error, ModelError, NotConverged
+from ddem._plot import plot
+from ddem._probes import plot_probes, read_probes
 
 __all__ = [
     "Busy",
@@ -39,6 +41,9 @@ __all__ = [
     "Simulation",
     "__version__",
     "load",
+    "plot",
+    "plot_probes",
+    "read_probes",
     "run_deck",
     "schema",
 ]

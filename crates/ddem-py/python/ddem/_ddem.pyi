@@ -1,46 +1,26 @@
 """The compiled part of ddem."""
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict, final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final, Literal, final
 
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import Unpack
 
+from ddem._types import Damping, Floats, History, Integers, Path, Vector, When, Where
+
+__all__ = [
+    "Joint",
+    "Material",
+    "Model",
+    "Simulation",
+    "__version__",
+    "load",
+    "run_deck",
+    "schema",
+]
+
 __version__: str
-
-Floats: TypeAlias = npt.NDArray[np.float64]
-Integers: TypeAlias = npt.NDArray[np.int64]
-Vector: TypeAlias = Sequence[float] | Floats
-Extent: TypeAlias = float | tuple[float, float] | Sequence[float]
-Named: TypeAlias = "str | Joint"
-History: TypeAlias = (
-    Callable[[float], float] | Mapping[str, Any] | Sequence[Sequence[float]] | Floats
-)
-Damping: TypeAlias = float | Literal["none"] | Mapping[str, float]
-Path: TypeAlias = str | os.PathLike[str]
-
-class Sphere(TypedDict):
-    """Inside a sphere, as the deck has it."""
-
-    centre: Vector
-    radius: float
-
-class Where(TypedDict, total=False):
-    """Part of a model: a plane or a range on each axis, a sphere, a set of blocks."""
-
-    x: Extent
-    y: Extent
-    z: Extent
-    sphere: Sphere
-    set: str
-
-class When(Where, total=False):
-    """Part of a model, and the stages in which something is in force."""
-
-    from_: str
-    until: str
 
 @final
 class Material:
@@ -49,12 +29,13 @@ class Material:
     ) -> Material: ...
     @property
     def name(self) -> str | None: ...
-    @property
-    def density(self) -> float: ...
-    @property
-    def young(self) -> float: ...
-    @property
-    def poisson(self) -> float: ...
+    density: Final[float]
+    young: Final[float]
+    poisson: Final[float]
+    def __eq__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __dir__(self) -> list[str]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
 @final
 class Joint:
@@ -79,7 +60,28 @@ class Joint:
         jcs: float | None = None,
         name: str | None = None,
     ) -> Joint: ...
-    # every key is an attribute, None where it was not given
+    @property
+    def name(self) -> str | None: ...
+    thickness: Final[float]
+    material: Final[str | Material | None]
+    density: Final[float | None]
+    young: Final[float | None]
+    poisson: Final[float | None]
+    normal_stiffness: Final[float | None]
+    shear_stiffness: Final[float | None]
+    cohesion: Final[float | None]
+    friction: Final[float | None]
+    tension: Final[float | None]
+    residual_cohesion: Final[float | None]
+    residual_friction: Final[float | None]
+    dilation: Final[float | None]
+    fracture_energy: Final[list[float] | None]
+    jrc: Final[float | None]
+    jcs: Final[float | None]
+    def __eq__(self, value: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __dir__(self) -> list[str]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
 
 @final
 class Model:
@@ -102,14 +104,14 @@ class Model:
         edges: Mapping[str, Vector] | None = None,
         divisions: int = 4,
         material: str | Material,
-        joint: Named | Mapping[str, Named] | None = None,
+        joint: str | Joint | Mapping[str, str | Joint] | None = None,
         body: Literal["deformable", "rigid"] = "deformable",
         axes: Sequence[Vector] | None = None,
     ) -> None: ...
     def assign(
         self,
         *,
-        joint: Named | None = None,
+        joint: str | Joint | None = None,
         material: str | Material | None = None,
         **where: Unpack[When],
     ) -> None: ...

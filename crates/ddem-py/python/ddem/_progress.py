@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 #: Calls shorter than this show nothing [s].
@@ -15,7 +16,10 @@ class Bar:
         self._bar: Any = None
         self._stage: str | None = None
         try:
-            from tqdm.auto import tqdm
+            with warnings.catch_warnings():
+                # A notebook without ipywidgets has a bar of text: nothing to warn of.
+                warnings.simplefilter("ignore")
+                from tqdm.auto import tqdm
         except ImportError:
             self._make = None
         else:

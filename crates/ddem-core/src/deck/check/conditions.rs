@@ -28,6 +28,16 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     }
 }
 
+impl Where {
+    /// What is wrong with a part of a model that is not in its deck; places begin with `where`.
+    #[must_use]
+    pub fn check(&self, deck: &Deck) -> Vec<crate::Fault> {
+        let mut faults = Faults(Vec::new());
+        region(deck, "where", self, &mut faults);
+        faults.0
+    }
+}
+
 /// A part of space.
 pub(super) fn region(deck: &Deck, at: &str, region: &Where, faults: &mut Faults) {
     for (axis, extent) in [("x", region.x), ("y", region.y), ("z", region.z)] {

@@ -1,0 +1,167 @@
+//! What programs do to a simulation that decks cannot: forces of their own, histories that they
+//! compute, stopping what takes long.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use ddem_core::deck::*;
+use ddem_core::{Function, Model, RunError, Simd, Simulation};
+
+use crate::decks::*;
+
+/// A pillar of three blocks on a rough floor, and a push at its top.
+fn pillar(history: Option<History>) -> Deck {
+    let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 2, 0.01);
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    let push = Some([2e5, 0.0, 0.0]);
+    deck.load = vec![Load { region: plane(2, 3.0), traction: push, history, ..Load::default() }];
+    deck
+}
+
+fn started(model: Model) -> Simulation {
+    let mut simulation = Simulation::new(model);
+    let damping = Damping::Ratio(0.01);
+    simulation.start(damping, TimeStep::Auto, None).unwrap_or_else(|error| panic!("{error}"));
+    simulation
+}
+
+fn steps(simulation: &mut Simulation, count: usize) {
+    for _ in 0..count {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+/// Nodes of the top, and the load of the deck on them.
+fn push(model: &Model) -> (Vec<u32>, Vec<[f64; 3]>) {
+    let nodes = model.nodes_in(&plane(2, 3.0));
+    // Corners, edges and the middle of 2 × 2 elements.
+    let share = |node: u32| {
+        let [x, y, _] = model.point(node as usize);
+        let inner = [x, y].iter().filter(|&&x| x == 0.5).count();
+        [2e5 / 16.0 * f64::from(1u32 << inner), 0.0, 0.0]
+    };
+    let forces = nodes.iter().map(|&node| share(node)).collect();
+    (nodes, forces)
+}
+
+#[test]
+fn forces_of_a_program_are_those_of_a_load() {
+    let mut loaded = started(model(&pillar(None)));
+    let free = Deck { load: Vec::new(), ..pillar(None) };
+    let mut pushed = started(model(&free));
+    let (nodes, forces) = push(loaded.model());
+    pushed.apply_force(&nodes, &forces);
+    for _ in 0..5 {
+        steps(&mut loaded, 40);
+        steps(&mut pushed, 40);
+        let size =
+            1e-12 * loaded.displacements().iter().flatten().fold(0.0, |m, u| f64::max(m, u.abs()));
+        for (a, b) in loaded.displacements().iter().zip(pushed.displacements()) {
+            assert!((0..3).all(|c| (a[c] - b[c]).abs() <= size), "{a:?} {b:?}");
+        }
+        let (a, b) = (loaded.energy(), pushed.energy());
+        assert!((a.external - b.external).abs() < 1e-10 * a.external.abs());
+        assert!((a.balance - b.balance).abs() < 1e-10 * b.external.abs(), "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn forces_of_a_program_replace_what_it_applied_before() {
+    let free = Deck { load: Vec::new(), ..pillar(None) };
+    let mut simulation = started(model(&free));
+    let top = simulation.model().nodes_in(&plane(2, 3.0))[0];
+    let pull = |simulation: &mut Simulation| simulation.forces()[top as usize][1];
+    let before = pull(&mut simulation);
+    // Entries of one call add up, ...
+    simulation.apply_force(&[top, top], &[[0.0, 5.0, 0.0], [0.0, 2.0, 0.0]]);
+    assert!((pull(&mut simulation) - before - 7.0).abs() < 1e-9);
+    // ... those of another replace them, whatever stage begins, ...
+    simulation.apply_force(&[top], &[[0.0, 3.0, 0.0]]);
+    simulation.enter(0);
+    assert!((pull(&mut simulation) - before - 3.0).abs() < 1e-9);
+    // ... also in a simulation that was saved.
+    let saved = simulation.save();
+    let mut restored = Simulation::restore(model(&free), Simd::default(), &saved)
+        .unwrap_or_else(|| panic!("not restored"));
+    assert!((pull(&mut restored) - before - 3.0).abs() < 1e-9);
+    simulation.apply_force(&[top], &[[0.0; 3]]);
+    assert!((pull(&mut simulation) - before).abs() < 1e-9);
+}
+
+/// The relaxed column hangs at a spring of known stiffness: its own.
+#[test]
+fn a_relaxation_bears_the_forces_of_a_program() {
+    let mut free = Deck { load: Vec::new(), ..pillar(None) };
+    free.model.gravity = [0.0; 3];
+    let mut simulation = Simulation::new(model(&free));
+    let (nodes, forces) = push(simulation.model());
+    simulation.apply_force(&nodes, &forces);
+    simulation.relax(1e-9, 20_000).unwrap_or_else(|error| panic!("{error}"));
+    let base = simulation.model().nodes_in(&plane(2, 0.0));
+    let reaction = simulation.reaction(&base);
+    assert!((reaction[0] + 2e5).abs() < 1e-2, "{reaction:?}");
+}
+
+#[test]
+fn a_computed_history_is_the_table_it_computes() {
+    let ramp = History::Ramp(2e-3);
+    let mut given = started(model(&pillar(Some(ramp.clone()))));
+    let mut model = model(&pillar(None));
+    let function: Arc<Function> = Arc::new(move |time| Ok(ramp.factor(time)));
+    model.set_load_history(0, function.clone()).unwrap_or_else(|fault| panic!("{fault}"));
+    assert_eq!(model.computed(), ["load[0].history"]);
+    assert!(model.set_load_history(1, function.clone()).is_err());
+    assert!(model.set_fix_history(1, function).is_err());
+    let mut computed = started(model);
+    steps(&mut given, 150);
+    steps(&mut computed, 150);
+    assert_eq!(given.displacements(), computed.displacements());
+}
+
+#[test]
+fn a_history_that_fails_moves_nothing() {
+    let mut deck = pillar(None);
+    deck.stage = vec![relax_stage("only")];
+    let mut model = model(&deck);
+    let until: Arc<Function> =
+        Arc::new(|time| if time < 1e-4 { Ok(1.0) } else { Err("it is late".into()) });
+    model.set_load_history(0, until).unwrap_or_else(|fault| panic!("{fault}"));
+    let mut simulation = started(model);
+    let error = loop {
+        let before = simulation.displacements();
+        if let Err(error) = simulation.step() {
+            assert_eq!(simulation.displacements(), before);
+            break error;
+        }
+    };
+    let RunError::History { entry, time, message } = &error else { panic!("{error}") };
+    assert_eq!((entry.as_str(), message.as_str()), ("load[0]", "it is late"));
+    assert!(*time >= 1e-4);
+    // Looking at it is no step, and does not fail.
+    assert!(simulation.energy().balance.is_finite());
+    assert_eq!(simulation.start_relaxation(1), Err(error));
+}
+
+#[test]
+fn what_takes_long_can_be_stopped() {
+    let mut simulation = Simulation::new(model(&pillar(None)));
+    let before = simulation.save();
+    simulation.stop_when(Arc::new(AtomicBool::new(true)));
+    assert_eq!(simulation.critical_step(), Err(RunError::Stopped));
+    assert_eq!(simulation.start(Damping::None, TimeStep::Auto, None), Err(RunError::Stopped));
+    assert_eq!(simulation.save(), before);
+    assert_eq!(simulation.start_relaxation(1), Err(RunError::Stopped));
+    simulation.stop_when(Arc::default());
+    simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn steps_out_of_all_proportion_are_refused() {
+    let mut simulation = Simulation::new(model(&pillar(None)));
+    let mut start = |step, duration| simulation.start(Damping::None, step, duration);
+    let is_short = |started| matches!(started, Err(RunError::TooShort { .. }));
+    assert!(is_short(start(TimeStep::Seconds(1e-320), None)));
+    assert!(is_short(start(TimeStep::Auto, Some(1e-300))));
+    assert!(start(TimeStep::Seconds(1e-7), None).is_ok());
+}

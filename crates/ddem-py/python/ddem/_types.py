@@ -1,0 +1,45 @@
+"""Types of arguments, for type checkers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, TypeAlias, TypedDict, Union
+
+import numpy as np
+import numpy.typing as npt
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Integers: TypeAlias = npt.NDArray[np.int64]
+Vector: TypeAlias = Union[Sequence[float], npt.NDArray[Any]]
+#: A plane, or from and to.
+Extent: TypeAlias = Union[float, Sequence[float]]
+History: TypeAlias = Union[
+    Callable[[float], float], Mapping[str, Any], Sequence[Sequence[float]], npt.NDArray[Any]
+]
+Damping: TypeAlias = Union[float, Literal["none"], Mapping[str, float]]
+Path: TypeAlias = Union[str, "os.PathLike[str]"]
+
+
+class Sphere(TypedDict):
+    """Inside a sphere."""
+
+    centre: Vector
+    radius: float
+
+
+class Where(TypedDict, total=False):
+    """Part of a model: a plane or a range on each axis, a sphere, a set of blocks."""
+
+    x: Extent
+    y: Extent
+    z: Extent
+    sphere: Sphere
+    set: str
+
+
+class When(Where, total=False):
+    """Part of a model, and the stages in which something is in force."""
+
+    from_: str
+    until: str

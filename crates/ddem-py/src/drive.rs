@@ -1,0 +1,147 @@
+//! How simulations are made and moved: by the driver of decks, away from the interpreter.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use ddem_core::deck::Stage;
+use ddem_core::{Fault, ModelError};
+use ddem_io::DeckError;
+use ddem_io::run::{Event, RunFailure, Session};
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use toml::{Table, Value};
+
+use crate::away::{Pool, Watch, away, warn};
+use crate::errors::{self, model_error};
+use crate::functions::{Functions, Raised};
+use crate::simulation::{Sample, Simulation};
+use crate::values::{Matter, table};
+
+/// Passes on what happens.
+pub(crate) struct Observer<'a> {
+    pub(crate) watch: &'a Watch,
+    pub(crate) samples: &'a mut Vec<Sample>,
+}
+
+impl ddem_io::run::Observer for Observer<'_> {
+    fn event(&mut self, event: Event<'_>) {
+        match event {
+            Event::Progress(progress) => self.watch.progress(progress.clone()),
+            Event::Warning(warning) => self.watch.warn(warning.to_owned()),
+            Event::Sample { step, time, values } => {
+                self.samples.push(Sample { step, time, values: values.to_vec() });
+            }
+            _ => {}
+        }
+    }
+
+    fn stop_flag(&self) -> Arc<AtomicBool> {
+        self.watch.stop_flag()
+    }
+
+    fn wants_to_stop(&mut self) -> bool {
+        self.watch.stops()
+    }
+}
+
+/// What changes a model after it was built from its deck.
+pub(crate) type Change = Box<dyn FnOnce(&mut ddem_core::Model) -> Result<(), Fault> + Send>;
+
+/// A simulation from what `make` makes, with Python functions as histories.
+pub(crate) fn assembled(
+    py: Python<'_>,
+    pool: Pool,
+    functions: Functions,
+    located: &dyn Fn(&ModelError) -> PyErr,
+    make: impl FnOnce(Change) -> Result<Session, RunFailure> + Send,
+) -> PyResult<Simulation> {
+    let raised = Raised::default();
+    let kept = raised.clone();
+    let change: Change = Box::new(move |model| functions.set(model, &kept));
+    let (made, stopped) = away(py, &pool, None, move |_| make(change))?;
+    let session = made.map_err(|failure| match &failure {
+        RunFailure::Model(error) => located(error),
+        failure => errors::failure(py, failure),
+    })?;
+    stopped.map_or(Ok(()), Err)?;
+    for warning in session.simulation().model().warnings() {
+        warn(py, &warning)?;
+    }
+    Ok(Simulation::new(session, Vec::new(), pool, raised))
+}
+
+/// Moves a deck through its stages; see [`run_deck`](crate::run_deck).
+pub(crate) fn driven(
+    py: Python<'_>,
+    (deck, source): (&ddem_core::Deck, &ddem_io::Source),
+    (options, pool): (&ddem_io::run::Options, Pool),
+    located: &dyn Fn(&DeckError) -> PyErr,
+    quiet: bool,
+) -> PyResult<Simulation> {
+    let bar = progress_bar(py, quiet)?;
+    let (ended, stopped) = away(py, &pool, bar.as_ref(), |watch| {
+        let mut samples = Vec::new();
+        let mut observer = Observer { watch, samples: &mut samples };
+        let outcome = ddem_io::run::run(deck, source, options, &mut observer);
+        outcome.map(|outcome| (outcome, samples))
+    })?;
+    let (outcome, samples) = match (ended, &stopped) {
+        (Err(failure), Some(_)) if failure.is_stopped() => {
+            return stopped.map_or_else(|| Err(errors::failure(py, &failure)), Err);
+        }
+        (ended, _) => ended.map_err(|failure| match &failure {
+            RunFailure::Deck(error) => located(error),
+            failure => errors::failure(py, failure),
+        })?,
+    };
+    match outcome {
+        ddem_io::run::Outcome::Done(session) => {
+            stopped.map_or(Ok(()), Err)?;
+            Ok(Simulation::new(*session, samples, pool, Raised::default()))
+        }
+        ddem_io::run::Outcome::Interrupted(checkpoint) => Err(match stopped {
+            Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => error,
+            _ => PyKeyboardInterrupt::new_err(format!(
+                "saved in {}; run_deck(..., resume=True) goes on",
+                checkpoint.display()
+            )),
+        }),
+    }
+}
+
+/// The progress bar of a call; none when it is to be quiet.
+pub(crate) fn progress_bar(py: Python<'_>, quiet: bool) -> PyResult<Option<Py<PyAny>>> {
+    if quiet {
+        return Ok(None);
+    }
+    Ok(Some(py.import("ddem._progress")?.call_method0("Bar")?.unbind()))
+}
+
+/// Where no material or joint can be.
+pub(crate) fn no_matter(_: &Matter<'_>) -> PyResult<String> {
+    Ok(String::new())
+}
+
+/// The stage that arguments describe.
+pub(crate) fn read_stage(
+    py: Python<'_>,
+    kind: &str,
+    duration: Option<&Bound<'_, PyAny>>,
+    keys: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Stage> {
+    let (mut entry, _) = table("stage", keys, &mut no_matter)?;
+    for (key, own) in [("name", "stage"), ("kind", kind)] {
+        if entry.insert(key.to_owned(), Value::String(own.to_owned())).is_some() {
+            return Err(model_error(py, key, "is not an argument", None));
+        }
+    }
+    if let Some(duration) = duration {
+        let seconds = crate::values::value(duration, "duration", &mut no_matter)?;
+        entry.insert("duration".to_owned(), seconds);
+    }
+    let entries = Value::Array(vec![Value::Table(entry)]);
+    let deck = ddem_io::deck::from_table(&Table::from_iter([("stage".to_owned(), entries)]))
+        .map_err(|error| errors::arguments(py, error, "stage[0]"))?;
+    Ok(deck.stage.into_iter().next().unwrap_or_default())
+}

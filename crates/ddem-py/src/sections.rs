@@ -1,0 +1,260 @@
+//! The methods of a model that write entries of its deck, one for each section.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::model::Model;
+
+#[pymethods]
+impl Model {
+    /// Adds a lattice of blocks divided by joint planes.
+    ///
+    /// Parameters
+    /// ----------
+    /// material : Material or str
+    ///     What the blocks are of; a name is that of a material the model has already.
+    /// size : (float, float, float), optional
+    ///     Length of the three edges of the whole set [m].
+    /// count : (int, int, int), optional
+    ///     Blocks along the three edges; one without it.
+    /// edges : dict, optional
+    ///     Uneven cuts [m], as in ``{"x": [0, 1, 2.5]}``, for which `size` and `count` are not
+    ///     needed.
+    /// divisions : int, optional
+    ///     Elements along each edge of a block; 4 without it.
+    /// joint : Joint, str or dict, optional
+    ///     Between the blocks; a dict gives one for each normal, ``{"x": a, "z": b}``.
+    /// name : str, optional
+    ///     For ``set="name"`` in other calls.
+    /// origin : (float, float, float), optional
+    ///     The corner from which edges are measured [m].
+    /// axes : three vectors, optional
+    ///     Directions of the three edges; oblique ones give parallelepipeds.
+    /// body : {"deformable", "rigid"}, optional
+    ///     What the blocks are.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn add_blocks(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "blocks", None, keys)
+    }
+
+    /// Gives a part of the model another joint or material; later calls win.
+    ///
+    /// Parameters
+    /// ----------
+    /// joint : Joint or str, optional
+    ///     For the joints whose face centre lies inside.
+    /// material : Material or str, optional
+    ///     For the blocks whose centroid lies inside.
+    /// x, y, z, sphere, set : optional
+    ///     Where.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn assign(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "assign", None, keys)
+    }
+
+    /// Takes out the blocks whose centroid lies inside.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y, z, sphere, set : optional
+    ///     Where.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn remove(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "remove", None, keys)
+    }
+
+    /// Splits the blocks whose centroid lies inside.
+    ///
+    /// Parameters
+    /// ----------
+    /// factor : int
+    ///     Parts along each edge.
+    /// x, y, z, sphere, set : optional
+    ///     Where.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn refine(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "refine", None, keys)
+    }
+
+    /// Holds nodes, or drives them.
+    ///
+    /// Parameters
+    /// ----------
+    /// axes : str
+    ///     Which of "xyz".
+    /// velocity : (float, float, float), optional
+    ///     Of the named axes [m/s]; at rest without it.
+    /// history : callable, dict or rows, optional
+    ///     Factor on the velocity in time [s]: a function of the time since the support came into
+    ///     force, ``{"ramp": seconds}``, or rows of time and factor.
+    /// x, y, z, sphere, set : optional
+    ///     Where; every node without any.
+    /// from_, until : str, optional
+    ///     Stages from whose start, and up to whose start, it is in force.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (axes, **keys))]
+    fn fix(
+        &self,
+        py: Python<'_>,
+        axes: &Bound<'_, PyAny>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        self.add(py, "fix", Some(("axes", axes)), keys)
+    }
+
+    /// Loads a part of the model, by one of `traction`, `pressure`, `line` and `force`.
+    ///
+    /// Parameters
+    /// ----------
+    /// traction : (float, float, float), optional
+    ///     On the outer faces selected [Pa].
+    /// pressure : float, optional
+    ///     On the outer faces selected, inward positive [Pa].
+    /// line : (float, float, float), optional
+    ///     Along the selected line [N/m].
+    /// force : (float, float, float), optional
+    ///     In all, shared by the selected nodes [N].
+    /// history : callable, dict or rows, optional
+    ///     Factor in time [s]: a function of the time since the load came into force,
+    ///     ``{"ramp": seconds}``, or rows of time and factor. A function is called at every step,
+    ///     and must depend on the time alone.
+    /// x, y, z, sphere, set : optional
+    ///     Where.
+    /// from_, until : str, optional
+    ///     Stages from whose start, and up to whose start, it is in force.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn load(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "load", None, keys)
+    }
+
+    /// Adds a non-reflecting boundary.
+    ///
+    /// Parameters
+    /// ----------
+    /// kind : {"viscous"}
+    ///     Dashpots of Lysmer and Kuhlemeyer.
+    /// x, y, z, sphere, set : optional
+    ///     Which outer faces.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (kind, **keys))]
+    fn boundary(
+        &self,
+        py: Python<'_>,
+        kind: &Bound<'_, PyAny>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        self.add(py, "boundary", Some(("kind", kind)), keys)
+    }
+
+    /// Sets the motion at the start.
+    ///
+    /// Parameters
+    /// ----------
+    /// velocity : (float, float, float), optional
+    ///     [m/s].
+    /// spin : (float, float, float), optional
+    ///     Angular velocity about `centre` [rad/s], added to `velocity`.
+    /// centre : (float, float, float), optional
+    ///     [m]; the origin without it.
+    /// x, y, z, sphere, set : optional
+    ///     Where; every node without any.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn initial(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "initial", None, keys)
+    }
+
+    /// Adds a stage of the deck, which :func:`run_deck` and the command line run in order. A
+    /// simulation moves by :meth:`Simulation.relax` and :meth:`Simulation.run` as well, and
+    /// :meth:`Simulation.enter` brings the supports and loads of a stage into force.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     For `from_` and `until`.
+    /// kind : {"relax", "dynamic"}
+    ///     Static or in time; its keys are those of :meth:`Simulation.relax` and
+    ///     :meth:`Simulation.run`.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (name, **keys))]
+    fn stage(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        self.add(py, "stage", Some(("name", name)), keys)
+    }
+
+    /// Records something as a run goes.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Column in `probes.csv`, and key of :attr:`Simulation.probes`.
+    /// at : (float, float, float), optional
+    ///     The node nearest to this reference position [m].
+    /// quantity : {"displacement", "velocity", "stress", "reaction"}, optional
+    ///     Displacement without it.
+    /// every : float, optional
+    ///     Time between samples [s]; a thousandth of a run without it.
+    /// every_steps : int, optional
+    ///     Steps between samples in a relaxation; 100 without it.
+    /// x, y, z, sphere, set : optional
+    ///     Instead of `at`: the sum of reactions, the mean of anything else.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (name, **keys))]
+    fn probe(
+        &self,
+        py: Python<'_>,
+        name: &Bound<'_, PyAny>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        self.add(py, "probe", Some(("name", name)), keys)
+    }
+}

@@ -1,0 +1,370 @@
+//! What is seen of a simulation, as attributes and methods in Python.
+
+use ddem_core::deck::Where;
+use ddem_core::{Energy, ModelError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use toml::{Table, Value};
+
+use crate::away::away;
+use crate::drive::no_matter;
+use crate::errors::model_error;
+use crate::simulation::{Inner, Simulation};
+use crate::values::{table, to_python};
+use crate::{arrays, errors, look};
+
+#[pymethods]
+impl Simulation {
+    /// A field by its name: "displacement", "velocity", "stress", "traction" and all others of the
+    /// result files, or "force".
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     Of the field.
+    /// nodes : array of int or mask, optional
+    ///     Only these nodes, of a field at nodes.
+    /// out : array of float64, optional
+    ///     Takes the numbers, for loops that make no new array.
+    ///
+    /// Returns
+    /// -------
+    /// array of float64
+    ///     `out`, or a new one.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     No such field; a wrong node; a wrong `out`.
+    #[pyo3(signature = (name, *, nodes=None, out=None))]
+    fn field<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        nodes: Option<&Bound<'py, PyAny>>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let field = look::field(py, name)?;
+        let n_nodes = self.n_nodes(py)?;
+        let nodes = nodes.map(|nodes| arrays::nodes(nodes, "nodes", n_nodes)).transpose()?;
+        let components = field.components;
+        if nodes.is_some() && !field.at_nodes {
+            let message = format!("`{name}` is not a field at nodes");
+            return Err(model_error(py, "nodes", &message, None));
+        }
+        let values = self.looked(py, move |inner| {
+            let simulation = inner.session.simulation_mut();
+            match (nodes, field.one) {
+                (None, _) => (field.fill)(simulation),
+                (Some(nodes), Some(one)) => {
+                    nodes.into_iter().flat_map(|node| one(simulation, node as usize)).collect()
+                }
+                (Some(nodes), None) => {
+                    let all = (field.fill)(simulation);
+                    let row = |node: u32| node as usize * components..;
+                    let rows = nodes.into_iter().map(|node| &all[row(node)][..components]);
+                    rows.flatten().copied().collect()
+                }
+            }
+        })?;
+        let Some(out) = out else { return arrays::components(py, values, components) };
+        let n = values.len() / components;
+        let shape = if components == 1 { vec![n] } else { vec![n, components] };
+        arrays::fill(out, &values, &shape)?;
+        Ok(out.clone())
+    }
+
+    /// Displacements [m], shape (n_nodes, 3). May be set: an initial state, in which nothing has
+    /// failed that has not failed before.
+    #[getter]
+    fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "displacement", None, None)
+    }
+
+    #[setter]
+    fn set_displacement(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let value = arrays::vectors(value, "displacement", &[&[self.n_nodes(py)?, 3]])?;
+        self.moved(py, move |simulation| {
+            simulation.set_displacements(&value);
+            Ok(())
+        })
+    }
+
+    /// Velocities at the present time [m/s], with the forces that act now, shape (n_nodes, 3). May
+    /// be set.
+    #[getter]
+    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "velocity", None, None)
+    }
+
+    #[setter]
+    fn set_velocity(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let value = arrays::vectors(value, "velocity", &[&[self.n_nodes(py)?, 3]])?;
+        self.moved(py, move |simulation| {
+            simulation.set_velocities(&value);
+            Ok(())
+        })
+    }
+
+    /// What accelerates each node [N], shape (n_nodes, 3): loads and support forces less the
+    /// internal ones; zero in equilibrium.
+    #[getter]
+    fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "force", None, None)
+    }
+
+    /// Stress at the centre of each element [Pa], shape (n_elements, 6): xx yy zz xy yz zx, tension
+    /// positive.
+    #[getter]
+    fn stress<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "stress", None, None)
+    }
+
+    /// Reference positions of the nodes [m], shape (n_nodes, 3).
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::rows(py, self.looked(py, |inner| look::points(&inner.session))?)
+    }
+
+    /// Lumped masses of the nodes [kg], shape (n_nodes,).
+    #[getter]
+    fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::components(py, self.looked(py, |inner| look::masses(&inner.session))?, 1)
+    }
+
+    /// The block of each node, shape (n_nodes,).
+    #[getter]
+    fn node_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        look::integers(py, self.looked(py, |inner| look::node_blocks(&inner.session))?)
+    }
+
+    /// The nodes of each element, in VTK's order, shape (n_elements, 8).
+    #[getter]
+    fn elements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::rows(py, self.looked(py, |inner| look::elements(&inner.session))?)
+    }
+
+    /// The block of each element, shape (n_elements,).
+    #[getter]
+    fn element_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        look::integers(py, self.looked(py, |inner| look::element_blocks(&inner.session))?)
+    }
+
+    /// The pairs of facing nodes, a structured array of shape (n_pairs,): `point` (between the
+    /// nodes of the pair, reference position) [m], `nodes`, `joint` (its number, in sorted order of
+    /// the names) and the fields of joints: `displacement` [m], `traction` [Pa], `slip` [m],
+    /// `opening` [m], `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`,
+    /// `failure_time` [s] (NaN while bonded), `damage`.
+    #[getter]
+    fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let pairs = self.looked(py, |inner| look::pairs(&mut inner.session))?;
+        look::pair_array(py, pairs)
+    }
+
+    /// The pairs around each joint element, shape (n_quads, 4).
+    #[getter]
+    fn quads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::rows(py, self.looked(py, |inner| look::quads(&inner.session))?)
+    }
+
+    /// Nodes that are selected, in order.
+    ///
+    /// Parameters
+    /// ----------
+    /// x, y, z : float or (float, float), optional
+    ///     A plane or a range [m].
+    /// sphere : dict, optional
+    ///     ``{"centre": ..., "radius": ...}``.
+    /// set : str, optional
+    ///     Name of a set of blocks.
+    ///
+    /// Returns
+    /// -------
+    /// array of int
+    ///     Empty if there is none.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn nodes<'py>(
+        &self,
+        py: Python<'py>,
+        keys: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let region = read_where(py, keys)?;
+        let found = self.looked(py, move |inner| {
+            let model = inner.session.simulation().model();
+            let faults = region.check(model.deck());
+            let nodes = || model.nodes_in(&region).into_iter().map(i64::from).collect();
+            if faults.is_empty() { Ok(nodes()) } else { Err(ModelError { faults }) }
+        })?;
+        let found = found.map_err(|error| errors::arguments(py, error, "where"))?;
+        look::integers(py, found)
+    }
+
+    /// The node nearest to a reference position; on a tie the lower number.
+    ///
+    /// Parameters
+    /// ----------
+    /// at : (float, float, float)
+    ///     [m].
+    ///
+    /// Returns
+    /// -------
+    /// int
+    fn nearest_node(&self, py: Python<'_>, at: &Bound<'_, PyAny>) -> PyResult<usize> {
+        let at = arrays::vectors(at, "at", &[&[3]])?;
+        let at = at.first().copied().unwrap_or_default();
+        self.looked(py, move |inner| inner.session.simulation().model().nearest_node(at))
+    }
+
+    /// Sum of the support forces on some nodes, as they act on the model.
+    ///
+    /// Parameters
+    /// ----------
+    /// nodes : array of int or mask
+    ///     Their numbers.
+    ///
+    /// Returns
+    /// -------
+    /// array of float64, shape (3,)
+    ///     [N].
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A node that does not exist.
+    fn reaction<'py>(
+        &self,
+        py: Python<'py>,
+        nodes: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut nodes = arrays::nodes(nodes, "nodes", self.n_nodes(py)?)?;
+        nodes.sort_unstable();
+        let sum = self.looked(py, move |inner| inner.session.simulation_mut().reaction(&nodes))?;
+        arrays::components(py, sum.to_vec(), 1)
+    }
+
+    /// What the probes have recorded so far: for each a structured array with `time` [s], `step` and
+    /// the components, `x`, `y`, `z` or `xx`, `yy`, `zz`, `xy`, `yz`, `zx`.
+    #[getter]
+    fn probes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let inner = self.lock(py)?;
+        look::probes(py, &inner)
+    }
+
+    /// Title of the model.
+    #[getter]
+    fn title(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(self.lock(py)?.session.simulation().model().deck().title.clone())
+    }
+
+    /// Number of nodes.
+    #[getter]
+    pub(crate) fn n_nodes(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.lock(py)?.session.simulation().model().n_nodes())
+    }
+
+    /// Number of blocks.
+    #[getter]
+    fn n_blocks(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.lock(py)?.session.simulation().model().n_blocks())
+    }
+
+    /// Number of elements of the blocks.
+    #[getter]
+    fn n_elements(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.lock(py)?.session.simulation().model().n_elements())
+    }
+
+    /// Number of pairs of facing nodes.
+    #[getter]
+    fn n_pairs(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.lock(py)?.session.simulation().model().n_pairs())
+    }
+
+    /// Simulated time [s].
+    #[getter]
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.lock(py)?.session.simulation().time())
+    }
+
+    /// Steps since the start, those of relaxation included.
+    #[getter]
+    fn steps(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(self.lock(py)?.session.simulation().steps())
+    }
+
+    /// Time step in use [s]; 0 before the first one and after a relaxation.
+    #[getter]
+    fn time_step(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.lock(py)?.session.simulation().time_step())
+    }
+
+    /// Critical time step 2/ω_max [s]; once joints have failed, that of the broken model if it is
+    /// smaller.
+    #[getter]
+    fn critical_step(&self, py: Python<'_>) -> PyResult<f64> {
+        let mut found = f64::NAN;
+        self.moved(py, |simulation| {
+            found = simulation.critical_step()?;
+            Ok(())
+        })?;
+        Ok(found)
+    }
+
+    /// Unbalanced force ratio at the last step.
+    #[getter]
+    fn unbalanced(&self, py: Python<'_>) -> PyResult<f64> {
+        Ok(self.lock(py)?.session.simulation().unbalanced())
+    }
+
+    /// Energies of the whole model [J], by name, with their balance.
+    #[getter]
+    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let energy = self.looked(py, |inner| inner.session.simulation_mut().energy())?;
+        let named = PyDict::new(py);
+        for (name, value) in Energy::NAMES.iter().zip(energy.values()) {
+            named.set_item(name, value)?;
+        }
+        Ok(named)
+    }
+
+    /// What was run and how it went so far: the contents of `summary.json`.
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.lock(py)?.session.summary())
+    }
+}
+
+impl Simulation {
+    /// What is seen of the simulation.
+    fn looked<T: Send>(
+        &self,
+        py: Python<'_>,
+        see: impl FnOnce(&mut Inner) -> T + Send,
+    ) -> PyResult<T> {
+        let mut inner = self.lock(py)?;
+        let inner = &mut *inner;
+        let (seen, stopped) = away(py, &self.pool, None, |_| see(inner))?;
+        if let Some(error) = self.raised.take() {
+            return Err(error);
+        }
+        stopped.map_or(Ok(seen), Err)
+    }
+}
+
+/// The region that arguments describe.
+fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Where> {
+    let (mut entry, _) = table("remove", keys, &mut no_matter)?;
+    if let Some(key) = ["from", "until"].into_iter().find(|key| entry.contains_key(*key)) {
+        return Err(model_error(py, key, "nodes are there at all times", None));
+    }
+    entry.entry("where").or_insert_with(|| Value::Table(Table::new()));
+    let entries = Value::Array(vec![Value::Table(entry)]);
+    let deck = ddem_io::deck::from_table(&Table::from_iter([("remove".to_owned(), entries)]))
+        .map_err(|error| errors::arguments(py, error, "remove[0]"))?;
+    Ok(deck.remove.into_iter().next().unwrap_or_default().region)
+}

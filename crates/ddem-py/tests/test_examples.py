@@ -1,0 +1,68 @@
+"""The examples, the notebook, and every block of Python in the documentation, as a user runs them."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+EXAMPLES = ROOT / "examples"
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+pytest.importorskip("pyvista")
+
+
+def run(script, folder, *arguments):
+    """Runs a script in a folder and gives what it prints."""
+    command = [sys.executable, str(script), *arguments]
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def is_picture(path):
+    return path.read_bytes().startswith(SIGNATURE) and path.stat().st_size > 10_000
+
+
+def test_beam(tmp_path):
+    printed = run(EXAMPLES / "beam.py", tmp_path)
+    assert abs(float(re.search(r"deflection at midspan ([\d.]+) mm", printed)[1]) - 0.681) < 0.001
+    assert is_picture(tmp_path / "beam.png")
+    assert "displacement" in (tmp_path / "beam.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["sweep", "coupling"])
+def test_others(name, tmp_path):
+    # Both compare themselves with what is known, and fail where it is missed.
+    run(EXAMPLES / f"{name}.py", tmp_path, str(tmp_path))
+    assert is_picture(tmp_path / f"{name}.png")
+
+
+def test_notebook(tmp_path):
+    nbformat = pytest.importorskip("nbformat")
+    nbclient = pytest.importorskip("nbclient")
+    notebook = nbformat.read(EXAMPLES / "notebook.ipynb", as_version=4)
+    nbformat.validate(notebook)
+    assert not any(cell.get("outputs") for cell in notebook.cells), "outputs are not stored"
+    resources = {"metadata": {"path": str(tmp_path)}}
+    nbclient.NotebookClient(notebook, timeout=300, resources=resources).execute()
+    kinds = {key for cell in notebook.cells for out in cell.get("outputs", []) for key in out.get("data", {})}
+    assert "image/png" in kinds
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/python.md"])
+def test_blocks_of_a_page(page, tmp_path):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    assert blocks
+    script = tmp_path / "page.py"
+    script.write_text("\n".join(blocks), encoding="utf-8")
+    run(script, tmp_path)
+    assert all(is_picture(path) for path in tmp_path.glob("*.png"))
+    assert list(tmp_path.glob("*.png"))

@@ -1,0 +1,118 @@
+//! A session is a run that a program drives: the same bits, the same files.
+
+use std::path::Path;
+
+use ddem_core::{Deck, Simd};
+use ddem_io::folder::FolderError;
+use ddem_io::run::{Event, Observer, RunFailure, Session};
+
+use super::decks::mixed;
+use super::shared::{Frames, How, run_into};
+
+/// Keeps the samples of the probes.
+#[derive(Default)]
+struct Samples(Vec<(u64, f64, Vec<Option<f64>>)>);
+
+impl Observer for Samples {
+    fn event(&mut self, event: Event<'_>) {
+        if let Event::Sample { step, time, values } = event {
+            self.0.push((step, time, values.to_vec()));
+        }
+    }
+}
+
+fn deck(text: &str) -> Deck {
+    ddem_io::deck::parse(text, "session.toml").unwrap_or_else(|error| panic!("{error:#}")).0
+}
+
+fn session(deck: &Deck) -> Session {
+    Session::new(deck, Simd::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Moves a session through the stages of its deck.
+fn all_stages(session: &mut Session, folder: Option<&Path>) -> Samples {
+    let mut samples = Samples::default();
+    for stage in session.simulation().model().deck().stage.clone() {
+        let done = session.stage(&stage, folder, &mut samples);
+        assert!(done.unwrap_or_else(|error| panic!("{error}")));
+    }
+    samples
+}
+
+fn last(folder: &Path, file: &str, field: (&str, &str)) -> Vec<u64> {
+    let frames = Frames::open(folder.join(file));
+    frames.all(field.0, field.1).into_iter().map(f64::to_bits).collect()
+}
+
+#[test]
+fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
+    let [run, own] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+    assert!(run_into(&mixed(), run.path(), How::default()));
+    let deck = deck(&mixed());
+    let mut recorded = session(&deck);
+    let samples = all_stages(&mut recorded, Some(own.path()));
+    for (file, field) in [
+        ("blocks.vtkhdf", ("PointData", "displacement")),
+        ("blocks.vtkhdf", ("PointData", "velocity")),
+        ("blocks.vtkhdf", ("CellData", "stress")),
+        ("joints.vtkhdf", ("PointData", "traction")),
+    ] {
+        assert_eq!(last(run.path(), file, field), last(own.path(), file, field), "{field:?}");
+    }
+    for file in ["probes.csv", "energy.csv"] {
+        let read = |folder: &Path| std::fs::read(folder.join(file)).expect("a table");
+        assert!(read(run.path()) == read(own.path()), "{file}");
+    }
+    // What is told of the probes is what the table has, with or without files.
+    let mut silent = session(&deck);
+    assert_eq!(all_stages(&mut silent, None).0.len(), samples.0.len());
+    let table = std::fs::read_to_string(own.path().join("probes.csv")).expect("a table");
+    assert_eq!(table.lines().count() - 1, samples.0.len());
+    assert_eq!(silent.simulation().displacements(), recorded.simulation().displacements());
+    // And it goes on from what it has saved.
+    let path = own.path().join("saved.h5");
+    recorded.save(&path).expect("a file");
+    let loaded = Session::load(&path, Simd::default(), Some(&deck), |_| Ok(()));
+    let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(loaded.simulation().save(), recorded.simulation().save());
+    // As text, since some numbers are not one.
+    let stages = |session: &Session| format!("{:?}", session.summary().stages);
+    assert_eq!(stages(&loaded), stages(&recorded));
+}
+
+#[test]
+fn a_folder_belongs_to_one_model() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let untitled = |density: f64| {
+        let mut deck = deck(&mixed());
+        deck.title.clear();
+        deck.materials.get_mut("rock").expect("rock").density = density;
+        deck.stage.truncate(1);
+        deck.fix.retain(|fix| fix.from.is_none());
+        deck.fix.iter_mut().for_each(|fix| fix.until = None);
+        deck.load.retain(|load| load.from.is_none());
+        deck
+    };
+    all_stages(&mut session(&untitled(2400.0)), Some(folder.path()));
+    let mut other = session(&untitled(2500.0));
+    let stage = other.simulation().model().deck().stage[0].clone();
+    let refused = other.stage(&stage, Some(folder.path()), &mut Samples::default());
+    assert!(matches!(refused, Err(RunFailure::Folder(FolderError::OtherDeck { .. }))));
+    // The same one may start over.
+    all_stages(&mut session(&untitled(2400.0)), Some(folder.path()));
+}
+
+#[test]
+fn what_a_program_computed_must_be_there_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("saved.h5");
+    let deck = deck(&mixed());
+    let computed =
+        |model: &mut ddem_core::Model| model.set_load_history(0, std::sync::Arc::new(|_| Ok(1.0)));
+    let session = Session::with(&deck, Simd::default(), computed).expect("a session");
+    session.save(&path).expect("a file");
+    let without = Session::load(&path, Simd::default(), None, |_| Ok(()));
+    let error = without.err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(error.contains("load[0].history"), "{error}");
+    assert!(Session::load(&path, Simd::default(), None, computed).is_ok());
+}
