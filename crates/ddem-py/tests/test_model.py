@@ -18,7 +18,6 @@ import pytest
 from small import ROCK, SEAM, column, cube
 
 STUB = Path(inspect.getfile(ddem)).with_name("_ddem.pyi")
-WHERE = {"x", "y", "z", "sphere", "set"}
 
 
 def full() -> ddem.Model:
@@ -392,8 +391,10 @@ print(len(model.deck["fix"]))
 
 
 def stub_class(name: str) -> ast.ClassDef:
-    tree = ast.parse(STUB.read_text())
-    found = [n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == name]
+    """A class of the stub, or of the types beside it."""
+    trees = [ast.parse(path.read_text()) for path in (STUB, STUB.with_name("_types.py"))]
+    nodes = [node for tree in trees for node in tree.body]
+    found = [node for node in nodes if isinstance(node, ast.ClassDef) and node.name == name]
     assert found, f"the stub has no class {name}"
     return found[0]
 

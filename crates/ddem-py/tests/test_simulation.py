@@ -220,9 +220,7 @@ def test_repr_and_counts() -> None:
     simulation = column(title="tower").build()
     simulation.start(time_step=1e-6)
     simulation.step(2)
-    assert repr(simulation) == (
-        '<Simulation "tower": 2 blocks, 54 nodes, 2 steps, 2.000000e-6 s>'
-    )
+    assert repr(simulation) == '<Simulation "tower": 2 blocks, 54 nodes, 2 steps, 2e-06 s>'
     assert (simulation.title, simulation.steps, simulation.time_step) == ("tower", 2, 1e-6)
     assert simulation.time == pytest.approx(2e-6, rel=1e-12)
     assert 0 < simulation.time_step < simulation.critical_step < 1e-3

@@ -1,0 +1,125 @@
+"""The documentation that ships with the module: its examples run, and everything has some."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+from pathlib import Path
+from typing import Any
+
+import ddem
+import pytest
+from small import breaking
+
+FOLDER = Path(inspect.getfile(ddem)).parent
+
+
+def examples() -> list[doctest.DocTest]:
+    """Examples of the module, its functions and its classes."""
+    finder = doctest.DocTestFinder(exclude_empty=True)
+    found = {test.name: test for test in finder.find(ddem, "ddem", extraglobs={"ddem": ddem})}
+    for name in ddem.__all__:
+        item = getattr(ddem, name)
+        # What is compiled does not say from which module it is: all of it is looked at.
+        items = {f"ddem.{name}": item}
+        if inspect.isclass(item):
+            members = [member for member in dir(item) if not member.startswith("_")]
+            items |= {f"ddem.{name}.{member}": getattr(item, member) for member in members}
+        parser = doctest.DocTestParser()
+        for place, one in items.items():
+            text = inspect.getdoc(one) or ""
+            test = parser.get_doctest(text, {"ddem": ddem}, place, None, 0)
+            if test.examples:
+                found.setdefault(place, test)
+    return list(found.values())
+
+
+class Checker(doctest.OutputChecker):
+    """Where an example shows no output, such as that of a picture, none is compared."""
+
+    def check_output(self, want: str, got: str, optionflags: int) -> bool:
+        return not want or super().check_output(want, got, optionflags)
+
+
+@pytest.mark.parametrize("test", examples(), ids=lambda test: test.name)
+def test_examples(test: doctest.DocTest, tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    if "plot" in test.name or "probes" in test.name:
+        if "plot" in test.name:
+            pytest.importorskip("pyvista")
+            pytest.importorskip("matplotlib")
+        test.globs["sim"] = recorded(Path("results/beam-crack"))
+    report: list[str] = []
+    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    runner = doctest.DocTestRunner(checker=Checker(), optionflags=flags)
+    failed = runner.run(test, out=report.append).failed
+    assert failed == 0, "".join(report)
+
+
+def recorded(folder: Path) -> ddem.Simulation:
+    """What examples of pictures and probes call `sim` and `results/beam-crack`."""
+    model = breaking()
+    model.probe("line", quantity="reaction", z=0.0)
+    simulation = model.build()
+    simulation.run(2e-3, record=folder, quiet=True)
+    return simulation
+
+
+def test_there_are_examples() -> None:
+    names = {test.name for test in examples() if test.examples}
+    assert {"ddem", "ddem.Material", "ddem.Joint", "ddem.Model"} <= names
+
+
+def attributes() -> list[tuple[str, str]]:
+    classes = [name for name in ddem.__all__ if inspect.isclass(getattr(ddem, name))]
+    return [
+        (name, attribute)
+        for name in classes
+        for attribute in vars(getattr(ddem, name))
+        if not attribute.startswith("_")
+    ]
+
+
+@pytest.mark.parametrize("name", [name for name in ddem.__all__ if name != "__version__"])
+def test_every_name_says_what_it_is(name: str) -> None:
+    text = getattr(ddem, name).__doc__
+    assert text and text.strip()
+
+
+@pytest.mark.parametrize(("name", "attribute"), attributes())
+def test_every_attribute_says_what_it_is(name: str, attribute: str) -> None:
+    text = inspect.getdoc(getattr(getattr(ddem, name), attribute)) or ""
+    assert text.strip(), f"{name}.{attribute} has no documentation"
+    first = text.strip().splitlines()[0]
+    assert first[0].isupper() and ":param" not in text
+
+
+@pytest.mark.parametrize("name", ["Model", "Simulation"])
+def test_every_argument_is_told_of(name: str) -> None:
+    for attribute, item in vars(getattr(ddem, name)).items():
+        if attribute.startswith("_") or not callable(item):
+            continue
+        item = getattr(getattr(ddem, name), attribute)
+        given = [
+            argument
+            for argument in inspect.signature(item).parameters.values()
+            if argument.name != "self" and argument.kind is not argument.VAR_KEYWORD
+        ]
+        text = inspect.getdoc(item) or ""
+        for argument in given:
+            assert argument.name in text, f"{name}.{attribute}: {argument.name}"
+
+
+def test_what_is_public() -> None:
+    assert sorted(ddem.__all__, key=str.lower) == sorted(set(ddem.__all__), key=str.lower)
+    public = {name for name in vars(ddem) if not name.startswith("_")}
+    modules = {name for name in public if inspect.ismodule(getattr(ddem, name))}
+    assert public - modules == set(ddem.__all__) - {"__version__"}
+    assert all(getattr(ddem, name) is not None for name in ddem.__all__)
+    assert (FOLDER / "py.typed").is_file()
+
+
+def test_the_module_of_what_is_public() -> None:
+    for name in ("Material", "Joint", "Model", "Simulation"):
+        assert getattr(ddem, name).__module__ == "ddem"
+        assert getattr(ddem, name).__qualname__ == name
