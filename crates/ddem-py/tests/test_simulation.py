@@ -756,6 +756,41 @@ def test_calls_append_to_their_folder(tmp_path: Path) -> None:
     assert same_state(ddem.load(out / "checkpoint.h5"), simulation)
 
 
+def test_folders_take_turns(tmp_path: Path) -> None:
+    simulation = column().build()
+    frames: dict[str, list[float]] = {"a": [], "b": []}
+    for name in ("a", "b", "a", "b"):
+        simulation.run(1e-4, frames=1, record=tmp_path / name, quiet=True)
+        with h5py.File(tmp_path / name / "blocks.vtkhdf") as file:
+            times = np.asarray(file["VTKHDF/Steps/Values"]).tolist()
+        assert times[: len(frames[name])] == frames[name], "what was there stays"
+        assert len(times) > len(frames[name])
+        frames[name] = times
+    assert frames["a"][0] == 0.0
+    assert (frames["a"][-1], frames["b"][-1]) == pytest.approx((3e-4, 4e-4))
+
+
+def test_a_file_that_is_gone_stops_nothing(tmp_path: Path) -> None:
+    simulation = column().build()
+    out = tmp_path / "out"
+    simulation.run(1e-4, record=out, quiet=True)
+    steps = simulation.steps
+    (out / "blocks.vtkhdf").unlink()
+    with pytest.raises(FileNotFoundError):
+        simulation.run(1e-4, record=out, quiet=True)
+    assert simulation.steps == steps
+    simulation.run(1e-4, record=tmp_path / "other", quiet=True)
+
+
+def test_the_results_of_a_deck_stay(tmp_path: Path) -> None:
+    simulation = ddem.run_deck(staged(), out=tmp_path / "out", quiet=True)
+    before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    with pytest.raises(FileExistsError):
+        simulation.run(1e-4, record=tmp_path / "out", quiet=True)
+    assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+    simulation.run(1e-4, record=tmp_path / "more", quiet=True)
+
+
 def test_what_is_not_recorded_leaves_no_file(tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.chdir(tmp_path)
     simulation = column().build()
