@@ -101,9 +101,9 @@ def assert_same_results(a: Path, b: Path) -> None:
 
 
 def command_line() -> Path:
-    """The program `ddem`, as DDEM says or as cargo has built it."""
-    places = [os.environ.get("DDEM_CLI"), *REPOSITORY.glob("target/*/ddem"), shutil.which("ddem")]
-    for place in places:
+    """The program `ddem`, as DDEM_CLI says or as cargo has built it."""
+    built = sorted(REPOSITORY.glob("target/*/ddem"), key=lambda path: -path.stat().st_mtime)
+    for place in (os.environ.get("DDEM_CLI"), *built, shutil.which("ddem")):
         if place and Path(place).is_file() and os.access(place, os.X_OK):
             return Path(place)
     pytest.skip("the command line is not built (cargo build -p ddem-cli)")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import inspect
+import pickle
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -178,7 +179,10 @@ def test_numbers_of_steps(n: Any) -> None:
     [
         (lambda m: m.fix("xyz", hist=3), "hist: unknown key `hist` (did you mean `history`?"),
         (lambda m: m.fix(5), "axes: expected text"),
-        (lambda m: m.stage("a", kind="dyn"), 'kind: expected `"relax"` or `"dynamic"`, found "dyn"'),
+        (
+            lambda m: m.stage("a", kind="dyn"),
+            'kind: expected `"relax"` or `"dynamic"`, found "dyn"',
+        ),
         (lambda m: m.load(force=(1, 2)), "force: expected 3 numbers, found 2"),
         (lambda m: m.load(force=(1, 2, np.nan)), "force[2]: NaN where a finite number must be"),
         (lambda m: m.load(pressure=np.inf), "pressure: inf where a finite number must be"),
@@ -253,7 +257,6 @@ def test_build_says_where_the_script_is_wrong() -> None:
     model = column()
     model.fix("q", z=0.0); fixed = line()  # fmt: skip # noqa: E702
     model.load(force=(1, 0, 0), x=77.0)
-    loaded = line() - 1
     model.add_blocks(
         size=(1, 1, 1),
         origin=(9, 9, 9),
@@ -375,8 +378,6 @@ def test_what_is_not_there() -> None:
         del simulation.velocity
     with pytest.raises(TypeError):
         type("Mine", (ddem.Simulation,), {})
-    import pickle
-
     with pytest.raises(TypeError, match="pickle"):
         pickle.dumps(simulation)
 
@@ -575,7 +576,9 @@ def test_files_of_others_stay(tmp_path: Path) -> None:
     out.mkdir()
     (out / "probes.csv").write_text("mine")
     simulation = column().build()
-    with pytest.raises(FileExistsError, match=r"probes\.csv.*not known to be a result of ddem") as c:
+    with pytest.raises(
+        FileExistsError, match=r"probes\.csv.*not known to be a result of ddem"
+    ) as c:
         simulation.run(1e-4, record=out, quiet=True)
     assert "--out" not in str(c.value)
     assert [path.name for path in out.iterdir()] == ["probes.csv"]

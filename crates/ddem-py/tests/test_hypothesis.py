@@ -327,9 +327,11 @@ texts = st.sampled_from(TEXTS) | st.text(max_size=5)
 leaves = numbers | texts | objects
 nested = st.recursive(
     leaves,
-    lambda inner: st.lists(inner, max_size=4)
-    | st.tuples(inner, inner)
-    | st.dictionaries(st.sampled_from(["ratio", "mass", "x", "y", "a", ""]), inner, max_size=3),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.tuples(inner, inner)
+        | st.dictionaries(st.sampled_from(["ratio", "mass", "x", "y", "a", ""]), inner, max_size=3)
+    ),
     max_leaves=6,
 )
 vectors = st.lists(numbers, min_size=3, max_size=3)
@@ -441,7 +443,9 @@ SIMULATION: dict[str, dict[str, Any]] = {
 LONG = {"n", "duration", "max_steps", "frames", "every_steps", "increments"}
 
 
-def changed(draw: st.DrawFn, known: dict[str, Any], given_: st.SearchStrategy[Any]) -> dict[str, Any]:
+def changed(
+    draw: st.DrawFn, known: dict[str, Any], given_: st.SearchStrategy[Any]
+) -> dict[str, Any]:
     """Some of the arguments, some of them nasty."""
     keys = draw(st.lists(st.sampled_from(sorted(known)), unique=True, max_size=len(known)))
     keys = [key for key in known if key in keys or draw(st.booleans())]
@@ -449,7 +453,9 @@ def changed(draw: st.DrawFn, known: dict[str, Any], given_: st.SearchStrategy[An
     arguments = {key: known[key] for key in keys}
     arguments |= {key: draw(given_) for key in bad}
     if draw(st.integers(0, 9)) == 0:
-        arguments[draw(st.sampled_from(["foo", "kind", "where", "history", "ü", "name"]))] = draw(given_)
+        arguments[draw(st.sampled_from(["foo", "kind", "where", "history", "ü", "name"]))] = draw(
+            given_
+        )
     return arguments
 
 
@@ -785,9 +791,9 @@ def test_paths(tmp_path_factory: Any, path: Any, other: Any, value: Any) -> None
             lambda: simulation.run(1e-5, record=path, quiet=True),
             lambda: simulation.relax(max_steps=2, record=other, quiet=True),
             lambda: simulation.run(1e-5, record=other, name=value, quiet=True),
-            lambda: ddem.run_deck(value, out=value, quiet=True)
-            if not isinstance(value, str)
-            else None,
+            lambda: (
+                ddem.run_deck(value, out=value, quiet=True) if not isinstance(value, str) else None
+            ),
         ):
             attempt(call)
         assert isinstance(simulation.steps, int)
@@ -804,9 +810,7 @@ DECK_TEXT = BREAKING.to_deck()
     st.integers(0, 30),
     st.binary(max_size=8) | texts.map(lambda t: t.encode(errors="surrogatepass")),
 )
-def test_files_that_are_no_decks(
-    tmp_path_factory: Any, at: int, length: int, put: bytes
-) -> None:
+def test_files_that_are_no_decks(tmp_path_factory: Any, at: int, length: int, put: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "deck.toml"
     text = DECK_TEXT.encode()
     path.write_bytes(text[:at] + put + text[at + length :])
@@ -856,7 +860,9 @@ def test_checkpoints_of_nasty_numbers(
     path = tmp_path_factory.getbasetemp() / "nasty.h5"
     path.write_bytes(content)
     name = data.draw(st.sampled_from(names))
-    number = data.draw(st.sampled_from([0, 1, -1, 2**32, 2**63, 1e300, -1e300, math.nan, math.inf, 0.5]))
+    number = data.draw(
+        st.sampled_from([0, 1, -1, 2**32, 2**63, 1e300, -1e300, math.nan, math.inf, 0.5])
+    )
     how = data.draw(st.sampled_from(["one", "all", "longer", "shorter", "gone", "scalar"]))
     with h5py.File(path, "r+") as file, warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")

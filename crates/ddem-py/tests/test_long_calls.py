@@ -428,7 +428,9 @@ def test_exceptions_come_from_other_processes() -> None:
         ddem.ModelError("a"),
     ],
 )
-@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))])
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))]
+)
 def test_exceptions_are_copied(error: ddem.Error, copied: Any) -> None:
     again = copied(error)
     assert type(again) is type(error)

@@ -326,7 +326,9 @@ def test_equality() -> None:
     assert SEAM != "seam"
 
 
-@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))])
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))]
+)
 def test_pickle_and_copy(copied: Any) -> None:
     named = ddem.Joint(
         normal_stiffness=1e9, shear_stiffness=2e9, fracture_energy=(1, 2), tension=1, name="n"
@@ -478,7 +480,14 @@ def test_the_stub_has_the_keys_of_relax_and_run() -> None:
 
 def test_the_stub_has_what_schema_calls_words() -> None:
     text = STUB.read_text()
-    for definition in ("Kinematics", "ElementKind", "Body", "StageKind", "Quantity", "BoundaryKind"):
+    for definition in (
+        "Kinematics",
+        "ElementKind",
+        "Body",
+        "StageKind",
+        "Quantity",
+        "BoundaryKind",
+    ):
         schema = ddem.schema()["$defs"][definition]
         words = schema.get("enum") or [one["const"] for one in schema["oneOf"]]
         for word in words:

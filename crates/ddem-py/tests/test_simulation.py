@@ -1,4 +1,4 @@
-"""Simulations: what is seen of them, what is done to them, and the same bits as the command line."""
+"""Simulations: what is seen of them and done to them, with the bits of the command line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ import h5py
 import numpy as np
 import pytest
 from small import (
-
     WEIGHT,
     assert_same_results,
     breaking,
@@ -918,5 +917,3 @@ def test_a_reader_of_the_results_is_not_in_the_way_for_ever(tmp_path: Path) -> N
             pass
     simulation.run(1e-4, record=out, quiet=True)
     assert same_state(ddem.load(out / "checkpoint.h5"), simulation)
-
-
