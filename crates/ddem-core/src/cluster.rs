@@ -12,6 +12,7 @@ use fearless_simd_macros::simd;
 use nalgebra::SMatrix;
 
 use crate::assembly::{Element, NO_TABLE};
+use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
 use crate::pack::Neighbours;
@@ -58,11 +59,18 @@ pub(crate) struct Clusters {
 
 impl Clusters {
     /// Of a model some of whose degrees of freedom are held: those have no inverse mass.
-    pub(crate) fn new(model: &Model, held: &HashMap<u32, [bool; 3]>) -> Self {
+    pub(crate) fn new(
+        model: &Model,
+        held: &HashMap<u32, [bool; 3]>,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Self, RunError> {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
         let mut clusters = Self::default();
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in 0..model.packs.packs.len() {
+            if stop() {
+                return Err(RunError::Stopped);
+            }
             let mass = InverseMass::new(model, &couplings, held, pack);
             let parts = mass.partner.iter().map(|p| p.part as u64);
             let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
@@ -73,7 +81,7 @@ impl Clusters {
                 classes.len() as u32 - 1
             }));
         }
-        clusters
+        Ok(clusters)
     }
 
     /// Multiplies all inverse masses.

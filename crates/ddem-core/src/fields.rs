@@ -267,24 +267,6 @@ impl Simulation {
         sum
     }
 
-    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`.
-    pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
-        self.measured = None;
-        for (node, u) in displacements.iter().enumerate().take(self.model.n_nodes()) {
-            self.model.set(&mut self.state.u, node, *u);
-        }
-        self.scratch.fit(&self.model, &self.state.u);
-    }
-
-    /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`.
-    pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
-        self.settle();
-        self.measured = None;
-        for (node, v) in velocities.iter().enumerate().take(self.model.n_nodes()) {
-            self.model.set(&mut self.state.v, node, *v);
-        }
-    }
-
     /// A number of each failed pair, and another of the bonded ones.
     fn failed(&mut self, bonded: f64, number: impl Fn(&Point) -> f64) -> Vec<f64> {
         let mut numbers = vec![bonded; self.model.n_pairs()];

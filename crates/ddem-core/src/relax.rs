@@ -85,7 +85,7 @@ impl Simulation {
         for (node, axis) in self.active.held() {
             held.entry(node).or_default()[axis] = true;
         }
-        let clusters = Clusters::new(&self.model, &held);
+        let clusters = Clusters::new(&self.model, &held, stop)?;
         // Until a part of the loads has made its first step, those before it act.
         if memory.way != 0.0 || !memory.last.is_empty() {
             self.factors = memory.present_factors();

@@ -22,7 +22,8 @@ def refused(call: Callable[[], Any], kind: type[BaseException] = ValueError) -> 
     """The message of a call that is refused."""
     with pytest.raises(kind) as caught:
         call()
-    return str(caught.value)
+    # The name of an argument of the wrong type is in a note, which tracebacks show.
+    return "\n".join([str(caught.value), *getattr(caught.value, "__notes__", [])])
 
 
 def line() -> int:

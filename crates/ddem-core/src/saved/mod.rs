@@ -12,6 +12,9 @@ use crate::simd::Simd;
 use crate::simulation::Simulation;
 use crate::state::{Memory, State, Work};
 
+/// More steps than any run takes: what is beyond is no count of steps.
+const MOST_STEPS: u64 = 1 << 53;
+
 /// Everything that a simulation needs to go on, without the model.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Saved {
@@ -111,6 +114,12 @@ impl Simulation {
         if u.len() != n || v.len() != n || !loads_fit || count("relax_increments") == Some(0) {
             return None;
         }
+        let (steps, origin_step) = (count("steps")?, count("origin_step")?);
+        let failed = [count("failed_shear")?, count("failed_tension")?];
+        let pairs = model.n_pairs() as u64;
+        if steps > MOST_STEPS || origin_step > steps || failed.iter().any(|&n| n > pairs) {
+            return None;
+        }
         let damping = damping(count("damping")?, *array("damping")?.first()?)?;
         let mut simulation = Self::with_simd(model, simd);
         let state = &mut simulation.state;
@@ -119,8 +128,8 @@ impl Simulation {
             simulation.model.set(&mut state.u, node, at(u));
             simulation.model.set(&mut state.v, node, at(v));
         }
-        (state.time, state.steps, state.stage) = (time, count("steps")?, stage);
-        state.origin = (origin, count("origin_step")?);
+        (state.time, state.steps, state.stage) = (time, steps, stage);
+        state.origin = (origin, origin_step);
         state.stage_starts = array("stage_starts")?.to_vec();
         state.load_factors = array("load_factors")?.to_vec();
         state.way = *array("way")?.first()?;
@@ -128,7 +137,7 @@ impl Simulation {
         (state.end, state.automatic) = (end, count("automatic")? == 1);
         state.last_step = count("last_step")?;
         state.work = Work { loads, supports, damping: damped, friction, fracture };
-        state.failed = [count("failed_shear")?, count("failed_tension")?];
+        state.failed = failed;
         state.breaks = pairs::restore(&simulation.model, saved)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         simulation.scratch.fit(&simulation.model, &simulation.state.u);

@@ -131,4 +131,39 @@ impl Simulation {
         let lost = energy.friction + energy.fracture;
         energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
     }
+
+    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`. Energies balance from here on.
+    pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
+        let before = self.mechanical_energy();
+        for (node, u) in displacements.iter().enumerate().take(self.model.n_nodes()) {
+            self.model.set(&mut self.state.u, node, *u);
+        }
+        self.scratch.fit(&self.model, &self.state.u);
+        self.account_from(before);
+    }
+
+    /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`. Energies
+    /// balance from here on.
+    pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
+        self.settle();
+        let before = self.mechanical_energy();
+        for (node, v) in velocities.iter().enumerate().take(self.model.n_nodes()) {
+            self.model.set(&mut self.state.v, node, *v);
+        }
+        self.account_from(before);
+    }
+
+    /// What a state that is set has more than the one before is no imbalance; after one that was not
+    /// finite the account begins anew.
+    fn account_from(&mut self, before: f64) {
+        self.measured = None;
+        let more = self.mechanical_energy() - before;
+        if more.is_finite() && self.energy().balance.is_finite() {
+            self.initial_energy += more;
+        } else {
+            self.state.work = Work::default();
+            self.measured = None;
+            self.initial_energy = self.mechanical_energy();
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! A simulation that a program moves, stage by stage, with its probes and its files.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -24,8 +25,8 @@ pub struct Session {
     pub(super) moved: Moved,
     /// Text of the deck.
     pub(super) text: String,
-    /// Folder of the files, and how far they had got.
-    recorded: Option<(PathBuf, Position)>,
+    /// Folders of files, and how far they had got.
+    recorded: BTreeMap<PathBuf, Position>,
 }
 
 impl Session {
@@ -57,7 +58,7 @@ impl Session {
 
     pub(super) fn assemble(simulation: Simulation, recorder: Recorder, text: String) -> Self {
         let moved = Moved { simulation, recorder, cursor: Cursor::default() };
-        Self { moved, text, recorded: None }
+        Self { moved, text, recorded: BTreeMap::new() }
     }
 
     /// The simulation.
@@ -138,7 +139,7 @@ impl Session {
     fn open(&mut self, path: &Path) -> Result<Folder, RunFailure> {
         let Moved { simulation, recorder, .. } = &mut self.moved;
         let model = simulation.model();
-        let before = self.recorded.as_ref().filter(|(p, _)| p == path && path.exists());
+        let before = self.recorded.get(path).filter(|_| path.exists());
         let title = &model.deck().title;
         // A model without a title is another one when it differs in anything.
         let name = match title.is_empty() {
@@ -147,7 +148,7 @@ impl Session {
         };
         let folder = folder::prepare(path, &name, title, &self.text, before.is_some())?;
         match before {
-            Some((_, position)) => recorder.reopen(&folder, model, *position)?,
+            Some(position) => recorder.reopen(&folder, model, *position)?,
             None => recorder.create(&folder, model)?,
         }
         Ok(folder)
@@ -157,7 +158,7 @@ impl Session {
     fn close(&mut self, folder: &Folder) -> Result<(), RunFailure> {
         let position = self.moved.recorder.sync()?;
         self.moved.recorder.close();
-        self.recorded = Some((folder.path().to_owned(), position));
+        self.recorded.insert(folder.path().to_owned(), position);
         let Moved { simulation, cursor, .. } = &self.moved;
         let between = Cursor { step: None, ..cursor.clone() };
         resume::save(&folder.checkpoint(), &self.text, simulation, &between, position)?;

@@ -10,7 +10,7 @@ A :class:`Model` is a deck being written, :meth:`Model.build` makes a :class:`Si
 >>> simulation = model.build()
 >>> steps = simulation.relax()
 >>> weight = simulation.reaction(simulation.nodes(z=0.0))[2]
->>> round(weight / (2400 * 9.81 * 2), 6)
+>>> round(float(weight) / (2400 * 9.81 * 2), 6)
 1.0
 """
 
