@@ -28,7 +28,7 @@ from small import ROCK, SEAM, breaking, column
 
 EXAMPLES = int(os.environ.get("DDEM_EXAMPLES", "0"))
 some = settings(
-    max_examples=EXAMPLES or 120,
+    max_examples=EXAMPLES or 80,
     derandomize=not EXAMPLES,
     database=None,
     deadline=None,
@@ -898,6 +898,31 @@ def test_checkpoints_of_nasty_numbers(
     attempt(lambda: simulation.relax(max_steps=3, quiet=True))
     attempt(lambda: simulation.run(1e-5, quiet=True))
     looked(simulation)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2**32, 2**63, 2**64 - 1])
+def test_counters_of_checkpoints(
+    tmp_path: Path, saved: tuple[bytes, list[str]], number: int
+) -> None:
+    content, names = saved
+    counters = [name for name in names if name.startswith("counters/")]
+    assert counters
+    for name in counters:
+        path = tmp_path / "counters.h5"
+        path.write_bytes(content)
+        with h5py.File(path, "r+") as file:
+            file[name][()] = number
+        simulation = attempt(lambda path=path: ddem.load(path, threads=1))
+        if simulation is None:
+            continue
+        looked(simulation)
+        for call in (
+            lambda simulation=simulation: simulation.step(2),
+            lambda simulation=simulation: simulation.relax(max_steps=3, quiet=True),
+            lambda simulation=simulation: simulation.run(1e-5, quiet=True),
+            lambda simulation=simulation: simulation.enter("a"),
+        ):
+            attempt(call)
 
 
 @some
