@@ -3,8 +3,11 @@
 import base64
 import csv
 import json
+import re
+import shutil
 import subprocess
 import sys
+from html import unescape
 from html.parser import HTMLParser
 from itertools import product
 from pathlib import Path
@@ -500,6 +503,48 @@ def test_page_stays_small(tmp_path):
     sizes = [(tmp_path / name).stat().st_size for name in ("small.html", "big.html")]
     assert 3e6 < sizes[0] < 6e6
     assert 30 < (sizes[1] - sizes[0]) / (4 * 6 * 32**2) < 75
+
+
+@pytest.fixture
+def inline(monkeypatch):
+    """What plot() shows below the cell of a notebook."""
+    display = pytest.importorskip("IPython.display")
+    monkeypatch.setattr(_plot, "_in_notebook", lambda: True)
+    shown = []
+    monkeypatch.setattr(display, "display", shown.append)
+    return shown
+
+
+def test_notebook_shows_the_page(inline, simulation, tmp_path):
+    assert plot(simulation, "mass", html=tmp_path / "page.html") is not None
+    assert inline == []
+    plot(simulation, "mass")
+    (shown,) = inline
+    frame = re.fullmatch(r'<div><iframe srcdoc="([^"]*)" style="[^"]*"></iframe></div>', shown.data)
+    assert unescape(frame[1]) == (tmp_path / "page.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize("notebook", [False, True], ids=["page", "notebook"])
+def test_browser_without_network_shows_the_page(inline, simulation, tmp_path, notebook):
+    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
+    if browser is None:
+        pytest.skip("no Chromium")
+    html, picture = tmp_path / "page.html", tmp_path / "page.png"
+    if notebook:
+        plot(simulation, joints="state")
+        html.write_text(f'<meta charset="utf-8">{inline[0].data}', "utf-8")
+    else:
+        plot(simulation, joints="state", html=html)
+    software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    quiet = ["--no-first-run", "--disable-background-networking", "--disable-component-update"]
+    cut = ["--host-resolver-rules=MAP * ~NOTFOUND", "--disable-quic", "--disable-sync"]
+    run = ["--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'user'}"]
+    drawn = ["--window-size=1200,900", "--virtual-time-budget=20000", f"--screenshot={picture}"]
+    command = [browser, *run, *software, *quiet, *cut, *drawn, html.as_uri()]
+    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    image = pv.read(picture).active_scalars[:, :3].astype(int)
+    counts = [(image[:, strong] - image[:, weak] > 60).sum() for strong, weak in ((0, 2), (2, 0))]
+    assert min(counts) > 2000  # joints in red and blue, far more than the legend has
 
 
 # --- folders of results ---
