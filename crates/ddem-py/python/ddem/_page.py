@@ -1,86 +1,296 @@
-"""A picture as one page for a browser: nothing is fetched, no server is needed."""
+"""A picture as one page for a browser, drawn by plotly: nothing is fetched, no server is needed."""
 
 from __future__ import annotations
 
-import base64
-import json
-from collections.abc import Mapping
-from importlib import resources
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from html import escape
+from importlib import import_module
+from itertools import product
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._layers import Bar, Layer
+from ._layers import INK, Bar, Layer
+from ._scene import Floats
 
-# Three in each corner of a quadrilateral: two triangles.
-_TRIANGLES = np.array([0, 1, 2, 0, 2, 3])
+Views = Mapping[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
+
+# Half the height of what plotly's camera sees, at unit distance: it opens 45°.
+_HALF = np.tan(np.radians(22.5))
+# The eye is near: the faces that "iso" shows from afar are seen from farther round and above.
+_ISO = (0.85, -1.0, 0.7)
+# Little shade, from the eye: colours must be found again in the bar.
+_LIGHT = {
+    "ambient": 0.75,
+    "diffuse": 0.25,
+    "specular": 0.0,
+    "fresnel": 0.0,
+    "facenormalsepsilon": 0.0,
+    "vertexnormalsepsilon": 0.0,
+}
 
 
 def page_of(
     layers: list[Layer],
     about: list[str],
-    views: Mapping[str, Any],
+    views: Views,
     view: str,
-    background: str,
+    background: tuple[float, float, float],
+    size: tuple[int, int],
 ) -> str:
-    """The page as text: the template `page.html` with the numbers of the picture in it."""
-    points = layers[0].points
-    # Coordinates of a site may need more digits than the single precision that browsers draw in.
-    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    scene = {
-        "about": about,
-        "background": background,
-        "views": views,
-        "view": view,
-        "size": (np.ptp(points, axis=0)).tolist(),
-        "layers": [_layer(layer, centre) for layer in layers if len(layer.cells)],
-        "bars": [_bar(layer.bar) for layer in layers if layer.bar is not None],
-        "legend": [[layer.legend, layer.colour] for layer in layers if layer.legend is not None],
+    """The page as text, with plotly's script and all numbers in it."""
+    figure = _figure(layers, about, views, view, background, size)
+    page: str = figure.to_html(
+        # Plotly 7 offers to send the picture, with all its numbers, to a server of theirs.
+        config={"displaylogo": False, "showSendToCloud": False},
+        include_plotlyjs=True,
+        default_height="100vh",
+        div_id="picture",
+    )
+    head = f"<head><title>{escape(about[0])}</title><style>body {{margin: 0}}</style>"
+    return page.replace("<head>", head, 1)
+
+
+def _figure(
+    layers: list[Layer],
+    about: list[str],
+    views: Views,
+    view: str,
+    background: tuple[float, float, float],
+    size: tuple[int, int],
+) -> Any:
+    try:
+        go: Any = import_module("plotly.graph_objects")
+    except ImportError as missing:
+        raise ImportError('pages need plotly: pip install "ddem[plot]"') from missing
+    title, told = about
+    drawn = [layer for layer in layers if len(layer.cells)]
+    low = np.min([layer.points.min(axis=0) for layer in drawn], axis=0)
+    high = np.max([layer.points.max(axis=0) for layer in drawn], axis=0)
+    origin = _origin(low, high)
+    # What lies on the edge of the axes would be cut off.
+    room = 0.02 * (high - low).max()
+    low, high = low - room, high + room
+    ink = INK if sum(background) > 1.5 else "white"
+    paper = "rgb({:.0f}, {:.0f}, {:.0f})".format(*(255 * part for part in background))
+
+    bars = [layer.bar for layer in drawn if layer.bar is not None]
+    figure = go.Figure()
+    for layer in drawn:
+        if layer.cells.shape[1] == 2:
+            colour = layer.colour if ink == INK else ink
+            figure.add_trace(_lines(layer, origin, colour))
+            continue
+        for part in _numbers_apart(layer):
+            bar = None if part.bar is None else (part.bar, bars.index(part.bar), len(bars))
+            figure.add_trace(_faces(part, origin, bar))
+    for layer in layers:
+        if layer.legend is not None:
+            figure.add_trace(_entry(layer))
+    aspect = size[0] / size[1]
+    cameras = {
+        name: _camera(low, high, _ISO if name == "iso" else back, aspect)
+        for name, (back, _) in views.items()
     }
-    template = resources.files(__package__).joinpath("page.html").read_text("utf-8")
-    # A title must not be able to end the script that it stands in.
-    text = json.dumps(scene, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c")
-    return template.replace('"SCENE"', text)
+    figure.update_layout(
+        template="none",
+        title={
+            "text": f'{_plain(title)}<br><span style="font-size: 13px">{_plain(told)}</span>',
+            "font": {"size": 18},
+            "x": 0.01,
+        },
+        paper_bgcolor=paper,
+        font={"color": ink, "size": 12},
+        margin={"l": 0, "r": 0, "t": 64, "b": 70 if bars else 10},
+        legend={"x": 0.99, "xanchor": "right", "y": 0.02, "yanchor": "bottom"},
+        scene={
+            # Not "data": plotly measures what is shown, and the axes are longer.
+            "aspectmode": "manual",
+            "aspectratio": dict(zip("xyz", ((high - low) / (high - low).max()).tolist())),
+            "camera": cameras[view],
+            "dragmode": "turntable",
+            **{
+                f"{name}axis": _axis(name, float(shift), [float(a - shift), float(b - shift)], ink)
+                for name, shift, a, b in zip("xyz", origin, low, high)
+            },
+        },
+        updatemenus=[
+            {
+                "type": "buttons",
+                "direction": "right",
+                "showactive": False,
+                "x": 0.99,
+                "xanchor": "right",
+                "y": 1.0,
+                "yanchor": "bottom",
+                "buttons": [
+                    {
+                        "label": name,
+                        "method": "relayout",
+                        "args": [{"scene.camera": cameras[name]}],
+                    }
+                    for name in ("iso", "xy", "xz", "yz")
+                ],
+            }
+        ],
+    )
+    return figure
 
 
-def _layer(layer: Layer, centre: npt.NDArray[np.float64]) -> dict[str, Any]:
-    points, cells, values = layer.points - centre, layer.cells, layer.values
-    if values is not None and not layer.on_points:
-        # Cells have their own value, so none of them can share its corners.
-        points, values = points[cells.reshape(-1)], np.repeat(values, 4)
-        cells = np.arange(len(points)).reshape(-1, 4)
-    lines = cells.shape[1] == 2
-    said: dict[str, Any] = {
-        "points": _packed(points, np.float32),
-        "cells": _packed(cells if lines else cells[:, _TRIANGLES], np.uint32),
-        "lines": lines,
-        # Joints without thickness lie on the faces of blocks, which stand back.
-        "back": 2 if layer.name == "blocks" else 1,
-        "colour": layer.colour,
+def _origin(low: Floats, high: Floats) -> Floats:
+    """What positions are counted from: round numbers where single precision would not do."""
+    size = float((high - low).max()) or 1.0
+    middle = 0.5 * (low + high)
+    step = 10.0 ** np.ceil(np.log10(size))
+    return np.where(np.abs(middle) > 100.0 * size, np.round(middle / step) * step, 0.0)
+
+
+def _numbers_apart(layer: Layer) -> list[Layer]:
+    """A layer, and as one of its own, in plain colour, its cells that have no value."""
+    if layer.values is None or layer.bar is None:
+        return [layer]
+    known = np.isfinite(layer.values)
+    if layer.on_points:
+        known = np.logical_and.reduce(known[layer.cells], axis=1)
+    if known.all():
+        return [layer]
+    values = layer.values if layer.on_points else layer.values[known]
+    parts = [
+        replace(layer, cells=layer.cells[known], values=values),
+        replace(layer, cells=layer.cells[~known], values=None, bar=None),
+    ]
+    return [part for part in parts if len(part.cells)]
+
+
+def _places(points: Floats, origin: Floats) -> dict[str, npt.NDArray[np.float32]]:
+    return dict(zip("xyz", np.ascontiguousarray((points - origin).T, np.float32)))
+
+
+def _faces(layer: Layer, origin: Floats, bar: tuple[Bar, int, int] | None) -> dict[str, Any]:
+    cells = layer.cells.astype(np.min_scalar_type(len(layer.points)))
+    trace: dict[str, Any] = {
+        "type": "mesh3d",
+        "name": layer.name,
+        "legendgroup": layer.name,
+        "hoverinfo": "skip" if layer.legend is None else "name",
+        **_places(layer.points, origin),
+        # Each face is two triangles.
+        "i": np.repeat(cells[:, 0], 2),
+        "j": cells[:, 1:3].reshape(-1),
+        "k": cells[:, 2:4].reshape(-1),
+        "opacity": layer.opacity,
+        "color": layer.colour,
+        "flatshading": True,
+        "lighting": _LIGHT,
+        "lightposition": {"x": 0, "y": 0, "z": 1e5},
+    }
+    if layer.values is not None and bar is not None:
+        about, number, count = bar
+        values = layer.values.astype(np.float32)
+        low, high = about.clim
+        ticks = np.linspace(low, high, 5)
+        trace |= {
+            "intensity": values if layer.on_points else np.repeat(values, 2),
+            "intensitymode": "vertex" if layer.on_points else "cell",
+            "cmin": low,
+            "cmax": high,
+            "colorscale": _colours(about),
+            "hoverinfo": "all",
+            "hovertemplate": f"{_plain(about.label)}: %{{intensity:.4g}}<extra></extra>",
+            "colorbar": {
+                "orientation": "h",
+                "title": {"text": _plain(about.label), "side": "top"},
+                "tickvals": ticks,
+                "ticktext": [f"{tick:.3g}" for tick in ticks],
+                "len": 0.36,
+                "thickness": 14,
+                "x": (number + 0.5) / count,
+                "y": 0.0,
+                "yanchor": "top",
+            },
+        }
+    return trace
+
+
+def _lines(layer: Layer, origin: Floats, colour: str) -> dict[str, Any]:
+    # A gap after each line: what is not a number is not drawn.
+    ends = np.full((len(layer.cells), 3, 3), np.nan)
+    ends[:, :2] = layer.points[layer.cells]
+    return {
+        "type": "scatter3d",
+        "mode": "lines",
+        "name": layer.name,
+        "showlegend": False,
+        "hoverinfo": "skip",
+        **_places(ends.reshape(-1, 3), origin),
+        "line": {"color": colour, "width": 2},
         "opacity": layer.opacity,
     }
-    if values is not None and layer.bar is not None:
-        low, high = layer.bar.clim
-        share = np.clip((values - low) / (high - low), 0.0, 1.0)
-        said["values"] = _packed(np.where(np.isfinite(values), share, -1.0), np.float32)
-        said["colours"] = _packed(_colours(layer.bar), np.uint8)
-    return said
 
 
-def _bar(bar: Bar) -> dict[str, Any]:
-    low, high = bar.clim
-    ticks = [f"{tick:.3g}" for tick in np.linspace(low, high, 5)]
-    stops = [f"rgb({r} {g} {b})" for r, g, b, _ in _colours(bar)[::15]]
-    return {"label": bar.label, "ticks": ticks, "stops": stops}
+def _entry(layer: Layer) -> dict[str, Any]:
+    """The line of a layer in the legend: a spot that is seen, though the layer hardly may be."""
+    return {
+        "type": "scatter3d",
+        "mode": "markers",
+        "name": layer.legend,
+        "legendgroup": layer.name,
+        "showlegend": True,
+        "x": [None],
+        "y": [None],
+        "z": [None],
+        "marker": {"symbol": "square", "color": layer.colour, "size": 9},
+    }
 
 
-def _colours(bar: Bar) -> npt.NDArray[np.uint8]:
-    """256 colours (256, 4) from the lower end to the upper."""
-    return np.asarray(bar.cmap(np.linspace(0.0, 1.0, 256), bytes=True), np.uint8)
+def _camera(low: Floats, high: Floats, back: Sequence[float], aspect: float) -> dict[str, Any]:
+    """Camera that looks along a direction, from where all corners of the axes are seen."""
+    toward = np.array(back, np.float64)
+    # A hair to the front of straight above or below, so that z is up even there.
+    if toward[0] == toward[1] == 0.0:
+        toward[1] = -1e-4
+    toward /= np.linalg.norm(toward)
+    right = np.cross([0.0, 0.0, 1.0], toward)
+    right /= np.linalg.norm(right)
+    up = np.cross(toward, right)
+    # Plotly's unit of length is the longest axis.
+    half = 0.5 * (high - low) / (high - low).max()
+    seen = half * list(product((-1.0, 1.0), repeat=3)) @ np.stack([right, up, toward], axis=1)
+    # Numbers and names beside the axes, title and bar need some room too.
+    wide = np.abs(seen[:, 0]) / (0.92 * aspect * _HALF)
+    tall = np.abs(seen[:, 1]) / (0.9 * _HALF)
+    eye = toward * float((seen[:, 2] + np.maximum(wide, tall)).max())
+    return {
+        "eye": dict(zip("xyz", eye.tolist())),
+        "center": dict.fromkeys("xyz", 0.0),
+        "up": {"x": 0.0, "y": 0.0, "z": 1.0},
+    }
 
 
-def _packed(array: npt.NDArray[Any], kind: Any) -> str:
-    # WebGL reads the order of bytes that every browser's machine has.
-    little = np.ascontiguousarray(array, np.dtype(kind).newbyteorder("<"))
-    return base64.b64encode(little.tobytes()).decode("ascii")
+def _axis(name: str, shift: float, ends: list[float], ink: str) -> dict[str, Any]:
+    from_ = f" − {shift:.12g}" if shift > 0 else f" + {-shift:.12g}" if shift else ""
+    return {
+        "title": {"text": f"{name}{from_} (m)"},
+        "range": ends,
+        "showgrid": False,
+        "zeroline": False,
+        "showspikes": False,
+        "showbackground": False,
+        "showline": True,
+        "linecolor": ink,
+        "nticks": 6,
+    }
+
+
+def _plain(text: str) -> str:
+    """Text that plotly must not read as tags."""
+    return escape(text, quote=False)
+
+
+def _colours(bar: Bar) -> list[tuple[float, str]]:
+    """256 colours from the lower end to the upper."""
+    shares = np.linspace(0.0, 1.0, 256)
+    shown = np.asarray(bar.cmap(shares, bytes=True))[:, :3]
+    return [(float(share), "rgb({},{},{})".format(*rgb)) for share, rgb in zip(shares, shown)]
