@@ -1,4 +1,4 @@
-"""The compiled part of ddem."""
+"""The compiled part of ddem; its docstrings say shapes, units and errors."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal, final
@@ -177,7 +177,6 @@ class Model:
 
 @final
 class Simulation:
-    # --- moving ---
     def relax(
         self,
         *,
@@ -187,7 +186,7 @@ class Simulation:
         name: str | None = None,
         record: Path | None = None,
         quiet: bool = False,
-    ) -> int: ...  # steps
+    ) -> int: ...
     def run(
         self,
         duration: float,
@@ -199,47 +198,40 @@ class Simulation:
         fields_every: float | None = None,
         frames: int | None = None,
         quiet: bool = False,
-    ) -> int: ...  # steps
+    ) -> int: ...
     def step(self, n: int = 1, *, quiet: bool = False) -> None: ...
     def start(self, *, damping: Damping | None = None, time_step: float | None = None) -> None: ...
     def enter(self, stage: str) -> None: ...
     def apply_force(self, nodes: npt.ArrayLike, force: npt.ArrayLike) -> None: ...
     def save(self, path: Path) -> None: ...
-    # --- looking: arrays are copies ---
     def field(
         self, name: str, *, nodes: npt.ArrayLike | None = None, out: npt.NDArray[Any] | None = None
     ) -> npt.NDArray[Any]: ...
-    displacement: Floats  # (n_nodes, 3) m, settable
-    velocity: Floats  # (n_nodes, 3) m/s, settable
+    displacement: Floats
+    velocity: Floats
     @property
-    def force(self) -> Floats: ...  # (n_nodes, 3) N, what accelerates each node
+    def force(self) -> Floats: ...
     @property
-    def stress(self) -> Floats: ...  # (n_elements, 6) Pa xx yy zz xy yz zx
+    def stress(self) -> Floats: ...
     @property
-    def points(self) -> Floats: ...  # (n_nodes, 3) m, reference positions
+    def points(self) -> Floats: ...
     @property
-    def mass(self) -> Floats: ...  # (n_nodes,) kg
+    def mass(self) -> Floats: ...
     @property
-    def node_block(self) -> Integers: ...  # (n_nodes,)
+    def node_block(self) -> Integers: ...
     @property
-    def elements(self) -> Integers: ...  # (n_elements, 8) node numbers, VTK order
+    def elements(self) -> Integers: ...
     @property
-    def element_block(self) -> Integers: ...  # (n_elements,)
+    def element_block(self) -> Integers: ...
     @property
-    def pairs(
-        self,
-    ) -> npt.NDArray[
-        np.void
-    ]: ...  # structured: point(3) m, nodes(2), joint, normal?, displacement(3), traction(3) Pa, slip(3) m, opening m, state (0 bonded, 1 failed in shear, 2 in tension), open (0/1), failure_time s (NaN while bonded), damage
+    def pairs(self) -> npt.NDArray[np.void]: ...
     @property
-    def quads(self) -> Integers: ...  # (n_quads, 4) pair numbers around each joint element
+    def quads(self) -> Integers: ...
     def nodes(self, **where: Unpack[Where]) -> Integers: ...
     def nearest_node(self, at: Vector) -> int: ...
-    def reaction(self, nodes: npt.ArrayLike) -> Floats: ...  # (3,) N
+    def reaction(self, nodes: npt.ArrayLike) -> Floats: ...
     @property
-    def probes(
-        self,
-    ) -> dict[str, npt.NDArray[np.void]]: ...  # structured: time, step, x, y, z (or xx..zx)
+    def probes(self) -> dict[str, npt.NDArray[np.void]]: ...
     @property
     def title(self) -> str: ...
     @property
