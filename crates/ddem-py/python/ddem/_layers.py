@@ -132,9 +132,11 @@ def _bar(label: str, values: Floats, cmap: Any, clim: tuple[float, float] | None
     """Colours for values: about zero where both signs matter."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
+    # What is only rounding beside the other end reads 0.
+    most = max(abs(low), abs(high))
+    low, high = (0.0 if abs(end) < 1e-9 * most else end for end in (low, high))
     both = low < 0.0 < high and min(-low, high) > 0.05 * max(-low, high)
     if clim is None:
-        most = max(-low, high)
         clim = (-most, most) if both and cmap is None else (low, high)
         # All the same: a bar needs some length.
         if clim[0] == clim[1]:
