@@ -136,6 +136,17 @@ impl Conditions {
         (0..self.loaded.len()).filter(|&load| rests(&self.loaded[load])).collect()
     }
 
+    /// Loads in force at a time whose history is 0 then.
+    pub(crate) fn idle(&self, stage: usize, time: f64, starts: &[f64]) -> Vec<usize> {
+        let factors = self.factors(stage, time, starts).unwrap_or_default();
+        let varies = |load: &Loaded| !matches!(load.history, Course::Constant);
+        let idle = |&index: &usize| {
+            let load = &self.loaded[index];
+            load.period.has(stage) && varies(load) && factors.get(index) == Some(&0.0)
+        };
+        (0..self.loaded.len()).filter(idle).collect()
+    }
+
     /// Velocity of each fix at a time `[m/s]`.
     pub(crate) fn velocities(&self, time: f64, starts: &[f64]) -> Result<Vec<[f64; 3]>, RunError> {
         let velocity = |(index, fix): (usize, &Fixed)| {

@@ -121,6 +121,8 @@ pub enum RunError {
         blocks: [usize; 2],
         /// How far `[m]`.
         distance: f64,
+        /// Unbalanced ratio reached.
+        ratio: f64,
         /// Pairs that have failed.
         failed: u64,
     },

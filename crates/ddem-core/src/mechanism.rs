@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector6};
 
 use crate::conditions::{Active, Applied, Conditions};
-use crate::deck::{Deck, StageKind};
+use crate::deck::{Deck, Stage, StageKind};
 use crate::error::Fault;
 use crate::geometry::{Geometry, Vec3};
 use crate::pack::Packs;
@@ -19,14 +19,22 @@ pub(crate) fn check(
 ) -> Vec<Fault> {
     let stages = deck.stage.iter().enumerate();
     let relax = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
-    let fault = |(stage, _)| {
+    let fault = |(stage, entry): (usize, &Stage)| {
         let active = Active::new(conditions, geometry, packs, stage, &Applied::default());
-        free_motion(deck, geometry, &active, stage)
+        let whose = format!("of relax stage `{}`", entry.name);
+        free_motion(deck, geometry, &active, (stage, &whose))
     };
     relax.filter_map(fault).collect()
 }
 
-fn free_motion(deck: &Deck, geometry: &Geometry, active: &Active, stage: usize) -> Option<Fault> {
+/// A fault of a stage when the supports in force let a group of joined blocks move as a rigid body;
+/// `whose` supports they are is for the message.
+pub(crate) fn free_motion(
+    deck: &Deck,
+    geometry: &Geometry,
+    active: &Active,
+    (stage, whose): (usize, &str),
+) -> Option<Fault> {
     let groups = groups(geometry);
     let n_groups = groups.iter().max().map_or(0, |g| g + 1);
     let extents = extents(geometry, &groups, n_groups);
@@ -58,8 +66,7 @@ fn free_motion(deck: &Deck, geometry: &Geometry, active: &Active, stage: usize) 
         Fault::new(
             format!("stage[{stage}]"),
             format!(
-                "the supports of relax stage `{}` let {who} move as a rigid body: {}",
-                deck.stage[stage].name,
+                "the supports {whose} let {who} move as a rigid body: {}",
                 describe(&motions, &centre, size).join(", ")
             ),
         )

@@ -204,7 +204,7 @@ impl Simulation {
             return Ok(());
         }
         let failed = self.state.failed.iter().sum();
-        Err(RunError::Collapsed { blocks, distance, failed })
+        Err(RunError::Collapsed { blocks, distance, ratio: self.last.ratio(), failed })
     }
 
     /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks

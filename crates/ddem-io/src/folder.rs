@@ -18,7 +18,7 @@ const JOINTS: &str = "joints.vtkhdf";
 const PROBES: &str = "probes.csv";
 const ENERGY: &str = "energy.csv";
 const SUMMARY: &str = "summary.json";
-const CHECKPOINT: &str = "checkpoint.h5";
+pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
 const RESULTS: [&str; 6] = [BLOCKS, JOINTS, PROBES, ENERGY, SUMMARY, CHECKPOINT];
 
 /// Why a folder cannot take the results. Nothing was written.

@@ -2,9 +2,8 @@
 
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
-use crate::errors::model_error;
+use crate::errors::{model_error, refuse};
 
 /// Numbers of nodes in one call that are none of a slip, for a small model.
 const MOST: usize = 1_000_000;
@@ -34,9 +33,9 @@ fn real<'py>(any: &Bound<'py, PyAny>, argument: &str) -> PyResult<Bound<'py, PyA
     let py = any.py();
     let refused = |message: &str| model_error(py, argument, message, None);
     let numpy = py.import("numpy")?;
-    let Ok(array) = numpy.call_method1("asarray", (any,)) else {
-        return Err(refused("is no array of numbers"));
-    };
+    let array = numpy
+        .call_method1("asarray", (any,))
+        .map_err(|error| refuse(py, argument, "is no array of numbers", error))?;
     let fits = numpy.call_method1("can_cast", (array.getattr("dtype")?, "f8", "same_kind"))?;
     if !fits.is_truthy()? {
         let dtype = array.getattr("dtype")?.str()?;
@@ -106,12 +105,11 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
     }
 }
 
-/// The same numbers with another type, one after another in memory.
+/// The same numbers with another type, in their places one after another in memory.
 fn converted<'py>(array: &Bound<'py, PyAny>, kind: &str) -> PyResult<Bound<'py, PyAny>> {
     let py = array.py();
-    let options = PyDict::new(py);
-    options.set_item("dtype", kind)?;
-    py.import("numpy")?.call_method("ascontiguousarray", (array,), Some(&options))
+    let needs = ["C_CONTIGUOUS", "ALIGNED"];
+    py.import("numpy")?.call_method1("require", (array, kind, needs))
 }
 
 /// Copies numbers into the array that was given for them.

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use ddem_io::run::Progress;
-use pyo3::exceptions::{PyRuntimeError, PyUserWarning};
+use pyo3::exceptions::{PyException, PyRuntimeError, PyUserWarning};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -56,9 +56,8 @@ impl Watch {
 
     /// Tells Python what has come up.
     fn tell(&self, py: Python<'_>, bar: Option<&Py<PyAny>>) -> PyResult<()> {
-        for warning in std::mem::take(&mut *locked(&self.warnings)) {
-            warn(py, &warning)?;
-        }
+        let warnings = std::mem::take(&mut *locked(&self.warnings));
+        warnings.iter().try_for_each(|warning| warn(py, warning))?;
         let progress = locked(&self.progress).take();
         let (Some(bar), Some(p)) = (bar, progress) else { return Ok(()) };
         let steps = (!p.relax).then_some(p.steps);
@@ -178,12 +177,32 @@ pub(crate) fn away<T: Send>(
         })
     });
     let told = watch.tell(py, bar);
-    if let Some(bar) = bar {
-        bar.call_method0(py, "close")?;
+    let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
+    // Whatever comes first is told, but nothing before an interruption.
+    let later = [told.err(), closed.err()].into_iter().flatten();
+    for error in later {
+        raised = match raised {
+            Some(first) if !is_interruption(py, &error) => Some(first),
+            _ => Some(error),
+        };
     }
-    raised = raised.or(told.err());
     match done {
         Ok(done) => Ok((done, raised)),
-        Err(panic) => Err(internal(py, &*panic)),
+        Err(panic) => Err(raised.unwrap_or_else(|| internal(py, &*panic))),
     }
+}
+
+/// What work gave; but what was raised meanwhile comes first, so that Ctrl-C is never lost.
+pub(crate) fn outcome<T, E>(
+    done: Result<T, E>,
+    raised: Option<PyErr>,
+    error: impl FnOnce(E) -> PyErr,
+) -> PyResult<T> {
+    raised.map_or(Ok(()), Err)?;
+    done.map_err(error)
+}
+
+/// KeyboardInterrupt, SystemExit: what no `except Exception` catches.
+pub(crate) fn is_interruption(py: Python<'_>, error: &PyErr) -> bool {
+    !error.is_instance_of::<PyException>(py)
 }

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use ddem_core::{Deck, ModelError};
+use pyo3::prelude::*;
 use toml::{Table, Value};
 
-use crate::functions::Functions;
+use crate::functions::{Functions, Timed};
 
 /// What has been written so far.
 #[derive(Default)]
@@ -34,9 +35,15 @@ impl Draft {
         sections.filter_map(|s| Some((s.to_owned(), self.root.get(s)?.clone()))).collect()
     }
 
-    /// Adds an entry to a section and the materials and joints that it names; gives its number, or
-    /// nothing if the section is no list.
-    pub(crate) fn push(&mut self, section: &str, entry: Table, matter: Table) -> Option<usize> {
+    /// Adds an entry to a section, the materials and joints that it names, where the script has made
+    /// it and its function; false if the section is no list.
+    pub(crate) fn push(
+        &mut self,
+        section: &str,
+        entry: Table,
+        matter: Table,
+        (line, function): (Option<String>, Option<Py<PyAny>>),
+    ) -> bool {
         for (section, all) in matter {
             let known = self.root.entry(section).or_insert_with(|| Value::Table(Table::new()));
             if let (Value::Table(all), Value::Table(known)) = (all, known) {
@@ -44,14 +51,16 @@ impl Draft {
             }
         }
         let list = self.root.entry(section).or_insert_with(|| Value::Array(Vec::new()));
-        let list = list.as_array_mut()?;
+        let Some(list) = list.as_array_mut() else { return false };
+        let index = list.len();
         list.push(Value::Table(entry));
-        Some(list.len() - 1)
-    }
-
-    /// Remembers where the script has made an entry.
-    pub(crate) fn made(&mut self, section: &str, index: usize, line: String) {
-        self.lines.insert(format!("{section}[{index}]"), line);
+        if let Some(line) = line {
+            self.lines.insert(format!("{section}[{index}]"), line);
+        }
+        if let (Some(timed), Some(function)) = (Timed::new(section, index), function) {
+            self.functions.insert(timed, function);
+        }
+        true
     }
 
     /// Where the script has made what is at a place in the deck.

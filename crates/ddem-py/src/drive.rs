@@ -6,17 +6,17 @@ use std::sync::atomic::AtomicBool;
 use ddem_core::deck::Stage;
 use ddem_core::{Fault, ModelError};
 use ddem_io::DeckError;
-use ddem_io::run::{Event, RunFailure, Session};
+use ddem_io::run::{Event, Outcome, RunFailure, Session};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use toml::{Table, Value};
 
-use crate::away::{Pool, Watch, away, warn};
+use crate::away::{Pool, Watch, away, outcome, warn};
 use crate::errors::{self, model_error};
-use crate::functions::{Functions, Raised};
+use crate::functions::{Called, Functions};
 use crate::simulation::{Sample, Simulation};
-use crate::values::{Matter, table};
+use crate::values::{no_matter, table};
 
 /// Passes on what happens.
 pub(crate) struct Observer<'a> {
@@ -56,19 +56,18 @@ pub(crate) fn assembled(
     located: &dyn Fn(&ModelError) -> PyErr,
     make: impl FnOnce(Change) -> Result<Session, RunFailure> + Send,
 ) -> PyResult<Simulation> {
-    let raised = Raised::default();
-    let kept = raised.clone();
-    let change: Change = Box::new(move |model| functions.set(model, &kept));
+    let called = Called::new(functions);
+    let histories = called.clone();
+    let change: Change = Box::new(move |model| histories.set_on(model));
     let (made, stopped) = away(py, &pool, None, move |_| make(change))?;
-    let session = made.map_err(|failure| match &failure {
+    let session = outcome(made, stopped, |failure| match &failure {
         RunFailure::Model(error) => located(error),
         failure => errors::failure(py, failure),
     })?;
-    stopped.map_or(Ok(()), Err)?;
     for warning in session.simulation().model().warnings() {
         warn(py, &warning)?;
     }
-    Ok(Simulation::new(session, Vec::new(), pool, raised))
+    Ok(Simulation::new(session, Vec::new(), pool, called))
 }
 
 /// Moves a deck through its stages; see [`run_deck`](crate::run_deck).
@@ -86,27 +85,24 @@ pub(crate) fn driven(
         let outcome = ddem_io::run::run(deck, source, options, &mut observer);
         outcome.map(|outcome| (outcome, samples))
     })?;
-    let (outcome, samples) = match (ended, &stopped) {
-        (Err(failure), Some(_)) if failure.is_stopped() => {
-            return stopped.map_or_else(|| Err(errors::failure(py, &failure)), Err);
+    // What was interrupted and saved says so.
+    let (ended, samples) = match (ended, &stopped) {
+        (Ok((Outcome::Interrupted(checkpoint), _)), Some(error))
+            if error.is_instance_of::<PyKeyboardInterrupt>(py) =>
+        {
+            let path = checkpoint.display();
+            let message = format!("saved in {path}; run_deck(..., resume=True) goes on");
+            return Err(PyKeyboardInterrupt::new_err(message));
         }
-        (ended, _) => ended.map_err(|failure| match &failure {
+        (ended, _) => outcome(ended, stopped, |failure| match &failure {
             RunFailure::Deck(error) => located(error),
             failure => errors::failure(py, failure),
         })?,
     };
-    match outcome {
-        ddem_io::run::Outcome::Done(session) => {
-            stopped.map_or(Ok(()), Err)?;
-            Ok(Simulation::new(*session, samples, pool, Raised::default()))
-        }
-        ddem_io::run::Outcome::Interrupted(checkpoint) => Err(match stopped {
-            Some(error) if !error.is_instance_of::<PyKeyboardInterrupt>(py) => error,
-            _ => PyKeyboardInterrupt::new_err(format!(
-                "saved in {}; run_deck(..., resume=True) goes on",
-                checkpoint.display()
-            )),
-        }),
+    match ended {
+        Outcome::Done(session) => Ok(Simulation::new(*session, samples, pool, Called::default())),
+        // It stops for nothing else than what was raised.
+        Outcome::Interrupted(_) => Err(PyKeyboardInterrupt::new_err(())),
     }
 }
 
@@ -116,11 +112,6 @@ pub(crate) fn progress_bar(py: Python<'_>, quiet: bool) -> PyResult<Option<Py<Py
         return Ok(None);
     }
     Ok(Some(py.import("ddem._progress")?.call_method0("Bar")?.unbind()))
-}
-
-/// Where no material or joint can be.
-pub(crate) fn no_matter(_: &Matter<'_>) -> PyResult<String> {
-    Ok(String::new())
 }
 
 /// The stage that arguments describe.

@@ -11,6 +11,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
+use crate::away::is_interruption;
+
 /// One of the classes of `ddem._errors`, with its arguments.
 macro_rules! raise {
     ($py:expr, $class:literal, $arguments:expr) => {{
@@ -42,6 +44,17 @@ pub(crate) fn model_error(py: Python<'_>, place: &str, message: &str, help: Opti
     let fault = Fault::new(place, message);
     let fault = help.into_iter().fold(fault, Fault::help);
     faults(py, &[fault], &|_| None)
+}
+
+/// Refuses an argument because of what converting it raised; an interruption or a lack of memory is
+/// none of its faults.
+pub(crate) fn refuse(py: Python<'_>, place: &str, message: &str, cause: PyErr) -> PyErr {
+    if is_interruption(py, &cause) || cause.is_instance_of::<PyMemoryError>(py) {
+        return cause;
+    }
+    let refused = model_error(py, place, message, None);
+    refused.set_cause(py, Some(cause));
+    refused
 }
 
 /// What is wrong with a model; `line` says where an entry of it was made.
@@ -86,12 +99,14 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
     let message = format!("{stage}{error}");
     match *error {
         RunError::NotConverged { ratio, .. } => raise!(py, "NotConverged", (message, ratio)),
-        RunError::Collapsed { blocks: [a, b], distance, .. } => {
-            // It does not come to rest: no ratio was reached.
-            raise!(py, "Collapsed", (message, f64::INFINITY, (a, b), distance))
+        RunError::Collapsed { blocks: [a, b], distance, ratio, .. } => {
+            raise!(py, "Collapsed", (message, ratio, (a, b), distance))
         }
         RunError::Diverged { step, time, block, node } => {
             raise!(py, "Diverged", (message, step, time, block, node))
+        }
+        RunError::History { ref entry, .. } => {
+            model_error(py, &format!("{entry}.history"), &message, None)
         }
         RunError::TimeStep { .. } | RunError::TooShort { .. } => {
             model_error(py, "time_step", &error.to_string(), None)

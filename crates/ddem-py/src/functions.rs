@@ -1,10 +1,13 @@
 //! Histories that are Python functions.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ddem_core::{Fault, Model};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
+
+use crate::errors::refuse;
 
 /// A load or a driven support, by its number in the deck.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,15 +24,13 @@ impl Timed {
             _ => None,
         }
     }
-}
 
-/// What a function raised, kept until the call that it ended is over.
-#[derive(Clone, Default)]
-pub(crate) struct Raised(Arc<Mutex<Option<PyErr>>>);
-
-impl Raised {
-    pub(crate) fn take(&self) -> Option<PyErr> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    /// Its history's place in the deck.
+    fn place(self) -> String {
+        match self {
+            Self::Load(index) => format!("load[{index}].history"),
+            Self::Fix(index) => format!("fix[{index}].history"),
+        }
     }
 }
 
@@ -48,31 +49,83 @@ impl Functions {
 
     /// Their places in the deck.
     pub(crate) fn places(&self) -> impl Iterator<Item = String> + '_ {
-        self.0.keys().map(|timed| match timed {
-            Timed::Load(index) => format!("load[{index}].history"),
-            Timed::Fix(index) => format!("fix[{index}].history"),
-        })
+        self.0.keys().map(|timed| timed.place())
     }
 
-    /// Puts them into the model.
-    pub(crate) fn set(self, model: &mut Model, raised: &Raised) -> Result<(), Fault> {
-        for (timed, function) in self.0 {
-            let raised = raised.clone();
-            let factor = move |time: f64| {
-                Python::attach(|py| {
-                    let factor = function.call1(py, (time,)).and_then(|f| f.extract::<f64>(py));
-                    factor.map_err(|error| {
-                        let message = error.to_string();
-                        *raised.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-                        message
-                    })
-                })
-            };
+    /// For the collector of garbage.
+    pub(crate) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.0.values().try_for_each(|function| visit.call(function))
+    }
+}
+
+/// The functions that a simulation calls, and what the last one raised, kept until the call that it
+/// ended is over. The simulation and the histories of its model look in here, so that the collector
+/// of garbage can find the functions and take them out.
+#[derive(Clone, Default)]
+pub(crate) struct Called {
+    functions: Arc<Mutex<Functions>>,
+    raised: Arc<Mutex<Option<PyErr>>>,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Called {
+    pub(crate) fn new(functions: Functions) -> Self {
+        Self { functions: Arc::new(Mutex::new(functions)), raised: Arc::default() }
+    }
+
+    pub(crate) fn take_raised(&self) -> Option<PyErr> {
+        locked(&self.raised).take()
+    }
+
+    /// Makes them the histories of a model.
+    pub(crate) fn set_on(&self, model: &mut Model) -> Result<(), Fault> {
+        let all: Vec<Timed> = locked(&self.functions).0.keys().copied().collect();
+        for timed in all {
+            let called = self.clone();
+            let factor = move |time: f64| called.factor(timed, time);
             match timed {
                 Timed::Load(index) => model.set_load_history(index, Arc::new(factor))?,
                 Timed::Fix(index) => model.set_fix_history(index, Arc::new(factor))?,
             }
         }
         Ok(())
+    }
+
+    fn factor(&self, timed: Timed, time: f64) -> Result<f64, String> {
+        Python::attach(|py| {
+            let function = locked(&self.functions).0.get(&timed).map(|f| f.clone_ref(py));
+            let Some(function) = function else { return Err("it is gone".to_owned()) };
+            let factor = function.call1(py, (time,)).and_then(|factor| {
+                factor.extract::<f64>(py).map_err(|error| {
+                    let found = factor.bind(py).get_type().qualname();
+                    let found = found.map_or_else(|_| "?".to_owned(), |name| name.to_string());
+                    let message = format!("must give a number, gave a `{found}`");
+                    refuse(py, &timed.place(), &message, error)
+                })
+            });
+            factor.map_err(|error| {
+                let message = error.to_string();
+                let before = locked(&self.raised).replace(error);
+                drop(before);
+                message
+            })
+        })
+    }
+
+    /// For the collector of garbage.
+    pub(crate) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        match self.functions.try_lock() {
+            Ok(functions) => functions.traverse(visit),
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// Takes the functions out.
+    pub(crate) fn clear(&self) {
+        let functions = self.functions.try_lock().map(|mut all| std::mem::take(&mut *all));
+        drop(functions);
     }
 }

@@ -24,7 +24,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
 use away::Pool;
-use errors::model_error;
+use errors::refuse;
 use functions::Functions;
 use matter::{Joint, Material};
 use model::Model;
@@ -36,7 +36,7 @@ use simulation::Simulation;
 /// Parameters
 /// ----------
 /// path : path
-///     The file.
+///     The file, or the folder of a run.
 /// model : Model, optional
 ///     That of the simulation; needed where a history is a Python function, which no file holds.
 /// threads : int, optional
@@ -58,6 +58,8 @@ fn load(
     model: Option<&Bound<'_, Model>>,
     threads: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Simulation> {
+    // A folder of results has one.
+    let path = if path.is_dir() { path.join("checkpoint.h5") } else { path };
     let parts = model.map(|model| model.get().parts(py)).transpose()?;
     let (deck, functions) = parts.map_or((None, Functions::default()), |(d, f)| (Some(d), f));
     let located = |error: &ddem_core::ModelError| errors::model(py, error);
@@ -120,9 +122,9 @@ fn run_deck(
             (ddem_io::deck::parse(&text, "model.toml"), "model".into())
         }
         None => {
-            let path: PathBuf = deck.extract().map_err(|_| {
+            let path: PathBuf = deck.extract().map_err(|error| {
                 let message = "expected the path of a deck, a dictionary or a Model";
-                model_error(py, "deck", message, None)
+                refuse(py, "deck", message, error)
             })?;
             (ddem_io::deck::read(&path), path.file_stem().unwrap_or_default().to_owned())
         }

@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::away::Watch;
-use crate::errors::model_error;
+use crate::errors::{model_error, refuse};
 use crate::simulation::Inner;
 
 /// How a field is read.
@@ -57,10 +57,10 @@ pub(crate) fn unknown(py: Python<'_>, argument: &str, name: &str, known: &[&str]
 /// A whole number that is not negative.
 pub(crate) fn whole(any: &Bound<'_, PyAny>, argument: &str) -> PyResult<u64> {
     let number = any.call_method0("__index__").and_then(|number| number.extract::<u64>());
-    number.map_err(|_| {
+    number.map_err(|error| {
         let found = any.repr().map_or_else(|_| "?".to_owned(), |text| text.to_string());
         let message = format!("must be a whole number that is not negative, found {found}");
-        model_error(any.py(), argument, &message, None)
+        refuse(any.py(), argument, &message, error)
     })
 }
 

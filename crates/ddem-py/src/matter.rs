@@ -1,5 +1,7 @@
 //! Materials and joints as objects of their own.
 
+use std::sync::OnceLock;
+
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
@@ -102,6 +104,12 @@ fn read(py: Python<'_>, section: &str, keys: Table) -> PyResult<Table> {
     }
 }
 
+/// The schema of decks: it has all keys.
+fn schema() -> &'static serde_json::Value {
+    static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
+    SCHEMA.get_or_init(ddem_io::deck::schema)
+}
+
 /// The value of a key; `None` for one that was not given.
 fn key<'py>(
     py: Python<'py>,
@@ -112,18 +120,22 @@ fn key<'py>(
     if let Some(value) = keys.get(key) {
         return to_python(py, value);
     }
-    let schema = ddem_io::deck::schema();
-    if schema["$defs"][definition]["properties"].get(key).is_some() {
+    if schema()["$defs"][definition]["properties"].get(key).is_some() {
         return Ok(py.None().into_bound(py));
     }
     Err(PyAttributeError::new_err(format!("'{class}' object has no attribute '{key}'")))
 }
 
+/// Of the keys and the name: equal numbers may be written differently.
+fn hash(py: Python<'_>, keys: &Table, name: Option<&str>) -> PyResult<isize> {
+    let keys: Vec<&str> = keys.keys().map(String::as_str).chain(name).collect();
+    PyString::new(py, &keys.join(" ")).hash()
+}
+
 /// Attributes, for completion: those of the class and all keys.
 fn attributes(class: &Bound<'_, PyAny>, definition: &str) -> PyResult<Vec<String>> {
     let mut names: Vec<String> = class.dir()?.extract()?;
-    let schema = ddem_io::deck::schema();
-    let keys = schema["$defs"][definition]["properties"].as_object();
+    let keys = schema()["$defs"][definition]["properties"].as_object();
     names.extend(keys.into_iter().flatten().map(|(key, _)| key.clone()));
     Ok(names)
 }
@@ -177,7 +189,7 @@ impl Material {
     }
 
     fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
-        PyString::new(py, &self.__repr__(py)?).hash()
+        hash(py, &self.keys, self.name())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -247,7 +259,7 @@ impl Joint {
     }
 
     fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
-        PyString::new(py, &self.__repr__(py)?).hash()
+        hash(py, &self.keys, self.name())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ddem_core::Deck;
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyTuple};
 use toml::{Table, Value};
@@ -11,10 +12,10 @@ use toml::{Table, Value};
 use crate::away::Pool;
 use crate::draft::Draft;
 use crate::drive::assembled;
-use crate::errors::{self, model_error};
-use crate::functions::{Functions, Timed};
+use crate::errors::{self, model_error, refuse};
+use crate::functions::Functions;
 use crate::simulation::Simulation;
-use crate::values::{Matter, table, to_python, value};
+use crate::values::{Matter, no_matter, table, to_python, value};
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
 ///
@@ -120,8 +121,8 @@ impl Model {
                 _ => Err(model_error(py, "deck", "a deck is a dictionary", None)),
             };
         }
-        let path: PathBuf = deck.extract().map_err(|_| {
-            model_error(py, "deck", "expected the path of a deck or a dictionary", None)
+        let path: PathBuf = deck.extract().map_err(|error| {
+            refuse(py, "deck", "expected the path of a deck or a dictionary", error)
         })?;
         let (deck, _) = ddem_io::deck::read(&path).map_err(|error| errors::deck(py, &error))?;
         Ok(Self { draft: Mutex::new(Draft::of(&deck)) })
@@ -171,6 +172,18 @@ impl Model {
         let (deck, _) = self.parts(py)?;
         let size = ddem_core::Size::of(&deck);
         Ok(format!("<Model \"{}\": {} blocks, {} nodes>", deck.title, size.blocks, size.nodes))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        match self.draft.try_lock() {
+            Ok(draft) => draft.functions.traverse(&visit),
+            Err(_) => Ok(()),
+        }
+    }
+
+    fn __clear__(&self) {
+        let functions = self.draft.try_lock().map(|mut draft| std::mem::take(&mut draft.functions));
+        drop(functions);
     }
 
     /// For `copy` and `pickle`.
@@ -234,43 +247,37 @@ impl Model {
         first: Option<(&str, &Bound<'_, PyAny>)>,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        // What the entry names, besides what the model has; converting may call Python, which may
-        // come back here.
-        let mut matter = self.draft().matter();
-        let mut name = |found: &Matter<'_>| named(py, &mut matter, found);
-        let (mut entry, function) = table(section, keys, &mut name)?;
-        if let Some((key, given)) = first {
-            entry.insert(key.to_owned(), value(given, key, &mut name)?);
-        }
-        if function.is_some() && Timed::new(section, 0).is_none() {
-            let message = "only loads and driven supports have a history";
-            return Err(model_error(py, "history", message, None));
-        }
-        // Read alone, so that what is wrong is wrong in this entry.
-        let entries = Value::Array(vec![Value::Table(entry.clone())]);
-        let alone = Table::from_iter([(section.to_owned(), entries)]);
-        ddem_io::deck::from_table(&alone)
-            .map_err(|error| errors::arguments(py, error, &format!("{section}[0]")))?;
-        let line = line(py);
-        let mut draft = self.draft();
-        if let Some(index) = draft.push(section, entry, matter) {
-            if let Some(line) = line {
-                draft.made(section, index, line);
+        loop {
+            // What the entry names, besides what the model has.
+            let before = self.draft().matter();
+            let mut matter = before.clone();
+            let mut name = |found: &Matter<'_>| named(py, &mut matter, found);
+            let (mut entry, function) = table(section, keys, &mut name)?;
+            if let Some((key, given)) = first {
+                entry.insert(key.to_owned(), value(given, key, &mut name)?);
             }
-            if let (Some(timed), Some(function)) = (Timed::new(section, index), function) {
-                draft.functions.insert(timed, function.unbind());
+            check(py, section, &entry)?;
+            let (line, function) = (line(py), function.map(Bound::unbind));
+            let mut draft = self.draft();
+            // Converting calls Python, which may have been here: names may be others' now.
+            if draft.matter() == before {
+                return match draft.push(section, entry, matter, (line, function)) {
+                    true => Ok(()),
+                    false => Err(model_error(py, section, "is not a list of entries", None)),
+                };
             }
         }
-        Ok(())
     }
 }
 
-fn no_matter(matter: &Matter<'_>) -> PyResult<String> {
-    let py = match matter {
-        Matter::Material(material) => material.py(),
-        Matter::Joint(joint) => joint.py(),
-    };
-    Err(model_error(py, "", "materials and joints go where the deck has their names", None))
+/// Reads an entry alone, so that what is wrong is wrong in it.
+fn check(py: Python<'_>, section: &str, entry: &Table) -> PyResult<()> {
+    let entries = Value::Array(vec![Value::Table(entry.clone())]);
+    let alone = Table::from_iter([(section.to_owned(), entries)]);
+    match ddem_io::deck::from_table(&alone) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(errors::arguments(py, error, &format!("{section}[0]"))),
+    }
 }
 
 /// The name of a material or a joint in a model, which gets it if it has none equal to it.

@@ -5,14 +5,15 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use ddem_core::{ModelError, RunError};
 use ddem_io::run::{RunFailure, Session};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::away::{Pool, away};
+use crate::away::{Pool, away, outcome};
 use crate::drive::{Observer, progress_bar, read_stage};
 use crate::errors;
-use crate::functions::Raised;
+use crate::functions::Called;
 use crate::look;
 
 /// A model in motion: its state, and what is done to it.
@@ -24,7 +25,7 @@ use crate::look;
 pub(crate) struct Simulation {
     inner: Mutex<Inner>,
     pub(crate) pool: Pool,
-    pub(crate) raised: Raised,
+    pub(crate) called: Called,
 }
 
 /// What is moved.
@@ -54,7 +55,7 @@ impl Simulation {
     ///     Equal parts in which loads reach their value; 1 without it.
     /// record : path, optional
     ///     Folder of the results, with the files that a deck gives. What one simulation writes to
-    ///     one folder is one run.
+    ///     one folder is one run; those of another model are not overwritten.
     /// name : str, optional
     ///     Of the stage. That of a stage of the model brings its supports and loads into force,
     ///     unless they are.
@@ -103,7 +104,7 @@ impl Simulation {
     ///     [s]; without it a part of the critical one that fills the duration.
     /// record : path, optional
     ///     Folder of the results, with the files that a deck gives. What one simulation writes to
-    ///     one folder is one run.
+    ///     one folder is one run; those of another model are not overwritten.
     /// fields_every : float, optional
     ///     Time between frames [s]; or
     /// frames : int, optional
@@ -144,7 +145,7 @@ impl Simulation {
 
     /// Plain steps of time, for coupling and control loops. Their damping and length are those of
     /// :meth:`start`, or of the last :meth:`run`; without either they are undamped, of 0.9 of the
-    /// critical step. Probes record nothing.
+    /// critical step, and after :meth:`relax` their length is chosen anew. Probes record nothing.
     ///
     /// Parameters
     /// ----------
@@ -164,8 +165,8 @@ impl Simulation {
     #[pyo3(signature = (n=None, *, quiet=false), text_signature = "($self, n=1, *, quiet=False)")]
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>, quiet: bool) -> PyResult<()> {
         let n = n.map_or(Ok(1), |n| look::whole(n, "n"))?;
-        let mut inner = self.lock(py)?;
         let bar = if n > 1 { progress_bar(py, quiet)? } else { None };
+        let mut inner = self.lock(py)?;
         let simulation = inner.session.simulation_mut();
         let (done, stopped) = away(py, &self.pool, bar.as_ref(), |watch| {
             simulation.stop_when(watch.stop_flag());
@@ -281,12 +282,20 @@ impl Simulation {
         let mut inner = self.lock(py)?;
         let session = &mut inner.session;
         let (saved, stopped) = away(py, &self.pool, None, |_| session.save(&path))?;
-        saved.map_err(|failure| errors::failure(py, &failure))?;
-        stopped.map_or(Ok(()), Err)
+        outcome(saved, stopped, |failure| errors::failure(py, &failure))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.called.traverse(&visit)
+    }
+
+    fn __clear__(&self) {
+        self.called.clear();
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let inner = self.lock(py)?;
+        // Debuggers and logs ask for it at any time.
+        let Ok(inner) = self.lock(py) else { return Ok("<Simulation, busy>".to_owned()) };
         let simulation = inner.session.simulation();
         let model = simulation.model();
         let format = py.import("builtins")?.getattr("format")?;
@@ -302,8 +311,8 @@ impl Simulation {
 }
 
 impl Simulation {
-    pub(crate) fn new(session: Session, samples: Vec<Sample>, pool: Pool, raised: Raised) -> Self {
-        Self { inner: Mutex::new(Inner { session, samples }), pool, raised }
+    pub(crate) fn new(session: Session, samples: Vec<Sample>, pool: Pool, called: Called) -> Self {
+        Self { inner: Mutex::new(Inner { session, samples }), pool, called }
     }
 
     pub(crate) fn lock(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Inner>> {
@@ -327,24 +336,21 @@ impl Simulation {
         let bar = progress_bar(py, quiet)?;
         let mut inner = self.lock(py)?;
         let Inner { session, samples } = &mut *inner;
-        let number = session.summary().stages.len() + 1;
-        let verb = if kind == "relax" { "relax" } else { "run" };
-        stage.name = name.unwrap_or_else(|| format!("{verb} {number}"));
+        stage.name = name.unwrap_or_default();
         let before = session.simulation().steps();
         let (done, stopped) = away(py, &self.pool, bar.as_ref(), |watch| {
             session.stage(&stage, record.as_deref(), &mut Observer { watch, samples })
         })?;
         let steps = inner.session.simulation().steps() - before;
         drop(inner);
-        if let Some(error) = self.raised.take().filter(|_| done.is_err()) {
-            return Err(error);
-        }
-        done.map_err(|failure| match failure {
-            RunFailure::Model(error) => errors::arguments(py, error, "stage[0]"),
-            RunFailure::Stage { source, .. } => errors::run_error(py, &source, ""),
-            failure => errors::failure(py, &failure),
+        outcome(done, stopped, |failure| {
+            self.called.take_raised().unwrap_or_else(|| match failure {
+                RunFailure::Model(error) => errors::arguments(py, error, "stage[0]"),
+                RunFailure::Stage { source, .. } => errors::run_error(py, &source, ""),
+                failure => errors::failure(py, &failure),
+            })
         })?;
-        stopped.map_or(Ok(steps), Err)
+        Ok(steps)
     }
 
     /// What a short call on the simulation gave.
@@ -368,10 +374,8 @@ impl Simulation {
         done: Result<(), RunError>,
         stopped: Option<PyErr>,
     ) -> PyResult<()> {
-        if let Some(error) = self.raised.take().filter(|_| done.is_err()) {
-            return Err(error);
-        }
-        stopped.map_or(Ok(()), Err)?;
-        done.map_err(|error| errors::run_error(py, &error, ""))
+        outcome(done, stopped, |error| {
+            self.called.take_raised().unwrap_or_else(|| errors::run_error(py, &error, ""))
+        })
     }
 }

@@ -1,10 +1,12 @@
 //! What Python writes, as a deck has it.
 
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
 use toml::{Table, Value};
 
-use crate::errors::model_error;
+use crate::errors::{model_error, refuse};
+use crate::functions::Timed;
 use crate::matter::{Joint, Material};
 
 /// Most entries of one argument: more is a mistake, or a sequence without end.
@@ -66,20 +68,20 @@ fn at_depth(
             false => refused(format!("{number} where a finite number must be")),
         };
     }
-    if let Ok(number) = any.call_method0("__index__") {
+    if let Some(number) = plain(any, "__index__", place)? {
         return at_depth(&number, place, name, (depth + 1, entries));
     }
-    let size = any.getattr("size").and_then(|size| size.extract::<usize>());
-    if size.is_ok_and(|size| size > MOST) {
+    let size = any.getattr_opt("size")?.and_then(|size| size.extract::<usize>().ok());
+    if size.is_some_and(|size| size > MOST) {
         return refused(format!("has more than {MOST} entries"));
     }
     // NumPy's arrays, as Python's own lists; its odd numbers give themselves.
-    if let Ok(plain) = any.call_method0("tolist")
-        && !plain.get_type().is(any.get_type())
+    if let Some(list) = plain(any, "tolist", place)?
+        && !list.get_type().is(any.get_type())
     {
-        return at_depth(&plain, place, name, (depth + 1, entries));
+        return at_depth(&list, place, name, (depth + 1, entries));
     }
-    if let Ok(number) = any.call_method0("__float__") {
+    if let Some(number) = plain(any, "__float__", place)? {
         return at_depth(&number, place, name, (depth + 1, entries));
     }
     if let Ok(mapping) = any.cast::<PyMapping>() {
@@ -116,6 +118,22 @@ fn at_depth(
     refused(format!("expected a number, text, a list or a dictionary, found `{found}`"))
 }
 
+/// What a method gives, for an object that has it and a value that it can give.
+fn plain<'py>(
+    any: &Bound<'py, PyAny>,
+    method: &str,
+    place: &str,
+) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let py = any.py();
+    let Some(method) = any.getattr_opt(method)? else { return Ok(None) };
+    match method.call0() {
+        Ok(plain) => Ok(Some(plain)),
+        // As an array says that it is no number.
+        Err(error) if error.is_instance_of::<PyTypeError>(py) => Ok(None),
+        Err(error) => Err(refuse(py, place, "cannot be read", error)),
+    }
+}
+
 /// Keyword arguments as the table of a deck, and the history if it is a function. What is `None`
 /// is left out.
 pub(crate) fn table<'py>(
@@ -123,32 +141,42 @@ pub(crate) fn table<'py>(
     keys: Option<&Bound<'py, PyDict>>,
     name: &mut Name<'_>,
 ) -> PyResult<(Table, Option<Bound<'py, PyAny>>)> {
-    let (mut table, mut function) = (Table::new(), None);
+    let (mut table, mut region, mut function) = (Table::new(), Table::new(), None);
     for (key, given) in keys.into_iter().flatten() {
         let key: String = key.extract()?;
         if given.is_none() {
             continue;
         }
         if key == "history" && given.is_callable() {
+            if Timed::new(section, 0).is_none() {
+                let message = "only loads and driven supports have a history";
+                return Err(model_error(given.py(), &key, message, None));
+            }
             function = Some(given);
             continue;
         }
         let value = shorthand(&key, value(&given, &key, name)?);
-        match key.as_str() {
-            "x" | "y" | "z" | "sphere" | "set" if has_where(section) => {
-                region(&mut table).insert(key, value);
+        let put = |into: &mut Table, key: &str, value| match into.insert(key.to_owned(), value) {
+            None => Ok(()),
+            Some(_) => Err(model_error(given.py(), key, "is given twice", None)),
+        };
+        match (key.as_str(), value) {
+            ("x" | "y" | "z" | "sphere" | "set", value) if has_where(section) => {
+                put(&mut region, &key, value)?;
+            }
+            ("where", Value::Table(all)) if has_where(section) => {
+                for (key, value) in all {
+                    put(&mut region, &key, value)?;
+                }
             }
             // A word of Python's own.
-            "from_" => {
-                table.insert("from".to_owned(), value);
-            }
-            "where" if has_where(section) && value.is_table() => {
-                region(&mut table).extend(value.as_table().cloned().unwrap_or_default());
-            }
-            _ => {
-                table.insert(key, value);
-            }
+            ("from_", value) => put(&mut table, "from", value)?,
+            (_, value) => put(&mut table, &key, value)?,
         }
+    }
+    if !region.is_empty() {
+        // What is no table is refused where it is read.
+        table.entry("where").or_insert(Value::Table(region));
     }
     Ok((table, function))
 }
@@ -167,16 +195,13 @@ fn has_where(section: &str) -> bool {
     !matches!(section, "blocks" | "stage" | "materials" | "joints")
 }
 
-fn region(table: &mut Table) -> &mut Table {
-    let entry = table.entry("where").or_insert_with(|| Value::Table(Table::new()));
-    // Nothing but a table is ever put there.
-    if !entry.is_table() {
-        *entry = Value::Table(Table::new());
-    }
-    match entry {
-        Value::Table(table) => table,
-        _ => unreachable!("just made a table"),
-    }
+/// Where no material or joint can be.
+pub(crate) fn no_matter(matter: &Matter<'_>) -> PyResult<String> {
+    let py = match matter {
+        Matter::Material(material) => material.py(),
+        Matter::Joint(joint) => joint.py(),
+    };
+    Err(model_error(py, "", "materials and joints go where the deck has their names", None))
 }
 
 /// A value of a deck as Python's own numbers, texts, lists and dictionaries.

@@ -6,11 +6,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use toml::{Table, Value};
 
-use crate::away::away;
-use crate::drive::no_matter;
+use crate::away::{away, outcome};
 use crate::errors::model_error;
 use crate::simulation::{Inner, Simulation};
-use crate::values::{table, to_python};
+use crate::values::{no_matter, table, to_python};
 use crate::{arrays, errors, look};
 
 #[pymethods]
@@ -349,10 +348,7 @@ impl Simulation {
         let mut inner = self.lock(py)?;
         let inner = &mut *inner;
         let (seen, stopped) = away(py, &self.pool, None, |_| see(inner))?;
-        if let Some(error) = self.raised.take() {
-            return Err(error);
-        }
-        stopped.map_or(Ok(seen), Err)
+        outcome(Ok(seen), stopped.or_else(|| self.called.take_raised()), |error| error)
     }
 }
 

@@ -117,7 +117,21 @@ impl Simulation {
         let (steps, origin_step) = (count("steps")?, count("origin_step")?);
         let failed = [count("failed_shear")?, count("failed_tension")?];
         let pairs = model.n_pairs() as u64;
-        if steps > MOST_STEPS || origin_step > steps || failed.iter().any(|&n| n > pairs) {
+        let stages = model.deck.stage.len().max(1);
+        let starts = array("stage_starts")?;
+        let moves = time.is_finite() && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
+        let part = count("relax_increment").unwrap_or(1);
+        let parts = count("relax_increments").unwrap_or(1);
+        let since = count("relax_since_restart").unwrap_or(0);
+        if steps > MOST_STEPS
+            || origin_step > steps
+            || since > MOST_STEPS
+            || !(1..=parts).contains(&part)
+            || failed.iter().any(|&n| n > pairs)
+            || stage >= stages
+            || starts.len() != stage + 1
+            || !(moves && time_step.is_finite() && initial.is_finite())
+        {
             return None;
         }
         let damping = damping(count("damping")?, *array("damping")?.first()?)?;
@@ -174,7 +188,8 @@ impl Simulation {
 fn applied(nodes: &[f64], forces: &[f64], n_nodes: usize) -> Option<Applied> {
     let (forces, rest) = forces.as_chunks::<3>();
     let fits = rest.is_empty() && forces.len() == nodes.len();
-    let known = nodes.iter().all(|&node| (0.0..n_nodes as f64).contains(&node));
+    let known =
+        nodes.iter().all(|&node| node.fract() == 0.0 && (0.0..n_nodes as f64).contains(&node));
     let entries = nodes.iter().zip(forces).map(|(&node, &force)| (node as u32, force));
     (fits && known).then(|| entries.collect())
 }

@@ -134,7 +134,7 @@ impl Simulation {
 
     /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`. Energies balance from here on.
     pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
-        let before = self.mechanical_energy();
+        let before = self.energy().balance;
         for (node, u) in displacements.iter().enumerate().take(self.model.n_nodes()) {
             self.model.set(&mut self.state.u, node, *u);
         }
@@ -146,7 +146,7 @@ impl Simulation {
     /// balance from here on.
     pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
         self.settle();
-        let before = self.mechanical_energy();
+        let before = self.energy().balance;
         for (node, v) in velocities.iter().enumerate().take(self.model.n_nodes()) {
             self.model.set(&mut self.state.v, node, *v);
         }
@@ -157,13 +157,13 @@ impl Simulation {
     /// finite the account begins anew.
     fn account_from(&mut self, before: f64) {
         self.measured = None;
-        let more = self.mechanical_energy() - before;
-        if more.is_finite() && self.energy().balance.is_finite() {
+        let more = self.energy().balance - before;
+        if more.is_finite() {
             self.initial_energy += more;
-        } else {
-            self.state.work = Work::default();
-            self.measured = None;
-            self.initial_energy = self.mechanical_energy();
+            return;
         }
+        self.state.work = Work::default();
+        self.initial_energy = 0.0;
+        self.initial_energy = self.energy().balance;
     }
 }

@@ -11,7 +11,7 @@ use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
 use crate::deck::{Damping, TimeStep};
-use crate::error::RunError;
+use crate::error::{Fault, RunError};
 use crate::model::Model;
 use crate::motion::Motion;
 use crate::scratch::Scratch;
@@ -134,6 +134,22 @@ impl Simulation {
         self.stop = stop;
     }
 
+    /// What is wrong with a relaxation under the supports in force: a rigid motion that they leave
+    /// free.
+    #[must_use]
+    pub fn free_motion(&self) -> Option<Fault> {
+        let model = &self.model;
+        let at = (0, "in force");
+        crate::mechanism::free_motion(&model.deck, &model.geometry, &self.active, at)
+    }
+
+    /// Loads in force whose history is 0 at the present time, by their numbers in the deck.
+    #[must_use]
+    pub fn idle_loads(&self) -> Vec<usize> {
+        let State { stage, time, stage_starts, .. } = &self.state;
+        self.model.conditions.idle(*stage, *time, stage_starts)
+    }
+
     /// The stage of the deck whose supports and loads are in force.
     #[must_use]
     pub fn stage(&self) -> usize {
@@ -156,8 +172,9 @@ impl Simulation {
         self.initial_energy += self.mechanical_energy() - before;
     }
 
-    /// One explicit step of time, eq. (2). [`start`](Self::start) sets its length; without it,
-    /// the first step starts with `"auto"` and no damping.
+    /// One explicit step of time, eq. (2). [`start`](Self::start) sets its length and damping; after
+    /// a relaxation, or without it, the first step starts with `"auto"` and the damping there was
+    /// last, or none.
     ///
     /// # Errors
     ///
@@ -165,7 +182,7 @@ impl Simulation {
     /// has no value: nothing has moved.
     pub fn step(&mut self) -> Result<(), RunError> {
         if !self.started {
-            self.start(Damping::None, TimeStep::Auto, None)?;
+            self.start(self.damping, TimeStep::Auto, None)?;
         }
         // An automatic step becomes shorter before the first failure.
         let waits = self.state.automatic && self.state.failed == [0; 2];

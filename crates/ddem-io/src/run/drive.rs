@@ -3,6 +3,7 @@
 use ddem_core::deck::Stage;
 use ddem_core::{Deck, Simulation};
 
+use super::files::nudge;
 use super::record::Recorder;
 use super::report::{available_memory, check_steps, located, prepare, report};
 use super::resume;
@@ -46,7 +47,8 @@ impl<'a> Drive<'a> {
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
         let (model, samplers) = prepare(deck, source, available_memory())?;
-        let mut recorder = Recorder::new(samplers);
+        // Frames where nothing ever moves are one apart.
+        let mut recorder = Recorder::new(samplers, nudge(&model, 1.0));
         let name = std::path::Path::new(source.name());
         let name = name.file_name().map_or(source.name().into(), |n| n.to_string_lossy());
         let open =

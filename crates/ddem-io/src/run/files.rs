@@ -39,6 +39,7 @@ impl Files {
         folder: &Folder,
         model: &Model,
         columns: &[&str],
+        nudge: f64,
     ) -> Result<Self, OutputError> {
         let (blocks, joints) = (mesh::blocks(model), mesh::joints(model));
         let create = |path, mesh: &Mesh, joints| {
@@ -53,7 +54,7 @@ impl Files {
             probes: ProbeTable::create(folder.probes(), columns)?,
             energy: EnergyTable::create(folder.energy(), &Energy::NAMES)?,
             last_frame: f64::NEG_INFINITY,
-            nudge: nudge(model),
+            nudge,
         })
     }
 
@@ -62,6 +63,7 @@ impl Files {
         folder: &Folder,
         model: &Model,
         position: Position,
+        nudge: f64,
     ) -> Result<Self, OutputError> {
         let frames = position.frames as usize;
         Ok(Self {
@@ -72,7 +74,7 @@ impl Files {
             probes: ProbeTable::reopen(folder.probes(), position.probe_rows)?,
             energy: EnergyTable::reopen(folder.energy(), position.energy_rows)?,
             last_frame: position.last_frame,
-            nudge: nudge(model),
+            nudge,
         })
     }
 
@@ -115,19 +117,15 @@ impl Files {
     }
 }
 
-/// Frames of a relaxation are a millionth of the shortest time between frames of motion apart;
-/// 1 where nothing moves; little where the deck does not say what will.
-fn nudge(model: &Model) -> f64 {
+/// Frames of a relaxation are a millionth of the shortest time between frames of motion apart, or
+/// `still` where the deck has none.
+pub(super) fn nudge(model: &Model, still: f64) -> f64 {
     let between = model.deck().stage.iter().filter_map(|stage| {
         let frames = stage.frames.unwrap_or(DEFAULT_FRAMES) as f64;
         stage.fields_every.or(stage.duration.map(|duration| duration / frames))
     });
     let shortest = between.fold(f64::INFINITY, f64::min);
-    match model.deck().stage.is_empty() {
-        true => 1e-9,
-        false if shortest.is_finite() => 1e-6 * shortest,
-        false => 1.0,
-    }
+    if shortest.is_finite() { 1e-6 * shortest } else { still }
 }
 
 /// Fields of the joint surfaces, or of the blocks.

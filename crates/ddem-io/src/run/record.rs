@@ -90,6 +90,8 @@ impl Schedule {
 pub(super) struct Recorder {
     pub(super) samplers: Vec<Sampler>,
     files: Option<Files>,
+    /// What frames that would share a time are put apart by.
+    nudge: f64,
     /// Step and time of the last samples that were told.
     last_told: Option<(u64, f64)>,
 }
@@ -98,13 +100,13 @@ pub(super) struct Recorder {
 pub(super) type Tell<'a> = dyn FnMut(Event<'_>) + 'a;
 
 impl Recorder {
-    pub(super) fn new(samplers: Vec<Sampler>) -> Self {
-        Self { samplers, files: None, last_told: None }
+    pub(super) fn new(samplers: Vec<Sampler>, nudge: f64) -> Self {
+        Self { samplers, files: None, nudge, last_told: None }
     }
 
     /// Writes into new files.
     pub(super) fn create(&mut self, folder: &Folder, model: &Model) -> Result<(), OutputError> {
-        self.files = Some(Files::create(folder, model, &self.columns())?);
+        self.files = Some(Files::create(folder, model, &self.columns(), self.nudge)?);
         Ok(())
     }
 
@@ -115,7 +117,7 @@ impl Recorder {
         model: &Model,
         position: Position,
     ) -> Result<(), OutputError> {
-        self.files = Some(Files::reopen(folder, model, position)?);
+        self.files = Some(Files::reopen(folder, model, position, self.nudge)?);
         Ok(())
     }
 

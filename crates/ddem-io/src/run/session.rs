@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
-use ddem_core::deck::Stage;
+use ddem_core::deck::{Stage, StageKind};
 use ddem_core::{Deck, Fault, ModelError, Simd, Simulation};
 
-use super::files::Position;
+use super::files::{Position, nudge};
 use super::record::Recorder;
 use super::report::{available_memory, build, check_steps, unsafe_steps};
 use super::resume::{self, Cursor};
@@ -15,6 +16,9 @@ use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, RunFailure};
 use crate::folder::{self, Folder};
 use crate::summary::{FailedPairs, Summary, peak_memory_bytes};
+
+/// What frames in which nothing moves are put apart by, where no stage of the deck moves `[s]`.
+const STILL: f64 = 1e-9;
 
 /// A simulation with its probes, and its files where they are wanted.
 ///
@@ -53,7 +57,8 @@ impl Session {
         let (mut model, samplers) = build(deck, available_memory())?;
         change(&mut model).map_err(ModelError::from)?;
         let text = crate::deck::write(deck)?;
-        Ok(Self::assemble(Simulation::with_simd(model, simd), Recorder::new(samplers), text))
+        let recorder = Recorder::new(samplers, nudge(&model, STILL));
+        Ok(Self::assemble(Simulation::with_simd(model, simd), recorder, text))
     }
 
     pub(super) fn assemble(simulation: Simulation, recorder: Recorder, text: String) -> Self {
@@ -79,7 +84,7 @@ impl Session {
         self.moved.recorder.samplers.iter().map(|s| (s.name.as_str(), s.components)).collect()
     }
 
-    /// Moves the simulation through a stage, which need not be one of its deck: if the deck has one of
+    /// Moves the simulation through a stage, which need not be one of its deck, nor have a name: if the deck has one of
     /// that name its supports and loads come into force, unless they are; otherwise those of the
     /// stage that was [entered](Simulation::enter) last stay. With a folder the results are written
     /// there, as those of a deck are: what one session writes to one folder is one run, and the
@@ -96,6 +101,7 @@ impl Session {
         folder: Option<&Path>,
         observer: &mut dyn Observer,
     ) -> Result<bool, RunFailure> {
+        let named = self.named(stage);
         let faults = stage.check();
         if !faults.is_empty() {
             return Err(ModelError { faults }.into());
@@ -109,18 +115,26 @@ impl Session {
         for warning in unsafe_steps(simulation, stages) {
             observer.event(Event::Warning(&warning));
         }
-        let named = |own: &Stage| own.name == stage.name;
-        let own = simulation.model().deck().stage.iter().position(named);
-        if let Some(own) = own.filter(|own| *own != simulation.stage()) {
-            simulation.enter(own);
-        }
+        let doubts = begin(simulation, stage)?;
+        doubts.iter().for_each(|doubt| observer.event(Event::Warning(doubt)));
         let folder = folder.map(|path| self.open(path)).transpose()?;
-        let ended = self.go(stage, observer);
+        let ended = self.go(&named, observer);
         let closed = folder.map_or(Ok(()), |folder| self.close(&folder));
         self.moved.cursor.step = None;
+        self.moved.simulation.stop_when(Arc::default());
         let done = ended?;
         closed?;
         Ok(done)
+    }
+
+    /// A stage without a name gets one that tells its kind and its number.
+    fn named(&self, stage: &Stage) -> Stage {
+        let mut named = stage.clone();
+        if named.name.is_empty() {
+            let kind = if stage.kind == StageKind::Relax { "relax" } else { "run" };
+            named.name = format!("{kind} {}", self.moved.cursor.done.len() + 1);
+        }
+        named
     }
 
     fn go(&mut self, stage: &Stage, observer: &mut dyn Observer) -> Result<bool, RunFailure> {
@@ -139,13 +153,12 @@ impl Session {
     fn open(&mut self, path: &Path) -> Result<Folder, RunFailure> {
         let Moved { simulation, recorder, .. } = &mut self.moved;
         let model = simulation.model();
-        let before = self.recorded.get(path).filter(|_| path.exists());
+        // The folder itself, however it is written.
+        let known = path.canonicalize().ok();
+        let before = known.and_then(|path| self.recorded.get(&path));
         let title = &model.deck().title;
-        // A model without a title is another one when it differs in anything.
-        let name = match title.is_empty() {
-            true => format!("model {:08x}", fingerprint(&self.text)),
-            false => "model".to_owned(),
-        };
+        // A model that differs in anything is another one.
+        let name = format!("model {:08x}", fingerprint(&self.text));
         let folder = folder::prepare(path, &name, title, &self.text, before.is_some())?;
         match before {
             Some(position) => recorder.reopen(&folder, model, *position)?,
@@ -156,9 +169,11 @@ impl Session {
 
     /// Everything is on the disk and may be read by others.
     fn close(&mut self, folder: &Folder) -> Result<(), RunFailure> {
-        let position = self.moved.recorder.sync()?;
+        let synced = self.moved.recorder.sync();
         self.moved.recorder.close();
-        self.recorded.insert(folder.path().to_owned(), position);
+        let position = synced?;
+        let path = folder.path().canonicalize().unwrap_or_else(|_| folder.path().to_owned());
+        self.recorded.insert(path, position);
         let Moved { simulation, cursor, .. } = &self.moved;
         let between = Cursor { step: None, ..cursor.clone() };
         resume::save(&folder.checkpoint(), &self.text, simulation, &between, position)?;
@@ -186,8 +201,15 @@ impl Session {
         }
         let (mut model, samplers) = build(&saved, available_memory())?;
         change(&mut model).map_err(ModelError::from)?;
+        let recorder = Recorder::new(samplers, nudge(&model, STILL));
         let simulation = resumed.simulation(model, simd)?;
-        let mut session = Self::assemble(simulation, Recorder::new(samplers), text.to_owned());
+        let mut session = Self::assemble(simulation, recorder, text.to_owned());
+        // From its folder it goes on with the files there.
+        if let (Some(folder), true) = (path.parent(), path.ends_with(folder::CHECKPOINT))
+            && let Ok(folder) = folder.canonicalize()
+        {
+            session.recorded.insert(folder, resumed.position);
+        }
         session.moved.cursor = Cursor { step: None, ..resumed.cursor };
         Ok(session)
     }
@@ -221,6 +243,38 @@ impl Session {
             deck: self.text.clone(),
         }
     }
+}
+
+/// Brings the supports and loads of the deck's stage of the same name into force, if there is one.
+/// Gives what is allowed but perhaps not meant.
+fn begin(simulation: &mut Simulation, stage: &Stage) -> Result<Vec<String>, ModelError> {
+    let mut doubts = Vec::new();
+    let stages = &simulation.model().deck().stage;
+    match stages.iter().position(|own| own.name == stage.name) {
+        Some(own) if own != simulation.stage() => simulation.enter(own),
+        Some(_) => {}
+        None if stage.name.is_empty() => {}
+        None => {
+            let names = stages.iter().map(|own| own.name.as_str());
+            if let Some(near) = ddem_core::deck::names::nearest(&stage.name, names) {
+                doubts.push(format!(
+                    "the model has a stage `{near}`, but none named `{}`: its supports and loads \
+                     do not come into force",
+                    stage.name
+                ));
+            }
+        }
+    }
+    if stage.kind == StageKind::Relax {
+        if let Some(fault) = simulation.free_motion() {
+            return Err(fault.into());
+        }
+        let idle = simulation.idle_loads().into_iter();
+        doubts.extend(idle.map(|load| {
+            format!("load {load} does not act: time stands still, and its history is 0 now")
+        }));
+    }
+    Ok(doubts)
 }
 
 /// A number that tells texts apart (FNV-1a).

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from typing import Any
 
@@ -17,7 +18,7 @@ class Bar:
         self._stage: str | None = None
         try:
             with warnings.catch_warnings():
-                # A notebook without ipywidgets has a bar of text: nothing to warn of.
+                # A bar of text does as well: nothing to warn of.
                 warnings.simplefilter("ignore")
                 from tqdm.auto import tqdm
         except ImportError:
@@ -40,11 +41,13 @@ class Bar:
             return
         if stage != self._stage:
             self.close()
-            self._stage = stage
-            # Nothing where the output is neither a terminal nor a notebook.
+            # Nothing where the output is neither a terminal nor a notebook. One without ipywidgets
+            # has a bar of text, which would take it for a file.
+            disable = False if "ipykernel" in sys.modules else None
             self._bar = self._make(
-                desc=stage, unit="step", unit_scale=True, delay=DELAY, disable=None
+                desc=stage, unit="step", unit_scale=True, delay=DELAY, disable=disable
             )
+            self._stage = stage
         bar = self._bar
         bar.total = steps
         shown = {"t": f"{time:.4g} s", "unbalanced": f"{unbalanced:.1e}"}
@@ -57,5 +60,5 @@ class Bar:
     def close(self) -> None:
         """Leaves the bar as it is."""
         if self._bar is not None:
-            self._bar.close()
-            self._bar = None
+            bar, self._bar, self._stage = self._bar, None, None
+            bar.close()
