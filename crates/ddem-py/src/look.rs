@@ -144,6 +144,7 @@ pub(crate) fn integers<'py>(py: Python<'py>, numbers: Vec<i64>) -> PyResult<Boun
 /// All pairs: points, nodes, joints, fields.
 pub(crate) struct Pairs {
     points: Vec<[f64; 3]>,
+    normals: Vec<[f64; 3]>,
     nodes: Vec<[i64; 2]>,
     joints: Vec<i64>,
     fields: Vec<(&'static Field, Vec<f64>)>,
@@ -153,10 +154,12 @@ pub(crate) fn pairs(session: &mut Session) -> Pairs {
     let fields = FIELDS.iter().filter(|field| field.on == On::Pair);
     let fields = fields.map(|field| (field, (field.fill)(session.simulation_mut()))).collect();
     let model = model(session);
-    let (mut nodes, mut joints) = (Vec::new(), Vec::new());
+    let (mut nodes, mut joints, mut normals) = (Vec::new(), Vec::new(), Vec::new());
     for face in model.faces() {
+        let normal = face.normal(model);
         for pair in face.pairs(model) {
             nodes.push(pair);
+            normals.push(normal);
             joints.push(i64::from(face.joint));
         }
     }
@@ -166,6 +169,7 @@ pub(crate) fn pairs(session: &mut Session) -> Pairs {
     };
     Pairs {
         points: nodes.iter().copied().map(middle).collect(),
+        normals,
         nodes: nodes.into_iter().map(|pair| pair.map(i64::from)).collect(),
         joints,
         fields,
@@ -176,6 +180,7 @@ pub(crate) fn pair_array<'py>(py: Python<'py>, pairs: Pairs) -> PyResult<Bound<'
     let n = pairs.joints.len();
     let mut columns = vec![
         ("point", "f8", arrays::rows(py, pairs.points)?),
+        ("normal", "f8", arrays::rows(py, pairs.normals)?),
         ("nodes", "i8", arrays::rows(py, pairs.nodes)?),
         ("joint", "i8", integers(py, pairs.joints)?),
     ];

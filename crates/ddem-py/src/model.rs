@@ -34,7 +34,7 @@ use crate::values::{Matter, no_matter, table, to_python, value};
 /// element : {"standard", "incompatible"}, optional
 ///     The element of the blocks.
 /// contact : bool, optional
-///     Find new contacts between blocks.
+///     Find new contacts between blocks, which is not yet there: False says that none are meant.
 ///
 /// Raises
 /// ------

@@ -31,7 +31,7 @@ impl Model {
     /// axes : three vectors, optional
     ///     Directions of the three edges; oblique ones give parallelepipeds.
     /// body : {"deformable", "rigid"}, optional
-    ///     What the blocks are.
+    ///     What the blocks are; rigid ones are not yet there.
     ///
     /// Raises
     /// ------
@@ -78,7 +78,7 @@ impl Model {
         self.add(py, "remove", None, keys)
     }
 
-    /// Splits the blocks whose centroid lies inside.
+    /// Splits the blocks whose centroid lies inside. Not yet there: :meth:`build` refuses it.
     ///
     /// Parameters
     /// ----------
@@ -156,7 +156,7 @@ impl Model {
         self.add(py, "load", None, keys)
     }
 
-    /// Adds a non-reflecting boundary.
+    /// Adds a non-reflecting boundary. Not yet there: :meth:`build` refuses it.
     ///
     /// Parameters
     /// ----------

@@ -98,8 +98,8 @@ impl Simulation {
     /// duration : float
     ///     Simulated time [s].
     /// damping : float, dict or "none", optional
-    ///     The ratio of (10), or as in a deck ``{"mass": alpha}``, ``{"local": 0.8}``; none without
-    ///     it.
+    ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck
+    ///     ``{"mass": alpha}``, ``{"local": 0.8}``; none without it.
     /// time_step : float, optional
     ///     [s]; without it a part of the critical one that fills the duration.
     /// record : path, optional

@@ -150,7 +150,8 @@ impl Simulation {
     }
 
     /// The pairs of facing nodes, a structured array of shape (n_pairs,): `point` (between the
-    /// nodes of the pair, reference position) [m], `nodes`, `joint` (its number, in sorted order of
+    /// nodes of the pair, reference position) [m], `normal` (at the start, from the first node's
+    /// block to the other's), `nodes`, `joint` (its number, in sorted order of
     /// the names) and the fields of joints: `displacement` [m], `traction` [Pa], `slip` [m],
     /// `opening` [m], `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`,
     /// `failure_time` [s] (NaN while bonded), `damage`.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -118,7 +119,7 @@ def joints(
     title = f"{name} {words}".strip() + (f" ({UNITS[name]})" if name in UNITS else "")
     layer = part("joints", shown, 1.0, PLAIN)
     layer.values = values[quads].reshape(-1)[shown]
-    layer.bar = _bar(title.replace("_", " "), layer.values, *bar)
+    layer.bar = _bar(title.replace("_", " "), layer.values, *bar, plain="plasma")
     if name == "traction":
         return [layer]
     bonded = part("bonded", ~shown, HOLDING, STATES[0][1])
@@ -128,7 +129,13 @@ def joints(
     return [bonded, layer]
 
 
-def _bar(label: str, values: Floats, cmap: Any, clim: tuple[float, float] | None) -> Bar:
+def _bar(
+    label: str,
+    values: Floats,
+    cmap: Any,
+    clim: tuple[float, float] | None,
+    plain: str = "viridis",
+) -> Bar:
     """Colours for values: about zero where both signs matter."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
@@ -138,13 +145,21 @@ def _bar(label: str, values: Floats, cmap: Any, clim: tuple[float, float] | None
     both = low < 0.0 < high and min(-low, high) > 0.05 * max(-low, high)
     if clim is None:
         clim = (-most, most) if both and cmap is None else (low, high)
-        # All the same: a bar needs some length.
-        if clim[0] == clim[1]:
+        # All the same but for rounding: a bar needs some length.
+        if clim[1] - clim[0] <= 1e-6 * most:
             room = 0.5 * abs(low)
             clim = (low - room, low + room) if room else (0.0, 1.0)
     elif not clim[0] < clim[1]:
         raise ValueError(f"clim: {clim!r} must be two numbers that increase")
-    return Bar(label, colours(cmap or ("RdBu_r" if both else "viridis")), clim)
+    return Bar(label, colours(cmap or ("RdBu_r" if both else plain)), clim)
+
+
+def ticks(clim: tuple[float, float]) -> list[tuple[float, str]]:
+    """Five values along a bar, with as many digits as tell them apart."""
+    low, high = clim
+    steps = max(abs(low), abs(high)) / (0.25 * (high - low))
+    digits = max(3, math.ceil(math.log10(steps)) + 1)
+    return [(float(tick), f"{tick:.{digits}g}") for tick in np.linspace(low, high, 5)]
 
 
 def colours(cmap: Any) -> Any:

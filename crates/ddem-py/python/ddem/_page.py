@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._layers import INK, Bar, Layer
+from ._layers import INK, Bar, Layer, ticks
 from ._scene import Floats
 
 Views = Mapping[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
@@ -190,7 +190,7 @@ def _faces(layer: Layer, origin: Floats, bar: tuple[Bar, int, int] | None) -> di
         about, number, count = bar
         values = layer.values.astype(np.float32)
         low, high = about.clim
-        ticks = np.linspace(low, high, 5)
+        marks = ticks(about.clim)
         trace |= {
             "intensity": values if layer.on_points else np.repeat(values, 2),
             "intensitymode": "vertex" if layer.on_points else "cell",
@@ -202,8 +202,8 @@ def _faces(layer: Layer, origin: Floats, bar: tuple[Bar, int, int] | None) -> di
             "colorbar": {
                 "orientation": "h",
                 "title": {"text": _plain(about.label), "side": "top"},
-                "tickvals": ticks,
-                "ticktext": [f"{tick:.3g}" for tick in ticks],
+                "tickvals": [tick for tick, _ in marks],
+                "ticktext": [text for _, text in marks],
                 "len": 0.36,
                 "thickness": 14,
                 "x": (number + 0.5) / count,

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _layers
-from ._layers import INK, Bar, Layer
+from ._layers import INK, Bar, Layer, ticks
 from ._page import page_of
 from ._scene import JOINTS, Source, automatic_scale, frame_of, one_of
 
@@ -280,9 +280,8 @@ def _bar(plotter: Any, bar: Bar, mapper: Any, left: float, ink: str) -> None:
     drawn.SetTitle("")
     drawn.SetBarRatio(1.0)
     _say(plotter, bar.label, (left + 0.5 * width, 0.095), 10, ink, "center")
-    for share in np.linspace(0.0, 1.0, 5):
-        tick = bar.clim[0] + share * (bar.clim[1] - bar.clim[0])
-        _say(plotter, f"{tick:.3g}", (left + share * width, 0.036), 8, ink, "center")
+    for number, (_, text) in enumerate(ticks(bar.clim)):
+        _say(plotter, text, (left + 0.25 * number * width, 0.036), 8, ink, "center")
 
 
 def _say(
