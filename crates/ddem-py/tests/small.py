@@ -1,10 +1,12 @@
-"""Small models that the tests share, and the command line beside them."""
+"""Small models that the tests share, what they compare, and programs beside them."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import subprocess
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,9 @@ SEAM = ddem.Joint(thickness=0.01, material=ROCK)
 
 #: Weight of the two cubes of a metre that :func:`column` is [N].
 WEIGHT = 2 * 2400 * 9.81
+
+#: A duration of which no test sees the end [s].
+ENDLESS = 1e3
 
 
 def column(joint: ddem.Joint | None = SEAM, divisions: int = 2, **keys: Any) -> ddem.Model:
@@ -48,9 +53,38 @@ def breaking(divisions: int = 2) -> ddem.Model:
     return model
 
 
+def staged() -> ddem.Model:
+    """A column that settles and is pushed."""
+    model = column(title="staged")
+    model.load(traction=(1e5, 0, 0), z=2.0, history={"ramp": 1e-3}, from_="push")
+    model.probe("foot", quantity="reaction", z=0.0)
+    model.probe("stress", quantity="stress", at=(0, 0, 0), every=1e-4)
+    model.stage("settle", kind="relax", tolerance=1e-5)
+    model.stage("push", kind="dynamic", duration=2e-3, damping=0.02, frames=5)
+    return model
+
+
 def long() -> ddem.Simulation:
     """Something that takes longer than any test waits for its end."""
     return column(divisions=8).build(threads=2)
+
+
+def moves(simulation: ddem.Simulation) -> None:
+    """What can still be done with a simulation is done."""
+    before = simulation.steps
+    assert np.isfinite(simulation.displacement).all()
+    assert np.isfinite(simulation.energy["balance"])
+    simulation.step(3)
+    simulation.run(1e-5, quiet=True)
+    assert simulation.steps > before + 3
+
+
+def refused(call: Callable[[], Any], kind: type[BaseException] = ValueError) -> str:
+    """The message of a call that is refused."""
+    with pytest.raises(kind) as caught:
+        call()
+    # The name of an argument of the wrong type is in a note, which tracebacks show.
+    return "\n".join([str(caught.value), *getattr(caught.value, "__notes__", [])])
 
 
 def same(a: Any, b: Any) -> bool:
@@ -114,3 +148,19 @@ def run_command(deck: Path, out: Path, *options: str) -> None:
     command = [command_line(), str(deck), "--out", str(out), "--quiet", *options]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
+
+
+def environment() -> dict[str, str]:
+    """Variables with which another interpreter finds the same modules, and these."""
+    path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
+    return {**os.environ, "PYTHONPATH": path}
+
+
+def run_python(script: str, timeout: float = 15) -> str:
+    """What another interpreter prints, which may hang or crash."""
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=timeout, env=environment()
+    )
+    assert done.returncode == 0, done.stderr[-5000:]
+    return done.stdout

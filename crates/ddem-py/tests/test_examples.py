@@ -1,4 +1,4 @@
-"""The examples, the notebook, and every block of Python in the documentation, as a user runs them."""
+"""The examples, the notebook, and all blocks of Python in the documentation run as for a user."""
 
 import os
 import re
@@ -52,7 +52,12 @@ def test_notebook(tmp_path):
     assert not any(cell.get("outputs") for cell in notebook.cells), "outputs are not stored"
     resources = {"metadata": {"path": str(tmp_path)}}
     nbclient.NotebookClient(notebook, timeout=300, resources=resources).execute()
-    kinds = {key for cell in notebook.cells for out in cell.get("outputs", []) for key in out.get("data", {})}
+    kinds = {
+        key
+        for cell in notebook.cells
+        for out in cell.get("outputs", [])
+        for key in out.get("data", {})
+    }
     assert "image/png" in kinds
 
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import copy
-import inspect
 import json
 import pickle
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,8 +13,6 @@ import ddem
 import numpy as np
 import pytest
 from small import ROCK, SEAM, column, cube
-
-STUB = Path(inspect.getfile(ddem)).with_name("_ddem.pyi")
 
 
 def full() -> ddem.Model:
@@ -243,87 +238,11 @@ def test_a_long_double_is_a_number() -> None:
     assert ddem.Material(density=np.longdouble(2400), young=1, poisson=0).density == 2400.0
 
 
-# --- materials and joints ---
+def test_a_free_cube_has_no_joints() -> None:
+    assert "joints" not in cube().deck or cube().deck["joints"] == {}
 
 
-def test_attributes_are_the_keys() -> None:
-    assert (ROCK.name, ROCK.density, ROCK.young, ROCK.poisson) == (None, 2400.0, 18e9, 0.25)
-    joint = ddem.Joint(thickness=1, material="rock", friction=30, name="it")
-    assert (joint.name, joint.thickness, joint.material) == ("it", 1.0, "rock")
-    assert SEAM.material is ROCK or SEAM.material == ROCK
-    given = {"thickness": 1.0, "material": "rock", "friction": 30.0}
-    for key in ddem.schema()["$defs"]["Joint"]["properties"]:
-        assert getattr(joint, key) == given.get(key)
-    with pytest.raises(AttributeError, match="'Joint' object has no attribute 'fiction'"):
-        joint.fiction
-    with pytest.raises(AttributeError, match="'Material' object has no attribute 'thickness'"):
-        ROCK.thickness
-    with pytest.raises(AttributeError):
-        ROCK.density = 3.0
-
-
-def test_equal_ones_share_a_name() -> None:
-    model = ddem.Model()
-    for x in range(3):
-        rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
-        seam = ddem.Joint(thickness=0.01, material=rock)
-        model.add_blocks(
-            origin=(3 * x, 0, 0), size=(2, 1, 1), count=(2, 1, 1), material=rock, joint=seam
-        )
-    deck = model.deck
-    assert len(deck["materials"]) == len(deck["joints"]) == 1
-    assert len({(b["material"], json.dumps(b["joint"])) for b in deck["blocks"]}) == 1
-    other = ddem.Material(density=2400, young=18e9, poisson=0.26)
-    model.add_blocks(origin=(9, 0, 0), size=(1, 1, 1), material=other)
-    assert len(model.deck["materials"]) == 2
-
-
-def test_by_object_and_by_name() -> None:
-    model = ddem.Model()
-    rock = ddem.Material(density=2400, young=18e9, poisson=0.25, name="rock")
-    seam = ddem.Joint(thickness=0.01, material="rock", name="seam")
-    model.add_blocks(size=(2, 1, 1), count=(2, 1, 1), material=rock, joint=seam)
-    model.add_blocks(
-        origin=(9, 0, 0), size=(2, 1, 1), count=(2, 1, 1), material="rock", joint={"x": "seam"}
-    )
-    assert list(model.deck["materials"]) == ["rock"]
-    assert model.deck["joints"] == {"seam": {"thickness": 0.01, "material": "rock"}}
-    assert model.build().n_blocks == 4
-
-
-def test_conflicting_names_are_refused() -> None:
-    model = ddem.Model()
-    rock = ddem.Material(density=2400, young=18e9, poisson=0.25, name="rock")
-    model.add_blocks(size=(1, 1, 1), material=rock)
-    other = ddem.Material(density=2500, young=18e9, poisson=0.25, name="rock")
-    with pytest.raises(ddem.ModelError, match="another material named `rock`, with other values"):
-        model.add_blocks(origin=(2, 0, 0), size=(1, 1, 1), material=other)
-    assert len(model.deck["blocks"]) == 1, "a call that fails adds nothing"
-    assert model.deck["materials"]["rock"]["density"] == 2400.0
-    a = ddem.Joint(thickness=0.01, material=rock, name="a")
-    b = ddem.Joint(thickness=0.02, material=rock, name="a")
-    with pytest.raises(ddem.ModelError, match="another joint named `a`"):
-        model.add_blocks(size=(2, 1, 1), count=(2, 1, 1), material=rock, joint={"x": a, "y": b})
-
-
-def test_given_names_are_not_taken_by_nameless_ones() -> None:
-    model = ddem.Model()
-    first = ddem.Material(density=1, young=1, poisson=0, name="material-1")
-    second = ddem.Material(density=2, young=1, poisson=0)
-    model.add_blocks(size=(1, 1, 1), material=first)
-    model.add_blocks(origin=(2, 0, 0), size=(1, 1, 1), material=second)
-    blocks, materials = model.deck["blocks"], model.deck["materials"]
-    assert [materials[block["material"]]["density"] for block in blocks] == [1.0, 2.0]
-
-
-def test_equality() -> None:
-    assert ddem.Material(density=2400, young=18e9, poisson=0.25) == ROCK
-    assert ddem.Material(density=2400, young=18e9, poisson=0.25, name="a") != ROCK
-    assert ddem.Material(density=2401, young=18e9, poisson=0.25) != ROCK
-    assert ddem.Joint(thickness=0.01, material=ROCK) == SEAM
-    assert ddem.Joint(thickness=0.02, material=ROCK) != SEAM
-    assert ROCK != SEAM
-    assert SEAM != "seam"
+# --- models as objects ---
 
 
 @pytest.mark.parametrize(
@@ -362,154 +281,3 @@ def test_a_model_holds_on_to_nothing_it_was_not_given() -> None:
     model.build()
     del model
     assert sys.getrefcount(held) == before
-
-
-def test_threads_share_a_model() -> None:
-    # The interpreter must not be waited for with the model locked.
-    script = """
-import sys, threading, ddem
-sys.setswitchinterval(1e-6)
-model = ddem.Model()
-rock = ddem.Material(density=1, young=1, poisson=0)
-model.add_blocks(size=(1, 1, 1), divisions=1, material=rock)
-def look():
-    for _ in range(100):
-        model.deck, repr(model), model.to_deck()
-def write():
-    for _ in range(100):
-        model.fix("x", z=0.0)
-threads = [threading.Thread(target=f) for f in (look, write, look)]
-for thread in threads: thread.start()
-for thread in threads: thread.join()
-print(len(model.deck["fix"]))
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=10
-    )
-    assert done.stdout.strip() == "100", done.stderr
-
-
-# --- the stub ---
-
-
-def stub_class(name: str) -> ast.ClassDef:
-    """A class of the stub, or of the types beside it."""
-    trees = [ast.parse(path.read_text()) for path in (STUB, STUB.with_name("_types.py"))]
-    nodes = [node for tree in trees for node in tree.body]
-    found = [node for node in nodes if isinstance(node, ast.ClassDef) and node.name == name]
-    assert found, f"the stub has no class {name}"
-    return found[0]
-
-
-def typed_dict(name: str) -> set[str]:
-    """Keys of one of the stub's dictionaries, with those of the one it extends."""
-    node = stub_class(name)
-    keys = {n.target.id for n in node.body if isinstance(n, ast.AnnAssign)}
-    for base in node.bases:
-        if isinstance(base, ast.Name) and base.id != "TypedDict":
-            keys |= typed_dict(base.id)
-    return keys
-
-
-def keywords(name: str, method: str) -> set[str]:
-    """Names of the arguments that the stub gives a method."""
-    functions = [n for n in stub_class(name).body if isinstance(n, ast.FunctionDef)]
-    found = [f for f in functions if f.name == method]
-    assert found, f"the stub has no {name}.{method}"
-    arguments = found[0].args
-    names = {a.arg for a in [*arguments.args, *arguments.kwonlyargs]} - {"self", "cls"}
-    if arguments.kwarg is not None:
-        unpacked = arguments.kwarg.annotation
-        assert isinstance(unpacked, ast.Subscript)
-        names |= typed_dict(ast.unparse(unpacked.slice))
-    return names
-
-
-def keys_of(definition: str) -> set[str]:
-    """Keys of a table of the deck as Python writes them."""
-    keys = set(ddem.schema()["$defs"][definition]["properties"])
-    if "where" in keys:
-        where = set(ddem.schema()["$defs"]["Where"]["properties"])
-        keys = keys - {"where"} | where
-    return {"from_" if key == "from" else key for key in keys}
-
-
-@pytest.mark.parametrize(
-    ("place", "definition", "besides"),
-    [
-        ("Material.__new__", "Material", {"name"}),
-        ("Joint.__new__", "Joint", {"name"}),
-        ("Model.__new__", "ModelTable", {"title"}),
-        ("Model.add_blocks", "BlockSet", set()),
-        ("Model.refine", "Refine", set()),
-        ("Model.fix", "Fix", set()),
-        ("Model.load", "Load", set()),
-        ("Model.boundary", "Boundary", set()),
-        ("Model.initial", "Initial", set()),
-        ("Model.stage", "Stage", set()),
-        ("Model.probe", "Probe", set()),
-        ("Model.assign", "Assign", set()),
-        ("Model.remove", "Remove", set()),
-        ("Simulation.nodes", "Where", set()),
-    ],
-)
-def test_the_stub_names_every_key(place: str, definition: str, besides: set[str]) -> None:
-    assert keywords(*place.split(".")) == keys_of(definition) | besides
-
-
-def test_every_section_of_the_deck_has_a_method() -> None:
-    made_by = {
-        "title": "__new__",
-        "model": "__new__",
-        "materials": "add_blocks",
-        "joints": "add_blocks",
-        "blocks": "add_blocks",
-    }
-    for section in ddem.schema()["properties"]:
-        assert keywords("Model", made_by.get(section, section))
-
-
-def test_the_stub_has_the_keys_of_relax_and_run() -> None:
-    stage = keys_of("Stage") - {"name", "kind"}
-    relax = keywords("Simulation", "relax") - {"name", "record", "quiet"}
-    run = keywords("Simulation", "run") - {"name", "record", "quiet"}
-    assert relax | run == stage
-    assert relax & run == set()
-    assert keywords("Simulation", "start") <= run
-
-
-def test_the_stub_has_what_schema_calls_words() -> None:
-    text = STUB.read_text()
-    for definition in (
-        "Kinematics",
-        "ElementKind",
-        "Body",
-        "StageKind",
-        "Quantity",
-        "BoundaryKind",
-    ):
-        schema = ddem.schema()["$defs"][definition]
-        words = schema.get("enum") or [one["const"] for one in schema["oneOf"]]
-        for word in words:
-            assert f'"{word}"' in text, f"{definition} {word} is not in the stub"
-
-
-@pytest.mark.parametrize("name", ["Material", "Joint", "Model", "Simulation"])
-def test_the_stub_has_what_is_there(name: str) -> None:
-    there = {n for n in dir(getattr(ddem, name)) if not n.startswith("_")}
-    if name in ("Material", "Joint"):
-        there |= set(ddem.schema()["$defs"][name]["properties"])
-    body = stub_class(name).body
-    written = {n.name for n in body if isinstance(n, ast.FunctionDef)}
-    written |= {n.target.id for n in body if isinstance(n, ast.AnnAssign)}
-    assert {n for n in written if not n.startswith("_")} == there
-
-
-def test_the_schema_is_a_dictionary_of_its_own() -> None:
-    schema = ddem.schema()
-    schema.clear()
-    assert ddem.schema()["$defs"]
-
-
-def test_a_free_cube_has_no_joints() -> None:
-    assert "joints" not in cube().deck or cube().deck["joints"] == {}

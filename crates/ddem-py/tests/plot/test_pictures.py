@@ -1,0 +1,183 @@
+"""Pictures: where things are, what colours mean, and files of them."""
+
+import numpy as np
+import pytest
+from ddem import _layers, _scene
+from ddem._plot import plot
+
+pv = pytest.importorskip("pyvista")
+pytest.importorskip("plotly")
+
+
+# --- where things are ---
+
+
+def test_blocks_are_drawn_where_they_have_moved(drawn, simulation):
+    mesh = drawn(scale=100.0)["blocks"]
+    moved = simulation.points + 100.0 * simulation.displacement
+    assert np.allclose(mesh.points, moved[mesh["node"]], rtol=0, atol=1e-6)
+    assert np.isclose(mesh.bounds[5], moved[:, 2].max(), atol=1e-6)
+    assert mesh.bounds[5] > 1.19
+
+
+def test_only_faces_between_elements_of_a_block_are_left_out(drawn):
+    mesh = drawn()["blocks"]
+    assert mesh.n_cells == 4 * 6 * 2 * 2
+    assert np.isclose(drawn(scale=0.0)["blocks"].area, 4 * 6.0)
+
+
+def test_edges_are_the_twelve_of_each_block_unless_all_are_wanted(drawn):
+    assert drawn(edges="blocks")["edges"].n_cells == 4 * 12 * 2
+    # 3 lines of 2 edges in 2 directions on 6 faces; those on the twelve edges belong to two faces.
+    assert drawn(edges="elements")["edges"].n_cells == 4 * (6 * 12 - 12 * 2)
+    assert "edges" not in drawn(edges="none")
+
+
+def test_faces_look_outward(simulation):
+    faces, owners = _scene.skin(simulation.elements)
+    at = simulation.points[faces]
+    normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
+    inside = simulation.points[simulation.elements[owners]].mean(axis=1)
+    assert (((at.mean(axis=1) - inside) * normal).sum(axis=1) > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("most", "scale"),
+    [(0.002, 100.0), (0.003, 50.0), (1e-9, 2e8), (0.15, 1.0), (0.2, 1.0), (7.0, 1.0), (0.0, 1.0)],
+)
+def test_automatic_scale(most, scale):
+    points = np.array([[0.0, 0.0, 0.0], [4.0, 1.0, 1.0]])
+    assert _scene.automatic_scale(points, np.array([[0.0, 0.0, -most], [0.0, 0.0, 0.0]])) == scale
+
+
+# --- what colours mean ---
+
+
+@pytest.mark.parametrize("name", ["displacement", "velocity", "force"])
+def test_nodal_values_are_those_of_the_field_to_the_last_bit(drawn, simulation, name):
+    unit = {"displacement": "m", "velocity": "m/s", "force": "N"}[name]
+    mesh = drawn(name, component="z")["blocks"]
+    exact = getattr(simulation, name)[mesh["node"], 2]
+    assert np.array_equal(mesh.point_data[f"{name} z ({unit})"], exact)
+
+
+def test_stresses_are_those_of_the_elements_to_the_last_bit(drawn, simulation):
+    mesh = drawn("stress", component="yz")["blocks"]
+    assert np.array_equal(mesh.cell_data["stress yz (Pa)"], simulation.stress[mesh["element"], 4])
+
+
+def test_arrays_of_the_user_on_nodes_and_elements(drawn, simulation):
+    nodal = np.arange(len(simulation.points))
+    mesh = drawn(nodal, label="age (years)")["blocks"]
+    assert np.array_equal(mesh.point_data["age (years)"], nodal[mesh["node"]])
+    mesh = drawn(simulation.element_block == 2)["blocks"]
+    assert mesh.cell_data["values"].sum() == 6 * 2 * 2
+
+
+def test_measures_of_stress():
+    # Pure shear: von Mises √3 τ, principal stresses ±τ.
+    shear = np.array([[0.0, 0.0, 0.0, 5.0, 0.0, 0.0]])
+    uniaxial = np.array([[0.0, 0.0, -7.0, 0.0, 0.0, 0.0]])
+    both = np.concatenate([shear, uniaxial])
+    assert np.allclose(_scene.measure(both, "von_mises")[0], [5.0 * np.sqrt(3.0), 7.0])
+    for part, exact in (("s1", [5.0, 0.0]), ("s2", [0.0, 0.0]), ("s3", [-5.0, -7.0])):
+        assert np.allclose(_scene.measure(both, part)[0], exact, atol=1e-12)
+    # 3, 1, -2 turned about an axis in general position.
+    turned, _ = np.linalg.qr([[1.0, 2.0, 3.0], [0.0, 1.0, 4.0], [5.0, 6.0, 0.0]])
+    full = turned @ np.diag([3.0, 1.0, -2.0]) @ turned.T
+    stress = full[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]][None]
+    for part, exact in (("s1", 3.0), ("s2", 1.0), ("s3", -2.0), ("von_mises", np.sqrt(19.0))):
+        assert np.allclose(_scene.measure(stress, part)[0], exact)
+
+
+def test_signs_share_a_bar_about_zero(simulation):
+    frame = _scene.frame_of(simulation, -1, False)
+    bar = _layers.blocks(frame, "stress", "xx", None, (None, None), 1.0, "none", 1.0)[0].bar
+    assert bar.cmap.name == "RdBu_r"
+    assert bar.clim[0] == -bar.clim[1]
+    bar = _layers.blocks(frame, "mass", None, None, (None, (0.0, 3.0)), 1.0, "none", 1.0)[0].bar
+    assert (bar.cmap.name, bar.clim) == ("viridis", (0.0, 3.0))
+
+
+# --- joints ---
+
+
+def test_states_have_layers_of_their_own(drawn, simulation):
+    meshes = drawn(joints="state", scale=10.0)
+    for joint, name in enumerate(("bonded", "failed in shear", "failed in tension")):
+        mesh = meshes[name]
+        assert mesh.n_cells == 4 * 4
+        assert np.isclose(mesh.area, 1.0)
+        z = 10.0 * 0.002 * np.sin(joint + 1.0)
+        assert np.allclose(mesh.bounds, [joint + 1, joint + 1, 0, 1, z, 1 + z], atol=1e-6)
+    assert meshes["blocks"].array_names == ["node", "element"]
+
+
+def test_an_element_shows_the_state_of_each_of_its_pairs(drawn, simulation):
+    simulation.pairs["state"] = 0
+    simulation.pairs["state"][4] = 1  # the middle of the face at x = 1
+    mesh = drawn(joints="state", scale=0.0)["failed in shear"]
+    assert np.allclose(mesh.bounds, [1, 1, 0.25, 0.75, 0.25, 0.75])
+
+
+def test_fields_of_joints_show_what_failed(drawn, simulation):
+    mesh = drawn(joints="failure_time")["joints"]
+    assert np.allclose(np.unique(mesh.cell_data["failure time (s)"]), [0.1, 0.2])
+    mesh = drawn(joints="slip", joint_component="y")["joints"]
+    assert np.allclose(np.unique(mesh.cell_data["slip y (m)"]), [0.01, 0.02])
+    mesh = drawn(joints="traction", joint_component="x")["joints"]
+    values = simulation.pairs["traction"][simulation.quads.reshape(-1), 0]
+    assert np.array_equal(mesh.cell_data["traction x (Pa)"], values)
+
+
+def test_nothing_failed_is_a_picture_too(drawn, simulation):
+    simulation.pairs["state"] = 0
+    simulation.pairs["failure_time"] = np.nan
+    meshes = drawn(joints="failure_time")
+    assert "joints" not in meshes
+    assert meshes["bonded"].n_cells == 3 * 4 * 4
+
+
+def test_blocks_and_joints_both_coloured(drawn):
+    meshes = drawn("stress", component="s1", joints="slip")
+    assert "stress s1 (Pa)" in meshes["blocks"].cell_data
+    assert "slip magnitude (m)" in meshes["joints"].cell_data
+
+
+# --- files ---
+
+
+def colours(path):
+    """How many colours an image has, greys of smoothed letters left out."""
+    image = pv.read(path).active_scalars[:, :3].astype(int)
+    return len(np.unique(image[np.ptp(image, axis=1) > 24], axis=0))
+
+
+def test_screenshot_is_not_blank(simulation, tmp_path):
+    plot(simulation, screenshot=tmp_path / "u.png", window_size=(600, 450))
+    image = pv.read(tmp_path / "u.png")
+    assert image.dimensions[:2] == (600, 450)
+    assert colours(tmp_path / "u.png") > 100
+
+
+def test_a_screenshot_has_the_colours_of_the_states(simulation, tmp_path):
+    file = tmp_path / "joints.png"
+    plot(simulation, joints="state", opacity=0.0, edges="none", screenshot=file)
+    image = pv.read(file).active_scalars[:, :3].astype(int)
+    counts = [(image[:, strong] - image[:, weak] > 60).sum() for strong, weak in ((0, 2), (2, 0))]
+    assert min(counts) > 2000  # red and blue
+
+
+def test_translucent_blocks_are_there(simulation, tmp_path):
+    file = tmp_path / "clear.png"
+    plot(simulation, joints="state", edges="none", opacity=0.5, screenshot=file)
+    image = pv.read(file).active_scalars[:, :3].astype(int)
+    assert (image.sum(axis=1) < 720).mean() > 0.1
+
+
+def test_files_leave_no_plotter_behind(simulation, tmp_path):
+    before = len(pv.plotting._ALL_PLOTTERS)
+    plot(simulation, screenshot=tmp_path / "a.png", html=tmp_path / "a.html")
+    with pytest.raises(ValueError):
+        plot(simulation, screenshot=tmp_path / "a.nothing")
+    assert len(pv.plotting._ALL_PLOTTERS) == before

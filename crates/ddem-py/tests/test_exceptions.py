@@ -1,0 +1,106 @@
+"""Exceptions: which there are, what they carry, and copies of them."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import ddem
+import numpy as np
+import pytest
+from small import breaking, column
+
+
+def test_the_tree_of_exceptions() -> None:
+    for kind in (ddem.Busy, ddem.Diverged, ddem.ModelError, ddem.NotConverged, ddem.Collapsed):
+        assert issubclass(kind, ddem.Error)
+    assert issubclass(ddem.Error, Exception)
+    assert issubclass(ddem.ModelError, ValueError)
+    assert issubclass(ddem.Collapsed, ddem.NotConverged)
+    assert not issubclass(ddem.Diverged, ValueError)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ddem.Error("a"),
+        ddem.Busy("a"),
+        ddem.NotConverged("a", 0.5),
+        ddem.Collapsed("a", 0.5, (1, 2), 3.0),
+        ddem.Diverged("a", 1, 2.0, 3, 4),
+        ddem.ModelError("a", [("density", "is wrong", None)]),
+        ddem.ModelError("a"),
+    ],
+)
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))]
+)
+def test_exceptions_are_copied(error: ddem.Error, copied: Any) -> None:
+    again = copied(error)
+    assert type(again) is type(error)
+    assert str(again) == str(error) == "a"
+    assert again.__dict__ == error.__dict__
+    assert again.args == error.args
+
+
+def test_relaxations_that_do_not_converge() -> None:
+    simulation = column().build()
+    with pytest.raises(ddem.NotConverged) as caught:
+        simulation.relax(max_steps=7, quiet=True)
+    error = caught.value
+    assert isinstance(error.ratio, float) and 1e-6 < error.ratio < 10
+    assert error.ratio == simulation.unbalanced
+    assert str(error).startswith("not in equilibrium after 7 steps")
+    assert simulation.steps >= 7
+    assert simulation.relax(quiet=True) > 0, "it may go on"
+
+
+def test_blocks_that_part_without_end() -> None:
+    model = breaking()
+    model.load(traction=(0, 0, 5e5), z=2.0)
+    simulation = model.build()
+    with pytest.raises(ddem.NotConverged) as caught:
+        simulation.relax(quiet=True)
+    error = caught.value
+    assert isinstance(error, ddem.Collapsed)
+    assert tuple(sorted(error.blocks)) == (0, 1)
+    assert error.distance > 0 and error.ratio > 0
+    assert np.isfinite(simulation.displacement).all()
+
+
+@pytest.mark.parametrize("how", ["run", "step", "deck"])
+def test_runs_that_diverge(how: str, tmp_path: Path) -> None:
+    model = column()
+    if how == "deck":
+        model.initial(velocity=(1e300, 0, 0), z=(1.5, 2.0))
+        model.stage("fly", kind="dynamic", duration=1e-2)
+    simulation = model.build()
+    velocity = np.zeros((54, 3))
+    velocity[40] = [1e300, -1e300, 1e300]
+    simulation.velocity = velocity
+    calls: dict[str, Callable[[], Any]] = {
+        "run": lambda: simulation.run(1e-2, quiet=True),
+        "step": lambda: simulation.step(1000),
+        "deck": lambda: ddem.run_deck(model, out=tmp_path / "out", quiet=True),
+    }
+    with pytest.raises(ddem.Diverged) as caught:
+        calls[how]()
+    error = caught.value
+    assert simulation.node_block[error.node] == error.block
+    assert error.block == 1 or how == "deck", "the block that was thrown"
+    assert 0 < error.step < 1000 and 0 <= error.time < 1e-2
+    assert f"diverged at step {error.step}" in str(error)
+    assert f"node {error.node} of block {error.block}" in str(error)
+    if how == "deck":
+        assert str(error).startswith("stage `fly`: ")
+        assert (tmp_path / "out" / "blocks.vtkhdf").is_file()
+        return
+    assert simulation.steps == error.step
+    # The state that may be set may be mended.
+    simulation.displacement = np.zeros((54, 3))
+    simulation.velocity = np.zeros((54, 3))
+    simulation.step(3)
+    assert np.isfinite(simulation.displacement).all()

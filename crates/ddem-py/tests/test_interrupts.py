@@ -1,0 +1,183 @@
+"""Ctrl-C stops long calls at once, and they may go on after it."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import ddem
+import pytest
+from small import (
+    ENDLESS,
+    assert_same_results,
+    breaking,
+    column,
+    environment,
+    long,
+    moves,
+    same_state,
+)
+
+
+@contextmanager
+def interrupted(after: float = 0.15) -> Iterator[list[float]]:
+    """Ctrl-C after a while; says when."""
+    at: list[float] = []
+
+    def interrupt() -> None:
+        at.append(time.perf_counter())
+        signal.raise_signal(signal.SIGINT)
+
+    timer = threading.Timer(after, interrupt)
+    timer.start()
+    try:
+        yield at
+    finally:
+        timer.cancel()
+        timer.join()
+
+
+@pytest.mark.parametrize("how", ["run", "step", "relax", "record"])
+def test_ctrl_c_stops_at_once(how: str, tmp_path: Path) -> None:
+    simulation = long()
+    simulation.critical_step
+    calls: dict[str, Callable[[], Any]] = {
+        "run": lambda: simulation.run(ENDLESS, quiet=True),
+        "step": lambda: simulation.step(10**12, quiet=True),
+        "relax": lambda: simulation.relax(tolerance=1e-300, max_steps=10**12, quiet=True),
+        "record": lambda: simulation.run(ENDLESS, record=tmp_path / "out", quiet=True),
+    }
+    with interrupted() as at, pytest.raises(KeyboardInterrupt):
+        calls[how]()
+    assert time.perf_counter() - at[0] < 0.2
+    assert simulation.steps > 0
+    moves(simulation)
+    if how == "record":
+        simulation.run(1e-4, record=tmp_path / "out", quiet=True)
+        assert same_state(ddem.load(tmp_path / "out" / "checkpoint.h5"), simulation)
+
+
+def test_a_handler_of_ones_own_is_asked() -> None:
+    class Enough(Exception):
+        pass
+
+    def handler(number: int, frame: Any) -> None:
+        raise Enough
+
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        simulation = long()
+        with interrupted(), pytest.raises(Enough):
+            simulation.run(ENDLESS, quiet=True)
+        moves(simulation)
+        asked: list[int] = []
+        signal.signal(signal.SIGINT, lambda number, frame: asked.append(number))
+        with interrupted(0.05):
+            simulation.step(1000, quiet=True)
+        assert asked == [signal.SIGINT], "a handler that raises nothing stops nothing"
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_steps_after_ctrl_c_are_those_without() -> None:
+    simulation, reference = (column(divisions=6).build() for _ in range(2))
+    simulation.start(damping=0.05)
+    reference.start(damping=0.05)
+    with interrupted(0.1), pytest.raises(KeyboardInterrupt):
+        simulation.step(10**9, quiet=True)
+    reference.step(simulation.steps)
+    assert simulation.steps > 0
+    assert same_state(simulation, reference)
+
+
+def test_a_run_goes_on_after_ctrl_c() -> None:
+    simulation = long()
+    step = 0.5 * simulation.critical_step
+    with interrupted(), pytest.raises(KeyboardInterrupt):
+        simulation.run(ENDLESS, time_step=step, quiet=True)
+    done = simulation.steps
+    assert simulation.time == pytest.approx(done * step)
+    assert simulation.run(20 * step, time_step=step, quiet=True) == 20
+    assert simulation.steps == done + 20
+    assert abs(simulation.energy["balance"]) < 1e-6 * simulation.energy["external_work"]
+
+
+def endless(title: str) -> ddem.Model:
+    """A deck that takes about a second."""
+    model = breaking(divisions=3)
+    model = ddem.Model.from_deck({**model.deck, "title": title})
+    model.stage("settle", kind="relax")
+    model.stage("pull", kind="dynamic", duration=1.6, fields_every=0.2, damping=0.01)
+    return model
+
+
+def test_a_deck_goes_on_after_ctrl_c(tmp_path: Path) -> None:
+    model = endless("goes on")
+    out, whole = tmp_path / "out", tmp_path / "whole"
+    times = 0
+    resume = False
+    for _ in range(3):
+        try:
+            with interrupted(0.12) as at:
+                ddem.run_deck(model, out=out, resume=resume, quiet=True)
+            pytest.fail("ended before it was interrupted")
+        except KeyboardInterrupt as error:
+            assert time.perf_counter() - at[0] < 0.2
+            assert "resume=True" in str(error)
+            times += 1
+        assert (out / "checkpoint.h5").is_file()
+        resume = True
+    simulation = ddem.run_deck(model, out=out, resume=True, quiet=True)
+    reference = ddem.run_deck(model, out=whole, quiet=True)
+    assert times == 3
+    assert same_state(simulation, reference)
+    assert_same_results(out, whole)
+    for name in reference.probes:
+        # From where it went on, or all of it: never something else.
+        tail = simulation.probes[name]
+        assert len(tail) > 0
+        assert tail.tobytes() == reference.probes[name][-len(tail) :].tobytes()
+
+
+def test_resume_needs_a_checkpoint(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="no checkpoint to resume"):
+        ddem.run_deck(endless("none"), out=tmp_path / "out", resume=True, quiet=True)
+
+
+def test_ctrl_c_of_a_terminal(tmp_path: Path) -> None:
+    script = """
+import sys
+from small import long
+simulation = long()
+simulation.critical_step
+print("go", flush=True)
+try:
+    simulation.run(1e3)
+except KeyboardInterrupt:
+    simulation.step(2)
+    print("stopped", simulation.steps > 2, flush=True)
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+    ) as process:
+        try:
+            assert process.stdout is not None and process.stdout.readline() == "go\n"
+            time.sleep(0.1)
+            process.send_signal(signal.SIGINT)
+            start = time.perf_counter()
+            assert process.stdout.readline() == "stopped True\n"
+            assert time.perf_counter() - start < 0.5
+            assert process.wait(10) == 0
+        finally:
+            process.kill()

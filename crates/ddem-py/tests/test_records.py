@@ -1,0 +1,195 @@
+"""Folders of results: what is written, what is added, and what stays."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import ddem
+import h5py
+import numpy as np
+import pytest
+from small import column, cube, same, same_state, staged
+
+COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+# --- folders ---
+
+
+def test_the_results_go_where_the_deck_says(tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    staged().to_deck("tower.toml")
+    ddem.run_deck("tower.toml", quiet=True)
+    assert (tmp_path / "results" / "tower" / "summary.json").is_file()
+
+
+def test_calls_append_to_their_folder(tmp_path: Path) -> None:
+    simulation = column(title="appended").build()
+    out = tmp_path / "out"
+    frames = []
+    for turn in range(3):
+        simulation.run(2e-4, frames=2, record=out, name=f"turn {turn}", quiet=True)
+        with h5py.File(out / "blocks.vtkhdf") as file:
+            frames.append(len(file["VTKHDF/Steps/Values"]))
+            times = np.asarray(file["VTKHDF/Steps/Values"])
+    assert frames == [3, 5, 7]
+    assert (np.diff(times) > 0).all()
+    assert times[-1] == pytest.approx(6e-4)
+    energy = rows(out / "energy.csv")
+    assert {row["stage"] for row in energy} == {"turn 0", "turn 1", "turn 2"}
+    steps = [int(row["step"]) for row in energy]
+    assert steps == sorted(steps) and steps[-1] == simulation.steps
+    names = [stage["name"] for stage in json.loads((out / "summary.json").read_text())["stages"]]
+    assert names == ["turn 0", "turn 1", "turn 2"]
+    # The checkpoint in the folder is a saved simulation.
+    assert same_state(ddem.load(out / "checkpoint.h5"), simulation)
+
+
+def test_folders_take_turns(tmp_path: Path) -> None:
+    simulation = column().build()
+    frames: dict[str, list[float]] = {"a": [], "b": []}
+    for name in ("a", "b", "a", "b"):
+        simulation.run(1e-4, frames=1, record=tmp_path / name, quiet=True)
+        with h5py.File(tmp_path / name / "blocks.vtkhdf") as file:
+            times = np.asarray(file["VTKHDF/Steps/Values"]).tolist()
+        assert times[: len(frames[name])] == frames[name], "what was there stays"
+        assert len(times) > len(frames[name])
+        frames[name] = times
+    assert frames["a"][0] == 0.0
+    assert (frames["a"][-1], frames["b"][-1]) == pytest.approx((3e-4, 4e-4))
+
+
+def test_a_file_that_is_gone_stops_nothing(tmp_path: Path) -> None:
+    simulation = column().build()
+    out = tmp_path / "out"
+    simulation.run(1e-4, record=out, quiet=True)
+    steps = simulation.steps
+    (out / "blocks.vtkhdf").unlink()
+    with pytest.raises(FileNotFoundError):
+        simulation.run(1e-4, record=out, quiet=True)
+    assert simulation.steps == steps
+    simulation.run(1e-4, record=tmp_path / "other", quiet=True)
+
+
+def test_the_results_of_a_deck_stay(tmp_path: Path) -> None:
+    simulation = ddem.run_deck(staged(), out=tmp_path / "out", quiet=True)
+    before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    with pytest.raises(FileExistsError):
+        simulation.run(1e-4, record=tmp_path / "out", quiet=True)
+    assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+    simulation.run(1e-4, record=tmp_path / "more", quiet=True)
+
+
+def test_what_is_not_recorded_leaves_no_file(tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    simulation = column().build()
+    simulation.relax(quiet=True)
+    simulation.run(1e-4, quiet=True)
+    simulation.step(3)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("title", ["", "tower"])
+def test_the_results_of_another_model_stay(tmp_path: Path, title: str) -> None:
+    out = tmp_path / "out"
+    column(title=title).build().run(1e-4, record=out, quiet=True)
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    other = cube(title="cube" if title else "").build()
+    with pytest.raises(FileExistsError, match="results of another"):
+        other.run(1e-4, record=out, quiet=True)
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert other.steps == 0
+
+
+def test_a_reader_of_the_results_is_not_in_the_way_for_ever(tmp_path: Path) -> None:
+    simulation = column().build()
+    out = tmp_path / "out"
+    simulation.run(1e-4, record=out, quiet=True)
+    with h5py.File(out / "blocks.vtkhdf", "r"):
+        try:
+            simulation.run(1e-4, record=out, quiet=True)
+        except OSError:
+            pass
+    simulation.run(1e-4, record=out, quiet=True)
+    assert same_state(ddem.load(out / "checkpoint.h5"), simulation)
+
+
+# --- probes and the summary ---
+
+
+def test_names_of_stages_and_probes_are_text(tmp_path: Path) -> None:
+    model = cube()
+    model.probe('a,"b"', at=(0, 0, 0))
+    simulation = model.build()
+    simulation.run(1e-4, record=tmp_path / "out", name='one, "two"', quiet=True)
+    found = rows(tmp_path / "out" / "probes.csv")
+    assert set(found[0]) == {"stage", "step", "time", *(f'a,"b".{c}' for c in "xyz")}
+    assert {row["stage"] for row in found} == {'one, "two"'}
+    assert list(simulation.probes) == ['a,"b"']
+
+
+def test_probes() -> None:
+    model = staged()
+    simulation = model.build()
+    names = {name: history.dtype.names for name, history in simulation.probes.items()}
+    assert names == {
+        "top": ("time", "step", "x", "y", "z"),
+        "foot": ("time", "step", "x", "y", "z"),
+        "stress": ("time", "step", *COMPONENTS),
+    }
+    simulation.enter("push")
+    simulation.run(1e-3, time_step=1e-5, quiet=True)
+    top, stress = simulation.probes["top"], simulation.probes["stress"]
+    assert (top.dtype["time"], top.dtype["step"]) == (np.dtype("f8"), np.dtype("i8"))
+    assert top["step"].tolist() == list(range(101))
+    assert np.allclose(top["time"], top["step"] * 1e-5)
+    assert stress["step"].tolist() == list(range(0, 101, 10))
+    node = simulation.nearest_node((1, 1, 2))
+    assert [top[c][-1] for c in "xyz"] == simulation.displacement[node].tolist()
+    foot = simulation.probes["foot"]
+    assert [foot[c][-1] for c in "xyz"] == simulation.reaction(simulation.nodes(z=0.0)).tolist()
+    seen = simulation.probes["top"]
+    seen["x"] = 7
+    assert not (simulation.probes["top"]["x"] == 7).any()
+    simulation.run(1e-3, time_step=1e-5, quiet=True)
+    assert simulation.probes["top"]["step"].tolist() == list(range(201))
+
+
+def test_probes_are_those_of_the_file(tmp_path: Path) -> None:
+    simulation = ddem.run_deck(staged(), out=tmp_path / "out", quiet=True)
+    found = rows(tmp_path / "out" / "probes.csv")
+    for name, history in simulation.probes.items():
+        components = history.dtype.names[2:]
+        written = [row for row in found if row[f"{name}.{components[0]}"]]
+        assert len(written) == len(history) > 2
+        assert [int(row["step"]) for row in written] == history["step"].tolist()
+        for component in components:
+            column_ = [float(row[f"{name}.{component}"]) for row in written]
+            assert same(np.array(column_), history[component].copy())
+
+
+def test_summary(tmp_path: Path) -> None:
+    simulation = column(title="tower").build()
+    assert simulation.summary["stages"] == []
+    steps = simulation.relax(record=tmp_path / "out", quiet=True)
+    more = simulation.run(1e-4, record=tmp_path / "out", name="go", quiet=True)
+    summary = simulation.summary
+    assert (summary["title"], summary["version"]) == ("tower", ddem.__version__)
+    sizes = ("blocks", "nodes", "elements", "pairs")
+    assert [summary[name] for name in sizes] == [2, 54, 16, 9]
+    stages = summary["stages"]
+    assert [stage["kind"] for stage in stages] == ["relax", "dynamic"]
+    assert [stage["steps"] for stage in stages] == [steps, more]
+    assert stages[1]["name"] == "go"
+    assert summary["deck"] == column(title="tower").to_deck()
+    written = json.loads((tmp_path / "out" / "summary.json").read_text())
+    written.pop("peak_memory_bytes"), summary.pop("peak_memory_bytes")
+    assert written == summary

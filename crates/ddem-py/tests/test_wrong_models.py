@@ -1,0 +1,191 @@
+"""What is said about models that cannot be, and where."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+from typing import Any
+
+import ddem
+import numpy as np
+import pytest
+from small import ROCK, SEAM, column, refused
+
+HERE = Path(__file__).name
+
+
+def line() -> int:
+    """Line of the caller."""
+    frame = inspect.currentframe()
+    assert frame is not None and frame.f_back is not None
+    return frame.f_back.f_lineno
+
+
+# --- one call ---
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda m: m.fix("xyz", hist=3), "hist: unknown key `hist` (did you mean `history`?"),
+        (lambda m: m.fix(5), "axes: expected text"),
+        (
+            lambda m: m.stage("a", kind="dyn"),
+            'kind: expected `"relax"` or `"dynamic"`, found "dyn"',
+        ),
+        (lambda m: m.load(force=(1, 2)), "force: expected 3 numbers, found 2"),
+        (lambda m: m.load(force=(1, 2, np.nan)), "force[2]: NaN where a finite number must be"),
+        (lambda m: m.load(pressure=np.inf), "pressure: inf where a finite number must be"),
+        (lambda m: m.load(force=(1, 2, 3), x="a"), "x: expected a number (a plane) or two numbers"),
+        (lambda m: m.load(force=(1, 2, 3), x=(1, 2, 3)), "x: expected a number (a plane) or two"),
+        (lambda m: m.load(force=(1, 2, 3), history={"ram": 1}), "history.ram: unknown key `ram`"),
+        (lambda m: m.fix("x", from_=3), "from_: expected text"),
+        (lambda m: m.fix("x", sphere={"centre": (0, 0, 0)}), "sphere.radius: key `radius`"),
+        (lambda m: m.add_blocks(material=ROCK, count=(1, 1, -1)), "count[2]: expected a whole"),
+        (lambda m: m.add_blocks(material=ROCK, divisions=2.5), "divisions: expected a whole"),
+        (lambda m: m.add_blocks(material=ROCK, edges={"q": [0, 1]}), "edges.q: unknown key `q`"),
+        (lambda m: m.add_blocks(material=10**30), "material: "),
+        (lambda m: m.probe("p", quantity="strain", at=(0, 0, 0)), "quantity: expected"),
+        (lambda m: m.initial(velocity=object()), "velocity: expected a number, text, a list"),
+        (lambda m: m.boundary("free"), 'kind: expected `"viscous"`'),
+        (lambda m: m.refine(factor=0.5, z=0.0), "factor: expected a whole"),
+        (lambda m: ddem.Model(gravty=1), "gravty: unknown key `gravty` (did you mean `gravity`?"),
+        (lambda m: ddem.Model(gravity=(1, 2)), "gravity: expected 3 numbers, found 2"),
+        (lambda m: ddem.Model(kinematics="big"), "kinematics: expected"),
+        (lambda m: ddem.Material(density=1, young=1), "poisson: key `poisson` is missing"),
+        (lambda m: ddem.Material(density="a", young=1, poisson=0), "density: expected a number"),
+        (lambda m: ddem.Joint(thicknes=1), "thicknes: unknown key `thicknes` (did you mean"),
+        (lambda m: ddem.Joint(thickness=1, material=SEAM), "material: a joint is no material"),
+        (lambda m: ddem.Joint(fracture_energy=1), "fracture_energy: expected a list of 2 numbers"),
+    ],
+)
+def test_a_call_says_what_is_wrong_at_once(call: Any, message: str) -> None:
+    model = column()
+    before = model.deck
+    with pytest.raises(ddem.ModelError) as caught:
+        call(model)
+    assert str(caught.value).startswith(message)
+    ((place, text, _),) = caught.value.faults
+    assert f"{place}: {text}" in str(caught.value)
+    assert model.deck == before
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda m: m.fix("xyz", q=3),
+        lambda m: m.load(q=3),
+        lambda m: m.probe("a", q=3),
+        lambda m: m.build().nodes(q=3),
+    ],
+)
+def test_the_keys_that_are_named_are_those_of_python(call: Any) -> None:
+    message = refused(lambda: call(column()), ddem.ModelError)
+    assert message.startswith("q: unknown key `q`")
+    for key in ("`x`", "`y`", "`z`", "`sphere`", "`set`"):
+        assert key in message
+    assert "`where`" not in message and "`from`" not in message
+
+
+def test_a_part_must_be_named() -> None:
+    message = refused(column().remove, ddem.ModelError)
+    assert "`x`" in message and "`where`" not in message
+
+
+# --- the whole ---
+
+
+def test_build_says_where_the_script_is_wrong() -> None:
+    model = column()
+    model.fix("q", z=0.0); fixed = line()  # fmt: skip # noqa: E702
+    model.load(force=(1, 0, 0), x=77.0)
+    model.add_blocks(
+        size=(1, 1, 1),
+        origin=(9, 9, 9),
+        material="chalk",
+    )
+    with pytest.raises(ddem.ModelError) as caught:
+        model.build()
+    lines = str(caught.value).splitlines()
+    places = [place for place, _, _ in caught.value.faults]
+    assert any(text.startswith(f"{HERE}:{fixed}: fix[1].axes: ") for text in lines)
+    assert any(
+        re.match(rf"{HERE}:\d+: blocks\[1\].material: there is no material named `chalk`", text)
+        for text in lines
+    )
+    assert places and len(places) == len(lines)
+    model = column()
+    model.load(force=(1, 0, 0), x=77.0); loaded = line()  # fmt: skip # noqa: E702
+    message = refused(model.build, ddem.ModelError)
+    assert message.startswith(f"{HERE}:{loaded}: load[0]")
+    assert "selects nothing" in message
+
+
+def test_all_mistakes_at_once() -> None:
+    model = ddem.Model()
+    chalk = ddem.Material(density=-1, young=0, poisson=0.5)
+    model.add_blocks(size=(1, 1, 0), count=(2, 1, 1), material=chalk)
+    with pytest.raises(ddem.ModelError) as caught:
+        model.build()
+    places = {place for place, _, _ in caught.value.faults}
+    assert {
+        "materials.material-1.density",
+        "materials.material-1.young",
+        "materials.material-1.poisson",
+    } <= places
+    assert len(caught.value.faults) >= 5
+
+
+@pytest.mark.parametrize("form", ["model", "dictionary"])
+def test_a_model_is_no_file(form: str, tmp_path: Path) -> None:
+    model = column()
+    model.stage("a", kind="relax")
+    model.load(force=(1, 0, 0), x=77.0); loaded = line()  # fmt: skip # noqa: E702
+    given = model if form == "model" else model.deck
+    message = refused(
+        lambda: ddem.run_deck(given, out=tmp_path / "out", quiet=True), ddem.ModelError
+    )
+    assert "model.toml" not in message
+    assert "load[0]" in message and "selects nothing" in message
+    if form == "model":
+        assert message.startswith(f"{HERE}:{loaded}: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_nothing_to_run(tmp_path: Path) -> None:
+    message = refused(lambda: ddem.run_deck(column(), out=tmp_path / "out"), ddem.ModelError)
+    assert "no stage" in message
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_shown_where_it_is_wrong(tmp_path: Path) -> None:
+    text = column().to_deck().replace("young", "yuong")
+    path = tmp_path / "deck.toml"
+    path.write_text(text)
+    for call in (lambda: ddem.Model.from_deck(path), lambda: ddem.run_deck(path)):
+        message = refused(call, ddem.ModelError)
+        number = 1 + text.splitlines().index(next(t for t in text.splitlines() if "yuong" in t))
+        assert f"deck.toml:{number}:" in message
+        assert "did you mean `young`?" in message
+        assert "\x1b" not in message
+
+
+@pytest.mark.parametrize("divisions", [1300, 4_000_000, 2**32 - 1, 2**32, 2**63 - 1])
+def test_models_that_are_too_large(divisions: int) -> None:
+    model = ddem.Model()
+    with pytest.raises((MemoryError, ddem.ModelError)) as caught:
+        model.add_blocks(size=(1, 1, 1), divisions=divisions, material=ROCK)
+        model.build()
+    assert str(caught.value)
+    if divisions == 1300:
+        assert isinstance(caught.value, MemoryError)
+
+
+def test_warnings_are_those_of_python() -> None:
+    weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e4, friction=20)
+    with pytest.warns(UserWarning, match="joint `joint-1` can fail"):
+        column(weak).build()
+    with pytest.warns(UserWarning) as found:
+        column(weak).build()
+    assert all(Path(one.filename).name == HERE for one in found), "of the line that built it"
