@@ -176,10 +176,12 @@ pub(crate) fn away<T: Send>(
             }
         })
     });
+    // Ctrl-C that came as the work ended is not left to whatever comes next.
+    let signal = py.check_signals();
     let told = watch.tell(py, bar);
     let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
     // Whatever comes first is told, but nothing before an interruption.
-    let later = [told.err(), closed.err()].into_iter().flatten();
+    let later = [signal.err(), told.err(), closed.err()].into_iter().flatten();
     for error in later {
         raised = match raised {
             Some(first) if !is_interruption(py, &error) => Some(first),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -200,3 +202,33 @@ def test_a_function_cannot_use_its_own_simulation() -> None:
     made.append(model.build())
     made[0].step(3)
     assert len(seen) >= 3
+
+
+def test_histories_are_garbage_that_is_collected() -> None:
+    class Machine:
+        def __init__(self) -> None:
+            self.model = column()
+            self.model.load(pressure=1e5, z=2.0, history=self.factor)
+            self.simulation = self.model.build(threads=1)
+
+        def factor(self, time: float) -> float:
+            return 1.0
+
+    machine = Machine()
+    machine.simulation.step(10)
+    gone = weakref.ref(machine)
+    del machine
+    gc.collect()
+    assert gone() is None
+
+
+def test_a_history_where_there_is_none_is_refused() -> None:
+    simulation = column().build()
+    for call in (
+        lambda: simulation.run(1e-4, history=lambda time: 1.0),
+        lambda: simulation.nodes(history=lambda time: 1.0),
+        lambda: ddem.Model(history=lambda time: 1.0),
+        lambda: ddem.Material(density=1, young=1, poisson=0, history=lambda time: 1.0),
+    ):
+        with pytest.raises(ddem.ModelError, match="history: only loads"):
+            call()

@@ -181,3 +181,80 @@ except KeyboardInterrupt:
             assert process.wait(10) == 0
         finally:
             process.kill()
+
+
+@pytest.mark.parametrize("how", ["start", "critical_step", "relax", "run"])
+def test_ctrl_c_before_the_first_step(how: str) -> None:
+    """On a large model the search for the critical step and for the masses takes seconds."""
+    model = column(divisions=20)
+    calls: dict[str, Callable[[ddem.Simulation], Any]] = {
+        "start": lambda simulation: simulation.start(),
+        "critical_step": lambda simulation: simulation.critical_step,
+        "relax": lambda simulation: simulation.relax(quiet=True),
+        "run": lambda simulation: simulation.run(1e-6, quiet=True),
+    }
+    simulation = model.build(threads=1)
+    before = simulation.displacement
+    with interrupted(0.01) as at, pytest.raises(KeyboardInterrupt):
+        while True:
+            # It may have been found in time.
+            calls[how](simulation)
+            simulation = model.build(threads=1)
+    assert time.perf_counter() - at[0] < 0.3
+    assert simulation.n_nodes == len(before)
+    simulation.step()
+    assert simulation.steps >= 1
+
+
+class Interrupting:
+    """An argument whose conversion is interrupted."""
+
+    def interrupt(self, *_: Any) -> Any:
+        raise KeyboardInterrupt
+
+    __array__ = __index__ = __float__ = __fspath__ = tolist = interrupt
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda it: ddem.Material(density=it, young=1, poisson=0),
+        lambda it: column().load(traction=it),
+        lambda it: column().build().apply_force(it, (0, 0, 1)),
+        lambda it: column().build().apply_force(0, it),
+        lambda it: column().build().step(it),
+        lambda it: ddem.run_deck(it),
+        lambda it: ddem.Model.from_deck(it),
+        lambda it: setattr(column().build(), "displacement", it),
+    ],
+)
+def test_ctrl_c_in_an_argument_is_not_lost(call: Callable[[Any], Any]) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        call(Interrupting())
+
+
+def test_ctrl_c_comes_before_any_error() -> None:
+    """A loop over models that forgives errors can be stopped."""
+
+    def late(time: float) -> float:
+        if time > 1e-4:
+            signal.raise_signal(signal.SIGINT)
+            raise ValueError("late")
+        return 1.0
+
+    model = column()
+    model.load(pressure=1e5, z=2.0, history=late)
+    with pytest.raises(KeyboardInterrupt):
+        model.build().run(1e-3, quiet=True)
+
+
+def test_ctrl_c_outlives_a_bar_that_fails(monkeypatch: Any) -> None:
+    import ddem._progress
+
+    def close(bar: Any) -> None:
+        raise RuntimeError("close")
+
+    monkeypatch.setattr(ddem._progress.Bar, "close", close)
+    simulation = long()
+    with interrupted(), pytest.raises(KeyboardInterrupt):
+        simulation.run(ENDLESS)

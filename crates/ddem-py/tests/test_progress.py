@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from small import ENDLESS, cube, long, moves
+from small import ENDLESS, column, long, moves
 
 
 class Terminal(io.StringIO):
@@ -68,8 +68,9 @@ def test_nothing_is_shown_without_a_terminal_or_when_quiet(
     import ddem._progress
 
     monkeypatch.setattr(ddem._progress, "DELAY", 0.0)
+    assert shown(lambda: simulation.step(3000), monkeypatch) != ""
     assert shown(lambda: simulation.run(300 * step, quiet=True), monkeypatch) == ""
-    assert shown(lambda: simulation.step(300, quiet=True), monkeypatch) == ""
+    assert shown(lambda: simulation.step(3000, quiet=True), monkeypatch) == ""
     assert capfd.readouterr() == ("", "")
 
 
@@ -77,8 +78,8 @@ def test_nothing_is_shown_without_a_terminal_or_when_quiet(
 def test_progress_needs_no_tqdm(monkeypatch: Any, blocked: str) -> None:
     monkeypatch.setitem(sys.modules, blocked, None)
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)
-    simulation = cube().build()
-    simulation.run(1e-2)
+    simulation = column().build()
+    simulation.run(1e-3)
     simulation.relax()
     simulation.step(100)
     assert simulation.steps > 100

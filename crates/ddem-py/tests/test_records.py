@@ -11,7 +11,7 @@ import ddem
 import h5py
 import numpy as np
 import pytest
-from small import column, cube, same, same_state, staged
+from small import assert_same_results, column, cube, same, same_state, staged
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 
@@ -193,3 +193,53 @@ def test_summary(tmp_path: Path) -> None:
     written = json.loads((tmp_path / "out" / "summary.json").read_text())
     written.pop("peak_memory_bytes"), summary.pop("peak_memory_bytes")
     assert written == summary
+
+
+def times(folder: Path) -> list[float]:
+    """Times of the frames in a folder of results."""
+    with h5py.File(folder / "blocks.vtkhdf") as file:
+        return [float(time) for time in np.asarray(file["VTKHDF/Steps/Values"])]
+
+
+def test_frames_of_motion_have_their_times(tmp_path: Path) -> None:
+    model = column()
+    model.stage("settle", kind="relax")
+    simulation = model.build()
+    simulation.relax(name="settle", record=tmp_path / "out", quiet=True)
+    simulation.run(1e-3, frames=4, record=tmp_path / "out", quiet=True)
+    assert times(tmp_path / "out")[-1] == simulation.time
+    assert times(tmp_path / "out")[-4:] == pytest.approx([0.25e-3, 0.5e-3, 0.75e-3, 1e-3], rel=0.1)
+
+
+def test_a_folder_is_one_however_it_is_written(tmp_path: Path, monkeypatch: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    simulation = column().build()
+    for name in ("out", "./out", tmp_path / "out"):
+        simulation.run(1e-4, frames=1, record=name, quiet=True)
+    assert len(times(tmp_path / "out")) == 4
+
+
+def test_a_loaded_simulation_goes_on_in_its_folder(tmp_path: Path) -> None:
+    whole = column().build()
+    for _ in range(2):
+        whole.run(1e-4, frames=1, record=tmp_path / "whole", quiet=True)
+    first = column().build()
+    first.run(1e-4, frames=1, record=tmp_path / "parts", quiet=True)
+    del first
+    second = ddem.load(tmp_path / "parts")
+    second.run(1e-4, frames=1, record=tmp_path / "parts", quiet=True)
+    assert_same_results(tmp_path / "whole", tmp_path / "parts")
+
+
+def test_a_changed_model_with_the_same_title_is_another(tmp_path: Path) -> None:
+    def pressed(pressure: float) -> ddem.Simulation:
+        model = column(title="study")
+        model.load(pressure=pressure, z=2.0)
+        return model.build()
+
+    pressed(1e6).relax(record=tmp_path / "out", quiet=True)
+    before = (tmp_path / "out" / "summary.json").read_text()
+    with pytest.raises(FileExistsError, match="study"):
+        pressed(2e6).relax(record=tmp_path / "out", quiet=True)
+    assert (tmp_path / "out" / "summary.json").read_text() == before
+    pressed(1e6).relax(record=tmp_path / "out", quiet=True)

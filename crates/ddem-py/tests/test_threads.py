@@ -74,7 +74,6 @@ def uses(simulation: ddem.Simulation, folder: Path) -> dict[str, Callable[[], An
         "reaction": lambda: simulation.reaction([0]),
         "displacement =": lambda: setattr(simulation, "displacement", zeros),
         "velocity =": lambda: setattr(simulation, "velocity", zeros),
-        "repr": lambda: repr(simulation),
     }
     for name in dir(ddem.Simulation):
         if not name.startswith("_") and not callable(getattr(ddem.Simulation, name)):
@@ -187,3 +186,21 @@ for thread in threads: thread.join()
 print(len(model.deck["fix"]))
 """
     assert run_python(script, timeout=10) == "100\n"
+
+
+def test_blocks_keep_their_material_whoever_adds_others() -> None:
+    model = ddem.Model()
+
+    class Adding:
+        """A number whose conversion adds blocks of something else."""
+
+        def __float__(self) -> float:
+            other = ddem.Material(density=1000, young=1e9, poisson=0.2)
+            model.add_blocks(size=(1, 1, 1), material=other, name="inner")
+            return 1.0
+
+    rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+    model.add_blocks(size=(1, 1, Adding()), origin=(3, 0, 0), material=rock, name="outer")
+    deck = model.deck
+    found = {e["name"]: deck["materials"][e["material"]]["density"] for e in deck["blocks"]}
+    assert found == {"inner": 1000, "outer": 2400}

@@ -136,3 +136,15 @@ def test_what_is_not_there() -> None:
         type("Mine", (ddem.Simulation,), {})
     with pytest.raises(TypeError, match="pickle"):
         pickle.dumps(simulation)
+
+
+def test_what_is_given_twice() -> None:
+    model = column()
+    for call in (
+        lambda: model.fix("x", where={"x": 1.0}, x=0.0),
+        lambda: model.load(pressure=1.0, z=2.0, **{"from": "a", "from_": "b"}),
+    ):
+        assert "is given twice" in refused(call)
+    assert "where" in refused(lambda: model.fix("x", where=5, x=0.0))
+    model.fix("x", where={"y": 0.0}, x=0.0)
+    assert model.deck["fix"][-1]["where"] == {"x": 0.0, "y": 0.0}

@@ -27,8 +27,10 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
 
 
 def test_folders_that_are_no_files(tmp_path: Path) -> None:
+    # A folder of results has a checkpoint.
+    with pytest.raises(FileNotFoundError, match="checkpoint.h5"):
+        ddem.load(tmp_path)
     for call in (
-        lambda: ddem.load(tmp_path),
         lambda: ddem.run_deck(tmp_path),
         lambda: ddem.Model.from_deck(tmp_path),
         lambda: column().to_deck(tmp_path),

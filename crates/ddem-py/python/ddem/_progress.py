@@ -10,6 +10,12 @@ from typing import Any
 DELAY = 0.5
 
 
+def _in_notebook() -> bool:
+    """Whether a kernel of Jupyter runs this."""
+    ipython: Any = sys.modules.get("IPython")
+    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+
+
 class Bar:
     """One bar for each stage, made when there is something to show."""
 
@@ -43,7 +49,7 @@ class Bar:
             self.close()
             # Nothing where the output is neither a terminal nor a notebook. One without ipywidgets
             # has a bar of text, which would take it for a file.
-            disable = False if "ipykernel" in sys.modules else None
+            disable = False if _in_notebook() else None
             self._bar = self._make(
                 desc=stage, unit="step", unit_scale=True, delay=DELAY, disable=disable
             )

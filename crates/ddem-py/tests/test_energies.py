@@ -1,0 +1,60 @@
+"""Energies balance, whatever a program does to a simulation."""
+
+from __future__ import annotations
+
+import ddem
+import numpy as np
+import pytest
+from small import column
+
+
+def driven(damping: float | None = None) -> ddem.Simulation:
+    """A column in the middle of a motion that a support drives."""
+    model = column(kinematics="small")
+    model.fix("x", z=2.0, velocity=(1.0, 0, 0))
+    simulation = model.build()
+    simulation.start(damping=damping)
+    simulation.step(200)
+    return simulation
+
+
+def off(simulation: ddem.Simulation) -> float:
+    """The imbalance, against the strain energy."""
+    energy = simulation.energy
+    return abs(energy["balance"]) / (energy["strain_bodies"] + energy["strain_joints"])
+
+
+@pytest.mark.parametrize("damping", [None, 0.05])
+def test_states_that_are_set_keep_the_balance(damping: float | None) -> None:
+    simulation = driven(damping)
+    assert off(simulation) < 1e-9
+    simulation.displacement = 1.5 * simulation.displacement
+    assert off(simulation) < 1e-9
+    simulation.step(100)
+    assert off(simulation) < 1e-9
+    simulation.velocity = 0.5 * simulation.velocity
+    assert off(simulation) < 1e-9
+    simulation.step(100)
+    assert off(simulation) < 1e-9
+
+
+def test_forces_in_the_middle_of_a_motion_keep_the_balance() -> None:
+    simulation = driven(0.05)
+    nodes = simulation.nodes(z=(0.5, 1.5))
+    for factor in (1.0, -2.0, 0.0):
+        simulation.apply_force(nodes, (0, factor * 1e5, 0))
+        assert off(simulation) < 1e-9
+        simulation.step(50)
+        assert off(simulation) < 1e-9
+
+
+def test_after_a_mended_state_the_account_begins_anew() -> None:
+    simulation = column().build()
+    simulation.velocity = np.full((simulation.n_nodes, 3), 1e200)
+    with pytest.raises(ddem.Diverged):
+        simulation.step(1000)
+    zero = np.zeros((simulation.n_nodes, 3))
+    simulation.displacement = zero
+    simulation.velocity = zero
+    simulation.step(10)
+    assert all(np.isfinite(value) for value in simulation.energy.values())

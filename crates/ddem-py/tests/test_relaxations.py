@@ -1,0 +1,93 @@
+"""What a relaxation asks of the supports and loads in force, and which stage a call begins."""
+
+from __future__ import annotations
+
+import warnings
+
+import ddem
+import numpy as np
+import pytest
+from small import ROCK, SEAM, column, cube, staged
+
+
+def warned(call: object) -> list[str]:
+    """What a call warns of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call()  # type: ignore[operator]
+    return [str(warning.message) for warning in caught]
+
+
+def test_forgotten_supports_are_named() -> None:
+    simulation = cube().build()
+    with pytest.raises(ddem.ModelError, match="translation along x.*rotation about z"):
+        simulation.relax()
+    assert simulation.steps == 0
+    model = ddem.Model(gravity=(0, 0, -9.81))
+    model.add_blocks(size=(1, 1, 2), count=(1, 1, 2), divisions=2, material=ROCK, joint=SEAM)
+    model.fix("z", z=0.0)
+    with pytest.raises(ddem.ModelError, match="translation along x, translation along y, rot"):
+        model.build().relax()
+    simulation.run(1e-4, quiet=True)
+
+
+def test_a_load_that_is_nothing_yet_is_warned_of() -> None:
+    for history in ({"ramp": 0.1}, lambda time: 10 * time):
+        model = column()
+        model.load(pressure=1e6, z=2.0, history=history)
+        simulation = model.build()
+        said = warned(lambda simulation=simulation: simulation.relax(quiet=True))
+        assert any("load 0 does not act" in text for text in said)
+        assert warned(lambda simulation=simulation: simulation.run(1e-4, quiet=True)) == []
+
+
+def test_a_name_begins_the_stage_that_has_it() -> None:
+    by_name, by_hand = staged().build(), staged().build()
+    by_name.relax(tolerance=1e-5, name="settle", quiet=True)
+    by_hand.relax(tolerance=1e-5, quiet=True)
+    by_name.run(2e-3, damping=0.02, name="push", quiet=True)
+    by_hand.enter("push")
+    by_hand.run(2e-3, damping=0.02, quiet=True)
+    assert np.array_equal(by_name.displacement, by_hand.displacement)
+    # Again it is not begun again: the load is past its ramp.
+    by_name.run(1e-4, name="push", quiet=True)
+    by_hand.run(1e-4, quiet=True)
+    assert np.array_equal(by_name.displacement, by_hand.displacement)
+
+
+def test_a_name_that_is_nearly_a_stage_is_warned_of() -> None:
+    simulation = staged().build()
+    said = warned(lambda: simulation.run(1e-5, name="psuh", quiet=True))
+    assert any("a stage `push`, but none named `psuh`" in text for text in said)
+    assert warned(lambda: simulation.run(1e-5, name="shake", quiet=True)) == []
+
+
+def test_a_call_without_a_name_begins_no_stage() -> None:
+    model = column()
+    model.load(traction=(1e5, 0, 0), z=2.0, from_="run 2")
+    model.stage("first", kind="dynamic", duration=1.0)
+    model.stage("run 2", kind="dynamic", duration=1.0)
+    simulation = model.build()
+    simulation.run(1e-4, quiet=True)
+    simulation.run(1e-4, quiet=True)
+    assert abs(simulation.displacement[:, 0].mean()) < 1e-12
+
+
+def test_damping_outlives_a_relaxation() -> None:
+    simulation = column().build()
+    simulation.start(damping=0.05)
+    simulation.relax(quiet=True)
+    simulation.velocity = np.full((simulation.n_nodes, 3), 0.01)
+    simulation.step(50)
+    assert simulation.energy["damping"] > 0
+
+
+def test_a_collapse_says_what_was_reached() -> None:
+    weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e3, friction=20, tension=1e3)
+    model = column(weak, contact=False)
+    model.load(traction=(0, 0, 1e6), z=2.0)
+    simulation = model.build()
+    with pytest.raises(ddem.Collapsed) as caught:
+        simulation.relax(quiet=True)
+    assert 0 < caught.value.ratio == simulation.unbalanced
+    assert caught.value.blocks == (0, 1)
