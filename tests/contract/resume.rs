@@ -1,8 +1,10 @@
 //! A run that was interrupted and gone on with is the run that was not.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use ddem_io::run::{Event, Observer, Options, run};
+use ddem_io::run::{Event, Observer, Options, Outcome, RunFailure, run};
 
 use super::breaking::torn;
 use super::decks::mixed;
@@ -148,4 +150,84 @@ fn a_run_that_was_cut_off_goes_on_from_the_end_of_the_stage_before() {
     {
         assert!(expected == found, "{what} differs");
     }
+}
+
+/// Raises its flag at an event. What takes long before a step sees it; the steps do only with
+/// `at_steps`.
+struct StopAt {
+    flag: Arc<AtomicBool>,
+    when: fn(&Event<'_>) -> bool,
+    at_steps: bool,
+}
+
+impl Observer for StopAt {
+    fn event(&mut self, event: Event<'_>) {
+        if (self.when)(&event) {
+            self.flag.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn stop_flag(&self) -> Arc<AtomicBool> {
+        self.flag.clone()
+    }
+
+    fn wants_to_stop(&mut self) -> bool {
+        self.at_steps && self.flag.load(Ordering::Relaxed)
+    }
+}
+
+/// Runs a deck until its flag is raised, then to its end.
+fn stopped(text: &str, when: fn(&Event<'_>) -> bool, at_steps: bool) -> Vec<(String, Vec<u64>)> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (deck, source) = ddem_io::deck::parse(text, "test.toml").expect("a deck");
+    let mut observer = StopAt { flag: Arc::default(), when, at_steps };
+    let outcome = run(&deck, &source, &Options::new(folder.path()), &mut observer);
+    assert!(matches!(outcome, Ok(Outcome::Interrupted(_))));
+    assert!(run_into(text, folder.path(), How { resume: true, ..How::default() }));
+    everything(folder.path())
+}
+
+#[test]
+fn stopped_before_the_first_step_of_a_stage() {
+    // A second relaxation searches for its masses; a motion has its critical step already.
+    for (text, kind) in [(mixed(), "dynamic"), (settling_twice(), "relax")] {
+        let (expected, _) = interrupted(&text, &[]);
+        let found = stopped(&text, |event| matches!(event, Event::StageDone(_)), kind == "dynamic");
+        for ((what, expected), (_, found)) in expected.iter().zip(&found) {
+            assert!(expected == found, "{what} differs, before a {kind} stage");
+        }
+    }
+}
+
+/// Two relaxations, one after the other.
+fn settling_twice() -> String {
+    let again = "[[stage]]\nname = 'again'\nkind = 'relax'\ntolerance = 1e-7\n";
+    let text = mixed();
+    let at = text.find("[[stage]]\nname = 'shake'").expect("a stage");
+    let (before, after) = text.split_at(at);
+    format!("{before}{again}{after}")
+}
+
+#[test]
+fn stopped_as_the_first_joints_fail() {
+    let text = torn(1.0).replace("divisions = 4", "divisions = 2");
+    let (expected, _) = interrupted(&text, &[]);
+    // From the start of the pull on, what takes long is the critical step of broken joints.
+    let pull = |event: &Event<'_>| matches!(event, Event::StageStarted(p) if !p.relax);
+    let found = stopped(&text, pull, false);
+    for ((what, expected), (_, found)) in expected.iter().zip(&found) {
+        assert!(expected == found, "{what} differs");
+    }
+}
+
+#[test]
+fn stopped_before_anything_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (deck, source) = ddem_io::deck::parse(&mixed(), "test.toml").expect("a deck");
+    let mut observer =
+        StopAt { flag: Arc::new(AtomicBool::new(true)), when: |_| false, at_steps: true };
+    let out = folder.path().join("out");
+    let outcome = run(&deck, &source, &Options::new(&out), &mut observer);
+    assert!(matches!(outcome, Err(RunFailure::Stopped)));
+    assert!(!out.exists());
 }

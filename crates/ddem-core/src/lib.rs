@@ -55,4 +55,4 @@ pub use model::Model;
 pub use relax::Relaxed;
 pub use saved::Saved;
 pub use simd::Simd;
-pub use simulation::Simulation;
+pub use simulation::{SHORTEST_STEP, Simulation};

@@ -107,33 +107,10 @@ impl Simulation {
         else {
             return None;
         };
+        if !saved.fits(&model)? {
+            return None;
+        }
         let stage = usize::try_from(count("stage")?).ok()?;
-        let loads_fit = ["load_factors", "relax_from", "relax_to"]
-            .iter()
-            .all(|name| array(name).is_none_or(|factors| factors.len() == model.n_loads() + 2));
-        if u.len() != n || v.len() != n || !loads_fit || count("relax_increments") == Some(0) {
-            return None;
-        }
-        let (steps, origin_step) = (count("steps")?, count("origin_step")?);
-        let failed = [count("failed_shear")?, count("failed_tension")?];
-        let pairs = model.n_pairs() as u64;
-        let stages = model.deck.stage.len().max(1);
-        let starts = array("stage_starts")?;
-        let moves = time.is_finite() && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
-        let part = count("relax_increment").unwrap_or(1);
-        let parts = count("relax_increments").unwrap_or(1);
-        let since = count("relax_since_restart").unwrap_or(0);
-        if steps > MOST_STEPS
-            || origin_step > steps
-            || since > MOST_STEPS
-            || !(1..=parts).contains(&part)
-            || failed.iter().any(|&n| n > pairs)
-            || stage >= stages
-            || starts.len() != stage + 1
-            || !(moves && time_step.is_finite() && initial.is_finite())
-        {
-            return None;
-        }
         let damping = damping(count("damping")?, *array("damping")?.first()?)?;
         let mut simulation = Self::with_simd(model, simd);
         let state = &mut simulation.state;
@@ -142,8 +119,8 @@ impl Simulation {
             simulation.model.set(&mut state.u, node, at(u));
             simulation.model.set(&mut state.v, node, at(v));
         }
-        (state.time, state.steps, state.stage) = (time, steps, stage);
-        state.origin = (origin, origin_step);
+        (state.time, state.steps, state.stage) = (time, count("steps")?, stage);
+        state.origin = (origin, count("origin_step")?);
         state.stage_starts = array("stage_starts")?.to_vec();
         state.load_factors = array("load_factors")?.to_vec();
         state.way = *array("way")?.first()?;
@@ -151,7 +128,7 @@ impl Simulation {
         (state.end, state.automatic) = (end, count("automatic")? == 1);
         state.last_step = count("last_step")?;
         state.work = Work { loads, supports, damping: damped, friction, fracture };
-        state.failed = failed;
+        state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.breaks = pairs::restore(&simulation.model, saved)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         simulation.scratch.fit(&simulation.model, &simulation.state.u);
@@ -181,6 +158,35 @@ impl Simulation {
         simulation.initial_energy = initial;
         simulation.measured = None;
         Some(simulation)
+    }
+}
+
+impl Saved {
+    /// Whether the numbers can be those of a model; `None` when some are not there. Displacements and
+    /// velocities may be anything: a run that has diverged may be looked at.
+    fn fits(&self, model: &Model) -> Option<bool> {
+        let array = |name: &str| self.arrays.get(name).map(Vec::as_slice);
+        let count = |name: &str| self.counters.get(name).copied();
+        let n = 3 * model.n_nodes();
+        let fields = ["displacement", "velocity"];
+        let fields = fields.iter().all(|name| array(name).is_some_and(|field| field.len() == n));
+        let factors = ["load_factors", "relax_from", "relax_to"].iter();
+        let factors = factors
+            .map(|name| array(name))
+            .all(|factors| factors.is_none_or(|factors| factors.len() == model.n_loads() + 2));
+        let &[time, _, _, time_step, _, _, initial] = array("time")? else { return Some(false) };
+        let finite = [time, time_step, initial].iter().all(|x| x.is_finite());
+        let times = finite && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
+        let stage = count("stage")? as usize;
+        let stages = stage < model.deck.stage.len().max(1)
+            && array("stage_starts")?.len() == stage.saturating_add(1);
+        let steps = count("steps")? <= MOST_STEPS && count("origin_step")? <= count("steps")?;
+        let pairs = model.n_pairs() as u64;
+        let failed = count("failed_shear")? <= pairs && count("failed_tension")? <= pairs;
+        let parts = count("relax_increments").unwrap_or(1);
+        let relaxing = (1..=parts).contains(&count("relax_increment").unwrap_or(1))
+            && count("relax_since_restart").unwrap_or(0) <= MOST_STEPS;
+        Some(fields && factors && times && stages && steps && failed && relaxing)
     }
 }
 

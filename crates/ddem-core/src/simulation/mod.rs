@@ -3,6 +3,8 @@
 mod measure;
 mod pace;
 
+pub use pace::SHORTEST_STEP;
+
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

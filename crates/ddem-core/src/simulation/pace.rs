@@ -15,8 +15,9 @@ const SAFETY: f64 = 0.9;
 /// the critical one.
 const BROKEN_SAFETY: f64 = 0.8;
 
-/// Part of the critical step below which a step is a mistake, and its inverse may overflow.
-const SHORTEST: f64 = 1e-9;
+/// Part of the critical step below which a step, or a duration, is a mistake, and its inverse may
+/// overflow.
+pub const SHORTEST_STEP: f64 = 1e-9;
 
 impl Simulation {
     /// Critical time step `2/ω_max` `[s]`; computed at the first call. Once pairs have failed it is
@@ -90,7 +91,7 @@ impl Simulation {
             TimeStep::Seconds(step) => step,
         };
         let shortest = duration.map_or(step, |duration| step.min(duration));
-        if shortest < SHORTEST * critical {
+        if shortest < SHORTEST_STEP * critical {
             return Err(RunError::TooShort { time_step: shortest, critical });
         }
         let steps = duration.map_or(0.0, |duration| whole_steps(duration, step));

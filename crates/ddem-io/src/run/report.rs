@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Instant;
 
 use ddem_core::deck::{Joint, Stage, StageKind, TimeStep};
-use ddem_core::{Deck, Fault, Model, ModelError, Simulation, Size};
+use ddem_core::{Deck, Fault, Model, ModelError, SHORTEST_STEP, Simulation, Size};
 
 use super::RunFailure;
 use super::probe::Sampler;
@@ -42,9 +42,6 @@ pub struct Report {
 
 /// Steps that a stage may take: a thousand years at a microsecond a step.
 const MOST_STEPS: f64 = 1e15;
-
-/// Part of the critical step below which a step or a stage is a mistake.
-const SHORTEST: f64 = 1e-9;
 
 /// A number of bytes for people.
 pub(crate) fn bytes(n: u64) -> String {
@@ -191,7 +188,7 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
             _ => None,
         };
         for (key, seconds) in [("time_step", given), ("duration", stage.duration)] {
-            if let Some(seconds) = seconds.filter(|seconds| *seconds < SHORTEST * critical) {
+            if let Some(seconds) = seconds.filter(|seconds| *seconds < SHORTEST_STEP * critical) {
                 let message = format!(
                     "{seconds:e} s is less than a billionth of the critical step, {critical:.3e} s"
                 );
