@@ -85,37 +85,56 @@ fn at_depth(
         return at_depth(&number, place, name, (depth + 1, entries));
     }
     if let Ok(mapping) = any.cast::<PyMapping>() {
-        let mut table = Table::new();
-        for item in mapping.items()? {
-            let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
-            let Ok(key) = key.extract::<String>() else {
-                return refused(format!("the key {} is no text", key.repr()?));
-            };
-            if !value.is_none() {
-                let place = format!("{place}.{key}");
-                table.insert(key, at_depth(&value, &place, name, (depth + 1, entries))?);
-            }
-        }
-        return Ok(Value::Table(table));
+        return of_mapping(mapping, place, name, (depth + 1, entries));
     }
     if let Ok(list) = any.cast::<PySequence>() {
-        // Its length may be anything, and need not be true.
-        let mut array = Vec::new();
-        for (i, entry) in list.try_iter()?.enumerate() {
-            *entries += 1;
-            if *entries > MOST {
-                return refused(format!("has more than {MOST} entries"));
-            }
-            if entries.is_multiple_of(LOOK) {
-                any.py().check_signals()?;
-            }
-            let place = format!("{place}[{i}]");
-            array.push(at_depth(&entry?, &place, name, (depth + 1, entries))?);
-        }
-        return Ok(Value::Array(array));
+        return of_sequence(list, place, name, (depth + 1, entries));
     }
     let found = any.get_type().qualname()?;
     refused(format!("expected a number, text, a list or a dictionary, found `{found}`"))
+}
+
+fn of_mapping(
+    mapping: &Bound<'_, PyMapping>,
+    place: &str,
+    name: &mut Name<'_>,
+    (depth, entries): (usize, &mut usize),
+) -> PyResult<Value> {
+    let mut table = Table::new();
+    for item in mapping.items()? {
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+        let Ok(key) = key.extract::<String>() else {
+            let message = format!("the key {} is no text", key.repr()?);
+            return Err(model_error(mapping.py(), place, &message, None));
+        };
+        if !value.is_none() {
+            let place = format!("{place}.{key}");
+            table.insert(key, at_depth(&value, &place, name, (depth, entries))?);
+        }
+    }
+    Ok(Value::Table(table))
+}
+
+/// Its length may be anything, and need not be true.
+fn of_sequence(
+    list: &Bound<'_, PySequence>,
+    place: &str,
+    name: &mut Name<'_>,
+    (depth, entries): (usize, &mut usize),
+) -> PyResult<Value> {
+    let mut array = Vec::new();
+    for (i, entry) in list.try_iter()?.enumerate() {
+        *entries += 1;
+        if *entries > MOST {
+            let message = format!("has more than {MOST} entries");
+            return Err(model_error(list.py(), place, &message, None));
+        }
+        if entries.is_multiple_of(LOOK) {
+            list.py().check_signals()?;
+        }
+        array.push(at_depth(&entry?, &format!("{place}[{i}]"), name, (depth, entries))?);
+    }
+    Ok(Value::Array(array))
 }
 
 /// What a method gives, for an object that has it and a value that it can give.
