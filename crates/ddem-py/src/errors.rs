@@ -24,10 +24,9 @@ macro_rules! raise {
     }};
 }
 
-pub(crate) fn busy(py: Python<'_>) -> PyErr {
-    let message =
-        "the simulation is busy: another thread is using it, or a function that a run calls";
-    raise!(py, "Busy", (message,))
+pub(crate) fn busy(py: Python<'_>, what: &str) -> PyErr {
+    let by = "another thread is using it, or a function that a call of it calls";
+    raise!(py, "Busy", (format!("{what} is busy: {by}"),))
 }
 
 /// A fault in the program itself.

@@ -247,7 +247,7 @@ impl Model {
         first: Option<(&str, &Bound<'_, PyAny>)>,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        loop {
+        for _ in 0..MOST_TRIES {
             // What the entry names, besides what the model has.
             let before = self.draft().matter();
             let mut matter = before.clone();
@@ -261,14 +261,18 @@ impl Model {
             let mut draft = self.draft();
             // Converting calls Python, which may have been here: names may be others' now.
             if draft.matter() == before {
-                return match draft.push(section, entry, matter, (line, function)) {
-                    true => Ok(()),
-                    false => Err(model_error(py, section, "is not a list of entries", None)),
-                };
+                let pushed = draft.push(section, entry, matter, (line, function));
+                drop(draft);
+                let refused = || model_error(py, section, "is not a list of entries", None);
+                return if pushed { Ok(()) } else { Err(refused()) };
             }
         }
+        Err(errors::busy(py, "the model"))
     }
 }
+
+/// Tries to add an entry while others add materials.
+const MOST_TRIES: usize = 100;
 
 /// Reads an entry alone, so that what is wrong is wrong in it.
 fn check(py: Python<'_>, section: &str, entry: &Table) -> PyResult<()> {

@@ -320,7 +320,7 @@ impl Simulation {
             Ok(inner) => Ok(inner),
             // A fault in the program was told when it happened.
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(errors::busy(py)),
+            Err(TryLockError::WouldBlock) => Err(errors::busy(py, "the simulation")),
         }
     }
 

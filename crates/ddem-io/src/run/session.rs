@@ -84,11 +84,11 @@ impl Session {
         self.moved.recorder.samplers.iter().map(|s| (s.name.as_str(), s.components)).collect()
     }
 
-    /// Moves the simulation through a stage, which need not be one of its deck, nor have a name: if the deck has one of
-    /// that name its supports and loads come into force, unless they are; otherwise those of the
-    /// stage that was [entered](Simulation::enter) last stay. With a folder the results are written
-    /// there, as those of a deck are: what one session writes to one folder is one run, and the
-    /// files are complete after each stage.
+    /// Moves the simulation through a stage, which need not be one of its deck, nor have a name: if
+    /// the deck has one of that name its supports and loads come into force, unless they are;
+    /// otherwise those of the stage that was [entered](Simulation::enter) last stay. With a folder
+    /// the results are written there, as those of a deck are: what one session writes to one folder
+    /// is one run, and the files are complete after each stage.
     ///
     /// False when the observer stopped it: the simulation can go on from where it is.
     ///
@@ -101,13 +101,24 @@ impl Session {
         folder: Option<&Path>,
         observer: &mut dyn Observer,
     ) -> Result<bool, RunFailure> {
+        self.moved.simulation.stop_when(observer.stop_flag());
+        let done = self.moved_through(stage, folder, observer);
+        self.moved.simulation.stop_when(Arc::default());
+        done
+    }
+
+    fn moved_through(
+        &mut self,
+        stage: &Stage,
+        folder: Option<&Path>,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, RunFailure> {
         let named = self.named(stage);
         let faults = stage.check();
         if !faults.is_empty() {
             return Err(ModelError { faults }.into());
         }
         let simulation = &mut self.moved.simulation;
-        simulation.stop_when(observer.stop_flag());
         let stages = std::slice::from_ref(stage);
         if let Err(failure) = check_steps(simulation, stages) {
             return if failure.is_stopped() { Ok(false) } else { Err(failure) };
@@ -121,7 +132,6 @@ impl Session {
         let ended = self.go(&named, observer);
         let closed = folder.map_or(Ok(()), |folder| self.close(&folder));
         self.moved.cursor.step = None;
-        self.moved.simulation.stop_when(Arc::default());
         let done = ended?;
         closed?;
         Ok(done)
