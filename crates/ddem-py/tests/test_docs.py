@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import re
 from pathlib import Path
 from typing import Any
 
 import ddem
 import pytest
-from small import breaking
+from small import REPOSITORY, breaking
 
 FOLDER = Path(inspect.getfile(ddem)).parent
 
@@ -123,3 +124,13 @@ def test_the_module_of_what_is_public() -> None:
     for name in ("Material", "Joint", "Model", "Simulation"):
         assert getattr(ddem, name).__module__ == "ddem"
         assert getattr(ddem, name).__qualname__ == name
+
+
+def test_the_page_has_every_name() -> None:
+    page = (REPOSITORY / "docs" / "python.md").read_text(encoding="utf-8")
+    names = [name for name in ddem.__all__ if not name.startswith("__")]
+    for holder in (ddem.Model, ddem.Simulation):
+        names += [name for name in dir(holder) if not name.startswith("_")]
+    said = set(re.findall(r"`[^`]*`", page))
+    words = {word for code in said for word in re.findall(r"\w+", code)}
+    assert [name for name in names if name not in words] == []
