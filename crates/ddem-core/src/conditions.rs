@@ -136,6 +136,12 @@ impl Conditions {
         (0..self.loaded.len()).filter(|&load| rests(&self.loaded[load])).collect()
     }
 
+    /// Supports that hold all directions of their nodes, by their numbers in the deck.
+    pub(crate) fn clamped(&self) -> impl Iterator<Item = (usize, &[u32])> {
+        let fixed = self.fixed.iter().enumerate();
+        fixed.filter(|(_, fix)| fix.axes == [true; 3]).map(|(i, fix)| (i, fix.nodes.as_slice()))
+    }
+
     /// Loads in force at a time whose history is 0 then.
     pub(crate) fn idle(&self, stage: usize, time: f64, starts: &[f64]) -> Vec<usize> {
         let factors = self.factors(stage, time, starts).unwrap_or_default();

@@ -325,3 +325,23 @@ fn rough() -> Joint {
     let jcs = Some(50e6);
     Joint { thickness: 0.01, jrc: Some(10.0), jcs, residual_friction: Some(30.0), ..spring() }
 }
+
+#[test]
+fn doubts_about_supports_on_both_sides_of_a_joint() {
+    let glued = |joint: Joint, to: f64| {
+        let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.0);
+        deck.joints.insert("seam".into(), joint);
+        let z = Some(Extent::Range([0.0, to]));
+        deck.fix = vec![fix(Where { z, ..Where::default() }, "xyz")];
+        let warnings = model(&deck).warnings();
+        warnings.iter().any(|text| text.contains("fix 0 holds both sides of 1 joints"))
+    };
+    let weak = || Joint { tension: Some(1e6), ..spring() };
+    // Without thickness the range that ends on the joint has both of its sides.
+    assert!(glued(weak(), 1.0));
+    assert!(!glued(weak(), 0.9));
+    assert!(!glued(spring(), 1.0), "it never fails");
+    assert!(!glued(spring_with_tension(), 1.0), "with thickness it has one side");
+    // With both blocks held nothing is lost.
+    assert!(!glued(weak(), 2.0));
+}

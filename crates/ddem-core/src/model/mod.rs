@@ -1,5 +1,7 @@
 //! All that is fixed: built and checked once.
 
+mod doubts;
+
 use std::sync::Arc;
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
@@ -250,36 +252,6 @@ impl Model {
             + self.assembly.elements.len() * size_of::<crate::assembly::Element>()
             + tables
             + inertia
-    }
-
-    /// What is allowed but perhaps not meant.
-    #[must_use]
-    pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        let name =
-            |i: usize| self.deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"));
-        for (i, j) in self.geometry.touching() {
-            warnings.push(format!(
-                "sets `{}` and `{}` touch: blocks of different sets are not joined",
-                name(i),
-                name(j)
-            ));
-        }
-        for (index, stage) in self.deck.stage.iter().enumerate() {
-            if stage.kind != crate::deck::StageKind::Relax {
-                continue;
-            }
-            for load in self.conditions.resting(index) {
-                warnings.push(format!(
-                    "load {load} does not act in relax stage `{}`: time stands still there, and \
-                     its history begins at 0",
-                    stage.name
-                ));
-            }
-        }
-        let used = self.faces.iter().map(|face| face.joint).collect();
-        warnings.extend(crate::deck::doubts(&self.deck, &used));
-        warnings
     }
 
     /// Lumped mass of a node `[kg]`, eq. (3).

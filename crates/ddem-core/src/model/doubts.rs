@@ -1,0 +1,69 @@
+//! What a model allows but its user perhaps did not mean.
+
+use std::collections::HashSet;
+
+use super::Model;
+use crate::geometry::Face;
+
+impl Model {
+    /// What is allowed but perhaps not meant.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let name =
+            |i: usize| self.deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"));
+        for (i, j) in self.geometry.touching() {
+            warnings.push(format!(
+                "sets `{}` and `{}` touch: blocks of different sets are not joined",
+                name(i),
+                name(j)
+            ));
+        }
+        for (index, stage) in self.deck.stage.iter().enumerate() {
+            if stage.kind != crate::deck::StageKind::Relax {
+                continue;
+            }
+            for load in self.conditions.resting(index) {
+                warnings.push(format!(
+                    "load {load} does not act in relax stage `{}`: time stands still there, and \
+                     its history begins at 0",
+                    stage.name
+                ));
+            }
+        }
+        warnings.extend(self.glued());
+        let used = self.faces.iter().map(|face| face.joint).collect();
+        warnings.extend(crate::deck::doubts(&self.deck, &used));
+        warnings
+    }
+
+    /// Supports that hold both sides of joints which can fail, where one of the blocks is free
+    /// otherwise: a plane or a range that reaches a joint selects the nodes on both of its sides.
+    fn glued(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        for (index, nodes) in self.conditions.clamped() {
+            let held: HashSet<u32> = nodes.iter().copied().collect();
+            let is_held = |face: &&Face| {
+                self.laws[face.joint as usize].is_some()
+                    && face.pairs(self).all(|pair| pair.iter().all(|node| held.contains(node)))
+                    && [face.a, face.b].iter().any(|&block| !self.holds_all(&held, block as usize))
+            };
+            let glued: Vec<&Face> = self.faces.iter().filter(is_held).collect();
+            if let Some(first) = glued.first() {
+                warnings.push(format!(
+                    "fix {index} holds both sides of {} joints that can fail, first between blocks \
+                     {} and {}: they cannot slide or open (a range that ends before the joint holds \
+                     one side)",
+                    glued.len(),
+                    first.a,
+                    first.b
+                ));
+            }
+        }
+        warnings
+    }
+
+    fn holds_all(&self, held: &HashSet<u32>, block: usize) -> bool {
+        self.hexes(block).flatten().all(|node| held.contains(&node))
+    }
+}
