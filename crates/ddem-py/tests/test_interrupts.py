@@ -25,6 +25,9 @@ from small import (
     same_state,
 )
 
+#: A call ends within 0.1 s of Ctrl-C; on a machine that does much else it may take longer [s].
+AT_ONCE = 1.0
+
 
 @contextmanager
 def interrupted(after: float = 0.15) -> Iterator[list[float]]:
@@ -56,7 +59,7 @@ def test_ctrl_c_stops_at_once(how: str, tmp_path: Path) -> None:
     }
     with interrupted() as at, pytest.raises(KeyboardInterrupt):
         calls[how]()
-    assert time.perf_counter() - at[0] < 0.2
+    assert time.perf_counter() - at[0] < AT_ONCE
     assert simulation.steps > 0
     moves(simulation)
     if how == "record":
@@ -129,7 +132,7 @@ def test_a_deck_goes_on_after_ctrl_c(tmp_path: Path) -> None:
                 ddem.run_deck(model, out=out, resume=resume, quiet=True)
             pytest.fail("ended before it was interrupted")
         except KeyboardInterrupt as error:
-            assert time.perf_counter() - at[0] < 0.2
+            assert time.perf_counter() - at[0] < AT_ONCE
             assert "resume=True" in str(error)
             times += 1
         assert (out / "checkpoint.h5").is_file()
@@ -177,7 +180,7 @@ except KeyboardInterrupt:
             process.send_signal(signal.SIGINT)
             start = time.perf_counter()
             assert process.stdout.readline() == "stopped True\n"
-            assert time.perf_counter() - start < 0.5
+            assert time.perf_counter() - start < AT_ONCE
             assert process.wait(10) == 0
         finally:
             process.kill()
@@ -200,7 +203,7 @@ def test_ctrl_c_before_the_first_step(how: str) -> None:
             # It may have been found in time.
             calls[how](simulation)
             simulation = model.build(threads=1)
-    assert time.perf_counter() - at[0] < 0.3
+    assert time.perf_counter() - at[0] < AT_ONCE
     assert simulation.n_nodes == len(before)
     simulation.step()
     assert simulation.steps >= 1
