@@ -1,4 +1,4 @@
-//! NumPy arrays, in and out.
+//! Numbers and NumPy arrays, in and out.
 
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -44,6 +44,16 @@ fn real<'py>(any: &Bound<'py, PyAny>, argument: &str) -> PyResult<Bound<'py, PyA
     Ok(array)
 }
 
+/// A whole number that is not negative.
+pub(crate) fn whole(any: &Bound<'_, PyAny>, argument: &str) -> PyResult<u64> {
+    let number = any.call_method0("__index__").and_then(|number| number.extract::<u64>());
+    number.map_err(|error| {
+        let found = any.repr().map_or_else(|_| "?".to_owned(), |text| text.to_string());
+        let message = format!("must be a whole number that is not negative, found {found}");
+        refuse(any.py(), argument, &message, error)
+    })
+}
+
 /// Finite numbers of exactly one of the shapes.
 pub(crate) fn vectors(
     any: &Bound<'_, PyAny>,
@@ -75,7 +85,8 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
     let refused = |message: String| model_error(py, argument, &message, None);
     let mut array = real(any, argument)?;
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
-    if shape.iter().product::<usize>() > MOST.max(10 * n_nodes) {
+    let size = shape.iter().fold(1_usize, |size, n| size.saturating_mul(*n));
+    if size > MOST.max(10 * n_nodes) {
         return Err(refused(format!("has shape {}, more than there can be", shown(&shape))));
     }
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;

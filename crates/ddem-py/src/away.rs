@@ -11,12 +11,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use ddem_io::run::Progress;
-use pyo3::exceptions::{PyException, PyRuntimeError, PyUserWarning};
+use pyo3::exceptions::{PyRuntimeError, PyUserWarning};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::errors::{internal, model_error};
-use crate::look::whole;
+use crate::arrays::whole;
+use crate::errors::{internal, is_interruption, model_error};
 
 /// Between two looks for Ctrl-C and for progress.
 const LOOK: Duration = Duration::from_millis(50);
@@ -202,9 +202,4 @@ pub(crate) fn outcome<T, E>(
 ) -> PyResult<T> {
     raised.map_or(Ok(()), Err)?;
     done.map_err(error)
-}
-
-/// KeyboardInterrupt, SystemExit: what no `except Exception` catches.
-pub(crate) fn is_interruption(py: Python<'_>, error: &PyErr) -> bool {
-    !error.is_instance_of::<PyException>(py)
 }

@@ -6,17 +6,17 @@ use std::sync::atomic::AtomicBool;
 use ddem_core::deck::Stage;
 use ddem_core::{Fault, ModelError};
 use ddem_io::DeckError;
-use ddem_io::run::{Event, Outcome, RunFailure, Session};
+use ddem_io::run::{Event, Outcome, Progress, RunFailure, Session};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use toml::{Table, Value};
+use toml::Value;
 
 use crate::away::{Pool, Watch, away, outcome, warn};
 use crate::errors::{self, model_error};
 use crate::functions::{Called, Functions};
 use crate::simulation::{Sample, Simulation};
-use crate::values::{no_matter, table};
+use crate::values::{alone, no_matter, table};
 
 /// Passes on what happens.
 pub(crate) struct Observer<'a> {
@@ -106,6 +106,42 @@ pub(crate) fn driven(
     }
 }
 
+/// Plain steps, until they are done or shall stop.
+pub(crate) fn steps(
+    simulation: &mut ddem_core::Simulation,
+    n: u64,
+    watch: &Watch,
+) -> Result<(), ddem_core::RunError> {
+    let clock = std::time::Instant::now();
+    let mut told = clock;
+    for step in 1..=n {
+        if watch.stops() {
+            break;
+        }
+        simulation.step()?;
+        let now = std::time::Instant::now();
+        if now.duration_since(told).as_millis() < 100 {
+            continue;
+        }
+        told = now;
+        let rate = step as f64 / now.duration_since(clock).as_secs_f64();
+        watch.progress(Progress {
+            stage: "step".to_owned(),
+            stage_index: (0, 1),
+            relax: false,
+            step,
+            steps: n,
+            time: simulation.time(),
+            unbalanced: simulation.unbalanced(),
+            tolerance: 0.0,
+            failed_pairs: simulation.failed_pairs().iter().sum(),
+            updates_per_second: rate * simulation.model().n_nodes() as f64,
+            seconds_left: None,
+        });
+    }
+    Ok(())
+}
+
 /// The progress bar of a call; none when it is to be quiet.
 pub(crate) fn progress_bar(py: Python<'_>, quiet: bool) -> PyResult<Option<Py<PyAny>>> {
     if quiet {
@@ -131,8 +167,6 @@ pub(crate) fn read_stage(
         let seconds = crate::values::value(duration, "duration", &mut no_matter)?;
         entry.insert("duration".to_owned(), seconds);
     }
-    let entries = Value::Array(vec![Value::Table(entry)]);
-    let deck = ddem_io::deck::from_table(&Table::from_iter([("stage".to_owned(), entries)]))
-        .map_err(|error| errors::arguments(py, error, "stage[0]"))?;
+    let deck = alone(py, "stage", entry)?;
     Ok(deck.stage.into_iter().next().unwrap_or_default())
 }

@@ -6,12 +6,10 @@ use ddem_core::{Fault, ModelError, RunError};
 use ddem_io::folder::FolderError;
 use ddem_io::run::RunFailure;
 use ddem_io::{DeckError, OutputError};
-use pyo3::exceptions::{PyFileExistsError, PyMemoryError, PyOSError, PyRuntimeError};
+use pyo3::exceptions::{PyException, PyFileExistsError, PyMemoryError, PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
-
-use crate::away::is_interruption;
 
 /// One of the classes of `ddem._errors`, with its arguments.
 macro_rules! raise {
@@ -43,6 +41,11 @@ pub(crate) fn model_error(py: Python<'_>, place: &str, message: &str, help: Opti
     let fault = Fault::new(place, message);
     let fault = help.into_iter().fold(fault, Fault::help);
     faults(py, &[fault], &|_| None)
+}
+
+/// KeyboardInterrupt, SystemExit: what no `except Exception` catches.
+pub(crate) fn is_interruption(py: Python<'_>, error: &PyErr) -> bool {
+    !error.is_instance_of::<PyException>(py)
 }
 
 /// Refuses an argument because of what converting it raised; an interruption or a lack of memory is

@@ -2,14 +2,13 @@
 
 use ddem_core::deck::names;
 use ddem_core::{FIELDS, Field, Model, On, Simulation};
-use ddem_io::run::{Progress, Session};
+use ddem_io::run::Session;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::away::Watch;
-use crate::errors::{model_error, refuse};
+use crate::errors::model_error;
 use crate::simulation::Inner;
 
 /// How a field is read.
@@ -52,52 +51,6 @@ pub(crate) fn unknown(py: Python<'_>, argument: &str, name: &str, known: &[&str]
         known => format!("{near}there are {}", names::list(known.iter().copied())),
     };
     model_error(py, argument, &format!("there is no `{name}`"), Some(&help))
-}
-
-/// A whole number that is not negative.
-pub(crate) fn whole(any: &Bound<'_, PyAny>, argument: &str) -> PyResult<u64> {
-    let number = any.call_method0("__index__").and_then(|number| number.extract::<u64>());
-    number.map_err(|error| {
-        let found = any.repr().map_or_else(|_| "?".to_owned(), |text| text.to_string());
-        let message = format!("must be a whole number that is not negative, found {found}");
-        refuse(any.py(), argument, &message, error)
-    })
-}
-
-/// Plain steps, until they are done or shall stop.
-pub(crate) fn steps(
-    simulation: &mut Simulation,
-    n: u64,
-    watch: &Watch,
-) -> Result<(), ddem_core::RunError> {
-    let clock = std::time::Instant::now();
-    let mut told = clock;
-    for step in 1..=n {
-        if watch.stops() {
-            break;
-        }
-        simulation.step()?;
-        let now = std::time::Instant::now();
-        if now.duration_since(told).as_millis() < 100 {
-            continue;
-        }
-        told = now;
-        let rate = step as f64 / now.duration_since(clock).as_secs_f64();
-        watch.progress(Progress {
-            stage: "step".to_owned(),
-            stage_index: (0, 1),
-            relax: false,
-            step,
-            steps: n,
-            time: simulation.time(),
-            unbalanced: simulation.unbalanced(),
-            tolerance: 0.0,
-            failed_pairs: simulation.failed_pairs().iter().sum(),
-            updates_per_second: rate * simulation.model().n_nodes() as f64,
-            seconds_left: None,
-        });
-    }
-    Ok(())
 }
 
 fn model(session: &Session) -> &Model {

@@ -15,7 +15,7 @@ use crate::drive::assembled;
 use crate::errors::{self, model_error, refuse};
 use crate::functions::Functions;
 use crate::simulation::Simulation;
-use crate::values::{Matter, no_matter, table, to_python, value};
+use crate::values::{Matter, alone, no_matter, table, to_python, value};
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
 ///
@@ -256,7 +256,7 @@ impl Model {
             if let Some((key, given)) = first {
                 entry.insert(key.to_owned(), value(given, key, &mut name)?);
             }
-            check(py, section, &entry)?;
+            alone(py, section, entry.clone())?;
             let (line, function) = (line(py), function.map(Bound::unbind));
             let mut draft = self.draft();
             // Converting calls Python, which may have been here: names may be others' now.
@@ -273,16 +273,6 @@ impl Model {
 
 /// Tries to add an entry while others add materials.
 const MOST_TRIES: usize = 100;
-
-/// Reads an entry alone, so that what is wrong is wrong in it.
-fn check(py: Python<'_>, section: &str, entry: &Table) -> PyResult<()> {
-    let entries = Value::Array(vec![Value::Table(entry.clone())]);
-    let alone = Table::from_iter([(section.to_owned(), entries)]);
-    match ddem_io::deck::from_table(&alone) {
-        Ok(_) => Ok(()),
-        Err(error) => Err(errors::arguments(py, error, &format!("{section}[0]"))),
-    }
-}
 
 /// The name of a material or a joint in a model, which gets it if it has none equal to it.
 fn named(py: Python<'_>, root: &mut Table, matter: &Matter<'_>) -> PyResult<String> {

@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::away::{Pool, away, outcome};
-use crate::drive::{Observer, progress_bar, read_stage};
+use crate::drive::{Observer, progress_bar, read_stage, steps};
 use crate::errors;
 use crate::functions::Called;
 use crate::look;
@@ -164,13 +164,13 @@ impl Simulation {
     ///     Fewer steps were taken, see :attr:`steps`; another call goes on.
     #[pyo3(signature = (n=None, *, quiet=false), text_signature = "($self, n=1, *, quiet=False)")]
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>, quiet: bool) -> PyResult<()> {
-        let n = n.map_or(Ok(1), |n| look::whole(n, "n"))?;
+        let n = n.map_or(Ok(1), |n| arrays::whole(n, "n"))?;
         let bar = if n > 1 { progress_bar(py, quiet)? } else { None };
         let mut inner = self.lock(py)?;
         let simulation = inner.session.simulation_mut();
         let (done, stopped) = away(py, &self.pool, bar.as_ref(), |watch| {
             simulation.stop_when(watch.stop_flag());
-            look::steps(simulation, n, watch)
+            steps(simulation, n, watch)
         })?;
         self.ended(py, done, stopped)
     }

@@ -1,11 +1,12 @@
 //! What Python writes, as a deck has it.
 
+use ddem_core::Deck;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
 use toml::{Table, Value};
 
-use crate::errors::{model_error, refuse};
+use crate::errors::{arguments, model_error, refuse};
 use crate::functions::Timed;
 use crate::matter::{Joint, Material};
 
@@ -212,6 +213,13 @@ fn shorthand(key: &str, value: Value) -> Value {
 
 fn has_where(section: &str) -> bool {
     !matches!(section, "blocks" | "stage" | "materials" | "joints")
+}
+
+/// Reads one entry of a section alone, so that what is wrong is wrong in it.
+pub(crate) fn alone(py: Python<'_>, section: &str, entry: Table) -> PyResult<Deck> {
+    let entries = Value::Array(vec![Value::Table(entry)]);
+    ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), entries)]))
+        .map_err(|error| arguments(py, error, &format!("{section}[0]")))
 }
 
 /// Where no material or joint can be.

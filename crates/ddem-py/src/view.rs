@@ -9,7 +9,7 @@ use toml::{Table, Value};
 use crate::away::{away, outcome};
 use crate::errors::model_error;
 use crate::simulation::{Inner, Simulation};
-use crate::values::{no_matter, table, to_python};
+use crate::values::{alone, no_matter, table, to_python};
 use crate::{arrays, errors, look};
 
 #[pymethods]
@@ -360,8 +360,6 @@ fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Wher
         return Err(model_error(py, key, "nodes are there at all times", None));
     }
     entry.entry("where").or_insert_with(|| Value::Table(Table::new()));
-    let entries = Value::Array(vec![Value::Table(entry)]);
-    let deck = ddem_io::deck::from_table(&Table::from_iter([("remove".to_owned(), entries)]))
-        .map_err(|error| errors::arguments(py, error, "remove[0]"))?;
+    let deck = alone(py, "remove", entry)?;
     Ok(deck.remove.into_iter().next().unwrap_or_default().region)
 }
