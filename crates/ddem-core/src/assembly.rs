@@ -12,6 +12,7 @@ use crate::element::table::Table;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
 use crate::pack::{Pack, Packs};
+use crate::rigid::Matter;
 use crate::seams::Seams;
 
 /// No table: none of the four lanes has such a cell.
@@ -57,6 +58,8 @@ pub(crate) struct Assembly {
     pub(crate) pack_tables: Vec<[u32; 8]>,
     /// Inertia of each pack.
     pub(crate) pack_inertia: Vec<u32>,
+    /// Matter of the rigid bodies, pack by pack of these; lanes without a body repeat the first.
+    pub(crate) rigid: Vec<[Matter; LANES]>,
     element_index: HashMap<[u64; 12], u32>,
     table_index: HashMap<[Option<u32>; LANES], u32>,
 }
@@ -99,6 +102,7 @@ impl Assembly {
             assembly.pack_tables.push(tables);
         }
         assembly.assemble(geometry, packs, seams);
+        assembly.take_joints_out(packs);
         assembly
     }
 
@@ -158,6 +162,13 @@ impl Assembly {
         self.tables.len() as u32 - 1
     }
 
+    /// The joints of rigid bodies are springs: of their layers there is the mass, and no elements.
+    fn take_joints_out(&mut self, packs: &Packs) {
+        for (tables, _) in self.pack_tables.iter_mut().zip(&packs.packs).filter(|(_, p)| p.rigid) {
+            tables[1..].fill(NO_TABLE);
+        }
+    }
+
     /// Sums mass and stiffness over the elements at each node.
     fn assemble(&mut self, geometry: &Geometry, packs: &Packs, seams: &Seams) {
         // Mass and the three numbers of the diagonal of each node.
@@ -175,6 +186,9 @@ impl Assembly {
         for at in 0..3 * packs.packs.len() {
             scatter_springs(geometry, packs, seams, (at / 3, at % 3), &mut nodes);
         }
+        for pack in packs.packs.iter().filter(|pack| pack.rigid) {
+            self.rigid.push(rigid_matter(geometry, pack, &mut nodes));
+        }
         let mut index = HashMap::new();
         for pack in &packs.packs {
             let inertia = Inertia::gather(geometry, packs.shape_of(pack).nodes, pack, &nodes);
@@ -186,6 +200,28 @@ impl Assembly {
             }));
         }
     }
+}
+
+/// Matter of the rigid bodies of a pack. Corners share the mass equally, so that the centroid is the
+/// centre of mass.
+fn rigid_matter(geometry: &Geometry, pack: &Pack, nodes: &mut [[f64; 4]]) -> [Matter; LANES] {
+    let matter = |body: u32| {
+        let body = body as usize;
+        let (lattice, cell) = (geometry.lattice(body), geometry.bodies[body].cell);
+        let edges = [0, 1, 2].map(|d| lattice.axes[d] * lattice.spacing(d, cell[d] as usize));
+        let first = geometry.bodies[body].first_node as usize;
+        let mut sum = [0.0; 4];
+        for node in &nodes[first..first + 8] {
+            (0..4).for_each(|k| sum[k] += node[k]);
+        }
+        Matter::new(sum[0], edges, Vector3::new(sum[1], sum[2], sum[3]))
+    };
+    let matter = pack.bodies.map(matter);
+    for (&body, matter) in pack.bodies[..pack.filled].iter().zip(&matter) {
+        let first = geometry.bodies[body as usize].first_node as usize;
+        nodes[first..first + 8].iter_mut().for_each(|node| node[0] = matter.mass / 8.0);
+    }
+    matter
 }
 
 /// Elastic constants of a joint lattice: of its joint, or where several meet of the most
@@ -251,7 +287,7 @@ fn scatter(
             };
             let sums = &mut nodes[node];
             sums[0] += mass;
-            for c in 0..3 {
+            for c in (0..3).filter(|_| !pack.rigid) {
                 sums[1 + c] += element.diagonal[corner][c];
             }
         }

@@ -10,6 +10,7 @@ use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;
 use crate::simulation::Simulation;
+use crate::step::carry;
 
 /// Where a field has its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,20 +135,33 @@ impl Simulation {
     /// relaxation.
     pub fn velocities(&mut self) -> Vec<[f64; 3]> {
         self.measure_once();
-        self.model.plain(&self.present_velocities())
+        let velocities = self.present_velocities();
+        self.model.plain(&velocities)
     }
 
     /// Velocity of a node at the present time `[m/s]`.
     pub fn velocity(&mut self, node: usize) -> [f64; 3] {
         self.measure_once();
         let (pack, local, lane) = self.model.place(node);
+        if self.model.packs.packs[pack].rigid {
+            let mut corners = [Lanes::ZERO; 24];
+            let poses = self.present_pose(pack);
+            carry(&self.model, pack, &poses, &mut corners);
+            return [0, 1, 2].map(|c| corners[3 * local + c].0[lane]);
+        }
         [0, 1, 2].map(|c| self.present_velocity(pack, 3 * local + c, lane))
     }
 
     /// Velocities at the present time in the layout of the state.
-    pub(crate) fn present_velocities(&self) -> Vec<Lanes> {
+    pub(crate) fn present_velocities(&mut self) -> Vec<Lanes> {
         let mut velocities = self.state.v.clone();
+        let poses = self.present_poses();
         for (index, pack) in self.model.packs.packs.iter().enumerate() {
+            if pack.rigid {
+                let nodes = 3 * pack.start..3 * (pack.start + 8);
+                carry(&self.model, index, &poses[pack.rigid_start], &mut velocities[nodes]);
+                continue;
+            }
             for at in 0..3 * self.model.packs.shape_of(pack).nodes {
                 let v = |lane| self.present_velocity(index, at, lane);
                 velocities[3 * pack.start + at] = Lanes(std::array::from_fn(v));

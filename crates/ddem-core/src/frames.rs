@@ -4,8 +4,22 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
 use crate::element::corotation::{Frame, fit};
-use crate::lanes::{Lanes, add, load_at, scale, splat, zero};
+use crate::lanes::{LANES, Lanes, add, load_at, scale, splat, zero};
 use crate::model::Model;
+use crate::rigid::Pose;
+
+/// The frame of a pack's rigid bodies in their poses.
+pub(crate) fn frame_of(poses: &[Pose; LANES]) -> Frame {
+    let turns = poses.map(|pose| pose.turn.to_rotation_matrix());
+    let mut frame = Frame::REST;
+    for (i, row) in frame.rotation.iter_mut().enumerate() {
+        for (k, lanes) in row.iter_mut().enumerate() {
+            *lanes = Lanes(std::array::from_fn(|lane| turns[lane][(i, k)]));
+        }
+    }
+    frame.mean = [0, 1, 2].map(|c| Lanes(poses.map(|pose| pose.shift[c])));
+    frame
+}
 
 /// The frame of a pack's bodies at displacements `u`.
 #[simd]

@@ -63,8 +63,7 @@ impl Face {
     pub fn areas(&self, model: &Model) -> impl Iterator<Item = f64> + use<> {
         let (lattice, d) = (model.geometry.lattice(self.a as usize), self.direction as usize);
         let cell = model.geometry.bodies[self.a as usize].cell;
-        let edge = |d: usize| lattice.axes[d] * lattice.spacing(d, cell[d] as usize);
-        let quarter = edge((d + 1) % 3).cross(&edge((d + 2) % 3)).norm() / 4.0;
+        let quarter = lattice.joint_area(cell.map(|c| c as usize), d) / 4.0;
         let n = self.divisions as usize;
         self.steps().map(move |at| {
             let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();

@@ -35,6 +35,7 @@ mod pack;
 mod parallel;
 mod pass;
 mod relax;
+mod rigid;
 mod saved;
 mod scratch;
 mod seams;

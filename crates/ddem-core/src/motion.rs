@@ -8,6 +8,7 @@ use fearless_simd::{Simd, f64x4};
 use crate::assembly::{Assembly, Inertia};
 use crate::deck::Damping;
 use crate::lanes::{Lanes, splat};
+use crate::rigid::Matter;
 
 /// `a`, `b` and the damping `c` of the nodes of equal packs, three a node.
 #[derive(Clone, Debug)]
@@ -49,6 +50,7 @@ pub(crate) struct Motion {
     pub(crate) time_step: f64,
     /// One for each [`Inertia`], under the same number.
     pub(crate) classes: Vec<Coefficients>,
+    damping: Damping,
     /// α of local damping.
     pub(crate) local: f64,
     /// Velocities are at a whole step: the first half step of a stage.
@@ -79,6 +81,7 @@ impl Motion {
         Self {
             time_step,
             classes: assembly.inertia.iter().map(class).collect(),
+            damping,
             local: if let Damping::Local(alpha) = damping { alpha } else { 0.0 },
             start: false,
             damped: damping != Damping::None,
@@ -89,6 +92,19 @@ impl Motion {
     /// For the balance of forces in relaxation: unit masses, supports at rest.
     pub(crate) fn relaxing(assembly: &Assembly) -> Self {
         Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0) }
+    }
+
+    /// Damping `c/m` of the shift of a rigid body along each axis, and of its turning `[1/s]`.
+    pub(crate) fn rates(&self, matter: &Matter) -> [f64; 4] {
+        match self.damping {
+            Damping::Mass(alpha) => [alpha; 4],
+            Damping::Ratio(zeta) => {
+                let rate = |k: usize| 2.0 * zeta * (matter.stiffness[k] / matter.mass).sqrt();
+                let [x, y, z] = [rate(0), rate(1), rate(2)];
+                [x, y, z, (x + y + z) / 3.0]
+            }
+            Damping::Local(_) | Damping::None => [0.0; 4],
+        }
     }
 
     /// The force under which (M2) turns velocity `now` into `target`.

@@ -197,6 +197,10 @@ pub(crate) struct Pack {
     pub(crate) start: usize,
     /// First entry in the shares.
     pub(crate) share_start: usize,
+    /// Its bodies do not deform.
+    pub(crate) rigid: bool,
+    /// Packs of rigid bodies before it.
+    pub(crate) rigid_start: usize,
     /// Bodies at the upper offsets 1…7 (0 unused).
     pub(crate) upper: [Neighbours; 8],
     /// Bodies at the lower offsets −1…−7, who own the joints between.
@@ -214,6 +218,8 @@ pub(crate) struct Packs {
     pub(crate) nodes: usize,
     /// Entries in the shares.
     pub(crate) shares: usize,
+    /// Packs of rigid bodies.
+    pub(crate) rigid: usize,
 }
 
 impl Packs {
@@ -224,6 +230,7 @@ impl Packs {
             slots: vec![NOBODY; geometry.bodies.len()],
             nodes: 0,
             shares: 0,
+            rigid: 0,
         };
         for set in 0..geometry.lattices.len() {
             packs.add_set(geometry, set);
@@ -270,11 +277,14 @@ impl Packs {
                 shape,
                 start: self.nodes,
                 share_start: self.shares,
+                rigid: lattice.rigid,
+                rigid_start: self.rigid,
                 upper: [Neighbours::NONE; 8],
                 lower: [Neighbours::NONE; 8],
             });
             self.nodes += self.shapes[shape].nodes;
             self.shares += self.shapes[shape].shares;
+            self.rigid += usize::from(lattice.rigid);
         }
     }
 

@@ -54,6 +54,11 @@ pub(crate) fn node_start(packs: &Packs, pack: usize) -> usize {
     3 * packs.packs.get(pack).map_or(packs.nodes, |p| p.start)
 }
 
+/// Packs of rigid bodies before a pack; one past the end is allowed.
+pub(crate) fn rigid_start(packs: &Packs, pack: usize) -> usize {
+    packs.packs.get(pack).map_or(packs.rigid, |p| p.rigid_start)
+}
+
 /// First number of a pack in the shares; one past the end is allowed.
 pub(crate) fn share_start(packs: &Packs, pack: usize) -> usize {
     3 * packs.packs.get(pack).map_or(packs.shares, |p| p.share_start)

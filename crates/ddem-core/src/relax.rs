@@ -141,8 +141,8 @@ impl Simulation {
     ) -> Result<Relaxed, RunError> {
         self.factors = memory.present_factors();
         let (context, state, scratch) = self.parts();
-        let State { u, v, breaks, .. } = state;
-        let (mut sums, losses) = balance(context, (u, v), breaks, scratch, false);
+        let State { u, v, poses, breaks, .. } = state;
+        let (mut sums, losses) = balance(context, (u, v, poses), breaks, scratch, false);
         if sums.applied == 0.0 {
             // Nothing is applied: the forces at the start are the measure.
             memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
@@ -225,8 +225,8 @@ impl Simulation {
         let failed = self.state.failed;
         let (mut context, state, scratch) = self.parts();
         context.failing = Some((MOST_LOADED * overload).max(1.0));
-        let State { u, v, breaks, .. } = state;
-        let (_, losses) = balance(context, (u, v), breaks, scratch, false);
+        let State { u, v, poses, breaks, .. } = state;
+        let (_, losses) = balance(context, (u, v, poses), breaks, scratch, false);
         self.book_losses(losses);
         self.state.failed != failed
     }

@@ -8,12 +8,13 @@ use crate::breaks::{Breaks, Losses, PackBreaks};
 use crate::conditions::Active;
 use crate::element::corotation::Frame;
 use crate::force::shares::{collect, spread_torque};
-use crate::frames::fit_pack;
-use crate::lanes::{Lanes, load};
+use crate::frames::{fit_pack, frame_of};
+use crate::lanes::{LANES, Lanes, load};
 use crate::model::Model;
 use crate::pack::Packs;
-use crate::parallel::{Split, node_start, runs, share_start};
+use crate::parallel::{Split, node_start, rigid_start, runs, share_start};
 use crate::pass::Workspace;
+use crate::rigid::Pose;
 use crate::state::State;
 use crate::sums::Sums;
 
@@ -55,7 +56,7 @@ pub(crate) struct Spaces {
 
 impl Scratch {
     /// For a model, with the frames of a state.
-    pub(crate) fn new(model: &Model, u: &[Lanes], level: Level) -> Self {
+    pub(crate) fn new(model: &Model, state: &State, level: Level) -> Self {
         let packs = &model.packs;
         let n = packs.packs.len();
         let runs = runs(packs);
@@ -73,7 +74,7 @@ impl Scratch {
             runs,
             level,
         };
-        scratch.fit(model, u);
+        scratch.fit(model, state);
         scratch
     }
 
@@ -87,13 +88,18 @@ impl Scratch {
     }
 
     /// Fits the frames to displacements that a step did not make.
-    pub(crate) fn fit(&mut self, model: &Model, u: &[Lanes]) {
+    pub(crate) fn fit(&mut self, model: &Model, state: &State) {
         if !model.corotational() {
             return;
         }
         let packs = &model.packs;
         for (index, frame) in self.frames.iter_mut().enumerate() {
-            let u = &u[node_start(packs, index)..node_start(packs, index + 1)];
+            let pack = &packs.packs[index];
+            if pack.rigid {
+                *frame = frame_of(&state.poses[pack.rigid_start]);
+                continue;
+            }
+            let u = &state.u[node_start(packs, index)..node_start(packs, index + 1)];
             *frame = dispatch!(self.level, simd => fit_pack(simd, model, index, u));
         }
     }
@@ -167,6 +173,7 @@ impl Scratch {
             workspaces: &mut self.workspaces,
             u: &mut state.u,
             v: &mut state.v,
+            poses: &mut state.poses,
         };
         (fields, &self.f, &self.runs, self.level)
     }
@@ -186,8 +193,8 @@ impl Scratch {
             reactions: &mut self.reactions,
             workspaces: &mut self.workspaces,
         };
-        let (u, v) = (&mut state.u[..], &mut state.v[..]);
-        let fields = Moving { balancing, frames: &mut self.frames, u, v };
+        let (u, v, poses) = (&mut state.u[..], &mut state.v[..], &mut state.poses[..]);
+        let fields = Moving { balancing, frames: &mut self.frames, u, v, poses };
         (fields, &self.shares, &self.runs, self.level)
     }
 }
@@ -199,6 +206,7 @@ pub(crate) struct Relaxing<'a> {
     pub(crate) workspaces: &'a mut [Spaces],
     pub(crate) u: &'a mut [Lanes],
     pub(crate) v: &'a mut [Lanes],
+    pub(crate) poses: &'a mut [[Pose; LANES]],
 }
 
 impl Split for Relaxing<'_> {
@@ -209,14 +217,17 @@ impl Split for Relaxing<'_> {
         let (frames, frames_high) = self.frames.split_at_mut(at - first);
         let (sums, sums_high) = self.sums.split_at_mut(at - first);
         let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
+        let rigid = rigid_start(packs, at) - rigid_start(packs, first);
+        let (poses, poses_high) = self.poses.split_at_mut(rigid);
         (
-            Self { frames, sums, workspaces, u, v },
+            Self { frames, sums, workspaces, u, v, poses },
             Self {
                 frames: frames_high,
                 sums: sums_high,
                 workspaces: workspaces_high,
                 u: u_high,
                 v: v_high,
+                poses: poses_high,
             },
         )
     }
@@ -250,6 +261,7 @@ pub(crate) struct Moving<'a> {
     pub(crate) frames: &'a mut [Frame],
     pub(crate) u: &'a mut [Lanes],
     pub(crate) v: &'a mut [Lanes],
+    pub(crate) poses: &'a mut [[Pose; LANES]],
 }
 
 /// One pack of the two passes' borrowed fields.
@@ -345,10 +357,18 @@ impl Split for Moving<'_> {
         let (u, u_high) = self.u.split_at_mut(nodes);
         let (v, v_high) = self.v.split_at_mut(nodes);
         let (frames, frames_high) = self.frames.split_at_mut(at - first);
+        let rigid = rigid_start(packs, at) - rigid_start(packs, first);
+        let (poses, poses_high) = self.poses.split_at_mut(rigid);
         let (balancing, balancing_high) = self.balancing.split(packs, first, at, low_runs);
         (
-            Self { balancing, frames, u, v },
-            Self { balancing: balancing_high, frames: frames_high, u: u_high, v: v_high },
+            Self { balancing, frames, u, v, poses },
+            Self {
+                balancing: balancing_high,
+                frames: frames_high,
+                u: u_high,
+                v: v_high,
+                poses: poses_high,
+            },
         )
     }
 }

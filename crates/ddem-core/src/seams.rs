@@ -104,7 +104,8 @@ impl Seam {
             let cell = geometry.bodies[body].cell.map(|c| c as usize);
             let joint = lattice.joint_above(cell, d);
             let (stiffness, springs) = joints[joint as usize];
-            (seam.joints[lane], seam.springs[lane]) = (joint, springs);
+            // Between rigid blocks every joint is springs (§8).
+            (seam.joints[lane], seam.springs[lane]) = (joint, springs || lattice.rigid);
             let edges = [0, 1, 2].map(|e| {
                 let gap = lattice.gaps[d][cell[d] + 1];
                 lattice.axes[e] * if e == d { gap } else { lattice.spacing(e, cell[e]) }
@@ -112,7 +113,7 @@ impl Seam {
             for (lanes, edge) in seam.edges.iter_mut().zip(&edges) {
                 (0..3).for_each(|c| lanes[c].0[lane] = edge[c]);
             }
-            let quarter = edges[(d + 1) % 3].cross(&edges[(d + 2) % 3]).norm() / 4.0;
+            let quarter = lattice.joint_area(cell, d) / 4.0;
             seam.quarter.0[lane] = quarter;
             seam.per_quarter.0[lane] = 1.0 / quarter;
             for (lanes, k) in seam.stiffness.iter_mut().zip(stiffness.unwrap_or_default()) {
@@ -142,6 +143,14 @@ impl Seam {
             let n = self.axes[(c, 0)];
             self.quarter.0[lane] * (shear + (normal - shear) * n * n)
         })
+    }
+
+    /// Stiffness of the springs of a quarter of an element `[N/m]`.
+    pub(crate) fn matrix(&self, lane: usize) -> Matrix3<f64> {
+        let Stiffness { normal, shear } = self.stiffness(lane);
+        let n = self.axes.column(0);
+        let across = n * n.transpose();
+        (Matrix3::identity() * shear + across * (normal - shear)) * self.quarter.0[lane]
     }
 
     #[inline(always)]

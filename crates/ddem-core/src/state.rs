@@ -5,8 +5,9 @@ use std::collections::VecDeque;
 use crate::breaks::Breaks;
 use crate::conditions::Applied;
 use crate::geometry::Vec3;
-use crate::lanes::Lanes;
+use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
+use crate::rigid::{Matter, Pose};
 
 /// Work done on the model up to the last step `[J]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,6 +48,8 @@ pub(crate) struct State {
     pub(crate) u: Vec<Lanes>,
     /// Velocities `[m/s]`, at half steps within a stage.
     pub(crate) v: Vec<Lanes>,
+    /// Poses of the rigid bodies, pack by pack of these.
+    pub(crate) poses: Vec<[Pose; LANES]>,
     /// Velocities are at the present time: between stages.
     pub(crate) whole: bool,
     /// What has become of the joints.
@@ -101,6 +104,7 @@ impl State {
             stage_starts: vec![0.0],
             u: vec![Lanes::ZERO; n],
             v: vec![Lanes::ZERO; n],
+            poses: vec![[Pose::default(); LANES]; model.packs.rigid],
             whole: true,
             breaks: Breaks::new(&model.packs, &model.assembly, &model.seams),
             failed: [0; 2],
@@ -119,6 +123,55 @@ impl State {
                 model.set(&mut state.v, node as usize, v.into());
             }
         }
+        state.move_rigid(model);
         state
+    }
+
+    /// Nothing moves.
+    pub(crate) fn rest(&mut self) {
+        self.v.fill(Lanes::ZERO);
+        self.poses.iter_mut().flatten().for_each(|pose| *pose = pose.resting());
+    }
+
+    /// Rigid bodies go where their corners were set, as near as they can.
+    pub(crate) fn place_rigid(&mut self, model: &Model) {
+        self.each_rigid(model, |matter, pose, [u, _]| {
+            *pose = pose.placed(matter, u);
+            *u = std::array::from_fn(|corner| pose.displacement(&matter.arm(corner)));
+        });
+    }
+
+    /// Rigid bodies move as their corners were set to, as near as they can.
+    pub(crate) fn move_rigid(&mut self, model: &Model) {
+        self.each_rigid(model, |matter, pose, [_, v]| {
+            *pose = pose.moving(matter, v);
+            let twist = pose.twist(matter);
+            let arm = |corner| pose.turn * matter.arm(corner);
+            *v = std::array::from_fn(|corner| twist.linear + twist.angular.cross(&arm(corner)));
+        });
+    }
+
+    /// Calls `change` with each rigid body, and displacements and velocities of its corners.
+    fn each_rigid(
+        &mut self,
+        model: &Model,
+        change: impl Fn(&Matter, &mut Pose, [&mut [Vec3; 8]; 2]),
+    ) {
+        for pack in model.packs.packs.iter().filter(|pack| pack.rigid) {
+            for lane in 0..pack.filled {
+                let matter = &model.assembly.rigid[pack.rigid_start][lane];
+                let place = |corner: usize, c: usize| 3 * (pack.start + corner) + c;
+                let get = |field: &[Lanes]| {
+                    let at = |corner| [0, 1, 2].map(|c| field[place(corner, c)].0[lane]);
+                    std::array::from_fn(|corner| Vec3::from(at(corner)))
+                };
+                let (mut u, mut v) = (get(&self.u), get(&self.v));
+                change(matter, &mut self.poses[pack.rigid_start][lane], [&mut u, &mut v]);
+                for (corner, c) in (0..8).flat_map(|corner| [0, 1, 2].map(|c| (corner, c))) {
+                    self.u[place(corner, c)].0[lane] = u[corner][c];
+                    self.v[place(corner, c)].0[lane] = v[corner][c];
+                }
+            }
+        }
     }
 }

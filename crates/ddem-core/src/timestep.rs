@@ -5,7 +5,7 @@
 //! are left out: they can only lower it.
 
 use fearless_simd::dispatch;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::assembly::Inertia;
 use crate::breaks::Breaks;
@@ -13,6 +13,7 @@ use crate::cluster::{Clusters, accelerations};
 use crate::error::RunError;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
+use crate::pack::Pack;
 use crate::parallel::node_start;
 use crate::scratch::Scratch;
 use crate::step::{Pass, internal_forces};
@@ -35,6 +36,7 @@ pub(crate) fn largest_eigenvalue(
     let n = 3 * model.packs.nodes;
     let roots = inverse_roots(model, mass);
     let root = |pack: usize| &roots[model.assembly.pack_inertia[pack] as usize];
+    let bodies = Bodies::new(model);
     // M^{-½} K M^{-½}: the same eigenvalues, symmetric.
     let mut q = start(model, n);
     let mut before = vec![Lanes::ZERO; n];
@@ -46,6 +48,9 @@ pub(crate) fn largest_eigenvalue(
             return Err(RunError::Stopped);
         }
         for_each_pack(model, |pack, range| {
+            if model.packs.packs[pack].rigid {
+                return bodies.corners(model, pack, &q[range.clone()], &mut scaled[range]);
+            }
             for (at, r) in range.zip(root(pack)) {
                 for lane in 0..LANES {
                     scaled[at].0[lane] = q[at].0[lane] * r.0[lane];
@@ -57,6 +62,9 @@ pub(crate) fn largest_eigenvalue(
         let beta = beside.last().copied().unwrap_or(0.0);
         let mut alpha = 0.0;
         for_each_pack(model, |pack, range| {
+            if model.packs.packs[pack].rigid {
+                bodies.resultants(model, pack, &mut scratch.f[range.clone()]);
+            }
             for (at, r) in range.zip(root(pack)) {
                 for lane in 0..LANES {
                     let product = -scratch.f[at].0[lane] * r.0[lane];
@@ -99,14 +107,68 @@ fn for_each_pack(model: &Model, mut f: impl FnMut(usize, std::ops::Range<usize>)
     }
 }
 
-/// `m^{-½}` of the nodes of equal packs; 0 where there is no mass.
+/// Rigid bodies have six numbers each, in the first places of their corners: shift and turn, scaled
+/// by `m^{-½}` and `I^{-½}`.
+struct Bodies(Vec<[Matrix3<f64>; LANES]>);
+
+impl Bodies {
+    fn new(model: &Model) -> Self {
+        let rigid = model.assembly.rigid.iter();
+        Self(rigid.map(|pack| std::array::from_fn(|lane| pack[lane].inverse_root())).collect())
+    }
+
+    /// Displacements of the corners from the six numbers.
+    fn corners(&self, model: &Model, pack: usize, six: &[Lanes], u: &mut [Lanes]) {
+        let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
+        for lane in 0..filled {
+            let matter = &model.assembly.rigid[rigid_start][lane];
+            let [shift, turn] = [0, 3].map(|first| three(six, first, lane));
+            let (shift, turn) = (shift / matter.mass.sqrt(), self.0[rigid_start][lane] * turn);
+            for corner in 0..8 {
+                let value = shift + turn.cross(&matter.arm(corner));
+                (0..3).for_each(|c| u[3 * corner + c].0[lane] = value[c]);
+            }
+        }
+    }
+
+    /// The six numbers from forces on the corners, in their place.
+    fn resultants(&self, model: &Model, pack: usize, f: &mut [Lanes]) {
+        let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
+        for lane in 0..filled {
+            let matter = &model.assembly.rigid[rigid_start][lane];
+            let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+            for corner in 0..8 {
+                let on = three(f, 3 * corner, lane);
+                force += on;
+                torque += matter.arm(corner).cross(&on);
+            }
+            let six = [force / matter.mass.sqrt(), self.0[rigid_start][lane] * torque];
+            f.iter_mut().for_each(|f| f.0[lane] = 0.0);
+            for c in 0..3 {
+                (f[c].0[lane], f[3 + c].0[lane]) = (six[0][c], six[1][c]);
+            }
+        }
+    }
+}
+
+fn three(field: &[Lanes], first: usize, lane: usize) -> Vector3<f64> {
+    Vector3::from([0, 1, 2].map(|c| field[first + c].0[lane]))
+}
+
+/// `m^{-½}` of the nodes of equal packs; 0 where there is no mass, 1 in rigid bodies.
 fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) -> Vec<Vec<Lanes>> {
     let root = |m: f64| if m > 0.0 { 1.0 / m.sqrt() } else { 0.0 };
     let class = |inertia: &Inertia| {
         let lanes = |at: usize| Lanes(std::array::from_fn(|lane| root(mass(inertia, at, lane))));
         (0..inertia.diagonal.len()).map(lanes).collect()
     };
-    model.assembly.inertia.iter().map(class).collect()
+    let mut roots: Vec<Vec<Lanes>> = model.assembly.inertia.iter().map(class).collect();
+    for (pack, &class) in model.packs.packs.iter().zip(&model.assembly.pack_inertia) {
+        if pack.rigid {
+            roots[class as usize].fill(Lanes([1.0; LANES]));
+        }
+    }
+    roots
 }
 
 /// A unit vector that favours no mode: numbers from a fixed sequence, none where no body is.
@@ -115,8 +177,9 @@ fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut seed = 0x9E37_79B9_7F4A_7C15_u64;
     let mut norm = 0.0;
     for_each_pack(model, |pack, range| {
-        for at in range {
-            for lane in 0..model.packs.packs[pack].filled {
+        let Pack { rigid, filled, .. } = model.packs.packs[pack];
+        for at in range.take(if rigid { 6 } else { usize::MAX }) {
+            for lane in 0..filled {
                 seed ^= seed << 13;
                 seed ^= seed >> 7;
                 seed ^= seed << 17;

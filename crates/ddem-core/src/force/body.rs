@@ -23,6 +23,10 @@ pub(crate) fn body<S: Simd>(
     let u = &input.moved.u[3 * pack.start..3 * (pack.start + shape.nodes)];
     let dims = shape.dims(0);
     *out.torque = [Lanes::ZERO; 3];
+    if pack.rigid {
+        out.f.fill(Lanes::ZERO);
+        return;
+    }
     work.reserve(3 * shape.nodes);
     let Workspace { planes, local, g, .. } = work;
     let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);

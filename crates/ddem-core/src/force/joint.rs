@@ -129,6 +129,9 @@ fn last_way<S: Simd>(
     let Some((v, time_step)) = input.last else { return way.fill(Lanes::ZERO) };
     let moved = Moved { u: v, frames: None, ..input.moved };
     joint_displacements(simd, moved, at, input.edges(at), way);
+    if input.moved.packs.packs[at.0].rigid {
+        to_quarters(simd, input.face(at), way);
+    }
     for node in 0..way.len() / 3 {
         let v = scale(load_at(simd, way, 3 * node), splat(simd, time_step));
         store_at(way, 3 * node, rotation.map_or(v, |r| transposed_times(r, v)));
@@ -185,15 +188,23 @@ fn give<S: Simd>(
     (index, offset): (usize, usize),
     (rotation, pull): (Option<Matrix<S>>, Option<(&Seam, Pull)>),
     out: &mut Output<'_>,
-    work: &Workspace,
+    work: &mut Workspace,
 ) {
     let pack = &input.moved.packs.packs[index];
     let shape = input.moved.packs.shape_of(pack);
     let mut torque = zero(simd);
+    if rotation.is_some() {
+        for i in 0..shape.joints[offset].len() {
+            let (u, g) = (load_at(simd, &work.local, 3 * i), load_at(simd, &work.g, 3 * i));
+            torque = add(torque, cross(u, g));
+        }
+    }
+    if pack.rigid {
+        to_quarters(simd, input.face((index, offset)), &mut work.g);
+    }
     for (i, node) in shape.joints[offset].iter().enumerate() {
         let mut gi = load_at(simd, &work.g, 3 * i);
         if let Some(rotation) = &rotation {
-            torque = add(torque, cross(load_at(simd, &work.local, 3 * i), gi));
             gi = times(rotation, gi);
         }
         let (target, at) = if node.offset == 0 {
@@ -227,6 +238,23 @@ fn give<S: Simd>(
     }
 }
 
+/// §8: between rigid blocks the pairs are at the centres of the quarters of a face. Displacements of
+/// the corners become those of these points; forces on these points become those on the corners,
+/// by the same weights, 9/16, 3/16, 3/16 and 1/16.
+#[simd]
+pub(crate) fn to_quarters<S: Simd>(simd: S, face: Option<Face<'_>>, field: &mut [Lanes]) {
+    let Some((places, _)) = face else { return };
+    for side in 0..2 {
+        let corner: [usize; 4] = std::array::from_fn(|p| 3 * places[p].sides[side]);
+        let old = corner.map(|at| load_at(simd, field, at));
+        for (p, at) in corner.into_iter().enumerate() {
+            let beside = add(old[p ^ 1], old[p ^ 2]);
+            let sum = add(scale(old[p], splat(simd, 9.0)), scale(beside, splat(simd, 3.0)));
+            store_at(field, at, scale(add(sum, old[p ^ 3]), splat(simd, 1.0 / 16.0)));
+        }
+    }
+}
+
 /// Elements of a joint lattice alone: their local forces are left in the working space, and
 /// turned by the rotation that is returned they are those in space.
 #[simd]
@@ -243,6 +271,9 @@ fn alone<S: Simd>(
     work.reserve(n);
     let edges = input.edges(at);
     let rotation = joint_displacements(simd, input.moved, at, edges, &mut work.local[..n]);
+    if input.moved.packs.packs[index].rigid {
+        to_quarters(simd, input.face(at), &mut work.local[..n]);
+    }
     elements(simd, input, at, broken, work);
     rotation
 }

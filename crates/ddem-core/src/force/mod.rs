@@ -3,5 +3,6 @@
 pub(crate) mod body;
 pub(crate) mod external;
 pub(crate) mod joint;
+pub(crate) mod rigid;
 pub(crate) mod shares;
 pub(crate) mod support;

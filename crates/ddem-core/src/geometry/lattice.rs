@@ -3,7 +3,7 @@
 use super::select::Region;
 use super::{Names, Vec3};
 use crate::deck::names::segment;
-use crate::deck::{BlockSet, Deck, JointChoice};
+use crate::deck::{BlockSet, Body, Deck, JointChoice};
 use crate::error::Fault;
 
 /// No body, no joint.
@@ -16,7 +16,10 @@ pub(crate) struct Lattice {
     pub(crate) origin: Vec3,
     /// Unit vectors along the three edges.
     pub(crate) axes: [Vec3; 3],
+    /// Elements along each edge of a block; 1 where blocks are rigid.
     pub(crate) divisions: usize,
+    /// Blocks do not deform (§8).
+    pub(crate) rigid: bool,
     /// Cells along each edge.
     pub(crate) count: [usize; 3],
     /// Positions of the cuts along each edge, shape `(count + 1)` `[m]`.
@@ -40,7 +43,8 @@ pub(crate) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<F
     for (index, set) in deck.blocks.iter().enumerate() {
         let cuts = [0, 1, 2].map(|d| cuts(set, d));
         let cells: f64 = cuts.iter().map(|c| c.count).product();
-        nodes += cells * (f64::from(set.divisions) + 1.0).powi(3);
+        let divisions = if set.body == Body::Rigid { 1 } else { set.divisions };
+        nodes += cells * (f64::from(divisions) + 1.0).powi(3);
         if nodes >= f64::from(u32::MAX) {
             return Err(vec![
                 Fault::new(
@@ -94,7 +98,8 @@ impl Lattice {
         Self {
             origin: Vec3::from(set.origin),
             axes: set.axes.map(|a| Vec3::from(a).normalize()),
-            divisions: set.divisions as usize,
+            divisions: if set.body == Body::Rigid { 1 } else { set.divisions as usize },
+            rigid: set.body == Body::Rigid,
             count,
             gaps: count.map(|n| vec![0.0; n + 1]),
             cuts: positions.try_into().unwrap_or_default(),
@@ -122,6 +127,16 @@ impl Lattice {
     pub(crate) fn spacing(&self, d: usize, cell: usize) -> f64 {
         let gaps = self.gaps[d][cell] / 2.0 + self.gaps[d][cell + 1] / 2.0;
         (self.lengths[d][cell] - gaps) / self.divisions as f64
+    }
+
+    /// Area of one element of the joint at the upper side of a cell along d `[m²]`. Between rigid
+    /// blocks it reaches to the middle of the gaps around, where there are no strips.
+    pub(crate) fn joint_area(&self, cell: [usize; 3], d: usize) -> f64 {
+        let edge = |e: usize| {
+            let whole = if self.rigid { self.lengths[e][cell[e]] } else { self.spacing(e, cell[e]) };
+            self.axes[e] * whole
+        };
+        edge((d + 1) % 3).cross(&edge((d + 2) % 3)).norm()
     }
 
     /// Position along an edge of the i-th line of nodes in a cell `[m]`.
@@ -154,7 +169,7 @@ impl Lattice {
         self.joint[d][self.index(cell)]
     }
 
-    fn centre(&self, cell: [usize; 3]) -> Vec3 {
+    pub(super) fn centre(&self, cell: [usize; 3]) -> Vec3 {
         self.point([0, 1, 2].map(|d| (self.cuts[d][cell[d]] + self.cuts[d][cell[d] + 1]) / 2.0))
     }
 

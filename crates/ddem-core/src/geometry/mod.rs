@@ -161,6 +161,11 @@ impl Geometry {
         (body, [local % n, local / n % n, local / (n * n)])
     }
 
+    /// Centre of a body's cell, the joints around it included `[m]`.
+    pub(crate) fn centre(&self, body: usize) -> Vec3 {
+        self.lattice(body).centre(self.bodies[body].cell.map(|c| c as usize))
+    }
+
     /// Shortest edge of a body `[m]`.
     pub(crate) fn shortest_edge(&self, body: usize) -> f64 {
         let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);

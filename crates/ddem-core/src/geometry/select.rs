@@ -84,8 +84,11 @@ impl Region {
     /// Whether a node belongs: in the ranges, and on each plane or beside a gap that it lies in.
     pub(crate) fn has_node(&self, geometry: &Geometry, body: usize, at: [usize; 3]) -> bool {
         let x = geometry.position(body, at);
+        // A rigid block is taken as a whole, by its centroid.
+        let whole = geometry.lattice(body).rigid;
+        let place = if whole { geometry.centre(body) } else { x };
         self.has_set(geometry.bodies[body].set as usize)
-            && self.in_ranges(&x)
+            && self.in_ranges(&place)
             && (0..3).all(|axis| {
                 self.on_plane(axis, &x)
                     || self.plane(axis).is_some_and(|plane| {

@@ -4,10 +4,15 @@ mod pairs;
 
 use std::collections::BTreeMap;
 
+use nalgebra::{Quaternion, UnitQuaternion};
+
 use crate::conditions::Applied;
 use crate::deck::Damping;
+use crate::geometry::Vec3;
+use crate::lanes::LANES;
 use crate::model::Model;
 use crate::motion::Motion;
+use crate::rigid::Pose;
 use crate::simd::Simd;
 use crate::simulation::Simulation;
 use crate::state::{Memory, State, Work};
@@ -39,6 +44,7 @@ impl Simulation {
             stage_starts,
             u,
             v,
+            poses,
             whole,
             breaks,
             failed,
@@ -51,6 +57,7 @@ impl Simulation {
         let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
         put("displacement", self.model.plain(u).into_flattened());
         put("velocity", self.model.plain(v).into_flattened());
+        put("poses", poses.iter().flatten().flat_map(|pose| numbers(pose)).collect());
         put("stage_starts", stage_starts.clone());
         put("load_factors", load_factors.clone());
         let nodes = applied.keys().map(|&node| f64::from(node)).collect();
@@ -131,7 +138,13 @@ impl Simulation {
         state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.breaks = pairs::restore(&simulation.model, saved)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
-        simulation.scratch.fit(&simulation.model, &simulation.state.u);
+        let known = simulation.state.poses.iter_mut().flatten();
+        let (chunks, rest) = array("poses")?.as_chunks::<POSE>();
+        if !rest.is_empty() || chunks.len() != LANES * simulation.model.packs.rigid {
+            return None;
+        }
+        known.zip(chunks).for_each(|(pose, numbers)| *pose = self::pose(numbers));
+        simulation.scratch.fit(&simulation.model, &simulation.state);
         simulation.active = simulation.model.active(stage, &simulation.state.applied);
         simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
         simulation.started = count("started")? == 1;
@@ -187,6 +200,28 @@ impl Saved {
         let relaxing = (1..=parts).contains(&count("relax_increment").unwrap_or(1))
             && count("relax_since_restart").unwrap_or(0) <= MOST_STEPS;
         Some(fields && factors && times && stages && steps && failed && relaxing)
+    }
+}
+
+/// Numbers of a pose.
+const POSE: usize = 13;
+
+fn numbers(pose: &Pose) -> [f64; POSE] {
+    let Pose { shift, turn, velocity, momentum } = pose;
+    let turn = turn.coords;
+    let all = shift.iter().chain(&turn).chain(velocity).chain(momentum);
+    let mut numbers = [0.0; POSE];
+    numbers.iter_mut().zip(all).for_each(|(number, x)| *number = *x);
+    numbers
+}
+
+fn pose(numbers: &[f64; POSE]) -> Pose {
+    let [a, b, c, i, j, k, w, u, v, x, l, m, n] = *numbers;
+    Pose {
+        shift: Vec3::new(a, b, c),
+        turn: UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k)),
+        velocity: Vec3::new(u, v, x),
+        momentum: Vec3::new(l, m, n),
     }
 }
 

@@ -3,7 +3,6 @@
 use super::Simulation;
 use crate::breaks::Losses;
 use crate::energy::Energy;
-use crate::lanes::Lanes;
 use crate::state::Work;
 use crate::step::balance;
 use crate::sums::Sums;
@@ -19,7 +18,8 @@ impl Simulation {
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
         trial.clone_from(&state.breaks);
-        let (sums, losses) = balance(context, (&state.u, &state.v), &mut trial, scratch, true);
+        let (sums, losses) =
+            balance(context, (&state.u, &state.v, &state.poses), &mut trial, scratch, true);
         scratch.trial = trial;
         self.losing = losses;
         self.last = sums;
@@ -51,7 +51,9 @@ impl Simulation {
             self.state.work.loads += half * sums.loads[0];
             self.state.work.supports += half * sums.supports[0];
             self.state.work.damping += half * sums.damping[0];
+            let poses = self.present_poses();
             self.state.v = self.present_velocities();
+            self.state.poses = poses;
             // What failed and slipped now has done so.
             std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
             let losing = std::mem::take(&mut self.losing);
@@ -65,7 +67,8 @@ impl Simulation {
     /// step, under the forces of the present time.
     pub(super) fn unsettle(&mut self) {
         self.measure_once();
-        for (index, pack) in self.model.packs.packs.iter().enumerate() {
+        self.rigid_before();
+        for (index, pack) in self.model.packs.packs.iter().enumerate().filter(|(_, p)| !p.rigid) {
             let class = &self.motion.classes[self.model.assembly.pack_inertia[index] as usize];
             for at in 0..3 * self.model.packs.shape_of(pack).nodes {
                 let place = 3 * pack.start + at;
@@ -90,7 +93,7 @@ impl Simulation {
     /// Brings everything to rest; damping takes the kinetic energy.
     pub(crate) fn stop(&mut self) {
         let before = self.energy().kinetic;
-        self.state.v.fill(Lanes::ZERO);
+        self.state.rest();
         self.measured = None;
         self.state.work.damping += before - self.energy().kinetic;
         self.started = false;
@@ -138,7 +141,8 @@ impl Simulation {
         for (node, u) in displacements.iter().enumerate().take(self.model.n_nodes()) {
             self.model.set(&mut self.state.u, node, *u);
         }
-        self.scratch.fit(&self.model, &self.state.u);
+        self.state.place_rigid(&self.model);
+        self.scratch.fit(&self.model, &self.state);
         self.account_from(before);
     }
 
@@ -150,6 +154,7 @@ impl Simulation {
         for (node, v) in velocities.iter().enumerate().take(self.model.n_nodes()) {
             self.model.set(&mut self.state.v, node, *v);
         }
+        self.state.move_rigid(&self.model);
         self.account_from(before);
     }
 

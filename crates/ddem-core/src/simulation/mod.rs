@@ -2,6 +2,7 @@
 
 mod measure;
 mod pace;
+mod rigid;
 
 pub use pace::SHORTEST_STEP;
 
@@ -68,7 +69,7 @@ impl Simulation {
     #[must_use]
     pub fn with_simd(model: Model, simd: Simd) -> Self {
         let state = State::new(&model);
-        let scratch = Scratch::new(&model, &state.u, simd.level());
+        let scratch = Scratch::new(&model, &state, simd.level());
         let active = model.active(0, &state.applied);
         // What acts until it is first asked for.
         let factors = state.load_factors.clone();

@@ -7,6 +7,7 @@
 
 mod first;
 mod relaxing;
+mod rigid;
 
 use std::ops::Range;
 
@@ -19,17 +20,18 @@ use crate::element::corotation::Frame;
 use crate::force::external::{self, External};
 use crate::force::shares;
 use crate::force::support;
-use crate::frames::fit_pack;
+use crate::frames::{fit_pack, frame_of};
 use crate::lanes::{Lanes, load, splat};
 use crate::model::Model;
 use crate::motion::{Motion, Update};
-use crate::parallel::{node_start, spread};
+use crate::parallel::{node_start, rigid_start, spread};
 use crate::scratch::{Balancing, Moving, Part, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
 
 pub(crate) use first::{Pass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
+pub(crate) use rigid::{Poses, before, carry, present};
 
 /// What a step needs to know besides the model and the state.
 #[derive(Clone, Copy)]
@@ -75,14 +77,14 @@ pub(crate) fn step(
 /// and strain energies if they are asked for. `breaks` goes where the step would take it.
 pub(crate) fn balance(
     context: Context<'_>,
-    (u, v): (&[Lanes], &[Lanes]),
+    (u, v, poses): (&[Lanes], &[Lanes], &[Poses]),
     breaks: &mut Breaks,
     scratch: &mut Scratch,
     energies: bool,
 ) -> (Sums, Losses) {
     let losses = forces(context.pass((u, v), energies), breaks, scratch);
     let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
-    let fixed = (v, frames, shares);
+    let fixed = (v, frames, shares, poses);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
         dispatch!(level, simd => run_balance(simd, context, fixed, &run, &mut fields));
     });
@@ -107,14 +109,22 @@ fn run_advance<S: Simd>(
     fields: &mut Moving<'_>,
 ) {
     let packs = &context.model.packs;
-    let first_node = node_start(packs, run.start);
+    let (first_node, first_rigid) = (node_start(packs, run.start), rigid_start(packs, run.start));
     for index in run.clone() {
         let nodes =
             node_start(packs, index) - first_node..node_start(packs, index + 1) - first_node;
         let frame = &mut fields.frames[index - run.start];
         let (u, v) = (&mut fields.u[nodes.clone()], &mut fields.v[nodes]);
         let mut part = fields.balancing.pack(context.active, packs, run.start, index);
-        balance_pack(simd, context, index, (v, frame, shares), &mut part);
+        let pack = &packs.packs[index];
+        if pack.rigid {
+            let poses = &mut fields.poses[pack.rigid_start - first_rigid];
+            balance_pack(simd, context, index, (v, frame, shares, Some(poses)), &mut part);
+            rigid::advance(context, index, &mut part, (poses, u, v));
+            *frame = frame_of(poses);
+            continue;
+        }
+        balance_pack(simd, context, index, (v, frame, shares, None), &mut part);
         advance_pack(simd, context, index, &mut part, (u, v));
         if context.model.corotational() {
             *frame = fit_pack(simd, context.model, index, u);
@@ -126,7 +136,7 @@ fn run_advance<S: Simd>(
 fn run_balance<S: Simd>(
     simd: S,
     context: Context<'_>,
-    (v, frames, shares): (&[Lanes], &[Frame], &[Lanes]),
+    (v, frames, shares, poses): (&[Lanes], &[Frame], &[Lanes], &[Poses]),
     run: &Range<usize>,
     fields: &mut Balancing<'_>,
 ) {
@@ -134,7 +144,14 @@ fn run_balance<S: Simd>(
     for index in run.clone() {
         let v = &v[node_start(packs, index)..node_start(packs, index + 1)];
         let mut part = fields.pack(context.active, packs, run.start, index);
-        balance_pack(simd, context, index, (v, &frames[index], shares), &mut part);
+        let pack = &packs.packs[index];
+        let poses = if pack.rigid { poses.get(pack.rigid_start) } else { None };
+        balance_pack(simd, context, index, (v, &frames[index], shares, poses), &mut part);
+        if let Some(poses) = poses {
+            rigid::weigh(context, index, (v, poses), &mut part);
+            part.sums.supports[0] = support_power(context, index, v, part.reactions);
+            continue;
+        }
         let class = context.coefficients(index);
         let mass = &context.model.assembly.inertia[context.inertia(index)].mass;
         let update = Update::new(simd, context.motion);
@@ -175,7 +192,7 @@ fn balance_pack<S: Simd>(
     simd: S,
     context: Context<'_>,
     index: usize,
-    (v, frame, shares): (&[Lanes], &Frame, &[Lanes]),
+    (v, frame, shares, poses): (&[Lanes], &Frame, &[Lanes], Option<&Poses>),
     part: &mut Part<'_>,
 ) {
     let model = context.model;
@@ -183,7 +200,7 @@ fn balance_pack<S: Simd>(
     let first = 3 * pack.start;
     // What the joints at the lower sides do, and what the derivative of R adds.
     shares::collect(simd, &model.packs, index, shares, part.f, part.torque);
-    if model.corotational() {
+    if model.corotational() && poses.is_none() {
         let torque = load(simd, part.torque);
         shares::spread_torque(simd, (&model.packs, &model.assembly), index, frame, torque, part.f);
     }
@@ -206,9 +223,14 @@ fn balance_pack<S: Simd>(
     // Supports answer with what is missing.
     let supports = &context.active.supports[context.active.supports_of(index)];
     let class = context.coefficients(index);
-    let fields = (first, v, &mut *part.f);
-    support::react(context.motion, class, supports, context.velocities, fields, part.reactions);
-    part.sums.applied = applied(loaded.then_some(&*q), supports, part.reactions, first);
+    if let Some(poses) = poses {
+        rigid::react(context, index, poses, part);
+    } else {
+        let fields = (first, v, &mut *part.f);
+        support::react(context.motion, class, supports, context.velocities, fields, part.reactions);
+    }
+    let q = loaded.then_some(&part.q[..n]);
+    part.sums.applied = applied(q, supports, part.reactions, first);
     part.loaded = loaded;
 }
 

@@ -5,11 +5,12 @@ use std::ops::Range;
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
+use super::rigid::follow;
 use crate::cluster::{self, Clusters};
-use crate::frames::fit_pack;
+use crate::frames::{fit_pack, frame_of};
 use crate::lanes::{Lanes, splat};
 use crate::model::Model;
-use crate::parallel::{node_start, spread};
+use crate::parallel::{node_start, rigid_start, spread};
 use crate::scratch::{Relaxing, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
@@ -41,6 +42,7 @@ fn run_relaxing<S: Simd>(
 ) {
     let packs = &model.packs;
     let first = node_start(packs, run.start);
+    let first_rigid = rigid_start(packs, run.start);
     let (a, b) = (splat(simd, a), splat(simd, b));
     for index in run.clone() {
         let nodes = node_start(packs, index)..node_start(packs, index + 1);
@@ -59,7 +61,12 @@ fn run_relaxing<S: Simd>(
         let mut sums = Sums::default();
         tally.give(&mut sums);
         fields.sums[index - run.start] = sums;
-        if model.corotational() {
+        let pack = &packs.packs[index];
+        if pack.rigid {
+            let poses = &mut fields.poses[pack.rigid_start - first_rigid];
+            follow(model, index, poses, (u, v));
+            fields.frames[index - run.start] = frame_of(poses);
+        } else if model.corotational() {
             fields.frames[index - run.start] = fit_pack(simd, model, index, u);
         }
     }

@@ -5,6 +5,8 @@
 //! stiffness, one component at a time, scaled so that Δt = 1 is stable for the whole: then the
 //! number of steps does not depend on the thickness. A node inside a body is a cluster of one.
 
+mod rigid;
+
 use std::collections::HashMap;
 
 use fearless_simd::Simd;
@@ -55,6 +57,8 @@ type Coupling = [[[f64; 3]; 8]; 8];
 pub(crate) struct Clusters {
     pub(crate) classes: Vec<InverseMass>,
     pub(crate) of_pack: Vec<u32>,
+    /// Of rigid bodies, pack by pack of these.
+    rigid: Vec<rigid::Inverses>,
 }
 
 impl Clusters {
@@ -70,6 +74,11 @@ impl Clusters {
         for pack in 0..model.packs.packs.len() {
             if stop() {
                 return Err(RunError::Stopped);
+            }
+            if model.packs.packs[pack].rigid {
+                clusters.rigid.push(rigid::inverses(model, held, pack));
+                clusters.of_pack.push(u32::MAX);
+                continue;
             }
             let mass = InverseMass::new(model, &couplings, held, pack);
             let parts = mass.partner.iter().map(|p| p.part as u64);
@@ -89,6 +98,7 @@ impl Clusters {
         for row in self.classes.iter_mut().flat_map(|class| &mut class.rows) {
             row.0.iter_mut().for_each(|x| *x *= factor);
         }
+        self.rigid.iter_mut().flatten().for_each(|inverse| *inverse *= factor);
     }
 }
 
@@ -267,6 +277,10 @@ pub(crate) fn accelerations<S: Simd>(
 ) {
     let packs = &model.packs;
     let pack = &packs.packs[index];
+    if pack.rigid {
+        let inverses = &clusters.rigid[pack.rigid_start];
+        return rigid::accelerations(model, inverses, index, f, out);
+    }
     let class = &clusters.classes[clusters.of_pack[index] as usize];
     for node in 0..out.len() / 3 {
         let mut sum = zero(simd);

@@ -1,0 +1,47 @@
+//! Poses of the rigid bodies at the present time.
+
+use super::Simulation;
+use crate::parallel::node_start;
+use crate::rigid::Pose;
+use crate::step::{Poses, before, carry, present};
+
+impl Simulation {
+    /// Packs of rigid bodies.
+    fn rigid_packs(&self) -> Vec<usize> {
+        let packs = &self.model.packs.packs;
+        (0..packs.len()).filter(|&index| packs[index].rigid).collect()
+    }
+
+    /// Poses of the rigid bodies with their velocities at the present time, under the forces that
+    /// were last measured.
+    pub(crate) fn present_poses(&mut self) -> Vec<Poses> {
+        self.rigid_packs().into_iter().map(|index| self.present_pose(index)).collect()
+    }
+
+    /// Those of one pack.
+    pub(crate) fn present_pose(&mut self, index: usize) -> Poses {
+        let poses = self.state.poses[self.model.packs.packs[index].rigid_start];
+        if self.motion.fictitious {
+            return poses.map(Pose::resting);
+        }
+        if self.state.whole {
+            return poses;
+        }
+        let (context, _, scratch) = self.parts();
+        let packs = &context.model.packs;
+        let nodes = node_start(packs, index)..node_start(packs, index + 1);
+        present(context, index, &poses, &scratch.f[nodes])
+    }
+
+    /// Velocities of the rigid bodies go back half a step, under the forces of the present time.
+    pub(super) fn rigid_before(&mut self) {
+        for index in self.rigid_packs() {
+            let (context, state, scratch) = self.parts();
+            let packs = &context.model.packs;
+            let poses = &mut state.poses[packs.packs[index].rigid_start];
+            let nodes = node_start(packs, index)..node_start(packs, index + 1);
+            *poses = before(context, index, poses, &scratch.f[nodes.clone()]);
+            carry(context.model, index, poses, &mut state.v[nodes]);
+        }
+    }
+}
