@@ -1,7 +1,7 @@
 //! Keys that are part of the deck but that this version cannot compute: said, never ignored.
 
 use super::Faults;
-use crate::deck::{Body, Deck};
+use crate::deck::Deck;
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let mut not_yet = |place: String, what: &str, help: &str| {
@@ -9,12 +9,6 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     };
     let leave_out = "leave this out";
 
-    for (i, set) in deck.blocks.iter().enumerate() {
-        if set.body == Body::Rigid {
-            let help = "blocks are `body = \"deformable\"`, which is the default";
-            not_yet(format!("blocks[{i}].body"), "rigid blocks", help);
-        }
-    }
     for i in 0..deck.refine.len() {
         not_yet(format!("refine[{i}]"), "local refinement", leave_out);
     }
