@@ -212,14 +212,24 @@ fn shorthand(key: &str, value: Value) -> Value {
 }
 
 fn has_where(section: &str) -> bool {
-    !matches!(section, "blocks" | "stage" | "materials" | "joints")
+    !matches!(section, "blocks" | "stage" | "materials" | "joints" | "contact")
 }
 
 /// Reads one entry of a section alone, so that what is wrong is wrong in it.
 pub(crate) fn alone(py: Python<'_>, section: &str, entry: Table) -> PyResult<Deck> {
     let entries = Value::Array(vec![Value::Table(entry)]);
-    ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), entries)]))
-        .map_err(|error| arguments(py, error, &format!("{section}[0]")))
+    read(py, section, entries, &format!("{section}[0]"))
+}
+
+/// Reads a section that is one table alone.
+pub(crate) fn table_alone(py: Python<'_>, section: &str, table: Table) -> PyResult<Deck> {
+    read(py, section, Value::Table(table), section)
+}
+
+/// Arguments are said without the place that they have in the deck.
+fn read(py: Python<'_>, section: &str, value: Value, place: &str) -> PyResult<Deck> {
+    ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), value)]))
+        .map_err(|error| arguments(py, error, place))
 }
 
 /// Where no material or joint can be.

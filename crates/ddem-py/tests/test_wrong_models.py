@@ -30,6 +30,10 @@ def line() -> int:
     [
         (lambda m: m.fix("xyz", hist=3), "hist: unknown key `hist` (did you mean `history`?"),
         (lambda m: m.fix(5), "axes: expected text"),
+        (lambda m: m.contact(frction=3), "frction: unknown key `frction` (did you mean `friction`"),
+        (lambda m: m.contact(damping="much"), "damping: expected a number"),
+        (lambda m: m.contact(z=0.0), "z: unknown key `z`"),
+        (lambda m: m.contact(joint=SEAM), "materials and joints go where the deck has their names"),
         (
             lambda m: m.stage("a", kind="dyn"),
             'kind: expected `"relax"` or `"dynamic"`, found "dyn"',
@@ -115,6 +119,13 @@ def test_build_says_where_the_script_is_wrong() -> None:
         for text in lines
     )
     assert places and len(places) == len(lines)
+    model = column()
+    model.contact(friction=20)
+    model.contact(friction=90, damping=1); said = line()  # fmt: skip # noqa: E702
+    model.add_blocks(size=(1, 1, 1), origin=(9, 9, 9), material=ROCK)
+    message = refused(model.build, ddem.ModelError)
+    assert message == f"{HERE}:{said}: contact.friction: `friction` is 90 but must be 0 or more " \
+        "and below 90"
     model = column()
     model.load(force=(1, 0, 0), x=77.0); loaded = line()  # fmt: skip # noqa: E702
     message = refused(model.build, ddem.ModelError)
