@@ -175,7 +175,7 @@ pub(crate) fn table<'py>(
             function = Some(given);
             continue;
         }
-        let value = shorthand(&key, value(&given, &key, name)?);
+        let value = shorthand((section, &key), value(&given, &key, name)?);
         let put = |into: &mut Table, key: &str, value| match into.insert(key.to_owned(), value) {
             None => Ok(()),
             Some(_) => Err(model_error(given.py(), key, "is given twice", None)),
@@ -201,13 +201,13 @@ pub(crate) fn table<'py>(
     Ok((table, function))
 }
 
-/// What may be written shorter than in a deck: the ratio of damping, the rows of a table.
-fn shorthand(key: &str, value: Value) -> Value {
+/// What may be written shorter than in a deck: the ratio of damping of a stage, the rows of a table.
+fn shorthand((section, key): (&str, &str), value: Value) -> Value {
     let only = |key: &str, value| Value::Table(Table::from_iter([(key.to_owned(), value)]));
-    match (key, value) {
-        ("damping", ratio @ (Value::Integer(_) | Value::Float(_))) => only("ratio", ratio),
-        ("history", rows @ Value::Array(_)) => only("table", rows),
-        (_, value) => value,
+    match (section, key, value) {
+        ("stage", "damping", ratio @ (Value::Integer(_) | Value::Float(_))) => only("ratio", ratio),
+        (_, "history", rows @ Value::Array(_)) => only("table", rows),
+        (_, _, value) => value,
     }
 }
 
