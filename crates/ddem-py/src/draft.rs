@@ -35,6 +35,12 @@ impl Draft {
         sections.filter_map(|s| Some((s.to_owned(), self.root.get(s)?.clone()))).collect()
     }
 
+    /// Writes a section that has one table, where the script has said it.
+    pub(crate) fn set(&mut self, section: &str, table: Table, line: Option<String>) {
+        self.root.insert(section.to_owned(), Value::Table(table));
+        self.lines.extend(line.map(|line| (section.to_owned(), line)));
+    }
+
     /// Adds an entry to a section, the materials and joints that it names, where the script has made
     /// it and its function; false if the section is no list.
     pub(crate) fn push(
@@ -65,7 +71,10 @@ impl Draft {
 
     /// Where the script has made what is at a place in the deck.
     pub(crate) fn line(&self, place: &str) -> Option<String> {
-        let entry = place.find(']').map_or(place, |end| &place[..=end]);
+        let entry = match place.find(']') {
+            Some(end) => &place[..=end],
+            None => place.split('.').next().unwrap_or(place),
+        };
         self.lines.get(entry).cloned()
     }
 

@@ -15,7 +15,7 @@ use crate::drive::assembled;
 use crate::errors::{self, model_error, refuse};
 use crate::functions::Functions;
 use crate::simulation::Simulation;
-use crate::values::{Matter, alone, no_matter, table, to_python, value};
+use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, value};
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
 ///
@@ -34,7 +34,8 @@ use crate::values::{Matter, alone, no_matter, table, to_python, value};
 /// element : {"standard", "incompatible"}, optional
 ///     The element of the blocks.
 /// contact : bool, optional
-///     Find new contacts between blocks, which is not yet there: False says that none are meant.
+///     Find new contacts between blocks; without it, where a joint can fail or there is more than
+///     one set of blocks. What they are is said by :meth:`contact`.
 ///
 /// Raises
 /// ------
@@ -237,6 +238,20 @@ impl Model {
     /// What is wrong with the model, and in which line of the script.
     pub(crate) fn located(&self, py: Python<'_>, error: &ddem_core::ModelError) -> PyErr {
         errors::faults(py, &error.faults, &|place| self.draft().line(place))
+    }
+
+    /// Writes a section of the deck that has one table, without materials or joints.
+    pub(crate) fn set(
+        &self,
+        py: Python<'_>,
+        section: &str,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<()> {
+        let (entry, _) = table(section, keys, &mut no_matter)?;
+        table_alone(py, section, entry.clone())?;
+        let line = line(py);
+        self.draft().set(section, entry, line);
+        Ok(())
     }
 
     /// Adds an entry to a section of the deck.

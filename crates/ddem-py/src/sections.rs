@@ -21,7 +21,7 @@ impl Model {
     ///     Uneven cuts [m], as in ``{"x": [0, 1, 2.5]}``, for which `size` and `count` are not
     ///     needed.
     /// divisions : int, optional
-    ///     Elements along each edge of a block; 4 without it.
+    ///     Elements along each edge of a deformable block; 4 without it.
     /// joint : Joint, str or dict, optional
     ///     Between the blocks; a dict gives one for each normal, ``{"x": a, "z": b}``.
     /// name : str, optional
@@ -31,7 +31,7 @@ impl Model {
     /// axes : three vectors, optional
     ///     Directions of the three edges; oblique ones give parallelepipeds.
     /// body : {"deformable", "rigid"}, optional
-    ///     What the blocks are; rigid ones are not yet there.
+    ///     What the blocks are; rigid ones have eight nodes, six degrees of freedom and no stress.
     ///
     /// Raises
     /// ------
@@ -40,6 +40,30 @@ impl Model {
     #[pyo3(signature = (**keys))]
     fn add_blocks(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
         self.add(py, "blocks", None, keys)
+    }
+
+    /// Says what blocks do where they meet and no joint is between them. What is left out follows
+    /// from the two faces that meet; what an earlier call has said is forgotten.
+    ///
+    /// Parameters
+    /// ----------
+    /// normal_stiffness, shear_stiffness : float, optional
+    ///     Of all contacts [Pa/m]; those of the two faces in series without them.
+    /// friction : float, optional
+    ///     [degrees]; without it the smaller angle that failure leaves to the joints of the two
+    ///     faces, 30 where they have none.
+    /// damping : float, optional
+    ///     Along the normal, as a fraction of critical, from 0 to 1; none without it.
+    /// restitution : float, optional
+    ///     Instead of `damping`: the part of the speed with which two blocks rebound, from 0 to 1.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn contact(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.set(py, "contact", keys)
     }
 
     /// Gives a part of the model another joint or material; later calls win.

@@ -175,7 +175,7 @@ pub(crate) fn table<'py>(
             function = Some(given);
             continue;
         }
-        let value = shorthand(&key, value(&given, &key, name)?);
+        let value = shorthand((section, &key), value(&given, &key, name)?);
         let put = |into: &mut Table, key: &str, value| match into.insert(key.to_owned(), value) {
             None => Ok(()),
             Some(_) => Err(model_error(given.py(), key, "is given twice", None)),
@@ -201,25 +201,35 @@ pub(crate) fn table<'py>(
     Ok((table, function))
 }
 
-/// What may be written shorter than in a deck: the ratio of damping, the rows of a table.
-fn shorthand(key: &str, value: Value) -> Value {
+/// What may be written shorter than in a deck: the ratio of damping of a stage, the rows of a table.
+fn shorthand((section, key): (&str, &str), value: Value) -> Value {
     let only = |key: &str, value| Value::Table(Table::from_iter([(key.to_owned(), value)]));
-    match (key, value) {
-        ("damping", ratio @ (Value::Integer(_) | Value::Float(_))) => only("ratio", ratio),
-        ("history", rows @ Value::Array(_)) => only("table", rows),
-        (_, value) => value,
+    match (section, key, value) {
+        ("stage", "damping", ratio @ (Value::Integer(_) | Value::Float(_))) => only("ratio", ratio),
+        (_, "history", rows @ Value::Array(_)) => only("table", rows),
+        (_, _, value) => value,
     }
 }
 
 fn has_where(section: &str) -> bool {
-    !matches!(section, "blocks" | "stage" | "materials" | "joints")
+    !matches!(section, "blocks" | "stage" | "materials" | "joints" | "contact")
 }
 
 /// Reads one entry of a section alone, so that what is wrong is wrong in it.
 pub(crate) fn alone(py: Python<'_>, section: &str, entry: Table) -> PyResult<Deck> {
     let entries = Value::Array(vec![Value::Table(entry)]);
-    ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), entries)]))
-        .map_err(|error| arguments(py, error, &format!("{section}[0]")))
+    read(py, section, entries, &format!("{section}[0]"))
+}
+
+/// Reads a section that is one table alone.
+pub(crate) fn table_alone(py: Python<'_>, section: &str, table: Table) -> PyResult<Deck> {
+    read(py, section, Value::Table(table), section)
+}
+
+/// Arguments are said without the place that they have in the deck.
+fn read(py: Python<'_>, section: &str, value: Value, place: &str) -> PyResult<Deck> {
+    ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), value)]))
+        .map_err(|error| arguments(py, error, place))
 }
 
 /// Where no material or joint can be.

@@ -41,8 +41,9 @@ def full() -> ddem.Model:
         gravity=(0, 0, -9.81),
         kinematics="small",
         element="incompatible",
-        contact=False,
+        contact=True,
     )
+    model.contact(normal_stiffness=1e10, shear_stiffness=5e9, friction=20, restitution=0.5)
     model.add_blocks(
         name="base",
         size=(2, 1, 2),
@@ -116,7 +117,13 @@ def test_what_a_deck_says_is_what_was_given() -> None:
         "gravity": [0.0, 0.0, -9.81],
         "kinematics": "small",
         "element": "incompatible",
-        "contact": False,
+        "contact": True,
+    }
+    assert deck["contact"] == {
+        "normal_stiffness": 1e10,
+        "shear_stiffness": 5e9,
+        "friction": 20.0,
+        "restitution": 0.5,
     }
     assert deck["joints"]["weak"]["fracture_energy"] == [100.0, 400.0]
     assert deck["joints"]["weak"]["residual_friction"] == 30.0
@@ -127,6 +134,18 @@ def test_what_a_deck_says_is_what_was_given() -> None:
     assert deck["initial"][0]["spin"] == [0.0, 0.0, 0.1]
     assert deck["probe"][0]["every_steps"] == 7
     assert deck["probe"][1]["where"] == {"z": 0.0}
+
+
+def test_what_contacts_are_is_said_once() -> None:
+    model = column()
+    assert "contact" not in model.deck
+    model.contact(friction=20, damping=np.float64(0.5))
+    assert model.deck["contact"] == {"friction": 20.0, "damping": 0.5}
+    model.contact(restitution=0)
+    assert model.deck["contact"] == {"restitution": 0.0}
+    assert "[contact]\nrestitution = 0.0\n" in model.to_deck()
+    model.contact()
+    assert "contact" not in model.deck
 
 
 def test_the_deck_is_a_copy() -> None:

@@ -36,6 +36,13 @@ METHODS: dict[str, dict[str, Any]] = {
         "axes": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
         "body": "deformable",
     },
+    "contact": {
+        "normal_stiffness": 1e9,
+        "shear_stiffness": 1e9,
+        "friction": 30.0,
+        "damping": 0.1,
+        "restitution": 0.5,
+    },
     "assign": {"joint": SEAM, "material": ROCK, **WHEN},
     "remove": {**WHEN},
     "refine": {"factor": 2, **WHERE},

@@ -60,6 +60,7 @@ def keys_of(definition: str) -> set[str]:
         ("Material.__new__", "Material", {"name"}),
         ("Joint.__new__", "Joint", {"name"}),
         ("Model.__new__", "ModelTable", {"title"}),
+        ("Model.contact", "ContactTable", set()),
         ("Model.add_blocks", "BlockSet", set()),
         ("Model.refine", "Refine", set()),
         ("Model.fix", "Fix", set()),

@@ -30,6 +30,9 @@ def line() -> int:
     [
         (lambda m: m.fix("xyz", hist=3), "hist: unknown key `hist` (did you mean `history`?"),
         (lambda m: m.fix(5), "axes: expected text"),
+        (lambda m: m.contact(frction=3), "frction: unknown key `frction` (did you mean `friction`"),
+        (lambda m: m.contact(damping="much"), "damping: expected a number"),
+        (lambda m: m.contact(z=0.0), "z: unknown key `z`"),
         (
             lambda m: m.stage("a", kind="dyn"),
             'kind: expected `"relax"` or `"dynamic"`, found "dyn"',
@@ -116,6 +119,13 @@ def test_build_says_where_the_script_is_wrong() -> None:
     )
     assert places and len(places) == len(lines)
     model = column()
+    model.contact(friction=20)
+    model.contact(friction=90, damping=1); said = line()  # fmt: skip # noqa: E702
+    model.add_blocks(size=(1, 1, 1), origin=(9, 9, 9), material=ROCK)
+    message = refused(model.build, ddem.ModelError)
+    what = "contact.friction: `friction` is 90 but must be 0 or more and below 90"
+    assert message == f"{HERE}:{said}: {what}"
+    model = column()
     model.load(force=(1, 0, 0), x=77.0); loaded = line()  # fmt: skip # noqa: E702
     message = refused(model.build, ddem.ModelError)
     assert message.startswith(f"{HERE}:{loaded}: load[0]")
@@ -183,8 +193,8 @@ def test_models_that_are_too_large(divisions: int) -> None:
 
 
 def test_warnings_are_those_of_python() -> None:
-    weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e4, friction=20)
-    with pytest.warns(UserWarning, match="joint `joint-1` can fail"):
+    weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e4, friction=20, tension=1e5)
+    with pytest.warns(UserWarning, match="joint `joint-1`: the tensile strength"):
         column(weak).build()
     with pytest.warns(UserWarning) as found:
         column(weak).build()

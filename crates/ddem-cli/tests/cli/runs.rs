@@ -73,11 +73,11 @@ fn what_can_fail_is_said() {
         serde_json::from_slice(&desk.read("results/column/summary.json")).unwrap();
     assert_eq!(summary["failed_pairs"], serde_json::json!({ "shear": 0, "tension": 0 }));
 
-    // Who does not say that new contacts are not wanted hears that there are none.
-    desk.write("column.toml", &(breakable().replace("contact = false", "") + PRESS));
+    // What is said of contacts where none are looked for is doubted.
+    desk.write("column.toml", &(breakable() + PRESS + "[contact]\nfriction = 20\n"));
     for arguments in ["column.toml --check", "column.toml"] {
         let stderr = desk.run(arguments).stderr;
-        let start = "warning: joint `seam` can fail, but this version finds no new contacts";
+        let start = "warning: `[contact]` has no effect: `contact = false` in [model]";
         assert!(stderr.starts_with(start), "{stderr}");
     }
 }

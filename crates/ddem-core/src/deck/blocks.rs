@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Where;
+use super::{Deck, Where};
 
 /// A lattice of blocks divided by joint planes.
 ///
@@ -25,7 +25,7 @@ pub struct BlockSet {
     /// Uneven cuts; an edge given here needs neither `size` nor `count`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edges: Option<Edges>,
-    /// Elements along each edge of a block.
+    /// Elements along each edge of a deformable block.
     pub divisions: u32,
     /// Name of the material.
     pub material: String,
@@ -53,6 +53,34 @@ impl Default for BlockSet {
             body: Body::Deformable,
             axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         }
+    }
+}
+
+impl BlockSet {
+    /// Elements along each edge of a block: `divisions`, but one for a rigid block, whose eight
+    /// corners are its nodes.
+    #[must_use]
+    pub fn elements_along_edge(&self) -> u32 {
+        match self.body {
+            Body::Deformable => self.divisions,
+            Body::Rigid => 1,
+        }
+    }
+
+    /// Names of the joints by the direction of their normal, where given.
+    pub(crate) fn joints(&self) -> [Option<&str>; 3] {
+        match &self.joint {
+            Some(JointChoice::All(name)) => [Some(name); 3],
+            Some(JointChoice::ByNormal { x, y, z }) => [x, y, z].map(|name| name.as_deref()),
+            None => [None; 3],
+        }
+    }
+}
+
+impl Deck {
+    /// What messages call a set: its name, or its place where it has none.
+    pub(crate) fn set_name(&self, set: usize) -> String {
+        self.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"))
     }
 }
 
@@ -99,7 +127,7 @@ pub enum Body {
     /// Meshed with hex8 elements.
     #[default]
     Deformable,
-    /// Six degrees of freedom (§8).
+    /// Six degrees of freedom (§8): eight corners that move together, joints in four pairs.
     Rigid,
 }
 

@@ -8,6 +8,7 @@
 mod blocks;
 mod check;
 mod conditions;
+mod contact;
 mod forms;
 mod matter;
 pub mod names;
@@ -20,6 +21,7 @@ pub(crate) use check::doubts;
 pub use conditions::{
     Boundary, BoundaryKind, Extent, Fix, History, Initial, Load, Probe, Quantity, Sphere, Where,
 };
+pub use contact::ContactTable;
 pub use matter::{Joint, Material};
 pub use size::Size;
 pub use stages::{Damping, Stage, StageKind, TimeStep};
@@ -37,6 +39,9 @@ pub struct Deck {
     pub title: String,
     /// Settings of the whole model.
     pub model: ModelTable,
+    /// Contacts between blocks that no joint holds together.
+    #[serde(skip_serializing_if = "ContactTable::is_empty")]
+    pub contact: ContactTable,
     /// Materials by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, Material>,
@@ -79,7 +84,8 @@ pub struct Deck {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelTable {
-    /// Find new contacts between blocks; default true when something can fail or is not joined.
+    /// Find new contacts between blocks; default true where a joint can fail or there is more than
+    /// one set of blocks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<bool>,
     /// Acceleration of gravity `[m/s²]`; default none.

@@ -27,7 +27,7 @@ impl Size {
                 cuts.map_or(set.count.map_or(1.0, |c| f64::from(c[d])), |c| c.len() as f64 - 1.0)
             };
             let blocks = count(0) * count(1) * count(2);
-            let n = f64::from(set.divisions) + 1.0;
+            let n = f64::from(set.elements_along_edge()) + 1.0;
             size.blocks += blocks;
             size.nodes += blocks * n.powi(3);
             // State, forces and a frame of output for each node; joint shares and neighbours for

@@ -1,57 +1,98 @@
 //! Which sets of blocks overlap, and which touch.
 
+use std::ops::Range;
+
 use super::Vec3;
 use super::lattice::{Lattice, NONE, bounds_of};
 use crate::deck::Deck;
 use crate::error::Fault;
 
-/// Sets whose blocks overlap. A set may fill what was removed from another.
+/// Most faults: nobody reads more, and of many sets on one place there would be very many.
+const MOST: usize = 50;
+
+/// Two blocks that overlap, the cell of each in its set.
+struct Overlap {
+    cells: [[usize; 3]; 2],
+    depth: f64,
+}
+
+/// Sets whose blocks overlap by more than their skins. A set may fill what was removed from another.
 pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
-    let name = |i: usize| deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"));
-    let mut faults = Vec::new();
-    for (j, b) in lattices.iter().enumerate() {
-        for (i, a) in lattices[..j].iter().enumerate() {
-            if overlap(a, &a.corners(), b, &b.corners()).is_none() {
-                continue;
-            }
-            let cells_a = a.cells_near(&bounds_of(&b.corners()));
-            let cells_b = b.cells_near(&bounds_of(&a.corners()));
-            let depths = cells_b.iter().flat_map(|cb| {
-                let near = bounds_of(cb);
-                let close = cells_a.iter().filter(move |ca| meet(&bounds_of(*ca), &near));
-                close.filter_map(|ca| overlap(a, ca, b, cb))
-            });
-            let depth = depths.fold(0.0, f64::max);
-            if depth > 0.0 {
-                faults.push(
-                    Fault::new(
-                        format!("blocks[{j}].origin"),
-                        format!(
-                            "its blocks overlap those of the set `{}` by {depth:.3e} m",
-                            name(i)
-                        ),
-                    )
-                    .help("move one of the sets: sets may touch, not overlap"),
-                );
-            }
-        }
-    }
-    faults
+    let skins: Vec<f64> = lattices.iter().map(Lattice::skin).collect();
+    let fault = |(i, j): (usize, usize)| {
+        let allowed = skins[i] + skins[j];
+        let Overlap { cells: [in_i, in_j], depth } = deepest(&lattices[i], &lattices[j], allowed)?;
+        let message = format!(
+            "block {in_j:?} of `{}` and block {in_i:?} of `{}` overlap by {depth:.3e} m",
+            deck.set_name(j),
+            deck.set_name(i)
+        );
+        let help = if allowed > 0.0 {
+            format!(
+                "move one of the sets: they may touch, or overlap by {allowed:.3e} m, half the \
+                 thickness of the joints of each; blocks are counted along x, y, z from 0"
+            )
+        } else {
+            "move one of the sets: they may touch, not overlap; blocks are counted along x, y, z \
+             from 0"
+                .to_owned()
+        };
+        Some(Fault::new(format!("blocks[{j}].origin"), message).help(help))
+    };
+    close(lattices).into_iter().filter_map(fault).take(MOST).collect()
 }
 
 /// Pairs of sets that have no gap between them.
 pub(super) fn touching(lattices: &[Lattice]) -> Vec<(usize, usize)> {
-    let pairs = (0..lattices.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
     let touch = |&(i, j): &(usize, usize)| {
         let (a, b) = (&lattices[i], &lattices[j]);
         depth(a, &a.corners(), b, &b.corners()).is_some_and(|(depth, size)| depth >= -1e-9 * size)
     };
-    pairs.filter(touch).collect()
+    close(lattices).into_iter().filter(touch).collect()
 }
 
-/// Depth by which two parallelepipeds overlap.
-fn overlap(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option<f64> {
-    depth(a, in_a, b, in_b).filter(|(depth, size)| *depth > 1e-9 * size).map(|(depth, _)| depth)
+/// Pairs of sets, the earlier one first, whose boxes along the coordinate axes meet.
+fn close(lattices: &[Lattice]) -> Vec<(usize, usize)> {
+    let boxes: Vec<[Vec3; 2]> = lattices.iter().map(Lattice::box_around).collect();
+    let mut order: Vec<usize> = (0..boxes.len()).collect();
+    order.sort_by(|&i, &j| boxes[i][0].x.total_cmp(&boxes[j][0].x));
+    let mut pairs = Vec::new();
+    for (k, &i) in order.iter().enumerate() {
+        let further = order[k + 1..].iter().take_while(|&&j| boxes[j][0].x <= boxes[i][1].x);
+        let met = further.filter(|&&j| meet(&boxes[i], &boxes[j]));
+        pairs.extend(met.map(|&j| (i.min(j), i.max(j))));
+    }
+    pairs.sort_unstable_by_key(|&(i, j)| (j, i));
+    pairs
+}
+
+fn meet(a: &[Vec3; 2], b: &[Vec3; 2]) -> bool {
+    (0..3).all(|k| a[0][k] <= b[1][k] && b[0][k] <= a[1][k])
+}
+
+/// The two blocks of two sets that overlap most, if by more than what is allowed. Looks only at
+/// cells of one set in the neighbourhood of a cell of the other.
+fn deepest(a: &Lattice, b: &Lattice, allowed: f64) -> Option<Overlap> {
+    overlap([a, b], [&a.corners(), &b.corners()], allowed)?;
+    let mut most: Option<Overlap> = None;
+    for cell_b in b.bodies_near(&a.corners()) {
+        let in_b = b.corners_of_cell(cell_b);
+        for cell_a in a.bodies_near(&in_b) {
+            let Some(depth) = overlap([a, b], [&a.corners_of_cell(cell_a), &in_b], allowed) else {
+                continue;
+            };
+            if most.as_ref().is_none_or(|most| depth > most.depth) {
+                most = Some(Overlap { cells: [cell_a, cell_b], depth });
+            }
+        }
+    }
+    most
+}
+
+/// Depth by which two parallelepipeds overlap, if it is more than what is allowed.
+fn overlap([a, b]: [&Lattice; 2], corners: [&[Vec3; 8]; 2], allowed: f64) -> Option<f64> {
+    let (depth, size) = depth(a, corners[0], b, corners[1])?;
+    (depth > allowed + 1e-9 * size).then_some(depth)
 }
 
 /// Depth (negative: gap, at least this wide) and size of two parallelepipeds, by separating axes.
@@ -73,14 +114,46 @@ fn depth(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option
 }
 
 impl Lattice {
-    /// Corners of the cells that have a body and meet a box of space.
-    fn cells_near(&self, bounds: &[Vec3; 2]) -> Vec<[Vec3; 8]> {
-        let bodies = (0..self.body.len()).filter(|&i| self.body[i] != NONE);
-        let cells = bodies.map(|i| self.cell(i)).map(|c| self.corners_of(c, c.map(|i| i + 1)));
-        cells.filter(|corners| meet(&bounds_of(corners), bounds)).collect()
+    /// Half of the largest thickness of its joints: as far blocks may reach into those of other
+    /// sets `[m]`.
+    fn skin(&self) -> f64 {
+        let along = |d: usize| {
+            let widest = self.gaps[d].iter().copied().fold(0.0, f64::max);
+            widest * self.normal(d).dot(&self.axes[d]) / 2.0
+        };
+        along(0).max(along(1)).max(along(2))
     }
-}
 
-fn meet(a: &[Vec3; 2], b: &[Vec3; 2]) -> bool {
-    (0..3).all(|k| a[0][k] <= b[1][k] && b[0][k] <= a[1][k])
+    /// The box along the coordinate axes around it, larger by more than rounding.
+    fn box_around(&self) -> [Vec3; 2] {
+        let [low, high] = bounds_of(&self.corners());
+        // More than what counts as touching in `depth`, whatever the size of the other set.
+        let margin = Vec3::repeat(4e-9 * (high - low).norm());
+        [low - margin, high + margin]
+    }
+
+    fn corners_of_cell(&self, cell: [usize; 3]) -> [Vec3; 8] {
+        self.corners_of(cell, cell.map(|i| i + 1))
+    }
+
+    /// Cells that have a body and may meet a parallelepiped, x fastest.
+    fn bodies_near(&self, corners: &[Vec3; 8]) -> impl Iterator<Item = [usize; 3]> {
+        let [x, y, z] = [0, 1, 2].map(|d| self.layers_near(corners, d));
+        let rows = z.flat_map(move |k| y.clone().map(move |j| (j, k)));
+        let cells = rows.flat_map(move |(j, k)| x.clone().map(move |i| [i, j, k]));
+        cells.filter(|&cell| self.body[self.index(cell)] != NONE)
+    }
+
+    /// Layers of cells along an edge between the outermost of some points.
+    fn layers_near(&self, points: &[Vec3; 8], d: usize) -> Range<usize> {
+        let normal = self.normal(d);
+        let slant = normal.dot(&self.axes[d]);
+        let along = points.iter().map(|x| (x - self.origin).dot(&normal) / slant);
+        let (low, high) =
+            along.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+        let cuts = &self.cuts[d];
+        let from = cuts[1..].partition_point(|&cut| cut <= low);
+        let to = cuts[..self.count[d]].partition_point(|&cut| cut < high);
+        from..to.max(from)
+    }
 }

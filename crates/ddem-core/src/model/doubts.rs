@@ -10,14 +10,8 @@ impl Model {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        let name =
-            |i: usize| self.deck.blocks[i].name.clone().unwrap_or_else(|| format!("blocks[{i}]"));
-        for (i, j) in self.geometry.touching() {
-            warnings.push(format!(
-                "sets `{}` and `{}` touch: blocks of different sets are not joined",
-                name(i),
-                name(j)
-            ));
+        if !self.deck.finds_contacts() {
+            warnings.extend(self.apart());
         }
         for (index, stage) in self.deck.stage.iter().enumerate() {
             if stage.kind != crate::deck::StageKind::Relax {
@@ -35,6 +29,18 @@ impl Model {
         let used = self.faces.iter().map(|face| face.joint).collect();
         warnings.extend(crate::deck::doubts(&self.deck, &used));
         warnings
+    }
+
+    /// Sets that touch where no contacts are found.
+    fn apart(&self) -> impl Iterator<Item = String> {
+        self.geometry.touching().into_iter().map(|(i, j)| {
+            format!(
+                "sets `{}` and `{}` touch, but their blocks are not joined and do not meet: \
+                 `contact = false` in [model] says that no contacts are looked for",
+                self.deck.set_name(i),
+                self.deck.set_name(j)
+            )
+        })
     }
 
     /// Supports that hold both sides of joints which can fail, where one of the blocks is free

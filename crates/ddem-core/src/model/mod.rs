@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::deck::{Deck, Kinematics};
+use crate::deck::{Body, Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
 use crate::history::Function;
@@ -207,6 +207,13 @@ impl Model {
                 node(0, 1, 1),
             ]
         })
+    }
+
+    /// Whether a block is rigid: it has no stress.
+    #[must_use]
+    pub fn is_rigid(&self, block: usize) -> bool {
+        let set = self.geometry.bodies[block].set as usize;
+        self.deck.blocks[set].body == Body::Rigid
     }
 
     /// Number of a block's material, in sorted order of the names.

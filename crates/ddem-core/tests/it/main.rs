@@ -15,4 +15,5 @@ mod mechanisms;
 mod programs;
 mod resume;
 mod selection;
+mod sets;
 mod tiling;

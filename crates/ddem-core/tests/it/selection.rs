@@ -91,7 +91,7 @@ fn a_set_selects_its_own_blocks() {
     // The sets touch but are not joined: a plane has the faces of both.
     assert_eq!(model.nodes_in(&plane(0, 1.0)).len(), 9 + 16);
     assert_eq!(model.nodes_in(&Where { x: plane(0, 1.0).x, ..set("b") }).len(), 16);
-    assert_eq!(model.warnings().len(), 1, "{:?}", model.warnings());
+    assert_eq!(model.warnings(), [""; 0]);
 }
 
 #[test]

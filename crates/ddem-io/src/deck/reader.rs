@@ -158,6 +158,10 @@ impl<'a> Reader<'a> {
     ) -> Result<V::Value, Mistake> {
         match self.value {
             Shape::Table(table) => visitor.visit_map(Keys::new(self, table, known)),
+            Shape::Array(_) if known.is_some() && !self.place.contains(['.', '[']) => {
+                let help = format!("it begins with `[{}]`, in one pair of brackets", self.place);
+                Err(self.expected(what).help(help))
+            }
             _ => match self.place.split_once('.') {
                 Some((section, key)) if !self.place.contains('[') && !key.contains('.') => {
                     let help = format!("each has a name and a table, `[{section}.NAME]`");

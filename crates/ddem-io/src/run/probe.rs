@@ -30,7 +30,10 @@ impl Sampler {
             ));
         }
         let elements = match probe.quantity {
-            Quantity::Stress => model.elements_at(&nodes, probe.at),
+            Quantity::Stress => {
+                stress_is_there(index, &nodes, model)?;
+                model.elements_at(&nodes, probe.at)
+            }
             _ => Vec::new(),
         };
         let components: &'static [&'static str] = match probe.quantity {
@@ -63,6 +66,17 @@ impl Sampler {
             }
         }
     }
+}
+
+/// Rigid blocks have none.
+fn stress_is_there(index: usize, nodes: &[u32], model: &Model) -> Result<(), Fault> {
+    let mut blocks = nodes.iter().map(|&node| model.block_of(node as usize));
+    let Some(block) = blocks.find(|&block| model.is_rigid(block)) else { return Ok(()) };
+    let message = format!("block {block} is rigid: it has no stress");
+    Err(Fault::new(format!("probe[{index}].quantity"), message).help(
+        "only blocks with `body = \"deformable\"` have stresses; `set` in `where` selects those \
+         of one set",
+    ))
 }
 
 fn mean<const N: usize>(values: impl ExactSizeIterator<Item = [f64; N]>) -> Vec<f64> {

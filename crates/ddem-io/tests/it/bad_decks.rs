@@ -160,10 +160,27 @@ bad_decks! {
     joint_jrc_with_steep_residual: "residual_friction = 28.0" => "residual_friction = 71.0";
 }
 
+// Contacts, and blocks that are rigid.
+bad_decks! {
+    contact_unknown_key: "damping = 0.3" => "dampping = 0.3";
+    contact_of_text: "[contact]\nnormal_stiffness = 3e10" => "[contact]\nnormal_stiffness = \"stiff\"";
+    contact_of_all_faults: "normal_stiffness = 3e10" => "normal_stiffness = 0",
+        "shear_stiffness = 1.5e10" => "shear_stiffness = -1", "friction = 25.0" => "friction = 90.0",
+        "damping = 0.3" => "damping = 1.1\nrestitution = -0.5";
+    contact_damped_twice: "damping = 0.3" => "damping = 0.3\nrestitution = 0.5";
+    contact_in_two_brackets: "[contact]" => "[[contact]]";
+    body_of_another_kind: "body = \"deformable\"" => "body = \"stiff\"";
+    stress_of_a_rigid_set: "body = \"deformable\"" => "body = \"rigid\"",
+        "at = [6.0, 1.5, 0.0]\nquantity = \"displacement\""
+            => "where = { set = \"beam\" }\nquantity = \"stress\"";
+    stress_of_rigid_blocks_only: "body = \"deformable\"" => "body = \"rigid\"",
+        "name = \"foot\"" => "name = \"foot\"\nbody = \"rigid\"",
+        "quantity = \"displacement\"" => "quantity = \"stress\"";
+}
+
 // Keys of later versions.
 bad_decks! {
-    not_yet: "body = \"deformable\"" => "body = \"rigid\"",
-        "[[fix]]" => "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n\n\
+    not_yet: "[[fix]]" => "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n\n\
             [[boundary]]\nwhere = { x = 12.0 }\nkind = \"viscous\"\n\n[[fix]]",
         "material = \"soft rock\"\n\n[[remove]]"
             => "material = \"soft rock\"\nuntil = \"shake\"\n\n[[remove]]\nfrom = \"shake\"";
@@ -208,4 +225,29 @@ fn a_file_that_is_not_there() {
     let error = ddem_io::deck::read("no such deck.toml".as_ref()).expect_err("no file");
     assert_eq!(error.to_string(), "cannot read the deck `no such deck.toml`");
     assert!(error.findings().is_empty());
+}
+
+/// Which block a point is in is known when the blocks are there.
+#[test]
+fn a_stress_in_a_rigid_block() {
+    let deck = |probe: &str| {
+        format!(
+            "[materials.rock]\ndensity = 2400\nyoung = 18e9\npoisson = 0.25\n\
+             [[blocks]]\nname = 'hard'\nbody = 'rigid'\nsize = [1, 1, 1]\nmaterial = 'rock'\n\
+             [[blocks]]\nname = 'soft'\norigin = [0, 0, 2]\nsize = [1, 1, 1]\ndivisions = 1\n\
+             material = 'rock'\n[[probe]]\nname = 'p'\nquantity = 'stress'\n{probe}\n"
+        )
+    };
+    let built = |probe: &str| {
+        let (deck, _) = ddem_io::deck::parse(&deck(probe), "deck.toml").expect("a deck");
+        ddem_io::run::Session::new(&deck, ddem_core::Simd::default()).map(|_| ())
+    };
+    for probe in ["at = [0, 0, 0]", "where = { x = 0.0 }"] {
+        let error = built(probe).expect_err("no stress");
+        let start = "probe[0].quantity: block 0 is rigid: it has no stress (";
+        assert!(error.to_string().starts_with(start), "{error}");
+    }
+    for probe in ["at = [0, 0, 3]", "where = { x = 0.0, set = 'soft' }"] {
+        assert!(built(probe).is_ok(), "{probe}");
+    }
 }

@@ -23,6 +23,7 @@ fn every_key_is_read() {
     assert_eq!(deck.stage[2].damping, Some(Damping::None));
     assert_eq!(deck.stage[2].time_step, Some(TimeStep::Seconds(1e-5)));
     assert_eq!(deck.stage[2].duration, Some(1.0));
+    assert_eq!((deck.contact.friction, deck.contact.restitution), (Some(25.0), None));
 }
 
 #[test]
@@ -149,7 +150,7 @@ fn no_text_stops_the_program() {
 fn the_schema_names_every_form() {
     let schema = schema();
     let properties = schema["properties"].as_object().unwrap();
-    assert_eq!(properties.len(), 14);
+    assert_eq!(properties.len(), 15);
     assert_eq!(schema["additionalProperties"], false);
     let forms = &schema["$defs"]["TimeStep"]["oneOf"];
     assert_eq!(forms[0]["const"], "auto");

@@ -108,6 +108,15 @@ class Model:
         body: Literal["deformable", "rigid"] = "deformable",
         axes: Sequence[Vector] | None = None,
     ) -> None: ...
+    def contact(
+        self,
+        *,
+        normal_stiffness: float | None = None,
+        shear_stiffness: float | None = None,
+        friction: float | None = None,
+        damping: float | None = None,
+        restitution: float | None = None,
+    ) -> None: ...
     def assign(
         self,
         *,

@@ -85,7 +85,7 @@ fn lattice(at: &str, set: &BlockSet, faults: &mut Faults) {
     }
     // In floating point, where nothing overflows.
     let blocks: f64 = (0..3).map(|k| blocks_along(set, k) as f64).product();
-    let nodes = blocks * (f64::from(set.divisions) + 1.0).powi(3);
+    let nodes = blocks * (f64::from(set.elements_along_edge()) + 1.0).powi(3);
     if nodes > f64::from(u32::MAX) {
         let key = if set.count.is_some() { "count" } else { "divisions" };
         faults.add(

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::shown;
-use crate::deck::{Deck, Joint};
+use crate::deck::{BlockSet, Body, Deck, Joint};
 
-/// What is to be said of the joints that a model uses, by their numbers in sorted order of the
-/// names.
+/// What is to be said of contacts, of rigid blocks, and of the joints that a model uses, by their
+/// numbers in sorted order of the names.
 pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
     let numbered = deck.joints.iter().enumerate();
     let breaking: Vec<(&str, &Joint)> = numbered
@@ -16,25 +16,40 @@ pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
         .map(|(_, (name, joint))| (name.as_str(), joint))
         .collect();
     let mut doubts = Vec::new();
-    if let Some((name, _)) = breaking.first()
-        && deck.model.contact != Some(false)
-    {
-        doubts.push(format!(
-            "joint `{name}` can fail, but this version finds no new contacts between blocks: the \
-             two sides of a failed pair act on each other and on nothing else, however far they \
-             move (`contact = false` in [model] says that this is meant)"
-        ));
-    } else if deck.model.contact == Some(true) {
-        doubts.push(
-            "`contact = true` has no effect: this version finds no new contacts between blocks"
-                .to_owned(),
-        );
-    }
+    doubts.extend(contact_without_effect(deck));
+    doubts.extend(divisions_without_effect(deck));
     for (name, joint) in breaking {
         doubts.extend(tension_out_of_reach(name, joint));
         doubts.extend(steep_dilation(name, joint));
     }
     doubts
+}
+
+/// What is said of contacts where none are found.
+fn contact_without_effect(deck: &Deck) -> Option<String> {
+    if deck.contact.is_empty() || deck.finds_contacts() {
+        return None;
+    }
+    let why = match deck.model.contact {
+        Some(_) => "`contact = false` in [model] says that none are looked for",
+        None => {
+            "none are looked for in one set of blocks whose joints never fail, but with \
+             `contact = true` in [model]"
+        }
+    };
+    Some(format!("`[contact]` has no effect: {why}"))
+}
+
+/// A rigid block has eight corners. Whether `divisions` was written is not known where it is the
+/// default, and 1 is what it comes to.
+fn divisions_without_effect(deck: &Deck) -> impl Iterator<Item = String> {
+    let default = BlockSet::default().divisions;
+    let said = move |set: &BlockSet| ![1, default].contains(&set.divisions);
+    let sets = deck.blocks.iter().enumerate();
+    let rigid = sets.filter(move |(_, set)| set.body == Body::Rigid && said(set));
+    rigid.map(|(i, _)| {
+        format!("set `{}`: `divisions` has no effect on rigid blocks", deck.set_name(i))
+    })
 }
 
 /// In tension the strength in shear falls by tan φ per unit: at c/tan φ none is left.

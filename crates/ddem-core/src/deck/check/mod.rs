@@ -2,6 +2,7 @@
 
 mod blocks;
 mod conditions;
+mod contact;
 mod doubts;
 mod matter;
 mod not_yet;
@@ -24,6 +25,7 @@ use crate::Fault;
 pub fn check(deck: &Deck) -> Vec<Fault> {
     let mut faults = Faults(Vec::new());
     faults.finite("model.gravity", &deck.model.gravity);
+    contact::check(&deck.contact, &mut faults);
     matter::check(deck, &mut faults);
     blocks::check(deck, &mut faults);
     conditions::check(deck, &mut faults);

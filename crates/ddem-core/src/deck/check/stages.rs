@@ -1,7 +1,9 @@
 //! Stages and probes.
 
 use super::{Faults, Rule};
-use crate::deck::{Damping, Deck, Probe, Quantity, Stage, StageKind, TimeStep};
+use crate::deck::{
+    BlockSet, Body, Damping, Deck, Probe, Quantity, Stage, StageKind, TimeStep, Where,
+};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let named = deck.stage.iter().enumerate();
@@ -120,4 +122,27 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
             "a reaction is the sum of the forces of supports",
         );
     }
+    if probe.quantity == Quantity::Stress {
+        stress(deck, at, probe.region.as_ref(), faults);
+    }
+}
+
+/// Rigid blocks have no stress. Whose block a point is in needs the geometry.
+fn stress(deck: &Deck, at: &str, region: Option<&Where>, faults: &mut Faults) {
+    let rigid = |set: &BlockSet| set.body == Body::Rigid;
+    let named = region.and_then(|region| region.set.as_deref());
+    let of = |name: &str| deck.blocks.iter().find(|set| set.name.as_deref() == Some(name));
+    let whose = match named.and_then(of) {
+        Some(set) if rigid(set) => format!("the blocks of `{}` are rigid", named.unwrap_or("")),
+        None if !deck.blocks.is_empty() && deck.blocks.iter().all(rigid) => {
+            "all blocks are rigid".to_owned()
+        }
+        _ => return,
+    };
+    faults.add_help(
+        format!("{at}.quantity"),
+        format!("there is no stress to record: {whose}"),
+        "only blocks with `body = \"deformable\"` have stresses; what rigid ones bear is in the \
+         tractions of their joints",
+    );
 }

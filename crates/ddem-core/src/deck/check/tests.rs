@@ -1,3 +1,5 @@
+mod contact;
+
 use super::check;
 use crate::deck::*;
 

@@ -1,0 +1,73 @@
+//! Contacts between blocks that no joint holds together.
+
+use std::f64::consts::PI;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Deck, Joint};
+
+/// What blocks do where they meet and no joint is between them (§8). Everything left out follows
+/// from the two faces that meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactTable {
+    /// Normal stiffness of all contacts `[Pa/m]`; default that of the two faces in series.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_stiffness: Option<f64>,
+    /// Shear stiffness of all contacts `[Pa/m]`; default that of the two faces in series.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear_stiffness: Option<f64>,
+    /// Friction angle, in [0, 90) `[degrees]`; default the smaller angle that failure leaves to the
+    /// joints of the two faces, 30 where they have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Damping along the normal as a fraction of critical, from 0 to 1; default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Instead of `damping`: the part of the speed with which two blocks rebound, from 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+}
+
+impl ContactTable {
+    /// Whether nothing is given.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Damping as a fraction of critical ζ: as given, or that with which a spring and a dashpot
+    /// rebound by the restitution e, `−ln e/√(π² + ln² e)`; 0 where neither is given.
+    #[must_use]
+    pub fn damping_ratio(&self) -> f64 {
+        let Some(restitution) = self.restitution.filter(|_| self.damping.is_none()) else {
+            return self.damping.unwrap_or(0.0);
+        };
+        let decrement = restitution.ln().abs();
+        // No motion comes back from critical damping: the limit of e → 0.
+        if decrement.is_finite() {
+            decrement / (PI * PI + decrement * decrement).sqrt()
+        } else {
+            1.0
+        }
+    }
+}
+
+impl Deck {
+    /// Whether new contacts between blocks are looked for: as `model.contact` says; otherwise where
+    /// there is more than one set of blocks, or a joint that is used can fail. One set with joints
+    /// that never fail stays together.
+    #[must_use]
+    pub fn finds_contacts(&self) -> bool {
+        let any_breaks = || self.used_joints().any(Joint::breaks);
+        self.model.contact.unwrap_or_else(|| self.blocks.len() > 1 || any_breaks())
+    }
+
+    /// Joints that sets of blocks or assignments name, as often as they do.
+    fn used_joints(&self) -> impl Iterator<Item = &Joint> {
+        let of_sets = self.blocks.iter().flat_map(|set| set.joints().into_iter().flatten());
+        let assigned = self.assign.iter().filter_map(|entry| entry.joint.as_deref());
+        of_sets.chain(assigned).filter_map(|name| self.joints.get(name))
+    }
+}

@@ -1,0 +1,210 @@
+//! Several sets of blocks: which may overlap, what is said of those that touch, and of rigid ones.
+
+use ddem_core::deck::*;
+use ddem_core::{Fault, Model};
+
+use crate::decks::*;
+
+/// Three blocks in a row, and two on them that begin at `origin`.
+fn row_and_top(origin: [f64; 3], thickness: f64) -> Deck {
+    let mut deck = deck([3, 1, 1], [3.0, 1.0, 1.0], 1, thickness);
+    deck.blocks[0].name = Some("row".into());
+    deck.blocks.push(BlockSet {
+        name: Some("top".into()),
+        origin,
+        size: Some([1.0, 1.0, 2.0]),
+        count: Some([1, 1, 2]),
+        ..deck.blocks[0].clone()
+    });
+    deck
+}
+
+fn faults(deck: &Deck) -> Vec<Fault> {
+    Model::new(deck).err().map_or(Vec::new(), |error| error.faults)
+}
+
+#[test]
+fn blocks_that_overlap_are_named() {
+    let faults = faults(&row_and_top([1.5, 0.0, 0.9], 0.01));
+    assert_eq!(faults.len(), 1);
+    assert_eq!(faults[0].place, "blocks[1].origin");
+    assert_eq!(
+        faults[0].message,
+        "block [0, 0, 0] of `top` and block [1, 0, 0] of `row` overlap by 1.000e-1 m"
+    );
+    let help = faults[0].help.as_deref().unwrap_or_default();
+    assert!(help.contains("they may touch, or overlap by 1.000e-2 m"), "{help}");
+
+    // The deepest of all, with other numbers of blocks.
+    let mut deck = row_and_top([2.2, 0.25, -1.5], 0.01);
+    deck.blocks[1].size = Some([1.0, 0.5, 2.0]);
+    let found = self::faults(&deck);
+    assert_eq!(
+        found[0].message,
+        "block [0, 0, 1] of `top` and block [2, 0, 0] of `row` overlap by 5.000e-1 m"
+    );
+}
+
+/// Blocks may reach into each other as far as their joints are thick: where three sets meet, planes
+/// with and without a joint cannot all be met.
+#[test]
+fn an_overlap_within_the_joints_is_none() {
+    let found =
+        |depth: f64, thickness: f64| faults(&row_and_top([1.5, 0.0, 1.0 - depth], thickness)).len();
+    assert_eq!(found(0.0, 0.01), 0);
+    assert_eq!(found(0.01, 0.01), 0);
+    assert_eq!(found(0.0101, 0.01), 1);
+    // Without thickness there is no room, and blocks without joints have none either.
+    let mut flat = row_and_top([1.5, 0.0, 0.9999], 0.0);
+    let stiff = Some(1e9);
+    let spring = Joint { normal_stiffness: stiff, shear_stiffness: stiff, ..Joint::default() };
+    flat.joints.insert("seam".into(), spring);
+    assert_eq!(faults(&flat).len(), 1);
+    let mut single = row_and_top([1.5, 0.0, 0.995], 0.01);
+    assert_eq!(faults(&single).len(), 0);
+    single.blocks[0].count = Some([1, 1, 1]);
+    assert_eq!(faults(&single).len(), 0);
+    single.blocks[1].count = Some([1, 1, 1]);
+    assert_eq!(faults(&single).len(), 1);
+}
+
+#[test]
+fn a_set_may_fill_what_was_removed_from_another() {
+    let mut deck = deck([3, 3, 3], [3.0, 3.0, 3.0], 1, 0.01);
+    deck.blocks.push(BlockSet {
+        origin: [1.0; 3],
+        size: Some([1.0; 3]),
+        count: None,
+        ..deck.blocks[0].clone()
+    });
+    assert_eq!(
+        faults(&deck)[0].message,
+        "block [0, 0, 0] of `blocks[1]` and block [1, 1, 1] of `blocks[0]` overlap by 1.000e0 m"
+    );
+    let sphere = Some(Sphere { centre: [1.5; 3], radius: 0.1 });
+    let region = Where { sphere, ..Where::default() };
+    deck.remove.push(Remove { region, ..Remove::default() });
+    // `remove` is for all sets; what is to fill the hole must not be in it.
+    deck.remove[0].region.set = Some("around".into());
+    deck.blocks[0].name = Some("around".into());
+    assert_eq!(faults(&deck), []);
+}
+
+/// The blocks of oblique and turned sets are found by the search of neighbours as by looking at all.
+#[test]
+fn the_search_finds_what_looking_at_all_finds() {
+    let mut random = Random::new(7);
+    let (mut overlapping, mut apart) = (0, 0);
+    for _ in 0..60 {
+        let axes = [random.rotation(0.5), random.rotation(0.5)]
+            .map(|turn| OBLIQUE.map(|axis| (turn * Vec3::from(axis)).into()));
+        let mut whole = with_axes(deck([3, 2, 2], [3.0, 2.0, 2.0], 1, 0.001), axes[0]);
+        whole.blocks.push(BlockSet {
+            origin: (random.vector() * 3.5).into(),
+            axes: axes[1],
+            ..whole.blocks[0].clone()
+        });
+        // Each block of the first set as a set of its own.
+        let units = axes[0].map(|axis| Vec3::from(axis).normalize());
+        let cells = (0..12).map(|i| [i % 3, i / 3 % 2, i / 6]);
+        let mut blocks = vec![whole.blocks[1].clone()];
+        blocks.extend(cells.map(|cell| BlockSet {
+            origin: (0..3).map(|d| units[d] * f64::from(cell[d])).sum::<Vec3>().into(),
+            size: Some([1.0; 3]),
+            count: Some([1; 3]),
+            ..whole.blocks[0].clone()
+        }));
+        let single = Deck { blocks, ..whole.clone() };
+        let depth = |deck: &Deck| {
+            let number = |fault: &Fault| {
+                let after = fault.message.split("overlap by ").nth(1);
+                after.and_then(|text| text.trim_end_matches(" m").parse::<f64>().ok())
+            };
+            faults(deck).iter().filter_map(number).fold(0.0, f64::max)
+        };
+        let (expected, found) = (depth(&single), depth(&whole));
+        // The skin of two sets is larger than that of one and a block.
+        if expected > 0.002 {
+            assert_eq!(found, expected);
+            overlapping += 1;
+        } else {
+            assert_eq!(found, 0.0);
+            apart += 1;
+        }
+    }
+    assert!(overlapping > 10 && apart > 5, "{overlapping} {apart}");
+}
+
+/// Many sets, and large ones, are looked through in no time.
+#[test]
+fn large_and_many_sets_are_compared_quickly() {
+    let mut deck = deck([60, 60, 30], [60.0, 60.0, 30.0], 1, 0.01);
+    deck.blocks.push(BlockSet { origin: [0.5, 0.5, 30.0], ..deck.blocks[0].clone() });
+    assert_eq!(faults(&deck), []);
+    let brick =
+        BlockSet { size: Some([1.0; 3]), count: None, joint: None, ..deck.blocks[0].clone() };
+    let at = |i: u32| [i % 13, i / 13 % 13, i / 169].map(|c| f64::from(c) + 0.001);
+    deck.blocks = (0..2000).map(|i| BlockSet { origin: at(i), ..brick.clone() }).collect();
+    assert_eq!(faults(&deck), []);
+    // Of very many faults some are said.
+    deck.blocks.iter_mut().for_each(|set| set.origin = [0.0; 3]);
+    assert_eq!(faults(&deck).len(), 50);
+}
+
+#[test]
+fn sets_that_touch_are_warned_of_where_no_contacts_are_found() {
+    let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
+    assert_eq!(model(&deck).warnings(), [""; 0]);
+    deck.model.contact = Some(true);
+    assert_eq!(model(&deck).warnings(), [""; 0]);
+    deck.model.contact = Some(false);
+    let warnings = model(&deck).warnings();
+    assert_eq!(warnings.len(), 1);
+    assert!(warnings[0].starts_with("sets `row` and `top` touch, but their blocks"));
+    deck.blocks[1].origin[2] = 1.1;
+    assert_eq!(model(&deck).warnings(), [""; 0]);
+}
+
+#[test]
+fn what_is_said_of_contacts_that_are_not_found_has_no_effect() {
+    let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
+    deck.contact.friction = Some(20.0);
+    let start = |deck: &Deck| {
+        let warnings = model(deck).warnings();
+        warnings.iter().map(|text| text.chars().take(60).collect()).collect::<Vec<String>>()
+    };
+    assert_eq!(start(&deck), ["`[contact]` has no effect: none are looked for in one set of"]);
+    deck.model.contact = Some(false);
+    assert_eq!(start(&deck), ["`[contact]` has no effect: `contact = false` in [model] says"]);
+    deck.model.contact = Some(true);
+    assert_eq!(start(&deck), [""; 0]);
+    deck.model.contact = None;
+    if let Some(seam) = deck.joints.get_mut("seam") {
+        seam.cohesion = Some(1e6);
+    }
+    assert_eq!(start(&deck), [""; 0]);
+}
+
+#[test]
+fn divisions_of_rigid_blocks() {
+    let warnings = |divisions: u32, body: Body| {
+        let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], divisions, 0.01);
+        deck.blocks[0].body = body;
+        model(&deck).warnings()
+    };
+    let said = ["set `blocks[0]`: `divisions` has no effect on rigid blocks"];
+    assert_eq!(warnings(2, Body::Rigid), said);
+    // What one comes to, and what it is where nobody has said it.
+    assert_eq!(warnings(1, Body::Rigid), [""; 0]);
+    assert_eq!(warnings(4, Body::Rigid), [""; 0]);
+    assert_eq!(warnings(2, Body::Deformable), [""; 0]);
+}
+
+#[test]
+fn which_blocks_are_rigid() {
+    let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
+    deck.blocks[1].body = Body::Rigid;
+    let model = model(&deck);
+    let rigid: Vec<bool> = (0..model.n_blocks()).map(|block| model.is_rigid(block)).collect();
+    assert_eq!(rigid, [false, false, false, true, true]);
+}
