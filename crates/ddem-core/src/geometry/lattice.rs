@@ -43,8 +43,7 @@ pub(crate) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<F
     for (index, set) in deck.blocks.iter().enumerate() {
         let cuts = [0, 1, 2].map(|d| cuts(set, d));
         let cells: f64 = cuts.iter().map(|c| c.count).product();
-        let divisions = if set.body == Body::Rigid { 1 } else { set.divisions };
-        nodes += cells * (f64::from(divisions) + 1.0).powi(3);
+        nodes += cells * (f64::from(set.elements_along_edge()) + 1.0).powi(3);
         if nodes >= f64::from(u32::MAX) {
             return Err(vec![
                 Fault::new(
@@ -98,7 +97,7 @@ impl Lattice {
         Self {
             origin: Vec3::from(set.origin),
             axes: set.axes.map(|a| Vec3::from(a).normalize()),
-            divisions: if set.body == Body::Rigid { 1 } else { set.divisions as usize },
+            divisions: set.elements_along_edge() as usize,
             rigid: set.body == Body::Rigid,
             count,
             gaps: count.map(|n| vec![0.0; n + 1]),

@@ -1,0 +1,90 @@
+//! What the pairs of points of patches exert.
+
+use nalgebra::Vector2;
+use rayon::prelude::*;
+
+use super::{Contacts, Patch, Placing, Point};
+use crate::breaks::Losses;
+use crate::geometry::Vec3;
+use crate::law::response::stored;
+use crate::law::{JointLaw, MohrCoulomb, Opening, Stiffness};
+
+/// Patches that one task takes.
+const TOGETHER: usize = 64;
+
+/// Forces of all patches; what they lose is summed in their order.
+pub(crate) fn act(placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
+    let chunks = contacts.patches.par_chunks_mut(TOGETHER);
+    let losses: Vec<Losses> = chunks
+        .map(|patches| {
+            let each = patches.iter_mut().map(|patch| patch.act(&placing));
+            Losses::total(&each.collect::<Vec<_>>())
+        })
+        .collect();
+    Losses::total(&losses)
+}
+
+impl Patch {
+    fn act(&mut self, placing: &Placing<'_>) -> Losses {
+        let axes = self.frame(placing);
+        let law = MohrCoulomb {
+            tan_friction: self.both.tan_friction,
+            tan_residual_friction: self.both.tan_friction,
+            ..MohrCoulomb::default()
+        };
+        let [normal, shear] = self.both.stiffness;
+        let stiffness = Stiffness { normal, shear };
+        let [a, b] = self.blocks.map(|block| block as usize);
+        let mut losses = Losses::default();
+        (self.couple, self.stored) = (Vec3::zeros(), 0.0);
+        for point in &mut self.points {
+            let apart = placing.position(b, &point.spots[1]) - placing.position(a, &point.spots[0]);
+            let own = axes.tr_mul(&apart);
+            let opening =
+                Opening { normal: own.x - self.both.skin, shear: Vector2::new(own.y, own.z) };
+            let slip = point.memory.slip;
+            let loss = law.respond(stiffness, opening, &mut point.memory);
+            losses.friction += point.area * loss.friction;
+            point.ease((point.memory.slip - slip).norm(), opening.normal, self.spacing);
+            let mut traction = point.memory.traction;
+            if self.both.dashpot > 0.0 {
+                losses.damping += point.area * point.dash(placing, self.blocks, &axes.column(0).into(), self.both.dashpot);
+                traction.normal += point.drag;
+            }
+            self.stored += point.area * stored(stiffness, &point.memory);
+            let force = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
+            point.force = axes * force * point.area;
+            self.couple += apart.cross(&point.force) * 0.5;
+        }
+        losses
+    }
+}
+
+impl Point {
+    /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
+    /// slide over each other and while they part.
+    fn ease(&mut self, slipped: f64, gap: f64, spacing: f64) {
+        let offset = &mut self.memory.dilation;
+        if *offset == 0.0 {
+            return;
+        }
+        if self.memory.gap > 0.0 {
+            *offset = if *offset < 0.0 { offset.max(gap.min(0.0)) } else { 0.0 };
+        } else {
+            // Over half an element.
+            *offset *= (1.0 - slipped / (0.5 * spacing)).max(0.0);
+        }
+    }
+
+    /// The dashpot along the normal: never pulls. Returns what it takes for each unit of area.
+    fn dash(&mut self, placing: &Placing<'_>, [a, b]: [u32; 2], normal: &Vec3, dashpot: f64) -> f64 {
+        let time_step = placing.last.1;
+        let way = |block: u32, spot| placing.spot(block as usize, spot)[1];
+        let opened = (way(b, &self.spots[1]) - way(a, &self.spots[0])).dot(normal);
+        let spring = self.memory.traction.normal;
+        let closed = self.memory.gap < 0.0 && time_step > 0.0;
+        let before = self.drag;
+        self.drag = if closed { (dashpot * opened / time_step).min(-spring) } else { 0.0 };
+        0.5 * (before + self.drag) * opened
+    }
+}

@@ -1,0 +1,348 @@
+//! The pairs of points of a patch, from where two blocks are.
+//!
+//! The axis of largest separation says which face is the ground. The part of each element's face of
+//! the finer side that lies over the outline of the other becomes a polygon, and its corners pairs:
+//! every area is counted once, and a corner, an edge or two crossed faces are nothing special. Two
+//! edges that cross at an angle to all faces are one pair.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
+use crate::geometry::Vec3;
+use crate::law::{Memory, Traction};
+use crate::touch::{self, Cell, EdgeOf, FaceOf, Meeting, Separation};
+
+/// Part of the area of an element's face below which a point of it is nothing.
+const NOTHING: f64 = 1e-9;
+/// Part of the reach that a patch is valid at least.
+const SHORTEST: f64 = 0.01;
+
+/// How a patch is made.
+#[derive(Clone, Copy)]
+pub(crate) struct Fitting<'a> {
+    pub(crate) placing: Placing<'a>,
+    pub(crate) skins: &'a Skins,
+    /// Blocks that have supports.
+    pub(crate) held: &'a [[bool; crate::lanes::LANES]],
+}
+
+impl Fitting<'_> {
+    /// Distance at which two blocks get a patch `[m]`.
+    pub(crate) fn reach(&self, [a, b]: [u32; 2]) -> f64 {
+        let spacing = |block: u32| self.placing.blocks[block as usize].spacing();
+        REACH * spacing(a).min(spacing(b))
+    }
+
+    fn cell(&self, block: u32) -> Cell {
+        self.placing.blocks[block as usize].cell(self.placing.u)
+    }
+
+    /// Bare distance of two blocks `[m]`, as a separating axis has it.
+    pub(crate) fn distance(&self, [a, b]: [u32; 2]) -> f64 {
+        touch::separation(&self.cell(a), &self.cell(b)).distance
+    }
+
+    /// The patch of two blocks; `None` when they are far apart. `old` is what they had.
+    pub(crate) fn patch(&self, blocks: [u32; 2], old: Option<&Patch>) -> Option<Patch> {
+        let cells = blocks.map(|block| self.cell(block));
+        let separation = touch::separation(&cells[0], &cells[1]);
+        let reach = self.reach(blocks);
+        let faces = faces_of(&separation.meeting);
+        let skins = [0, 1].map(|side| self.skins.of(blocks[side], faces[side]));
+        let held = blocks.map(|block| {
+            let Placed { pack, lane, .. } = self.placing.blocks[block as usize];
+            self.held.get(pack).is_some_and(|lanes| lanes[lane])
+        });
+        let both = self.skins.both(skins, held);
+        if separation.distance > both.skin + 2.0 * reach {
+            return None;
+        }
+        let mut patch = self.empty(blocks, &cells, &separation, both, reach);
+        let axes = patch.frame(&self.placing);
+        let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
+        match separation.meeting {
+            Meeting::Face { .. } => self.face(&mut patch, faces, &frame),
+            Meeting::Edges(edges) => self.edges(&mut patch, edges),
+        }
+        self.remember(&mut patch, &frame, old);
+        Some(patch)
+    }
+
+    fn empty(
+        &self,
+        blocks: [u32; 2],
+        cells: &[Cell; 2],
+        separation: &Separation,
+        both: Both,
+        reach: f64,
+    ) -> Patch {
+        let reference = match separation.meeting {
+            Meeting::Face { of, .. } => of,
+            Meeting::Edges(_) => 0,
+        };
+        let mut patch = Patch { blocks, reference: reference as u8, both, ..Patch::default() };
+        let [own, other] = patch.order().map(|block| self.placing.rotation(block));
+        let normal = separation.normal;
+        // Along an edge of the reference block, or any.
+        let half = &cells[reference].half;
+        let along = (0..3).map(|d| half[d] - normal * normal.dot(&half[d]));
+        let along = along.max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
+        let along = along.and_then(|x| x.try_normalize(0.0)).unwrap_or_default();
+        patch.axes = [own.tr_mul(&normal), own.tr_mul(&along)];
+        patch.seen = [other.tr_mul(&normal), other.tr_mul(&along)];
+        patch.apart = own.tr_mul(&self.apart(blocks));
+        let size = |cell: &Cell| cell.half.iter().map(Vector3::norm).sum::<f64>();
+        patch.lever = size(&cells[0]).min(size(&cells[1]));
+        patch.spacing = reach / REACH;
+        // Where another axis is almost as good, it is looked at again soon.
+        patch.limit = reach.min(0.5 * separation.margin).max(SHORTEST * reach);
+        patch
+    }
+
+    fn apart(&self, [a, b]: [u32; 2]) -> Vec3 {
+        self.placing.centre(b as usize) - self.placing.centre(a as usize)
+    }
+
+    /// Whether two blocks have moved so much against each other that their points are to be made
+    /// anew.
+    pub(crate) fn has_moved(&self, patch: &Patch) -> bool {
+        let [own, other] = patch.order().map(|block| self.placing.rotation(block));
+        let apart = own.tr_mul(&self.apart(patch.blocks));
+        let turned = |k: usize| (other * patch.seen[k] - own * patch.axes[k]).norm();
+        let motion = (apart - patch.apart).norm() + patch.lever * (turned(0) + turned(1));
+        motion > patch.limit || !motion.is_finite()
+    }
+
+    /// Pairs of points of two faces.
+    fn face(&self, patch: &mut Patch, faces: [FaceOf; 2], frame: &[Vec3; 3]) {
+        let sides = [0, 1].map(|side| {
+            Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame)
+        });
+        let fine = usize::from(sides[1].element < sides[0].element);
+        let (fine_side, coarse) = (&sides[fine], &sides[1 - fine]);
+        let n = fine_side.placed.divisions;
+        let mut at_node = vec![usize::MAX; (n + 1) * (n + 1)];
+        for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
+            let quad = fine_side.quad([i, k]);
+            if apart(&quad, &coarse.outline) {
+                continue;
+            }
+            for vertex in touch::overlap(&quad, &coarse.outline).as_slice() {
+                if vertex.area <= NOTHING * fine_side.element {
+                    continue;
+                }
+                let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
+                if let Some(known) = node.map(|node| at_node[node]).filter(|&p| p != usize::MAX) {
+                    patch.points[known].area += vertex.area;
+                    continue;
+                }
+                if let Some(node) = node {
+                    at_node[node] = patch.points.len();
+                }
+                let mut spots = [Spot::new(fine_side.face, [i, k], vertex.on); 2];
+                spots[1 - fine] = coarse.spot(vertex.at);
+                patch.points.push(Point { spots, area: vertex.area, ..Point::default() });
+            }
+        }
+        patch.points.shrink_to_fit();
+    }
+
+    /// The pair of points where two edges cross.
+    fn edges(&self, patch: &mut Patch, edges: [EdgeOf; 2]) {
+        let ends = [0, 1].map(|side| {
+            let placed = &self.placing.blocks[patch.blocks[side] as usize];
+            [0, placed.divisions].map(|i| placed.node(self.placing.u, edge_node(placed, edges[side], i)))
+        });
+        let along = touch::nearest(ends[0], ends[1]);
+        let mut point = Point { area: f64::INFINITY, ..Point::default() };
+        for side in 0..2 {
+            let placed = &self.placing.blocks[patch.blocks[side] as usize];
+            point.spots[side] = edge_spot(placed, edges[side], along[side]);
+            let face = point.spots[side].face_of();
+            point.area = point.area.min(0.25 * placed.element_area(face));
+        }
+        patch.points = vec![point];
+    }
+
+    /// What the points remember: of the old ones near them, or nothing.
+    fn remember(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&Patch>) {
+        let [a, b] = patch.blocks.map(|block| block as usize);
+        let known = old.map(|old| Known::new(&self.placing, old));
+        let [normal_stiffness, shear_stiffness] = patch.both.stiffness;
+        for point in &mut patch.points {
+            let ([x, way_a], [y, way_b]) =
+                (self.placing.spot(a, &point.spots[0]), self.placing.spot(b, &point.spots[1]));
+            let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
+            let ([gap, sx, sy], [opened, wx, wy]) = (own(y - x), own(way_b - way_a));
+            // As it would have been a step ago: the last way is part of what comes.
+            let before = gap - patch.both.skin - opened;
+            let (offset, shear, drag) = match known.as_ref().and_then(|known| known.nearest(x)) {
+                Some(point) => (point.offset, own(point.shear), point.drag),
+                // Blocks that overlap when they meet do not spring apart.
+                None => (before.min(0.0), [0.0; 3], 0.0),
+            };
+            let gap = before - offset;
+            let normal = (normal_stiffness * gap).min(0.0);
+            let limit = -normal * patch.both.tan_friction;
+            let mut shear = Vector2::new(shear[1], shear[2]);
+            let size = shear.norm();
+            if size > limit {
+                shear *= limit / size;
+            }
+            let slip = Vector2::new(sx - wx, sy - wy) - shear / shear_stiffness;
+            let traction = Traction { normal, shear };
+            point.drag = drag;
+            point.memory =
+                Memory { slip, dilation: offset, lifted: offset, damage: 1.0, gap, traction };
+        }
+    }
+}
+
+/// What old points hand on.
+struct Known {
+    points: Vec<(Vec3, Handed)>,
+    /// Distance within which a point is known `[m]`.
+    near: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Handed {
+    /// Gap at which the springs bear nothing `[m]`.
+    offset: f64,
+    /// Shear traction in space `[Pa]`.
+    shear: Vec3,
+    drag: f64,
+}
+
+impl Known {
+    fn new(placing: &Placing<'_>, old: &Patch) -> Self {
+        let axes = old.frame(placing);
+        let hand = |point: &Point| {
+            let Memory { traction, dilation, .. } = point.memory;
+            let shear = axes * Vec3::new(0.0, traction.shear.x, traction.shear.y);
+            let x = placing.position(old.blocks[0] as usize, &point.spots[0]);
+            (x, Handed { offset: dilation, shear, drag: point.drag })
+        };
+        Self { points: old.points.iter().map(hand).collect(), near: old.spacing }
+    }
+
+    /// What the point nearest to a place has, if that is near; nothing of it otherwise, as it has
+    /// come within reach without a jump.
+    fn nearest(&self, x: Vec3) -> Option<Handed> {
+        let mut best: (f64, Option<Handed>) = (f64::INFINITY, None);
+        for (at, handed) in &self.points {
+            let distance = (at - x).norm_squared();
+            if distance < best.0 {
+                best = (distance, Some(*handed));
+            }
+        }
+        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0 };
+        if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
+    }
+}
+
+/// One side of a face contact, seen along the normal.
+struct Side<'a> {
+    placed: &'a Placed,
+    face: FaceOf,
+    /// Its nodes in the plane.
+    nodes: Vec<[f64; 2]>,
+    outline: [[f64; 2]; 4],
+    /// Area of one element's face `[m²]`.
+    element: f64,
+}
+
+impl<'a> Side<'a> {
+    fn new(placing: &Placing<'a>, block: usize, face: FaceOf, frame: &[Vec3; 3]) -> Self {
+        let placed = &placing.blocks[block];
+        let n = placed.divisions;
+        let mut nodes = Vec::with_capacity((n + 1) * (n + 1));
+        for (k, i) in (0..=n).flat_map(|k| (0..=n).map(move |i| (k, i))) {
+            let mut at = [0; 3];
+            at[face.direction] = if face.upper { n } else { 0 };
+            (at[(face.direction + 1) % 3], at[(face.direction + 2) % 3]) = (i, k);
+            let x = placed.node(placing.u, at);
+            nodes.push([frame[1].dot(&x), frame[2].dot(&x)]);
+        }
+        let m = n + 1;
+        let outline = [0, n, n + m * n, m * n].map(|at| nodes[at]);
+        Self { placed, face, nodes, outline, element: placed.element_area(face) }
+    }
+
+    fn quad(&self, [i, k]: [usize; 2]) -> [[f64; 2]; 4] {
+        let m = self.placed.divisions + 1;
+        [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]].map(|[i, k]| self.nodes[i + m * k])
+    }
+
+    /// The spot over a point of the plane.
+    fn spot(&self, at: [f64; 2]) -> Spot {
+        let n = self.placed.divisions;
+        let whole = touch::bilinear(&self.outline, at);
+        let mut element = whole.map(|x| ((x * n as f64) as usize).min(n - 1));
+        let mut on = touch::bilinear(&self.quad(element), at);
+        // Faces are not quite flat: the element may be the next one.
+        for axis in 0..2 {
+            if on[axis] < 0.0 && element[axis] > 0 {
+                element[axis] -= 1;
+            } else if on[axis] > 1.0 && element[axis] + 1 < n {
+                element[axis] += 1;
+            } else {
+                continue;
+            }
+            on = touch::bilinear(&self.quad(element), at);
+        }
+        Spot::new(self.face, element, on.map(|x| x.clamp(0.0, 1.0)))
+    }
+}
+
+/// Whether the boxes around two quadrilaterals are apart.
+fn apart(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
+    (0..2).any(|c| {
+        let range = |quad: &[[f64; 2]; 4]| {
+            let along = quad.iter().map(|x| x[c]);
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+        };
+        let ((low_a, high_a), (low_b, high_b)) = (range(a), range(b));
+        low_a > high_b || low_b > high_a
+    })
+}
+
+/// The node of an element that bilinear coordinates are, if they are one.
+fn node_at(on: [f64; 2]) -> Option<[usize; 2]> {
+    let end = |x: f64| if x == 0.0 { Some(0) } else { (x == 1.0).then_some(1) };
+    Some([end(on[0])?, end(on[1])?])
+}
+
+/// The faces of a and b that meet; of an edge the face across its next direction.
+fn faces_of(meeting: &Meeting) -> [FaceOf; 2] {
+    match *meeting {
+        Meeting::Face { of: 0, face, other } => [face, other],
+        Meeting::Face { face, other, .. } => [other, face],
+        Meeting::Edges(edges) => edges.map(beside),
+    }
+}
+
+/// The face beside an edge that lies across its next direction.
+fn beside(edge: EdgeOf) -> FaceOf {
+    FaceOf { direction: (edge.direction + 1) % 3, upper: edge.upper[0] }
+}
+
+/// The i-th node along an edge.
+fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
+    let mut at = [0; 3];
+    at[edge.direction] = i;
+    for (next, upper) in edge.upper.into_iter().enumerate() {
+        at[(edge.direction + 1 + next) % 3] = if upper { placed.divisions } else { 0 };
+    }
+    at
+}
+
+/// The spot at a part of an edge, on the face beside it.
+fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> Spot {
+    let n = placed.divisions;
+    let along = part * n as f64;
+    let i = (along as usize).min(n - 1);
+    // Across direction d + 1, the face's own directions are d + 2 and d.
+    let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };
+    Spot::new(beside(edge), [k, i], [on, along - i as f64])
+}

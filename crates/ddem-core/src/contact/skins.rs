@@ -1,0 +1,152 @@
+//! What the faces of blocks bring to a contact: each carries half of its joint, and two in contact
+//! are in series.
+
+use std::collections::HashMap;
+
+
+use crate::deck::{Deck, Material};
+use crate::element::Elastic;
+use crate::geometry::Geometry;
+use crate::law::{MohrCoulomb, Stiffness};
+use crate::touch::FaceOf;
+
+/// Friction angle where neither the deck nor a joint says one `[degrees]`.
+const FRICTION: f64 = 30.0;
+
+/// One face of a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Skin {
+    /// Half of the joint's thickness `[m]`.
+    pub(crate) thickness: f64,
+    /// Stiffness of this half `[Pa/m]`.
+    pub(crate) stiffness: Stiffness,
+    /// Tangent of the friction angle that failure leaves, if there is one.
+    tan_friction: Option<f64>,
+    /// Mass that a contact moves, for each unit of area `[kg/m²]`.
+    mass: f64,
+}
+
+/// What two faces in contact have together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Both {
+    /// Distance of the bodies at which they touch `[m]`.
+    pub(crate) skin: f64,
+    pub(crate) stiffness: [f64; 2],
+    pub(crate) tan_friction: f64,
+    /// Of the dashpot along the normal `[Pa s/m]`.
+    pub(crate) dashpot: f64,
+}
+
+/// The skins of all blocks.
+#[derive(Clone, Debug)]
+pub(crate) struct Skins {
+    kinds: Vec<Skin>,
+    /// By block and face, twice the direction plus one at the upper side.
+    of_block: Vec<[u16; 6]>,
+    /// Given for all contacts.
+    normal: Option<f64>,
+    shear: Option<f64>,
+    tan_friction: Option<f64>,
+    damping: f64,
+    /// Largest thickness `[m]`.
+    pub(crate) thickest: f64,
+}
+
+impl Skins {
+    pub(crate) fn new(deck: &Deck, geometry: &Geometry) -> Self {
+        let contact = &deck.contact;
+        let tan = |degrees: f64| degrees.to_radians().tan();
+        let mut skins = Self {
+            kinds: Vec::new(),
+            of_block: Vec::with_capacity(geometry.bodies.len()),
+            normal: contact.normal_stiffness,
+            shear: contact.shear_stiffness,
+            tan_friction: contact.friction.map(tan),
+            damping: contact.damping_ratio(),
+            thickest: 0.0,
+        };
+        let mut known: HashMap<[u64; 5], u16> = HashMap::new();
+        for body in 0..geometry.bodies.len() {
+            let faces = std::array::from_fn(|face| {
+                let skin = Skin::new(deck, geometry, body, face);
+                skins.thickest = skins.thickest.max(skin.thickness);
+                *known.entry(skin.key()).or_insert_with(|| {
+                    skins.kinds.push(skin);
+                    skins.kinds.len() as u16 - 1
+                })
+            });
+            skins.of_block.push(faces);
+        }
+        skins
+    }
+
+    pub(crate) fn of(&self, block: u32, face: FaceOf) -> &Skin {
+        let face = 2 * face.direction + usize::from(face.upper);
+        &self.kinds[usize::from(self.of_block[block as usize][face])]
+    }
+
+    /// Of two faces in contact; a body that is held does not move however heavy the other is.
+    pub(crate) fn both(&self, [a, b]: [&Skin; 2], held: [bool; 2]) -> Both {
+        let series = |a: f64, b: f64| a * b / (a + b);
+        let normal = series(a.stiffness.normal, b.stiffness.normal);
+        let shear = series(a.stiffness.shear, b.stiffness.shear);
+        let normal = self.normal.unwrap_or(normal);
+        let tan_friction = self.tan_friction.or(match (a.tan_friction, b.tan_friction) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        });
+        let mass = match held {
+            [true, false] => b.mass,
+            [false, true] => a.mass,
+            _ => series(a.mass, b.mass),
+        };
+        Both {
+            skin: a.thickness + b.thickness,
+            stiffness: [normal, self.shear.unwrap_or(shear)],
+            tan_friction: tan_friction.unwrap_or_else(|| FRICTION.to_radians().tan()),
+            dashpot: 2.0 * self.damping * (normal * mass).sqrt(),
+        }
+    }
+}
+
+impl Skin {
+    fn new(deck: &Deck, geometry: &Geometry, body: usize, face: usize) -> Self {
+        let (d, upper) = (face / 2, face % 2 == 1);
+        let lattice = geometry.lattice(body);
+        let cell = geometry.bodies[body].cell.map(|c| c as usize);
+        let material = deck.materials.values().nth(geometry.bodies[body].material.into());
+        let Material { density, young, poisson } = material.copied().unwrap_or_default();
+        let elastic = Elastic::new(density, young, poisson);
+        let height = lattice.spacing(d, cell[d]) * lattice.normal(d).dot(&lattice.axes[d]);
+        // All of a rigid block moves; of a deformable one the layer of elements at the face.
+        let part = if lattice.rigid { 1.0 } else { 0.5 };
+        let mass = part * density * height;
+        let mut offset = [0; 3];
+        offset[d] = if upper { 1 } else { -1 };
+        let neighbour = geometry.neighbour(body, offset);
+        let joint = neighbour.and_then(|other| {
+            let owner = if upper { body } else { other };
+            let cell = geometry.bodies[owner].cell.map(|c| c as usize);
+            deck.joints.values().nth(lattice.joint_above(cell, d).into())
+        });
+        let own = Stiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };
+        let stiffness = joint.and_then(|joint| joint.stiffness(&deck.materials));
+        let [normal, shear] = stiffness.unwrap_or([own.normal, own.shear]);
+        let tan_friction = joint.filter(|joint| joint.breaks()).map(|joint| {
+            let law = MohrCoulomb::new(joint);
+            law.tan_residual_friction
+        });
+        Self {
+            thickness: joint.map_or(0.0, |joint| joint.thickness / 2.0),
+            stiffness: Stiffness { normal: 2.0 * normal, shear: 2.0 * shear },
+            tan_friction,
+            mass,
+        }
+    }
+
+    fn key(&self) -> [u64; 5] {
+        let Stiffness { normal, shear } = self.stiffness;
+        let friction = self.tan_friction.unwrap_or(-1.0);
+        [self.thickness, normal, shear, friction, self.mass].map(f64::to_bits)
+    }
+}
