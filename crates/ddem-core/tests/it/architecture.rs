@@ -19,7 +19,7 @@ const ROWS: [&[&str]; 17] = [
     &["seams"],
     &["pack"],
     &["geometry"],
-    &["element", "law", "history", "sums", "energy"],
+    &["element", "law", "touch", "grid", "history", "sums", "energy"],
     &["lanes", "simd", "deck"],
 ];
 /// Below all rows.

@@ -1,0 +1,13 @@
+//! Where two blocks touch: how far apart they are and what meets, the part of a face that lies over
+//! another, the closest points of two edges. Formulas of two cells; no mesh, no search.
+//!
+//! Nothing here allocates, and nothing depends on more than the numbers given: of answers that are
+//! equally good the first in a fixed order is taken. Degenerate cells, faces and edges have answers
+//! too: an area of zero, some point of the edge.
+#![cfg_attr(not(test), expect(dead_code))]
+
+pub(crate) mod edges;
+pub(crate) mod overlap;
+pub(crate) mod separation;
+#[cfg(test)]
+mod tests;
