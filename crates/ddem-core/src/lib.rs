@@ -24,6 +24,7 @@ mod fields;
 mod force;
 mod frames;
 mod geometry;
+mod grid;
 mod history;
 mod joints;
 mod kinematics;
@@ -45,6 +46,7 @@ mod state;
 mod step;
 mod sums;
 mod timestep;
+mod touch;
 
 pub use deck::{Deck, Size};
 pub use energy::Energy;

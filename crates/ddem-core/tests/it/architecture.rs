@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 17] = [
+const ROWS: [&[&str]; 18] = [
     &["relax", "fields", "saved"],
     &["joints"],
     &["simulation"],
@@ -14,12 +14,13 @@ const ROWS: [&[&str]; 17] = [
     &["pass"],
     &["state", "motion"],
     &["model"],
+    &["contact"],
     &["mechanism", "breaks", "kinematics"],
     &["conditions", "assembly", "parallel"],
     &["seams"],
     &["pack"],
     &["geometry"],
-    &["element", "law", "rigid", "history", "sums", "energy"],
+    &["element", "law", "rigid", "touch", "grid", "history", "sums", "energy"],
     &["lanes", "simd", "deck"],
 ];
 /// Below all rows.

@@ -1,0 +1,16 @@
+//! Where two blocks touch: how far apart they are and what meets, the part of a face that lies over
+//! another, the closest points of two edges. Formulas of two cells; no mesh, no search.
+//!
+//! Nothing here allocates, and nothing depends on more than the numbers given: of answers that are
+//! equally good the first in a fixed order is taken. Degenerate cells, faces and edges have answers
+//! too: an area of zero, some point of the edge.
+
+mod edges;
+mod overlap;
+mod separation;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use edges::nearest;
+pub(crate) use overlap::{bilinear, overlap, weights};
+pub(crate) use separation::{Cell, EdgeOf, FaceOf, Meeting, Separation, separation};

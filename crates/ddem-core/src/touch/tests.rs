@@ -1,0 +1,291 @@
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
+
+use nalgebra::{Rotation3, Vector3};
+
+use super::edges::nearest;
+use super::separation::{Cell, EdgeOf, FaceOf, Meeting, Separation, distance_along, separation};
+
+type Vec3 = Vector3<f64>;
+
+/// Numbers in [0, 1), always the same ones.
+pub(super) struct Numbers(pub(super) u64);
+
+impl Numbers {
+    pub(super) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub(super) fn within(&mut self, most: f64) -> f64 {
+        most * (2.0 * self.next() - 1.0)
+    }
+
+    fn vector(&mut self, most: f64) -> Vec3 {
+        Vec3::new(self.within(most), self.within(most), self.within(most))
+    }
+
+    /// A box that is turned and sheared.
+    fn cell(&mut self, spread: f64) -> Cell {
+        let turn = Rotation3::from_scaled_axis(self.vector(3.0));
+        let half = [Vec3::x(), Vec3::y(), Vec3::z()]
+            .map(|axis| turn * (axis * (0.3 + self.next()) + self.vector(0.1)));
+        Cell { centre: self.vector(spread), half }
+    }
+}
+
+fn cube(centre: [f64; 3]) -> Cell {
+    Cell { centre: centre.into(), half: [Vec3::x() * 0.5, Vec3::y() * 0.5, Vec3::z() * 0.5] }
+}
+
+fn turned(centre: [f64; 3], turn: Rotation3<f64>) -> Cell {
+    Cell { centre: centre.into(), half: cube(centre).half.map(|half| turn * half) }
+}
+
+pub(super) fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() < 1e-12 * (1.0 + b.abs())
+}
+
+fn check(a: &Cell, b: &Cell, distance: f64, normal: [f64; 3], meeting: Meeting) {
+    let found = separation(a, b);
+    assert!(close(found.distance, distance), "{found:?}");
+    assert!((found.normal - Vec3::from(normal)).norm() < 1e-12, "{found:?}");
+    assert_eq!(found.meeting, meeting);
+    assert!(close(distance_along(a, b, &found.normal), distance));
+}
+
+const fn face(direction: usize, upper: bool) -> FaceOf {
+    FaceOf { direction, upper }
+}
+
+#[test]
+fn aligned_cubes() {
+    for (d, distance, sign) in [(0, -0.1, 1.0), (1, 0.2, -1.0), (2, 0.0, 1.0), (2, -0.3, -1.0)] {
+        let (mut centre, mut normal) = ([0.0; 3], [0.0; 3]);
+        (centre[d], normal[d]) = (sign * (1.0 + distance), sign);
+        let up = sign > 0.0;
+        let meeting = Meeting::Face { of: 0, face: face(d, up), other: face(d, !up) };
+        check(&cube([0.0; 3]), &cube(centre), distance, normal, meeting);
+    }
+}
+
+#[test]
+fn a_corner_over_a_face() {
+    // A turn that takes the diagonal of a cube to the vertical.
+    let diagonal = Vec3::new(1.0, 1.0, 1.0);
+    let turn = Rotation3::rotation_between(&diagonal, &Vec3::z()).unwrap_or_default();
+    let height = 0.5 + 0.75_f64.sqrt();
+    for distance in [0.1, -0.1] {
+        let (low, high) = (cube([0.0; 3]), turned([0.0, 0.0, height + distance], turn));
+        let meeting = Meeting::Face { of: 0, face: face(2, true), other: face(0, false) };
+        check(&low, &high, distance, [0.0, 0.0, 1.0], meeting);
+        let meeting = Meeting::Face { of: 1, face: face(2, true), other: face(0, false) };
+        check(&high, &low, distance, [0.0, 0.0, -1.0], meeting);
+    }
+}
+
+#[test]
+fn crossed_edges() {
+    let quarter = std::f64::consts::FRAC_PI_4;
+    let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vec3::x_axis(), quarter));
+    for distance in [0.05, -0.05] {
+        let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), quarter);
+        let high = turned([0.1, 0.2, SQRT_2 + distance], turn);
+        let edges = [
+            EdgeOf { direction: 0, upper: [true, true] },
+            EdgeOf { direction: 1, upper: [false, true] },
+        ];
+        check(&low, &high, distance, [0.0, 0.0, 1.0], Meeting::Edges(edges));
+        let edges = [edges[1], edges[0]];
+        check(&high, &low, distance, [0.0, 0.0, -1.0], Meeting::Edges(edges));
+    }
+}
+
+#[test]
+fn faces_that_are_nearly_parallel_meet_as_faces() {
+    let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vec3::x_axis(), 0.05));
+    let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), 0.05);
+    let found = separation(&low, &turned([0.9, 0.9, 0.97], turn));
+    assert!(matches!(found.meeting, Meeting::Face { .. }), "{found:?}");
+}
+
+/// Distance along the unit vector of an axis, with the corners one by one.
+fn by_corners(a: &Cell, b: &Cell, axis: &Vec3) -> f64 {
+    let axis = if axis.dot(&(b.centre - a.centre)) < 0.0 { -axis } else { *axis };
+    let most = corners(a).map(|x| x.dot(&axis)).into_iter().fold(f64::MIN, f64::max);
+    let least = corners(b).map(|x| x.dot(&axis)).into_iter().fold(f64::MAX, f64::min);
+    (least - most) / axis.norm()
+}
+
+fn corners(cell: &Cell) -> [Vec3; 8] {
+    let sign = |i: usize, d: usize| if i >> d & 1 == 1 { 1.0 } else { -1.0 };
+    [0, 1, 2, 3, 4, 5, 6, 7]
+        .map(|i| cell.centre + (0..3).map(|d| cell.half[d] * sign(i, d)).sum::<Vec3>())
+}
+
+/// Of the upper faces, outwards.
+fn normals(cell: &Cell) -> [Vec3; 3] {
+    [0, 1, 2].map(|d| {
+        let normal = cell.half[(d + 1) % 3].cross(&cell.half[(d + 2) % 3]).normalize();
+        if normal.dot(&cell.half[d]) < 0.0 { -normal } else { normal }
+    })
+}
+
+/// The largest distance along the axes that are asked for, and without the rules for edges.
+fn by_axes(a: &Cell, b: &Cell) -> [f64; 2] {
+    let (mut best, mut normal) = (f64::MIN, Vec3::zeros());
+    for axis in normals(a).into_iter().chain(normals(b)) {
+        let distance = by_corners(a, b, &axis);
+        if distance > best {
+            (best, normal) = (distance, axis);
+        }
+    }
+    let mut all = best;
+    for i in 0..9 {
+        let axis = a.half[i / 3].cross(&b.half[i % 3]);
+        let sine = axis.norm() / (a.half[i / 3].norm() * b.half[i % 3].norm());
+        let distance = by_corners(a, b, &axis);
+        all = all.max(distance);
+        if sine > 0.01 && axis.normalize().dot(&normal).abs() < 10_f64.to_radians().cos() {
+            best = best.max(distance);
+        }
+    }
+    [best, all]
+}
+
+/// What meets is what lies farthest along the normal.
+fn check_meeting(a: &Cell, b: &Cell, found: &Separation) {
+    let farthest = |cell: &Cell, axis: Vec3, at: Vec3| {
+        let most = corners(cell).map(|x| x.dot(&axis)).into_iter().fold(f64::MIN, f64::max);
+        assert!((at.dot(&axis) - most).abs() < 1e-12, "{found:?}");
+    };
+    let signed = |half: Vec3, upper: bool| if upper { half } else { -half };
+    match found.meeting {
+        Meeting::Face { of, face, other } => {
+            let (one, two) = if of == 0 { (a, b) } else { (b, a) };
+            let outward = if of == 0 { found.normal } else { -found.normal };
+            let half = &one.half;
+            let middle = one.centre + signed(half[face.direction], face.upper);
+            farthest(one, outward, middle);
+            farthest(one, outward, middle + half[(face.direction + 1) % 3]);
+            let against =
+                |face: FaceOf| -signed(normals(two)[face.direction], face.upper).dot(&outward);
+            for direction in 0..3 {
+                for upper in [false, true] {
+                    assert!(against(other) > against(FaceOf { direction, upper }) - 1e-8);
+                }
+            }
+        }
+        Meeting::Edges(edges) => {
+            for (cell, edge, axis) in [(a, edges[0], found.normal), (b, edges[1], -found.normal)] {
+                let [along, next, last] = [0, 1, 2].map(|k| cell.half[(edge.direction + k) % 3]);
+                let middle =
+                    cell.centre + signed(next, edge.upper[0]) + signed(last, edge.upper[1]);
+                farthest(cell, axis, middle + along);
+                farthest(cell, axis, middle - along);
+            }
+        }
+    }
+}
+
+#[test]
+fn distances_are_those_of_corners_and_sampled_directions() {
+    let mut numbers = Numbers(1);
+    let directions: Vec<Vec3> = (0..2000).map(|_| numbers.vector(1.0).normalize()).collect();
+    let mut of_edges = 0;
+    for _ in 0..1000 {
+        let (a, b) = (numbers.cell(1.0), numbers.cell(1.0));
+        let found = separation(&a, &b);
+        let [best, all] = by_axes(&a, &b);
+        assert!((found.distance - best).abs() < 1e-8, "{found:?} {best}");
+        assert!(close(by_corners(&a, &b, &found.normal), found.distance));
+        assert!(close(found.normal.norm(), 1.0) && found.normal.dot(&(b.centre - a.centre)) >= 0.0);
+        check_meeting(&a, &b, &found);
+        let back = separation(&b, &a);
+        assert!((back.distance - found.distance).abs() < 1e-8);
+        of_edges += usize::from(matches!(found.meeting, Meeting::Edges(_)));
+        for direction in directions.iter().filter(|_| all < 0.0) {
+            assert!(by_corners(&a, &b, direction) <= all + 1e-12);
+        }
+    }
+    assert!((100..900).contains(&of_edges), "{of_edges}");
+}
+
+#[test]
+fn degenerate_cells_have_answers() {
+    let sound = |found: &Separation| found.distance.is_finite() && close(found.normal.norm(), 1.0);
+    let mut numbers = Numbers(2);
+    let bodies = |numbers: &mut Numbers| {
+        let whole = numbers.cell(1.0);
+        let [x, y, z] = whole.half;
+        let o = Vec3::zeros();
+        let shapes = [[x, y, z], [x, y, o], [x, o, z], [x, o, o], [o; 3], [x, x, y], [y, x, z]];
+        shapes.map(|half| Cell { half, ..whole })
+    };
+    for _ in 0..20 {
+        let (all_a, all_b) = (bodies(&mut numbers), bodies(&mut numbers));
+        for a in &all_a {
+            for b in &all_b {
+                assert!(sound(&separation(a, b)), "{a:?} {b:?}");
+                assert!(sound(&separation(a, &Cell { centre: a.centre, ..*b })), "{a:?} {b:?}");
+            }
+        }
+        // A left-handed cell is the same body.
+        let (found, other) = (separation(&all_a[0], &all_b[0]), separation(&all_a[6], &all_b[6]));
+        assert!((found.distance - other.distance).abs() < 1e-8);
+        check_meeting(&all_a[6], &all_b[6], &other);
+        for huge in [1e200, f64::NAN, f64::INFINITY] {
+            let wild = Cell { half: all_a[0].half.map(|half| half * huge), ..all_a[0] };
+            let _ = separation(&wild, &all_b[0]);
+        }
+    }
+}
+
+#[test]
+fn closest_points_of_edges() {
+    let v = |x: f64, y: f64, z: f64| Vec3::new(x, y, z);
+    let a = [v(0.0, 0.0, 0.0), v(4.0, 0.0, 0.0)];
+    // Crossed; beyond an end of a; beyond an end of b; beyond one of each.
+    assert_eq!(nearest(a, [v(1.0, -1.0, 1.0), v(1.0, 3.0, 1.0)]), [0.25, 0.25]);
+    assert_eq!(nearest(a, [v(5.0, -1.0, 1.0), v(5.0, 3.0, 1.0)]), [1.0, 0.25]);
+    assert_eq!(nearest(a, [v(3.0, 1.0, 1.0), v(3.0, 3.0, 1.0)]), [0.75, 0.0]);
+    assert_eq!(nearest(a, [v(-3.0, -1.0, 1.0), v(-3.0, -3.0, 1.0)]), [0.0, 0.0]);
+    // Parallel: the middle of what they share; one behind the other: the ends.
+    assert_eq!(nearest(a, [v(2.0, 1.0, 0.0), v(6.0, 1.0, 0.0)]), [0.75, 0.25]);
+    assert_eq!(nearest(a, [v(6.0, 1.0, 0.0), v(2.0, 1.0, 0.0)]), [0.75, 0.75]);
+    assert_eq!(nearest(a, [v(5.0, 1.0, 0.0), v(6.0, 1.0, 0.0)]), [1.0, 0.0]);
+    assert_eq!(nearest(a, [v(-1.0, 1.0, 0.0), v(-2.0, 1.0, 0.0)]), [0.0, 0.0]);
+    // Points.
+    let (p, q) = ([v(1.0, 1.0, 0.0); 2], [v(2.0, 1.0, FRAC_1_SQRT_2); 2]);
+    assert_eq!(nearest(a, p)[0], 0.25);
+    assert_eq!(nearest(p, a)[1], 0.25);
+    assert!(nearest(p, q).iter().all(|x| (0.0..=1.0).contains(x)));
+}
+
+#[test]
+fn random_edges() {
+    let mut numbers = Numbers(7);
+    for case in 0..2000 {
+        let mut a = [numbers.vector(1.0), numbers.vector(1.0)];
+        let mut b = [numbers.vector(1.0), numbers.vector(1.0)];
+        match case % 4 {
+            // Nearly parallel, or of very different lengths.
+            0 => {
+                let off = 10_f64.powf(-16.0 * numbers.next());
+                b[1] = b[0] + (a[1] - a[0]) * 0.7 + numbers.vector(off);
+            }
+            1 => a[1] = a[0] + (a[1] - a[0]) * 1e-9,
+            _ => {}
+        }
+        let at = |[s, t]: [f64; 2]| a[0].lerp(&a[1], s) - b[0].lerp(&b[1], t);
+        let found = nearest(a, b);
+        assert!(found.iter().all(|x| (0.0..=1.0).contains(x)));
+        let least = at(found).norm();
+        for k in 0..2601 {
+            let on = [f64::from(k % 51) / 50.0, f64::from(k / 51) / 50.0];
+            assert!(at(on).norm() > least - 1e-7, "{case}: {a:?} {b:?} {found:?} {on:?}");
+        }
+    }
+}
