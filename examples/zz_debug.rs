@@ -8,7 +8,9 @@ fn main() {
     let f = s.forces();
     let u = s.displacements();
     let mut order: Vec<usize> = (0..f.len()).collect();
-    let size = |i: usize| f[i].iter().map(|x| x*x).sum::<f64>();
-    order.sort_by(|a,b| size(*b).total_cmp(&size(*a)));
-    for &i in order.iter().take(12) { println!("{i} block {} at {:?} f {:?} u {:?}", i/8, s.model().point(i), f[i], u[i]); }
+    let size = |i: usize| f[i].iter().map(|x| x * x).sum::<f64>();
+    order.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
+    for &i in order.iter().take(12) {
+        println!("{i} block {} at {:?} f {:?} u {:?}", i / 8, s.model().point(i), f[i], u[i]);
+    }
 }

@@ -110,6 +110,25 @@ pub enum RunError {
         /// First node without a finite force.
         node: usize,
     },
+    /// A block goes so far in a step that contacts could be missed.
+    #[error(
+        "block {block} went {way:.3e} m in step {step}, at time {time:.6e} s: more than a quarter of \
+         the shortest edge of a block, {edge} m, so that it could pass through another; a shorter \
+         `time_step` follows such a speed, loads beyond what the blocks can bear are the usual cause \
+         of one"
+    )]
+    TooFast {
+        /// The fastest block.
+        block: usize,
+        /// Steps since the start of the run.
+        step: u64,
+        /// Simulated time `[s]`.
+        time: f64,
+        /// How far a component of its displacement changed `[m]`.
+        way: f64,
+        /// Shortest edge of a block `[m]`.
+        edge: f64,
+    },
     /// Blocks part or slide without end in a relaxation: their joints have failed.
     #[error(
         "there is no equilibrium: blocks {} and {} have come {distance:.3} m apart or past each \

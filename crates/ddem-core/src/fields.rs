@@ -247,7 +247,8 @@ impl Simulation {
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
         trial.clone_from(&state.breaks);
-        crate::step::forces(context.pass((&state.u, &state.v), false), &mut trial, scratch);
+        let pass = context.pass((&state.u, &state.v), false);
+        crate::step::forces(pass, &mut trial, None, scratch);
         scratch.trial = trial;
     }
 

@@ -1,6 +1,5 @@
 //! Which of many boxes meet: a uniform grid, and a sweep for what is too large for it.
 
-
 #[cfg(test)]
 mod tests;
 

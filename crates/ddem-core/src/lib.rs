@@ -18,6 +18,7 @@ mod assembly;
 mod breaks;
 mod cluster;
 mod conditions;
+mod contact;
 mod energy;
 mod error;
 mod fields;

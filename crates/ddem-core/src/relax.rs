@@ -141,8 +141,9 @@ impl Simulation {
     ) -> Result<Relaxed, RunError> {
         self.factors = memory.present_factors();
         let (context, state, scratch) = self.parts();
-        let State { u, v, poses, breaks, .. } = state;
-        let (mut sums, losses) = balance(context, (u, v, poses), breaks, scratch, false);
+        let State { u, v, poses, breaks, contacts, .. } = state;
+        let (mut sums, losses) =
+            balance(context, (u, v, poses), (breaks, contacts), scratch, false);
         if sums.applied == 0.0 {
             // Nothing is applied: the forces at the start are the measure.
             memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
@@ -225,8 +226,8 @@ impl Simulation {
         let failed = self.state.failed;
         let (mut context, state, scratch) = self.parts();
         context.failing = Some((MOST_LOADED * overload).max(1.0));
-        let State { u, v, poses, breaks, .. } = state;
-        let (_, losses) = balance(context, (u, v, poses), breaks, scratch, false);
+        let State { u, v, poses, breaks, contacts, .. } = state;
+        let (_, losses) = balance(context, (u, v, poses), (breaks, contacts), scratch, false);
         self.book_losses(losses);
         self.state.failed != failed
     }

@@ -6,6 +6,7 @@ use fearless_simd::{Level, dispatch};
 
 use crate::breaks::{Breaks, Losses, PackBreaks};
 use crate::conditions::Active;
+use crate::contact::{Contacts, Search};
 use crate::element::corotation::Frame;
 use crate::force::shares::{collect, spread_torque};
 use crate::frames::{fit_pack, frame_of};
@@ -35,6 +36,10 @@ pub(crate) struct Scratch {
     pub(crate) losses: Vec<Losses>,
     /// Joints as the last measurement found them.
     pub(crate) trial: Breaks,
+    /// Contacts as the last measurement found them.
+    pub(crate) trial_contacts: Contacts,
+    /// Which blocks are near each other.
+    pub(crate) search: Search,
     /// Sums of the packs.
     pub(crate) sums: Vec<Sums>,
     /// Forces of the active supports `[N]`.
@@ -68,6 +73,8 @@ impl Scratch {
             energies: vec![[Lanes::ZERO; 2]; n],
             losses: vec![Losses::default(); n],
             trial: Breaks::default(),
+            trial_contacts: Contacts::default(),
+            search: Search::default(),
             sums: vec![Sums::default(); n],
             reactions: Vec::new(),
             workspaces: runs.iter().map(|_| Spaces::default()).collect(),
@@ -85,10 +92,13 @@ impl Scratch {
             + self.frames.len() * size_of::<Frame>()
             + self.sums.len() * (size_of::<Sums>() + size_of::<Losses>())
             + self.trial.bytes()
+            + self.trial_contacts.bytes()
+            + self.search.bytes()
     }
 
     /// Fits the frames to displacements that a step did not make.
     pub(crate) fn fit(&mut self, model: &Model, state: &State) {
+        self.search.forget();
         if !model.corotational() {
             return;
         }
@@ -116,6 +126,16 @@ impl Scratch {
                 dispatch!(self.level, simd => {
                     spread_torque(simd, at, index, frame, load(simd, torque), f)
                 });
+            }
+        }
+    }
+
+    /// Counts how far the bodies of the packs have gone with the velocities of the last second pass.
+    pub(crate) fn travel(&mut self, time_step: f64) {
+        for (travel, sums) in self.search.travel.iter_mut().zip(&self.sums) {
+            for (gone, v) in travel.0.iter_mut().zip(sums.fastest.0) {
+                // No component is faster: the whole is at most √3 times as fast.
+                *gone += 1.733 * time_step * v;
             }
         }
     }
@@ -182,7 +202,7 @@ impl Scratch {
     pub(crate) fn moving<'a>(
         &'a mut self,
         active: &'a Active,
-        state: &'a mut State,
+        (u, v, poses): (&'a mut [Lanes], &'a mut [Lanes], &'a mut [[Pose; LANES]]),
     ) -> (Moving<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
         self.reactions.resize(active.supports.len(), 0.0);
         let balancing = Balancing {
@@ -193,7 +213,6 @@ impl Scratch {
             reactions: &mut self.reactions,
             workspaces: &mut self.workspaces,
         };
-        let (u, v, poses) = (&mut state.u[..], &mut state.v[..], &mut state.poses[..]);
         let fields = Moving { balancing, frames: &mut self.frames, u, v, poses };
         (fields, &self.shares, &self.runs, self.level)
     }

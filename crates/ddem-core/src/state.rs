@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use crate::breaks::Breaks;
 use crate::conditions::Applied;
+use crate::contact::Contacts;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
@@ -54,6 +55,8 @@ pub(crate) struct State {
     pub(crate) whole: bool,
     /// What has become of the joints.
     pub(crate) breaks: Breaks,
+    /// Blocks that touch without a joint.
+    pub(crate) contacts: Contacts,
     /// Pairs that failed in shear and in tension.
     pub(crate) failed: [u64; 2],
     pub(crate) work: Work,
@@ -107,6 +110,7 @@ impl State {
             poses: vec![[Pose::default(); LANES]; model.packs.rigid],
             whole: true,
             breaks: Breaks::new(&model.packs, &model.assembly, &model.seams),
+            contacts: Contacts::new(model.n_blocks()),
             failed: [0; 2],
             work: Work::default(),
             load_factors: vec![0.0; model.conditions.loaded.len() + 2],

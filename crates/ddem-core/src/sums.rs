@@ -27,6 +27,8 @@ pub(crate) struct Sums {
     pub(crate) kinetic: f64,
     /// `Σ v⁺·v⁺` of a step of relaxation `[m²]`.
     pub(crate) moved: f64,
+    /// Largest size of a component of velocity, by lane; over all packs in the first `[m/s]`.
+    pub(crate) fastest: Lanes,
 }
 
 impl Sums {
@@ -39,6 +41,8 @@ impl Sums {
             total.power += sums.power;
             total.kinetic += sums.kinetic;
             total.moved += sums.moved;
+            let fastest = sums.fastest.0.into_iter().fold(total.fastest.0[0], f64::max);
+            total.fastest.0[0] = fastest;
             for side in 0..2 {
                 total.loads[side] += sums.loads[side];
                 total.supports[side] += sums.supports[side];

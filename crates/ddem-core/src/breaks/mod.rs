@@ -65,6 +65,8 @@ pub(crate) struct Losses {
     pub(crate) friction: f64,
     /// To fracture `[J]`.
     pub(crate) fracture: f64,
+    /// To the dashpots of contacts `[J]`.
+    pub(crate) damping: f64,
     /// Pairs that failed in shear and in tension.
     pub(crate) failed: [u64; 2],
 }
@@ -104,6 +106,7 @@ impl Losses {
         for losses in packs {
             total.friction += losses.friction;
             total.fracture += losses.fracture;
+            total.damping += losses.damping;
             for mode in 0..2 {
                 total.failed[mode] += losses.failed[mode];
             }

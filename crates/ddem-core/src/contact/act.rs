@@ -48,7 +48,8 @@ impl Patch {
             point.ease((point.memory.slip - slip).norm(), opening.normal, self.spacing);
             let mut traction = point.memory.traction;
             if self.both.dashpot > 0.0 {
-                losses.damping += point.area * point.dash(placing, self.blocks, &axes.column(0).into(), self.both.dashpot);
+                losses.damping += point.area
+                    * point.dash(placing, self.blocks, &axes.column(0).into(), self.both.dashpot);
                 traction.normal += point.drag;
             }
             self.stored += point.area * stored(stiffness, &point.memory);
@@ -77,7 +78,13 @@ impl Point {
     }
 
     /// The dashpot along the normal: never pulls. Returns what it takes for each unit of area.
-    fn dash(&mut self, placing: &Placing<'_>, [a, b]: [u32; 2], normal: &Vec3, dashpot: f64) -> f64 {
+    fn dash(
+        &mut self,
+        placing: &Placing<'_>,
+        [a, b]: [u32; 2],
+        normal: &Vec3,
+        dashpot: f64,
+    ) -> f64 {
         let time_step = placing.last.1;
         let way = |block: u32, spot| placing.spot(block as usize, spot)[1];
         let opened = (way(b, &self.spots[1]) - way(a, &self.spots[0])).dot(normal);

@@ -115,9 +115,8 @@ impl Fitting<'_> {
 
     /// Pairs of points of two faces.
     fn face(&self, patch: &mut Patch, faces: [FaceOf; 2], frame: &[Vec3; 3]) {
-        let sides = [0, 1].map(|side| {
-            Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame)
-        });
+        let sides = [0, 1]
+            .map(|side| Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame));
         let fine = usize::from(sides[1].element < sides[0].element);
         let (fine_side, coarse) = (&sides[fine], &sides[1 - fine]);
         let n = fine_side.placed.divisions;
@@ -151,7 +150,8 @@ impl Fitting<'_> {
     fn edges(&self, patch: &mut Patch, edges: [EdgeOf; 2]) {
         let ends = [0, 1].map(|side| {
             let placed = &self.placing.blocks[patch.blocks[side] as usize];
-            [0, placed.divisions].map(|i| placed.node(self.placing.u, edge_node(placed, edges[side], i)))
+            [0, placed.divisions]
+                .map(|i| placed.node(self.placing.u, edge_node(placed, edges[side], i)))
         });
         let along = touch::nearest(ends[0], ends[1]);
         let mut point = Point { area: f64::INFINITY, ..Point::default() };

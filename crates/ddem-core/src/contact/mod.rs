@@ -14,9 +14,11 @@
 //! | `search` | which blocks are near each other, and which of these are left to their joints |
 //! | `fit` | the pairs of points of a patch |
 //! | `act` | what they exert |
+//! | `bound` | how stiff contacts can make a model |
 //! | `release` | from a joint that has moved to a contact |
 
 mod act;
+mod bound;
 mod fit;
 mod place;
 mod release;
@@ -25,18 +27,42 @@ mod skins;
 
 use nalgebra::Matrix3;
 
-use crate::geometry::Vec3;
-use crate::law::Memory;
+use crate::deck::Deck;
+use crate::geometry::{Geometry, Vec3};
+use crate::law::response::stored;
+use crate::law::{Memory, Stiffness};
+use crate::pack::Packs;
 
-pub(crate) use act::act;
-pub(crate) use place::{Placed, Placing, Spot, placed};
-pub(crate) use release::{Release, release};
+pub(crate) use bound::bound;
+pub(crate) use place::{Placed, Placing, Spot};
+pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Search, find};
+
+use act::act;
+use place::placed;
+use release::release;
 pub(crate) use skins::{Both, Skins};
 
 /// Part of an element by which two blocks move against each other before their patch is made anew,
 /// and the distance at which they get one.
 const REACH: f64 = 0.02;
+
+/// The faces of all blocks: what is fixed about contacts.
+#[derive(Debug)]
+pub(crate) struct Surfaces {
+    pub(crate) skins: Skins,
+    pub(crate) blocks: Vec<Placed>,
+    /// Shortest edge of a block `[m]`.
+    pub(crate) shortest: f64,
+}
+
+impl Surfaces {
+    pub(crate) fn new(deck: &Deck, geometry: &Geometry, packs: &Packs) -> Self {
+        let edges = (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body));
+        let shortest = edges.fold(f64::INFINITY, f64::min);
+        Self { skins: Skins::new(deck, geometry), blocks: placed(geometry, packs), shortest }
+    }
+}
 
 /// Two points that face each other.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -164,6 +190,13 @@ impl Contacts {
 }
 
 impl Patch {
+    /// Energy in the springs by what they remember `[J]`.
+    fn energy(&self) -> f64 {
+        let [normal, shear] = self.both.stiffness;
+        let of = |point: &Point| point.area * stored(Stiffness { normal, shear }, &point.memory);
+        self.points.iter().map(of).sum()
+    }
+
     /// The block that the normal turns with, and the other.
     pub(crate) fn order(&self) -> [usize; 2] {
         let [a, b] = self.blocks.map(|block| block as usize);

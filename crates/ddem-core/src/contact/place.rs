@@ -1,6 +1,6 @@
 //! Where blocks and the points of their faces are.
 
-use nalgebra::{Matrix3, UnitQuaternion};
+use nalgebra::Matrix3;
 
 use crate::element::corotation::Frame;
 use crate::geometry::{Geometry, Vec3};

@@ -3,7 +3,6 @@
 
 use std::collections::HashMap;
 
-
 use crate::deck::{Deck, Material};
 use crate::element::Elastic;
 use crate::geometry::Geometry;
@@ -24,6 +23,10 @@ pub(crate) struct Skin {
     tan_friction: Option<f64>,
     /// Mass that a contact moves, for each unit of area `[kg/m²]`.
     mass: f64,
+    /// Of the block `[kg/m³]`.
+    density: f64,
+    /// Stiffness of the joint, if there is one `[Pa/m]`.
+    joint: Option<Stiffness>,
 }
 
 /// What two faces in contact have together.
@@ -65,7 +68,7 @@ impl Skins {
             damping: contact.damping_ratio(),
             thickest: 0.0,
         };
-        let mut known: HashMap<[u64; 5], u16> = HashMap::new();
+        let mut known: HashMap<[u64; 6], u16> = HashMap::new();
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
                 let skin = Skin::new(deck, geometry, body, face);
@@ -83,6 +86,41 @@ impl Skins {
     pub(crate) fn of(&self, block: u32, face: FaceOf) -> &Skin {
         let face = 2 * face.direction + usize::from(face.upper);
         &self.kinds[usize::from(self.of_block[block as usize][face])]
+    }
+
+    /// Stiffness of a contact of a face with the stiffest that there is `[Pa/m]`.
+    fn hardest(&self, skin: &Skin) -> Stiffness {
+        let with = self.kinds.iter().map(|kind| self.both([skin, kind], [false; 2]).stiffness);
+        let most = with.fold([0.0_f64; 2], |most, k| [most[0].max(k[0]), most[1].max(k[1])]);
+        Stiffness { normal: most[0], shear: most[1] }
+    }
+
+    /// Stiffness of a contact or of the joint of a face, whichever is larger `[Pa/m]`.
+    pub(super) fn stiffest(&self, block: u32, face: FaceOf) -> Stiffness {
+        let skin = self.of(block, face);
+        let Stiffness { normal, shear } = self.hardest(skin);
+        let joint = skin.joint.unwrap_or(Stiffness { normal: 0.0, shear: 0.0 });
+        Stiffness { normal: normal.max(joint.normal), shear: shear.max(joint.shear) }
+    }
+
+    /// What a contact of a face is stiffer than its joint `[Pa/m]`: it takes the joint's place.
+    pub(super) fn beyond_joint(&self, block: u32, face: FaceOf) -> Stiffness {
+        let skin = self.of(block, face);
+        let Stiffness { normal, shear } = self.hardest(skin);
+        let joint = skin.joint.unwrap_or(Stiffness { normal: 0.0, shear: 0.0 });
+        Stiffness {
+            normal: (normal - joint.normal).max(0.0),
+            shear: (shear - joint.shear).max(0.0),
+        }
+    }
+
+    pub(super) fn density(&self, block: u32, face: FaceOf) -> f64 {
+        self.of(block, face).density
+    }
+
+    /// Part of the undamped critical step that dashpots leave.
+    pub(crate) fn damped_part(&self) -> f64 {
+        (1.0 + self.damping * self.damping).sqrt() - self.damping
     }
 
     /// Of two faces in contact; a body that is held does not move however heavy the other is.
@@ -141,12 +179,14 @@ impl Skin {
             stiffness: Stiffness { normal: 2.0 * normal, shear: 2.0 * shear },
             tan_friction,
             mass,
+            density,
+            joint: stiffness.map(|[normal, shear]| Stiffness { normal, shear }),
         }
     }
 
-    fn key(&self) -> [u64; 5] {
+    fn key(&self) -> [u64; 6] {
         let Stiffness { normal, shear } = self.stiffness;
         let friction = self.tan_friction.unwrap_or(-1.0);
-        [self.thickness, normal, shear, friction, self.mass].map(f64::to_bits)
+        [self.thickness, normal, shear, friction, self.mass, self.density].map(f64::to_bits)
     }
 }

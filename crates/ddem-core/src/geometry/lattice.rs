@@ -132,7 +132,8 @@ impl Lattice {
     /// blocks it reaches to the middle of the gaps around, where there are no strips.
     pub(crate) fn joint_area(&self, cell: [usize; 3], d: usize) -> f64 {
         let edge = |e: usize| {
-            let whole = if self.rigid { self.lengths[e][cell[e]] } else { self.spacing(e, cell[e]) };
+            let whole =
+                if self.rigid { self.lengths[e][cell[e]] } else { self.spacing(e, cell[e]) };
             self.axes[e] * whole
         };
         edge((d + 1) % 3).cross(&edge((d + 2) % 3)).norm()

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
+use crate::contact::{Places, Surfaces};
 use crate::deck::{Body, Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
@@ -26,6 +27,8 @@ pub struct Model {
     pub(crate) faces: Vec<Face>,
     pub(crate) seams: Seams,
     pub(crate) laws: Laws,
+    /// What contacts need; `None` where none are looked for.
+    pub(crate) contact: Option<Surfaces>,
     kinematics: Kinematics,
     pub(crate) gravity: Vec3,
     pub(crate) deck: Deck,
@@ -59,6 +62,7 @@ impl Model {
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
+        let contact = deck.finds_contacts().then(|| Surfaces::new(deck, &geometry, &packs));
         Ok(Self {
             packs,
             assembly,
@@ -66,6 +70,7 @@ impl Model {
             faces,
             seams,
             laws: laws(&deck.joints),
+            contact,
             geometry,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
@@ -131,6 +136,10 @@ impl Model {
             seam.springs[lane] || (broken && self.laws[seam.joints[lane] as usize].is_some())
         };
         Breaks::with(&self.packs, &self.assembly, &self.seams, &springs)
+    }
+
+    pub(crate) fn places(&self) -> Places<'_> {
+        Places { geometry: &self.geometry, packs: &self.packs, seams: &self.seams }
     }
 
     /// Whether any joint can fail.

@@ -128,8 +128,10 @@ fn turn_by(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
     let half = 0.25 * rotation.norm_squared();
     // cos x and sin x / x from x².
     let (cos, sinc) = if half < 1e-3 {
-        let cos = 1.0 - half / 2.0 * (1.0 - half / 12.0 * (1.0 - half / 30.0 * (1.0 - half / 56.0)));
-        let sinc = 1.0 - half / 6.0 * (1.0 - half / 20.0 * (1.0 - half / 42.0 * (1.0 - half / 72.0)));
+        let cos =
+            1.0 - half / 2.0 * (1.0 - half / 12.0 * (1.0 - half / 30.0 * (1.0 - half / 56.0)));
+        let sinc =
+            1.0 - half / 6.0 * (1.0 - half / 20.0 * (1.0 - half / 42.0 * (1.0 - half / 72.0)));
         (cos, sinc)
     } else {
         let angle = half.sqrt();

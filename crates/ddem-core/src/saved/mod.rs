@@ -1,5 +1,6 @@
 //! A simulation as plain numbers, to be written and read back bit for bit.
 
+mod contacts;
 mod pairs;
 
 use std::collections::BTreeMap;
@@ -47,6 +48,7 @@ impl Simulation {
             poses,
             whole,
             breaks,
+            contacts,
             failed,
             work,
             load_factors,
@@ -96,6 +98,7 @@ impl Simulation {
             put("relax_last", memory.last.iter().copied().collect());
         }
         pairs::save(&self.model, breaks, &mut saved);
+        contacts::save(contacts, &mut saved);
         saved
     }
 
@@ -136,7 +139,8 @@ impl Simulation {
         state.last_step = count("last_step")?;
         state.work = Work { loads, supports, damping: damped, friction, fracture };
         state.failed = [count("failed_shear")?, count("failed_tension")?];
-        state.breaks = pairs::restore(&simulation.model, saved)?;
+        state.contacts = contacts::restore(&simulation.model, saved)?;
+        state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         let known = simulation.state.poses.iter_mut().flatten();
         let (chunks, rest) = array("poses")?.as_chunks::<POSE>();

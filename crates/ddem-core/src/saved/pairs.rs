@@ -4,6 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::Saved;
 use crate::breaks::{Breaks, Broken, Point};
+use crate::contact::{Contacts, Release};
 use crate::joints::face_places;
 use crate::law::{Memory, Mode, Traction};
 use crate::model::Model;
@@ -41,7 +42,7 @@ pub(super) fn save(model: &Model, breaks: &Breaks, saved: &mut Saved) {
 }
 
 /// The broken joints that were saved; `None` when the numbers are not those of this model.
-pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Breaks> {
+pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Option<Breaks> {
     let Model { packs, assembly, seams, .. } = model;
     let mut breaks = Breaks::new(packs, assembly, seams);
     if !saved.arrays.contains_key(ARRAYS[0].0) {
@@ -78,6 +79,9 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Breaks> {
             let numbers: [&[f64]; 8] = std::array::from_fn(|array| value(array, first + p));
             broken.times[p][lane] = numbers[1][0];
             set(&mut points[lane], numbers);
+            if contacts.joints[packs.packs[at.0].bodies[lane] as usize][at.1] == Release::Done {
+                points[lane].quarters = 0;
+            }
         }
     }
     let cells = breaks.touched(packs, assembly);

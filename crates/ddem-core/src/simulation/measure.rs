@@ -18,13 +18,18 @@ impl Simulation {
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
         trial.clone_from(&state.breaks);
-        let (sums, losses) =
-            balance(context, (&state.u, &state.v, &state.poses), &mut trial, scratch, true);
-        scratch.trial = trial;
+        let mut contacts = std::mem::take(&mut scratch.trial_contacts);
+        contacts.clone_from(&state.contacts);
+        let joints = (&mut trial, &mut contacts);
+        let fields = (&state.u[..], &state.v[..], &state.poses[..]);
+        let (sums, losses) = balance(context, fields, joints, scratch, true);
+        (scratch.trial, scratch.trial_contacts) = (trial, contacts);
+        scratch.search.forget();
         self.losing = losses;
         self.last = sums;
         self.measured = Some(self.state.steps);
         self.strain = self.scratch.strain_energy();
+        self.strain[1] += self.scratch.trial_contacts.stored();
         (sums, self.strain)
     }
 
@@ -56,6 +61,7 @@ impl Simulation {
             self.state.poses = poses;
             // What failed and slipped now has done so.
             std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
+            std::mem::swap(&mut self.state.contacts, &mut self.scratch.trial_contacts);
             let losing = std::mem::take(&mut self.losing);
             self.book_losses(losing);
         }
@@ -114,8 +120,8 @@ impl Simulation {
         };
         let external = loads + supports + done;
         let strain = [bodies, joints];
-        let Losses { friction: slid, fracture: broke, .. } = self.losing;
-        let lost = [damping + damped, friction + slid, fracture + broke];
+        let Losses { friction: slid, fracture: broke, damping: dashed, .. } = self.losing;
+        let lost = [damping + damped + dashed, friction + slid, fracture + broke];
         Energy::new(sums.kinetic, strain, lost, external, self.initial_energy)
     }
 

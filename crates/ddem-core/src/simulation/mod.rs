@@ -248,6 +248,7 @@ impl Simulation {
         let State { work, failed, .. } = &mut self.state;
         work.friction += losses.friction;
         work.fracture += losses.fracture;
+        work.damping += losses.damping;
         for (failed, more) in failed.iter_mut().zip(losses.failed) {
             *failed += more;
         }
@@ -255,10 +256,31 @@ impl Simulation {
 
     pub(crate) fn check(&self, sums: Sums) -> Result<(), RunError> {
         if sums.free.is_finite() {
-            return Ok(());
+            return self.check_speed(sums);
         }
         let (block, node) = self.worst_node();
         Err(RunError::Diverged { step: self.state.steps, time: self.state.time, block, node })
+    }
+
+    /// Contacts are found from step to step: nothing may go far in one.
+    fn check_speed(&self, sums: Sums) -> Result<(), RunError> {
+        let Some(surfaces) = &self.model.contact else { return Ok(()) };
+        let way = self.motion.time_step * sums.fastest.0[0];
+        if self.motion.fictitious || way <= 0.25 * surfaces.shortest {
+            return Ok(());
+        }
+        let fastest = |sums: &Sums| sums.fastest.0.into_iter().fold(0.0, f64::max);
+        let of_pack = self.scratch.sums.iter().map(fastest).enumerate();
+        let (pack, _) = of_pack.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        let lanes = self.scratch.sums[pack].fastest.0;
+        let lane = (0..lanes.len()).max_by(|&a, &b| lanes[a].total_cmp(&lanes[b])).unwrap_or(0);
+        Err(RunError::TooFast {
+            block: self.model.packs.packs[pack].bodies[lane] as usize,
+            step: self.state.steps,
+            time: self.state.time,
+            way,
+            edge: surfaces.shortest,
+        })
     }
 
     /// Applies forces to nodes `[N]`, from now on and whatever the stage, besides the deck's loads:

@@ -3,6 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::Simulation;
+use crate::contact::bound;
 use crate::deck::{Damping, TimeStep};
 use crate::error::RunError;
 use crate::motion::Motion;
@@ -57,9 +58,18 @@ impl Simulation {
         let mut breaks = self.model.tangent(broken);
         let stop = || self.stop.load(Ordering::Relaxed);
         let found = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass, &stop);
-        let step = 2.0 / found?.sqrt();
+        let step = self.with_contacts(found?);
         self.critical_steps[usize::from(broken)] = Some(step);
         Ok(step)
+    }
+
+    /// The critical step when contacts may join the stiffness whose largest eigenvalue is given `[s]`.
+    fn with_contacts(&self, largest: f64) -> f64 {
+        let model = &self.model;
+        let Some(surfaces) = &model.contact else { return 2.0 / largest.sqrt() };
+        let of = (&model.geometry, &model.packs, &model.assembly);
+        let [more, rigid] = bound(&surfaces.skins, of);
+        2.0 / (largest + more).max(rigid).sqrt() * surfaces.skins.damped_part()
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the

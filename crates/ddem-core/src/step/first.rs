@@ -7,6 +7,7 @@ use fearless_simd_macros::simd;
 
 use crate::assembly::NO_TABLE;
 use crate::breaks::{Breaks, Broken, Look, Losses};
+use crate::contact::{Contacts, Ground, Placing, Surfaces, find};
 use crate::element::corotation::Frame;
 use crate::force::body::body;
 use crate::force::joint::{cell_energy, joint};
@@ -29,6 +30,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) time: f64,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
+    /// Velocities and the time step that they are of, for the way of the last step.
+    pub(crate) way: (&'a [Lanes], f64),
     /// Bodies by pack and lane that have supports.
     pub(crate) held: &'a [[bool; LANES]],
     /// Without the rotations of the blocks, whatever the kinematics.
@@ -45,6 +48,7 @@ impl<'a> Pass<'a> {
             failing: None,
             time: 0.0,
             last: None,
+            way: (u, 0.0),
             held: &[],
             linear: true,
             energies: false,
@@ -54,7 +58,12 @@ impl<'a> Pass<'a> {
 
 /// First pass: `f ← −K u` of the bodies, eq. (8), and of the joints, eq. (11) and §5, in each
 /// block's frame. Pairs fail, springs slip.
-pub(crate) fn forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> Losses {
+pub(crate) fn forces(
+    pass: Pass<'_>,
+    breaks: &mut Breaks,
+    contacts: Option<&mut Contacts>,
+    scratch: &mut Scratch,
+) -> Losses {
     let level = scratch.level;
     let model = pass.model;
     let (fields, frames, runs) = scratch.forces(breaks, pass.energies);
@@ -66,7 +75,30 @@ pub(crate) fn forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch)
     if losses.failed != [0; 2] {
         losses.fracture += remove_cells(pass, breaks, scratch);
     }
+    if let (Some(surfaces), Some(contacts)) = (&model.contact, contacts) {
+        let more = touch(pass, surfaces, (breaks, contacts), scratch);
+        losses.friction += more.friction;
+        losses.damping += more.damping;
+    }
     losses
+}
+
+/// §9: contacts, and joints that become contacts.
+fn touch(
+    pass: Pass<'_>,
+    surfaces: &Surfaces,
+    (breaks, contacts): (&mut Breaks, &mut Contacts),
+    scratch: &mut Scratch,
+) -> Losses {
+    let places = pass.model.places();
+    if contacts.look(places, breaks) {
+        scratch.search.forget();
+    }
+    let ground = Ground { places, skins: &surfaces.skins, held: pass.held };
+    let Scratch { frames, search, .. } = scratch;
+    let frames = pass.model.corotational().then_some(&frames[..]);
+    let placing = Placing { blocks: &surfaces.blocks, u: pass.u, frames, last: pass.way };
+    find(ground, placing, breaks, contacts, search)
 }
 
 pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
@@ -106,7 +138,7 @@ fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f
 
 /// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.
 pub(crate) fn internal_forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) {
-    forces(pass, breaks, scratch);
+    forces(pass, breaks, None, scratch);
     scratch.collect(pass.model, pass.linear);
 }
 

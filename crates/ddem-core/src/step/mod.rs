@@ -16,7 +16,9 @@ use fearless_simd_macros::simd;
 
 use crate::breaks::{Breaks, Losses};
 use crate::conditions::{Active, Support};
+use crate::contact::Contacts;
 use crate::element::corotation::Frame;
+use crate::force::contact;
 use crate::force::external::{self, External};
 use crate::force::shares;
 use crate::force::support;
@@ -32,6 +34,9 @@ use crate::sums::{Sums, Tally};
 pub(crate) use first::{Pass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, before, carry, present};
+
+/// What others do to the nodes of a pack: joint shares, and contacts.
+type Others<'a> = (&'a [Lanes], &'a Contacts);
 
 /// What a step needs to know besides the model and the state.
 #[derive(Clone, Copy)]
@@ -61,7 +66,8 @@ pub(crate) fn step(
     state: &mut State,
     scratch: &mut Scratch,
 ) -> Option<(Sums, Losses)> {
-    let losses = forces(context.pass((&state.u, &state.v), false), &mut state.breaks, scratch);
+    let State { u, v, breaks, contacts, .. } = &mut *state;
+    let losses = forces(context.pass((u, v), false), breaks, Some(contacts), scratch);
     if context.waits && losses.failed != [0; 2] {
         return None;
     }
@@ -78,13 +84,14 @@ pub(crate) fn step(
 pub(crate) fn balance(
     context: Context<'_>,
     (u, v, poses): (&[Lanes], &[Lanes], &[Poses]),
-    breaks: &mut Breaks,
+    (breaks, contacts): (&mut Breaks, &mut Contacts),
     scratch: &mut Scratch,
     energies: bool,
 ) -> (Sums, Losses) {
-    let losses = forces(context.pass((u, v), energies), breaks, scratch);
+    let losses = forces(context.pass((u, v), energies), breaks, Some(contacts), scratch);
     let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
-    let fixed = (v, frames, shares, poses);
+    let others = (shares, &*contacts);
+    let fixed = (v, frames, others, poses);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
         dispatch!(level, simd => run_balance(simd, context, fixed, &run, &mut fields));
     });
@@ -93,10 +100,13 @@ pub(crate) fn balance(
 
 /// Second pass: forces meet at the nodes, and the nodes move.
 fn advance(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Sums {
-    let (fields, shares, runs, level) = scratch.moving(context.active, state);
+    let State { u, v, poses, contacts, .. } = state;
+    let (fields, shares, runs, level) = scratch.moving(context.active, (u, v, poses));
+    let others = (shares, &*contacts);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Moving<'_>| {
-        dispatch!(level, simd => run_advance(simd, context, shares, &run, &mut fields));
+        dispatch!(level, simd => run_advance(simd, context, others, &run, &mut fields));
     });
+    scratch.travel(context.motion.time_step);
     Sums::total(&scratch.sums)
 }
 
@@ -104,7 +114,7 @@ fn advance(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Su
 fn run_advance<S: Simd>(
     simd: S,
     context: Context<'_>,
-    shares: &[Lanes],
+    others: Others<'_>,
     run: &Range<usize>,
     fields: &mut Moving<'_>,
 ) {
@@ -119,12 +129,12 @@ fn run_advance<S: Simd>(
         let pack = &packs.packs[index];
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
-            balance_pack(simd, context, index, (v, frame, shares, Some(poses)), &mut part);
+            balance_pack(simd, context, index, (v, frame, others, Some(poses)), &mut part);
             rigid::advance(context, index, &mut part, (poses, u, v));
             *frame = frame_of(poses);
             continue;
         }
-        balance_pack(simd, context, index, (v, frame, shares, None), &mut part);
+        balance_pack(simd, context, index, (v, frame, others, None), &mut part);
         advance_pack(simd, context, index, &mut part, (u, v));
         if context.model.corotational() {
             *frame = fit_pack(simd, context.model, index, u);
@@ -136,7 +146,7 @@ fn run_advance<S: Simd>(
 fn run_balance<S: Simd>(
     simd: S,
     context: Context<'_>,
-    (v, frames, shares, poses): (&[Lanes], &[Frame], &[Lanes], &[Poses]),
+    (v, frames, others, poses): (&[Lanes], &[Frame], Others<'_>, &[Poses]),
     run: &Range<usize>,
     fields: &mut Balancing<'_>,
 ) {
@@ -146,7 +156,7 @@ fn run_balance<S: Simd>(
         let mut part = fields.pack(context.active, packs, run.start, index);
         let pack = &packs.packs[index];
         let poses = if pack.rigid { poses.get(pack.rigid_start) } else { None };
-        balance_pack(simd, context, index, (v, &frames[index], shares, poses), &mut part);
+        balance_pack(simd, context, index, (v, &frames[index], others, poses), &mut part);
         if let Some(poses) = poses {
             rigid::weigh(context, index, (v, poses), &mut part);
             part.sums.supports[0] = support_power(context, index, v, part.reactions);
@@ -192,7 +202,7 @@ fn balance_pack<S: Simd>(
     simd: S,
     context: Context<'_>,
     index: usize,
-    (v, frame, shares, poses): (&[Lanes], &Frame, &[Lanes], Option<&Poses>),
+    (v, frame, (shares, contacts), poses): (&[Lanes], &Frame, Others<'_>, Option<&Poses>),
     part: &mut Part<'_>,
 ) {
     let model = context.model;
@@ -200,6 +210,10 @@ fn balance_pack<S: Simd>(
     let first = 3 * pack.start;
     // What the joints at the lower sides do, and what the derivative of R adds.
     shares::collect(simd, &model.packs, index, shares, part.f, part.torque);
+    if let Some(surfaces) = &model.contact {
+        let own = (&surfaces.blocks[..], &pack.bodies[..pack.filled]);
+        contact::collect(contacts, own, part.f, part.torque);
+    }
     if model.corotational() && poses.is_none() {
         let torque = load(simd, part.torque);
         shares::spread_torque(simd, (&model.packs, &model.assembly), index, frame, torque, part.f);
@@ -268,9 +282,13 @@ fn advance_pack<S: Simd>(
     let held = &context.active.supports[context.active.supports_of(index)];
     support::enforce(held, context.velocities, first, v);
     let time_step = splat(simd, motion.time_step);
+    let mut fastest = splat(simd, 0.0);
     for (u, v) in u.iter_mut().zip(&*v) {
-        *u = Lanes::from(u.load(simd) + time_step * v.load(simd));
+        let v = v.load(simd);
+        *u = Lanes::from(u.load(simd) + time_step * v);
+        fastest = fastest.max(v.abs());
     }
+    sums.fastest = Lanes::from(fastest);
     tally.give(&mut sums);
     sums.supports[1] = support_power(context, index, v, part.reactions);
     *part.sums = sums;
@@ -324,6 +342,7 @@ impl<'a> Context<'a> {
             failing: self.failing,
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
+            way: (v, self.motion.time_step),
             held: &self.active.held_bodies,
             linear: false,
             energies,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::{Simd, SimdBase, dispatch};
 use fearless_simd_macros::simd;
 
 use super::rigid::follow;
@@ -28,6 +28,7 @@ pub(crate) fn advance_relaxing(
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
         dispatch!(level, simd => run_relaxing(simd, (model, clusters), [a, b], f, &run, &mut fields));
     });
+    scratch.travel(1.0);
     Sums::total(&scratch.sums)
 }
 
@@ -52,13 +53,15 @@ fn run_relaxing<S: Simd>(
         q.resize(q.len().max(u.len()), Lanes::ZERO);
         cluster::accelerations(simd, model, clusters, index, f, &mut q[..u.len()]);
         let mut tally = Tally::new(simd);
+        let mut fastest = splat(simd, 0.0);
         for (at, (u, v)) in u.iter_mut().zip(v.iter_mut()).enumerate() {
             let new = a * v.load(simd) + b * q[at].load(simd);
             tally.moved(f[nodes.start + at].load(simd), new);
+            fastest = fastest.max(new.abs());
             *v = Lanes::from(new);
             *u = Lanes::from(u.load(simd) + new);
         }
-        let mut sums = Sums::default();
+        let mut sums = Sums { fastest: Lanes::from(fastest), ..Sums::default() };
         tally.give(&mut sums);
         fields.sums[index - run.start] = sums;
         let pack = &packs.packs[index];

@@ -174,6 +174,7 @@ pub(super) fn advance(
             for c in 0..3 {
                 u[3 * corner + c].0[lane] = u_new[c];
                 v[3 * corner + c].0[lane] = v_new[c];
+                sums.fastest.0[lane] = sums.fastest.0[lane].max(v_new[c].abs());
             }
         }
         poses[lane] = next;

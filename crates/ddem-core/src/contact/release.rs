@@ -1,0 +1,248 @@
+//! §9: from a joint that has moved to a contact.
+//!
+//! Facing nodes are the right pairs until they have slid by half their spacing, or opened. Then a
+//! joint all of whose pairs have failed is released: its springs are gone, and the two blocks are a
+//! contact like any other, which begins with the force that the joint bore.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Contacts, Patch, Placing};
+use crate::breaks::{Breaks, Broken, Point};
+use crate::geometry::{Geometry, Vec3};
+use crate::law::response::stored;
+use crate::pack::{Pack, Packs};
+use crate::seams::{NO_JOINT, Seam, Seams};
+
+/// Part of the spacing of its pairs by which a joint has moved when the blocks around are no longer
+/// held in place by it.
+const LOOSE: f64 = 0.01;
+/// Part of the spacing of its pairs by which a joint that is released has slid.
+const SLID: f64 = 0.5;
+
+/// How far a joint has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Release {
+    /// Its blocks are where they were.
+    #[default]
+    Holds,
+    /// Some of its pairs have moved.
+    Loose,
+    /// From the next step on a contact takes its place.
+    Due,
+    /// A contact has taken its place.
+    Done,
+}
+
+/// Where joints are.
+#[derive(Clone, Copy)]
+pub(crate) struct Places<'a> {
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) packs: &'a Packs,
+    pub(crate) seams: &'a Seams,
+}
+
+impl Contacts {
+    /// Looks how far the joints have moved. Returns whether any has come further.
+    pub(crate) fn look(&mut self, at: Places<'_>, breaks: &Breaks) -> bool {
+        let mut further = false;
+        for (index, pack) in at.packs.packs.iter().enumerate() {
+            if breaks.packs[index].is_none() {
+                continue;
+            }
+            for (d, lane) in (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane))) {
+                let Some((broken, seam)) = joint(at, breaks, (index, d), lane) else { continue };
+                let known = &mut self.joints[pack.bodies[lane] as usize][d];
+                if *known >= Release::Due {
+                    continue;
+                }
+                let found = broken.release(seam, (d, lane), at.packs.shape_of(pack).divisions);
+                further |= found > *known;
+                *known = found.max(*known);
+            }
+        }
+        further
+    }
+}
+
+/// A broken joint and its seam.
+fn joint<'a>(
+    at: Places<'a>,
+    breaks: &'a Breaks,
+    (index, d): (usize, usize),
+    lane: usize,
+) -> Option<(&'a Broken, &'a Seam)> {
+    let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
+    Some((breaks.get(index, 1 << d)?, seam))
+}
+
+impl Broken {
+    fn release(&self, seam: &Seam, (d, lane): (usize, usize), divisions: usize) -> Release {
+        let edge = |e: usize| Vec3::from([0, 1, 2].map(|c| seam.edges[e % 3][c].0[lane])).norm();
+        // Rigid blocks have their pairs at the quarters of an edge.
+        let part = if divisions == 1 { 0.5 } else { 1.0 };
+        let spacing = part * edge(d + 1).min(edge(d + 2));
+        let (mut slid, mut opened, mut bonded) = (0.0_f64, 0.0_f64, false);
+        for point in self.points.iter().map(|points| &points[lane]) {
+            if point.mode.is_none() {
+                bonded = true;
+                continue;
+            }
+            slid = slid.max(point.memory.slip.norm());
+            opened = opened.max(point.memory.gap);
+        }
+        if !bonded && (slid > SLID * spacing || opened > LOOSE * spacing) {
+            Release::Due
+        } else if slid.max(opened) > LOOSE * spacing {
+            Release::Loose
+        } else {
+            Release::Holds
+        }
+    }
+}
+
+/// What a joint bore when it was let go: force on its lower side and moment about a point, and the
+/// energy in its springs.
+struct Load {
+    energy: f64,
+    force: Vec3,
+    moment: Vec3,
+    about: Vec3,
+}
+
+/// Lets go the joints that are due. `make` makes the patch of two blocks, which begins with what the
+/// joint bore. Returns the energy that is lost on the way, if any joint was due `[J]`.
+pub(crate) fn release(
+    (at, placing): (Places<'_>, &Placing<'_>),
+    breaks: &mut Breaks,
+    contacts: &mut Contacts,
+    make: &dyn Fn([u32; 2]) -> Option<Patch>,
+) -> Option<f64> {
+    let (mut patches, mut any, mut lost) = (Vec::new(), false, 0.0);
+    for (index, pack) in at.packs.packs.iter().enumerate() {
+        for (d, lane) in (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane))) {
+            let body = pack.bodies[lane] as usize;
+            if contacts.joints[body][d] != Release::Due {
+                continue;
+            }
+            contacts.joints[body][d] = Release::Done;
+            any = true;
+            let mut offset = [0; 3];
+            offset[d] = 1;
+            let Some(other) = at.geometry.neighbour(body, offset) else { continue };
+            let Some(load) = let_go((at, placing), breaks, (index, d), (pack, lane, other)) else {
+                continue;
+            };
+            let blocks = [body.min(other) as u32, body.max(other) as u32];
+            lost += load.energy;
+            let Some(mut patch) = make(blocks) else { continue };
+            let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
+            patch.bear(placing, &load, sign);
+            lost -= patch.energy();
+            patches.push(patch);
+        }
+    }
+    if any {
+        contacts.patches.retain(|old| patches.iter().all(|new| new.blocks != old.blocks));
+        contacts.renew(patches);
+    }
+    any.then_some(lost)
+}
+
+/// Takes the springs of a joint out and returns what they bore.
+fn let_go(
+    (at, placing): (Places<'_>, &Placing<'_>),
+    breaks: &mut Breaks,
+    (index, d): (usize, usize),
+    (pack, lane, other): (&Pack, usize, usize),
+) -> Option<Load> {
+    let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
+    let body = pack.bodies[lane] as usize;
+    let axes = placing.between(body, other) * seam.axes;
+    let about = (placing.centre(body) + placing.centre(other)) / 2.0;
+    let (mut force, mut moment, mut energy) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+    let broken = breaks.at(index)[1 << d].as_mut()?;
+    let n = at.packs.shape_of(pack).divisions;
+    for (p, points) in broken.points.iter_mut().enumerate() {
+        let Point { quarters, memory, .. } = &mut points[lane];
+        let area = seam.quarter.0[lane] * f64::from(*quarters);
+        let traction = memory.traction;
+        let own = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
+        let pull = axes * own * area;
+        force += pull;
+        moment += (placing.pair(body, d, p, n) - about).cross(&pull);
+        energy += area * stored(seam.stiffness(lane), memory);
+        *quarters = 0;
+        memory.traction = crate::law::Traction::default();
+    }
+    Some(Load { energy, force, moment, about })
+}
+
+impl Placing<'_> {
+    /// Mean rotation of two blocks, near enough for what they hand over.
+    fn between(&self, a: usize, b: usize) -> Matrix3<f64> {
+        let sum = self.rotation(a) + self.rotation(b);
+        nalgebra::Rotation3::from_matrix(&(sum * 0.5)).into_inner()
+    }
+
+    /// Where pair `p` of the joint at the upper side of a block along d is.
+    fn pair(&self, block: usize, d: usize, p: usize, n: usize) -> Vec3 {
+        let placed = &self.blocks[block];
+        let mut at = [0; 3];
+        at[d] = n;
+        let node = |i: usize, k: usize| {
+            let mut at = at;
+            (at[(d + 1) % 3], at[(d + 2) % 3]) = (i, k);
+            placed.node(self.u, at)
+        };
+        let (i, k) = (p % (n + 1), p / (n + 1));
+        if n > 1 {
+            return node(i, k);
+        }
+        // At the centre of its quarter.
+        let quarter = [(i, k, 9.0), (1 - i, k, 3.0), (i, 1 - k, 3.0), (1 - i, 1 - k, 1.0)];
+        quarter.iter().map(|&(i, k, part)| node(i, k) * (part / 16.0)).sum()
+    }
+}
+
+impl Patch {
+    /// Begins with a load: a pressure that goes linearly over the area so that force and moments
+    /// are those of the joint, and an even shear. `sign` is 1 where block a was on the joint's side a.
+    fn bear(&mut self, placing: &Placing<'_>, load: &Load, sign: f64) {
+        let axes = self.frame(placing);
+        let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
+        let block = self.blocks[0] as usize;
+        let places: Vec<Vec3> =
+            self.points.iter().map(|p| placing.position(block, &p.spots[0]) - load.about).collect();
+        let force = load.force * sign;
+        let moment = load.moment * sign;
+        let area: f64 = self.points.iter().map(|point| point.area).sum();
+        if area <= 0.0 {
+            return;
+        }
+        // Σ A p (1, y, z) is given, y and z along the tangents: p = α + β y + γ z.
+        let mut matrix = Matrix3::zeros();
+        for (point, x) in self.points.iter().zip(&places) {
+            let basis = Vector3::new(1.0, s.dot(x), t.dot(x));
+            matrix += basis * basis.transpose() * point.area;
+        }
+        // Moment of a traction p n at y s + z t: p (z s − y t), with s × n = −t and t × n = s.
+        let given = Vector3::new(normal.dot(&force), -t.dot(&moment), s.dot(&moment));
+        let Some(field) = matrix.try_inverse().map(|inverse| inverse * given) else { return };
+        let shear = nalgebra::Vector2::new(s.dot(&force), t.dot(&force)) / area;
+        let [stiff, soft] = self.both.stiffness;
+        for (point, x) in self.points.iter_mut().zip(&places) {
+            let wanted = field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
+            let memory = &mut point.memory;
+            // The gap as it was is where the springs bear what is wanted.
+            let bare = memory.gap + memory.dilation;
+            memory.gap = wanted / stiff;
+            memory.dilation = bare - memory.gap;
+            memory.lifted = memory.dilation;
+            let most = -wanted * self.both.tan_friction;
+            let size = shear.norm();
+            let bears = if size > most { shear * (most / size) } else { shear };
+            memory.slip += (memory.traction.shear - bears) / soft;
+            memory.traction = crate::law::Traction { normal: wanted, shear: bears };
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! §9: what the contacts of a pack's bodies do to their nodes.
+
+use crate::contact::{Contacts, Placed};
+use crate::lanes::{LANES, Lanes};
+
+/// Adds the forces of all contacts to the forces of a pack, and their couples to its torques. Patches
+/// and points in order, so that every node has one order of summation.
+pub(crate) fn collect(
+    contacts: &Contacts,
+    (placed, bodies): (&[Placed], &[u32]),
+    f: &mut [Lanes],
+    torque: &mut [Lanes; 3],
+) {
+    for (lane, &body) in bodies.iter().enumerate().take(LANES) {
+        for (patch, side) in contacts.of(body as usize) {
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            let placed = &placed[body as usize];
+            for point in patch.points.iter().filter(|point| point.memory.gap <= 0.0) {
+                for (at, weight) in placed.shares(&point.spots[side]) {
+                    let local = placed.local(at);
+                    for c in 0..3 {
+                        f[3 * local + c].0[lane] += sign * weight * point.force[c];
+                    }
+                }
+            }
+            (0..3).for_each(|c| torque[c].0[lane] += patch.couple[c]);
+        }
+    }
+}
