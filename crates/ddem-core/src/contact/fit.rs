@@ -37,9 +37,30 @@ impl Fitting<'_> {
         self.placing.blocks[block as usize].cell(self.placing.u)
     }
 
-    /// Bare distance of two blocks `[m]`, as a separating axis has it.
-    pub(crate) fn distance(&self, [a, b]: [u32; 2]) -> f64 {
-        touch::separation(&self.cell(a), &self.cell(b)).distance
+    /// Travel of two blocks, together, that cannot bring them within reach `[m]`; 0 where they are
+    /// to have a patch. What is found is the same whenever it is looked for: the gap of their boxes
+    /// changes no faster than they travel, and the height of one over a face of the other, which
+    /// tilts, no faster than by a lever.
+    pub(crate) fn free(&self, blocks: [u32; 2]) -> f64 {
+        let near = self.reach(blocks) + 2.0 * self.skins.thickest;
+        let [a, b] = blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
+        let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
+        let apart = gap.fold(f64::NEG_INFINITY, f64::max) - near;
+        if apart > 0.0 {
+            return apart;
+        }
+        let cells = blocks.map(|block| self.cell(block));
+        let separation = touch::separation(&cells[0], &cells[1]);
+        if separation.distance <= near {
+            return 0.0;
+        }
+        // Where crossed edges keep them apart, the best face does so for some time, or not at all.
+        let height = match separation.meeting {
+            Meeting::Face { .. } => separation.distance,
+            Meeting::Edges(_) => separation.distance - separation.margin,
+        };
+        let height = (height - near).max(0.0) / lever(&cells);
+        height.max(f64::MIN_POSITIVE)
     }
 
     /// The patch of two blocks; `None` when they are far apart. `old` is what they had.
@@ -239,6 +260,22 @@ impl Known {
         let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0 };
         if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
     }
+}
+
+/// Way of a corner of one cell over the plane of any face of the other, for each unit of travel of
+/// the two.
+fn lever(cells: &[Cell; 2]) -> f64 {
+    let size = |cell: &Cell| cell.half.iter().map(Vector3::norm).sum::<f64>();
+    let reach = (cells[1].centre - cells[0].centre).norm() + size(&cells[0]).max(size(&cells[1]));
+    // Half of the least width of a face: as far from its middle it tilts by as much as it moves.
+    let width = |cell: &Cell| {
+        let of = |d: usize| {
+            let (x, y) = (cell.half[(d + 1) % 3], cell.half[(d + 2) % 3]);
+            x.cross(&y).norm() / x.norm().max(y.norm())
+        };
+        of(0).min(of(1)).min(of(2))
+    };
+    1.0 + 1.5 * reach / width(&cells[0]).min(width(&cells[1]))
 }
 
 /// One side of a face contact, seen along the normal.
