@@ -43,7 +43,8 @@ impl Fitting<'_> {
     /// tilts, no faster than by a lever.
     pub(crate) fn free(&self, blocks: [u32; 2]) -> f64 {
         let near = self.reach(blocks) + 2.0 * self.skins.thickest;
-        let [a, b] = blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
+        let [a, b] =
+            blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
         let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
         let apart = gap.fold(f64::NEG_INFINITY, f64::max) - near;
         if apart > 0.0 {

@@ -72,9 +72,8 @@ impl Search {
         self.travel.resize(ground.places.packs.packs.len(), Lanes::ZERO);
         self.margin = MARGIN * median_edge(ground.places.geometry);
         let margin = self.margin + ground.skins.thickest;
-        let bounds = |block: &Placed| {
-            block.bounds(placing.u, margin + 0.5 * super::REACH * block.spacing())
-        };
+        let bounds =
+            |block: &Placed| block.bounds(placing.u, margin + 0.5 * super::REACH * block.spacing());
         let boxes: Vec<_> = placing.blocks.par_iter().map(bounds).collect();
         let pairs = grid::meeting(&boxes).into_iter();
         let free =

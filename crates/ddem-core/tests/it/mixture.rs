@@ -184,6 +184,7 @@ fn blocks_that_break_and_meet_go_on_from_any_step() {
         for at in 0..STEPS {
             step(&mut whole, 1);
             step(&mut rebuilt, 1);
+            same(&whole, &rebuilt, &format!("step {at}"));
             if at < 5 || random.next() > 0.6 {
                 let next = again(&rebuilt);
                 same(&rebuilt, &next, &format!("restored at step {at}"));
