@@ -344,3 +344,71 @@ fn nothing_passes_through_in_throws_of_two() {
         );
     }
 }
+
+#[test]
+#[ignore = "to look at"]
+fn scratch_energy() {
+    let mut random = Random::new(8);
+    let mut found = 0;
+    for throw in 0..100 {
+        let along = random.vector().normalize();
+        let aside = random.vector() * 0.3;
+        let piece = |random: &mut Random, side: f64| Piece {
+            centre: along * (1.1 * side) + aside * side,
+            edges: Vec3::repeat(1.0) + random.vector() * 0.3,
+            turn: any_turn(random),
+            velocity: along * (-2.0 * side),
+            ..Piece::default()
+        };
+        let pieces = [piece(&mut random, -1.0), piece(&mut random, 1.0)];
+        let mut deck = of(&matter(1e8), &pieces);
+        deck.contact.friction = Some(0.0);
+        let mut simulation = simulation(&deck);
+        let dt: f64 = std::env::var("DT").map_or(1.0, |x| x.parse().unwrap());
+        simulation.start(Damping::None, TimeStep::Auto, None).unwrap();
+        let auto = simulation.time_step();
+        simulation.start(Damping::None, TimeStep::Seconds(auto * dt), None).unwrap();
+        let held = |e: ddem_core::Energy| e.kinetic + e.strain_bodies + e.strain_joints;
+        let first = held(simulation.energy());
+        let count = (1.5 / simulation.time_step()) as usize;
+        let mut old = (first, 0.0, simulation.energy().balance, 0.0);
+        let mut log = Vec::new();
+        for at in 0..count {
+            steps(&mut simulation, 1);
+            let e = simulation.energy();
+            let now = (held(e), e.friction, e.balance, e.strain_joints);
+            if (now.1 - old.1).abs() > 0.002 * first || (now.2 - old.2).abs() > 0.002 * first {
+                let saved = simulation.save();
+                let a = |name: &str| saved.arrays.get(name).cloned().unwrap_or_default();
+                let (p, q) = (a("contact_patches"), a("contact_points"));
+                let points: Vec<String> = q
+                    .chunks(21)
+                    .map(|q| {
+                        format!(
+                            "[A {:.3} gap {:.4} off {:.4} tn {:.2e}]",
+                            q[10], q[15], q[13], q[17]
+                        )
+                    })
+                    .collect();
+                log.push(format!(
+                    "   step {at}: held {:.4} friction {:+.4} balance {:+.4} spring {:.4} ref {} n {:.2} {:.2} {:.2} limit {:.4} {}",
+                    now.0 / first, (now.1 - old.1) / first, (now.2 - old.2) / first, now.3 / first,
+                    p.get(2).copied().unwrap_or(-1.0), p.get(3).copied().unwrap_or(0.0), p.get(4).copied().unwrap_or(0.0), p.get(5).copied().unwrap_or(0.0), p.get(18).copied().unwrap_or(0.0),
+                    points.join(" ")
+                ));
+            }
+            old = now;
+        }
+        let e = simulation.energy();
+        println!(
+            "throw {throw}: left {:.4} friction {:+.4} balance {:+.4}",
+            held(e) / first,
+            e.friction / first,
+            e.balance / first
+        );
+        if held(e) / first > 1.02 && found < 4 {
+            found += 1;
+            log.iter().take(25).for_each(|line| println!("{line}"));
+        }
+    }
+}

@@ -261,8 +261,8 @@ fn wrong_numbers_in_a_checkpoint_are_refused() {
             }
         }
     }
-    println!("{refused} refused, {stopped} stopped, went on: {went_on:#?}");
-    let numbers = ["NaN", "inf", "1e300"];
+    println!("{refused} refused, {stopped} stopped, {} went on", went_on.len());
+    let numbers = ["NaN", "inf"];
     let bad: Vec<_> = went_on
         .iter()
         .filter(|what| !what.contains("number") || numbers.iter().any(|n| what.contains(n)))
