@@ -217,6 +217,47 @@ impl Fitting<'_> {
             point.memory =
                 Memory { slip, dilation: offset, lifted: offset, damage: 1.0, gap, traction };
         }
+        if let Some(old) = old {
+            patch.cap(old.held());
+        }
+    }
+}
+
+impl Patch {
+    /// Energies in the springs, along the normal and in the plane `[J]`.
+    fn held(&self) -> [f64; 2] {
+        let mut held = [0.0; 2];
+        for Point { area, memory, .. } in &self.points {
+            let Traction { normal, shear } = memory.traction;
+            held[0] += 0.5 * area * normal * memory.gap;
+            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
+        }
+        held
+    }
+
+    /// Areas change as blocks turn and slide under pressure: new points hold no more energy than the
+    /// old ones did. What they do not bear of their gap is an offset.
+    fn cap(&mut self, before: [f64; 2]) {
+        let now = self.held();
+        let part = |k: usize| if now[k] > before[k] { (before[k] / now[k]).sqrt() } else { 1.0 };
+        let [press, shear] = [part(0), part(1)];
+        if press == 1.0 && shear == 1.0 {
+            return;
+        }
+        let soft = self.both.stiffness[1];
+        for Point { memory, .. } in &mut self.points {
+            if memory.gap < 0.0 {
+                let less = (1.0 - press) * memory.gap;
+                memory.gap -= less;
+                memory.dilation += less;
+                memory.lifted = memory.dilation;
+                memory.traction.normal *= press;
+            }
+            // Friction may bear no more than before of what is pressed less.
+            let part = shear.min(press);
+            memory.slip += memory.traction.shear * ((1.0 - part) / soft);
+            memory.traction.shear *= part;
+        }
     }
 }
 
