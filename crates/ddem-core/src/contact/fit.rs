@@ -64,7 +64,7 @@ impl Fitting<'_> {
         height.max(f64::MIN_POSITIVE)
     }
 
-    /// The patch of two blocks; `None` when they are far apart. `old` is what they had.
+    /// The patch of two blocks; `None` when they are far apart. `old` is what they had, as it is now.
     pub(crate) fn patch(&self, blocks: [u32; 2], old: Option<&Patch>) -> Option<Patch> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = touch::separation(&cells[0], &cells[1]);
@@ -190,14 +190,15 @@ impl Fitting<'_> {
     fn remember(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&Patch>) {
         let [a, b] = patch.blocks.map(|block| block as usize);
         let known = old.map(|old| Known::new(&self.placing, old));
+        let last = if old.is_some() { 0.0 } else { 1.0 };
         let [normal_stiffness, shear_stiffness] = patch.both.stiffness;
         for point in &mut patch.points {
             let ([x, way_a], [y, way_b]) =
                 (self.placing.spot(a, &point.spots[0]), self.placing.spot(b, &point.spots[1]));
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
             let ([gap, sx, sy], [opened, wx, wy]) = (own(y - x), own(way_b - way_a));
-            // As it would have been a step ago: the last way is part of what comes.
-            let before = gap - patch.both.skin - opened;
+            // What is new begins as it would have been a step ago: the last way is part of what comes.
+            let before = gap - patch.both.skin - opened * last;
             let (offset, shear, drag) = match known.as_ref().and_then(|known| known.nearest(x)) {
                 Some(point) => (point.offset, own(point.shear), point.drag),
                 // Blocks that overlap when they meet do not spring apart.
@@ -211,7 +212,7 @@ impl Fitting<'_> {
             if size > limit {
                 shear *= limit / size;
             }
-            let slip = Vector2::new(sx - wx, sy - wy) - shear / shear_stiffness;
+            let slip = Vector2::new(sx - wx * last, sy - wy * last) - shear / shear_stiffness;
             let traction = Traction { normal, shear };
             point.drag = drag;
             point.memory =

@@ -100,7 +100,8 @@ pub(crate) struct Patch {
     pub(crate) spacing: f64,
     pub(crate) both: Both,
     pub(crate) points: Vec<Point>,
-    /// Couple on each block that balances the forces of two points at a distance `[N m]`.
+    /// Couple that balances the forces of two points at a distance: on the reference block, since the
+    /// axes turn with it `[N m]`.
     pub(crate) couple: Vec3,
     /// Energy in the springs `[J]`.
     pub(crate) stored: f64,

@@ -296,7 +296,7 @@ fn nothing_passes_through_in_throws_of_two() {
             let along = random.vector().normalize();
             let aside = random.vector() * 0.3;
             let piece = |random: &mut Random, side: f64, divisions: u32| Piece {
-                centre: along * (1.1 * side) + aside * side,
+                centre: along * (1.3 * side) + aside * side,
                 edges: Vec3::repeat(1.0) + random.vector() * 0.3,
                 turn: any_turn(random),
                 divisions,
@@ -329,7 +329,7 @@ fn nothing_passes_through_in_throws_of_two() {
             met += usize::from(touched);
             let (last, _) = momenta(&mut simulation);
             let change = [0, 1].map(|k| (last[k] - momenta_first[k]).norm() / sizes[k]);
-            assert!(change[0] < 1e-13 && change[1] < 1e-13, "throw {throw}: {change:?}");
+            assert!(change[0] < 1e-13 && change[1] < 1e-12, "throw {throw}: {change:?}");
             // They rebound, or turn past each other: not on the line through each other.
             let all = all_corners(&simulation);
             let apart = middle(&all[1]) - middle(&all[0]);
