@@ -45,7 +45,11 @@ impl Patch {
             let slip = point.memory.slip;
             let loss = law.respond(stiffness, opening, &mut point.memory);
             losses.friction += point.area * loss.friction;
-            point.ease((point.memory.slip - slip).norm(), opening.normal, self.spacing);
+            point.ease(
+                (point.memory.slip - slip).norm() / self.spacing,
+                opening.normal,
+                loss.friction,
+            );
             let mut traction = point.memory.traction;
             if self.both.dashpot > 0.0 {
                 losses.damping += point.area
@@ -55,7 +59,7 @@ impl Patch {
             self.stored += point.area * stored(stiffness, &point.memory);
             let force = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
             point.force = axes * force * point.area;
-            self.couple += apart.cross(&point.force) * 0.5;
+            self.couple += apart.cross(&point.force);
         }
         losses
     }
@@ -63,8 +67,9 @@ impl Patch {
 
 impl Point {
     /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
-    /// slide over each other and while they part.
-    fn ease(&mut self, slipped: f64, gap: f64, spacing: f64) {
+    /// slide over each other, by no more than friction pays for, and while they part. `slipped` is in
+    /// elements, `friction` the energy it took for each unit of area.
+    fn ease(&mut self, slipped: f64, gap: f64, friction: f64) {
         let offset = &mut self.memory.dilation;
         if *offset == 0.0 {
             return;
@@ -73,7 +78,9 @@ impl Point {
             *offset = if *offset < 0.0 { offset.max(gap.min(0.0)) } else { 0.0 };
         } else {
             // Over half an element.
-            *offset *= (1.0 - slipped / (0.5 * spacing)).max(0.0);
+            let step = offset.abs() * (2.0 * slipped).min(1.0);
+            let paid = 0.5 * friction.max(0.0) / self.memory.traction.normal.abs().max(1e-300);
+            *offset -= offset.signum() * step.min(paid);
         }
     }
 

@@ -65,6 +65,9 @@ impl Fitting<'_> {
             Meeting::Edges(edges) => self.edges(&mut patch, edges),
         }
         self.remember(&mut patch, &frame, old);
+        if let Some(old) = old {
+            patch.hold_no_more(old.energy());
+        }
         Some(patch)
     }
 
@@ -194,6 +197,30 @@ impl Fitting<'_> {
             point.drag = drag;
             point.memory =
                 Memory { slip, dilation: offset, lifted: offset, damage: 1.0, gap, traction };
+        }
+    }
+}
+
+impl Patch {
+    /// Lets the springs hold no more energy than they did: other points on other faces may be deeper
+    /// in each other, and would throw the blocks apart.
+    fn hold_no_more(&mut self, energy: f64) {
+        let now = self.energy();
+        if now <= energy {
+            return;
+        }
+        let part = (energy.max(0.0) / now).sqrt();
+        let [_, stiffness] = self.both.stiffness;
+        for Point { memory, .. } in &mut self.points {
+            if memory.gap < 0.0 {
+                let bare = memory.gap + memory.dilation;
+                memory.gap *= part;
+                memory.dilation = bare - memory.gap;
+                memory.lifted = memory.dilation;
+            }
+            memory.traction.normal *= part;
+            memory.slip += memory.traction.shear * ((1.0 - part) / stiffness);
+            memory.traction.shear *= part;
         }
     }
 }

@@ -68,10 +68,8 @@ impl Simulation {
     /// One set of blocks whose joints all hold has none.
     fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
-        let together = !broken && model.deck.blocks.len() == 1 && model.can_fail();
-        let Some(surfaces) = model.contact.as_ref().filter(|_| !together) else {
-            return 2.0 / largest.sqrt();
-        };
+        let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
+        let Some(surfaces) = surfaces else { return 2.0 / largest.sqrt() };
         let of = (&model.geometry, &model.packs, &model.assembly);
         let [more, rigid] = bound(&surfaces.skins, of);
         2.0 / (largest + more).max(rigid).sqrt() * surfaces.skins.damped_part()

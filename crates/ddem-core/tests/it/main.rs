@@ -14,6 +14,7 @@ mod equations;
 mod mechanisms;
 mod programs;
 mod resume;
+mod rigid;
 mod selection;
 mod sets;
 mod tiling;
