@@ -14,6 +14,8 @@ use crate::touch::{self, Cell, EdgeOf, FaceOf, Meeting, Separation};
 
 /// Part of the area of an element's face below which a point of it is nothing.
 const NOTHING: f64 = 1e-9;
+/// Cosine of the angle between normals above which they are the same axis.
+const ALONG: f64 = 0.999;
 /// Part of the reach that a patch is valid at least.
 const SHORTEST: f64 = 0.01;
 
@@ -65,6 +67,12 @@ impl Fitting<'_> {
             Meeting::Edges(edges) => self.edges(&mut patch, edges),
         }
         self.remember(&mut patch, &frame, old);
+        if let Some(old) = old.filter(|old| {
+            frame[0].dot(&old.frame(&self.placing).column(0)) < ALONG
+                || crosses(&patch) != crosses(old)
+        }) {
+            calm(&mut patch, old.energy());
+        }
         Some(patch)
     }
 
@@ -195,6 +203,32 @@ impl Fitting<'_> {
             point.memory =
                 Memory { slip, dilation: offset, lifted: offset, damage: 1.0, gap, traction };
         }
+    }
+}
+
+/// Whether a patch is of two edges that cross: of faces there are at least three points.
+fn crosses(patch: &Patch) -> bool {
+    patch.points.len() == 1
+}
+
+/// Takes from the springs of a patch what is beyond an energy: of blocks whose patch is on another axis
+/// than before, or of edges and no longer of faces, the overlap and the area are other ones.
+fn calm(patch: &mut Patch, energy: f64) {
+    let now = patch.energy();
+    if now <= energy {
+        return;
+    }
+    let part = (energy / now).max(0.0).sqrt();
+    let shear_stiffness = patch.both.stiffness[1];
+    for Point { memory, .. } in &mut patch.points {
+        if memory.traction.normal < 0.0 {
+            let offset = memory.dilation + (1.0 - part) * memory.gap;
+            (memory.dilation, memory.lifted) = (offset, offset);
+            memory.gap *= part;
+        }
+        let shear = part * memory.traction.shear;
+        memory.slip += (memory.traction.shear - shear) / shear_stiffness;
+        memory.traction = Traction { normal: part * memory.traction.normal, shear };
     }
 }
 
