@@ -130,7 +130,11 @@ fn run_advance<S: Simd>(
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
             balance_pack(simd, context, index, (v, frame, others, Some(poses)), &mut part);
+            let power =
+                |v: &[Lanes], part: &Part<'_>| support_power(context, index, v, part.reactions);
+            let before = power(v, &part);
             rigid::advance(context, index, &mut part, (poses, u, v));
+            part.sums.supports = [before, power(v, &part)];
             *frame = frame_of(poses);
             continue;
         }
