@@ -45,11 +45,8 @@ impl Patch {
             let slip = point.memory.slip;
             let loss = law.respond(stiffness, opening, &mut point.memory);
             losses.friction += point.area * loss.friction;
-            point.ease(
-                (point.memory.slip - slip).norm() / self.spacing,
-                opening.normal,
-                loss.friction,
-            );
+            let slipped = (point.memory.slip - slip).norm();
+            point.ease((slipped, loss.friction), opening.normal, self.spacing);
             let mut traction = point.memory.traction;
             if self.both.dashpot > 0.0 {
                 losses.damping += point.area
@@ -67,20 +64,23 @@ impl Patch {
 
 impl Point {
     /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
-    /// slide over each other, by no more than friction pays for, and while they part. `slipped` is in
-    /// elements, `friction` the energy it took for each unit of area.
-    fn ease(&mut self, slipped: f64, gap: f64, friction: f64) {
+    /// part, and while they slide over each other as far as friction pays for it.
+    fn ease(&mut self, (slipped, friction): (f64, f64), gap: f64, spacing: f64) {
         let offset = &mut self.memory.dilation;
         if *offset == 0.0 {
             return;
         }
         if self.memory.gap > 0.0 {
             *offset = if *offset < 0.0 { offset.max(gap.min(0.0)) } else { 0.0 };
-        } else {
-            // Over half an element.
-            let step = offset.abs() * (2.0 * slipped).min(1.0);
-            let paid = 0.5 * friction.max(0.0) / self.memory.traction.normal.abs().max(1e-300);
-            *offset -= offset.signum() * step.min(paid);
+            return;
+        }
+        // Over half an element.
+        let back = *offset * (slipped / (0.5 * spacing)).min(1.0);
+        let pressure = -self.memory.traction.normal;
+        if -back * pressure <= friction {
+            *offset -= back;
+        } else if friction > 0.0 {
+            *offset += friction / pressure;
         }
     }
 

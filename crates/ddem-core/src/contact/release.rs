@@ -182,9 +182,9 @@ fn let_go(
         force += pull;
         moment += (placing.pair(body, d, p, n) - about).cross(&pull);
         energy += area * stored(seam.stiffness(lane), memory);
-        *quarters = 0;
         memory.traction = crate::law::Traction::default();
     }
+    broken.let_go(lane);
     Some(Load { energy, force, moment, about })
 }
 
