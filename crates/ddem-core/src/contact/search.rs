@@ -23,7 +23,8 @@ const TOGETHER: usize = 256;
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     blocks: [u32; 2],
-    /// Travel of both together before which they need not be looked at `[m]`.
+    /// Travel of both together before which they need not be looked at `[m]`; 0 once they had a patch,
+    /// whose loss no one says here.
     until: f64,
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn collect(
                     }
                 }
             }
-            if side == usize::from(patch.reference) {
+            if usize::from(patch.reference) == side {
                 (0..3).for_each(|c| torque[c].0[lane] += patch.couple[c]);
             }
         }

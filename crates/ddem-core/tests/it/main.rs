@@ -18,6 +18,7 @@ mod mechanisms;
 mod mixture;
 mod programs;
 mod resume;
+mod rigid;
 mod selection;
 mod sets;
 mod tiling;
