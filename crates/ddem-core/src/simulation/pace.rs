@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::Simulation;
-use crate::contact::bound;
+use crate::contact::{Skins, bound};
 use crate::deck::{Damping, TimeStep};
 use crate::error::RunError;
 use crate::motion::Motion;
@@ -69,8 +69,12 @@ impl Simulation {
     fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
         let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
-        let Some(surfaces) = surfaces else { return 2.0 / largest.sqrt() };
         let of = (&model.geometry, &model.packs, &model.assembly);
+        let Some(surfaces) = surfaces else {
+            // Rigid blocks without any joint have no stiffness: they step as if they met others.
+            let alone = || bound(&Skins::new(&model.deck, &model.geometry), of)[1];
+            return 2.0 / if largest > 0.0 { largest } else { alone() }.sqrt();
+        };
         let [more, rigid] = bound(&surfaces.skins, of);
         2.0 / (largest + more).max(rigid).sqrt() * surfaces.skins.damped_part()
     }
