@@ -14,10 +14,6 @@ use crate::pack::Packs;
 use crate::rigid::Matter;
 use crate::touch::FaceOf;
 
-/// Part of the critical step of rigid blocks that contacts may take: one that lasts a few steps only gains
-/// or loses some per cent of the energy.
-const RESOLVED: f64 = 0.5;
-
 /// Most that contacts add to the square of the largest angular frequency of deformable blocks, and
 /// the square of that of rigid ones with all their joints and contacts `[1/s²]`.
 pub(crate) fn bound(
@@ -30,8 +26,7 @@ pub(crate) fn bound(
         if lattice.rigid {
             let (pack, lane) = packs.slot(body);
             let matter = &assembly.rigid[packs.packs[pack].rigid_start][lane];
-            let largest = 2.0 * rigid(skins, body as u32, matter);
-            most[1] = most[1].max(largest / (RESOLVED * RESOLVED));
+            most[1] = most[1].max(2.0 * rigid(skins, body as u32, matter));
         } else {
             most[0] = most[0].max(deformable(skins, geometry, body));
         }

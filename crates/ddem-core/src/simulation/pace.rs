@@ -16,6 +16,10 @@ const SAFETY: f64 = 0.9;
 /// the critical one.
 const BROKEN_SAFETY: f64 = 0.8;
 
+/// Part of these that is left where rigid blocks may meet: a contact that lasts a few steps only gains or
+/// loses some per cent of the energy.
+const RESOLVED: f64 = 0.5;
+
 /// Part of the critical step below which a step, or a duration, is a mistake, and its inverse may
 /// overflow.
 pub const SHORTEST_STEP: f64 = 1e-9;
@@ -46,6 +50,17 @@ impl Simulation {
             return Ok(intact);
         }
         Ok(BROKEN_SAFETY * intact.min(self.critical(true)?))
+    }
+
+    /// Part of the critical step that `"auto"` takes before anything has failed.
+    #[must_use]
+    pub fn automatic_part(&self) -> f64 {
+        SAFETY * self.resolved()
+    }
+
+    fn resolved(&self) -> f64 {
+        let meet = self.model.contact.is_some() && self.model.packs.rigid > 0;
+        if meet { RESOLVED } else { 1.0 }
     }
 
     fn critical(&mut self, broken: bool) -> Result<f64, RunError> {
@@ -80,8 +95,9 @@ impl Simulation {
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
-    /// critical step, 0.8 once pairs have failed, and of a shorter one with local damping
-    /// ([`Damping::stable_part`]); with a `duration` `[s]` it is shrunk so that whole steps fill it. Returns the number of steps that fill the duration (0 without one).
+    /// critical step, 0.8 once pairs have failed, half of that where rigid blocks may meet, and of a
+    /// shorter one with local damping ([`Damping::stable_part`]); with a `duration` `[s]` it is shrunk
+    /// so that whole steps fill it. Returns the number of steps that fill the duration (0 without one).
     ///
     /// # Errors
     ///
@@ -101,8 +117,8 @@ impl Simulation {
             return Err(RunError::NoCriticalStep);
         }
         let step = match time_step {
-            TimeStep::Auto if self.state.failed == [0; 2] => SAFETY * critical,
-            TimeStep::Auto => BROKEN_SAFETY * critical,
+            TimeStep::Auto if self.state.failed == [0; 2] => self.automatic_part() * critical,
+            TimeStep::Auto => BROKEN_SAFETY * self.resolved() * critical,
             TimeStep::Seconds(step) if step > largest => {
                 return Err(RunError::TimeStep { time_step: step, critical: largest });
             }
@@ -141,7 +157,7 @@ impl Simulation {
     /// still those of the intact model.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.tangent(false);
-        let safe = self.damping.stable_part() * self.safe_step()?;
+        let safe = self.damping.stable_part() * self.resolved() * self.safe_step()?;
         if self.motion.time_step <= safe {
             return Ok(());
         }
