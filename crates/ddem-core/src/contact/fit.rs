@@ -37,9 +37,31 @@ impl Fitting<'_> {
         self.placing.blocks[block as usize].cell(self.placing.u)
     }
 
-    /// Bare distance of two blocks `[m]`, as a separating axis has it.
-    pub(crate) fn distance(&self, [a, b]: [u32; 2]) -> f64 {
-        touch::separation(&self.cell(a), &self.cell(b)).distance
+    /// Travel of two blocks, together, that cannot bring them within reach `[m]`; 0 where they are
+    /// to have a patch. What is found is the same whenever it is looked for: the gap of their boxes
+    /// changes no faster than they travel, and the height of one over a face of the other, which
+    /// tilts, no faster than by a lever.
+    pub(crate) fn free(&self, blocks: [u32; 2]) -> f64 {
+        let near = self.reach(blocks) + 2.0 * self.skins.thickest;
+        let [a, b] =
+            blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
+        let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
+        let apart = gap.fold(f64::NEG_INFINITY, f64::max) - near;
+        if apart > 0.0 {
+            return apart;
+        }
+        let cells = blocks.map(|block| self.cell(block));
+        let separation = touch::separation(&cells[0], &cells[1]);
+        if separation.distance <= near {
+            return 0.0;
+        }
+        // Where crossed edges keep them apart, the best face does so for some time, or not at all.
+        let height = match separation.meeting {
+            Meeting::Face { .. } => separation.distance,
+            Meeting::Edges(_) => separation.distance - separation.margin,
+        };
+        let height = (height - near).max(0.0) / lever(&cells);
+        height.max(f64::MIN_POSITIVE)
     }
 
     /// The patch of two blocks; `None` when they are far apart. `old` is what they had.
@@ -195,6 +217,47 @@ impl Fitting<'_> {
             point.memory =
                 Memory { slip, dilation: offset, lifted: offset, damage: 1.0, gap, traction };
         }
+        if let Some(old) = old {
+            patch.cap(old.held());
+        }
+    }
+}
+
+impl Patch {
+    /// Energies in the springs, along the normal and in the plane `[J]`.
+    fn held(&self) -> [f64; 2] {
+        let mut held = [0.0; 2];
+        for Point { area, memory, .. } in &self.points {
+            let Traction { normal, shear } = memory.traction;
+            held[0] += 0.5 * area * normal * memory.gap;
+            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
+        }
+        held
+    }
+
+    /// Areas change as blocks turn and slide under pressure: new points hold no more energy than the
+    /// old ones did. What they do not bear of their gap is an offset.
+    fn cap(&mut self, before: [f64; 2]) {
+        let now = self.held();
+        let part = |k: usize| if now[k] > before[k] { (before[k] / now[k]).sqrt() } else { 1.0 };
+        let [press, shear] = [part(0), part(1)];
+        if press == 1.0 && shear == 1.0 {
+            return;
+        }
+        let soft = self.both.stiffness[1];
+        for Point { memory, .. } in &mut self.points {
+            if memory.gap < 0.0 {
+                let less = (1.0 - press) * memory.gap;
+                memory.gap -= less;
+                memory.dilation += less;
+                memory.lifted = memory.dilation;
+                memory.traction.normal *= press;
+            }
+            // Friction may bear no more than before of what is pressed less.
+            let part = shear.min(press);
+            memory.slip += memory.traction.shear * ((1.0 - part) / soft);
+            memory.traction.shear *= part;
+        }
     }
 }
 
@@ -239,6 +302,22 @@ impl Known {
         let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0 };
         if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
     }
+}
+
+/// Way of a corner of one cell over the plane of any face of the other, for each unit of travel of
+/// the two.
+fn lever(cells: &[Cell; 2]) -> f64 {
+    let size = |cell: &Cell| cell.half.iter().map(Vector3::norm).sum::<f64>();
+    let reach = (cells[1].centre - cells[0].centre).norm() + size(&cells[0]).max(size(&cells[1]));
+    // Half of the least width of a face: as far from its middle it tilts by as much as it moves.
+    let width = |cell: &Cell| {
+        let of = |d: usize| {
+            let (x, y) = (cell.half[(d + 1) % 3], cell.half[(d + 2) % 3]);
+            x.cross(&y).norm() / x.norm().max(y.norm())
+        };
+        of(0).min(of(1)).min(of(2))
+    };
+    1.0 + 1.5 * reach / width(&cells[0]).min(width(&cells[1]))
 }
 
 /// One side of a face contact, seen along the normal.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::fit::Fitting;
 use super::release::{Places, Release};
-use super::{Contacts, Patch, Placing, Skins, act, release};
+use super::{Contacts, Patch, Placed, Placing, Skins, act, release};
 use crate::breaks::{Breaks, Losses};
 use crate::geometry::Geometry;
 use crate::grid;
@@ -23,7 +23,8 @@ const TOGETHER: usize = 256;
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     blocks: [u32; 2],
-    /// Travel of both together before which they need not be looked at `[m]`.
+    /// Travel of both together before which they need not be looked at `[m]`; 0 once they had a patch,
+    /// whose loss no one says here.
     until: f64,
 }
 
@@ -71,9 +72,10 @@ impl Search {
         self.travel.clear();
         self.travel.resize(ground.places.packs.packs.len(), Lanes::ZERO);
         self.margin = MARGIN * median_edge(ground.places.geometry);
-        let margin = self.margin + ground.skins.thickest + super::REACH * self.margin / MARGIN;
-        let boxes: Vec<_> =
-            placing.blocks.par_iter().map(|block| block.bounds(placing.u, margin)).collect();
+        let margin = self.margin + ground.skins.thickest;
+        let bounds =
+            |block: &Placed| block.bounds(placing.u, margin + 0.5 * super::REACH * block.spacing());
+        let boxes: Vec<_> = placing.blocks.par_iter().map(bounds).collect();
         let pairs = grid::meeting(&boxes).into_iter();
         let free =
             pairs.filter(|&[a, b]| !joined(ground.places.geometry, &contacts.joints, [a, b]));
@@ -91,8 +93,7 @@ impl Search {
             if gone < candidate.until || contacts.place(candidate.blocks).is_ok() {
                 return (candidate.until, None);
             }
-            let near = fitting.reach(candidate.blocks) + 2.0 * fitting.skins.thickest;
-            let free = fitting.distance(candidate.blocks) - near;
+            let free = fitting.free(candidate.blocks);
             if free > 0.0 {
                 return (gone + free, None);
             }

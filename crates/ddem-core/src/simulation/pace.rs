@@ -21,7 +21,8 @@ const BROKEN_SAFETY: f64 = 0.8;
 pub const SHORTEST_STEP: f64 = 1e-9;
 
 impl Simulation {
-    /// Critical time step `2/ω_max` `[s]`; computed at the first call. Once pairs have failed it is
+    /// Critical time step `2/ω_max` `[s]`; computed at the first call. Contacts that may come are in
+    /// it, as stiff as they can be. Once pairs have failed it is
     /// the smaller one of the model as it started and with all joints that can fail turned to
     /// springs, which can be a fifth less.
     ///
@@ -58,15 +59,17 @@ impl Simulation {
         let mut breaks = self.model.tangent(broken);
         let stop = || self.stop.load(Ordering::Relaxed);
         let found = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass, &stop);
-        let step = self.with_contacts(found?);
+        let step = self.with_contacts(found?, broken);
         self.critical_steps[usize::from(broken)] = Some(step);
         Ok(step)
     }
 
     /// The critical step when contacts may join the stiffness whose largest eigenvalue is given `[s]`.
-    fn with_contacts(&self, largest: f64) -> f64 {
+    /// One set of blocks whose joints all hold has none.
+    fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
-        let Some(surfaces) = &model.contact else { return 2.0 / largest.sqrt() };
+        let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
+        let Some(surfaces) = surfaces else { return 2.0 / largest.sqrt() };
         let of = (&model.geometry, &model.packs, &model.assembly);
         let [more, rigid] = bound(&surfaces.skins, of);
         2.0 / (largest + more).max(rigid).sqrt() * surfaces.skins.damped_part()

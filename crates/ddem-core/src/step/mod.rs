@@ -130,7 +130,11 @@ fn run_advance<S: Simd>(
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
             balance_pack(simd, context, index, (v, frame, others, Some(poses)), &mut part);
+            let power =
+                |v: &[Lanes], part: &Part<'_>| support_power(context, index, v, part.reactions);
+            let before = power(v, &part);
             rigid::advance(context, index, &mut part, (poses, u, v));
+            part.sums.supports = [before, power(v, &part)];
             *frame = frame_of(poses);
             continue;
         }
@@ -342,7 +346,7 @@ impl<'a> Context<'a> {
             failing: self.failing,
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
-            way: (v, self.motion.time_step),
+            way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
             held: &self.active.held_bodies,
             linear: false,
             energies,

@@ -188,8 +188,10 @@ pub(crate) fn separation(a: &Cell, b: &Cell) -> Separation {
     Separation { distance: best, margin: best - second(&normal), normal, meeting }
 }
 
-/// The best axis across an edge of a and one of b that beats the distance along the best normal of
-/// a face and is not close to it: the distance, the axis from a to b, the directions of the edges.
+/// The best axis across an edge of a and one of b: the distance, the axis from a to b, the directions of
+/// the edges. `None` if it does not beat the distance along the best normal of a face, or is close to
+/// it: then no other axis is better than the face, whose own distance may be that of a corner beside
+/// the other cell.
 #[inline(always)]
 fn crossed(
     [a, b]: [&Faces<'_>; 2],
@@ -216,9 +218,10 @@ fn crossed(
                 let axis = a.half[i].cross(&b.half[j]);
                 let length = axis.norm();
                 let (distance, unit) = (free / length, axis / length);
-                if distance > beat && unit.dot(face).abs() < NEAR_FACE {
+                if distance > beat {
                     beat = distance + equal;
-                    found = Some((distance, towards(unit, apart), [i, j]));
+                    let apart_from_face = unit.dot(face).abs() < NEAR_FACE;
+                    found = apart_from_face.then(|| (distance, towards(unit, apart), [i, j]));
                 }
             }
         }

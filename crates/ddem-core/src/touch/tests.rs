@@ -133,7 +133,8 @@ fn normals(cell: &Cell) -> [Vec3; 3] {
     })
 }
 
-/// The largest distance along the axes that are asked for, and without the rules for edges.
+/// The largest distance along the axes that are asked for, and without the rules for edges. Where the
+/// best axis of all is across edges and close to that of the best face, the face's is asked for.
 fn by_axes(a: &Cell, b: &Cell) -> [f64; 2] {
     let (mut best, mut normal) = (f64::MIN, Vec3::zeros());
     for axis in normals(a).into_iter().chain(normals(b)) {
@@ -142,14 +143,15 @@ fn by_axes(a: &Cell, b: &Cell) -> [f64; 2] {
             (best, normal) = (distance, axis);
         }
     }
-    let mut all = best;
+    let (mut all, mut most, face) = (best, best, best);
     for i in 0..9 {
         let axis = a.half[i / 3].cross(&b.half[i % 3]);
         let sine = axis.norm() / (a.half[i / 3].norm() * b.half[i % 3].norm());
         let distance = by_corners(a, b, &axis);
         all = all.max(distance);
-        if sine > 0.01 && axis.normalize().dot(&normal).abs() < 10_f64.to_radians().cos() {
-            best = best.max(distance);
+        if sine > 0.01 && distance > most {
+            let beside = axis.normalize().dot(&normal).abs() < 10_f64.to_radians().cos();
+            (most, best) = (distance, if beside { distance } else { face });
         }
     }
     [best, all]
