@@ -15,10 +15,12 @@
 //! | `fit` | the pairs of points of a patch |
 //! | `act` | what they exert |
 //! | `bound` | how stiff contacts can make a model |
+//! | `doubts` | contacts that are perhaps not meant |
 //! | `release` | from a joint that has moved to a contact |
 
 mod act;
 mod bound;
+mod doubts;
 mod fit;
 mod place;
 mod release;
