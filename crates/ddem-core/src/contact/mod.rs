@@ -16,10 +16,12 @@
 //! | `heirs` | what old points hand on to new ones |
 //! | `act` | what they exert |
 //! | `bound` | how stiff contacts can make a model |
+//! | `doubts` | contacts that are perhaps not meant |
 //! | `release` | from a joint that has moved to a contact |
 
 mod act;
 mod bound;
+mod doubts;
 mod fit;
 mod heirs;
 mod place;

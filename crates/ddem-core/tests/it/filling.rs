@@ -137,5 +137,5 @@ fn deformable_cubes_fill_a_box() {
 #[ignore = "takes minutes"]
 fn a_thousand_cubes_fill_a_box() {
     dropped(10, 0, 1e9, (4.0, 100));
-    dropped(10, 1, 1e8, (2.0, 100));
+    dropped(10, 1, 1e8, (3.5, 100));
 }
