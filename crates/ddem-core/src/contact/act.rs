@@ -25,7 +25,8 @@ pub(crate) fn act(placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
 }
 
 impl Patch {
-    fn act(&mut self, placing: &Placing<'_>) -> Losses {
+    /// What it exerts at the present positions, and what is lost on the way there.
+    pub(super) fn act(&mut self, placing: &Placing<'_>) -> Losses {
         let axes = self.frame(placing);
         let law = MohrCoulomb {
             tan_friction: self.both.tan_friction,

@@ -12,7 +12,8 @@
 //! | `place` | where blocks are, points fixed to their faces |
 //! | `skins` | stiffness and friction of two faces |
 //! | `search` | which blocks are near each other, and which of these are left to their joints |
-//! | `fit` | the pairs of points of a patch |
+//! | `fit`, `side` | the pairs of points of a patch, on faces and edges |
+//! | `heirs` | what old points hand on to new ones |
 //! | `act` | what they exert |
 //! | `bound` | how stiff contacts can make a model |
 //! | `release` | from a joint that has moved to a contact |
@@ -20,9 +21,11 @@
 mod act;
 mod bound;
 mod fit;
+mod heirs;
 mod place;
 mod release;
 mod search;
+mod side;
 mod skins;
 
 use nalgebra::Matrix3;

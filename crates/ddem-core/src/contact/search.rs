@@ -138,24 +138,20 @@ pub(crate) fn find(
     losses
 }
 
-/// Makes the points of patches anew whose blocks have moved. What their springs held before and
-/// after is booked as friction.
+/// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
+/// are first; what they hold then and the new ones do not is booked as friction.
 fn renew(fitting: &Fitting<'_>, contacts: &mut Contacts) -> Losses {
     let each = |patch: &mut Patch| -> f64 {
         if !fitting.has_moved(patch) {
             return 0.0;
         }
-        let before = patch.energy();
-        match fitting.patch(patch.blocks, Some(patch)) {
-            Some(new) => {
-                *patch = new;
-                before - patch.energy()
-            }
-            None => {
-                patch.limit = 0.0;
-                before
-            }
-        }
+        let mut old = std::mem::take(patch);
+        // The dashpots act once, on the new points.
+        old.both.dashpot = 0.0;
+        let slid = old.act(&fitting.placing).friction;
+        let gone = Patch { blocks: old.blocks, ..Patch::default() };
+        *patch = fitting.patch(old.blocks, Some(&old)).unwrap_or(gone);
+        slid + old.stored - patch.energy()
     };
     let patches = &mut contacts.patches;
     let lost: Vec<f64> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
