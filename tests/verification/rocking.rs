@@ -123,7 +123,13 @@ fn a_deformable_block_rocks() {
         let period = 4.0 * level(&angles(&run, part));
         let what = format!("θ0/α = {part}, {divisions} divisions");
         let exact = 4.0 * quarter(part, inertia(Some(divisions)));
-        check(case, &format!("T, {what}: pendulum of its nodes [s]"), exact, period, Relative(5e-3));
+        check(
+            case,
+            &format!("T, {what}: pendulum of its nodes [s]"),
+            exact,
+            period,
+            Relative(5e-3),
+        );
         if divisions == 6 {
             let slender = 4.0 * housner(part);
             check(case, &format!("T, {what}: Housner [s]"), slender, period, Relative(1e-2));
