@@ -54,7 +54,8 @@ fn a_block_tips_over_an_edge() {
 fn shifted(text: &str, part: f64) -> String {
     let mut at = -1.0;
     let mut text = text.to_owned();
-    let blocks = [("-0.8775", 8.0), ("-0.71416667", 6.0), ("-0.46916667", 4.0), ("0.02083333", 2.0)];
+    let blocks =
+        [("-0.8775", 8.0), ("-0.71416667", 6.0), ("-0.46916667", 4.0), ("0.02083333", 2.0)];
     for (old, inverse) in blocks {
         at += part / inverse;
         text = edited(&text, &format!("origin = [{old},"), &format!("origin = [{at:.8},"));
