@@ -110,6 +110,8 @@ pub(crate) struct Patch {
     pub(crate) couple: Vec3,
     /// Energy in the springs `[J]`.
     pub(crate) stored: f64,
+    /// How far pressed points are in each other `[m]`.
+    pub(crate) depth: f64,
 }
 
 /// All patches, by their blocks, and how far joints have moved.

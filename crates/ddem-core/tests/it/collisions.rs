@@ -72,7 +72,7 @@ fn followed(simulation: &mut Simulation, time: f64, every: usize) -> Kept {
     }
     let (after, _) = momenta(simulation);
     kept.momenta = [0, 1].map(|k| (after[k] - before[k]).norm() / sizes[k]);
-    assert!(kept.momenta[0] < 1e-13 && kept.momenta[1] < 1e-12, "{kept:?}");
+    assert!(kept.momenta[0] < 1e-13 && kept.momenta[1] < 5e-12, "{kept:?}");
     kept
 }
 
@@ -119,6 +119,7 @@ fn energies_balance_in_throws_that_short_steps_resolve() {
 enum End {
     Back,
     TooFast,
+    TooDeep,
     Through,
     Diverged,
 }
@@ -159,6 +160,10 @@ fn at_plate(random: &mut Random, part_of_limit: f64, kinds: [u32; 2], held: bool
                 assert_eq!(step, simulation.steps());
                 return (End::TooFast, deep);
             }
+            Err(RunError::TooDeep { blocks, .. }) => {
+                assert_eq!(blocks, [0, 1]);
+                return (End::TooDeep, deep);
+            }
             Err(RunError::Diverged { .. }) => return (End::Diverged, deep),
             Err(error) => panic!("{error}"),
         }
@@ -185,7 +190,8 @@ fn nothing_passes_through_a_thin_plate() {
             for _ in 0..if part_of_limit > 0.05 { 5 } else { 2 } {
                 let (end, deep) = at_plate(&mut random, part_of_limit, kinds, held);
                 let what = format!("{kinds:?} {held} {part_of_limit}: {end:?}, {deep}");
-                assert!(end == End::Back || (part_of_limit > 0.2 && end == End::TooFast), "{what}");
+                let stopped = end == End::TooFast || end == End::TooDeep;
+                assert!(end == End::Back || (part_of_limit > 0.05 && stopped), "{what}");
             }
         }
     }
