@@ -8,6 +8,7 @@ mod shared;
 
 mod bits;
 mod breaking;
+mod contacts;
 mod decks;
 mod energies;
 mod histories;

@@ -25,7 +25,7 @@ const FIELDS: [(&str, &str, &str); 11] = [
 ];
 
 /// Everything in the result files, as bits.
-fn everything(folder: &Path) -> Vec<(String, Vec<u64>)> {
+pub(crate) fn everything(folder: &Path) -> Vec<(String, Vec<u64>)> {
     let mut all = Vec::new();
     for name in ["probes.csv", "energy.csv"] {
         let text = std::fs::read(folder.join(name)).expect("a table");
@@ -45,7 +45,7 @@ fn steps(folder: &Path) -> Vec<u64> {
     summary.expect("a summary").stages.iter().map(|stage| stage.steps).collect()
 }
 
-fn interrupted(text: &str, stops: &[u64]) -> (Vec<(String, Vec<u64>)>, Vec<u64>) {
+pub(crate) fn interrupted(text: &str, stops: &[u64]) -> (Vec<(String, Vec<u64>)>, Vec<u64>) {
     let folder = tempfile::tempdir().expect("a folder");
     let mut how = How::default();
     for &stop in stops {

@@ -1,5 +1,6 @@
 //! The command as a user runs it.
 
 mod command_line;
+mod contacts;
 mod harness;
 mod runs;

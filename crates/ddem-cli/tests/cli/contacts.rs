@@ -1,0 +1,135 @@
+//! Rigid blocks and contacts on the command line: what is refused, what is warned of, and going on.
+
+use super::harness::*;
+
+/// A rigid block on another, each a set of its own.
+const PAIR: &str = "
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[model]
+gravity = [0, 0, -9.81]
+[[blocks]]
+name = 'below'
+body = 'rigid'
+size = [1, 1, 1]
+material = 'rock'
+[[blocks]]
+name = 'above'
+body = 'rigid'
+origin = [0.3, 0.2, 1.0]
+size = [1, 1, 1]
+material = 'rock'
+[[fix]]
+where = { set = 'below' }
+axes = 'xyz'
+[[initial]]
+where = { set = 'above' }
+velocity = [1, 0, -0.5]
+[[probe]]
+name = 'above'
+where = { set = 'above' }
+every = 1e-3
+[[stage]]
+name = 'slide'
+kind = 'dynamic'
+duration = 0.05
+frames = 5
+damping = 'none'
+";
+
+fn said(change: impl Fn(&str) -> String, arguments: &str) -> Went {
+    let desk = Desk::new();
+    desk.write("pair.toml", &change(PAIR));
+    desk.run(&format!("pair.toml {arguments}"))
+}
+
+#[test]
+fn sets_that_overlap_are_refused_by_name() {
+    for arguments in ["", "--check"] {
+        let change = |text: &str| text.replace("[0.3, 0.2, 1.0]", "[0.3, 0.2, 0.75]");
+        let went = said(change, arguments);
+        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
+        let message =
+            "block [0, 0, 0] of `above` and block [0, 0, 0] of `below` overlap by 2.500e-1 m";
+        assert!(went.stderr.contains(message), "{}", went.stderr);
+        assert!(went.stderr.contains("blocks[1].origin"), "{}", went.stderr);
+    }
+}
+
+#[test]
+fn mistakes_in_contacts_and_of_rigid_blocks_are_refused() {
+    for (from, to, message) in [
+        ("[model]", "[contact]\nfriction = 90\n[model]", "`friction` is 90 but must be"),
+        (
+            "[model]",
+            "[contact]\nnormal_stiffness = 0\n[model]",
+            "`normal_stiffness` is 0 but must be",
+        ),
+        ("[model]", "[contact]\nfriktion = 30\n[model]", "did you mean `friction`"),
+        ("[model]", "[contact]\ndamping = 0.1\nrestitution = 0.5\n[model]", "does not go with"),
+        ("every = 1e-3", "quantity = 'stress'", "rigid"),
+    ] {
+        let went = said(|text| text.replace(from, to), "");
+        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""), "{to}");
+        assert!(went.stderr.contains(message), "{to}: {}", went.stderr);
+    }
+}
+
+#[test]
+fn what_is_doubted_of_contacts_and_rigid_blocks_is_said() {
+    for (from, to, message) in [
+        (
+            "size = [1, 1, 1]",
+            "divisions = 2\nsize = [1, 1, 1]",
+            "warning: set `below`: `divisions` has no effect on rigid blocks",
+        ),
+        (
+            "[model]",
+            "[contact]\nnormal_stiffness = 1e18\n[model]",
+            "warning: `normal_stiffness` in [contact], 1e18 Pa/m, is ",
+        ),
+        (
+            "[model]",
+            "[contact]\nnormal_stiffness = 1e5\n[model]",
+            "warning: contacts of 1.00e5 Pa/m are soft: under its own weight a block of 2400 kg/m³ \
+             sinks 23.5 % of its edge",
+        ),
+    ] {
+        let went = said(|text| text.replacen(from, to, 1), "--check");
+        assert_eq!(went.status, Some(0), "{}", went.stderr);
+        assert!(went.stderr.starts_with(message), "{to}: {}", went.stderr);
+    }
+    let went = said(str::to_owned, "");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    assert!(!went.stderr.contains("warning"), "{}", went.stderr);
+}
+
+/// A block that is thrown too fast stops the run, which names it and keeps its results.
+#[test]
+fn blocks_that_are_too_fast_stop_the_run() {
+    let desk = Desk::new();
+    desk.write("pair.toml", &PAIR.replace("[1, 0, -0.5]", "[3e4, 0, 0]"));
+    let went = desk.run("pair.toml --out a");
+    assert_eq!(went.status, Some(1), "{}", went.stderr);
+    assert!(went.stderr.contains("block 1 went "), "{}", went.stderr);
+    assert!(went.stderr.contains("in step 1, at time "), "{}", went.stderr);
+    assert!(desk.path("a/energy.csv").exists());
+}
+
+#[test]
+#[cfg(unix)]
+fn an_interrupted_slide_goes_on_bit_for_bit() {
+    let desk = Desk::new();
+    desk.write("pair.toml", &PAIR.replace("duration = 0.05", "duration = 3.0"));
+    assert_eq!(desk.run("pair.toml --out whole").status, Some(0));
+    let went = desk.interrupt("pair.toml --out parts", "slide");
+    assert_eq!(went.status, Some(130), "{}", went.stderr);
+    let went = desk.run("pair.toml --out parts --resume --threads 2");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    for name in ["probes.csv", "energy.csv"] {
+        let read = |folder: &str| desk.read(&format!("{folder}/{name}"));
+        assert!(read("whole") == read("parts"), "{name}");
+    }
+}

@@ -1,0 +1,155 @@
+//! Blocks that meet, rigid and deformable, and joints that a contact takes the place of: the same bytes
+//! however a deck is run, and after any interruption; what of its checkpoint cannot be is refused.
+
+use std::path::Path;
+
+use ddem_core::Simd;
+use ddem_io::checkpoint::{self, Checkpoint};
+use ddem_io::run::{Options, run};
+
+use super::resume::{everything, interrupted};
+use super::shared::{How, StopAfter, run_into};
+
+/// Two walls whose joints are weak, one rigid, on a floor; a driven block breaks them and one falls on
+/// the rubble.
+fn rubble() -> String {
+    let wall = |name: &str, y: f64, body: &str| {
+        format!(
+            "[[blocks]]\nname = '{name}'\nbody = '{body}'\norigin = [0, {y}, 0]\nsize = [1.5, 0.8, 1]\n\
+             count = [3, 1, 2]\ndivisions = 2\nmaterial = 'soft'\njoint = '{name}'\n"
+        )
+    };
+    let block = |name: &str, origin: &str, axes: &str| {
+        format!(
+            "[[blocks]]\nname = '{name}'\norigin = {origin}\naxes = {axes}\nsize = [0.5, 0.6, 0.4]\n\
+             divisions = 2\nmaterial = 'soft'\n"
+        )
+    };
+    let walls = [wall("spring", 0.0, "rigid"), wall("seam", 1.0, "deformable")].concat();
+    let straight = "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]";
+    let turned = "[[0.8, 0.6, 0], [-0.36, 0.48, 0.8], [0.48, -0.64, 0.6]]";
+    let rams = [
+        block("ram", "[-0.6, 0.1, 0.5]", straight)
+            .replace("[[blocks]]", "[[blocks]]\nbody = 'rigid'"),
+        block("soft ram", "[-0.6, 1.1, 0.5]", straight),
+        block("falls", "[0.8, 0.8, 1.4]", turned),
+    ];
+    let strength = "cohesion = 1e4\ntension = 5e3\nfriction = 30\nresidual_friction = 20\n";
+    format!(
+        "[materials.soft]\ndensity = 2400\nyoung = 1e8\npoisson = 0.25\n\
+         [joints.spring]\nnormal_stiffness = 2e8\nshear_stiffness = 1e8\n{strength}\
+         [joints.seam]\nthickness = 0.01\nmaterial = 'soft'\n{strength}\
+         [model]\ngravity = [0, 0, -9.81]\n[contact]\ndamping = 0.1\n{walls}{}\
+         [[blocks]]\nname = 'floor'\nbody = 'rigid'\norigin = [-2, -1, -0.5]\nsize = [6, 4, 0.5]\n\
+         material = 'soft'\n\
+         [[fix]]\nwhere = {{ set = 'floor' }}\naxes = 'xyz'\n\
+         [[fix]]\nwhere = {{ set = 'ram' }}\naxes = 'xyz'\nvelocity = [4, 0, 0]\n\
+         [[initial]]\nwhere = {{ set = 'soft ram' }}\nvelocity = [12, 0, 0]\n\
+         [[stage]]\nname = 'hit'\nkind = 'dynamic'\nduration = 0.12\nframes = 5\n\
+         damping = {{ ratio = 0.01 }}\n\
+         [[stage]]\nname = 'rest'\nkind = 'dynamic'\nduration = 0.1\nframes = 3\n\
+         damping = {{ local = 0.5 }}\n\
+         [[probe]]\nname = 'falls'\nwhere = {{ set = 'falls' }}\nevery = 1e-3\n\
+         [[probe]]\nname = 'floor'\nquantity = 'reaction'\nwhere = {{ set = 'floor' }}\nevery = 1e-3\n",
+        rams.concat()
+    )
+}
+
+fn files(how: How) -> Vec<(String, Vec<u64>)> {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert!(run_into(&rubble(), folder.path(), how));
+    everything(folder.path())
+}
+
+fn compare(expected: &[(String, Vec<u64>)], found: &[(String, Vec<u64>)], how: &str) {
+    for ((what, expected), (_, found)) in expected.iter().zip(found) {
+        assert!(expected == found, "{what} differs, {how}");
+    }
+}
+
+#[test]
+fn rubble_has_the_same_bytes_however_it_is_run() {
+    let expected = files(How::default());
+    for threads in [2, 3] {
+        compare(
+            &expected,
+            &files(How { threads, ..How::default() }),
+            &format!("{threads} threads"),
+        );
+    }
+    for (name, simd) in Simd::available() {
+        compare(&expected, &files(How { simd, ..How::default() }), name);
+    }
+}
+
+#[test]
+fn interrupted_while_blocks_meet() {
+    let (expected, steps) = interrupted(&rubble(), &[]);
+    let [hit, rest] = [steps[0], steps[1]];
+    println!("steps of the stages: {steps:?}");
+    let stops: [&[u64]; 9] = [
+        &[0],
+        &[1],
+        &[2, 1, 0, 1],
+        &[hit / 7, hit / 5, hit / 3],
+        &[hit / 2, 1, 1],
+        &[hit - 1, 1],
+        &[hit],
+        &[hit + 1, 1],
+        &[hit + rest / 2, rest / 3],
+    ];
+    for stops in stops {
+        let (found, steps_found) = interrupted(&rubble(), stops);
+        assert_eq!(steps_found, steps, "stopped after {stops:?}");
+        compare(&expected, &found, &format!("after stops at {stops:?}"));
+    }
+}
+
+/// Goes on from a checkpoint one of whose arrays was changed; what is said.
+fn resumed(folder: &Path, name: &str, numbers: Vec<f64>) -> String {
+    let path = folder.join("checkpoint.h5");
+    let whole = Checkpoint::load(&path).expect("a checkpoint");
+    let mut arrays = whole.arrays.clone();
+    arrays.insert(name.to_owned(), numbers);
+    let save = |arrays: &std::collections::BTreeMap<String, Vec<f64>>| {
+        let arrays: Vec<_> = arrays.iter().map(|(name, x)| (name.as_str(), x.as_slice())).collect();
+        let counters: Vec<_> = whole.counters.iter().map(|(name, x)| (name.as_str(), *x)).collect();
+        let texts: Vec<_> = whole.texts.iter().map(|(name, x)| (&name[..], &x[..])).collect();
+        checkpoint::save(&path, &whole.deck, &arrays, &counters, &texts).expect("a file");
+    };
+    save(&arrays);
+    let (deck, source) = ddem_io::deck::parse(&rubble(), "test.toml").expect("a deck");
+    let options = Options { resume: true, ..Options::new(folder) };
+    let outcome = run(&deck, &source, &options, &mut StopAfter(5));
+    save(&whole.arrays);
+    outcome.err().map_or_else(String::new, |error| error.to_string())
+}
+
+#[test]
+fn a_checkpoint_with_numbers_that_cannot_be_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let how = How { stop_after: Some(800), ..How::default() };
+    assert!(!run_into(&rubble(), folder.path(), how));
+    let arrays = Checkpoint::load(folder.path().join("checkpoint.h5")).expect("a file").arrays;
+    for name in ["contact_joints", "contact_patches", "contact_points", "poses"] {
+        let numbers = &arrays[name];
+        let changed = |at: usize, value: f64| {
+            let mut changed = numbers.clone();
+            changed[at] = value;
+            changed
+        };
+        let last = numbers.len() - 1;
+        for wrong in [
+            Vec::new(),
+            numbers[..last].to_vec(),
+            [&numbers[..], &numbers[..1]].concat(),
+            changed(0, f64::NAN),
+            changed(last, f64::INFINITY),
+            changed(1, f64::NAN),
+        ] {
+            let said = resumed(folder.path(), name, wrong);
+            assert!(said.contains("checkpoint"), "{name}: {said:?}");
+        }
+    }
+    assert!(run_into(&rubble(), folder.path(), How { resume: true, ..How::default() }));
+}
