@@ -236,7 +236,7 @@ impl Simulation {
     pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
         self.measured = None;
         self.evaluate_forces();
-        self.scratch.collect(&self.model, false);
+        self.scratch.collect(&self.model, &self.state.poses, false);
         let forces = self.model.plain(&self.scratch.f);
         forces.into_iter().map(|f| f.map(|x| -x)).collect()
     }

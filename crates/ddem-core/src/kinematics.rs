@@ -53,6 +53,19 @@ pub(crate) fn joint_displacements<S: Simd>(
     Some(rotation)
 }
 
+/// Rotations of the two bodies of a face joint.
+#[inline(always)]
+pub(crate) fn rotations<S: Simd>(
+    simd: S,
+    moved: Moved<'_>,
+    (index, offset): (usize, usize),
+) -> Option<[Matrix<S>; 2]> {
+    let frames = moved.frames?;
+    let other = Source::new(moved.packs, &moved.packs.packs[index], index, offset);
+    let [x, y, z] = &other.rotation(frames, index);
+    Some([frames[index].matrix(simd), [load(simd, x), load(simd, y), load(simd, z)]])
+}
+
 /// Turns displacements of a lattice into those seen from a turned frame, up to a constant:
 /// `ũ = Rᵀ(u − ū) + (Rᵀ − 1) X`.
 #[inline(always)]

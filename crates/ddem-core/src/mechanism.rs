@@ -1,5 +1,7 @@
 //! Rigid-body motions that the supports of a relax stage leave free.
 
+use std::collections::HashSet;
+
 use nalgebra::{Matrix6, Vector6};
 
 use crate::conditions::{Active, Applied, Conditions};
@@ -35,7 +37,7 @@ pub(crate) fn free_motion(
     active: &Active,
     (stage, whose): (usize, &str),
 ) -> Option<Fault> {
-    let groups = groups(geometry);
+    let groups = groups(geometry, deck.finds_contacts());
     let n_groups = groups.iter().max().map_or(0, |g| g + 1);
     let extents = extents(geometry, &groups, n_groups);
     let mut grams = vec![Matrix6::<f64>::zeros(); n_groups];
@@ -74,8 +76,9 @@ pub(crate) fn free_motion(
     )
 }
 
-/// Group of each block: blocks joined by face joints are in one.
-fn groups(geometry: &Geometry) -> Vec<usize> {
+/// Group of each block: blocks joined by face joints are in one, and where contacts are found those of
+/// sets that touch.
+fn groups(geometry: &Geometry, contacts: bool) -> Vec<usize> {
     let n = geometry.bodies.len();
     let mut groups = vec![usize::MAX; n];
     let mut count = 0;
@@ -99,7 +102,44 @@ fn groups(geometry: &Geometry) -> Vec<usize> {
         }
         count += 1;
     }
+    if contacts {
+        unite(geometry, &mut groups);
+    }
     groups
+}
+
+/// Makes one group of those of sets that touch, and numbers them anew.
+fn unite(geometry: &Geometry, groups: &mut [usize]) {
+    let n_sets = geometry.lattices.len();
+    // Sets and groups in one forest: a group hangs with the sets that it has blocks of.
+    let n_groups = groups.iter().max().map_or(0, |g| g + 1);
+    let mut parents: Vec<usize> = (0..n_sets + n_groups).collect();
+    fn root(parents: &[usize], mut at: usize) -> usize {
+        while parents[at] != at {
+            at = parents[at];
+        }
+        at
+    }
+    let mut join = |a: usize, b: usize| {
+        let (a, b) = (root(&parents, a), root(&parents, b));
+        parents[a.max(b)] = a.min(b);
+    };
+    let touching = geometry.touching();
+    touching.iter().for_each(|&(i, j)| join(i, j));
+    let touches: HashSet<usize> = touching.into_iter().flat_map(|(i, j)| [i, j]).collect();
+    for (body, &group) in geometry.bodies.iter().zip(&*groups) {
+        if touches.contains(&(body.set as usize)) {
+            join(body.set as usize, n_sets + group);
+        }
+    }
+    let mut names: Vec<usize> = Vec::new();
+    for group in groups.iter_mut() {
+        let root = root(&parents, n_sets + *group);
+        *group = names.iter().position(|&name| name == root).unwrap_or_else(|| {
+            names.push(root);
+            names.len() - 1
+        });
+    }
 }
 
 /// Centre and half size of each group: turns are measured against it.

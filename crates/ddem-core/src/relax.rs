@@ -106,7 +106,9 @@ impl Simulation {
                 largest_clustered(&self.model, clusters, &mut breaks, &mut self.scratch, stop)?;
             largest = largest.max(found);
         }
-        clusters.scale(LARGEST / largest);
+        // Contacts are at most as stiff as what they have put into the masses, and add to the rest.
+        let contacts = if self.model.open_surfaces().is_some() { 1.0 } else { 0.0 };
+        clusters.scale(LARGEST / (largest + contacts));
         Ok(())
     }
 

@@ -8,6 +8,7 @@ use crate::breaks::{Breaks, Losses, PackBreaks};
 use crate::conditions::Active;
 use crate::contact::{Contacts, Search};
 use crate::element::corotation::Frame;
+use crate::force::rigid::Member;
 use crate::force::shares::{collect, spread_torque};
 use crate::frames::{fit_pack, frame_of};
 use crate::lanes::{LANES, Lanes, load};
@@ -115,13 +116,20 @@ impl Scratch {
     }
 
     /// Adds what the joints at the lower sides of each pack do to the forces of the pack.
-    pub(crate) fn collect(&mut self, model: &Model, linear: bool) {
+    pub(crate) fn collect(&mut self, model: &Model, poses: &[[Pose; LANES]], linear: bool) {
         let packs = &model.packs;
         for index in 0..packs.packs.len() {
             let f = &mut self.f[node_start(packs, index)..node_start(packs, index + 1)];
             let (shares, torque) = (&self.shares, &mut self.torques[index]);
             dispatch!(self.level, simd => collect(simd, packs, index, shares, f, torque));
-            if model.corotational() && !linear {
+            let pack = &packs.packs[index];
+            if pack.rigid && !linear {
+                for lane in 0..pack.filled {
+                    let matter = &model.assembly.rigid[pack.rigid_start][lane];
+                    let pose = &poses[pack.rigid_start][lane];
+                    Member { matter, pose, lane }.add_torque(torque, f);
+                }
+            } else if model.corotational() && !linear {
                 let (at, frame) = ((packs, &model.assembly), &self.frames[index]);
                 dispatch!(self.level, simd => {
                     spread_torque(simd, at, index, frame, load(simd, torque), f)

@@ -43,6 +43,8 @@ pub(crate) struct Broken {
     pub(crate) points: Vec<[Point; LANES]>,
     /// When they failed `[s]`; of no meaning while bonded.
     pub(crate) times: Vec<[f64; LANES]>,
+    /// Lanes whose joint was released: a contact has taken the place of its springs.
+    released: [bool; LANES],
     /// Whether any pair of a joint that can fail may still be bonded.
     bonded: bool,
     /// Pairs and lanes that failed since the strips were last looked at.
@@ -90,8 +92,8 @@ impl Clone for Broken {
     }
 
     fn clone_from(&mut self, source: &Self) {
-        let Self { alive, any_alive, points, times, bonded, fresh } = source;
-        (self.any_alive, self.bonded) = (*any_alive, *bonded);
+        let Self { alive, any_alive, points, times, released, bonded, fresh } = source;
+        (self.any_alive, self.released, self.bonded) = (*any_alive, *released, *bonded);
         self.alive.clone_from(alive);
         self.points.clone_from(points);
         self.times.clone_from(times);
@@ -185,6 +187,7 @@ impl Broken {
             any_alive: is_there,
             points: vec![[Point::default(); LANES]; pairs],
             times: vec![[0.0; LANES]; pairs],
+            released: [false; LANES],
             bonded: true,
             fresh: Vec::new(),
         }
@@ -195,10 +198,18 @@ impl Broken {
         self.any_alive || !self.points.is_empty()
     }
 
+    /// Takes the springs of a lane's joint out, for good.
+    pub(crate) fn let_go(&mut self, lane: usize) {
+        self.released[lane] = true;
+        self.points.iter_mut().for_each(|points| points[lane].quarters = 0);
+    }
+
     /// Counts which pairs are springs, and by how much, from the elements that are left.
     pub(crate) fn count(&mut self, places: &[PairPlace], seam: &Seam) {
+        let released = self.released;
+        let acts = |lane: &usize| seam.joints[*lane] != NO_JOINT && !released[*lane];
         for (points, place) in self.points.iter_mut().zip(places) {
-            for lane in (0..LANES).filter(|&lane| seam.joints[lane] != NO_JOINT) {
+            for lane in (0..LANES).filter(acts) {
                 let gone = place.elements().filter(|&e| self.alive[e].0[lane] == 0.0);
                 points[lane].quarters = gone.count() as u8;
             }

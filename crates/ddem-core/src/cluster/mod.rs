@@ -14,11 +14,13 @@ use fearless_simd_macros::simd;
 use nalgebra::SMatrix;
 
 use crate::assembly::{Element, NO_TABLE};
+use crate::contact::{Surfaces, faces, outer};
 use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
 use crate::pack::Neighbours;
 use crate::state::Memory;
+use crate::touch::FaceOf;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
 #[derive(Clone, Copy, Debug)]
@@ -242,7 +244,33 @@ fn node_coupling(
         }
     }
     spring_coupling(model, body, at, &mut sum);
+    if let Some(surfaces) = model.open_surfaces() {
+        contact_diagonal(model, surfaces, (body, at), &mut sum[0]);
+    }
     sum
+}
+
+/// Adds contacts on the faces without a joint: they may come.
+fn contact_diagonal(
+    model: &Model,
+    surfaces: &Surfaces,
+    (body, at): (usize, [usize; 3]),
+    sum: &mut [f64; 3],
+) {
+    let placed = &surfaces.blocks[body];
+    let lattice = model.geometry.lattice(body);
+    let n = placed.divisions;
+    let on = |face: &FaceOf| at[face.direction] == if face.upper { n } else { 0 };
+    for face in faces().filter(on) {
+        let d = face.direction;
+        let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
+        let area = placed.element_area(face) / 4.0 * f64::from(1u32 << inner);
+        let [stiff, shear] = outer(&surfaces.skins, body, face);
+        let normal = lattice.normal(d);
+        for c in 0..3 {
+            sum[c] += area * (shear + (stiff - shear) * normal[c] * normal[c]);
+        }
+    }
 }
 
 /// Adds the springs of joints that are springs from the start.

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
 
+use crate::contact::{Skins, faces, outer};
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
@@ -58,7 +59,32 @@ fn stiffness(model: &Model, body: usize, size: f64) -> Matrix6<f64> {
             add_point(&mut sum, &k, &turn);
         }
     }
+    if let Some(surfaces) = model.open_surfaces() {
+        add_contacts(&mut sum, &surfaces.skins, body, (&half, size));
+    }
     sum
+}
+
+/// Adds contacts at the corners of all faces without a joint: they may come.
+fn add_contacts(
+    sum: &mut Matrix6<f64>,
+    skins: &Skins,
+    body: usize,
+    (half, size): (&[Vec3; 3], f64),
+) {
+    for face in faces() {
+        let d = face.direction;
+        let (e, f) = (half[(d + 1) % 3], half[(d + 2) % 3]);
+        let area = e.cross(&f);
+        let normal = area.try_normalize(0.0).unwrap_or_default();
+        let [stiff, shear] = outer(skins, body, face);
+        let across = normal * normal.transpose();
+        let k = (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm();
+        let side = half[d] * if face.upper { 1.0 } else { -1.0 };
+        for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            add_point(sum, &k, &((side + e * i + f * j).cross_matrix() / -size));
+        }
+    }
 }
 
 /// Adds the energy of a spring at a point that moves with `v + turn ω`.

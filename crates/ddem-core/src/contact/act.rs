@@ -25,7 +25,8 @@ pub(crate) fn act(placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
 }
 
 impl Patch {
-    fn act(&mut self, placing: &Placing<'_>) -> Losses {
+    /// What it exerts at the present positions, and what is lost on the way there.
+    pub(super) fn act(&mut self, placing: &Placing<'_>) -> Losses {
         let axes = self.frame(placing);
         let law = MohrCoulomb {
             tan_friction: self.both.tan_friction,
@@ -45,7 +46,8 @@ impl Patch {
             let slip = point.memory.slip;
             let loss = law.respond(stiffness, opening, &mut point.memory);
             losses.friction += point.area * loss.friction;
-            point.ease((point.memory.slip - slip).norm(), opening.normal, self.spacing);
+            let slipped = (point.memory.slip - slip).norm();
+            point.ease((slipped, loss.friction), opening.normal, self.spacing);
             let mut traction = point.memory.traction;
             if self.both.dashpot > 0.0 {
                 losses.damping += point.area
@@ -55,7 +57,7 @@ impl Patch {
             self.stored += point.area * stored(stiffness, &point.memory);
             let force = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
             point.force = axes * force * point.area;
-            self.couple += apart.cross(&point.force) * 0.5;
+            self.couple += apart.cross(&point.force);
         }
         losses
     }
@@ -63,17 +65,23 @@ impl Patch {
 
 impl Point {
     /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
-    /// slide over each other and while they part.
-    fn ease(&mut self, slipped: f64, gap: f64, spacing: f64) {
+    /// part, and while they slide over each other as far as friction pays for it.
+    fn ease(&mut self, (slipped, friction): (f64, f64), gap: f64, spacing: f64) {
         let offset = &mut self.memory.dilation;
         if *offset == 0.0 {
             return;
         }
         if self.memory.gap > 0.0 {
             *offset = if *offset < 0.0 { offset.max(gap.min(0.0)) } else { 0.0 };
-        } else {
-            // Over half an element.
-            *offset *= (1.0 - slipped / (0.5 * spacing)).max(0.0);
+            return;
+        }
+        // Over half an element.
+        let back = *offset * (slipped / (0.5 * spacing)).min(1.0);
+        let pressure = -self.memory.traction.normal;
+        if -back * pressure <= friction {
+            *offset -= back;
+        } else if friction > 0.0 {
+            *offset += friction / pressure;
         }
     }
 

@@ -34,7 +34,14 @@ pub(crate) fn bound(
     most
 }
 
-fn faces() -> impl Iterator<Item = FaceOf> {
+/// Stiffness of contacts on a face of a block for each unit of area, where no joint is, twice for the
+/// other block `[Pa/m]`: along the normal and across.
+pub(crate) fn outer(skins: &Skins, body: usize, face: FaceOf) -> [f64; 2] {
+    let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
+    [2.0 * normal, 2.0 * shear]
+}
+
+pub(crate) fn faces() -> impl Iterator<Item = FaceOf> {
     (0..6).map(|face| FaceOf { direction: face / 2, upper: face % 2 == 1 })
 }
 

@@ -14,8 +14,6 @@ use crate::touch::{self, Cell, EdgeOf, FaceOf, Meeting, Separation};
 
 /// Part of the area of an element's face below which a point of it is nothing.
 const NOTHING: f64 = 1e-9;
-/// Cosine of the angle between normals above which they are the same axis.
-const ALONG: f64 = 0.999;
 /// Part of the reach that a patch is valid at least.
 const SHORTEST: f64 = 0.01;
 
@@ -39,12 +37,34 @@ impl Fitting<'_> {
         self.placing.blocks[block as usize].cell(self.placing.u)
     }
 
-    /// Bare distance of two blocks `[m]`, as a separating axis has it.
-    pub(crate) fn distance(&self, [a, b]: [u32; 2]) -> f64 {
-        touch::separation(&self.cell(a), &self.cell(b)).distance
+    /// Travel of two blocks, together, that cannot bring them within reach `[m]`; 0 where they are
+    /// to have a patch. What is found is the same whenever it is looked for: the gap of their boxes
+    /// changes no faster than they travel, and the height of one over a face of the other, which
+    /// tilts, no faster than by a lever.
+    pub(crate) fn free(&self, blocks: [u32; 2]) -> f64 {
+        let near = self.reach(blocks) + 2.0 * self.skins.thickest;
+        let [a, b] =
+            blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
+        let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
+        let apart = gap.fold(f64::NEG_INFINITY, f64::max) - near;
+        if apart > 0.0 {
+            return apart;
+        }
+        let cells = blocks.map(|block| self.cell(block));
+        let separation = touch::separation(&cells[0], &cells[1]);
+        if separation.distance <= near {
+            return 0.0;
+        }
+        // Where crossed edges keep them apart, the best face does so for some time, or not at all.
+        let height = match separation.meeting {
+            Meeting::Face { .. } => separation.distance,
+            Meeting::Edges(_) => separation.distance - separation.margin,
+        };
+        let height = (height - near).max(0.0) / lever(&cells);
+        height.max(f64::MIN_POSITIVE)
     }
 
-    /// The patch of two blocks; `None` when they are far apart. `old` is what they had.
+    /// The patch of two blocks; `None` when they are far apart. `old` is what they had, as it is now.
     pub(crate) fn patch(&self, blocks: [u32; 2], old: Option<&Patch>) -> Option<Patch> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = touch::separation(&cells[0], &cells[1]);
@@ -67,12 +87,6 @@ impl Fitting<'_> {
             Meeting::Edges(edges) => self.edges(&mut patch, edges),
         }
         self.remember(&mut patch, &frame, old);
-        if let Some(old) = old.filter(|old| {
-            frame[0].dot(&old.frame(&self.placing).column(0)) < ALONG
-                || crosses(&patch) != crosses(old)
-        }) {
-            calm(&mut patch, old.energy());
-        }
         Some(patch)
     }
 
@@ -176,14 +190,15 @@ impl Fitting<'_> {
     fn remember(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&Patch>) {
         let [a, b] = patch.blocks.map(|block| block as usize);
         let known = old.map(|old| Known::new(&self.placing, old));
+        let last = if old.is_some() { 0.0 } else { 1.0 };
         let [normal_stiffness, shear_stiffness] = patch.both.stiffness;
         for point in &mut patch.points {
             let ([x, way_a], [y, way_b]) =
                 (self.placing.spot(a, &point.spots[0]), self.placing.spot(b, &point.spots[1]));
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
             let ([gap, sx, sy], [opened, wx, wy]) = (own(y - x), own(way_b - way_a));
-            // As it would have been a step ago: the last way is part of what comes.
-            let before = gap - patch.both.skin - opened;
+            // What is new begins as it would have been a step ago: the last way is part of what comes.
+            let before = gap - patch.both.skin - opened * last;
             let (offset, shear, drag) = match known.as_ref().and_then(|known| known.nearest(x)) {
                 Some(point) => (point.offset, own(point.shear), point.drag),
                 // Blocks that overlap when they meet do not spring apart.
@@ -197,38 +212,53 @@ impl Fitting<'_> {
             if size > limit {
                 shear *= limit / size;
             }
-            let slip = Vector2::new(sx - wx, sy - wy) - shear / shear_stiffness;
+            let slip = Vector2::new(sx - wx * last, sy - wy * last) - shear / shear_stiffness;
             let traction = Traction { normal, shear };
             point.drag = drag;
             point.memory =
                 Memory { slip, dilation: offset, lifted: offset, damage: 1.0, gap, traction };
         }
-    }
-}
-
-/// Whether a patch is of two edges that cross: of faces there are at least three points.
-fn crosses(patch: &Patch) -> bool {
-    patch.points.len() == 1
-}
-
-/// Takes from the springs of a patch what is beyond an energy: of blocks whose patch is on another axis
-/// than before, or of edges and no longer of faces, the overlap and the area are other ones.
-fn calm(patch: &mut Patch, energy: f64) {
-    let now = patch.energy();
-    if now <= energy {
-        return;
-    }
-    let part = (energy / now).max(0.0).sqrt();
-    let shear_stiffness = patch.both.stiffness[1];
-    for Point { memory, .. } in &mut patch.points {
-        if memory.traction.normal < 0.0 {
-            let offset = memory.dilation + (1.0 - part) * memory.gap;
-            (memory.dilation, memory.lifted) = (offset, offset);
-            memory.gap *= part;
+        if let Some(old) = old {
+            patch.cap(old.held());
         }
-        let shear = part * memory.traction.shear;
-        memory.slip += (memory.traction.shear - shear) / shear_stiffness;
-        memory.traction = Traction { normal: part * memory.traction.normal, shear };
+    }
+}
+
+impl Patch {
+    /// Energies in the springs, along the normal and in the plane `[J]`.
+    fn held(&self) -> [f64; 2] {
+        let mut held = [0.0; 2];
+        for Point { area, memory, .. } in &self.points {
+            let Traction { normal, shear } = memory.traction;
+            held[0] += 0.5 * area * normal * memory.gap;
+            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
+        }
+        held
+    }
+
+    /// Areas change as blocks turn and slide under pressure: new points hold no more energy than the
+    /// old ones did. What they do not bear of their gap is an offset.
+    fn cap(&mut self, before: [f64; 2]) {
+        let now = self.held();
+        let part = |k: usize| if now[k] > before[k] { (before[k] / now[k]).sqrt() } else { 1.0 };
+        let [press, shear] = [part(0), part(1)];
+        if press == 1.0 && shear == 1.0 {
+            return;
+        }
+        let soft = self.both.stiffness[1];
+        for Point { memory, .. } in &mut self.points {
+            if memory.gap < 0.0 {
+                let less = (1.0 - press) * memory.gap;
+                memory.gap -= less;
+                memory.dilation += less;
+                memory.lifted = memory.dilation;
+                memory.traction.normal *= press;
+            }
+            // Friction may bear no more than before of what is pressed less.
+            let part = shear.min(press);
+            memory.slip += memory.traction.shear * ((1.0 - part) / soft);
+            memory.traction.shear *= part;
+        }
     }
 }
 
@@ -273,6 +303,22 @@ impl Known {
         let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0 };
         if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
     }
+}
+
+/// Way of a corner of one cell over the plane of any face of the other, for each unit of travel of
+/// the two.
+fn lever(cells: &[Cell; 2]) -> f64 {
+    let size = |cell: &Cell| cell.half.iter().map(Vector3::norm).sum::<f64>();
+    let reach = (cells[1].centre - cells[0].centre).norm() + size(&cells[0]).max(size(&cells[1]));
+    // Half of the least width of a face: as far from its middle it tilts by as much as it moves.
+    let width = |cell: &Cell| {
+        let of = |d: usize| {
+            let (x, y) = (cell.half[(d + 1) % 3], cell.half[(d + 2) % 3]);
+            x.cross(&y).norm() / x.norm().max(y.norm())
+        };
+        of(0).min(of(1)).min(of(2))
+    };
+    1.0 + 1.5 * reach / width(&cells[0]).min(width(&cells[1]))
 }
 
 /// One side of a face contact, seen along the normal.

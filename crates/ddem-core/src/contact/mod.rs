@@ -33,7 +33,7 @@ use crate::law::response::stored;
 use crate::law::{Memory, Stiffness};
 use crate::pack::Packs;
 
-pub(crate) use bound::bound;
+pub(crate) use bound::{bound, faces, outer};
 pub(crate) use place::{Placed, Placing, Spot};
 pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Search, find};
@@ -100,7 +100,8 @@ pub(crate) struct Patch {
     pub(crate) spacing: f64,
     pub(crate) both: Both,
     pub(crate) points: Vec<Point>,
-    /// Couple on each block that balances the forces of two points at a distance `[N m]`.
+    /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
+    /// a distance, and does the work of turning them `[N m]`.
     pub(crate) couple: Vec3,
     /// Energy in the springs `[J]`.
     pub(crate) stored: f64,

@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Contacts, Patch, Placing};
 use crate::breaks::{Breaks, Broken, Point};
 use crate::geometry::{Geometry, Vec3};
+use crate::law::Laws;
 use crate::law::response::stored;
 use crate::pack::{Pack, Packs};
 use crate::seams::{NO_JOINT, Seam, Seams};
@@ -43,7 +44,7 @@ pub(crate) struct Places<'a> {
 
 impl Contacts {
     /// Looks how far the joints have moved. Returns whether any has come further.
-    pub(crate) fn look(&mut self, at: Places<'_>, breaks: &Breaks) -> bool {
+    pub(crate) fn look(&mut self, at: Places<'_>, laws: &Laws, breaks: &Breaks) -> bool {
         let mut further = false;
         for (index, pack) in at.packs.packs.iter().enumerate() {
             if breaks.packs[index].is_none() {
@@ -55,7 +56,9 @@ impl Contacts {
                 if *known >= Release::Due {
                     continue;
                 }
-                let found = broken.release(seam, (d, lane), at.packs.shape_of(pack).divisions);
+                let law = laws[usize::from(seam.joints[lane])].as_ref();
+                let bonds = law.is_none_or(|law| law.bonds());
+                let found = broken.release(seam, (d, lane), (pack.rigid, bonds));
                 further |= found > *known;
                 *known = found.max(*known);
             }
@@ -76,21 +79,29 @@ fn joint<'a>(
 }
 
 impl Broken {
-    fn release(&self, seam: &Seam, (d, lane): (usize, usize), divisions: usize) -> Release {
+    fn release(
+        &self,
+        seam: &Seam,
+        (d, lane): (usize, usize),
+        (rigid, bonds): (bool, bool),
+    ) -> Release {
         let edge = |e: usize| Vec3::from([0, 1, 2].map(|c| seam.edges[e % 3][c].0[lane])).norm();
         // Rigid blocks have their pairs at the quarters of an edge.
-        let part = if divisions == 1 { 0.5 } else { 1.0 };
+        let part = if rigid { 0.5 } else { 1.0 };
         let spacing = part * edge(d + 1).min(edge(d + 2));
+        // They are not at the corners on which a block turns, so that the contact comes at once.
+        let open = if rigid { 0.0 } else { LOOSE * spacing };
         let (mut slid, mut opened, mut bonded) = (0.0_f64, 0.0_f64, false);
         for point in self.points.iter().map(|points| &points[lane]) {
+            // Without any strength a pair that has not failed is no better than one that has.
             if point.mode.is_none() {
-                bonded = true;
+                bonded |= bonds;
                 continue;
             }
             slid = slid.max(point.memory.slip.norm());
             opened = opened.max(point.memory.gap);
         }
-        if !bonded && (slid > SLID * spacing || opened > LOOSE * spacing) {
+        if !bonded && (slid > SLID * spacing || opened > open) {
             Release::Due
         } else if slid.max(opened) > LOOSE * spacing {
             Release::Loose
@@ -171,9 +182,9 @@ fn let_go(
         force += pull;
         moment += (placing.pair(body, d, p, n) - about).cross(&pull);
         energy += area * stored(seam.stiffness(lane), memory);
-        *quarters = 0;
         memory.traction = crate::law::Traction::default();
     }
+    broken.let_go(lane);
     Some(Load { energy, force, moment, about })
 }
 

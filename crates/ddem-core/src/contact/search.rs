@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::fit::Fitting;
 use super::release::{Places, Release};
-use super::{Contacts, Patch, Placing, Skins, act, release};
+use super::{Contacts, Patch, Placed, Placing, Skins, act, release};
 use crate::breaks::{Breaks, Losses};
 use crate::geometry::Geometry;
 use crate::grid;
@@ -23,7 +23,8 @@ const TOGETHER: usize = 256;
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     blocks: [u32; 2],
-    /// Travel of both together before which they need not be looked at `[m]`.
+    /// Travel of both together before which they need not be looked at `[m]`; 0 once they had a patch,
+    /// whose loss no one says here.
     until: f64,
 }
 
@@ -71,9 +72,10 @@ impl Search {
         self.travel.clear();
         self.travel.resize(ground.places.packs.packs.len(), Lanes::ZERO);
         self.margin = MARGIN * median_edge(ground.places.geometry);
-        let margin = self.margin + ground.skins.thickest + super::REACH * self.margin / MARGIN;
-        let boxes: Vec<_> =
-            placing.blocks.par_iter().map(|block| block.bounds(placing.u, margin)).collect();
+        let margin = self.margin + ground.skins.thickest;
+        let bounds =
+            |block: &Placed| block.bounds(placing.u, margin + 0.5 * super::REACH * block.spacing());
+        let boxes: Vec<_> = placing.blocks.par_iter().map(bounds).collect();
         let pairs = grid::meeting(&boxes).into_iter();
         let free =
             pairs.filter(|&[a, b]| !joined(ground.places.geometry, &contacts.joints, [a, b]));
@@ -91,8 +93,7 @@ impl Search {
             if gone < candidate.until || contacts.place(candidate.blocks).is_ok() {
                 return (candidate.until, None);
             }
-            let near = fitting.reach(candidate.blocks) + 2.0 * fitting.skins.thickest;
-            let free = fitting.distance(candidate.blocks) - near;
+            let free = fitting.free(candidate.blocks);
             if free > 0.0 {
                 return (gone + free, None);
             }
@@ -137,24 +138,20 @@ pub(crate) fn find(
     losses
 }
 
-/// Makes the points of patches anew whose blocks have moved. What their springs held before and
-/// after is booked as friction.
+/// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
+/// are first; what they hold then and the new ones do not is booked as friction.
 fn renew(fitting: &Fitting<'_>, contacts: &mut Contacts) -> Losses {
     let each = |patch: &mut Patch| -> f64 {
         if !fitting.has_moved(patch) {
             return 0.0;
         }
-        let before = patch.energy();
-        match fitting.patch(patch.blocks, Some(patch)) {
-            Some(new) => {
-                *patch = new;
-                before - patch.energy()
-            }
-            None => {
-                patch.limit = 0.0;
-                before
-            }
-        }
+        let mut old = std::mem::take(patch);
+        // The dashpots act once, on the new points.
+        old.both.dashpot = 0.0;
+        let slid = old.act(&fitting.placing).friction;
+        let gone = Patch { blocks: old.blocks, ..Patch::default() };
+        *patch = fitting.patch(old.blocks, Some(&old)).unwrap_or(gone);
+        slid + old.stored - patch.energy()
     };
     let patches = &mut contacts.patches;
     let lost: Vec<f64> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();

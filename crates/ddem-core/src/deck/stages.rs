@@ -63,6 +63,19 @@ pub enum Damping {
     Local(f64),
 }
 
+impl Damping {
+    /// Part of the undamped critical step up to which steps are stable (§6). Local damping adds to a
+    /// force that slows a node down, as in the fastest mode every force does: that mode is
+    /// 1 + α times as stiff, `1/√(1 + α)`. The others are part of the scheme.
+    #[must_use]
+    pub fn stable_part(self) -> f64 {
+        match self {
+            Self::Local(alpha) => (1.0 + alpha).sqrt().recip(),
+            Self::None | Self::Ratio(_) | Self::Mass(_) => 1.0,
+        }
+    }
+}
+
 /// Time step of a dynamic stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TimeStep {

@@ -8,7 +8,7 @@ use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x4};
 
 use crate::lanes::{
     Lanes, Matrix, Vector, add, cross, dot, inverse_symmetric, load, product, scale, splat, sub,
-    symmetric_times, times, transposed_product, transposed_times,
+    symmetric_times, times, transpose, transposed_product, transposed_times,
 };
 
 /// The frame of four bodies.
@@ -144,6 +144,31 @@ pub(crate) fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Ma
         r = product(&r, &m);
     }
     r
+}
+
+/// The parts of a torque on a frame that its two bodies take, whose mean rotation it has: such that they
+/// do the work that turning the frame does, however much the bodies are turned against each other.
+///
+/// With `Q_k = R_k Rᵀ` and `S = Σ Q_k` turning the bodies by `α_k` turns the frame by
+/// `(tr(S) 1 − S)⁻¹ Σ (tr(Q_k) 1 − Q_k) α_k`; for equal rotations that is half of each.
+#[inline(always)]
+pub(crate) fn split_torque<S: Simd>(
+    simd: S,
+    bodies: [Matrix<S>; 2],
+    frame: &Matrix<S>,
+    torque: Vector<S>,
+) -> [Vector<S>; 2] {
+    let turned = transpose(frame);
+    let parts = bodies.map(|body| product(&body, &turned));
+    let mut sum = parts[0];
+    for (row, more) in sum.iter_mut().zip(&parts[1]) {
+        *row = add(*row, *more);
+    }
+    let inner = symmetric_times(inverse_symmetric(simd, trace_minus(&sum)), torque);
+    parts.map(|q| {
+        let trace = q[0][0] + q[1][1] + q[2][2];
+        sub(scale(inner, trace), transposed_times(&q, inner))
+    })
 }
 
 /// What the derivative of R adds to the nodal forces, `R (w X_i × q)` with

@@ -23,7 +23,9 @@ pub(crate) fn collect(
                     }
                 }
             }
-            (0..3).for_each(|c| torque[c].0[lane] += patch.couple[c]);
+            if usize::from(patch.reference) == side {
+                (0..3).for_each(|c| torque[c].0[lane] += patch.couple[c]);
+            }
         }
     }
 }

@@ -12,9 +12,9 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
 use crate::breaks::{Broken, Losses, Pull};
-use crate::element::corotation::Frame;
+use crate::element::corotation::{Frame, split_torque};
 use crate::element::lattice::{force, force_left};
-use crate::kinematics::{Moved, joint_displacements};
+use crate::kinematics::{Moved, joint_displacements, rotations};
 use crate::lanes::{
     LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times,
     transposed_times, zero,
@@ -216,21 +216,26 @@ fn give<S: Simd>(
         store_at(target, at, sum);
     }
     let Some(rotation) = rotation else { return };
-    // The couple of slip goes to one body or both; all else in equal parts to all.
-    let mut slipped = zero(simd);
-    let mut weight = splat(simd, 0.0);
+    let (mut on_own, mut on_others) = (zero(simd), zero(simd));
     if let Some((seam, pull)) = pull {
-        let couple = load(simd, &pull.couple);
         torque = add(torque, cross(load(simd, seam.gap()), load(simd, &pull.force)));
-        torque = sub(torque, couple);
-        slipped = times(&rotation, couple);
-        weight = input.own_part(pack.upper[offset], index).load(simd);
+        if let Some(bodies) = rotations(simd, input.moved, (index, offset)) {
+            let torque = times(&rotation, torque);
+            [on_own, on_others] = split_torque(simd, bodies, &rotation, torque);
+        }
+        // The couple of slip goes to the body that is held, if one is.
+        let couple = times(&rotation, load(simd, &pull.couple));
+        let more = input.own_part(pack.upper[offset], index).load(simd) - 0.5;
+        on_own = add(on_own, scale(couple, more));
+        on_others = sub(on_others, scale(couple, more));
+    } else {
+        let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
+        on_own = scale(times(&rotation, torque), part);
+        on_others = on_own;
     }
-    let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
-    let torque = scale(times(&rotation, torque), part);
-    let own = add(load(simd, out.torque), add(torque, scale(slipped, weight)));
+    let own = add(load(simd, out.torque), on_own);
     *out.torque = [Lanes::from(own[0]), Lanes::from(own[1]), Lanes::from(own[2])];
-    let torque = add(torque, scale(slipped, splat(simd, 1.0) - weight));
+    let torque = on_others;
     for part in (1..8).filter(|part| part & !offset == 0) {
         let at = 3 * shape.torque(part);
         let sum = add(load_at(simd, out.shares, at), torque);

@@ -35,6 +35,16 @@ impl Member<'_> {
         self.set_twist(self.matter.equivalent(&self.pose.turn, wrench), f);
     }
 
+    /// Adds forces on the corners that are equivalent to a torque.
+    pub(crate) fn add_torque(&self, torque: &[Lanes; 3], f: &mut [Lanes]) {
+        let wrench = Wrench { angular: at(torque, 0, self.lane), ..Wrench::default() };
+        let turn = self.matter.equivalent(&self.pose.turn, wrench).angular;
+        for corner in 0..8 {
+            let force = turn.cross(&self.arm(corner));
+            (0..3).for_each(|c| f[3 * corner + c].0[self.lane] += force[c]);
+        }
+    }
+
     /// Sets a field at the corners to that of a rigid motion, `v + ω × r`.
     pub(crate) fn set_twist(&self, twist: Wrench, field: &mut [Lanes]) {
         for corner in 0..8 {

@@ -139,6 +139,11 @@ pub trait JointLaw: Debug + Send + Sync {
     /// Shear strength of a failed, closed point under a normal traction `[Pa]`, not negative.
     fn residual(&self, normal: f64) -> f64;
 
+    /// Whether a bonded point bears anything when nothing presses on it.
+    fn bonds(&self) -> bool {
+        self.tension() > 0.0 || self.peak(0.0) > 0.0
+    }
+
     /// `tan ψ`: opening for each unit of slip.
     fn tan_dilation(&self) -> f64 {
         0.0

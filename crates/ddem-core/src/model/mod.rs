@@ -142,6 +142,12 @@ impl Model {
         Places { geometry: &self.geometry, packs: &self.packs, seams: &self.seams }
     }
 
+    /// The faces of the blocks, where contacts may be before any joint has failed.
+    pub(crate) fn open_surfaces(&self) -> Option<&Surfaces> {
+        let together = self.deck.blocks.len() == 1 && self.can_fail();
+        self.contact.as_ref().filter(|_| !together)
+    }
+
     /// Whether any joint can fail.
     #[must_use]
     pub fn can_fail(&self) -> bool {

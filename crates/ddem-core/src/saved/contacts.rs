@@ -44,19 +44,26 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Contacts> {
             *known = *all.iter().find(|release| f64::from(**release as u8) == number)?;
         }
     }
+    // Of a run that has diverged nothing is left of forces and gaps.
+    let diverged = !saved.arrays.get("displacement")?.iter().all(|u| u.is_finite());
+    let sound = |numbers: &[f64]| diverged || numbers.iter().all(|x| x.is_finite());
     let mut points = points.iter();
     for numbers in patches {
-        let (mut patch, count) = patch(numbers);
-        let fits =
-            patch.blocks[0] < patch.blocks[1] && (patch.blocks[1] as usize) < model.n_blocks();
-        if !fits || count > points.len() {
+        let (mut patch, count) = patch(numbers).filter(|_| sound(numbers))?;
+        let mut axes = patch.axes.iter().chain(&patch.seen);
+        if !diverged && axes.any(|axis| (axis.norm_squared() - 1.0).abs() > 1e-9) {
             return None;
         }
-        patch.points = points.by_ref().take(count).map(point).collect();
-        let on_mesh =
-            |point: &Point| (0..2).all(|s| is_on(model, patch.blocks[s], &point.spots[s]));
-        if !patch.points.iter().all(on_mesh) {
+        let [a, b] = patch.blocks;
+        if a >= b || b as usize >= model.n_blocks() || count > points.len() {
             return None;
+        }
+        for numbers in points.by_ref().take(count) {
+            let point = point(numbers, diverged).filter(|_| sound(numbers))?;
+            if !(0..2).all(|s| is_on(model, patch.blocks[s], &point.spots[s])) {
+                return None;
+            }
+            patch.points.push(point);
         }
         contacts.patches.push(patch);
     }
@@ -111,11 +118,12 @@ fn patch_numbers(patch: &Patch) -> [f64; PATCH] {
     ]
 }
 
-fn patch(numbers: &[f64; PATCH]) -> (Patch, usize) {
+/// A patch without its points, and how many these are.
+fn patch(numbers: &[f64; PATCH]) -> Option<(Patch, usize)> {
     let three = |at: usize| Vec3::new(numbers[at], numbers[at + 1], numbers[at + 2]);
     let patch = Patch {
-        blocks: [numbers[0] as u32, numbers[1] as u32],
-        reference: u8::from(numbers[2] == 1.0),
+        blocks: [whole(numbers[0])?, whole(numbers[1])?],
+        reference: u8::try_from(whole(numbers[2])?).ok().filter(|&side| side < 2)?,
         axes: [three(3), three(6)],
         seen: [three(9), three(12)],
         apart: three(15),
@@ -130,7 +138,16 @@ fn patch(numbers: &[f64; PATCH]) -> (Patch, usize) {
         },
         ..Patch::default()
     };
-    (patch, numbers[26] as usize)
+    let sizes = [&numbers[18..=20], &numbers[22..=23]];
+    let sizes = sizes.iter().all(|sizes| sizes.iter().all(|&size| size > 0.0));
+    let rest = [numbers[21], numbers[24], numbers[25]].iter().all(|&x| x >= 0.0);
+    (sizes && rest).then_some((patch, whole(numbers[26])? as usize))
+}
+
+/// A whole number that is not negative.
+fn whole(number: f64) -> Option<u32> {
+    let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+    fits.then_some(number as u32)
 }
 
 fn point_numbers(point: &Point) -> [f64; POINT] {
@@ -147,11 +164,17 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
     ]
 }
 
-fn point(numbers: &[f64; POINT]) -> Point {
-    let spot = |at: usize| Spot {
-        face: numbers[at] as u8,
-        element: [numbers[at + 1] as u16, numbers[at + 2] as u16],
-        on: [numbers[at + 3] as f32, numbers[at + 4] as f32],
+/// Where a point lies within its elements may not be known in a run that has diverged.
+fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
+    let spot = |at: usize| {
+        let [i, k] = [numbers[at + 1], numbers[at + 2]].map(whole);
+        let on = [numbers[at + 3], numbers[at + 4]];
+        let inside = on.iter().all(|on| (0.0..=1.0).contains(on));
+        (inside || diverged).then_some(Spot {
+            face: u8::try_from(whole(numbers[at])?).ok()?,
+            element: [u16::try_from(i?).ok()?, u16::try_from(k?).ok()?],
+            on: on.map(|x| x as f32),
+        })
     };
     let [slip_x, slip_y, dilation, damage, gap, lifted, normal, shear_x, shear_y, drag] =
         std::array::from_fn(|k| numbers[11 + k]);
@@ -163,5 +186,7 @@ fn point(numbers: &[f64; POINT]) -> Point {
         lifted,
         traction: Traction { normal, shear: Vector2::new(shear_x, shear_y) },
     };
-    Point { spots: [spot(0), spot(5)], area: numbers[10], memory, drag, ..Point::default() }
+    let area = numbers[10];
+    let spots = [spot(0)?, spot(5)?];
+    (area >= 0.0 || diverged).then_some(Point { spots, area, memory, drag, ..Point::default() })
 }

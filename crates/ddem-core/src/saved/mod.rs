@@ -142,12 +142,15 @@ impl Simulation {
         state.contacts = contacts::restore(&simulation.model, saved)?;
         state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
-        let known = simulation.state.poses.iter_mut().flatten();
-        let (chunks, rest) = array("poses")?.as_chunks::<POSE>();
-        if !rest.is_empty() || chunks.len() != LANES * simulation.model.packs.rigid {
+        let (poses, rest) = array("poses")?.as_chunks::<POSE>();
+        if !rest.is_empty() || poses.len() != LANES * simulation.model.packs.rigid {
             return None;
         }
-        known.zip(chunks).for_each(|(pose, numbers)| *pose = self::pose(numbers));
+        let diverged = !u.iter().chain(v).all(|x| x.is_finite());
+        let known = simulation.state.poses.iter_mut().flatten();
+        for (known, numbers) in known.zip(poses) {
+            *known = Some(pose(numbers)).filter(|pose| diverged || is_sound(pose))?;
+        }
         simulation.scratch.fit(&simulation.model, &simulation.state);
         simulation.active = simulation.model.active(stage, &simulation.state.applied);
         simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
@@ -227,6 +230,12 @@ fn pose(numbers: &[f64; POSE]) -> Pose {
         velocity: Vec3::new(u, v, x),
         momentum: Vec3::new(l, m, n),
     }
+}
+
+/// Whether numbers are those of a pose; nothing is left of it where a run has diverged.
+fn is_sound(pose: &Pose) -> bool {
+    let turns = (pose.turn.coords.norm_squared() - 1.0).abs() < 1e-9;
+    turns && numbers(pose).iter().all(|x| x.is_finite())
 }
 
 /// `None` when a node is not one of `n_nodes`.

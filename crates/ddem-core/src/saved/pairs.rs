@@ -79,9 +79,9 @@ pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Opti
             let numbers: [&[f64]; 8] = std::array::from_fn(|array| value(array, first + p));
             broken.times[p][lane] = numbers[1][0];
             set(&mut points[lane], numbers);
-            if contacts.joints[packs.packs[at.0].bodies[lane] as usize][at.1] == Release::Done {
-                points[lane].quarters = 0;
-            }
+        }
+        if contacts.joints[packs.packs[at.0].bodies[lane] as usize][at.1] == Release::Done {
+            broken.let_go(lane);
         }
     }
     let cells = breaks.touched(packs, assembly);

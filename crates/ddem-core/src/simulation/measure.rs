@@ -24,7 +24,6 @@ impl Simulation {
         let fields = (&state.u[..], &state.v[..], &state.poses[..]);
         let (sums, losses) = balance(context, fields, joints, scratch, true);
         (scratch.trial, scratch.trial_contacts) = (trial, contacts);
-        scratch.search.forget();
         self.losing = losses;
         self.last = sums;
         self.measured = Some(self.state.steps);

@@ -68,18 +68,16 @@ impl Simulation {
     /// One set of blocks whose joints all hold has none.
     fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
-        let together = !broken && model.deck.blocks.len() == 1 && model.can_fail();
-        let Some(surfaces) = model.contact.as_ref().filter(|_| !together) else {
-            return 2.0 / largest.sqrt();
-        };
+        let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
+        let Some(surfaces) = surfaces else { return 2.0 / largest.sqrt() };
         let of = (&model.geometry, &model.packs, &model.assembly);
         let [more, rigid] = bound(&surfaces.skins, of);
         2.0 / (largest + more).max(rigid).sqrt() * surfaces.skins.damped_part()
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
-    /// critical step, 0.8 once pairs have failed; with a `duration` `[s]` it is shrunk so that whole
-    /// steps fill it. Returns the number of steps that fill the duration (0 without one).
+    /// critical step, 0.8 once pairs have failed, and of a shorter one with local damping
+    /// ([`Damping::stable_part`]); with a `duration` `[s]` it is shrunk so that whole steps fill it. Returns the number of steps that fill the duration (0 without one).
     ///
     /// # Errors
     ///
@@ -91,8 +89,9 @@ impl Simulation {
         time_step: TimeStep,
         duration: Option<f64>,
     ) -> Result<u64, RunError> {
-        let critical = self.critical_step()?;
-        let largest = self.critical(false)?;
+        let part = damping.stable_part();
+        let critical = part * self.critical_step()?;
+        let largest = part * self.critical(false)?;
         self.settle();
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
@@ -138,7 +137,7 @@ impl Simulation {
     /// still those of the intact model.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.tangent(false);
-        let safe = self.safe_step()?;
+        let safe = self.damping.stable_part() * self.safe_step()?;
         if self.motion.time_step <= safe {
             return Ok(());
         }

@@ -91,7 +91,7 @@ fn touch(
     scratch: &mut Scratch,
 ) -> Losses {
     let places = pass.model.places();
-    if contacts.look(places, breaks) {
+    if contacts.look(places, &pass.model.laws, breaks) {
         scratch.search.forget();
     }
     let ground = Ground { places, skins: &surfaces.skins, held: pass.held };
@@ -139,7 +139,7 @@ fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f
 /// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.
 pub(crate) fn internal_forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) {
     forces(pass, breaks, None, scratch);
-    scratch.collect(pass.model, pass.linear);
+    scratch.collect(pass.model, &[], pass.linear);
 }
 
 #[simd]

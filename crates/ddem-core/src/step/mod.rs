@@ -346,7 +346,7 @@ impl<'a> Context<'a> {
             failing: self.failing,
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
-            way: (v, self.motion.time_step),
+            way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
             held: &self.active.held_bodies,
             linear: false,
             energies,

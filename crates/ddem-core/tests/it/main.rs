@@ -4,16 +4,21 @@
 
 #![allow(clippy::print_stdout)]
 
+mod anything;
 mod architecture;
 mod bad_input;
 mod breaking;
+mod collisions;
 mod corotation;
 mod decks;
 mod determinism;
 mod equations;
+mod loose;
 mod mechanisms;
+mod mixture;
 mod programs;
 mod resume;
+mod rigid;
 mod selection;
 mod sets;
 mod tiling;

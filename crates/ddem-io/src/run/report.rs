@@ -174,6 +174,7 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
     }
     let mut faults = Vec::new();
     for (index, stage) in stages.iter().enumerate().filter(|(_, stage)| dynamic(stage)) {
+        let critical = stage.damping.unwrap_or_default().stable_part() * critical;
         if let Some(TimeStep::Seconds(step)) = stage.time_step
             && step > critical
         {
@@ -227,7 +228,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
         StageKind::Dynamic => {
             let step = match stage.time_step {
                 Some(TimeStep::Seconds(step)) => step,
-                _ => 0.9 * critical_step,
+                _ => 0.9 * stage.damping.unwrap_or_default().stable_part() * critical_step,
             };
             let steps = (stage.duration.unwrap_or(0.0) / step - 1e-9).ceil().max(1.0);
             (stage.name.clone(), steps as u64, step, 0.0)
@@ -254,12 +255,14 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
 pub(super) fn unsafe_steps(simulation: &mut Simulation, stages: &[Stage]) -> Vec<String> {
     let given = stages.iter().filter(|stage| stage.kind == StageKind::Dynamic);
     let given = given.filter_map(|stage| match stage.time_step {
-        Some(TimeStep::Seconds(step)) => Some((&stage.name, step)),
+        Some(TimeStep::Seconds(step)) => Some((stage, step)),
         _ => None,
     });
     let mut warnings = Vec::new();
-    for (name, step) in given {
+    for (stage, step) in given {
         let Ok(safe) = simulation.safe_step() else { break };
+        let safe = stage.damping.unwrap_or_default().stable_part() * safe;
+        let name = &stage.name;
         if simulation.model().can_fail() && step > safe {
             warnings.push(format!(
                 "stage `{name}`: once joints have failed, a step of {step:e} s may make energy; up \

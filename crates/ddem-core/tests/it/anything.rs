@@ -1,0 +1,149 @@
+//! Random small decks: each runs, or says why it cannot.
+
+use ddem_core::deck::*;
+use ddem_core::{Model, RunError, Simulation};
+
+use crate::decks::*;
+use crate::loose::*;
+
+fn pick<T: Copy>(random: &mut Random, of: &[T]) -> T {
+    of[((part(random) * of.len() as f64) as usize).min(of.len() - 1)]
+}
+
+fn joint(random: &mut Random) -> Joint {
+    let spring = random.next() > 0.0;
+    let weak = random.next() > -0.3;
+    let strength = 10_f64.powf(3.0 + 2.0 * random.next());
+    let stiff = |random: &mut Random| Some(10_f64.powf(8.5 + random.next()));
+    Joint {
+        thickness: if spring { pick(random, &[0.0, 0.01]) } else { 0.02 },
+        material: (!spring).then(|| "stuff".into()),
+        normal_stiffness: if spring { stiff(random) } else { None },
+        shear_stiffness: if spring { stiff(random) } else { None },
+        cohesion: weak.then_some(strength),
+        friction: weak.then_some(30.0),
+        tension: weak.then_some(0.5 * strength),
+        residual_friction: weak.then_some(pick(random, &[0.0, 20.0, 30.0])),
+        dilation: (weak && random.next() > 0.5).then_some(0.0),
+        ..Joint::default()
+    }
+}
+
+/// One to four lattices on top of each other, with gaps, touching or a little into each other's
+/// joints, and some loose blocks.
+fn random_deck(seed: u64) -> Deck {
+    let mut random = Random::new(1000 + seed);
+    let random = &mut random;
+    let mut deck = matter(pick(random, &[1e7, 1e8, 1e9]));
+    deck.model.kinematics = pick(random, &[Kinematics::Corotational, Kinematics::Small]);
+    deck.model.gravity = pick(random, &[[0.0; 3], [0.0, 0.0, -9.81], [3.0, -5.0, -100.0]]);
+    deck.model.contact = pick(random, &[None, None, Some(true), Some(false)]);
+    deck.contact.friction = pick(random, &[None, Some(0.0), Some(60.0)]);
+    deck.contact.restitution = pick(random, &[None, Some(0.0), Some(0.5), Some(1.0)]);
+    let mut top = 0.0;
+    for set in 0..1 + (3.9 * part(random)) as usize {
+        let name = format!("joint {set}");
+        deck.joints.insert(name.clone(), joint(random));
+        let count = [0, 1, 2].map(|_| 1 + (2.5 * part(random)) as u32);
+        let size = [0, 1, 2].map(|d| f64::from(count[d]) * pick(random, &[0.5, 1.0, 1.3]));
+        let turn = random.rotation(0.0)
+            * nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), pick(random, &[0.0, 0.0, 0.4]));
+        top += pick(random, &[0.0, 0.0, 1e-9, 1e-3, 0.05]);
+        let rigid = random.next() > 0.0;
+        deck.blocks.push(BlockSet {
+            name: Some(format!("set {set}")),
+            origin: [0.3 * random.next(), 0.3 * random.next(), top],
+            size: Some(size),
+            count: Some(count),
+            divisions: pick(random, &[1, 2, 3]),
+            body: if rigid { Body::Rigid } else { Body::Deformable },
+            material: "stuff".into(),
+            joint: Some(JointChoice::All(name)),
+            axes: [0, 1, 2].map(|d| <[f64; 3]>::from(turn.matrix().column(d))),
+            ..BlockSet::default()
+        });
+        top += size[2];
+    }
+    for _ in 0..(2.5 * part(random)) as usize {
+        top += 2.0;
+        let piece = Piece {
+            centre: Vec3::new(0.5, 0.5, top),
+            edges: Vec3::repeat(0.8) + random.vector() * 0.4,
+            turn: any_turn(random),
+            divisions: pick(random, &[0, 1, 2]),
+            velocity: Vec3::new(0.0, 0.0, -20.0 * part(random)),
+            spin: random.vector() * 5.0,
+            ..Piece::default()
+        };
+        add(&mut deck, &piece);
+    }
+    if random.next() > -0.5 {
+        deck.fix.push(fix(plane(2, deck.blocks[0].origin[2]), "xyz"));
+    }
+    if random.next() > 0.0 {
+        let velocity = Some((random.vector() * 10.0).into());
+        let spin = Some((random.vector() * 4.0).into());
+        let region = Where { set: Some("set 0".into()), ..Where::default() };
+        deck.initial.push(Initial { region, velocity, spin, centre: Some([0.5; 3]) });
+    }
+    deck
+}
+
+#[test]
+fn random_decks_run_or_say_why_not() {
+    let (mut ran, mut stopped, mut refused) = (0, 0, 0);
+    for seed in 0..120 {
+        let deck = random_deck(seed);
+        println!("seed {seed}: {} sets", deck.blocks.len());
+        let model = match Model::new(&deck) {
+            Ok(model) => model,
+            Err(error) => {
+                println!("  {error}");
+                refused += 1;
+                continue;
+            }
+        };
+        model.warnings();
+        let mut simulation = Simulation::new(model);
+        let damping =
+            [Damping::None, Damping::Ratio(0.05), Damping::Mass(5.0), Damping::Local(0.8)]
+                [seed as usize % 4];
+        let first = simulation.energy();
+        let mut run = || {
+            simulation.start(damping, TimeStep::Auto, None)?;
+            (0..200).try_for_each(|_| simulation.step())
+        };
+        match run() {
+            Ok(()) => {
+                ran += 1;
+                let energy = simulation.energy();
+                assert!(energy.values().iter().all(|x| x.is_finite()), "{energy:?}");
+                let size = [
+                    energy.kinetic,
+                    energy.external.abs(),
+                    first.kinetic,
+                    energy.friction,
+                    energy.damping.abs(),
+                    energy.strain_joints,
+                    energy.strain_bodies,
+                ]
+                .into_iter()
+                .fold(0.0, f64::max);
+                let balance = energy.balance / size.max(1e-9);
+                println!(
+                    "  balance {balance:.1e} {:?} contacts {:?}",
+                    simulation.failed_pairs(),
+                    contacts(&simulation)
+                );
+                assert!(balance.abs() < 0.3, "seed {seed}: {energy:?}");
+            }
+            Err(error @ (RunError::TooFast { .. } | RunError::Diverged { .. })) => {
+                println!("  {error}");
+                stopped += 1;
+            }
+            Err(error) => panic!("seed {seed}: {error}"),
+        }
+    }
+    println!("{ran} ran, {stopped} stopped, {refused} refused");
+    assert!(ran > 60, "{ran} ran, {stopped} stopped, {refused} refused");
+}

@@ -1,0 +1,198 @@
+//! Loose blocks: decks of them, where they are, how far they reach into each other.
+
+use ddem_core::deck::{BlockSet, Body, Deck, Fix, Initial, Material, Where};
+use ddem_core::{Model, Simulation};
+use nalgebra::Rotation3;
+
+use crate::decks::*;
+
+/// One block that is a set of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    pub(crate) centre: Vec3,
+    pub(crate) edges: Vec3,
+    pub(crate) turn: Rotation3<f64>,
+    /// 0: rigid.
+    pub(crate) divisions: u32,
+    pub(crate) velocity: Vec3,
+    pub(crate) spin: Vec3,
+    pub(crate) held: bool,
+}
+
+impl Default for Piece {
+    fn default() -> Self {
+        Self {
+            centre: Vec3::zeros(),
+            edges: Vec3::repeat(1.0),
+            turn: Rotation3::identity(),
+            divisions: 0,
+            velocity: Vec3::zeros(),
+            spin: Vec3::zeros(),
+            held: false,
+        }
+    }
+}
+
+/// A deck without blocks, of one material.
+pub(crate) fn matter(young: f64) -> Deck {
+    let stuff = Material { density: 2400.0, young, poisson: 0.25 };
+    Deck { materials: [("stuff".to_owned(), stuff)].into(), ..Deck::default() }
+}
+
+pub(crate) fn add(deck: &mut Deck, piece: &Piece) {
+    let name = format!("piece {}", deck.blocks.len());
+    let region = Where { set: Some(name.clone()), ..Where::default() };
+    let Piece { centre, edges, turn, divisions, velocity, spin, held } = *piece;
+    deck.blocks.push(BlockSet {
+        name: Some(name),
+        origin: (centre - turn * edges * 0.5).into(),
+        axes: [0, 1, 2].map(|d| <[f64; 3]>::from(turn.matrix().column(d))),
+        size: Some(edges.into()),
+        divisions: divisions.max(1),
+        body: if divisions == 0 { Body::Rigid } else { Body::Deformable },
+        material: "stuff".into(),
+        ..BlockSet::default()
+    });
+    if held {
+        deck.fix.push(Fix { region, axes: "xyz".into(), ..Fix::default() });
+    } else if velocity != Vec3::zeros() || spin != Vec3::zeros() {
+        deck.initial.push(Initial {
+            region,
+            velocity: Some(velocity.into()),
+            spin: Some(spin.into()),
+            centre: Some(centre.into()),
+        });
+    }
+}
+
+pub(crate) fn of(deck: &Deck, pieces: &[Piece]) -> Deck {
+    let mut deck = deck.clone();
+    pieces.iter().for_each(|piece| add(&mut deck, piece));
+    deck
+}
+
+/// The first node of a block, and its nodes along an edge.
+fn mesh(model: &Model, block: usize) -> (usize, usize) {
+    let first = model.hexes(block).flatten().min().unwrap_or_default() as usize;
+    let elements = model.hexes(block).count();
+    let along = (1..).find(|n| n * n * n >= elements).unwrap_or(1);
+    (first, along + 1)
+}
+
+fn nodes_of(model: &Model, block: usize) -> std::ops::Range<usize> {
+    let (first, n) = mesh(model, block);
+    first..first + n * n * n
+}
+
+pub(crate) fn position(simulation: &Simulation, node: usize) -> Vec3 {
+    Vec3::from(simulation.model().point(node)) + Vec3::from(simulation.displacement(node))
+}
+
+/// Where the corners of a block are.
+pub(crate) fn corners(simulation: &Simulation, block: usize) -> [Vec3; 8] {
+    let (first, n) = mesh(simulation.model(), block);
+    std::array::from_fn(|corner| {
+        let at = [0, 1, 2].map(|d| if corner >> d & 1 == 1 { n - 1 } else { 0 });
+        position(simulation, first + at[0] + n * (at[1] + n * at[2]))
+    })
+}
+
+pub(crate) fn all_corners(simulation: &Simulation) -> Vec<[Vec3; 8]> {
+    (0..simulation.model().n_blocks()).map(|block| corners(simulation, block)).collect()
+}
+
+pub(crate) fn middle(corners: &[Vec3; 8]) -> Vec3 {
+    corners.iter().sum::<Vec3>() / 8.0
+}
+
+/// How far the hulls of two times eight corners reach into each other: the least overlap along the
+/// normals of their faces and across their edges; negative where they are apart.
+pub(crate) fn overlap(a: &[Vec3; 8], b: &[Vec3; 8]) -> f64 {
+    let edges = |x: &[Vec3; 8]| {
+        [x[1] - x[0] + x[7] - x[6], x[2] - x[0] + x[7] - x[5], x[4] - x[0] + x[7] - x[3]]
+    };
+    let (of_a, of_b) = (edges(a), edges(b));
+    let normals = |e: [Vec3; 3]| [e[0].cross(&e[1]), e[1].cross(&e[2]), e[2].cross(&e[0])];
+    let crossed = of_a.iter().flat_map(|x| of_b.iter().map(move |y| x.cross(y)));
+    let axes = normals(of_a).into_iter().chain(normals(of_b)).chain(crossed);
+    let mut least = f64::INFINITY;
+    for axis in axes {
+        let Some(axis) = axis.try_normalize(1e-6) else { continue };
+        let range = |x: &[Vec3; 8]| {
+            x.iter()
+                .map(|x| axis.dot(x))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+        };
+        let ((low_a, high_a), (low_b, high_b)) = (range(a), range(b));
+        least = least.min((high_a - low_b).min(high_b - low_a));
+    }
+    least
+}
+
+/// The deepest overlap of all blocks, and which two; the first `walls` may overlap each other.
+pub(crate) fn deepest(all: &[[Vec3; 8]], walls: usize) -> (f64, [usize; 2]) {
+    let size = |x: &[Vec3; 8]| x.iter().map(|y| (y - middle(x)).norm()).fold(0.0, f64::max);
+    let balls: Vec<(Vec3, f64)> = all.iter().map(|x| (middle(x), size(x))).collect();
+    let mut worst = (f64::NEG_INFINITY, [0; 2]);
+    for i in 0..all.len() {
+        for k in (i + 1).max(walls)..all.len() {
+            if (balls[i].0 - balls[k].0).norm() < balls[i].1 + balls[k].1 {
+                let depth = overlap(&all[i], &all[k]);
+                if depth > worst.0 {
+                    worst = (depth, [i, k]);
+                }
+            }
+        }
+    }
+    worst
+}
+
+/// Momentum, and its moment about the origin, with the sums of the sizes of their parts. The eight
+/// corners of a rigid block resist turning three times as much as the block.
+pub(crate) fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
+    let (mut sums, mut sizes) = ([Vec3::zeros(); 2], [0.0; 2]);
+    let velocities = simulation.velocities();
+    let model = simulation.model();
+    for block in 0..model.n_blocks() {
+        let nodes = nodes_of(model, block);
+        let count = nodes.len() as f64;
+        let rigid = model.is_rigid(block);
+        let v = |node: usize| Vec3::from(velocities[node]);
+        let centre = nodes.clone().map(|node| position(simulation, node)).sum::<Vec3>() / count;
+        let mean = nodes.clone().map(v).sum::<Vec3>() / count;
+        for node in nodes {
+            let mass = model.mass(node);
+            let x = position(simulation, node);
+            let moment = if rigid {
+                let turning = (x - centre).cross(&(v(node) - mean)) / 3.0;
+                (centre.cross(&mean) + turning) * mass
+            } else {
+                x.cross(&v(node)) * mass
+            };
+            for (k, part) in [v(node) * mass, moment].into_iter().enumerate() {
+                sums[k] += part;
+                sizes[k] += part.norm();
+            }
+        }
+    }
+    (sums, sizes)
+}
+
+/// Patches of blocks in contact, and joints that were released.
+pub(crate) fn contacts(simulation: &Simulation) -> [usize; 2] {
+    let saved = simulation.save();
+    let array = |name: &str| saved.arrays.get(name).map_or(&[][..], Vec::as_slice);
+    let released = array("contact_joints").iter().filter(|&&joint| joint == 3.0).count();
+    [array("contact_patches").len() / 27, released]
+}
+
+/// Numbers from 0 to 1.
+pub(crate) fn part(random: &mut Random) -> f64 {
+    0.5 + 0.5 * random.next()
+}
+
+/// Any turn.
+pub(crate) fn any_turn(random: &mut Random) -> Rotation3<f64> {
+    let angle = std::f64::consts::PI * random.next();
+    random.rotation(angle)
+}

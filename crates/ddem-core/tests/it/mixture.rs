@@ -1,0 +1,277 @@
+//! Rigid and deformable blocks, joints that break and are let go, contacts, all at once: the same
+//! bits however it is run, looked at, saved and gone on with.
+
+use ddem_core::deck::*;
+use ddem_core::{FIELDS, Saved, Simd, Simulation};
+
+use crate::decks::*;
+use crate::loose::{Piece, add, any_turn, contacts, matter};
+
+/// Two jointed walls, rigid and deformable, on a floor; blocks are thrown at them.
+fn mixture(kinematics: Kinematics) -> Deck {
+    let mut deck = matter(1e8);
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    deck.model.kinematics = kinematics;
+    let spring = Joint {
+        normal_stiffness: Some(2e8),
+        shear_stiffness: Some(1e8),
+        cohesion: Some(2e4),
+        tension: Some(1e4),
+        friction: Some(30.0),
+        residual_friction: Some(20.0),
+        ..Joint::default()
+    };
+    let seam = Joint {
+        thickness: 0.02,
+        material: Some("stuff".into()),
+        normal_stiffness: None,
+        shear_stiffness: None,
+        ..spring.clone()
+    };
+    deck.joints = [("spring".to_owned(), spring), ("seam".to_owned(), seam)].into();
+    let floor = Piece {
+        centre: Vec3::new(2.0, 0.5, -0.25),
+        edges: Vec3::new(8.0, 6.0, 0.5),
+        held: true,
+        ..Piece::default()
+    };
+    add(&mut deck, &floor);
+    for (y, body, joint) in [(0.0, Body::Rigid, "spring"), (1.2, Body::Deformable, "seam")] {
+        deck.blocks.push(BlockSet {
+            name: Some(joint.into()),
+            origin: [0.0, y, 0.0],
+            size: Some([3.0, 0.8, 2.0]),
+            count: Some([3, 1, 2]),
+            divisions: 2,
+            material: "stuff".into(),
+            joint: Some(JointChoice::All(joint.into())),
+            body,
+            ..BlockSet::default()
+        });
+    }
+    let mut random = Random::new(5);
+    for i in 0..5 {
+        let x = 0.4 + 0.55 * f64::from(i);
+        let centre = Vec3::new(x, if i % 2 == 0 { -1.0 } else { 2.9 }, 1.0 + 0.2 * random.next());
+        let way = if i % 2 == 0 { 9.0 } else { -9.0 };
+        add(
+            &mut deck,
+            &Piece {
+                centre,
+                edges: Vec3::repeat(0.6) + random.vector() * 0.1,
+                turn: any_turn(&mut random),
+                divisions: i % 3,
+                velocity: Vec3::new(0.0, way, 0.0) + random.vector(),
+                spin: random.vector() * 3.0,
+                ..Piece::default()
+            },
+        );
+    }
+    deck.contact.damping = Some(0.1);
+    deck
+}
+
+const KINDS: [Kinematics; 2] = [Kinematics::Corotational, Kinematics::Small];
+
+fn started(deck: &Deck, simd: Simd, damping: Damping) -> Simulation {
+    let mut simulation = Simulation::with_simd(model(deck), simd);
+    let start = simulation.start(damping, TimeStep::Auto, None);
+    start.unwrap_or_else(|error| panic!("{error}"));
+    simulation
+}
+
+fn step(simulation: &mut Simulation, steps: usize) {
+    for _ in 0..steps {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+/// Everything that a run goes on from, as bits.
+fn state(saved: &Saved) -> Vec<(String, Vec<u64>)> {
+    let arrays = saved.arrays.iter();
+    arrays.map(|(name, x)| (name.clone(), x.iter().map(|x| x.to_bits()).collect())).collect()
+}
+
+fn same(a: &Simulation, b: &Simulation, what: &str) {
+    let (saved_a, saved_b) = (a.save(), b.save());
+    for (x, y) in state(&saved_a).iter().zip(&state(&saved_b)) {
+        assert!(x == y, "{what}: {} differs from {}", x.0, y.0);
+    }
+    assert_eq!(saved_a.counters, saved_b.counters, "{what}");
+}
+
+/// Whatever can be asked for.
+fn look(simulation: &mut Simulation) {
+    simulation.energy();
+    simulation.velocities();
+    simulation.stresses();
+    simulation.tractions();
+    simulation.forces();
+    simulation.internal_forces();
+    simulation.reaction(&[0, 1]);
+    simulation.failed_pairs();
+    for field in FIELDS {
+        (field.fill)(simulation);
+    }
+}
+
+const STEPS: usize = 700;
+
+#[test]
+fn blocks_that_break_and_meet_have_the_same_bits_however_they_are_run() {
+    for kinematics in KINDS {
+        let deck = mixture(kinematics);
+        let run = |simd: Simd, threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.unwrap_or_else(|error| panic!("{error}")).install(|| {
+                let mut simulation = started(&deck, simd, Damping::None);
+                step(&mut simulation, STEPS);
+                simulation
+            })
+        };
+        let mut first = run(Simd::available()[0].1, 1);
+        let [patches, released] = contacts(&first);
+        let [shear, tension] = first.failed_pairs();
+        println!(
+            "{kinematics:?}: {patches} contacts, {released} let go, {shear} + {tension} failed, {:?}",
+            first.energy()
+        );
+        assert!(patches > 8 && released > 3, "{patches} {released}");
+        first = run(Simd::available()[0].1, 1);
+        for (name, simd) in Simd::available() {
+            for threads in [1, 2, 3, 8] {
+                if threads > 3 && name != Simd::available()[0].0 {
+                    continue;
+                }
+                same(&first, &run(simd, threads), &format!("{name}, {threads} threads"));
+            }
+        }
+    }
+}
+
+#[test]
+fn looking_at_blocks_that_break_and_meet_changes_no_bit() {
+    for (kinematics, damping) in KINDS.into_iter().zip([Damping::Local(0.1), Damping::None]) {
+        let deck = mixture(kinematics);
+        let mut plain = started(&deck, Simd::default(), damping);
+        let mut looked = started(&deck, Simd::default(), damping);
+        let mut random = Random::new(3);
+        for at in 0..STEPS {
+            step(&mut plain, 1);
+            step(&mut looked, 1);
+            if random.next() > 0.3 {
+                look(&mut looked);
+            }
+            if at % 25 == 0 || at > STEPS - 3 {
+                same(&plain, &looked, &format!("step {at}"));
+            }
+        }
+    }
+}
+
+#[test]
+fn blocks_that_break_and_meet_go_on_from_any_step() {
+    for (kinematics, damping) in KINDS.into_iter().zip([Damping::None, Damping::Ratio(0.01)]) {
+        let deck = mixture(kinematics);
+        let mut whole = started(&deck, Simd::default(), damping);
+        let again = |simulation: &Simulation| {
+            let restored = Simulation::restore(model(&deck), Simd::default(), &simulation.save());
+            restored.unwrap_or_else(|| panic!("not the numbers of this model"))
+        };
+        let mut rebuilt = again(&whole);
+        let mut random = Random::new(9);
+        let mut from = Vec::new();
+        for at in 0..STEPS {
+            step(&mut whole, 1);
+            step(&mut rebuilt, 1);
+            same(&whole, &rebuilt, &format!("step {at}"));
+            if at < 5 || random.next() > 0.6 {
+                let next = again(&rebuilt);
+                same(&rebuilt, &next, &format!("restored at step {at}"));
+                rebuilt = next;
+            }
+            if at % 100 == 50 {
+                from.push(again(&whole));
+            }
+        }
+        same(&whole, &rebuilt, "rebuilt");
+        for mut other in from {
+            let rest = STEPS as u64 - other.steps();
+            step(&mut other, rest as usize);
+            same(&whole, &other, "saved once");
+        }
+        whole.settle();
+        rebuilt.settle();
+        same(&again(&whole), &rebuilt, "settled");
+        for simulation in [&mut whole, &mut rebuilt] {
+            let start = simulation.start(Damping::Local(0.3), TimeStep::Auto, Some(0.05));
+            start.unwrap_or_else(|error| panic!("{error}"));
+            step(simulation, 30);
+        }
+        same(&whole, &rebuilt, "the next stage");
+    }
+}
+
+/// Numbers that cannot be are refused, or stop the run: nothing panics.
+#[test]
+fn wrong_numbers_in_a_checkpoint_are_refused() {
+    let deck = mixture(Kinematics::Corotational);
+    let mut simulation = started(&deck, Simd::default(), Damping::None);
+    step(&mut simulation, STEPS);
+    let saved = simulation.save();
+    let restore = |saved: &Saved| Simulation::restore(model(&deck), Simd::default(), saved);
+    let mut random = Random::new(2);
+    let (mut refused, mut stopped, mut went_on) = (0, 0, Vec::new());
+    for name in ["contact_joints", "contact_patches", "contact_points", "poses"] {
+        let array = &saved.arrays[name];
+        let n = array.len();
+        let mut wrong: Vec<(String, Vec<f64>)> = vec![
+            ("empty".into(), Vec::new()),
+            ("one less".into(), array[..n - 1].to_vec()),
+            ("one more".into(), [&array[..], &[0.0]].concat()),
+            ("half".into(), array[..n / 2].to_vec()),
+            ("twice".into(), [&array[..], &array[..]].concat()),
+        ];
+        let row = match name {
+            "contact_patches" => 27,
+            "contact_points" => 21,
+            "poses" => 13,
+            _ => 1,
+        };
+        for column in 0..row {
+            let at = column + row * ((n / row) as f64 * (0.5 + 0.5 * random.next())) as usize;
+            for value in [f64::NAN, f64::INFINITY, -1.0, 0.5, 1e9, 1e300, -1e300] {
+                let mut other = array.clone();
+                other[at.min(n - 1)] = value;
+                wrong.push((format!("number {column} of a row is {value}"), other));
+            }
+        }
+        for (what, numbers) in wrong {
+            let mut other = saved.clone();
+            other.arrays.insert(name.into(), numbers);
+            let Some(mut simulation) = restore(&other) else {
+                refused += 1;
+                continue;
+            };
+            simulation.energy();
+            look(&mut simulation);
+            match (0..20).try_for_each(|_| simulation.step()) {
+                Ok(()) => went_on.push(format!("{name}: {what}")),
+                Err(_) => stopped += 1,
+            }
+        }
+    }
+    println!("{refused} refused, {stopped} stopped, {} went on", went_on.len());
+    let numbers = ["NaN", "inf"];
+    let bad: Vec<_> = went_on
+        .iter()
+        .filter(|what| !what.contains("number") || numbers.iter().any(|n| what.contains(n)))
+        .collect();
+    assert!(bad.is_empty(), "{bad:#?}");
+    // An array that is not there.
+    for name in ["contact_patches", "contact_points", "poses"] {
+        let mut other = saved.clone();
+        other.arrays.remove(name);
+        assert!(restore(&other).is_none(), "{name}");
+    }
+}
