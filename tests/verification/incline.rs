@@ -5,12 +5,12 @@ use super::record::Tolerance::{Absolute, AtMost, Relative};
 use super::record::{check, of};
 use super::shared::{example, run};
 
-const G: f64 = 9.81;
+pub(crate) const G: f64 = 9.81;
 /// Of the block, and of the base.
 const MASS: f64 = 1200.0;
 
 /// Of the straight line nearest to some points: the block rings while it slides.
-fn rate(points: impl Iterator<Item = [f64; 2]> + Clone) -> f64 {
+pub(crate) fn rate(points: impl Iterator<Item = [f64; 2]> + Clone) -> f64 {
     let mean = |c: usize| points.clone().map(|p| p[c]).sum::<f64>() / points.clone().count() as f64;
     let (x, y) = (mean(0), mean(1));
     let sum = |f: &dyn Fn([f64; 2]) -> f64| points.clone().map(f).sum::<f64>();

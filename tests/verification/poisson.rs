@@ -74,3 +74,17 @@ fn a_cube_on_the_base_of_the_paper_is_the_finite_element_model() {
     let what = "8000 nodes: largest difference from FEM / largest displacement";
     check(case, what, 0.0, error / most, Absolute(1e-6));
 }
+
+#[test]
+fn a_cube_of_rigid_blocks_does_not_grow() {
+    let case = of("v01_rigid");
+    let run = run(&example(case.deck));
+    // λ + 2G of the rock is 21.6 GPa.
+    let settled = -3.0 * PRESSURE * 0.01 / 21.6e9;
+    check(case, "settlement u_z of the top [m]", settled, run.last("top.z"), Relative(1e-6));
+    check(case, "reaction of the base [N]", 800e3, run.last("base.z"), Relative(1e-6));
+    for axis in ["side_x.x", "side_y.y", "corner.x", "corner.y"] {
+        let sideways = run.last(axis);
+        check(case, &format!("{axis} [m]"), 0.0, sideways, Absolute(-0.01 * settled));
+    }
+}

@@ -129,6 +129,25 @@ pub enum RunError {
         /// Shortest edge of a block `[m]`.
         edge: f64,
     },
+    /// Two blocks are so deep in each other that they could pass through.
+    #[error(
+        "blocks {} and {} are {depth:.3e} m in each other in step {step}, at time {time:.6e} s: more \
+         than a quarter of their shortest edge, {edge} m; a contact as soft as this does not stop \
+         what is as fast or as heavy: a larger `normal_stiffness` in [contact] does",
+        .blocks[0], .blocks[1]
+    )]
+    TooDeep {
+        /// The two blocks.
+        blocks: [usize; 2],
+        /// Steps since the start of the run.
+        step: u64,
+        /// Simulated time `[s]`.
+        time: f64,
+        /// How deep `[m]`.
+        depth: f64,
+        /// Their shortest edge `[m]`.
+        edge: f64,
+    },
     /// Blocks part or slide without end in a relaxation: their joints have failed.
     #[error(
         "there is no equilibrium: blocks {} and {} have come {distance:.3} m apart or past each \

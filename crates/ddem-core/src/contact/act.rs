@@ -37,7 +37,7 @@ impl Patch {
         let stiffness = Stiffness { normal, shear };
         let [a, b] = self.blocks.map(|block| block as usize);
         let mut losses = Losses::default();
-        (self.couple, self.stored) = (Vec3::zeros(), 0.0);
+        (self.couple, self.stored, self.depth) = (Vec3::zeros(), 0.0, 0.0);
         for point in &mut self.points {
             let apart = placing.position(b, &point.spots[1]) - placing.position(a, &point.spots[0]);
             let own = axes.tr_mul(&apart);
@@ -55,6 +55,9 @@ impl Patch {
                 traction.normal += point.drag;
             }
             self.stored += point.area * stored(stiffness, &point.memory);
+            if point.memory.gap < 0.0 {
+                self.depth = self.depth.max(-opening.normal);
+            }
             let force = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
             point.force = axes * force * point.area;
             self.couple += apart.cross(&point.force);

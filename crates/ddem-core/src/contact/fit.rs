@@ -7,6 +7,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::heirs::Known;
+use super::side::{Side, apart, beside, edge_node, edge_spot, node_at};
 use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
 use crate::geometry::Vec3;
 use crate::law::{Memory, Traction};
@@ -224,87 +226,6 @@ impl Fitting<'_> {
     }
 }
 
-impl Patch {
-    /// Energies in the springs, along the normal and in the plane `[J]`.
-    fn held(&self) -> [f64; 2] {
-        let mut held = [0.0; 2];
-        for Point { area, memory, .. } in &self.points {
-            let Traction { normal, shear } = memory.traction;
-            held[0] += 0.5 * area * normal * memory.gap;
-            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
-        }
-        held
-    }
-
-    /// Areas change as blocks turn and slide under pressure: new points hold no more energy than the
-    /// old ones did. What they do not bear of their gap is an offset.
-    fn cap(&mut self, before: [f64; 2]) {
-        let now = self.held();
-        let part = |k: usize| if now[k] > before[k] { (before[k] / now[k]).sqrt() } else { 1.0 };
-        let [press, shear] = [part(0), part(1)];
-        if press == 1.0 && shear == 1.0 {
-            return;
-        }
-        let soft = self.both.stiffness[1];
-        for Point { memory, .. } in &mut self.points {
-            if memory.gap < 0.0 {
-                let less = (1.0 - press) * memory.gap;
-                memory.gap -= less;
-                memory.dilation += less;
-                memory.lifted = memory.dilation;
-                memory.traction.normal *= press;
-            }
-            // Friction may bear no more than before of what is pressed less.
-            let part = shear.min(press);
-            memory.slip += memory.traction.shear * ((1.0 - part) / soft);
-            memory.traction.shear *= part;
-        }
-    }
-}
-
-/// What old points hand on.
-struct Known {
-    points: Vec<(Vec3, Handed)>,
-    /// Distance within which a point is known `[m]`.
-    near: f64,
-}
-
-#[derive(Clone, Copy)]
-struct Handed {
-    /// Gap at which the springs bear nothing `[m]`.
-    offset: f64,
-    /// Shear traction in space `[Pa]`.
-    shear: Vec3,
-    drag: f64,
-}
-
-impl Known {
-    fn new(placing: &Placing<'_>, old: &Patch) -> Self {
-        let axes = old.frame(placing);
-        let hand = |point: &Point| {
-            let Memory { traction, dilation, .. } = point.memory;
-            let shear = axes * Vec3::new(0.0, traction.shear.x, traction.shear.y);
-            let x = placing.position(old.blocks[0] as usize, &point.spots[0]);
-            (x, Handed { offset: dilation, shear, drag: point.drag })
-        };
-        Self { points: old.points.iter().map(hand).collect(), near: old.spacing }
-    }
-
-    /// What the point nearest to a place has, if that is near; nothing of it otherwise, as it has
-    /// come within reach without a jump.
-    fn nearest(&self, x: Vec3) -> Option<Handed> {
-        let mut best: (f64, Option<Handed>) = (f64::INFINITY, None);
-        for (at, handed) in &self.points {
-            let distance = (at - x).norm_squared();
-            if distance < best.0 {
-                best = (distance, Some(*handed));
-            }
-        }
-        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0 };
-        if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
-    }
-}
-
 /// Way of a corner of one cell over the plane of any face of the other, for each unit of travel of
 /// the two.
 fn lever(cells: &[Cell; 2]) -> f64 {
@@ -321,78 +242,6 @@ fn lever(cells: &[Cell; 2]) -> f64 {
     1.0 + 1.5 * reach / width(&cells[0]).min(width(&cells[1]))
 }
 
-/// One side of a face contact, seen along the normal.
-struct Side<'a> {
-    placed: &'a Placed,
-    face: FaceOf,
-    /// Its nodes in the plane.
-    nodes: Vec<[f64; 2]>,
-    outline: [[f64; 2]; 4],
-    /// Area of one element's face `[m²]`.
-    element: f64,
-}
-
-impl<'a> Side<'a> {
-    fn new(placing: &Placing<'a>, block: usize, face: FaceOf, frame: &[Vec3; 3]) -> Self {
-        let placed = &placing.blocks[block];
-        let n = placed.divisions;
-        let mut nodes = Vec::with_capacity((n + 1) * (n + 1));
-        for (k, i) in (0..=n).flat_map(|k| (0..=n).map(move |i| (k, i))) {
-            let mut at = [0; 3];
-            at[face.direction] = if face.upper { n } else { 0 };
-            (at[(face.direction + 1) % 3], at[(face.direction + 2) % 3]) = (i, k);
-            let x = placed.node(placing.u, at);
-            nodes.push([frame[1].dot(&x), frame[2].dot(&x)]);
-        }
-        let m = n + 1;
-        let outline = [0, n, n + m * n, m * n].map(|at| nodes[at]);
-        Self { placed, face, nodes, outline, element: placed.element_area(face) }
-    }
-
-    fn quad(&self, [i, k]: [usize; 2]) -> [[f64; 2]; 4] {
-        let m = self.placed.divisions + 1;
-        [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]].map(|[i, k]| self.nodes[i + m * k])
-    }
-
-    /// The spot over a point of the plane.
-    fn spot(&self, at: [f64; 2]) -> Spot {
-        let n = self.placed.divisions;
-        let whole = touch::bilinear(&self.outline, at);
-        let mut element = whole.map(|x| ((x * n as f64) as usize).min(n - 1));
-        let mut on = touch::bilinear(&self.quad(element), at);
-        // Faces are not quite flat: the element may be the next one.
-        for axis in 0..2 {
-            if on[axis] < 0.0 && element[axis] > 0 {
-                element[axis] -= 1;
-            } else if on[axis] > 1.0 && element[axis] + 1 < n {
-                element[axis] += 1;
-            } else {
-                continue;
-            }
-            on = touch::bilinear(&self.quad(element), at);
-        }
-        Spot::new(self.face, element, on.map(|x| x.clamp(0.0, 1.0)))
-    }
-}
-
-/// Whether the boxes around two quadrilaterals are apart.
-fn apart(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
-    (0..2).any(|c| {
-        let range = |quad: &[[f64; 2]; 4]| {
-            let along = quad.iter().map(|x| x[c]);
-            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
-        };
-        let ((low_a, high_a), (low_b, high_b)) = (range(a), range(b));
-        low_a > high_b || low_b > high_a
-    })
-}
-
-/// The node of an element that bilinear coordinates are, if they are one.
-fn node_at(on: [f64; 2]) -> Option<[usize; 2]> {
-    let end = |x: f64| if x == 0.0 { Some(0) } else { (x == 1.0).then_some(1) };
-    Some([end(on[0])?, end(on[1])?])
-}
-
 /// The faces of a and b that meet; of an edge the face across its next direction.
 fn faces_of(meeting: &Meeting) -> [FaceOf; 2] {
     match *meeting {
@@ -400,29 +249,4 @@ fn faces_of(meeting: &Meeting) -> [FaceOf; 2] {
         Meeting::Face { face, other, .. } => [other, face],
         Meeting::Edges(edges) => edges.map(beside),
     }
-}
-
-/// The face beside an edge that lies across its next direction.
-fn beside(edge: EdgeOf) -> FaceOf {
-    FaceOf { direction: (edge.direction + 1) % 3, upper: edge.upper[0] }
-}
-
-/// The i-th node along an edge.
-fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
-    let mut at = [0; 3];
-    at[edge.direction] = i;
-    for (next, upper) in edge.upper.into_iter().enumerate() {
-        at[(edge.direction + 1 + next) % 3] = if upper { placed.divisions } else { 0 };
-    }
-    at
-}
-
-/// The spot at a part of an edge, on the face beside it.
-fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> Spot {
-    let n = placed.divisions;
-    let along = part * n as f64;
-    let i = (along as usize).min(n - 1);
-    // Across direction d + 1, the face's own directions are d + 2 and d.
-    let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };
-    Spot::new(beside(edge), [k, i], [on, along - i as f64])
 }

@@ -12,17 +12,22 @@
 //! | `place` | where blocks are, points fixed to their faces |
 //! | `skins` | stiffness and friction of two faces |
 //! | `search` | which blocks are near each other, and which of these are left to their joints |
-//! | `fit` | the pairs of points of a patch |
+//! | `fit`, `side` | the pairs of points of a patch, on faces and edges |
+//! | `heirs` | what old points hand on to new ones |
 //! | `act` | what they exert |
 //! | `bound` | how stiff contacts can make a model |
+//! | `doubts` | contacts that are perhaps not meant |
 //! | `release` | from a joint that has moved to a contact |
 
 mod act;
 mod bound;
+mod doubts;
 mod fit;
+mod heirs;
 mod place;
 mod release;
 mod search;
+mod side;
 mod skins;
 
 use nalgebra::Matrix3;
@@ -105,6 +110,8 @@ pub(crate) struct Patch {
     pub(crate) couple: Vec3,
     /// Energy in the springs `[J]`.
     pub(crate) stored: f64,
+    /// How far pressed points are in each other `[m]`.
+    pub(crate) depth: f64,
 }
 
 /// All patches, by their blocks, and how far joints have moved.

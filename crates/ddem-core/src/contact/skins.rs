@@ -88,6 +88,31 @@ impl Skins {
         &self.kinds[usize::from(self.of_block[block as usize][face])]
     }
 
+    /// The same without the stiffness that is given for all contacts along the normal (0) or across (1).
+    pub(super) fn without(&self, direction: usize) -> Self {
+        let mut without = self.clone();
+        *[&mut without.normal, &mut without.shear][direction] = None;
+        without
+    }
+
+    /// Least and largest stiffness of contacts of two equal faces, along the normal (0) or across (1).
+    pub(super) fn range(&self, direction: usize) -> [f64; 2] {
+        let each =
+            self.kinds.iter().map(|kind| self.both([kind; 2], [false; 2]).stiffness[direction]);
+        each.fold([f64::INFINITY, 0.0], |[least, most], k| [k.min(least), k.max(most)])
+    }
+
+    /// The part of its edge by which a block sinks in under its own weight, where that is much, with its
+    /// density and the stiffness: `ρ g h / k` of its height h.
+    pub(super) fn sinks(&self, gravity: [f64; 3], much: f64) -> Option<[f64; 3]> {
+        let gravity = crate::geometry::Vec3::from(gravity).norm();
+        let each = self.kinds.iter().map(|kind| {
+            let stiffness = self.both([kind; 2], [false; 2]).stiffness[0];
+            [kind.density * gravity / stiffness, kind.density, stiffness]
+        });
+        each.max_by(|a, b| a[0].total_cmp(&b[0])).filter(|worst| worst[0] > much)
+    }
+
     /// Stiffness of a contact of a face with the stiffest that there is `[Pa/m]`.
     fn hardest(&self, skin: &Skin) -> Stiffness {
         let with = self.kinds.iter().map(|kind| self.both([skin, kind], [false; 2]).stiffness);

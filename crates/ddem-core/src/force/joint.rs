@@ -243,7 +243,7 @@ fn give<S: Simd>(
     }
 }
 
-/// §8: between rigid blocks the pairs are at the centres of the quarters of a face. Displacements of
+/// §8, eq. (1): between rigid blocks the pairs are at the centres of the quarters of a face. Displacements of
 /// the corners become those of these points; forces on these points become those on the corners,
 /// by the same weights, 9/16, 3/16, 3/16 and 1/16.
 #[simd]

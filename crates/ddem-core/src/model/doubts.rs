@@ -26,6 +26,8 @@ impl Model {
             }
         }
         warnings.extend(self.glued());
+        let of = (&self.geometry, &self.packs, &self.assembly);
+        warnings.extend(self.contact.iter().flat_map(|contact| contact.doubts(&self.deck, of)));
         let used = self.faces.iter().map(|face| face.joint).collect();
         warnings.extend(crate::deck::doubts(&self.deck, &used));
         warnings

@@ -256,10 +256,27 @@ impl Simulation {
 
     pub(crate) fn check(&self, sums: Sums) -> Result<(), RunError> {
         if sums.free.is_finite() {
-            return self.check_speed(sums);
+            self.check_speed(sums)?;
+            return self.check_depth();
         }
         let (block, node) = self.worst_node();
         Err(RunError::Diverged { step: self.state.steps, time: self.state.time, block, node })
+    }
+
+    /// Blocks that are deep in each other may come out on the other side.
+    fn check_depth(&self) -> Result<(), RunError> {
+        let Some(surfaces) = &self.model.contact else { return Ok(()) };
+        let patches = self.state.contacts.patches.iter();
+        for patch in patches.filter(|patch| patch.depth > 0.25 * surfaces.shortest) {
+            let blocks = patch.blocks.map(|block| block as usize);
+            let edges = blocks.map(|block| self.model.geometry.shortest_edge(block));
+            let edge = edges[0].min(edges[1]);
+            if patch.depth > 0.25 * edge && !self.motion.fictitious {
+                let (step, time, depth) = (self.state.steps, self.state.time, patch.depth);
+                return Err(RunError::TooDeep { blocks, step, time, depth, edge });
+            }
+        }
+        Ok(())
     }
 
     /// Contacts are found from step to step: nothing may go far in one.

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::Simulation;
-use crate::contact::bound;
+use crate::contact::{Skins, bound};
 use crate::deck::{Damping, TimeStep};
 use crate::error::RunError;
 use crate::motion::Motion;
@@ -15,6 +15,10 @@ const SAFETY: f64 = 0.9;
 /// The same once pairs have failed: faces that meet and part make energy when a step is close to
 /// the critical one.
 const BROKEN_SAFETY: f64 = 0.8;
+
+/// Part of these that is left where rigid blocks may meet: a contact that lasts a few steps only gains or
+/// loses some per cent of the energy.
+const RESOLVED: f64 = 0.5;
 
 /// Part of the critical step below which a step, or a duration, is a mistake, and its inverse may
 /// overflow.
@@ -48,6 +52,17 @@ impl Simulation {
         Ok(BROKEN_SAFETY * intact.min(self.critical(true)?))
     }
 
+    /// Part of the critical step that `"auto"` takes before anything has failed.
+    #[must_use]
+    pub fn automatic_part(&self) -> f64 {
+        SAFETY * self.resolved()
+    }
+
+    fn resolved(&self) -> f64 {
+        let meet = self.model.contact.is_some() && self.model.packs.rigid > 0;
+        if meet { RESOLVED } else { 1.0 }
+    }
+
     fn critical(&mut self, broken: bool) -> Result<f64, RunError> {
         if let Some(step) = self.critical_steps[usize::from(broken)] {
             return Ok(step);
@@ -69,15 +84,20 @@ impl Simulation {
     fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
         let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
-        let Some(surfaces) = surfaces else { return 2.0 / largest.sqrt() };
         let of = (&model.geometry, &model.packs, &model.assembly);
+        let Some(surfaces) = surfaces else {
+            // Rigid blocks without any joint have no stiffness: they step as if they met others.
+            let alone = || bound(&Skins::new(&model.deck, &model.geometry), of)[1];
+            return 2.0 / if largest > 0.0 { largest } else { alone() }.sqrt();
+        };
         let [more, rigid] = bound(&surfaces.skins, of);
         2.0 / (largest + more).max(rigid).sqrt() * surfaces.skins.damped_part()
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
-    /// critical step, 0.8 once pairs have failed, and of a shorter one with local damping
-    /// ([`Damping::stable_part`]); with a `duration` `[s]` it is shrunk so that whole steps fill it. Returns the number of steps that fill the duration (0 without one).
+    /// critical step, 0.8 once pairs have failed, half of that where rigid blocks may meet, and of a
+    /// shorter one with local damping ([`Damping::stable_part`]); with a `duration` `[s]` it is shrunk
+    /// so that whole steps fill it. Returns the number of steps that fill the duration (0 without one).
     ///
     /// # Errors
     ///
@@ -97,8 +117,8 @@ impl Simulation {
             return Err(RunError::NoCriticalStep);
         }
         let step = match time_step {
-            TimeStep::Auto if self.state.failed == [0; 2] => SAFETY * critical,
-            TimeStep::Auto => BROKEN_SAFETY * critical,
+            TimeStep::Auto if self.state.failed == [0; 2] => self.automatic_part() * critical,
+            TimeStep::Auto => BROKEN_SAFETY * self.resolved() * critical,
             TimeStep::Seconds(step) if step > largest => {
                 return Err(RunError::TimeStep { time_step: step, critical: largest });
             }
@@ -137,7 +157,7 @@ impl Simulation {
     /// still those of the intact model.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.tangent(false);
-        let safe = self.damping.stable_part() * self.safe_step()?;
+        let safe = self.damping.stable_part() * self.resolved() * self.safe_step()?;
         if self.motion.time_step <= safe {
             return Ok(());
         }

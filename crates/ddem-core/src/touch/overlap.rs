@@ -60,6 +60,7 @@ impl Polygon {
     }
 
     /// Its area `[m²]`.
+    #[cfg(test)]
     pub(crate) fn area(&self) -> f64 {
         self.as_slice().iter().map(|vertex| vertex.area).sum()
     }

@@ -137,7 +137,11 @@ fn random_decks_run_or_say_why_not() {
                 );
                 assert!(balance.abs() < 0.3, "seed {seed}: {energy:?}");
             }
-            Err(error @ (RunError::TooFast { .. } | RunError::Diverged { .. })) => {
+            Err(
+                error @ (RunError::TooFast { .. }
+                | RunError::TooDeep { .. }
+                | RunError::Diverged { .. }),
+            ) => {
                 println!("  {error}");
                 stopped += 1;
             }

@@ -114,6 +114,8 @@ fn the_table_names_tests() {
     let tests = [
         "src/element/tests.rs",
         "src/law/tests.rs",
+        "src/rigid/tests.rs",
+        "tests/it/rigid.rs",
         "tests/it/corotation.rs",
         "tests/it/resume.rs",
     ]

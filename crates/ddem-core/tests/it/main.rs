@@ -13,6 +13,7 @@ mod corotation;
 mod decks;
 mod determinism;
 mod equations;
+mod filling;
 mod loose;
 mod mechanisms;
 mod mixture;

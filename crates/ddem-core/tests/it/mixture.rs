@@ -137,7 +137,7 @@ fn blocks_that_break_and_meet_have_the_same_bits_however_they_are_run() {
             first.energy()
         );
         assert!(patches > 8 && released > 3, "{patches} {released}");
-        first = run(Simd::available()[0].1, 1);
+        let first = run(Simd::available()[0].1, 1);
         for (name, simd) in Simd::available() {
             for threads in [1, 2, 3, 8] {
                 if threads > 3 && name != Simd::available()[0].0 {

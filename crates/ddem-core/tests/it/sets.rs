@@ -185,6 +185,57 @@ fn what_is_said_of_contacts_that_are_not_found_has_no_effect() {
     assert_eq!(start(&deck), [""; 0]);
 }
 
+/// Contacts of a stiffness that is given, under two cubes of rock and their weight.
+#[test]
+fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
+    let said = |change: &dyn Fn(&mut Deck)| {
+        let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
+        deck.model.gravity = [0.0, 0.0, -9.81];
+        change(&mut deck);
+        model(&deck).warnings()
+    };
+    assert_eq!(said(&|_| ()), [""; 0]);
+    for (normal, shear) in [(1e10, 1e10), (1e12, 1e12), (1e9, 1e8)] {
+        let given = |deck: &mut Deck| {
+            (deck.contact.normal_stiffness, deck.contact.shear_stiffness) =
+                (Some(normal), Some(shear));
+        };
+        assert_eq!(said(&given), [""; 0], "{normal} {shear}");
+    }
+    for body in [Body::Rigid, Body::Deformable] {
+        let warnings = said(&|deck| {
+            deck.blocks.iter_mut().for_each(|set| set.body = body);
+            deck.contact.normal_stiffness = Some(1e18);
+        });
+        println!("{warnings:#?}");
+        assert_eq!(warnings.len(), 1);
+        let start = "`normal_stiffness` in [contact], 1e18 Pa/m, is ";
+        assert!(warnings[0].starts_with(start), "{}", warnings[0]);
+        assert!(warnings[0].contains("no time step may be longer than "), "{}", warnings[0]);
+    }
+    let across = said(&|deck| deck.contact.shear_stiffness = Some(1e16));
+    assert_eq!(across.len(), 1);
+    assert!(across[0].starts_with("`shear_stiffness` in [contact], 1e16 Pa/m, is "), "{across:?}");
+    let soft = said(&|deck| deck.contact.normal_stiffness = Some(3e6));
+    println!("{soft:#?}");
+    assert_eq!(soft.len(), 1);
+    assert!(soft[0].ends_with("blocks sink into each other where they meet"), "{soft:?}");
+    let sinks = said(&|deck| deck.contact.normal_stiffness = Some(1e5));
+    assert_eq!(
+        sinks,
+        [
+            "contacts of 1.00e5 Pa/m are soft: under its own weight a block of 2400 kg/m³ sinks 23.5 % \
+          of its edge into what is below it"
+        ]
+    );
+    // Without contacts nothing is said of them, but that they are not there.
+    let none = said(&|deck| {
+        deck.model.contact = Some(false);
+        deck.contact.normal_stiffness = Some(1e18);
+    });
+    assert!(none.iter().all(|text| !text.contains("time step")), "{none:?}");
+}
+
 #[test]
 fn divisions_of_rigid_blocks() {
     let warnings = |divisions: u32, body: Body| {

@@ -223,12 +223,13 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
     warnings.extend(unsafe_steps(simulation, &stages));
     let model = simulation.model();
     let deck = model.deck();
+    let automatic = simulation.automatic_part() * critical_step;
     let stages = deck.stage.iter().map(|stage| match stage.kind {
         StageKind::Relax => (stage.name.clone(), stage.max_steps.unwrap_or(200_000), 0.0, 0.0),
         StageKind::Dynamic => {
             let step = match stage.time_step {
                 Some(TimeStep::Seconds(step)) => step,
-                _ => 0.9 * stage.damping.unwrap_or_default().stable_part() * critical_step,
+                _ => automatic * stage.damping.unwrap_or_default().stable_part(),
             };
             let steps = (stage.duration.unwrap_or(0.0) / step - 1e-9).ceil().max(1.0);
             (stage.name.clone(), steps as u64, step, 0.0)

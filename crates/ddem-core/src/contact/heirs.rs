@@ -1,0 +1,86 @@
+//! What the points of a patch hand on to those that take their place.
+
+use super::{Patch, Placing, Point};
+use crate::geometry::Vec3;
+use crate::law::{Memory, Traction};
+
+impl Patch {
+    /// Energies in the springs, along the normal and in the plane `[J]`.
+    pub(super) fn held(&self) -> [f64; 2] {
+        let mut held = [0.0; 2];
+        for Point { area, memory, .. } in &self.points {
+            let Traction { normal, shear } = memory.traction;
+            held[0] += 0.5 * area * normal * memory.gap;
+            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
+        }
+        held
+    }
+
+    /// Areas change as blocks turn and slide under pressure: new points hold no more energy than the
+    /// old ones did. What they do not bear of their gap is an offset.
+    pub(super) fn cap(&mut self, before: [f64; 2]) {
+        let now = self.held();
+        let part = |k: usize| if now[k] > before[k] { (before[k] / now[k]).sqrt() } else { 1.0 };
+        let [press, shear] = [part(0), part(1)];
+        if press == 1.0 && shear == 1.0 {
+            return;
+        }
+        let soft = self.both.stiffness[1];
+        for Point { memory, .. } in &mut self.points {
+            if memory.gap < 0.0 {
+                let less = (1.0 - press) * memory.gap;
+                memory.gap -= less;
+                memory.dilation += less;
+                memory.lifted = memory.dilation;
+                memory.traction.normal *= press;
+            }
+            // Friction may bear no more than before of what is pressed less.
+            let part = shear.min(press);
+            memory.slip += memory.traction.shear * ((1.0 - part) / soft);
+            memory.traction.shear *= part;
+        }
+    }
+}
+
+/// What old points hand on.
+pub(super) struct Known {
+    points: Vec<(Vec3, Handed)>,
+    /// Distance within which a point is known `[m]`.
+    near: f64,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Handed {
+    /// Gap at which the springs bear nothing `[m]`.
+    pub(super) offset: f64,
+    /// Shear traction in space `[Pa]`.
+    pub(super) shear: Vec3,
+    pub(super) drag: f64,
+}
+
+impl Known {
+    pub(super) fn new(placing: &Placing<'_>, old: &Patch) -> Self {
+        let axes = old.frame(placing);
+        let hand = |point: &Point| {
+            let Memory { traction, dilation, .. } = point.memory;
+            let shear = axes * Vec3::new(0.0, traction.shear.x, traction.shear.y);
+            let x = placing.position(old.blocks[0] as usize, &point.spots[0]);
+            (x, Handed { offset: dilation, shear, drag: point.drag })
+        };
+        Self { points: old.points.iter().map(hand).collect(), near: old.spacing }
+    }
+
+    /// What the point nearest to a place has, if that is near; nothing of it otherwise, as it has
+    /// come within reach without a jump.
+    pub(super) fn nearest(&self, x: Vec3) -> Option<Handed> {
+        let mut best: (f64, Option<Handed>) = (f64::INFINITY, None);
+        for (at, handed) in &self.points {
+            let distance = (at - x).norm_squared();
+            if distance < best.0 {
+                best = (distance, Some(*handed));
+            }
+        }
+        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0 };
+        if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
+    }
+}

@@ -1,0 +1,185 @@
+//! The fields that passes over the packs borrow, cut between tasks.
+
+use super::Spaces;
+use crate::breaks::{Losses, PackBreaks};
+use crate::conditions::Active;
+use crate::element::corotation::Frame;
+use crate::lanes::{LANES, Lanes};
+use crate::pack::Packs;
+use crate::parallel::{Split, node_start, rigid_start, share_start};
+use crate::rigid::Pose;
+use crate::sums::Sums;
+
+/// Fields of the second pass of relaxation, of a run of packs.
+pub(crate) struct Relaxing<'a> {
+    pub(crate) frames: &'a mut [Frame],
+    pub(crate) sums: &'a mut [Sums],
+    pub(crate) workspaces: &'a mut [Spaces],
+    pub(crate) u: &'a mut [Lanes],
+    pub(crate) v: &'a mut [Lanes],
+    pub(crate) poses: &'a mut [[Pose; LANES]],
+}
+
+impl Split for Relaxing<'_> {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let (u, u_high) = self.u.split_at_mut(nodes);
+        let (v, v_high) = self.v.split_at_mut(nodes);
+        let (frames, frames_high) = self.frames.split_at_mut(at - first);
+        let (sums, sums_high) = self.sums.split_at_mut(at - first);
+        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
+        let rigid = rigid_start(packs, at) - rigid_start(packs, first);
+        let (poses, poses_high) = self.poses.split_at_mut(rigid);
+        (
+            Self { frames, sums, workspaces, u, v, poses },
+            Self {
+                frames: frames_high,
+                sums: sums_high,
+                workspaces: workspaces_high,
+                u: u_high,
+                v: v_high,
+                poses: poses_high,
+            },
+        )
+    }
+}
+
+/// Fields of the first pass, of a run of packs.
+pub(crate) struct Forces<'a> {
+    pub(crate) f: &'a mut [Lanes],
+    pub(crate) shares: &'a mut [Lanes],
+    pub(crate) torques: &'a mut [[Lanes; 3]],
+    /// Empty when energies are not asked for.
+    pub(crate) energies: &'a mut [[Lanes; 2]],
+    pub(crate) breaks: &'a mut [PackBreaks],
+    pub(crate) losses: &'a mut [Losses],
+    pub(crate) workspaces: &'a mut [Spaces],
+}
+
+/// Fields of the balance of forces, of a run of packs.
+pub(crate) struct Balancing<'a> {
+    pub(super) active: &'a Active,
+    pub(super) f: &'a mut [Lanes],
+    pub(super) torques: &'a mut [[Lanes; 3]],
+    pub(super) sums: &'a mut [Sums],
+    pub(super) reactions: &'a mut [f64],
+    pub(super) workspaces: &'a mut [Spaces],
+}
+
+/// Fields of the second pass, of a run of packs.
+pub(crate) struct Moving<'a> {
+    pub(crate) balancing: Balancing<'a>,
+    pub(crate) frames: &'a mut [Frame],
+    pub(crate) u: &'a mut [Lanes],
+    pub(crate) v: &'a mut [Lanes],
+    pub(crate) poses: &'a mut [[Pose; LANES]],
+}
+
+/// One pack of the two passes' borrowed fields.
+pub(crate) struct Part<'a> {
+    pub(crate) f: &'a mut [Lanes],
+    pub(crate) torque: &'a mut [Lanes; 3],
+    pub(crate) sums: &'a mut Sums,
+    pub(crate) reactions: &'a mut [f64],
+    /// Loads; of no meaning unless `loaded`.
+    pub(crate) q: &'a mut Vec<Lanes>,
+    pub(crate) loaded: bool,
+}
+
+impl Balancing<'_> {
+    /// The part of one pack; the fields begin at pack `first`.
+    pub(crate) fn pack(
+        &mut self,
+        active: &Active,
+        packs: &Packs,
+        first: usize,
+        index: usize,
+    ) -> Part<'_> {
+        let node = node_start(packs, first);
+        let nodes = node_start(packs, index) - node..node_start(packs, index + 1) - node;
+        let support = active.first_support(first);
+        let supports =
+            active.first_support(index) - support..active.first_support(index + 1) - support;
+        Part {
+            f: &mut self.f[nodes],
+            torque: &mut self.torques[index - first],
+            sums: &mut self.sums[index - first],
+            reactions: &mut self.reactions[supports],
+            q: &mut self.workspaces[0].q,
+            loaded: false,
+        }
+    }
+}
+
+impl Split for Forces<'_> {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let shares = share_start(packs, at) - share_start(packs, first);
+        let (f, f_high) = self.f.split_at_mut(nodes);
+        let (shares, shares_high) = self.shares.split_at_mut(shares);
+        let (torques, torques_high) = self.torques.split_at_mut(at - first);
+        let (energies, energies_high) =
+            self.energies.split_at_mut((at - first).min(self.energies.len()));
+        let (breaks, breaks_high) = self.breaks.split_at_mut(at - first);
+        let (losses, losses_high) = self.losses.split_at_mut(at - first);
+        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
+        (
+            Self { f, shares, torques, energies, breaks, losses, workspaces },
+            Self {
+                f: f_high,
+                shares: shares_high,
+                torques: torques_high,
+                energies: energies_high,
+                breaks: breaks_high,
+                losses: losses_high,
+                workspaces: workspaces_high,
+            },
+        )
+    }
+}
+
+impl Split for Balancing<'_> {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let active = self.active;
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let supports = active.first_support(at) - active.first_support(first);
+        let (f, f_high) = self.f.split_at_mut(nodes);
+        let (torques, torques_high) = self.torques.split_at_mut(at - first);
+        let (sums, sums_high) = self.sums.split_at_mut(at - first);
+        let (reactions, reactions_high) = self.reactions.split_at_mut(supports);
+        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
+        (
+            Self { active, f, torques, sums, reactions, workspaces },
+            Self {
+                active,
+                f: f_high,
+                torques: torques_high,
+                sums: sums_high,
+                reactions: reactions_high,
+                workspaces: workspaces_high,
+            },
+        )
+    }
+}
+
+impl Split for Moving<'_> {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let (u, u_high) = self.u.split_at_mut(nodes);
+        let (v, v_high) = self.v.split_at_mut(nodes);
+        let (frames, frames_high) = self.frames.split_at_mut(at - first);
+        let rigid = rigid_start(packs, at) - rigid_start(packs, first);
+        let (poses, poses_high) = self.poses.split_at_mut(rigid);
+        let (balancing, balancing_high) = self.balancing.split(packs, first, at, low_runs);
+        (
+            Self { balancing, frames, u, v, poses },
+            Self {
+                balancing: balancing_high,
+                frames: frames_high,
+                u: u_high,
+                v: v_high,
+                poses: poses_high,
+            },
+        )
+    }
+}

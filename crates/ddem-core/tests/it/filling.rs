@@ -1,0 +1,141 @@
+//! A box that is filled with cubes: nothing gets out, nothing stays in anything else, and energy is only
+//! lost.
+
+use ddem_core::Energy;
+use ddem_core::deck::{Damping, Deck, TimeStep};
+
+use crate::decks::*;
+use crate::loose::*;
+
+/// Distance of the middles of the cubes at the start `[m]`.
+const PITCH: f64 = 1.45;
+
+/// A box of five held walls of thickness 0.5 around `[0, width]² × [0, height]`.
+fn walls(deck: &mut Deck, width: f64, height: f64) {
+    let (w, t) = (width, 0.5);
+    let (around, h) = (w + 2.0 * t, height + t);
+    let middle = height / 2.0 - t / 2.0;
+    for (centre, edges) in [
+        ([w / 2.0, w / 2.0, -t / 2.0], [w, w, t]),
+        ([-t / 2.0, w / 2.0, middle], [t, around, h]),
+        ([w + t / 2.0, w / 2.0, middle], [t, around, h]),
+        ([w / 2.0, -t / 2.0, middle], [w, t, h]),
+        ([w / 2.0, w + t / 2.0, middle], [w, t, h]),
+    ] {
+        let (centre, edges) = (Vec3::from(centre), Vec3::from(edges));
+        add(deck, &Piece { centre, edges, held: true, ..Piece::default() });
+    }
+}
+
+/// Inner width of the box for n cubes `[m]`.
+fn width(n: u32) -> f64 {
+    f64::from(n) * PITCH + 0.1
+}
+
+/// n³ slightly turned cubes of edge 1 above the floor of a box.
+fn filled_box(n: u32, divisions: u32, young: f64) -> Deck {
+    let mut deck = matter(young);
+    walls(&mut deck, width(n), width(n) + 1.0);
+    let mut random = Random::new(u64::from(n));
+    for i in 0..n * n * n {
+        let at = [i % n, i / n % n, i / (n * n)].map(|c| PITCH * (f64::from(c) + 0.5) + 0.05);
+        add(
+            &mut deck,
+            &Piece {
+                centre: Vec3::from(at) + random.vector() * 0.03,
+                turn: {
+                    let angle = 0.2 + 0.15 * random.next();
+                    random.rotation(angle)
+                },
+                divisions,
+                ..Piece::default()
+            },
+        );
+    }
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    deck
+}
+
+/// What a box that is filled comes to.
+#[derive(Debug, Default)]
+struct Filled {
+    steps: usize,
+    seconds: f64,
+    grown: f64,
+    deepest: f64,
+    deep_at_rest: f64,
+    speed: f64,
+    contacts: usize,
+    outside: usize,
+}
+
+/// Lets the cubes fall for some time; everything is looked at every `every` steps.
+fn fall(deck: &Deck, width: f64, damping: Damping, time: f64, every: usize) -> Filled {
+    let mut simulation = simulation(deck);
+    let start = simulation.start(damping, TimeStep::Auto, None);
+    start.unwrap_or_else(|error| panic!("{error}"));
+    let count = (time / simulation.time_step()) as usize;
+    let held = |e: ddem_core::Energy| e.kinetic + e.strain_bodies + e.strain_joints - e.external;
+    let first = held(simulation.energy());
+    let mut found = Filled { steps: count, ..Filled::default() };
+    let (mut lowest, mut fell) = (first, 0.0_f64);
+    for at in 0..count {
+        let clock = std::time::Instant::now();
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        found.seconds += clock.elapsed().as_secs_f64();
+        if at % every == 0 || at + 1 == count {
+            let energy = simulation.energy();
+            fell = fell.max(energy.external.abs());
+            found.grown = found.grown.max(held(energy) - lowest);
+            lowest = lowest.min(held(energy));
+            found.deep_at_rest = deepest(&all_corners(&simulation), 5).0;
+            found.deepest = found.deepest.max(found.deep_at_rest);
+        }
+    }
+    found.grown /= fell;
+    let all = all_corners(&simulation);
+    let inside = |x: &Vec3| {
+        let limit = 0.02;
+        let side = -limit..width + limit;
+        side.contains(&x.x) && side.contains(&x.y) && x.z > -limit
+    };
+    found.outside = all[5..].iter().filter(|x| !x.iter().all(inside)).count();
+    let velocities = simulation.velocities();
+    found.speed = velocities.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+    found.contacts = contacts(&simulation)[0];
+    found
+}
+
+/// n³ cubes that are dropped into a box, and what they come to.
+fn dropped(n: u32, divisions: u32, young: f64, (time, every): (f64, usize)) -> Filled {
+    let mut deck = filled_box(n, divisions, young);
+    deck.contact.restitution = Some(0.2);
+    let found = fall(&deck, width(n), Damping::Local(0.1), time, every);
+    let per_step = 1e3 * found.seconds / found.steps as f64;
+    println!("{n}³ cubes, divisions {divisions}: {per_step:.3} ms a step, {found:?}");
+    assert_eq!(found.outside, 0);
+    assert!(found.deep_at_rest < 0.01, "{found:?}");
+    assert!(found.grown < 1e-6, "{found:?}");
+    found
+}
+
+#[test]
+fn rigid_cubes_fill_a_box() {
+    let found = dropped(4, 0, 5e8, (2.5, 40));
+    assert!(found.deepest < 0.03 && found.speed < 0.15, "{found:?}");
+}
+
+#[test]
+fn deformable_cubes_fill_a_box() {
+    let found = dropped(3, 1, 1e8, (2.0, 20));
+    assert!(found.deepest < 0.1, "{found:?}");
+    let found = dropped(2, 2, 1e8, (1.5, 20));
+    assert!(found.deepest < 0.1, "{found:?}");
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_thousand_cubes_fill_a_box() {
+    dropped(10, 0, 1e9, (4.0, 100));
+    dropped(10, 1, 1e8, (3.5, 100));
+}

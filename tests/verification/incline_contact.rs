@@ -1,0 +1,112 @@
+//! V4: a block on an incline, in contact with its base.
+
+use super::energy::closes;
+use super::incline::{G, rate};
+use super::record::Tolerance::{Absolute, AtMost, Between, Relative};
+use super::record::{Case, check, of};
+use super::shared::{Run, edited, example, run};
+
+/// Mass of the block [kg].
+const MASS: f64 = 150.0;
+
+/// The deck with one kind of block on the base, which stays rigid.
+pub(crate) fn body(text: &str, block: &str, kind: &str) -> String {
+    let start = text.find(&format!("name = \"{block}\"")).expect("the block");
+    let (before, after) = text.split_at(start);
+    format!("{before}{}", after.replace("\"rigid\"", &format!("\"{kind}\"")))
+}
+
+/// Largest absolute value of a column from a time on.
+pub(crate) fn largest(run: &Run, column: &str, from: f64) -> f64 {
+    let late = run.probes.series(column).into_iter().filter(|[time, _]| *time >= from);
+    late.fold(0.0, |most, [_, value]| most.max(value.abs()))
+}
+
+/// Greatest less smallest value of a column from a time on.
+pub(crate) fn spread(run: &Run, column: &str, from: f64) -> f64 {
+    let late = run.probes.series(column).into_iter().filter(|[time, _]| *time >= from);
+    let (low, high) = late.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), [_, value]| {
+        (low.min(value), high.max(value))
+    });
+    high - low
+}
+
+#[test]
+fn it_slides_on_another_block() {
+    let case = of("v04_contact_slides");
+    let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
+    let resisting = G * slope.cos() * friction.tan();
+    for kind in ["rigid", "deformable"] {
+        let run = run(&body(&example(case.deck), "block", kind));
+        let along = |name: &str| {
+            let [x, z] = ["x", "z"].map(|c| run.probes.series(&format!("{name}.{c}")));
+            let down = move |([t, x], [_, z]): ([f64; 2], [f64; 2])| {
+                [t, x * slope.cos() - z * slope.sin(), x * slope.sin() + z * slope.cos()]
+            };
+            x.into_iter().zip(z).map(down).collect::<Vec<_>>()
+        };
+        let late = along("block").into_iter().filter(|[t, ..]| *t >= 0.1).map(|[t, v, _]| [t, v]);
+        let exact = G * slope.sin() - resisting;
+        check(case, &format!("acceleration, {kind} [m/s²]"), exact, rate(late), Relative(2e-3));
+        let [_, way, off] = *along("way").last().expect("a row");
+        check(case, &format!("off the plane, {kind} [m]"), 0.0, off, Absolute(1e-4 * way));
+        let taken = *run.energy.column("friction").last().expect("a row");
+        let work = MASS * resisting * way;
+        check(case, &format!("taken by friction, {kind} [J]"), work, taken, Relative(1e-2));
+        closes(case, &format!(", {kind}"), &run);
+    }
+}
+
+#[test]
+fn it_stays_on_another_block() {
+    let case = of("v04_contact_stays");
+    // A softer block takes longer steps, and the answer is the same.
+    let soft = edited(&example(case.deck), "young = 18e9", "young = 18e7");
+    for (kind, text) in [("rigid", example(case.deck)), ("deformable", soft)] {
+        let run = run(&body(&text, "block", kind));
+        for axis in ["x", "y", "z"] {
+            let creep = spread(&run, &format!("block.{axis}"), 0.301);
+            check(case, &format!("creep along {axis} in 10 s, {kind} [m]"), 1e-6, creep, AtMost);
+        }
+        let weight = G * (MASS + 2400.0);
+        check(case, &format!("base, z, {kind} [N]"), weight, run.last("base.z"), Relative(1e-4));
+        for axis in ["base.x", "base.y"] {
+            let sideways = run.last(axis);
+            check(case, &format!("{axis}, {kind} [N]"), 0.0, sideways, Absolute(1e-4 * weight));
+        }
+    }
+}
+
+/// Runs a deck with the width on both sides of the limit.
+fn topples(case: Case, kind: &str, text: &str, top: f64) {
+    let limit = 20_f64.to_radians().tan();
+    for part in [1.03, 0.97] {
+        let width = format!("{:.6}", part * limit);
+        let run = run(&text.replace("0.374889", &width));
+        let what = format!("w/h = {part} tan ψ, {kind}");
+        let leans = run.last("block.x");
+        if part > 1.0 {
+            // A part of the way of the top that would bring the weight over the edge.
+            let most = 0.1 * 0.5 * (part - 1.0) * limit * top;
+            check(case, &format!("{what}: leans [m]"), most, leans.abs(), AtMost);
+            let speed = run.last("speed.x").abs();
+            check(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed, AtMost);
+        } else {
+            check(case, &format!("{what}: falls by [m]"), 0.5, leans, Between(0.1, 10.0));
+        }
+        closes(case, &format!(", {what}"), &run);
+    }
+}
+
+fn softer(text: &str) -> String {
+    let text = edited(text, "young = 18e9", "young = 18e8");
+    edited(&text, "divisions = 3", "divisions = 2")
+}
+
+#[test]
+fn it_topples_where_it_is_slender() {
+    let case = of("v04_topples");
+    let text = example(case.deck);
+    topples(case, "rigid", &text, 1.0);
+    topples(case, "deformable", &softer(&body(&text, "block", "deformable")), 1.0);
+}
