@@ -266,6 +266,8 @@ impl Simulation {
         lanes * size_of::<Lanes>()
             + self.scratch.bytes()
             + self.state.breaks.bytes()
+            + self.contact_bytes()
+            + size_of_val(&self.state.poses[..])
             + self.model.bytes()
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }

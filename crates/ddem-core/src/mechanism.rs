@@ -76,6 +76,11 @@ pub(crate) fn free_motion(
     )
 }
 
+/// Whether joints connect all blocks.
+pub(crate) fn is_connected(geometry: &Geometry) -> bool {
+    groups(geometry, false).iter().all(|&group| group == 0)
+}
+
 /// Group of each block: blocks joined by face joints are in one, and where contacts are found those of
 /// sets that touch.
 fn groups(geometry: &Geometry, contacts: bool) -> Vec<usize> {

@@ -228,7 +228,7 @@ pub(crate) fn largest_clustered(
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             let mut next = vec![Lanes::ZERO; range.len()];
             dispatch!(scratch.level, simd => {
-                accelerations(simd, model, clusters, pack, &scratch.f, &mut next)
+                accelerations(simd, (model, None), clusters, pack, &scratch.f, &mut next)
             });
             for (at, next) in range.zip(next) {
                 for lane in 0..LANES {

@@ -19,6 +19,7 @@ use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
 use crate::pack::Neighbours;
+use crate::rigid::Pose;
 use crate::state::Memory;
 use crate::touch::FaceOf;
 
@@ -293,11 +294,12 @@ fn spring_coupling(model: &Model, body: usize, at: [usize; 3], sum: &mut [[f64; 
     }
 }
 
-/// `M⁻¹ F` at the nodes of a pack: `f` holds the forces of all nodes.
+/// `M⁻¹ F` at the nodes of a pack: `f` holds the forces of all nodes, `poses` are those of its bodies
+/// where they are rigid and have turned.
 #[simd]
 pub(crate) fn accelerations<S: Simd>(
     simd: S,
-    model: &Model,
+    (model, poses): (&Model, Option<&[Pose; LANES]>),
     clusters: &Clusters,
     index: usize,
     f: &[Lanes],
@@ -307,7 +309,7 @@ pub(crate) fn accelerations<S: Simd>(
     let pack = &packs.packs[index];
     if pack.rigid {
         let inverses = &clusters.rigid[pack.rigid_start];
-        return rigid::accelerations(model, inverses, index, f, out);
+        return rigid::accelerations((model, poses), inverses, index, f, out);
     }
     let class = &clusters.classes[clusters.of_pack[index] as usize];
     for node in 0..out.len() / 3 {

@@ -3,14 +3,14 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
 use crate::contact::{Skins, faces, outer};
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::pack::Pack;
-use crate::rigid::Hold;
+use crate::rigid::{Hold, Pose};
 
 /// Part of the largest stiffness below which a motion is free.
 const NOTHING: f64 = 1e-10;
@@ -106,9 +106,9 @@ fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
     inverse
 }
 
-/// `M⁻¹ F` at the corners of the rigid bodies of a pack, at rest where they started.
+/// `M⁻¹ F` at the corners of the rigid bodies of a pack; masses turn with the bodies.
 pub(super) fn accelerations(
-    model: &Model,
+    (model, poses): (&Model, Option<&[Pose; LANES]>),
     inverses: &Inverses,
     index: usize,
     f: &[Lanes],
@@ -119,19 +119,21 @@ pub(super) fn accelerations(
     out.fill(Lanes::ZERO);
     for lane in 0..filled {
         let matter = &model.assembly.rigid[rigid_start][lane];
+        let turn = poses.map_or_else(UnitQuaternion::identity, |poses| poses[lane].turn);
         let size = matter.size();
         let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
         for corner in 0..8 {
             let on = Vec3::from([0, 1, 2].map(|c| f[3 * (start + corner) + c].0[lane]));
             force += on;
-            torque += matter.arm(corner).cross(&on);
+            torque += (turn * matter.arm(corner)).cross(&on);
         }
-        let [x, y, z] = (torque / size).into();
-        let moved = inverses[lane] * Vector6::new(force.x, force.y, force.z, x, y, z);
+        let (force, torque) = (turn.inverse() * force, turn.inverse() * torque / size);
+        let both = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+        let moved = inverses[lane] * both;
         let shift: Vector3<f64> = moved.fixed_rows::<3>(0).into();
-        let turn = moved.fixed_rows::<3>(3) / size;
+        let spin: Vector3<f64> = (moved.fixed_rows::<3>(3) / size).into();
         for corner in 0..8 {
-            let value = shift + turn.cross(&matter.arm(corner));
+            let value = turn * (shift + spin.cross(&matter.arm(corner)));
             (0..3).for_each(|c| out[3 * corner + c].0[lane] = value[c]);
         }
     }

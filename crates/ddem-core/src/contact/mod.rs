@@ -32,16 +32,17 @@ mod skins;
 
 use nalgebra::Matrix3;
 
-use crate::deck::Deck;
+use crate::deck::{Deck, Joint};
 use crate::geometry::{Geometry, Vec3};
 use crate::law::response::stored;
 use crate::law::{Memory, Stiffness};
+use crate::mechanism::is_connected;
 use crate::pack::Packs;
 
 pub(crate) use bound::{bound, faces, outer};
 pub(crate) use place::{Placed, Placing, Spot};
 pub(crate) use release::{Places, Release};
-pub(crate) use search::{Ground, Search, find};
+pub(crate) use search::{Ground, Search, find, let_go};
 
 use act::act;
 use place::placed;
@@ -59,13 +60,18 @@ pub(crate) struct Surfaces {
     pub(crate) blocks: Vec<Placed>,
     /// Shortest edge of a block `[m]`.
     pub(crate) shortest: f64,
+    /// Blocks may meet before any joint has failed.
+    pub(crate) open: bool,
 }
 
 impl Surfaces {
     pub(crate) fn new(deck: &Deck, geometry: &Geometry, packs: &Packs) -> Self {
         let edges = (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body));
         let shortest = edges.fold(f64::INFINITY, f64::min);
-        Self { skins: Skins::new(deck, geometry), blocks: placed(geometry, packs), shortest }
+        // Blocks that joints connect do not meet before some of these have failed.
+        let can_fail = deck.joints.values().any(Joint::breaks);
+        let open = !(can_fail && is_connected(geometry));
+        Self { skins: Skins::new(deck, geometry), blocks: placed(geometry, packs), shortest, open }
     }
 }
 

@@ -6,8 +6,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Contacts, Patch, Placing};
-use crate::breaks::{Breaks, Broken, Point};
+use super::{Contacts, Patch, Placing, Point};
+use crate::breaks::{self, Breaks, Broken};
 use crate::geometry::{Geometry, Vec3};
 use crate::law::Laws;
 use crate::law::response::stored;
@@ -174,13 +174,13 @@ fn let_go(
     let broken = breaks.at(index)[1 << d].as_mut()?;
     let n = at.packs.shape_of(pack).divisions;
     for (p, points) in broken.points.iter_mut().enumerate() {
-        let Point { quarters, memory, .. } = &mut points[lane];
+        let breaks::Point { quarters, memory, .. } = &mut points[lane];
         let area = seam.quarter.0[lane] * f64::from(*quarters);
         let traction = memory.traction;
         let own = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
         let pull = axes * own * area;
         force += pull;
-        moment += (placing.pair(body, d, p, n) - about).cross(&pull);
+        moment += (placing.pair((body, pack.rigid), d, p, n) - about).cross(&pull);
         energy += area * stored(seam.stiffness(lane), memory);
         memory.traction = crate::law::Traction::default();
     }
@@ -196,7 +196,7 @@ impl Placing<'_> {
     }
 
     /// Where pair `p` of the joint at the upper side of a block along d is.
-    fn pair(&self, block: usize, d: usize, p: usize, n: usize) -> Vec3 {
+    fn pair(&self, (block, rigid): (usize, bool), d: usize, p: usize, n: usize) -> Vec3 {
         let placed = &self.blocks[block];
         let mut at = [0; 3];
         at[d] = n;
@@ -206,7 +206,7 @@ impl Placing<'_> {
             placed.node(self.u, at)
         };
         let (i, k) = (p % (n + 1), p / (n + 1));
-        if n > 1 {
+        if !rigid {
             return node(i, k);
         }
         // At the centre of its quarter.
@@ -222,14 +222,16 @@ impl Patch {
         let axes = self.frame(placing);
         let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         let block = self.blocks[0] as usize;
-        let places: Vec<Vec3> =
-            self.points.iter().map(|p| placing.position(block, &p.spots[0]) - load.about).collect();
-        let force = load.force * sign;
-        let moment = load.moment * sign;
         let area: f64 = self.points.iter().map(|point| point.area).sum();
         if area <= 0.0 {
             return;
         }
+        // About the middle of the area, so that shear in its plane has no moment that tilts.
+        let place = |p: &Point| placing.position(block, &p.spots[0]);
+        let middle: Vec3 = self.points.iter().map(|p| place(p) * (p.area / area)).sum();
+        let places: Vec<Vec3> = self.points.iter().map(|p| place(p) - middle).collect();
+        let force = load.force * sign;
+        let moment = load.moment * sign - (middle - load.about).cross(&force);
         // Σ A p (1, y, z) is given, y and z along the tangents: p = α + β y + γ z.
         let mut matrix = Matrix3::zeros();
         for (point, x) in self.points.iter().zip(&places) {

@@ -113,27 +113,37 @@ impl Search {
     }
 }
 
-/// Contacts at the present positions: joints that are due are let go, patches made, renewed and
-/// dropped; then what they exert.
-pub(crate) fn find(
+/// Before joints act: those that are due are let go. Returns the energy that is lost on the way `[J]`.
+pub(crate) fn let_go(
     ground: Ground<'_>,
     placing: Placing<'_>,
     breaks: &mut Breaks,
     contacts: &mut Contacts,
     search: &mut Search,
-) -> Losses {
+) -> f64 {
+    if contacts.joints.iter().flatten().all(|joint| *joint != Release::Due) {
+        return 0.0;
+    }
     let fitting = Fitting { placing, skins: ground.skins, held: ground.held };
     let make = |blocks: [u32; 2]| fitting.patch(blocks, None);
-    let released = release((ground.places, &placing), breaks, contacts, &make);
-    if released.is_some() {
-        search.forget();
-    }
+    search.forget();
+    release((ground.places, &placing), breaks, contacts, &make).unwrap_or(0.0)
+}
+
+/// Contacts at the present positions: patches are made, renewed and dropped; then what they exert.
+pub(crate) fn find(
+    ground: Ground<'_>,
+    placing: Placing<'_>,
+    contacts: &mut Contacts,
+    search: &mut Search,
+) -> Losses {
+    let fitting = Fitting { placing, skins: ground.skins, held: ground.held };
     search.sort(&ground, &placing, contacts);
     let mut losses = renew(&fitting, contacts);
     let more = search.new_patches(&fitting, contacts);
     contacts.renew(more);
     let acting = act(placing, contacts);
-    losses.friction += acting.friction + released.unwrap_or(0.0);
+    losses.friction += acting.friction;
     losses.damping += acting.damping;
     losses
 }

@@ -45,7 +45,7 @@ pub(crate) struct Both {
 pub(crate) struct Skins {
     kinds: Vec<Skin>,
     /// By block and face, twice the direction plus one at the upper side.
-    of_block: Vec<[u16; 6]>,
+    of_block: Vec<[u32; 6]>,
     /// Given for all contacts.
     normal: Option<f64>,
     shear: Option<f64>,
@@ -53,6 +53,8 @@ pub(crate) struct Skins {
     damping: f64,
     /// Largest thickness `[m]`.
     pub(crate) thickest: f64,
+    /// Largest stiffnesses of a face `[Pa/m]`.
+    hardest: Stiffness,
 }
 
 impl Skins {
@@ -67,15 +69,19 @@ impl Skins {
             tan_friction: contact.friction.map(tan),
             damping: contact.damping_ratio(),
             thickest: 0.0,
+            hardest: Stiffness { normal: 0.0, shear: 0.0 },
         };
-        let mut known: HashMap<[u64; 6], u16> = HashMap::new();
+        let mut known: HashMap<[u64; 6], u32> = HashMap::new();
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
                 let skin = Skin::new(deck, geometry, body, face);
                 skins.thickest = skins.thickest.max(skin.thickness);
+                let Stiffness { normal, shear } = skin.stiffness;
+                skins.hardest.normal = skins.hardest.normal.max(normal);
+                skins.hardest.shear = skins.hardest.shear.max(shear);
                 *known.entry(skin.key()).or_insert_with(|| {
                     skins.kinds.push(skin);
-                    skins.kinds.len() as u16 - 1
+                    skins.kinds.len() as u32 - 1
                 })
             });
             skins.of_block.push(faces);
@@ -85,7 +91,7 @@ impl Skins {
 
     pub(crate) fn of(&self, block: u32, face: FaceOf) -> &Skin {
         let face = 2 * face.direction + usize::from(face.upper);
-        &self.kinds[usize::from(self.of_block[block as usize][face])]
+        &self.kinds[self.of_block[block as usize][face] as usize]
     }
 
     /// The same without the stiffness that is given for all contacts along the normal (0) or across (1).
@@ -115,9 +121,12 @@ impl Skins {
 
     /// Stiffness of a contact of a face with the stiffest that there is `[Pa/m]`.
     fn hardest(&self, skin: &Skin) -> Stiffness {
-        let with = self.kinds.iter().map(|kind| self.both([skin, kind], [false; 2]).stiffness);
-        let most = with.fold([0.0_f64; 2], |most, k| [most[0].max(k[0]), most[1].max(k[1])]);
-        Stiffness { normal: most[0], shear: most[1] }
+        let series = |a: f64, b: f64| a * b / (a + b);
+        let Stiffness { normal, shear } = skin.stiffness;
+        Stiffness {
+            normal: self.normal.unwrap_or_else(|| series(normal, self.hardest.normal)),
+            shear: self.shear.unwrap_or_else(|| series(shear, self.hardest.shear)),
+        }
     }
 
     /// Stiffness of a contact or of the joint of a face, whichever is larger `[Pa/m]`.

@@ -309,6 +309,11 @@ impl Lattice {
         .help("the joints on both sides must leave a body between them")
     }
 
+    /// Shortest edge of a cell `[m]`.
+    pub(super) fn shortest(&self) -> f64 {
+        self.lengths.iter().flatten().copied().fold(f64::INFINITY, f64::min)
+    }
+
     /// The eight corners of a range of cells.
     pub(super) fn corners_of(&self, from: [usize; 3], to: [usize; 3]) -> [Vec3; 8] {
         std::array::from_fn(|k| {

@@ -21,14 +21,15 @@ struct Overlap {
 pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
     let skins: Vec<f64> = lattices.iter().map(Lattice::skin).collect();
     let fault = |(i, j): (usize, usize)| {
-        let allowed = skins[i] + skins[j];
+        let rounding = rounding(&lattices[i], &lattices[j]);
+        let allowed = skins[i] + skins[j] + rounding;
         let Overlap { cells: [in_i, in_j], depth } = deepest(&lattices[i], &lattices[j], allowed)?;
         let message = format!(
             "block {in_j:?} of `{}` and block {in_i:?} of `{}` overlap by {depth:.3e} m",
             deck.set_name(j),
             deck.set_name(i)
         );
-        let help = if allowed > 0.0 {
+        let help = if allowed > rounding {
             format!(
                 "move one of the sets: they may touch, or overlap by {allowed:.3e} m, half the \
                  thickness of the joints of each; blocks are counted along x, y, z from 0"
@@ -43,11 +44,16 @@ pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
     close(lattices).into_iter().filter_map(fault).take(MOST).collect()
 }
 
+/// What corners written with some digits do not fit `[m]`.
+fn rounding(a: &Lattice, b: &Lattice) -> f64 {
+    1e-6 * a.shortest().min(b.shortest())
+}
+
 /// Pairs of sets that have no gap between them.
 pub(super) fn touching(lattices: &[Lattice]) -> Vec<(usize, usize)> {
     let touch = |&(i, j): &(usize, usize)| {
         let (a, b) = (&lattices[i], &lattices[j]);
-        depth(a, &a.corners(), b, &b.corners()).is_some_and(|(depth, size)| depth >= -1e-9 * size)
+        depth(a, &a.corners(), b, &b.corners()).is_some_and(|(depth, _)| depth >= -rounding(a, b))
     };
     close(lattices).into_iter().filter(touch).collect()
 }

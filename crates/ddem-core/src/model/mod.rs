@@ -144,8 +144,7 @@ impl Model {
 
     /// The faces of the blocks, where contacts may be before any joint has failed.
     pub(crate) fn open_surfaces(&self) -> Option<&Surfaces> {
-        let together = self.deck.blocks.len() == 1 && self.can_fail();
-        self.contact.as_ref().filter(|_| !together)
+        self.contact.as_ref().filter(|surfaces| surfaces.open)
     }
 
     /// Whether any joint can fail.

@@ -191,6 +191,12 @@ impl Pose {
         }
     }
 
+    /// Turned on by a time, with the momentum it has.
+    pub(crate) fn ahead(&self, matter: &Matter, time: f64) -> Self {
+        let spin = matter.spin(&self.turn, self.momentum);
+        Self { turn: turn_by(spin * time) * self.turn, ..*self }
+    }
+
     /// `½ v⁻ m v⁺` and the same of the turning, of this pose before and another after.
     pub(crate) fn kinetic(&self, after: &Self, matter: &Matter) -> f64 {
         let shift = matter.mass * self.velocity.dot(&after.velocity);

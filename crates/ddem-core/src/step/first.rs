@@ -7,7 +7,7 @@ use fearless_simd_macros::simd;
 
 use crate::assembly::NO_TABLE;
 use crate::breaks::{Breaks, Broken, Look, Losses};
-use crate::contact::{Contacts, Ground, Placing, Surfaces, find};
+use crate::contact::{Contacts, Ground, Placing, Surfaces, find, let_go};
 use crate::element::corotation::Frame;
 use crate::force::body::body;
 use crate::force::joint::{cell_energy, joint};
@@ -66,6 +66,11 @@ pub(crate) fn forces(
 ) -> Losses {
     let level = scratch.level;
     let model = pass.model;
+    let mut contacts = contacts.zip(model.contact.as_ref());
+    let released = match &mut contacts {
+        Some((contacts, surfaces)) => release(pass, surfaces, (breaks, contacts), scratch),
+        None => 0.0,
+    };
     let (fields, frames, runs) = scratch.forces(breaks, pass.energies);
     let input = input(pass, frames);
     spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
@@ -75,31 +80,52 @@ pub(crate) fn forces(
     if losses.failed != [0; 2] {
         losses.fracture += remove_cells(pass, breaks, scratch);
     }
-    if let (Some(surfaces), Some(contacts)) = (&model.contact, contacts) {
+    if let Some((contacts, surfaces)) = contacts {
         let more = touch(pass, surfaces, (breaks, contacts), scratch);
-        losses.friction += more.friction;
+        losses.friction += more.friction + released;
         losses.damping += more.damping;
     }
     losses
 }
 
-/// §9: contacts, and joints that become contacts.
-fn touch(
+/// §9: joints that have moved become contacts.
+fn release(
     pass: Pass<'_>,
     surfaces: &Surfaces,
     (breaks, contacts): (&mut Breaks, &mut Contacts),
+    scratch: &mut Scratch,
+) -> f64 {
+    let Scratch { frames, search, .. } = scratch;
+    let (ground, placing) = meeting(pass, surfaces, frames);
+    let_go(ground, placing, breaks, contacts, search)
+}
+
+fn meeting<'a>(
+    pass: Pass<'a>,
+    surfaces: &'a Surfaces,
+    frames: &'a [Frame],
+) -> (Ground<'a>, Placing<'a>) {
+    let ground = Ground { places: pass.model.places(), skins: &surfaces.skins, held: pass.held };
+    let frames = pass.model.corotational().then_some(frames);
+    let start = pass.last.is_none();
+    let blocks = &surfaces.blocks;
+    (ground, Placing { blocks, u: pass.u, frames, last: pass.way, start })
+}
+
+/// §9: how far joints have moved, and contacts.
+fn touch(
+    pass: Pass<'_>,
+    surfaces: &Surfaces,
+    (breaks, contacts): (&Breaks, &mut Contacts),
     scratch: &mut Scratch,
 ) -> Losses {
     let places = pass.model.places();
     if contacts.look(places, &pass.model.laws, breaks) {
         scratch.search.forget();
     }
-    let ground = Ground { places, skins: &surfaces.skins, held: pass.held };
     let Scratch { frames, search, .. } = scratch;
-    let frames = pass.model.corotational().then_some(&frames[..]);
-    let start = pass.last.is_none();
-    let placing = Placing { blocks: &surfaces.blocks, u: pass.u, frames, last: pass.way, start };
-    find(ground, placing, breaks, contacts, search)
+    let (ground, placing) = meeting(pass, surfaces, frames);
+    find(ground, placing, contacts, search)
 }
 
 pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {

@@ -51,7 +51,9 @@ fn run_relaxing<S: Simd>(
         let (u, v) = (&mut fields.u[own.clone()], &mut fields.v[own.clone()]);
         let q = &mut fields.workspaces[0].q;
         q.resize(q.len().max(u.len()), Lanes::ZERO);
-        cluster::accelerations(simd, model, clusters, index, f, &mut q[..u.len()]);
+        let pack = &packs.packs[index];
+        let poses = pack.rigid.then(|| &fields.poses[pack.rigid_start - first_rigid]);
+        cluster::accelerations(simd, (model, poses), clusters, index, f, &mut q[..u.len()]);
         let mut tally = Tally::new(simd);
         let mut fastest = splat(simd, 0.0);
         for (at, (u, v)) in u.iter_mut().zip(v.iter_mut()).enumerate() {
@@ -64,7 +66,6 @@ fn run_relaxing<S: Simd>(
         let mut sums = Sums { fastest: Lanes::from(fastest), ..Sums::default() };
         tally.give(&mut sums);
         fields.sums[index - run.start] = sums;
-        let pack = &packs.packs[index];
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
             follow(model, index, poses, (u, v));

@@ -28,7 +28,11 @@ impl<'a> Context<'a> {
 
     fn hold(self, index: usize, member: &Member<'_>) -> Option<Hold> {
         let supports = &self.active.supports[self.active.supports_of(index)];
-        member.hold(supports, self.velocities, 3 * self.model.packs.packs[index].start)
+        let first = 3 * self.model.packs.packs[index].start;
+        // A corner goes along the chord of its way: as it lies halfway there it is held.
+        let ahead = if self.motion.fictitious { 0.0 } else { 0.5 * self.motion.time_step };
+        let pose = member.pose.ahead(member.matter, ahead);
+        Member { pose: &pose, ..*member }.hold(supports, self.velocities, first)
     }
 }
 
