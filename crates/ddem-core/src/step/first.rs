@@ -26,6 +26,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) u: &'a [Lanes],
     /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
     pub(crate) failing: Option<f64>,
+    /// Whether a step in which pairs fail is not taken: contacts stay as they are then.
+    pub(crate) waits: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
     /// Velocities of the last half step and its time step, if there was one.
@@ -46,6 +48,7 @@ impl<'a> Pass<'a> {
             model,
             u,
             failing: None,
+            waits: false,
             time: 0.0,
             last: None,
             way: (u, 0.0),
@@ -78,6 +81,9 @@ pub(crate) fn forces(
     });
     let mut losses = Losses::total(&scratch.losses);
     if losses.failed != [0; 2] {
+        if pass.waits {
+            return losses;
+        }
         losses.fracture += remove_cells(pass, breaks, scratch);
     }
     if let Some((contacts, surfaces)) = contacts {

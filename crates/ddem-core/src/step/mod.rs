@@ -349,6 +349,7 @@ impl<'a> Context<'a> {
             model: self.model,
             u,
             failing: self.failing,
+            waits: self.waits,
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
             way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
