@@ -7,7 +7,7 @@ use fearless_simd_macros::simd;
 
 use crate::assembly::NO_TABLE;
 use crate::breaks::{Breaks, Broken, Look, Losses};
-use crate::contact::{Contacts, Ground, Placing, Surfaces, find};
+use crate::contact::{Contacts, Ground, Placing, find};
 use crate::element::corotation::Frame;
 use crate::force::body::body;
 use crate::force::joint::{cell_energy, joint};
@@ -75,21 +75,19 @@ pub(crate) fn forces(
     if losses.failed != [0; 2] {
         losses.fracture += remove_cells(pass, breaks, scratch);
     }
-    if let (Some(surfaces), Some(contacts)) = (&model.contact, contacts) {
-        let more = touch(pass, surfaces, (breaks, contacts), scratch);
-        losses.friction += more.friction;
-        losses.damping += more.damping;
+    if let Some(contacts) = contacts {
+        losses.add(&meet(pass, (breaks, contacts), scratch));
     }
     losses
 }
 
 /// §9: contacts, and joints that become contacts.
-fn touch(
+pub(super) fn meet(
     pass: Pass<'_>,
-    surfaces: &Surfaces,
     (breaks, contacts): (&mut Breaks, &mut Contacts),
     scratch: &mut Scratch,
 ) -> Losses {
+    let Some(surfaces) = &pass.model.contact else { return Losses::default() };
     let places = pass.model.places();
     if contacts.look(places, &pass.model.laws, breaks) {
         scratch.search.forget();

@@ -31,6 +31,7 @@ use crate::scratch::{Balancing, Moving, Part, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
 
+use first::meet;
 pub(crate) use first::{Pass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, before, carry, present};
@@ -67,10 +68,12 @@ pub(crate) fn step(
     scratch: &mut Scratch,
 ) -> Option<(Sums, Losses)> {
     let State { u, v, breaks, contacts, .. } = &mut *state;
-    let losses = forces(context.pass((u, v), false), breaks, Some(contacts), scratch);
+    let pass = context.pass((u, v), false);
+    let mut losses = forces(pass, breaks, None, scratch);
     if context.waits && losses.failed != [0; 2] {
         return None;
     }
+    losses.add(&meet(pass, (breaks, contacts), scratch));
     let sums = advance(context, state, scratch);
     state.steps += 1;
     let (time, step) = state.origin;
