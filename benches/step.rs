@@ -7,7 +7,8 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use ddem::deck::{BlockSet, Damping, Joint, JointChoice, Kinematics, Material, TimeStep};
+use ddem::deck::{BlockSet, Body, Damping, Extent, Fix, Joint, JointChoice, Kinematics, Material};
+use ddem::deck::{TimeStep, Where};
 use ddem::{Deck, Model, Simulation};
 
 /// Cubes of 1 m with four divisions and joints of rock, 1 cm thick.
@@ -43,6 +44,7 @@ fn simulation(count: [u32; 3], kinematics: Kinematics, joints: Joints) -> Simula
     let mut deck = deck(count, kinematics);
     let strength = if joints == Joints::Strong { 1e12 } else { 0.0 };
     if joints != Joints::Unbreakable {
+        deck.model.contact = Some(false);
         for joint in deck.joints.values_mut() {
             (joint.cohesion, joint.friction, joint.tension) =
                 (Some(strength), Some(2.0), Some(strength));
@@ -165,5 +167,55 @@ fn joints(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, memory, forces, steps, joints);
+/// Rigid cubes of 1 m, face on face: in one lattice with joints, or each alone and all in contact.
+fn cubes(count: u32, joined: bool) -> Simulation {
+    let mut deck = deck([count; 3], Kinematics::Corotational);
+    deck.blocks[0].body = Body::Rigid;
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    if !joined {
+        let all = deck.blocks.remove(0);
+        for k in 0..count.pow(3) {
+            let cell = [k % count, k / count % count, k / count.pow(2)];
+            let origin = cell.map(f64::from);
+            let (size, count) = (Some([1.0; 3]), None);
+            deck.blocks.push(BlockSet { origin, size, count, joint: None, ..all.clone() });
+        }
+    }
+    let held = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
+    deck.fix.push(Fix { region: held, axes: "xyz".into(), ..Fix::default() });
+    let mut simulation = Simulation::new(Model::new(&deck).expect("a deck without faults"));
+    let started = simulation.start(Damping::Local(0.8), TimeStep::Auto, None);
+    started.expect("a stable step");
+    for _ in 0..200 {
+        simulation.step().expect("finite numbers");
+    }
+    simulation
+}
+
+/// Rigid cubes in face contact: time and memory for each point of a joint or a contact.
+fn rigid(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("rigid");
+    group.warm_up_time(Duration::from_secs(1)).sample_size(10);
+    for joined in [true, false] {
+        let mut simulation = cubes(22, joined);
+        let [contacts, _] = simulation.contact_points();
+        let points = if joined { simulation.model().n_pairs() } else { contacts };
+        let blocks = simulation.model().n_blocks();
+        let what = if joined { "joints" } else { "contacts" };
+        if !joined {
+            let bytes = simulation.contact_bytes() as f64 / points as f64;
+            eprintln!("{blocks} cubes, {points} points of {what}: {bytes:.0} bytes per point");
+        }
+        group.throughput(Throughput::Elements(points as u64));
+        for threads in [1, 2] {
+            let id = BenchmarkId::new(format!("{what}/{threads} threads"), blocks);
+            group.bench_function(id, |bencher| {
+                pool(threads).install(|| bencher.iter(|| simulation.step()));
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, memory, forces, steps, joints, rigid);
 criterion_main!(benches);

@@ -3,7 +3,7 @@
 use super::energy::closes;
 use super::record::Tolerance::{Absolute, AtMost, Relative};
 use super::record::{check, of};
-use super::shared::{example, run};
+use super::shared::{edited, example, run};
 
 pub(crate) const G: f64 = 9.81;
 /// Of the block, and of the base.
@@ -33,6 +33,25 @@ fn it_slides_where_the_slope_is_steeper_than_friction() {
     let failed = run.summary.failed_pairs.shear + run.summary.failed_pairs.tension;
     check(case, "failed pairs", 9.0, failed as f64, Absolute(0.0));
     closes(case, "", &run);
+}
+
+/// After half a pair spacing the joint is let go, and a contact goes on from there.
+#[test]
+fn it_slides_on_as_a_contact() {
+    let case = of("v04_slides");
+    let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
+    let exact = G * (slope.sin() - slope.cos() * friction.tan());
+    for kind in ["rigid", "deformable"] {
+        let text = edited(&example(case.deck), "contact = false", "contact = true");
+        let text = edited(&text, "where = { z = 0.75 }", "where = { z = 1.0 }");
+        let body = format!("divisions = 2\nbody = \"{kind}\"");
+        let run = run(&edited(&text, "divisions = 2", &body));
+        let velocities = run.probes.series("block.x").into_iter();
+        let what = format!("acceleration, its joint let go, {kind} [m/s²]");
+        let late = velocities.filter(|[time, _]| *time >= 0.02);
+        check(case, &what, exact, rate(late), Relative(5e-3));
+        closes(case, &format!(", its joint let go, {kind}"), &run);
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::record::Tolerance::{Absolute, AtMost, Between, Relative};
 use super::record::{Case, check, of};
 use super::shared::{Run, edited, example, run};
 
-/// Mass of the block [kg].
+/// Mass of the block `[kg]`.
 const MASS: f64 = 150.0;
 
 /// The deck with one kind of block on the base, which stays rigid.
@@ -77,8 +77,9 @@ fn it_stays_on_another_block() {
     }
 }
 
-/// Runs a deck with the width on both sides of the limit.
-fn topples(case: Case, kind: &str, text: &str, top: f64) {
+/// Runs a deck with the width on both sides of the limit. The probe is at a height of `level` half
+/// heights of the block.
+fn topples(case: Case, kind: &str, text: &str, level: f64) {
     let limit = 20_f64.to_radians().tan();
     for part in [1.03, 0.97] {
         let width = format!("{:.6}", part * limit);
@@ -86,8 +87,8 @@ fn topples(case: Case, kind: &str, text: &str, top: f64) {
         let what = format!("w/h = {part} tan ψ, {kind}");
         let leans = run.last("block.x");
         if part > 1.0 {
-            // A part of the way of the top that would bring the weight over the edge.
-            let most = 0.1 * 0.5 * (part - 1.0) * limit * top;
+            // A part of the way that would bring the weight over the edge.
+            let most = 0.1 * 0.5 * (part - 1.0) * limit * level;
             check(case, &format!("{what}: leans [m]"), most, leans.abs(), AtMost);
             let speed = run.last("speed.x").abs();
             check(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed, AtMost);
@@ -109,4 +110,13 @@ fn it_topples_where_it_is_slender() {
     let text = example(case.deck);
     topples(case, "rigid", &text, 1.0);
     topples(case, "deformable", &softer(&body(&text, "block", "deformable")), 1.0);
+}
+
+#[test]
+fn it_topples_over_a_joint_without_strength() {
+    let case = of("v04_topples_joint");
+    let text = example(case.deck);
+    topples(case, "rigid", &text, 2.0);
+    let deformable = edited(&text, "body = \"rigid\"", "body = \"deformable\"");
+    topples(case, "deformable", &softer(&deformable), 2.0);
 }

@@ -73,8 +73,8 @@ fn angles(run: &super::shared::Run, part: f64) -> Vec<[f64; 2]> {
 
 /// When the base is level for the first time.
 fn level(angles: &[[f64; 2]]) -> f64 {
-    let cross = angles.windows(2).find(|pair| pair[0][1] > 0.0 && pair[1][1] <= 0.0);
-    let [[t0, a0], [t1, a1]] = *cross.expect("it falls back").as_array().expect("two");
+    let after = angles.iter().position(|[_, angle]| *angle <= 0.0).expect("it falls back");
+    let ([t0, a0], [t1, a1]) = (angles[after - 1], angles[after]);
     t0 + (t1 - t0) * a0 / (a0 - a1)
 }
 

@@ -270,6 +270,20 @@ impl Simulation {
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }
 
+    /// Pairs of points in contact: how many there are, and how many of them press on each other.
+    #[must_use]
+    pub fn contact_points(&self) -> [usize; 2] {
+        let patches = &self.state.contacts.patches;
+        let points = || patches.iter().flat_map(|patch| &patch.points);
+        [points().count(), points().filter(|point| point.memory.gap < 0.0).count()]
+    }
+
+    /// Memory that contacts take `[bytes]`.
+    #[must_use]
+    pub fn contact_bytes(&self) -> usize {
+        self.state.contacts.bytes() + self.scratch.search.bytes()
+    }
+
     /// Sum of the support forces on some nodes, given in order, as they act on the model `[N]`.
     pub fn reaction(&mut self, nodes: &[u32]) -> [f64; 3] {
         self.measure_once();

@@ -115,6 +115,8 @@ pub(super) fn accelerations(
     out: &mut [Lanes],
 ) {
     let Pack { start, filled, rigid_start, .. } = model.packs.packs[index];
+    // Lanes without a body do not move.
+    out.fill(Lanes::ZERO);
     for lane in 0..filled {
         let matter = &model.assembly.rigid[rigid_start][lane];
         let size = matter.size();

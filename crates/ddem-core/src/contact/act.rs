@@ -103,6 +103,6 @@ impl Point {
         let closed = self.memory.gap < 0.0 && time_step > 0.0;
         let before = self.drag;
         self.drag = if closed { (dashpot * opened / time_step).min(-spring) } else { 0.0 };
-        0.5 * (before + self.drag) * opened
+        if placing.start { 0.0 } else { 0.5 * (before + self.drag) * opened }
     }
 }

@@ -47,6 +47,8 @@ pub(crate) struct Placing<'a> {
     pub(crate) frames: Option<&'a [Frame]>,
     /// Velocities of the last half step and its time step `[m/s, s]`.
     pub(crate) last: (&'a [Lanes], f64),
+    /// Nothing has moved since the last look: the first half step of a stage.
+    pub(crate) start: bool,
 }
 
 pub(crate) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {

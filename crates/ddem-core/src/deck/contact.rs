@@ -1,11 +1,12 @@
 //! Contacts between blocks that no joint holds together.
 
-use std::f64::consts::PI;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Deck, Joint};
+
+/// Restitution of critical damping that never pulls, exp(−2).
+const CRITICAL: f64 = 0.135_335_283_236_612_7;
 
 /// What blocks do where they meet and no joint is between them (§8). Everything left out follows
 /// from the two faces that meet.
@@ -37,20 +38,26 @@ impl ContactTable {
         *self == Self::default()
     }
 
-    /// Damping as a fraction of critical ζ: as given, or that with which a spring and a dashpot
-    /// rebound by the restitution e, `−ln e/√(π² + ln² e)`; 0 where neither is given.
+    /// Damping as a fraction of critical ζ: as given, or that with which a mass rebounds by the
+    /// restitution e from a spring and a dashpot that never pull, `ln e = −2ζ acos ζ/√(1 − ζ²)`;
+    /// below e = exp(−2) it is critical. 0 where neither is given.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
         let Some(restitution) = self.restitution.filter(|_| self.damping.is_none()) else {
             return self.damping.unwrap_or(0.0);
         };
-        let decrement = restitution.ln().abs();
-        // No motion comes back from critical damping: the limit of e → 0.
-        if decrement.is_finite() {
-            decrement / (PI * PI + decrement * decrement).sqrt()
-        } else {
-            1.0
+        let rebound =
+            |ratio: f64| (-2.0 * ratio * ratio.acos() / (1.0 - ratio * ratio).sqrt()).exp();
+        if restitution <= CRITICAL {
+            return 1.0;
         }
+        // The rebound falls all the way.
+        let (mut low, mut high) = (0.0, 1.0);
+        while high - low > 1e-15 {
+            let middle = 0.5 * (low + high);
+            if rebound(middle) > restitution { low = middle } else { high = middle }
+        }
+        low
     }
 }
 

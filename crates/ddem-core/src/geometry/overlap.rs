@@ -6,6 +6,7 @@ use super::Vec3;
 use super::lattice::{Lattice, NONE, bounds_of};
 use crate::deck::Deck;
 use crate::error::Fault;
+use crate::grid;
 
 /// Most faults: nobody reads more, and of many sets on one place there would be very many.
 const MOST: usize = 50;
@@ -54,20 +55,10 @@ pub(super) fn touching(lattices: &[Lattice]) -> Vec<(usize, usize)> {
 /// Pairs of sets, the earlier one first, whose boxes along the coordinate axes meet.
 fn close(lattices: &[Lattice]) -> Vec<(usize, usize)> {
     let boxes: Vec<[Vec3; 2]> = lattices.iter().map(Lattice::box_around).collect();
-    let mut order: Vec<usize> = (0..boxes.len()).collect();
-    order.sort_by(|&i, &j| boxes[i][0].x.total_cmp(&boxes[j][0].x));
-    let mut pairs = Vec::new();
-    for (k, &i) in order.iter().enumerate() {
-        let further = order[k + 1..].iter().take_while(|&&j| boxes[j][0].x <= boxes[i][1].x);
-        let met = further.filter(|&&j| meet(&boxes[i], &boxes[j]));
-        pairs.extend(met.map(|&j| (i.min(j), i.max(j))));
-    }
+    let pairs = grid::meeting(&boxes).into_iter();
+    let mut pairs: Vec<(usize, usize)> = pairs.map(|[i, j]| (i as usize, j as usize)).collect();
     pairs.sort_unstable_by_key(|&(i, j)| (j, i));
     pairs
-}
-
-fn meet(a: &[Vec3; 2], b: &[Vec3; 2]) -> bool {
-    (0..3).all(|k| a[0][k] <= b[1][k] && b[0][k] <= a[1][k])
 }
 
 /// The two blocks of two sets that overlap most, if by more than what is allowed. Looks only at

@@ -96,7 +96,8 @@ impl Simulation {
         let half = 0.5 * self.motion.time_step;
         self.state.work.loads -= half * sums.loads[0];
         self.state.work.supports -= half * sums.supports[0];
-        self.state.work.damping -= half * sums.damping[0];
+        // What dashpots have taken on this way was booked when it was settled.
+        self.state.work.damping -= half * sums.damping[0] + self.losing.damping;
     }
 
     /// Brings everything to rest; damping takes the kinetic energy.

@@ -95,7 +95,8 @@ pub(super) fn meet(
     let ground = Ground { places, skins: &surfaces.skins, held: pass.held };
     let Scratch { frames, search, .. } = scratch;
     let frames = pass.model.corotational().then_some(&frames[..]);
-    let placing = Placing { blocks: &surfaces.blocks, u: pass.u, frames, last: pass.way };
+    let start = pass.last.is_none();
+    let placing = Placing { blocks: &surfaces.blocks, u: pass.u, frames, last: pass.way, start };
     find(ground, placing, breaks, contacts, search)
 }
 

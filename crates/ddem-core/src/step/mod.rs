@@ -68,6 +68,7 @@ pub(crate) fn step(
     scratch: &mut Scratch,
 ) -> Option<(Sums, Losses)> {
     let State { u, v, breaks, contacts, .. } = &mut *state;
+    // A step that is not taken leaves contacts as they are.
     let pass = context.pass((u, v), false);
     let mut losses = forces(pass, breaks, None, scratch);
     if context.waits && losses.failed != [0; 2] {

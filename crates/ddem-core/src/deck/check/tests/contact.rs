@@ -22,18 +22,30 @@ fn contacts_have_rules() {
     assert_eq!(contact(both), ["contact.restitution"]);
 }
 
-/// A mass on a spring and a dashpot with ζ comes back with e = exp(−πζ/√(1−ζ²)) of its speed.
+/// Speed with which a unit mass comes back from a unit spring and a dashpot that never pull, in very
+/// short steps.
+fn rebound(ratio: f64) -> f64 {
+    let (mut x, mut v, step) = (0.0, 1.0, 1e-5);
+    loop {
+        let force: f64 = x + 2.0 * ratio * v;
+        if force < 0.0 {
+            return -v;
+        }
+        v -= force * step;
+        x += v * step;
+    }
+}
+
 #[test]
 fn restitution_is_damping_in_other_words() {
     let of = |restitution: f64| {
         ContactTable { restitution: Some(restitution), ..ContactTable::default() }.damping_ratio()
     };
     assert_eq!(ContactTable::default().damping_ratio().to_bits(), 0);
-    assert_eq!((of(1.0).to_bits(), of(0.0)), (0, 1.0));
-    for restitution in [1e-300, 1e-3, 0.3, 0.9, 1.0 - 1e-9] {
-        let ratio = of(restitution);
-        let back = (-std::f64::consts::PI * ratio / ((1.0 - ratio) * (1.0 + ratio)).sqrt()).exp();
-        assert!((back - restitution).abs() < 1e-12, "{restitution} {ratio} {back}");
+    assert_eq!((of(1.0).to_bits(), of(0.0), of(0.1)), (0, 1.0, 1.0));
+    for restitution in [0.14, 0.3, 0.9, 0.999] {
+        let back = rebound(of(restitution));
+        assert!((back - restitution).abs() < 1e-4, "{restitution} {back}");
     }
     let given = ContactTable { damping: Some(0.2), ..ContactTable::default() };
     assert_eq!(given.damping_ratio(), 0.2);
