@@ -131,6 +131,7 @@ fn a_checkpoint_with_numbers_that_cannot_be_is_refused() {
     let how = How { stop_after: Some(800), ..How::default() };
     assert!(!run_into(&rubble(), folder.path(), how));
     let arrays = Checkpoint::load(folder.path().join("checkpoint.h5")).expect("a file").arrays;
+    assert!(arrays["contact_joints"].contains(&3.0), "no contact has taken the place of a joint");
     for name in ["contact_joints", "contact_patches", "contact_points", "poses"] {
         let numbers = &arrays[name];
         let changed = |at: usize, value: f64| {

@@ -105,15 +105,18 @@ impl Losses {
     /// Sum over packs, in order.
     pub(crate) fn total(packs: &[Self]) -> Self {
         let mut total = Self::default();
-        for losses in packs {
-            total.friction += losses.friction;
-            total.fracture += losses.fracture;
-            total.damping += losses.damping;
-            for mode in 0..2 {
-                total.failed[mode] += losses.failed[mode];
-            }
-        }
+        packs.iter().for_each(|losses| total.add(losses));
         total
+    }
+
+    /// Adds what others have lost.
+    pub(crate) fn add(&mut self, more: &Self) {
+        self.friction += more.friction;
+        self.fracture += more.fracture;
+        self.damping += more.damping;
+        for (failed, more) in self.failed.iter_mut().zip(more.failed) {
+            *failed += more;
+        }
     }
 }
 

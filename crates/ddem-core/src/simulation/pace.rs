@@ -162,6 +162,8 @@ impl Simulation {
             return Ok(());
         }
         self.holds = true;
+        // A measurement before lets pairs fail, and forces now are those of the step that waits.
+        self.measured = None;
         let was_half = !self.state.whole;
         self.settle();
         let left = self.state.end - self.state.time;

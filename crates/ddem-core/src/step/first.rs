@@ -82,14 +82,14 @@ pub(crate) fn forces(
     let mut losses = Losses::total(&scratch.losses);
     if losses.failed != [0; 2] {
         if pass.waits {
+            // A step that is not taken leaves contacts as they are.
             return losses;
         }
         losses.fracture += remove_cells(pass, breaks, scratch);
     }
     if let Some((contacts, surfaces)) = contacts {
-        let more = touch(pass, surfaces, (breaks, contacts), scratch);
-        losses.friction += more.friction + released;
-        losses.damping += more.damping;
+        losses.add(&touch(pass, surfaces, (breaks, contacts), scratch));
+        losses.friction += released;
     }
     losses
 }

@@ -67,13 +67,8 @@ pub(crate) fn step(
     scratch: &mut Scratch,
 ) -> Option<(Sums, Losses)> {
     let State { u, v, breaks, contacts, .. } = &mut *state;
-    if context.waits {
-        // A step that is not taken leaves contacts as they are.
-        scratch.trial_contacts.clone_from(contacts);
-    }
     let losses = forces(context.pass((u, v), false), breaks, Some(contacts), scratch);
     if context.waits && losses.failed != [0; 2] {
-        std::mem::swap(contacts, &mut scratch.trial_contacts);
         return None;
     }
     let sums = advance(context, state, scratch);
