@@ -167,9 +167,13 @@ impl Simulation {
         let was_half = !self.state.whole;
         self.settle();
         let left = self.state.end - self.state.time;
-        let steps = whole_steps(left, safe);
-        let step = if left.is_finite() { left / steps } else { safe };
-        self.state.last_step = self.state.steps.saturating_add(steps as u64);
+        let mut step = safe;
+        // Programs may go on beyond the end.
+        if left.is_finite() && left > 0.0 {
+            let steps = whole_steps(left, safe);
+            step = left / steps;
+            self.state.last_step = self.state.steps.saturating_add(steps as u64);
+        }
         self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
         self.state.origin = (self.state.time, self.state.steps);
         // Forces change at once now: they must not do so in the middle of a step.
