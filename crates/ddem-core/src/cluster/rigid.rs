@@ -131,7 +131,7 @@ pub(super) fn accelerations(
         let both = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
         let moved = inverses[lane] * both;
         let shift: Vector3<f64> = moved.fixed_rows::<3>(0).into();
-        let spin: Vector3<f64> = (moved.fixed_rows::<3>(3) / size).into();
+        let spin: Vector3<f64> = moved.fixed_rows::<3>(3) / size;
         for corner in 0..8 {
             let value = turn * (shift + spin.cross(&matter.arm(corner)));
             (0..3).for_each(|c| out[3 * corner + c].0[lane] = value[c]);

@@ -59,7 +59,7 @@ impl Simulation {
         let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
         put("displacement", self.model.plain(u).into_flattened());
         put("velocity", self.model.plain(v).into_flattened());
-        put("poses", poses.iter().flatten().flat_map(|pose| numbers(pose)).collect());
+        put("poses", poses.iter().flatten().flat_map(numbers).collect());
         put("stage_starts", stage_starts.clone());
         put("load_factors", load_factors.clone());
         let nodes = applied.keys().map(|&node| f64::from(node)).collect();

@@ -127,9 +127,9 @@ impl Scratch {
             dispatch!(self.level, simd => collect(simd, packs, index, shares, f, torque));
             let pack = &packs.packs[index];
             if pack.rigid && !linear {
-                for lane in 0..pack.filled {
+                let poses = poses[pack.rigid_start].iter().take(pack.filled);
+                for (lane, pose) in poses.enumerate() {
                     let matter = &model.assembly.rigid[pack.rigid_start][lane];
-                    let pose = &poses[pack.rigid_start][lane];
                     Member { matter, pose, lane }.add_torque(torque, f);
                 }
             } else if model.corotational() && !linear {

@@ -228,10 +228,9 @@ pub(crate) fn before(context: Context<'_>, index: usize, poses: &Poses, f: &[Lan
 /// Sets the velocities of the corners of a pack to those of its bodies.
 pub(crate) fn carry(model: &Model, index: usize, poses: &Poses, v: &mut [Lanes]) {
     let pack = &model.packs.packs[index];
-    for lane in 0..pack.filled {
+    for (lane, pose) in poses.iter().enumerate().take(pack.filled) {
         let matter = &model.assembly.rigid[pack.rigid_start][lane];
-        let member = Member { matter, pose: &poses[lane], lane };
-        member.set_twist(poses[lane].twist(matter), v);
+        Member { matter, pose, lane }.set_twist(pose.twist(matter), v);
     }
 }
 
@@ -244,11 +243,11 @@ pub(super) fn follow(
     (u, v): (&mut [Lanes], &[Lanes]),
 ) {
     let pack = &model.packs.packs[index];
-    for lane in 0..pack.filled {
+    for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
         let matter = &model.assembly.rigid[pack.rigid_start][lane];
         let ways = std::array::from_fn(|corner| at(v, corner, lane));
-        let (next, _) = poses[lane].moving(matter, &ways).moved(matter, 1.0);
-        poses[lane] = next.resting();
+        let (next, _) = pose.moving(matter, &ways).moved(matter, 1.0);
+        *pose = next.resting();
         for corner in 0..8 {
             let value = next.displacement(&matter.arm(corner));
             (0..3).for_each(|c| u[3 * corner + c].0[lane] = value[c]);

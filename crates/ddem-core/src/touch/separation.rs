@@ -165,10 +165,10 @@ pub(crate) fn separation(a: &Cell, b: &Cell) -> Separation {
     let second = |normal: &Vector3<f64>| {
         let mut second = f64::NEG_INFINITY;
         for (faces, distances) in [&of_a, &of_b].into_iter().zip(&distances) {
-            for d in 0..3 {
+            for (d, distance) in distances.iter().enumerate() {
                 let cosine = faces.areas[d].dot(normal) * faces.inverse[d];
                 if cosine.abs() < NEAR_FACE {
-                    second = second.max(distances[d]);
+                    second = second.max(*distance);
                 }
             }
         }

@@ -132,7 +132,7 @@ fn random_decks_run_or_say_why_not() {
                 continue;
             }
         };
-        model.warnings();
+        let _ = model.warnings();
         let mut simulation = Simulation::new(model);
         let first = simulation.energy();
         let ended = run(&deck, &mut simulation, dampings[seed as usize % 4]);

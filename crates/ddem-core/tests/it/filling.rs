@@ -1,7 +1,6 @@
 //! A box that is filled with cubes: nothing gets out, nothing stays in anything else, and energy is only
 //! lost.
 
-use ddem_core::Energy;
 use ddem_core::deck::{Damping, Deck, TimeStep};
 
 use crate::decks::*;
