@@ -134,7 +134,13 @@ fn deformable_cubes_fill_a_box() {
 
 #[test]
 #[ignore = "takes minutes"]
-fn a_thousand_cubes_fill_a_box() {
+fn a_thousand_rigid_cubes_fill_a_box() {
     dropped(10, 0, 1e9, (4.0, 100));
-    dropped(10, 1, 1e8, (3.5, 100));
+}
+
+/// Stiff enough for the pressure at the foot on the parts of faces that meet there.
+#[test]
+#[ignore = "takes minutes"]
+fn a_thousand_deformable_cubes_fill_a_box() {
+    dropped(10, 1, 4e8, (3.0, 100));
 }
