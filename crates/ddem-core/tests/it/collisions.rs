@@ -186,7 +186,7 @@ fn nothing_passes_through_a_thin_plate() {
         .into_iter()
         .flat_map(|kinds| [(kinds, true), (kinds, false)])
     {
-        for part_of_limit in [0.02, 0.1, 0.3, 0.6, 0.95] {
+        for part_of_limit in [0.005, 0.1, 0.3, 0.6, 0.95] {
             for _ in 0..if part_of_limit > 0.05 { 5 } else { 2 } {
                 let (end, deep) = at_plate(&mut random, part_of_limit, kinds, held);
                 let what = format!("{kinds:?} {held} {part_of_limit}: {end:?}, {deep}");

@@ -115,7 +115,7 @@ fn look(simulation: &mut Simulation) {
     }
 }
 
-const STEPS: usize = 700;
+const STEPS: usize = 1500;
 
 #[test]
 fn blocks_that_break_and_meet_have_the_same_bits_however_they_are_run() {
