@@ -23,10 +23,14 @@ use crate::look;
 /// the simulation from one of them raises :class:`Busy`.
 #[pyclass(frozen, module = "ddem")]
 pub(crate) struct Simulation {
-    inner: Mutex<Inner>,
+    /// In memory of its own: that of Python's objects is not aligned for vectors.
+    inner: Mutex<Box<Inner>>,
     pub(crate) pool: Pool,
     pub(crate) called: Called,
 }
+
+// Python's memory is aligned to 16 bytes.
+const _: () = assert!(align_of::<Simulation>() <= 16);
 
 /// What is moved.
 pub(crate) struct Inner {
@@ -312,10 +316,10 @@ impl Simulation {
 
 impl Simulation {
     pub(crate) fn new(session: Session, samples: Vec<Sample>, pool: Pool, called: Called) -> Self {
-        Self { inner: Mutex::new(Inner { session, samples }), pool, called }
+        Self { inner: Mutex::new(Box::new(Inner { session, samples })), pool, called }
     }
 
-    pub(crate) fn lock(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Inner>> {
+    pub(crate) fn lock(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
         match self.inner.try_lock() {
             Ok(inner) => Ok(inner),
             // A fault in the program was told when it happened.
@@ -335,7 +339,7 @@ impl Simulation {
         let mut stage = read_stage(py, kind, duration, keys)?;
         let bar = progress_bar(py, quiet)?;
         let mut inner = self.lock(py)?;
-        let Inner { session, samples } = &mut *inner;
+        let Inner { session, samples } = &mut **inner;
         stage.name = name.unwrap_or_default();
         let before = session.simulation().steps();
         let (done, stopped) = away(py, &self.pool, bar.as_ref(), |watch| {

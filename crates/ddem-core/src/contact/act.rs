@@ -47,7 +47,7 @@ impl Patch {
             let loss = law.respond(stiffness, opening, &mut point.memory);
             losses.friction += point.area * loss.friction;
             let slipped = (point.memory.slip - slip).norm();
-            point.ease((slipped, loss.friction), opening.normal, self.spacing);
+            point.ease((slipped, loss.friction), (opening.normal, normal), self.spacing);
             let mut traction = point.memory.traction;
             if self.both.dashpot > 0.0 {
                 losses.damping += point.area
@@ -69,7 +69,12 @@ impl Patch {
 impl Point {
     /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
     /// part, and while they slide over each other as far as friction pays for it.
-    fn ease(&mut self, (slipped, friction): (f64, f64), gap: f64, spacing: f64) {
+    fn ease(
+        &mut self,
+        (slipped, friction): (f64, f64),
+        (gap, stiffness): (f64, f64),
+        spacing: f64,
+    ) {
         let offset = &mut self.memory.dilation;
         if *offset == 0.0 {
             return;
@@ -81,10 +86,13 @@ impl Point {
         // Over half an element.
         let back = *offset * (slipped / (0.5 * spacing)).min(1.0);
         let pressure = -self.memory.traction.normal;
-        if -back * pressure <= friction {
+        // What the springs take on the way back, as they are pressed more and more.
+        let taken = |back: f64| -back * pressure + 0.5 * stiffness * back * back;
+        if back > 0.0 || taken(back) <= friction {
             *offset -= back;
         } else if friction > 0.0 {
-            *offset += friction / pressure;
+            let root = (pressure * pressure + 2.0 * stiffness * friction).sqrt();
+            *offset += (root - pressure) / stiffness;
         }
     }
 

@@ -168,6 +168,12 @@ impl Contacts {
         self.index();
     }
 
+    /// Forgets all patches: blocks have been put elsewhere.
+    pub(crate) fn part(&mut self) {
+        self.patches.clear();
+        self.index();
+    }
+
     /// Finds the patches of each block.
     pub(crate) fn index(&mut self) {
         let blocks = self.joints.len();

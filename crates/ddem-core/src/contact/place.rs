@@ -43,8 +43,10 @@ pub(crate) struct Placing<'a> {
     pub(crate) blocks: &'a [Placed],
     /// Displacements `[m]`.
     pub(crate) u: &'a [Lanes],
-    /// `None` for small displacements.
-    pub(crate) frames: Option<&'a [Frame]>,
+    /// Those of rigid bodies always, of others where they turn.
+    pub(crate) frames: &'a [Frame],
+    /// Small displacements: deformable bodies have no frames.
+    pub(crate) small: bool,
     /// Velocities of the last half step and its time step `[m/s, s]`.
     pub(crate) last: (&'a [Lanes], f64),
     /// Nothing has moved since the last look: the first half step of a stage.
@@ -172,19 +174,17 @@ impl Placing<'_> {
     /// Rotation of a block from its reference position.
     pub(crate) fn rotation(&self, block: usize) -> Matrix3<f64> {
         let Placed { pack, lane, .. } = self.blocks[block];
-        self.frames.map_or_else(Matrix3::identity, |frames| {
-            Matrix3::from_fn(|i, k| frames[pack].rotation[i][k].0[lane])
-        })
+        Matrix3::from_fn(|i, k| self.frames[pack].rotation[i][k].0[lane])
     }
 
     /// Centre of a block `[m]`.
     pub(crate) fn centre(&self, block: usize) -> Vec3 {
         let placed = &self.blocks[block];
         let Placed { pack, lane, .. } = *placed;
-        match self.frames {
-            Some(frames) => placed.middle + Vec3::from(frames[pack].mean.map(|c| c.0[lane])),
-            None => placed.cell(self.u).centre,
+        if self.small {
+            return placed.cell(self.u).centre;
         }
+        placed.middle + Vec3::from(self.frames[pack].mean.map(|c| c.0[lane]))
     }
 
     /// Position of a spot `[m]`, and its way in the last step `[m]`.

@@ -114,7 +114,10 @@ impl Broken {
 /// What a joint bore when it was let go: force on its lower side and moment about a point, and the
 /// energy in its springs.
 struct Load {
-    energy: f64,
+    /// Along the normal and in the plane `[J]`.
+    energy: [f64; 2],
+    /// Area of its springs `[m²]`.
+    area: f64,
     force: Vec3,
     moment: Vec3,
     about: Vec3,
@@ -144,7 +147,7 @@ pub(crate) fn release(
                 continue;
             };
             let blocks = [body.min(other) as u32, body.max(other) as u32];
-            lost += load.energy;
+            lost += load.energy[0] + load.energy[1];
             let Some(mut patch) = make(blocks) else { continue };
             let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
             patch.bear(placing, &load, sign);
@@ -170,7 +173,8 @@ fn let_go(
     let body = pack.bodies[lane] as usize;
     let axes = placing.between(body, other) * seam.axes;
     let about = (placing.centre(body) + placing.centre(other)) / 2.0;
-    let (mut force, mut moment, mut energy) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+    let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
+    let (mut energy, mut whole) = ([0.0; 2], 0.0);
     let broken = breaks.at(index)[1 << d].as_mut()?;
     let n = at.packs.shape_of(pack).divisions;
     for (p, points) in broken.points.iter_mut().enumerate() {
@@ -181,11 +185,14 @@ fn let_go(
         let pull = axes * own * area;
         force += pull;
         moment += (placing.pair((body, pack.rigid), d, p, n) - about).cross(&pull);
-        energy += area * stored(seam.stiffness(lane), memory);
+        let springs = 0.5 * traction.normal * memory.gap;
+        energy[0] += area * springs;
+        energy[1] += area * (stored(seam.stiffness(lane), memory) - springs);
+        whole += area;
         memory.traction = crate::law::Traction::default();
     }
     broken.let_go(lane);
-    Some(Load { energy, force, moment, about })
+    Some(Load { energy, area: whole, force, moment, about })
 }
 
 impl Placing<'_> {
@@ -240,7 +247,9 @@ impl Patch {
         }
         // Moment of a traction p n at y s + z t: p (z s − y t), with s × n = −t and t × n = s.
         let given = Vector3::new(normal.dot(&force), -t.dot(&moment), s.dot(&moment));
-        let Some(field) = matrix.try_inverse().map(|inverse| inverse * given) else { return };
+        // Points on a line bear an even pressure.
+        let even = Vector3::new(given.x / area, 0.0, 0.0);
+        let field = matrix.try_inverse().map_or(even, |inverse| inverse * given);
         let shear = nalgebra::Vector2::new(s.dot(&force), t.dot(&force)) / area;
         let [stiff, soft] = self.both.stiffness;
         for (point, x) in self.points.iter_mut().zip(&places) {
@@ -257,5 +266,7 @@ impl Patch {
             memory.slip += (memory.traction.shear - bears) / soft;
             memory.traction = crate::law::Traction { normal: wanted, shear: bears };
         }
+        // The same force on a smaller area holds more energy; softer springs do not.
+        self.cap(load.energy.map(|energy| energy * (load.area / area).max(1.0)));
     }
 }

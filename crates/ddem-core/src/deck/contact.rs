@@ -8,7 +8,7 @@ use super::{Deck, Joint};
 /// Restitution of critical damping that never pulls, exp(−2).
 const CRITICAL: f64 = 0.135_335_283_236_612_7;
 
-/// What blocks do where they meet and no joint is between them (§8). Everything left out follows
+/// What blocks do where they meet and no joint is between them (§9). Everything left out follows
 /// from the two faces that meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

@@ -79,7 +79,8 @@ impl Damping {
 /// Time step of a dynamic stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TimeStep {
-    /// 0.9 of the critical step, shrunk so that the stage ends on time.
+    /// 0.9 of the critical step, a quarter of that where rigid blocks may meet, shrunk so that the stage
+    /// ends on time.
     #[default]
     Auto,
     /// Taken as given `[s]`.

@@ -103,14 +103,14 @@ impl Scratch {
     /// Fits the frames to displacements that a step did not make.
     pub(crate) fn fit(&mut self, model: &Model, state: &State) {
         self.search.forget();
-        if !model.corotational() {
-            return;
-        }
         let packs = &model.packs;
         for (index, frame) in self.frames.iter_mut().enumerate() {
             let pack = &packs.packs[index];
             if pack.rigid {
                 *frame = frame_of(&state.poses[pack.rigid_start]);
+                continue;
+            }
+            if !model.corotational() {
                 continue;
             }
             let u = &state.u[node_start(packs, index)..node_start(packs, index + 1)];

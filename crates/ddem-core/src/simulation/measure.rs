@@ -145,13 +145,15 @@ impl Simulation {
         energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
     }
 
-    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`. Energies balance from here on.
+    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`. Energies balance from here on, and
+    /// contacts begin anew.
     pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
         let before = self.energy().balance;
         for (node, u) in displacements.iter().enumerate().take(self.model.n_nodes()) {
             self.model.set(&mut self.state.u, node, *u);
         }
         self.state.place_rigid(&self.model);
+        self.state.contacts.part();
         self.scratch.fit(&self.model, &self.state);
         self.account_from(before);
     }

@@ -18,7 +18,7 @@ const BROKEN_SAFETY: f64 = 0.8;
 
 /// Part of these that is left where rigid blocks may meet: a contact that lasts a few steps only gains or
 /// loses some per cent of the energy.
-const RESOLVED: f64 = 0.5;
+const RESOLVED: f64 = 0.25;
 
 /// Part of the critical step below which a step, or a duration, is a mistake, and its inverse may
 /// overflow.
@@ -95,7 +95,7 @@ impl Simulation {
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
-    /// critical step, 0.8 once pairs have failed, half of that where rigid blocks may meet, and of a
+    /// critical step, 0.8 once pairs have failed, a quarter of that where rigid blocks may meet, and of a
     /// shorter one with local damping ([`Damping::stable_part`]); with a `duration` `[s]` it is shrunk
     /// so that whole steps fill it. Returns the number of steps that fill the duration (0 without one).
     ///
@@ -167,9 +167,13 @@ impl Simulation {
         let was_half = !self.state.whole;
         self.settle();
         let left = self.state.end - self.state.time;
-        let steps = whole_steps(left, safe);
-        let step = if left.is_finite() { left / steps } else { safe };
-        self.state.last_step = self.state.steps.saturating_add(steps as u64);
+        let mut step = safe;
+        // Programs may go on beyond the end.
+        if left.is_finite() && left > 0.0 {
+            let steps = whole_steps(left, safe);
+            step = left / steps;
+            self.state.last_step = self.state.steps.saturating_add(steps as u64);
+        }
         self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
         self.state.origin = (self.state.time, self.state.steps);
         // Forces change at once now: they must not do so in the middle of a step.

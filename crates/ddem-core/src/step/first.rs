@@ -112,10 +112,10 @@ fn meeting<'a>(
     frames: &'a [Frame],
 ) -> (Ground<'a>, Placing<'a>) {
     let ground = Ground { places: pass.model.places(), skins: &surfaces.skins, held: pass.held };
-    let frames = pass.model.corotational().then_some(frames);
+    let small = !pass.model.corotational();
     let start = pass.last.is_none();
     let blocks = &surfaces.blocks;
-    (ground, Placing { blocks, u: pass.u, frames, last: pass.way, start })
+    (ground, Placing { blocks, u: pass.u, frames, small, last: pass.way, start })
 }
 
 /// §9: how far joints have moved, and contacts.

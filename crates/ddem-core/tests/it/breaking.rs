@@ -327,6 +327,28 @@ fn energies_add_up_when_everything_breaks_at_once() {
     }
 }
 
+/// An automatic step that is shortened after the duration that was started has ended.
+#[test]
+fn what_fails_beyond_the_end_of_a_duration_goes_on() {
+    let mut simulation = driven(weak(seam(1)), [0.0, 0.0, 1e-3], 0.0);
+    let part = 3.0 * {
+        start(&mut simulation, Damping::None);
+        simulation.time_step()
+    };
+    let begun = simulation.start(Damping::None, TimeStep::Auto, Some(part));
+    let whole = begun.unwrap_or_else(|error| panic!("{error}"));
+    steps(&mut simulation, whole as usize);
+    assert_eq!(simulation.failed_pairs(), [0; 2]);
+    let mut time = simulation.time();
+    while simulation.failed_pairs() == [0; 2] {
+        steps(&mut simulation, 1);
+        assert!(simulation.time() > time && simulation.time_step() > 0.0);
+        time = simulation.time();
+    }
+    steps(&mut simulation, 100);
+    assert!(simulation.time() > time && simulation.energy().kinetic.is_finite());
+}
+
 /// Energies, tractions and slips are those of a step to come: asking for them takes none.
 #[test]
 fn looking_at_what_breaks_changes_no_bit() {
