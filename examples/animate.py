@@ -112,7 +112,7 @@ class Film:
             ("title", title, 0.915, 20, INK),
             ("text", text, 0.868, 13, FAINT),
         ):
-            place = {"position": (0.035, height), "viewport": True}
+            place = {"position": (self.view.left, height), "viewport": True}
             self.plotter.add_text(
                 words, name=name, font_size=round(points * size), color=colour, **place
             )
@@ -169,9 +169,11 @@ class Film:
 class View:
     """From where, how large and in which colours a run is seen."""
 
-    def __init__(self, direction, focus=None, height=None, size=(1800, 1000), by="z", bar=True):
+    def __init__(self, direction, focus=None, height=None, **more):
         self.direction, self.focus, self.height = direction, focus, height
-        self.size, self.by, self.bar = size, by, bar
+        self.size, self.by = more.get("size", (1800, 1000)), more.get("by", "z")
+        # Whether with the bar of colours, and how far from the left the title is.
+        self.bar, self.left = more.get("bar", True), more.get("left", 0.035)
 
 
 def write_gif(pictures, path, seconds):
@@ -215,7 +217,9 @@ def main():
     run = Run(given.results)
     film_wanted = given.output.suffix.lower() == ".gif"
     size = tuple(given.size or ((900, 500) if film_wanted else (1800, 1000)))
-    view = View(given.direction, given.focus, given.height, size, given.by, not given.no_bar)
+    view = View(
+        given.direction, given.focus, given.height, size=size, by=given.by, bar=not given.no_bar
+    )
     film = Film(run, view)
     if film_wanted:
         frames = range(0, len(run.times), given.every)
