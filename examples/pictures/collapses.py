@@ -30,7 +30,7 @@ def toppling(path):
     look = {"size": (900, 500), "by": "x", "bar": False, "left": 0.53}
     view = View((-0.2, -1.0, 0.35), (13.5, 3.0, 6.3), 10.0, **look)
     film = Film(run, view)
-    frames = [i for i, time in enumerate(run.times) if time < 5.6]
+    frames = [i for i, time in enumerate(run.times) if time < 7.4]
     text = "129 rigid blocks, friction 21 degrees"
     title = "Columns topple off a rock slope"
     pictures = [film.draw(i, title, f"{text}; {run.times[i]:.1f} s") for i in frames]
@@ -50,7 +50,7 @@ def pair(name, view, moments, words):
 
 def wall(path):
     """The wall as it falls, and the stones at rest."""
-    view = View((1.0, 1.2, 0.55), (2.0, 1.75, 1.0), 3.4)
+    view = View((1.0, 1.2, 0.55), (1.7, 1.9, 1.05), 3.5)
     words = (("A dry-stone wall is pushed over", "86 stones in running bond; "), ("", "at rest; "))
     pair("wall", view, (1.9, 6.0), words).save(path)
 
