@@ -20,6 +20,8 @@ impl Patch {
     /// old ones did. What they do not bear of their gap is an offset.
     pub(super) fn cap(&mut self, before: [f64; 2]) {
         let now = self.held();
+        // Rounding may leave less than nothing.
+        let before = before.map(|energy| energy.max(0.0));
         let part = |k: usize| if now[k] > before[k] { (before[k] / now[k]).sqrt() } else { 1.0 };
         let [press, shear] = [part(0), part(1)];
         if press == 1.0 && shear == 1.0 {

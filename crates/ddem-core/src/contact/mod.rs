@@ -5,7 +5,7 @@
 //! faces overlap, with the area that it stands for. Between the two points of a pair acts what acts in
 //! a failed joint: springs with friction. Pairs are made anew when the blocks have moved against each
 //! other by a small part of an element; then friction goes over to the nearest new pair. So a contact
-//! is a joint that follows, and what it exerts changes with the overlap and never jumps.
+//! is a joint that follows, and the areas of its points change with the overlap without a jump.
 //!
 //! | file | what |
 //! |---|---|

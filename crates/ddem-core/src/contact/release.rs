@@ -10,7 +10,6 @@ use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::{self, Breaks, Broken};
 use crate::geometry::{Geometry, Vec3};
 use crate::law::Laws;
-use crate::law::response::stored;
 use crate::pack::{Pack, Packs};
 use crate::seams::{NO_JOINT, Seam, Seams};
 
@@ -185,9 +184,8 @@ fn let_go(
         let pull = axes * own * area;
         force += pull;
         moment += (placing.pair((body, pack.rigid), d, p, n) - about).cross(&pull);
-        let springs = 0.5 * traction.normal * memory.gap;
-        energy[0] += area * springs;
-        energy[1] += area * (stored(seam.stiffness(lane), memory) - springs);
+        energy[0] += area * 0.5 * traction.normal * memory.gap;
+        energy[1] += area * 0.5 * traction.shear.norm_squared() / seam.stiffness(lane).shear;
         whole += area;
         memory.traction = crate::law::Traction::default();
     }
