@@ -266,7 +266,7 @@ impl Simulation {
         lanes * size_of::<Lanes>()
             + self.scratch.bytes()
             + self.state.breaks.bytes()
-            + self.contact_bytes()
+            + self.state.contacts.bytes()
             + size_of_val(&self.state.poses[..])
             + self.model.bytes()
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
@@ -277,13 +277,13 @@ impl Simulation {
     pub fn contact_points(&self) -> [usize; 2] {
         let patches = &self.state.contacts.patches;
         let points = || patches.iter().flat_map(|patch| &patch.points);
-        [points().count(), points().filter(|point| point.memory.gap < 0.0).count()]
+        [points().count(), points().filter(|point| point.gap < 0.0).count()]
     }
 
     /// Memory that contacts take `[bytes]`.
     #[must_use]
     pub fn contact_bytes(&self) -> usize {
-        self.state.contacts.bytes() + self.scratch.search.bytes()
+        self.state.contacts.bytes()
     }
 
     /// Sum of the support forces on some nodes, given in order, as they act on the model `[N]`.

@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::Losses;
 use crate::geometry::Vec3;
-use crate::law::response::stored;
 use crate::law::{JointLaw, MohrCoulomb, Opening, Stiffness};
 
 /// Patches that one task takes.
@@ -15,19 +14,30 @@ const TOGETHER: usize = 64;
 /// Forces of all patches; what they lose is summed in their order.
 pub(crate) fn act(placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
     let chunks = contacts.patches.par_chunks_mut(TOGETHER);
-    let losses: Vec<Losses> = chunks
+    let acting: Vec<(Losses, f64)> = chunks
         .map(|patches| {
-            let each = patches.iter_mut().map(|patch| patch.act(&placing));
-            Losses::total(&each.collect::<Vec<_>>())
+            let (mut losses, mut deepest) = (Losses::default(), 0.0_f64);
+            for patch in patches {
+                losses.add(&patch.act(&placing));
+                deepest = deepest.max(patch.depth());
+            }
+            (losses, deepest)
         })
         .collect();
-    Losses::total(&losses)
+    let mut losses = Losses::default();
+    contacts.deepest = 0.0;
+    for (lost, depth) in acting {
+        losses.add(&lost);
+        contacts.deepest = contacts.deepest.max(depth);
+    }
+    losses
 }
 
 impl Patch {
     /// What it exerts at the present positions, and what is lost on the way there.
     pub(super) fn act(&mut self, placing: &Placing<'_>) -> Losses {
-        let axes = self.frame(placing);
+        self.turn(placing);
+        let axes = self.frame();
         let law = MohrCoulomb {
             tan_friction: self.both.tan_friction,
             tan_residual_friction: self.both.tan_friction,
@@ -36,32 +46,32 @@ impl Patch {
         let [normal, shear] = self.both.stiffness;
         let stiffness = Stiffness { normal, shear };
         let [a, b] = self.blocks.map(|block| block as usize);
-        let mut losses = Losses::default();
-        (self.couple, self.stored, self.depth) = (Vec3::zeros(), 0.0, 0.0);
-        for point in &mut self.points {
-            let apart = placing.position(b, &point.spots[1]) - placing.position(a, &point.spots[0]);
+        let [face_a, face_b] = self.faces();
+        let spacing = placing.blocks[a].spacing.min(placing.blocks[b].spacing);
+        let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
+        for i in 0..self.points.len() {
+            let point = &mut self.points[i];
+            let [x, y] = point.spots;
+            let apart = placing.position(b, face_b, &y) - placing.position(a, face_a, &x);
             let own = axes.tr_mul(&apart);
             let opening =
                 Opening { normal: own.x - self.both.skin, shear: Vector2::new(own.y, own.z) };
-            let slip = point.memory.slip;
-            let loss = law.respond(stiffness, opening, &mut point.memory);
+            let mut memory = point.memory();
+            let loss = law.respond(stiffness, opening, &mut memory);
             losses.friction += point.area * loss.friction;
-            let slipped = (point.memory.slip - slip).norm();
-            point.ease((slipped, loss.friction), (opening.normal, normal), self.spacing);
-            let mut traction = point.memory.traction;
+            let slipped = (memory.slip - point.slip).norm();
+            (point.slip, point.gap, point.traction) = (memory.slip, memory.gap, memory.traction);
+            point.offset[1] = memory.lifted;
+            point.ease((slipped, loss.friction), (opening.normal, normal), spacing);
             if self.both.dashpot > 0.0 {
-                losses.damping += point.area
-                    * point.dash(placing, self.blocks, &axes.column(0).into(), self.both.dashpot);
-                traction.normal += point.drag;
+                let ways = [(a, face_a, x), (b, face_b, y)]
+                    .map(|(block, face, spot)| placing.way(block, face, &spot));
+                let opened = (ways[1] - ways[0]).dot(&self.now[0]);
+                losses.damping += point.area * point.dash(placing, opened, self.both.dashpot);
             }
-            self.stored += point.area * stored(stiffness, &point.memory);
-            if point.memory.gap < 0.0 {
-                self.depth = self.depth.max(-opening.normal);
-            }
-            let force = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
-            point.force = axes * force * point.area;
-            self.couple += apart.cross(&point.force);
+            couple += apart.cross(&self.force(&self.points[i]));
         }
+        self.couple = couple;
         losses
     }
 }
@@ -75,17 +85,17 @@ impl Point {
         (gap, stiffness): (f64, f64),
         spacing: f64,
     ) {
-        let offset = &mut self.memory.dilation;
+        let offset = &mut self.offset[0];
         if *offset == 0.0 {
             return;
         }
-        if self.memory.gap > 0.0 {
+        if self.gap > 0.0 {
             *offset = if *offset < 0.0 { offset.max(gap.min(0.0)) } else { 0.0 };
             return;
         }
         // Over half an element.
         let back = *offset * (slipped / (0.5 * spacing)).min(1.0);
-        let pressure = -self.memory.traction.normal;
+        let pressure = -self.traction.normal;
         // What the springs take on the way back, as they are pressed more and more.
         let taken = |back: f64| -back * pressure + 0.5 * stiffness * back * back;
         if back > 0.0 || taken(back) <= friction {
@@ -96,19 +106,12 @@ impl Point {
         }
     }
 
-    /// The dashpot along the normal: never pulls. Returns what it takes for each unit of area.
-    fn dash(
-        &mut self,
-        placing: &Placing<'_>,
-        [a, b]: [u32; 2],
-        normal: &Vec3,
-        dashpot: f64,
-    ) -> f64 {
+    /// The dashpot along the normal, which opened by a way in the last step: never pulls. Returns what
+    /// it takes for each unit of area.
+    fn dash(&mut self, placing: &Placing<'_>, opened: f64, dashpot: f64) -> f64 {
         let time_step = placing.last.1;
-        let way = |block: u32, spot| placing.spot(block as usize, spot)[1];
-        let opened = (way(b, &self.spots[1]) - way(a, &self.spots[0])).dot(normal);
-        let spring = self.memory.traction.normal;
-        let closed = self.memory.gap < 0.0 && time_step > 0.0;
+        let spring = self.traction.normal;
+        let closed = self.gap < 0.0 && time_step > 0.0;
         let before = self.drag;
         self.drag = if closed { (dashpot * opened / time_step).min(-spring) } else { 0.0 };
         if placing.start { 0.0 } else { 0.5 * (before + self.drag) * opened }

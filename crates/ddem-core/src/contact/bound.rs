@@ -42,7 +42,7 @@ pub(crate) fn outer(skins: &Skins, body: usize, face: FaceOf) -> [f64; 2] {
 }
 
 pub(crate) fn faces() -> impl Iterator<Item = FaceOf> {
-    (0..6).map(|face| FaceOf { direction: face / 2, upper: face % 2 == 1 })
+    (0..6).map(FaceOf::of_number)
 }
 
 /// A node on a face has an area and half the mass of the elements below it, and on an edge or at a

@@ -11,7 +11,7 @@ use super::heirs::Known;
 use super::side::{Side, apart, beside, edge_node, edge_spot, node_at};
 use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
 use crate::geometry::Vec3;
-use crate::law::{Memory, Traction};
+use crate::law::Traction;
 use crate::touch::{self, Cell, EdgeOf, FaceOf, Meeting, Separation};
 
 /// Part of the area of an element's face below which a point of it is nothing.
@@ -31,7 +31,7 @@ pub(crate) struct Fitting<'a> {
 impl Fitting<'_> {
     /// Distance at which two blocks get a patch `[m]`.
     pub(crate) fn reach(&self, [a, b]: [u32; 2]) -> f64 {
-        let spacing = |block: u32| self.placing.blocks[block as usize].spacing();
+        let spacing = |block: u32| self.placing.blocks[block as usize].spacing;
         REACH * spacing(a).min(spacing(b))
     }
 
@@ -82,10 +82,11 @@ impl Fitting<'_> {
             return None;
         }
         let mut patch = self.empty(blocks, &cells, &separation, both, reach);
-        let axes = patch.frame(&self.placing);
+        patch.faces = faces.map(FaceOf::number);
+        let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         match separation.meeting {
-            Meeting::Face { .. } => self.face(&mut patch, faces, &frame),
+            Meeting::Face { .. } => self.face(&mut patch, &frame),
             Meeting::Edges(edges) => self.edges(&mut patch, edges),
         }
         self.remember(&mut patch, &frame, old);
@@ -113,13 +114,11 @@ impl Fitting<'_> {
         let along = along.max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
         let along = along.and_then(|x| x.try_normalize(0.0)).unwrap_or_default();
         patch.axes = [own.tr_mul(&normal), own.tr_mul(&along)];
-        patch.seen = [other.tr_mul(&normal), other.tr_mul(&along)];
+        patch.now = [normal, along];
+        patch.seen = patch.now.map(|axis| other.tr_mul(&axis).map(|x| x as f32));
         patch.apart = own.tr_mul(&self.apart(blocks));
-        let size = |cell: &Cell| cell.half.iter().map(Vector3::norm).sum::<f64>();
-        patch.lever = size(&cells[0]).min(size(&cells[1]));
-        patch.spacing = reach / REACH;
         // Where another axis is almost as good, it is looked at again soon.
-        patch.limit = reach.min(0.5 * separation.margin).max(SHORTEST * reach);
+        patch.limit = reach.min(0.5 * separation.margin).max(SHORTEST * reach) as f32;
         patch
     }
 
@@ -132,18 +131,21 @@ impl Fitting<'_> {
     pub(crate) fn has_moved(&self, patch: &Patch) -> bool {
         let [own, other] = patch.order().map(|block| self.placing.rotation(block));
         let apart = own.tr_mul(&self.apart(patch.blocks));
-        let turned = |k: usize| (other * patch.seen[k] - own * patch.axes[k]).norm();
-        let motion = (apart - patch.apart).norm() + patch.lever * (turned(0) + turned(1));
-        motion > patch.limit || !motion.is_finite()
+        let turned = |k: usize| (other * patch.seen[k].map(f64::from) - own * patch.axes[k]).norm();
+        let [a, b] = patch.blocks.map(|block| self.placing.blocks[block as usize].size);
+        let motion = (apart - patch.apart).norm() + a.min(b) * (turned(0) + turned(1));
+        motion > f64::from(patch.limit) || !motion.is_finite()
     }
 
     /// Pairs of points of two faces.
-    fn face(&self, patch: &mut Patch, faces: [FaceOf; 2], frame: &[Vec3; 3]) {
+    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3]) {
+        let faces = patch.faces();
         let sides = [0, 1]
             .map(|side| Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame));
         let fine = usize::from(sides[1].element < sides[0].element);
         let (fine_side, coarse) = (&sides[fine], &sides[1 - fine]);
         let n = fine_side.placed.divisions;
+        let mut points: Vec<Point> = Vec::new();
         let mut at_node = vec![usize::MAX; (n + 1) * (n + 1)];
         for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
             let quad = fine_side.quad([i, k]);
@@ -156,18 +158,18 @@ impl Fitting<'_> {
                 }
                 let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
                 if let Some(known) = node.map(|node| at_node[node]).filter(|&p| p != usize::MAX) {
-                    patch.points[known].area += vertex.area;
+                    points[known].area += vertex.area;
                     continue;
                 }
                 if let Some(node) = node {
-                    at_node[node] = patch.points.len();
+                    at_node[node] = points.len();
                 }
-                let mut spots = [Spot::new(fine_side.face, [i, k], vertex.on); 2];
+                let mut spots = [Spot::new([i, k], vertex.on); 2];
                 spots[1 - fine] = coarse.spot(vertex.at);
-                patch.points.push(Point { spots, area: vertex.area, ..Point::default() });
+                points.push(Point { spots, area: vertex.area, ..Point::default() });
             }
         }
-        patch.points.shrink_to_fit();
+        patch.points = points.into();
     }
 
     /// The pair of points where two edges cross.
@@ -182,10 +184,9 @@ impl Fitting<'_> {
         for side in 0..2 {
             let placed = &self.placing.blocks[patch.blocks[side] as usize];
             point.spots[side] = edge_spot(placed, edges[side], along[side]);
-            let face = point.spots[side].face_of();
-            point.area = point.area.min(0.25 * placed.element_area(face));
+            point.area = point.area.min(0.25 * placed.element_area(patch.faces()[side]));
         }
-        patch.points = vec![point];
+        patch.points = [point].into();
     }
 
     /// What the points remember: of the old ones near them, or nothing.
@@ -194,9 +195,13 @@ impl Fitting<'_> {
         let known = old.map(|old| Known::new(&self.placing, old));
         let last = if old.is_some() { 0.0 } else { 1.0 };
         let [normal_stiffness, shear_stiffness] = patch.both.stiffness;
+        let [face_a, face_b] = patch.faces();
         for point in &mut patch.points {
-            let ([x, way_a], [y, way_b]) =
-                (self.placing.spot(a, &point.spots[0]), self.placing.spot(b, &point.spots[1]));
+            let at = |block, face, spot| {
+                (self.placing.position(block, face, spot), self.placing.way(block, face, spot))
+            };
+            let ((x, way_a), (y, way_b)) =
+                (at(a, face_a, &point.spots[0]), at(b, face_b, &point.spots[1]));
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
             let ([gap, sx, sy], [opened, wx, wy]) = (own(y - x), own(way_b - way_a));
             // What is new begins as it would have been a step ago: the last way is part of what comes.
@@ -216,9 +221,7 @@ impl Fitting<'_> {
             }
             let slip = Vector2::new(sx - wx * last, sy - wy * last) - shear / shear_stiffness;
             let traction = Traction { normal, shear };
-            point.drag = drag;
-            point.memory =
-                Memory { slip, dilation: offset, lifted: offset, damage: 1.0, gap, traction };
+            *point = Point { slip, offset: [offset; 2], gap, traction, drag, ..*point };
         }
         if let Some(old) = old {
             patch.cap(old.held());

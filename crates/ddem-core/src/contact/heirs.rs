@@ -2,15 +2,14 @@
 
 use super::{Patch, Placing, Point};
 use crate::geometry::Vec3;
-use crate::law::{Memory, Traction};
+use crate::law::Traction;
 
 impl Patch {
     /// Energies in the springs, along the normal and in the plane `[J]`.
     pub(super) fn held(&self) -> [f64; 2] {
         let mut held = [0.0; 2];
-        for Point { area, memory, .. } in &self.points {
-            let Traction { normal, shear } = memory.traction;
-            held[0] += 0.5 * area * normal * memory.gap;
+        for Point { area, gap, traction: Traction { normal, shear }, .. } in &self.points {
+            held[0] += 0.5 * area * normal * gap;
             held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
         }
         held
@@ -28,18 +27,17 @@ impl Patch {
             return;
         }
         let soft = self.both.stiffness[1];
-        for Point { memory, .. } in &mut self.points {
-            if memory.gap < 0.0 {
-                let less = (1.0 - press) * memory.gap;
-                memory.gap -= less;
-                memory.dilation += less;
-                memory.lifted = memory.dilation;
-                memory.traction.normal *= press;
+        for Point { gap, offset, slip, traction, .. } in &mut self.points {
+            if *gap < 0.0 {
+                let less = (1.0 - press) * *gap;
+                *gap -= less;
+                *offset = [offset[0] + less; 2];
+                traction.normal *= press;
             }
             // Friction may bear no more than before of what is pressed less.
             let part = shear.min(press);
-            memory.slip += memory.traction.shear * ((1.0 - part) / soft);
-            memory.traction.shear *= part;
+            *slip += traction.shear * ((1.0 - part) / soft);
+            traction.shear *= part;
         }
     }
 }
@@ -62,14 +60,17 @@ pub(super) struct Handed {
 
 impl Known {
     pub(super) fn new(placing: &Placing<'_>, old: &Patch) -> Self {
-        let axes = old.frame(placing);
+        let axes = old.frame();
+        let [a, b] = old.blocks.map(|block| block as usize);
+        let face = old.faces()[0];
         let hand = |point: &Point| {
-            let Memory { traction, dilation, .. } = point.memory;
-            let shear = axes * Vec3::new(0.0, traction.shear.x, traction.shear.y);
-            let x = placing.position(old.blocks[0] as usize, &point.spots[0]);
-            (x, Handed { offset: dilation, shear, drag: point.drag })
+            let shear = point.traction.shear;
+            let shear = axes * Vec3::new(0.0, shear.x, shear.y);
+            let x = placing.position(a, face, &point.spots[0]);
+            (x, Handed { offset: point.offset[0], shear, drag: point.drag })
         };
-        Self { points: old.points.iter().map(hand).collect(), near: old.spacing }
+        let near = placing.blocks[a].spacing.min(placing.blocks[b].spacing);
+        Self { points: old.points.iter().map(hand).collect(), near }
     }
 
     /// What the point nearest to a place has, if that is near; nothing of it otherwise, as it has

@@ -30,19 +30,20 @@ mod search;
 mod side;
 mod skins;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::deck::{Deck, Joint};
 use crate::geometry::{Geometry, Vec3};
-use crate::law::response::stored;
-use crate::law::{Memory, Stiffness};
+use crate::lanes::Lanes;
+use crate::law::{Memory, Traction};
 use crate::mechanism::is_connected;
 use crate::pack::Packs;
+use crate::touch::FaceOf;
 
 pub(crate) use bound::{bound, faces, outer};
 pub(crate) use place::{Placed, Placing, Spot};
 pub(crate) use release::{Places, Release};
-pub(crate) use search::{Ground, Search, find, let_go};
+pub(crate) use search::{Ground, Near, find, let_go};
 
 use act::act;
 use place::placed;
@@ -52,6 +53,8 @@ pub(crate) use skins::{Both, Skins};
 /// Part of an element by which two blocks move against each other before their patch is made anew,
 /// and the distance at which they get one.
 const REACH: f64 = 0.02;
+/// Margin of the boxes in the search, as a part of the edges of the blocks.
+const MARGIN: f64 = 0.1;
 
 /// The faces of all blocks: what is fixed about contacts.
 #[derive(Debug)]
@@ -60,72 +63,87 @@ pub(crate) struct Surfaces {
     pub(crate) blocks: Vec<Placed>,
     /// Shortest edge of a block `[m]`.
     pub(crate) shortest: f64,
+    /// Distance that blocks may go before their boxes are sorted anew `[m]`.
+    margin: f64,
     /// Blocks may meet before any joint has failed.
     pub(crate) open: bool,
 }
 
 impl Surfaces {
     pub(crate) fn new(deck: &Deck, geometry: &Geometry, packs: &Packs) -> Self {
-        let edges = (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body));
-        let shortest = edges.fold(f64::INFINITY, f64::min);
+        let mut edges: Vec<f64> =
+            (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body)).collect();
+        edges.sort_unstable_by(f64::total_cmp);
+        let median = edges.get(edges.len() / 2).copied().unwrap_or_default();
+        let shortest = edges.first().copied().unwrap_or(f64::INFINITY);
         // Blocks that joints connect do not meet before some of these have failed.
         let can_fail = deck.joints.values().any(Joint::breaks);
         let open = !(can_fail && is_connected(geometry));
-        Self { skins: Skins::new(deck, geometry), blocks: placed(geometry, packs), shortest, open }
+        let (skins, blocks) = (Skins::new(deck, geometry), placed(geometry, packs));
+        Self { skins, blocks, shortest, margin: MARGIN * median, open }
     }
 }
 
 /// Two points that face each other.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Point {
     /// On blocks a and b.
     pub(crate) spots: [Spot; 2],
     /// Area that they stand for `[m²]`.
     pub(crate) area: f64,
-    /// Of the springs; the dilation is the distance at which they bear nothing.
-    pub(crate) memory: Memory,
+    /// Slip s of b against a `[m]`.
+    pub(crate) slip: Vector2<f64>,
+    /// Distance at which the springs bear nothing `[m]`, and the one that is in the gap.
+    pub(crate) offset: [f64; 2],
+    /// Distance less that, negative where the points press on each other `[m]`.
+    pub(crate) gap: f64,
+    /// Of the springs `[Pa]`.
+    pub(crate) traction: Traction,
     /// Normal traction of the dashpot at the last step `[Pa]`.
     pub(crate) drag: f64,
-    /// Force on block a `[N]`, as it was last computed.
-    pub(crate) force: Vec3,
 }
 
 /// Two blocks that are near each other.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub(crate) struct Patch {
     /// a and b, the lower number first.
     pub(crate) blocks: [u32; 2],
+    /// Numbers of the faces of a and b that the points are on.
+    pub(crate) faces: [u8; 2],
     /// Which of them, 0 or 1, the normal turns with.
     pub(crate) reference: u8,
+    /// Motion after which the points are made anew `[m]`.
+    pub(crate) limit: f32,
     /// Unit normal from a to b, and a tangent, in the reference block's frame at rest.
     pub(crate) axes: [Vec3; 2],
+    /// The same in space.
+    pub(crate) now: [Vec3; 2],
     /// The same in the other's frame, when the points were made.
-    pub(crate) seen: [Vec3; 2],
+    pub(crate) seen: [Vector3<f32>; 2],
     /// From the centre of a to that of b in the reference block's frame, then `[m]`.
     pub(crate) apart: Vec3,
-    /// Motion after which the points are made anew `[m]`; 0: the patch is of no more use.
-    pub(crate) limit: f64,
-    /// Lever of turns `[m]`.
-    pub(crate) lever: f64,
-    /// Edge of an element `[m]`.
-    pub(crate) spacing: f64,
     pub(crate) both: Both,
-    pub(crate) points: Vec<Point>,
+    /// None: the patch is of no more use.
+    pub(crate) points: Box<[Point]>,
     /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
     /// a distance, and does the work of turning them `[N m]`.
     pub(crate) couple: Vec3,
-    /// Energy in the springs `[J]`.
-    pub(crate) stored: f64,
-    /// How far pressed points are in each other `[m]`.
-    pub(crate) depth: f64,
 }
 
-/// All patches, by their blocks, and how far joints have moved.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// All patches, the blocks that may get one, and how far joints have moved.
+#[derive(Debug, Default, PartialEq)]
 pub(crate) struct Contacts {
     pub(crate) patches: Vec<Patch>,
+    /// Pairs of blocks without a patch that are not far from each other, sorted.
+    pub(crate) near: Vec<Near>,
+    /// Whether these are all that there are.
+    pub(crate) known: bool,
+    /// How far the bodies of each pack have gone since they were looked for, at most `[m]`.
+    pub(crate) travel: Vec<Lanes>,
     /// Of the joint at the upper side of each block along each direction.
     pub(crate) joints: Vec<[Release; 3]>,
+    /// How far pressed points are in each other, at most `[m]`.
+    pub(crate) deepest: f64,
     /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
     starts: Vec<u32>,
     /// Twice the patch, plus one for block b.
@@ -133,10 +151,10 @@ pub(crate) struct Contacts {
 }
 
 impl Contacts {
-    /// None, for a number of blocks.
-    pub(crate) fn new(blocks: usize) -> Self {
-        let mut contacts =
-            Self { joints: vec![[Release::default(); 3]; blocks], ..Self::default() };
+    /// None, for a number of blocks in packs.
+    pub(crate) fn new(blocks: usize, packs: usize) -> Self {
+        let joints = vec![[Release::default(); 3]; blocks];
+        let mut contacts = Self { joints, travel: vec![Lanes::ZERO; packs], ..Self::default() };
         contacts.index();
         contacts
     }
@@ -156,10 +174,10 @@ impl Contacts {
         self.patches.binary_search_by_key(&blocks, |patch| patch.blocks)
     }
 
-    /// Adds patches, sorts them and drops those without any use.
+    /// Adds patches, and drops those without points.
     pub(crate) fn renew(&mut self, more: Vec<Patch>) {
         let before = self.patches.len();
-        self.patches.retain(|patch| patch.limit > 0.0);
+        self.patches.retain(|patch| !patch.points.is_empty());
         if self.patches.len() == before && more.is_empty() {
             return;
         }
@@ -171,6 +189,8 @@ impl Contacts {
     /// Forgets all patches: blocks have been put elsewhere.
     pub(crate) fn part(&mut self) {
         self.patches.clear();
+        self.near.clear();
+        self.known = false;
         self.index();
     }
 
@@ -197,24 +217,90 @@ impl Contacts {
 
     /// Energy in all springs `[J]`.
     pub(crate) fn stored(&self) -> f64 {
-        self.patches.iter().map(|patch| patch.stored).sum()
+        self.patches.iter().map(Patch::stored).sum()
     }
 
     /// Memory in use `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
-        let points: usize = self.patches.iter().map(|patch| patch.points.capacity()).sum();
+        let points: usize = self.patches.iter().map(|patch| patch.points.len()).sum();
         points * size_of::<Point>()
             + self.patches.len() * (size_of::<Patch>() + 8)
+            + size_of_val(&self.near[..])
+            + size_of_val(&self.travel[..])
             + self.joints.len() * (size_of::<[Release; 3]>() + 4)
     }
 }
 
+impl Clone for Contacts {
+    fn clone(&self) -> Self {
+        let mut contacts = Self::default();
+        contacts.clone_from(self);
+        contacts
+    }
+
+    /// Into the memory that is there.
+    fn clone_from(&mut self, from: &Self) {
+        self.patches.clone_from(&from.patches);
+        self.near.clone_from(&from.near);
+        self.travel.clone_from(&from.travel);
+        self.joints.clone_from(&from.joints);
+        self.starts.clone_from(&from.starts);
+        self.entries.clone_from(&from.entries);
+        (self.known, self.deepest) = (from.known, from.deepest);
+    }
+}
+
+impl Clone for Patch {
+    fn clone(&self) -> Self {
+        Self { points: self.points.clone(), ..*self }
+    }
+
+    /// Into the memory that is there.
+    fn clone_from(&mut self, from: &Self) {
+        let mut points = std::mem::take(&mut self.points);
+        points.clone_from(&from.points);
+        *self = Self { points, ..*from };
+    }
+}
+
+impl Point {
+    /// As the law of a failed joint knows it.
+    fn memory(&self) -> Memory {
+        let &Self { slip, offset: [dilation, lifted], gap, traction, .. } = self;
+        Memory { slip, dilation, lifted, damage: 1.0, gap, traction }
+    }
+
+    /// How deep it is in the other `[m]`.
+    fn depth(&self) -> f64 {
+        if self.gap < 0.0 { -(self.gap + self.offset[1]) } else { 0.0 }
+    }
+}
+
 impl Patch {
-    /// Energy in the springs by what they remember `[J]`.
-    fn energy(&self) -> f64 {
-        let [normal, shear] = self.both.stiffness;
-        let of = |point: &Point| point.area * stored(Stiffness { normal, shear }, &point.memory);
-        self.points.iter().map(of).sum()
+    /// Energy in the springs `[J]`.
+    fn stored(&self) -> f64 {
+        let [normal, shear] = self.held();
+        normal + shear
+    }
+
+    /// How far pressed points are in each other, at most `[m]`.
+    pub(crate) fn depth(&self) -> f64 {
+        self.points.iter().map(Point::depth).fold(0.0, f64::max)
+    }
+
+    /// Force of a point on block a `[N]`.
+    #[inline(always)]
+    pub(crate) fn force(&self, point: &Point) -> Vec3 {
+        let [normal, along] = &self.now;
+        let Traction { normal: press, shear } = point.traction;
+        let across = normal.cross(along);
+        (normal * (press + point.drag) + along * shear.x + across * shear.y) * point.area
+    }
+
+    /// Faces of a and b that the points are on.
+    #[inline(always)]
+    pub(crate) fn faces(&self) -> [FaceOf; 2] {
+        self.faces.map(FaceOf::of_number)
     }
 
     /// The block that the normal turns with, and the other.
@@ -223,10 +309,15 @@ impl Patch {
         if self.reference == 0 { [a, b] } else { [b, a] }
     }
 
-    /// Columns: the normal and two tangents, in space.
-    pub(crate) fn frame(&self, placing: &Placing<'_>) -> Matrix3<f64> {
+    /// Turns the axes with the reference block.
+    pub(crate) fn turn(&mut self, placing: &Placing<'_>) {
         let rotation = placing.rotation(self.order()[0]);
-        let [normal, along] = self.axes.map(|axis| rotation * axis);
+        self.now = self.axes.map(|axis| rotation * axis);
+    }
+
+    /// Columns: the normal and two tangents, in space.
+    pub(crate) fn frame(&self) -> Matrix3<f64> {
+        let [normal, along] = self.now;
         Matrix3::from_columns(&[normal, along, normal.cross(&along)])
     }
 }

@@ -18,6 +18,10 @@ pub(crate) struct Placed {
     middle: Vec3,
     /// Edges of one element `[m]`.
     steps: [Vec3; 3],
+    /// Shortest edge of an element `[m]`.
+    pub(crate) spacing: f64,
+    /// Half of the sum of the block's edges `[m]`.
+    pub(crate) size: f64,
     /// Elements along each edge.
     pub(crate) divisions: usize,
     /// First number in a nodal field.
@@ -26,11 +30,9 @@ pub(crate) struct Placed {
     pub(crate) lane: usize,
 }
 
-/// A point of a face, fixed to the block: an element's face and bilinear coordinates there.
+/// A point of a face of a block, fixed to it: an element's face and bilinear coordinates there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Spot {
-    /// Twice the direction of the face's normal, plus one at the upper side.
-    pub(crate) face: u8,
     /// Element along the next two directions, cyclically.
     pub(crate) element: [u16; 2],
     /// Where in the element's face, each from 0 to 1.
@@ -60,9 +62,12 @@ pub(crate) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
         let (pack, lane) = packs.slot(body);
         let steps = [0, 1, 2].map(|d| lattice.axes[d] * lattice.spacing(d, cell[d] as usize));
         let corner = geometry.position(body, [0; 3]);
+        let edges = steps.map(|step| step.norm());
         Placed {
             corner,
             middle: corner + (steps[0] + steps[1] + steps[2]) * (0.5 * lattice.divisions as f64),
+            spacing: edges[0].min(edges[1]).min(edges[2]),
+            size: 0.5 * lattice.divisions as f64 * (edges[0] + edges[1] + edges[2]),
             steps,
             divisions: lattice.divisions,
             first: 3 * packs.packs[pack].start,
@@ -134,8 +139,8 @@ impl Placed {
 
     /// The four nodes and weights that make a spot.
     #[inline(always)]
-    pub(crate) fn shares(&self, spot: &Spot) -> [([usize; 3], f64); 4] {
-        let nodes = self.quad(spot.face_of(), spot.element.map(usize::from));
+    pub(crate) fn shares(&self, face: FaceOf, spot: &Spot) -> [([usize; 3], f64); 4] {
+        let nodes = self.quad(face, spot.element.map(usize::from));
         let weights = crate::touch::weights(spot.on.map(f64::from));
         std::array::from_fn(|k| (nodes[k], weights[k]))
     }
@@ -144,11 +149,6 @@ impl Placed {
     pub(crate) fn element_area(&self, face: FaceOf) -> f64 {
         let d = face.direction;
         self.steps[(d + 1) % 3].cross(&self.steps[(d + 2) % 3]).norm()
-    }
-
-    /// Shortest edge of an element `[m]`.
-    pub(crate) fn spacing(&self) -> f64 {
-        self.steps.iter().map(Vec3::norm).fold(f64::INFINITY, f64::min)
     }
 
     /// Number of its first node in nodal fields, and of a node at lattice steps.
@@ -160,13 +160,8 @@ impl Placed {
 }
 
 impl Spot {
-    pub(crate) fn new(face: FaceOf, element: [usize; 2], on: [f64; 2]) -> Self {
-        let face = 2 * face.direction as u8 + u8::from(face.upper);
-        Self { face, element: element.map(|i| i as u16), on: on.map(|x| x as f32) }
-    }
-
-    pub(crate) fn face_of(&self) -> FaceOf {
-        FaceOf { direction: usize::from(self.face / 2), upper: self.face % 2 == 1 }
+    pub(crate) fn new(element: [usize; 2], on: [f64; 2]) -> Self {
+        Self { element: element.map(|i| i as u16), on: on.map(|x| x as f32) }
     }
 }
 
@@ -187,23 +182,19 @@ impl Placing<'_> {
         placed.middle + Vec3::from(self.frames[pack].mean.map(|c| c.0[lane]))
     }
 
-    /// Position of a spot `[m]`, and its way in the last step `[m]`.
-    #[inline(always)]
-    pub(crate) fn spot(&self, block: usize, spot: &Spot) -> [Vec3; 2] {
+    /// Way of a spot in the last step `[m]`.
+    pub(crate) fn way(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
         let placed = &self.blocks[block];
-        let (mut x, mut way) = (Vec3::zeros(), Vec3::zeros());
-        for (at, weight) in placed.shares(spot) {
-            x += placed.node(self.u, at) * weight;
-            way += placed.value(self.last.0, at) * weight;
-        }
-        [x, way * self.last.1]
+        let shares = placed.shares(face, spot).into_iter();
+        let v: Vec3 = shares.map(|(at, weight)| placed.value(self.last.0, at) * weight).sum();
+        v * self.last.1
     }
 
     /// Position of a spot `[m]`.
     #[inline(always)]
-    pub(crate) fn position(&self, block: usize, spot: &Spot) -> Vec3 {
+    pub(crate) fn position(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
         let placed = &self.blocks[block];
-        let shares = placed.shares(spot).into_iter();
+        let shares = placed.shares(face, spot).into_iter();
         shares.map(|(at, weight)| placed.node(self.u, at) * weight).sum()
     }
 }

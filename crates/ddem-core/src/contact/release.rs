@@ -42,9 +42,8 @@ pub(crate) struct Places<'a> {
 }
 
 impl Contacts {
-    /// Looks how far the joints have moved. Returns whether any has come further.
-    pub(crate) fn look(&mut self, at: Places<'_>, laws: &Laws, breaks: &Breaks) -> bool {
-        let mut further = false;
+    /// Looks how far the joints have moved: blocks of those that have come further may meet.
+    pub(crate) fn look(&mut self, at: Places<'_>, laws: &Laws, breaks: &Breaks) {
         for (index, pack) in at.packs.packs.iter().enumerate() {
             if breaks.packs[index].is_none() {
                 continue;
@@ -58,11 +57,12 @@ impl Contacts {
                 let law = laws[usize::from(seam.joints[lane])].as_ref();
                 let bonds = law.is_none_or(|law| law.bonds());
                 let found = broken.release(seam, (d, lane), (pack.rigid, bonds));
-                further |= found > *known;
-                *known = found.max(*known);
+                if found > *known {
+                    *known = found;
+                    self.known = false;
+                }
             }
         }
-        further
     }
 }
 
@@ -150,7 +150,7 @@ pub(crate) fn release(
             let Some(mut patch) = make(blocks) else { continue };
             let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
             patch.bear(placing, &load, sign);
-            lost -= patch.energy();
+            lost -= patch.stored();
             patches.push(patch);
         }
     }
@@ -224,15 +224,15 @@ impl Patch {
     /// Begins with a load: a pressure that goes linearly over the area so that force and moments
     /// are those of the joint, and an even shear. `sign` is 1 where block a was on the joint's side a.
     fn bear(&mut self, placing: &Placing<'_>, load: &Load, sign: f64) {
-        let axes = self.frame(placing);
+        let axes = self.frame();
         let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        let block = self.blocks[0] as usize;
+        let (block, face) = (self.blocks[0] as usize, self.faces()[0]);
         let area: f64 = self.points.iter().map(|point| point.area).sum();
         if area <= 0.0 {
             return;
         }
         // About the middle of the area, so that shear in its plane has no moment that tilts.
-        let place = |p: &Point| placing.position(block, &p.spots[0]);
+        let place = |p: &Point| placing.position(block, face, &p.spots[0]);
         let middle: Vec3 = self.points.iter().map(|p| place(p) * (p.area / area)).sum();
         let places: Vec<Vec3> = self.points.iter().map(|p| place(p) - middle).collect();
         let force = load.force * sign;
@@ -252,17 +252,15 @@ impl Patch {
         let [stiff, soft] = self.both.stiffness;
         for (point, x) in self.points.iter_mut().zip(&places) {
             let wanted = field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
-            let memory = &mut point.memory;
             // The gap as it was is where the springs bear what is wanted.
-            let bare = memory.gap + memory.dilation;
-            memory.gap = wanted / stiff;
-            memory.dilation = bare - memory.gap;
-            memory.lifted = memory.dilation;
+            let bare = point.gap + point.offset[0];
+            point.gap = wanted / stiff;
+            point.offset = [bare - point.gap; 2];
             let most = -wanted * self.both.tan_friction;
             let size = shear.norm();
             let bears = if size > most { shear * (most / size) } else { shear };
-            memory.slip += (memory.traction.shear - bears) / soft;
-            memory.traction = crate::law::Traction { normal: wanted, shear: bears };
+            point.slip += (point.traction.shear - bears) / soft;
+            point.traction = crate::law::Traction { normal: wanted, shear: bears };
         }
         // The same force on a smaller area holds more energy; softer springs do not.
         self.cap(load.energy.map(|energy| energy * (load.area / area).max(1.0)));

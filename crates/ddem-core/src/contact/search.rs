@@ -2,114 +2,137 @@
 //!
 //! The boxes of the blocks are sorted into a grid only when a block may have gone further than their
 //! margin; pairs of blocks in between are looked at only when they may have come within reach.
-//! All of this can be forgotten at any time: what it finds depends on where the blocks are alone.
 
 use rayon::prelude::*;
 
 use super::fit::Fitting;
 use super::release::{Places, Release};
-use super::{Contacts, Patch, Placed, Placing, Skins, act, release};
+use super::{Contacts, Patch, Placed, Placing, Surfaces, act, release};
 use crate::breaks::{Breaks, Losses};
 use crate::geometry::Geometry;
 use crate::grid;
 use crate::lanes::{LANES, Lanes};
 
-/// Margin of the boxes, as a part of the edges of the blocks.
-const MARGIN: f64 = 0.1;
 /// Pairs that one task looks at.
 const TOGETHER: usize = 256;
 
-/// Two blocks that may meet.
-#[derive(Clone, Copy, Debug)]
-struct Candidate {
-    blocks: [u32; 2],
-    /// Travel of both together before which they need not be looked at `[m]`; 0 once they had a patch,
-    /// whose loss no one says here.
-    until: f64,
-}
-
-/// What is known of where blocks are, until it is forgotten.
-#[derive(Debug, Default)]
-pub(crate) struct Search {
-    candidates: Vec<Candidate>,
-    /// How far the bodies of each pack have gone since the boxes were sorted, at most `[m]`.
-    pub(crate) travel: Vec<Lanes>,
-    margin: f64,
-    known: bool,
+/// Two blocks that may meet and have no patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Near {
+    pub(crate) blocks: [u32; 2],
+    /// Travel of both together before which they need not be looked at `[m]`.
+    pub(crate) until: f64,
 }
 
 /// What is fixed in a search.
 #[derive(Clone, Copy)]
 pub(crate) struct Ground<'a> {
     pub(crate) places: Places<'a>,
-    pub(crate) skins: &'a Skins,
+    pub(crate) surfaces: &'a Surfaces,
     pub(crate) held: &'a [[bool; LANES]],
 }
 
-impl Search {
-    /// Looks anew before the next step.
-    pub(crate) fn forget(&mut self) {
-        self.known = false;
+impl<'a> Ground<'a> {
+    fn fitting(&self, placing: Placing<'a>) -> Fitting<'a> {
+        Fitting { placing, skins: &self.surfaces.skins, held: self.held }
+    }
+}
+
+impl Contacts {
+    /// Counts how far the bodies of a pack have gone `[m]`.
+    pub(crate) fn travelled(&mut self, pack: usize, way: [f64; LANES]) {
+        if let Some(travel) = self.travel.get_mut(pack) {
+            (0..LANES).for_each(|lane| travel.0[lane] += way[lane]);
+        }
     }
 
-    /// Memory in use `[bytes]`.
-    pub(crate) fn bytes(&self) -> usize {
-        self.candidates.len() * size_of::<Candidate>() + self.travel.len() * size_of::<Lanes>()
-    }
-
-    fn travelled(&self, placing: &Placing<'_>, block: u32) -> f64 {
-        let placed = &placing.blocks[block as usize];
-        self.travel[placed.pack].0[placed.lane]
+    /// How far two blocks have gone together since the boxes were sorted `[m]`.
+    fn gone(&self, placing: &Placing<'_>, blocks: [u32; 2]) -> f64 {
+        let [a, b] = blocks.map(|block| {
+            let Placed { pack, lane, .. } = placing.blocks[block as usize];
+            self.travel[pack].0[lane]
+        });
+        a + b
     }
 
     /// Sorts the boxes of all blocks if any may have left its own.
-    fn sort(&mut self, ground: &Ground<'_>, placing: &Placing<'_>, contacts: &Contacts) {
+    fn sort(&mut self, ground: &Ground<'_>, placing: &Placing<'_>) {
+        let Ground { places, surfaces, .. } = *ground;
         let gone = self.travel.iter().flat_map(|lanes| lanes.0).fold(0.0, f64::max);
-        if self.known && gone <= self.margin {
+        if self.known && gone <= surfaces.margin {
             return;
         }
-        self.known = true;
-        self.travel.clear();
-        self.travel.resize(ground.places.packs.packs.len(), Lanes::ZERO);
-        self.margin = MARGIN * median_edge(ground.places.geometry);
-        let margin = self.margin + ground.skins.thickest;
+        let margin = surfaces.margin + surfaces.skins.thickest;
         let bounds =
-            |block: &Placed| block.bounds(placing.u, margin + 0.5 * super::REACH * block.spacing());
+            |block: &Placed| block.bounds(placing.u, margin + 0.5 * super::REACH * block.spacing);
         let boxes: Vec<_> = placing.blocks.par_iter().map(bounds).collect();
-        let pairs = grid::meeting(&boxes).into_iter();
-        let free =
-            pairs.filter(|&[a, b]| !joined(ground.places.geometry, &contacts.joints, [a, b]));
-        self.candidates.clear();
-        self.candidates.extend(free.map(|blocks| Candidate { blocks, until: 0.0 }));
+        let near = grid::meeting(&boxes).into_iter().filter(|&blocks| {
+            self.place(blocks).is_err() && !joined(places.geometry, &self.joints, blocks)
+        });
+        let left = |blocks: [u32; 2]| {
+            let known = self.near.binary_search_by_key(&blocks, |near| near.blocks);
+            let until = known.map_or(0.0, |at| self.near[at].until);
+            Near { blocks, until: until - self.gone(placing, blocks) }
+        };
+        self.near = near.map(left).collect();
+        self.travel.fill(Lanes::ZERO);
+        self.known = true;
     }
 
-    /// Patches of blocks that have come within reach.
-    fn new_patches(&mut self, fitting: &Fitting<'_>, contacts: &Contacts) -> Vec<Patch> {
-        let travelled: &Self = self;
-        let look = |candidate: &Candidate| -> (f64, Option<Patch>) {
-            let [a, b] = candidate.blocks;
-            let gone =
-                travelled.travelled(&fitting.placing, a) + travelled.travelled(&fitting.placing, b);
-            if gone < candidate.until || contacts.place(candidate.blocks).is_ok() {
-                return (candidate.until, None);
+    /// Makes patches of blocks that have come within reach, and drops those of blocks that no longer
+    /// face each other.
+    fn meet(&mut self, fitting: &Fitting<'_>) {
+        let placing = &fitting.placing;
+        let look = |near: &Near| -> Option<Result<Patch, f64>> {
+            let gone = self.gone(placing, near.blocks);
+            if gone < near.until {
+                return None;
             }
-            let free = fitting.free(candidate.blocks);
+            let free = fitting.free(near.blocks);
             if free > 0.0 {
-                return (gone + free, None);
+                return Some(Err(gone + free));
             }
-            (0.0, fitting.patch(candidate.blocks, None))
+            Some(match fitting.patch(near.blocks, None) {
+                Some(patch) if patch.points.is_empty() => Err(gone + f64::from(patch.limit)),
+                Some(patch) => Ok(patch),
+                None => Err(gone),
+            })
         };
-        let found: Vec<(f64, Option<Patch>)> = if self.candidates.len() < TOGETHER {
-            self.candidates.iter().map(look).collect()
+        let found: Vec<(usize, Result<Patch, f64>)> = if self.near.len() < TOGETHER {
+            let each = self.near.iter().enumerate();
+            each.filter_map(|(at, near)| Some((at, look(near)?))).collect()
         } else {
-            self.candidates.par_iter().with_min_len(TOGETHER).map(look).collect()
+            let each = self.near.par_iter().with_min_len(TOGETHER).enumerate();
+            each.filter_map(|(at, near)| Some((at, look(near)?))).collect()
         };
-        let mut patches = Vec::new();
-        for (candidate, (until, patch)) in self.candidates.iter_mut().zip(found) {
-            candidate.until = until;
-            patches.extend(patch);
+        let mut more = Vec::new();
+        for (at, found) in found {
+            match found {
+                Ok(patch) => more.push(patch),
+                Err(until) => self.near[at].until = until,
+            }
         }
-        patches
+        self.exchange(placing, more);
+    }
+
+    /// Takes patches in, and those without points out.
+    fn exchange(&mut self, placing: &Placing<'_>, more: Vec<Patch>) {
+        let idle = self.patches.iter().filter(|patch| patch.points.is_empty());
+        let idle: Vec<Near> = idle
+            .map(|&Patch { blocks, limit, .. }| Near {
+                blocks,
+                until: self.gone(placing, blocks) + f64::from(limit),
+            })
+            .collect();
+        if !more.is_empty() {
+            let met = |near: &Near| more.binary_search_by_key(&near.blocks, |p| p.blocks).is_ok();
+            self.near.retain(|near| !met(near));
+        }
+        if !idle.is_empty() {
+            self.near.extend(idle);
+            self.near.sort_unstable_by_key(|near| near.blocks);
+        }
+        self.renew(more);
     }
 }
 
@@ -119,32 +142,23 @@ pub(crate) fn let_go(
     placing: Placing<'_>,
     breaks: &mut Breaks,
     contacts: &mut Contacts,
-    search: &mut Search,
 ) -> f64 {
     if contacts.joints.iter().flatten().all(|joint| *joint != Release::Due) {
         return 0.0;
     }
-    let fitting = Fitting { placing, skins: ground.skins, held: ground.held };
+    let fitting = ground.fitting(placing);
     let make = |blocks: [u32; 2]| fitting.patch(blocks, None);
-    search.forget();
+    contacts.known = false;
     release((ground.places, &placing), breaks, contacts, &make).unwrap_or(0.0)
 }
 
 /// Contacts at the present positions: patches are made, renewed and dropped; then what they exert.
-pub(crate) fn find(
-    ground: Ground<'_>,
-    placing: Placing<'_>,
-    contacts: &mut Contacts,
-    search: &mut Search,
-) -> Losses {
-    let fitting = Fitting { placing, skins: ground.skins, held: ground.held };
-    search.sort(&ground, &placing, contacts);
+pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
+    let fitting = ground.fitting(placing);
+    contacts.sort(&ground, &placing);
     let mut losses = renew(&fitting, contacts);
-    let more = search.new_patches(&fitting, contacts);
-    contacts.renew(more);
-    let acting = act(placing, contacts);
-    losses.friction += acting.friction;
-    losses.damping += acting.damping;
+    contacts.meet(&fitting);
+    losses.add(&act(placing, contacts));
     losses
 }
 
@@ -161,7 +175,7 @@ fn renew(fitting: &Fitting<'_>, contacts: &mut Contacts) -> Losses {
         let slid = old.act(&fitting.placing).friction;
         let gone = Patch { blocks: old.blocks, ..Patch::default() };
         *patch = fitting.patch(old.blocks, Some(&old)).unwrap_or(gone);
-        slid + old.stored - patch.energy()
+        slid + old.stored() - patch.stored()
     };
     let patches = &mut contacts.patches;
     let lost: Vec<f64> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
@@ -208,12 +222,4 @@ fn connected(
         let rest: Vec<usize> = ways.iter().copied().filter(|&way| way != d).collect();
         joints[owner][d] == Release::Holds && connected(geometry, joints, next, (&rest, step))
     })
-}
-
-fn median_edge(geometry: &Geometry) -> f64 {
-    let mut edges: Vec<f64> =
-        (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body)).collect();
-    let middle = edges.len() / 2;
-    let (_, median, _) = edges.select_nth_unstable_by(middle, f64::total_cmp);
-    *median
 }

@@ -7,7 +7,6 @@ use crate::touch::{self, EdgeOf, FaceOf};
 /// One side of a face contact, seen along the normal.
 pub(super) struct Side<'a> {
     pub(super) placed: &'a Placed,
-    pub(super) face: FaceOf,
     /// Its nodes in the plane.
     nodes: Vec<[f64; 2]>,
     pub(super) outline: [[f64; 2]; 4],
@@ -34,7 +33,7 @@ impl<'a> Side<'a> {
         }
         let m = n + 1;
         let outline = [0, n, n + m * n, m * n].map(|at| nodes[at]);
-        Self { placed, face, nodes, outline, element: placed.element_area(face) }
+        Self { placed, nodes, outline, element: placed.element_area(face) }
     }
 
     pub(super) fn quad(&self, [i, k]: [usize; 2]) -> [[f64; 2]; 4] {
@@ -59,7 +58,7 @@ impl<'a> Side<'a> {
             }
             on = touch::bilinear(&self.quad(element), at);
         }
-        Spot::new(self.face, element, on.map(|x| x.clamp(0.0, 1.0)))
+        Spot::new(element, on.map(|x| x.clamp(0.0, 1.0)))
     }
 }
 
@@ -103,5 +102,5 @@ pub(super) fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> Spot {
     let i = (along as usize).min(n - 1);
     // Across direction d + 1, the face's own directions are d + 2 and d.
     let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };
-    Spot::new(beside(edge), [k, i], [on, along - i as f64])
+    Spot::new([k, i], [on, along - i as f64])
 }

@@ -90,8 +90,7 @@ impl Skins {
     }
 
     pub(crate) fn of(&self, block: u32, face: FaceOf) -> &Skin {
-        let face = 2 * face.direction + usize::from(face.upper);
-        &self.kinds[self.of_block[block as usize][face] as usize]
+        &self.kinds[self.of_block[block as usize][usize::from(face.number())] as usize]
     }
 
     /// The same without the stiffness that is given for all contacts along the normal (0) or across (1).

@@ -14,12 +14,13 @@ pub(crate) fn collect(
     for (lane, &body) in bodies.iter().enumerate().take(LANES) {
         for (patch, side) in contacts.of(body as usize) {
             let sign = if side == 0 { 1.0 } else { -1.0 };
-            let placed = &placed[body as usize];
-            for point in patch.points.iter().filter(|point| point.memory.gap <= 0.0) {
-                for (at, weight) in placed.shares(&point.spots[side]) {
+            let (placed, face) = (&placed[body as usize], patch.faces()[side]);
+            for point in patch.points.iter().filter(|point| point.gap <= 0.0) {
+                let force = patch.force(point) * sign;
+                for (at, weight) in placed.shares(face, &point.spots[side]) {
                     let local = placed.local(at);
                     for c in 0..3 {
-                        f[3 * local + c].0[lane] += sign * weight * point.force[c];
+                        f[3 * local + c].0[lane] += weight * force[c];
                     }
                 }
             }

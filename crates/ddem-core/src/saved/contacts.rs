@@ -1,26 +1,37 @@
-//! Contacts as plain numbers, one row for each patch and one for each of its points.
+//! Contacts as plain numbers, one row for each patch, one for each of its points, and one for two blocks
+//! that may meet.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use super::Saved;
-use crate::contact::{Both, Contacts, Patch, Point, Release, Spot};
+use crate::contact::{Both, Contacts, Near, Patch, Point, Release, Spot};
 use crate::geometry::Vec3;
-use crate::law::{Memory, Traction};
+use crate::lanes::{LANES, Lanes};
+use crate::law::Traction;
 use crate::model::Model;
 
 const PATCH: usize = 27;
-const POINT: usize = 21;
-const NAMES: [&str; 3] = ["contact_joints", "contact_patches", "contact_points"];
+const POINT: usize = 18;
+const NEAR: usize = 3;
+const NAMES: [&str; 5] =
+    ["contact_joints", "contact_patches", "contact_points", "contact_near", "contact_travel"];
 
 /// Adds the contacts, if there is anything that a start would not have.
 pub(super) fn save(contacts: &Contacts, saved: &mut Saved) {
-    if *contacts == Contacts::new(contacts.joints.len()) {
+    if *contacts == Contacts::new(contacts.joints.len(), contacts.travel.len()) {
         return;
     }
     let joints = contacts.joints.iter().flatten().map(|joint| f64::from(*joint as u8));
     let patches = contacts.patches.iter().flat_map(patch_numbers);
     let points = contacts.patches.iter().flat_map(|patch| &patch.points).flat_map(point_numbers);
-    let arrays = [joints.collect(), patches.collect(), points.collect()];
+    let near = contacts
+        .near
+        .iter()
+        .flat_map(|Near { blocks: [a, b], until }| [f64::from(*a), f64::from(*b), *until]);
+    let known = if contacts.known { 1.0 } else { 0.0 };
+    let travel = std::iter::once(known).chain(contacts.travel.iter().flat_map(|lanes| lanes.0));
+    let arrays =
+        [joints.collect(), patches.collect(), points.collect(), near.collect(), travel.collect()];
     for (name, array) in NAMES.into_iter().zip(arrays) {
         saved.arrays.insert(name.to_owned(), array);
     }
@@ -28,9 +39,10 @@ pub(super) fn save(contacts: &Contacts, saved: &mut Saved) {
 
 /// The contacts that were saved; `None` when the numbers are not those of this model.
 pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Contacts> {
-    let mut contacts = Contacts::new(model.n_blocks());
+    let mut contacts = Contacts::new(model.n_blocks(), model.packs.packs.len());
     let Some(joints) = saved.arrays.get(NAMES[0]) else { return Some(contacts) };
-    let [patches, points] = [NAMES[1], NAMES[2]].map(|name| saved.arrays.get(name));
+    let array = |at: usize| saved.arrays.get(NAMES[at]);
+    let [patches, points] = [array(1), array(2)];
     let (joints, rest) = joints.as_chunks::<3>();
     let (patches, rest_patches) = patches?.as_chunks::<PATCH>();
     let (points, rest_points) = points?.as_chunks::<POINT>();
@@ -50,39 +62,67 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Contacts> {
     let mut points = points.iter();
     for numbers in patches {
         let (mut patch, count) = patch(numbers).filter(|_| sound(numbers))?;
-        let mut axes = patch.axes.iter().chain(&patch.seen);
-        if !diverged && axes.any(|axis| (axis.norm_squared() - 1.0).abs() > 1e-9) {
+        let mut axes = patch.axes.into_iter().chain(patch.seen.map(|axis| axis.map(f64::from)));
+        if !diverged && axes.any(|axis| (axis.norm_squared() - 1.0).abs() > 1e-6) {
             return None;
         }
         let [a, b] = patch.blocks;
         if a >= b || b as usize >= model.n_blocks() || count > points.len() {
             return None;
         }
+        let mut read = Vec::with_capacity(count);
         for numbers in points.by_ref().take(count) {
             let point = point(numbers, diverged).filter(|_| sound(numbers))?;
             if !(0..2).all(|s| is_on(model, patch.blocks[s], &point.spots[s])) {
                 return None;
             }
-            patch.points.push(point);
+            read.push(point);
         }
+        patch.points = read.into();
         contacts.patches.push(patch);
     }
     let sorted = contacts.patches.windows(2).all(|pair| pair[0].blocks < pair[1].blocks);
     contacts.index();
+    search(&mut contacts, array(3)?, array(4)?, diverged)?;
     (sorted && points.next().is_none()).then_some(contacts)
+}
+
+/// Blocks that may meet, and how far they have gone.
+fn search(contacts: &mut Contacts, near: &[f64], travel: &[f64], diverged: bool) -> Option<()> {
+    let (near, rest) = near.as_chunks::<NEAR>();
+    let (known, travel) = travel.split_first()?;
+    let (travel, rest_travel) = travel.as_chunks::<LANES>();
+    let sound = |x: &f64| diverged || x.is_finite();
+    let whole_rows = rest.is_empty() && rest_travel.is_empty();
+    if !whole_rows
+        || travel.len() != contacts.travel.len()
+        || !travel.as_flattened().iter().all(sound)
+    {
+        return None;
+    }
+    for &[a, b, until] in near {
+        let blocks = [whole(a)?, whole(b)?];
+        let valid = blocks[0] < blocks[1] && (blocks[1] as usize) < contacts.joints.len();
+        contacts
+            .near
+            .push(Near { blocks, until: Some(until).filter(|until| valid && sound(until))? });
+    }
+    contacts.known = *known == 1.0;
+    contacts.travel = travel.iter().map(|lanes| Lanes(*lanes)).collect();
+    contacts.near.is_sorted_by_key(|near| near.blocks).then_some(())
 }
 
 fn is_on(model: &Model, block: u32, spot: &Spot) -> bool {
     let n = model.geometry.lattice(block as usize).divisions;
-    spot.face < 6 && spot.element.iter().all(|&i| usize::from(i) < n)
+    spot.element.iter().all(|&i| usize::from(i) < n)
 }
 
 fn patch_numbers(patch: &Patch) -> [f64; PATCH] {
-    let Patch { blocks, reference, axes, seen, apart, limit, lever, spacing, both, points, .. } =
-        patch;
+    let Patch { blocks, faces, reference, axes, seen, apart, limit, both, points, .. } = patch;
     let [a, b] = blocks.map(f64::from);
     let [[n0, n1, n2], [t0, t1, t2]] = axes.map(<[f64; 3]>::from);
-    let [[o0, o1, o2], [p0, p1, p2]] = seen.map(<[f64; 3]>::from);
+    let [[o0, o1, o2], [p0, p1, p2]] = seen.map(|axis| <[f64; 3]>::from(axis.map(f64::from)));
+    let [f, g] = faces.map(f64::from);
     let [x, y, z] = (*apart).into();
     let Both { skin, stiffness: [kn, ks], tan_friction, dashpot } = *both;
     let reference = f64::from(*reference);
@@ -106,9 +146,9 @@ fn patch_numbers(patch: &Patch) -> [f64; PATCH] {
         x,
         y,
         z,
-        *limit,
-        *lever,
-        *spacing,
+        f64::from(*limit),
+        f,
+        g,
         skin,
         kn,
         ks,
@@ -125,11 +165,10 @@ fn patch(numbers: &[f64; PATCH]) -> Option<(Patch, usize)> {
         blocks: [whole(numbers[0])?, whole(numbers[1])?],
         reference: u8::try_from(whole(numbers[2])?).ok().filter(|&side| side < 2)?,
         axes: [three(3), three(6)],
-        seen: [three(9), three(12)],
+        seen: [three(9), three(12)].map(|axis: Vector3<f64>| axis.map(|x| x as f32)),
         apart: three(15),
-        limit: numbers[18],
-        lever: numbers[19],
-        spacing: numbers[20],
+        limit: numbers[18] as f32,
+        faces: [face(numbers[19])?, face(numbers[20])?],
         both: Both {
             skin: numbers[21],
             stiffness: [numbers[22], numbers[23]],
@@ -138,10 +177,14 @@ fn patch(numbers: &[f64; PATCH]) -> Option<(Patch, usize)> {
         },
         ..Patch::default()
     };
-    let sizes = [&numbers[18..=20], &numbers[22..=23]];
-    let sizes = sizes.iter().all(|sizes| sizes.iter().all(|&size| size > 0.0));
+    let sizes = [numbers[18], numbers[22], numbers[23]].iter().all(|&size| size > 0.0);
     let rest = [numbers[21], numbers[24], numbers[25]].iter().all(|&x| x >= 0.0);
     (sizes && rest).then_some((patch, whole(numbers[26])? as usize))
+}
+
+/// The number of a face.
+fn face(number: f64) -> Option<u8> {
+    u8::try_from(whole(number)?).ok().filter(|&face| face < 6)
 }
 
 /// A whole number that is not negative.
@@ -151,42 +194,39 @@ fn whole(number: f64) -> Option<u32> {
 }
 
 fn point_numbers(point: &Point) -> [f64; POINT] {
-    let Point { spots: [a, b], area, memory, drag, .. } = point;
-    let Memory { slip, dilation, damage, gap, lifted, traction } = *memory;
-    let [[f, i, k, x, y], [g, j, l, u, v]] = [a, b].map(|spot| {
-        let Spot { face, element: [i, k], on: [x, y] } = *spot;
-        [f64::from(face), f64::from(i), f64::from(k), f64::from(x), f64::from(y)]
+    let Point { spots: [a, b], area, slip, offset: [offset, lifted], gap, traction, drag } = *point;
+    let [[i, k, x, y], [j, l, u, v]] = [a, b].map(|spot| {
+        let Spot { element: [i, k], on: [x, y] } = spot;
+        [f64::from(i), f64::from(k), f64::from(x), f64::from(y)]
     });
     let Traction { normal, shear } = traction;
     [
-        f, i, k, x, y, g, j, l, u, v, *area, slip.x, slip.y, dilation, damage, gap, lifted, normal,
-        shear.x, shear.y, *drag,
+        i, k, x, y, j, l, u, v, area, slip.x, slip.y, offset, lifted, gap, normal, shear.x,
+        shear.y, drag,
     ]
 }
 
 /// Where a point lies within its elements may not be known in a run that has diverged.
 fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
     let spot = |at: usize| {
-        let [i, k] = [numbers[at + 1], numbers[at + 2]].map(whole);
-        let on = [numbers[at + 3], numbers[at + 4]];
+        let [i, k] = [numbers[at], numbers[at + 1]].map(whole);
+        let on = [numbers[at + 2], numbers[at + 3]];
         let inside = on.iter().all(|on| (0.0..=1.0).contains(on));
         (inside || diverged).then_some(Spot {
-            face: u8::try_from(whole(numbers[at])?).ok()?,
             element: [u16::try_from(i?).ok()?, u16::try_from(k?).ok()?],
             on: on.map(|x| x as f32),
         })
     };
-    let [slip_x, slip_y, dilation, damage, gap, lifted, normal, shear_x, shear_y, drag] =
-        std::array::from_fn(|k| numbers[11 + k]);
-    let memory = Memory {
+    let [area, slip_x, slip_y, offset, lifted, gap, normal, shear_x, shear_y, drag] =
+        std::array::from_fn(|k| numbers[8 + k]);
+    let point = Point {
+        spots: [spot(0)?, spot(4)?],
+        area,
         slip: Vector2::new(slip_x, slip_y),
-        dilation,
-        damage,
+        offset: [offset, lifted],
         gap,
-        lifted,
         traction: Traction { normal, shear: Vector2::new(shear_x, shear_y) },
+        drag,
     };
-    let area = numbers[10];
-    let spots = [spot(0)?, spot(5)?];
-    (area >= 0.0 || diverged).then_some(Point { spots, area, memory, drag, ..Point::default() })
+    (area >= 0.0 || diverged).then_some(point)
 }

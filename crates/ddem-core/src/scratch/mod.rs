@@ -8,7 +8,7 @@ use fearless_simd::{Level, dispatch};
 
 use crate::breaks::{Breaks, Losses};
 use crate::conditions::Active;
-use crate::contact::{Contacts, Search};
+use crate::contact::Contacts;
 use crate::element::corotation::Frame;
 use crate::force::rigid::Member;
 use crate::force::shares::{collect, spread_torque};
@@ -42,8 +42,6 @@ pub(crate) struct Scratch {
     pub(crate) trial: Breaks,
     /// Contacts as the last measurement found them.
     pub(crate) trial_contacts: Contacts,
-    /// Which blocks are near each other.
-    pub(crate) search: Search,
     /// Sums of the packs.
     pub(crate) sums: Vec<Sums>,
     /// Forces of the active supports `[N]`.
@@ -78,7 +76,6 @@ impl Scratch {
             losses: vec![Losses::default(); n],
             trial: Breaks::default(),
             trial_contacts: Contacts::default(),
-            search: Search::default(),
             sums: vec![Sums::default(); n],
             reactions: Vec::new(),
             workspaces: runs.iter().map(|_| Spaces::default()).collect(),
@@ -97,12 +94,10 @@ impl Scratch {
             + self.sums.len() * (size_of::<Sums>() + size_of::<Losses>())
             + self.trial.bytes()
             + self.trial_contacts.bytes()
-            + self.search.bytes()
     }
 
     /// Fits the frames to displacements that a step did not make.
     pub(crate) fn fit(&mut self, model: &Model, state: &State) {
-        self.search.forget();
         let packs = &model.packs;
         for (index, frame) in self.frames.iter_mut().enumerate() {
             let pack = &packs.packs[index];
@@ -142,12 +137,10 @@ impl Scratch {
     }
 
     /// Counts how far the bodies of the packs have gone with the velocities of the last second pass.
-    pub(crate) fn travel(&mut self, time_step: f64) {
-        for (travel, sums) in self.search.travel.iter_mut().zip(&self.sums) {
-            for (gone, v) in travel.0.iter_mut().zip(sums.fastest.0) {
-                // No component is faster: the whole is at most √3 times as fast.
-                *gone += 1.733 * time_step * v;
-            }
+    pub(crate) fn travel(&self, contacts: &mut Contacts, time_step: f64) {
+        for (pack, sums) in self.sums.iter().enumerate() {
+            // No component is faster: the whole is at most √3 times as fast.
+            contacts.travelled(pack, sums.fastest.0.map(|v| 1.733 * time_step * v));
         }
     }
 

@@ -23,10 +23,6 @@ impl Simulation {
         let joints = (&mut trial, &mut contacts);
         let fields = (&state.u[..], &state.v[..], &state.poses[..]);
         let (sums, losses) = balance(context, fields, joints, scratch, true);
-        if contacts.joints != state.contacts.joints {
-            // Joints that it let go may hold at the next step.
-            scratch.search.forget();
-        }
         (scratch.trial, scratch.trial_contacts) = (trial, contacts);
         self.losing = losses;
         self.last = sums;

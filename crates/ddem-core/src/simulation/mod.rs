@@ -13,6 +13,7 @@ use std::sync::atomic::AtomicBool;
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
+use crate::contact::Contacts;
 use crate::deck::{Damping, TimeStep};
 use crate::error::{Fault, RunError};
 use crate::model::Model;
@@ -266,13 +267,14 @@ impl Simulation {
     /// Blocks that are deep in each other may come out on the other side.
     fn check_depth(&self) -> Result<(), RunError> {
         let Some(surfaces) = &self.model.contact else { return Ok(()) };
-        let patches = self.state.contacts.patches.iter();
-        for patch in patches.filter(|patch| patch.depth > 0.25 * surfaces.shortest) {
+        let Contacts { patches, deepest, .. } = &self.state.contacts;
+        let deep = *deepest > 0.25 * surfaces.shortest && !self.motion.fictitious;
+        for (patch, depth) in patches.iter().filter(|_| deep).map(|patch| (patch, patch.depth())) {
             let blocks = patch.blocks.map(|block| block as usize);
             let edges = blocks.map(|block| self.model.geometry.shortest_edge(block));
             let edge = edges[0].min(edges[1]);
-            if patch.depth > 0.25 * edge && !self.motion.fictitious {
-                let (step, time, depth) = (self.state.steps, self.state.time, patch.depth);
+            if depth > 0.25 * edge {
+                let (step, time) = (self.state.steps, self.state.time);
                 return Err(RunError::TooDeep { blocks, step, time, depth, edge });
             }
         }

@@ -71,7 +71,10 @@ pub(crate) fn forces(
     let model = pass.model;
     let mut contacts = contacts.zip(model.contact.as_ref());
     let released = match &mut contacts {
-        Some((contacts, surfaces)) => release(pass, surfaces, (breaks, contacts), scratch),
+        Some((contacts, surfaces)) => {
+            let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
+            let_go(ground, placing, breaks, contacts)
+        }
         None => 0.0,
     };
     let (fields, frames, runs) = scratch.forces(breaks, pass.energies);
@@ -88,50 +91,26 @@ pub(crate) fn forces(
         losses.fracture += remove_cells(pass, breaks, scratch);
     }
     if let Some((contacts, surfaces)) = contacts {
-        losses.add(&touch(pass, surfaces, (breaks, contacts), scratch));
+        // How far joints have moved.
+        contacts.look(model.places(), &model.laws, breaks);
+        let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
+        losses.add(&find(ground, placing, contacts));
         losses.friction += released;
     }
     losses
 }
 
-/// §9: joints that have moved become contacts.
-fn release(
-    pass: Pass<'_>,
-    surfaces: &Surfaces,
-    (breaks, contacts): (&mut Breaks, &mut Contacts),
-    scratch: &mut Scratch,
-) -> f64 {
-    let Scratch { frames, search, .. } = scratch;
-    let (ground, placing) = meeting(pass, surfaces, frames);
-    let_go(ground, placing, breaks, contacts, search)
-}
-
+/// §9: where blocks may meet.
 fn meeting<'a>(
     pass: Pass<'a>,
     surfaces: &'a Surfaces,
     frames: &'a [Frame],
 ) -> (Ground<'a>, Placing<'a>) {
-    let ground = Ground { places: pass.model.places(), skins: &surfaces.skins, held: pass.held };
+    let ground = Ground { places: pass.model.places(), surfaces, held: pass.held };
     let small = !pass.model.corotational();
     let start = pass.last.is_none();
     let blocks = &surfaces.blocks;
     (ground, Placing { blocks, u: pass.u, frames, small, last: pass.way, start })
-}
-
-/// §9: how far joints have moved, and contacts.
-fn touch(
-    pass: Pass<'_>,
-    surfaces: &Surfaces,
-    (breaks, contacts): (&Breaks, &mut Contacts),
-    scratch: &mut Scratch,
-) -> Losses {
-    let places = pass.model.places();
-    if contacts.look(places, &pass.model.laws, breaks) {
-        scratch.search.forget();
-    }
-    let Scratch { frames, search, .. } = scratch;
-    let (ground, placing) = meeting(pass, surfaces, frames);
-    find(ground, placing, contacts, search)
 }
 
 pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {

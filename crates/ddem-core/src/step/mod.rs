@@ -106,7 +106,7 @@ fn advance(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Su
     spread(&context.model.packs, runs, fields, &|run, mut fields: Moving<'_>| {
         dispatch!(level, simd => run_advance(simd, context, others, &run, &mut fields));
     });
-    scratch.travel(context.motion.time_step);
+    scratch.travel(contacts, context.motion.time_step);
     Sums::total(&scratch.sums)
 }
 

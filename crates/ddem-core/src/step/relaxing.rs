@@ -28,7 +28,7 @@ pub(crate) fn advance_relaxing(
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
         dispatch!(level, simd => run_relaxing(simd, (model, clusters), [a, b], f, &run, &mut fields));
     });
-    scratch.travel(1.0);
+    scratch.travel(&mut state.contacts, 1.0);
     Sums::total(&scratch.sums)
 }
 

@@ -23,6 +23,18 @@ pub(crate) struct FaceOf {
     pub(crate) upper: bool,
 }
 
+impl FaceOf {
+    /// Twice the direction, plus one at the upper side.
+    pub(crate) fn number(self) -> u8 {
+        2 * self.direction as u8 + u8::from(self.upper)
+    }
+
+    /// The face with a number.
+    pub(crate) fn of_number(number: u8) -> Self {
+        Self { direction: usize::from(number / 2), upper: number % 2 == 1 }
+    }
+}
+
 /// An edge of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct EdgeOf {
