@@ -124,38 +124,46 @@ impl Placed {
         [low.add_scalar(-margin), high.add_scalar(margin)]
     }
 
-    /// Lattice steps of the corners of an element's face: (0,0), (1,0), (1,1), (0,1) along the
-    /// next two directions.
-    pub(crate) fn quad(&self, face: FaceOf, [i, k]: [usize; 2]) -> [[usize; 3]; 4] {
-        let d = face.direction;
-        [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[a, b]| {
-            let mut at = [0; 3];
-            at[d] = if face.upper { self.divisions } else { 0 };
-            at[(d + 1) % 3] = i + a;
-            at[(d + 2) % 3] = k + b;
-            at
-        })
-    }
-
-    /// The four nodes and weights that make a spot.
+    /// The four nodes that make a spot, numbered as in the block's nodal fields, and their weights.
     #[inline(always)]
-    pub(crate) fn shares(&self, face: FaceOf, spot: &Spot) -> [([usize; 3], f64); 4] {
-        let nodes = self.quad(face, spot.element.map(usize::from));
+    pub(crate) fn shares(&self, face: FaceOf, spot: &Spot) -> [(usize, f64); 4] {
+        let n = self.divisions;
+        let strides = [1, n + 1, (n + 1) * (n + 1)];
+        let d = face.direction;
+        let [next, last] = [strides[(d + 1) % 3], strides[(d + 2) % 3]];
+        let [i, k] = spot.element.map(usize::from);
+        let first = if face.upper { n * strides[d] } else { 0 } + i * next + k * last;
+        let nodes = [first, first + next, first + next + last, first + last];
         let weights = crate::touch::weights(spot.on.map(f64::from));
         std::array::from_fn(|k| (nodes[k], weights[k]))
+    }
+
+    /// Value of a nodal field at a spot.
+    #[inline(always)]
+    fn at(&self, field: &[Lanes], face: FaceOf, spot: &Spot) -> Vec3 {
+        let mut sum = Vec3::zeros();
+        for (node, weight) in self.shares(face, spot) {
+            let node = &field[self.first + 3 * node..][..3];
+            let value = Vec3::new(node[0].0[self.lane], node[1].0[self.lane], node[2].0[self.lane]);
+            sum += value * weight;
+        }
+        sum
+    }
+
+    /// Position of a spot at rest `[m]`.
+    #[inline(always)]
+    fn rest(&self, face: FaceOf, spot: &Spot) -> Vec3 {
+        let d = face.direction;
+        let along = |k: usize| f64::from(spot.element[k]) + f64::from(spot.on[k]);
+        let up = if face.upper { self.divisions as f64 } else { 0.0 };
+        let [x, y, z] = [0, 1, 2].map(|k| self.steps[(d + k) % 3]);
+        self.corner + (x * up + y * along(0) + z * along(1))
     }
 
     /// Area of the face of one element at rest `[m²]`.
     pub(crate) fn element_area(&self, face: FaceOf) -> f64 {
         let d = face.direction;
         self.steps[(d + 1) % 3].cross(&self.steps[(d + 2) % 3]).norm()
-    }
-
-    /// Number of its first node in nodal fields, and of a node at lattice steps.
-    #[inline(always)]
-    pub(crate) fn local(&self, at: [usize; 3]) -> usize {
-        let n = self.divisions + 1;
-        at[0] + n * (at[1] + n * at[2])
     }
 }
 
@@ -182,19 +190,15 @@ impl Placing<'_> {
         placed.middle + Vec3::from(self.frames[pack].mean.map(|c| c.0[lane]))
     }
 
-    /// Way of a spot in the last step `[m]`.
-    pub(crate) fn way(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
-        let placed = &self.blocks[block];
-        let shares = placed.shares(face, spot).into_iter();
-        let v: Vec3 = shares.map(|(at, weight)| placed.value(self.last.0, at) * weight).sum();
-        v * self.last.1
-    }
-
     /// Position of a spot `[m]`.
     #[inline(always)]
     pub(crate) fn position(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
         let placed = &self.blocks[block];
-        let shares = placed.shares(face, spot).into_iter();
-        shares.map(|(at, weight)| placed.node(self.u, at) * weight).sum()
+        placed.rest(face, spot) + placed.at(self.u, face, spot)
+    }
+
+    /// Way of a spot in the last step `[m]`.
+    pub(crate) fn way(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
+        self.blocks[block].at(self.last.0, face, spot) * self.last.1
     }
 }

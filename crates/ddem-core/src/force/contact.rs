@@ -17,10 +17,9 @@ pub(crate) fn collect(
             let (placed, face) = (&placed[body as usize], patch.faces()[side]);
             for point in patch.points.iter().filter(|point| point.gap <= 0.0) {
                 let force = patch.force(point) * sign;
-                for (at, weight) in placed.shares(face, &point.spots[side]) {
-                    let local = placed.local(at);
+                for (node, weight) in placed.shares(face, &point.spots[side]) {
                     for c in 0..3 {
-                        f[3 * local + c].0[lane] += weight * force[c];
+                        f[3 * node + c].0[lane] += weight * force[c];
                     }
                 }
             }
