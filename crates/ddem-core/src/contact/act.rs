@@ -47,6 +47,9 @@ impl Patch {
             let loss = law.respond(stiffness, opening, &mut point.memory);
             losses.friction += point.area * loss.friction;
             let slipped = (point.memory.slip - slip).norm();
+            if point.memory.gap < 0.0 {
+                point.slid += slipped;
+            }
             point.ease((slipped, loss.friction), (opening.normal, normal), self.spacing);
             let mut traction = point.memory.traction;
             if self.both.dashpot > 0.0 {

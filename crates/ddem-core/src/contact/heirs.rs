@@ -58,6 +58,7 @@ pub(super) struct Handed {
     /// Shear traction in space `[Pa]`.
     pub(super) shear: Vec3,
     pub(super) drag: f64,
+    pub(super) slid: f64,
 }
 
 impl Known {
@@ -67,7 +68,7 @@ impl Known {
             let Memory { traction, dilation, .. } = point.memory;
             let shear = axes * Vec3::new(0.0, traction.shear.x, traction.shear.y);
             let x = placing.position(old.blocks[0] as usize, &point.spots[0]);
-            (x, Handed { offset: dilation, shear, drag: point.drag })
+            (x, Handed { offset: dilation, shear, drag: point.drag, slid: point.slid })
         };
         Self { points: old.points.iter().map(hand).collect(), near: old.spacing }
     }
@@ -82,7 +83,7 @@ impl Known {
                 best = (distance, Some(*handed));
             }
         }
-        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0 };
+        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0, slid: 0.0 };
         if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
     }
 }

@@ -86,6 +86,8 @@ pub(crate) struct Point {
     pub(crate) memory: Memory,
     /// Normal traction of the dashpot at the last step `[Pa]`.
     pub(crate) drag: f64,
+    /// Way that it has slid since the blocks met `[m]`.
+    pub(crate) slid: f64,
     /// Force on block a `[N]`, as it was last computed.
     pub(crate) force: Vec3,
 }

@@ -29,6 +29,9 @@ pub struct Contact {
     /// Distance of the two faces along the normal, less half the thickness of the joint of each
     /// `[m]`: negative where they overlap.
     pub gap: f64,
+    /// Way that the points have slid over each other since the blocks met: the length of the path,
+    /// without what the springs give `[m]`.
+    pub slip: f64,
     /// Whether friction bears all that it can.
     pub sliding: bool,
 }
@@ -55,12 +58,13 @@ pub struct ContactField {
 }
 
 /// All output fields of contacts, besides their positions.
-pub const CONTACT_FIELDS: [ContactField; 7] = [
+pub const CONTACT_FIELDS: [ContactField; 8] = [
     ContactField { name: "force", unit: "N", components: 3, of: |c| c.force },
     ContactField { name: "traction", unit: "Pa", components: 3, of: Contact::traction },
     ContactField { name: "normal", unit: "1", components: 3, of: |c| c.normal },
     ContactField { name: "area", unit: "m2", components: 1, of: |c| [c.area, 0.0, 0.0] },
     ContactField { name: "gap", unit: "m", components: 1, of: |c| [c.gap, 0.0, 0.0] },
+    ContactField { name: "slip", unit: "m", components: 1, of: |c| [c.slip, 0.0, 0.0] },
     ContactField { name: "sliding", unit: "1", components: 1, of: sliding },
     ContactField { name: "blocks", unit: "1", components: 2, of: blocks },
 ];
@@ -168,6 +172,7 @@ fn seen(patch: &Patch, placing: &Placing<'_>) -> impl Iterator<Item = Contact> {
             force: point.force.into(),
             area: point.area,
             gap: normal.dot(&(at[1] - at[0])) - patch.both.skin,
+            slip: point.slid,
             sliding: springs.shear.norm() >= SLIDING * bears,
         }
     })

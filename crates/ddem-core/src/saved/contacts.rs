@@ -9,7 +9,7 @@ use crate::law::{Memory, Traction};
 use crate::model::Model;
 
 const PATCH: usize = 27;
-const POINT: usize = 21;
+const POINT: usize = 22;
 const NAMES: [&str; 3] = ["contact_joints", "contact_patches", "contact_points"];
 
 /// Adds the contacts, if there is anything that a start would not have.
@@ -151,7 +151,7 @@ fn whole(number: f64) -> Option<u32> {
 }
 
 fn point_numbers(point: &Point) -> [f64; POINT] {
-    let Point { spots: [a, b], area, memory, drag, .. } = point;
+    let Point { spots: [a, b], area, memory, drag, slid, .. } = point;
     let Memory { slip, dilation, damage, gap, lifted, traction } = *memory;
     let [[f, i, k, x, y], [g, j, l, u, v]] = [a, b].map(|spot| {
         let Spot { face, element: [i, k], on: [x, y] } = *spot;
@@ -160,7 +160,7 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
     let Traction { normal, shear } = traction;
     [
         f, i, k, x, y, g, j, l, u, v, *area, slip.x, slip.y, dilation, damage, gap, lifted, normal,
-        shear.x, shear.y, *drag,
+        shear.x, shear.y, *drag, *slid,
     ]
 }
 
@@ -176,7 +176,7 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
             on: on.map(|x| x as f32),
         })
     };
-    let [slip_x, slip_y, dilation, damage, gap, lifted, normal, shear_x, shear_y, drag] =
+    let [slip_x, slip_y, dilation, damage, gap, lifted, normal, shear_x, shear_y, drag, slid] =
         std::array::from_fn(|k| numbers[11 + k]);
     let memory = Memory {
         slip: Vector2::new(slip_x, slip_y),
@@ -188,5 +188,12 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
     };
     let area = numbers[10];
     let spots = [spot(0)?, spot(5)?];
-    (area >= 0.0 || diverged).then_some(Point { spots, area, memory, drag, ..Point::default() })
+    (area >= 0.0 || diverged).then_some(Point {
+        spots,
+        area,
+        memory,
+        drag,
+        slid,
+        ..Point::default()
+    })
 }

@@ -172,7 +172,11 @@ fn contacts_that_slide_say_so() {
     while simulation.steps_left() != Some(0) {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));
     }
+    // All that it has moved along the slope, but for what the springs gave before it slid.
+    let moved = (turn * Vec3::x()).dot(&Vec3::from(simulation.displacement(8)));
     let contacts = simulation.contacts();
+    let slip = contacts.iter().fold(0.0_f64, |most, contact| most.max(contact.slip));
+    assert!(moved > 0.3 && slip <= moved && slip > 0.97 * moved, "{slip} of {moved}");
     assert!(!contacts.is_empty() && contacts.iter().all(|contact| contact.sliding), "{contacts:?}");
     for contact in contacts {
         let (traction, normal) = (Vec3::from(contact.traction()), Vec3::from(contact.normal));
