@@ -26,6 +26,8 @@ INK, PLAIN = "#1f2933", "#aab4be"
 STATES = (("bonded", "#8a94a0"), ("failed in shear", "#1f6fb4"), ("failed in tension", "#c0392b"))
 # Enough to see where joints are, too little to hide what lies behind many of them.
 HOLDING = 0.04
+# The largest force of contacts, as a part of the model, and how thick it is.
+LONGEST, THICK = 0.1, 0.07
 
 
 @dataclass
@@ -127,6 +129,42 @@ def joints(
     if not shown.any():
         layer.bar = None
     return [bonded, layer]
+
+
+def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[Layer]:
+    """What each two blocks exert on each other: a bar along the force, as long as it is large."""
+    met = frame.contacts
+    if len(met["point"]) == 0:
+        return []
+    pairs, number = np.unique(np.asarray(met["blocks"]), axis=0, return_inverse=True)
+    number, n = number.reshape(-1), len(pairs)
+    parts = np.asarray(met["force"], np.float64)
+    weights = np.linalg.norm(parts, axis=1)
+    force = np.stack([np.bincount(number, part, n) for part in parts.T], axis=1)
+    weighted = np.asarray(met["point"], np.float64) * weights[:, None]
+    total = np.maximum(np.bincount(number, weights, n), np.finfo(float).tiny)
+    middle = np.stack([np.bincount(number, x, n) for x in weighted.T], axis=1) / total[:, None]
+    size = np.linalg.norm(force, axis=1)
+    most = max(float(size.max()), np.finfo(float).tiny)
+    long = force * (LONGEST * float(np.ptp(frame.points, axis=0).max()) / most)
+    # Two directions across, from the axis that is farthest from the force.
+    across = np.cross(long, np.eye(3)[np.abs(long).argmin(axis=1)])
+    across *= THICK * np.linalg.norm(long, axis=1)[:, None] / np.maximum(
+        np.linalg.norm(across, axis=1)[:, None], np.finfo(float).tiny
+    )
+    other = np.cross(long / np.maximum(np.linalg.norm(long, axis=1)[:, None], 1e-300), across)
+    ring = np.stack([across, other, -across, -other], axis=1)
+    ends = middle[:, None, None] + long[:, None, None] * np.array([-0.5, 0.5])[None, :, None, None]
+    points = (ends + ring[:, None]).reshape(-1, 3)
+    sides = np.array(
+        [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [3, 2, 1, 0], [4, 5, 6, 7]]
+    )
+    cells = (8 * np.arange(n)[:, None, None] + sides).reshape(-1, 4)
+    layer = Layer("contacts", points, cells, 1.0, PLAIN)
+    layer.values = np.repeat(size, 6)
+    clim = bar[1] if bar[1] is not None else (0.0, most)
+    layer.bar = _bar("contact force (N)", layer.values, bar[0], clim, plain="plasma")
+    return [layer]
 
 
 def _bar(
