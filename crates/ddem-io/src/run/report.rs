@@ -83,7 +83,7 @@ impl fmt::Display for Report {
             writeln!(f, "can fail       {joints} joints, {pairs} pairs")?;
         }
         if let Some(near) = self.near {
-            writeln!(f, "contacts       looked for; at the start {near} pairs of blocks meet")?;
+            writeln!(f, "contacts       {near} pairs of blocks near each other at the start")?;
         }
         if self.critical_step.is_finite() {
             writeln!(f, "critical step  {:.6e} s", self.critical_step)?;

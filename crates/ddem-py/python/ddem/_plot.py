@@ -83,7 +83,7 @@ def plot(
         Of ``"slip"`` and ``"traction"``: ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default).
     contacts : bool, optional
         Draws what each two blocks that meet exert on each other: a bar where they do, along the
-        force, as long and as thick as the force is large. The blocks are translucent then, and
+        force, as thick as the force is large. The blocks are translucent then, and
         displacements are true: `scale` is 1.
     frame : int, optional
         Of a folder: which frame, negative from the end. By default the last.

@@ -67,7 +67,7 @@ class Frame:
     pairs: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void]
     pair_fields: Sequence[str]
     quads: Integers  # (n_quads, 4) pair numbers
-    contacts: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void]
+    contacts: Mapping[str, npt.NDArray[Any]]
 
 
 def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -> Frame:
@@ -105,8 +105,12 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
         pairs=pairs,
         pair_fields=names,
         quads=source.quads if joints else none,
-        contacts=source.contacts if contacts else {},
+        contacts=_columns(source.contacts) if contacts else {},
     )
+
+
+def _columns(rows: npt.NDArray[np.void]) -> dict[str, npt.NDArray[Any]]:
+    return {name: rows[name] for name in rows.dtype.names or ()}
 
 
 def _recorded(folder: Path, index: int, joints: bool, contacts: bool) -> Frame:
