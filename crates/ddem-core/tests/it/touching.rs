@@ -1,7 +1,7 @@
 //! What is told of contacts and of momenta.
 
-use ddem_core::deck::{Damping, TimeStep};
-use ddem_core::{Deck, Simulation};
+use ddem_core::deck::{BlockSet, Body, Damping, Extent, Fix, Joint, JointChoice, TimeStep, Where};
+use ddem_core::{Deck, FIELDS, On, Simulation};
 use nalgebra::Rotation3;
 
 use crate::decks::*;
@@ -184,4 +184,59 @@ fn contacts_that_slide_say_so() {
         let shear = (traction + normal * pressure).norm();
         assert!((shear / pressure / 10_f64.to_radians().tan() - 1.0).abs() < 1e-9, "{contact:?}");
     }
+}
+
+fn pair_field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
+    let field = FIELDS.iter().find(|field| field.on == On::Pair && field.name == name);
+    field.map_or_else(Vec::new, |field| (field.fill)(simulation))
+}
+
+/// The upper of two blocks with a weak joint slides off: once the joint is let go its pairs say so, and
+/// what acts is told of the contact.
+#[test]
+fn joints_that_became_contacts_are_marked() {
+    let mut deck = matter(1e8);
+    // A slope of 30°, and friction of 20°.
+    deck.model.gravity = [5.0, 0.0, -8.66];
+    let weak = Joint {
+        normal_stiffness: Some(1e8),
+        shear_stiffness: Some(1e8),
+        cohesion: Some(1e3),
+        friction: Some(20.0),
+        tension: Some(1e3),
+        ..Joint::default()
+    };
+    deck.joints.insert("weak".into(), weak);
+    deck.blocks.push(BlockSet {
+        size: Some([1.0, 1.0, 1.0]),
+        count: Some([1, 1, 2]),
+        material: "stuff".into(),
+        joint: Some(JointChoice::All("weak".into())),
+        body: Body::Rigid,
+        ..BlockSet::default()
+    });
+    let region = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
+    deck.fix.push(Fix { region, axes: "xyz".into(), ..Fix::default() });
+    let mut simulation = simulation(&deck);
+    assert_eq!(pair_field(&mut simulation, "released"), [0.0; 4]);
+    let started = simulation.start(Damping::Mass(1.0), TimeStep::Auto, Some(0.9));
+    started.unwrap_or_else(|error| panic!("{error}"));
+    let mut slid_before = false;
+    while simulation.steps_left() != Some(0) {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        if simulation.steps().is_multiple_of(20) {
+            let released = pair_field(&mut simulation, "released");
+            let contacts = simulation.contacts();
+            slid_before |= pair_field(&mut simulation, "state") == [1.0; 4] && released == [0.0; 4];
+            // Either the joint acts, or a contact.
+            assert!(released == [0.0; 4] && contacts.is_empty() || released == [1.0; 4]);
+        }
+    }
+    assert!(slid_before, "the joint was let go before it slid");
+    assert_eq!(pair_field(&mut simulation, "released"), [1.0; 4]);
+    assert_eq!(pair_field(&mut simulation, "state"), [1.0; 4]);
+    assert_eq!(pair_field(&mut simulation, "traction"), [0.0; 12]);
+    let pressed: f64 = simulation.contacts().iter().map(|contact| contact.force[2]).sum();
+    let weight = 2400.0 * 0.5 * 8.66;
+    assert!(pressed < -0.5 * weight, "{pressed}");
 }
