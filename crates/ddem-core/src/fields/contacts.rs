@@ -88,7 +88,7 @@ impl ContactField {
 /// How many contacts there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactCounts {
-    /// Pairs of blocks so near each other that they are looked at, §9.
+    /// Pairs of blocks whose faces or edges are so near each other that they have points, §9.
     pub near: usize,
     /// Pairs of blocks that press on each other.
     pub block_pairs: usize,
@@ -123,8 +123,9 @@ impl Simulation {
     pub fn contact_counts(&mut self) -> ContactCounts {
         self.measure_once();
         let patches = &self.scratch.trial_contacts.patches;
-        let mut counts = ContactCounts { near: patches.len(), ..ContactCounts::default() };
+        let mut counts = ContactCounts::default();
         for patch in patches {
+            counts.near += usize::from(!patch.points.is_empty());
             let points = patch.points.iter().filter(|point| is_pressed(point)).count();
             counts.block_pairs += usize::from(points > 0);
             counts.points += points;
