@@ -101,6 +101,8 @@ pub(crate) struct Point {
     pub(crate) traction: Traction,
     /// Normal traction of the dashpot at the last step `[Pa]`.
     pub(crate) drag: f64,
+    /// Way that it has slid since the blocks met `[m]`.
+    pub(crate) slid: f64,
 }
 
 /// Two blocks that are near each other.

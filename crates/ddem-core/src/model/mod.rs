@@ -147,6 +147,12 @@ impl Model {
         self.contact.as_ref().filter(|surfaces| surfaces.open)
     }
 
+    /// Whether blocks can meet: contacts are looked for.
+    #[must_use]
+    pub fn can_meet(&self) -> bool {
+        self.contact.is_some()
+    }
+
     /// Whether any joint can fail.
     #[must_use]
     pub fn can_fail(&self) -> bool {

@@ -247,6 +247,7 @@ impl<'a> Running<'a> {
             unbalanced: simulation.unbalanced(),
             tolerance: self.tolerance(),
             failed_pairs: simulation.failed_pairs().iter().sum(),
+            contacts: simulation.touching_blocks() as u64,
             updates_per_second: rate * simulation.model().n_nodes() as f64,
             seconds_left: (!relax && left.is_finite()).then_some(left),
         }
