@@ -124,7 +124,7 @@ pub enum RunError {
         step: u64,
         /// Simulated time `[s]`.
         time: f64,
-        /// How far a component of its displacement changed `[m]`.
+        /// How far one of its nodes went `[m]`.
         way: f64,
         /// Shortest edge of a block `[m]`.
         edge: f64,

@@ -3,6 +3,7 @@
 mod measure;
 mod pace;
 mod rigid;
+mod stops;
 
 pub use pace::SHORTEST_STEP;
 
@@ -254,52 +255,6 @@ impl Simulation {
         }
     }
 
-    pub(crate) fn check(&self, sums: Sums) -> Result<(), RunError> {
-        if sums.free.is_finite() {
-            self.check_speed(sums)?;
-            return self.check_depth();
-        }
-        let (block, node) = self.worst_node();
-        Err(RunError::Diverged { step: self.state.steps, time: self.state.time, block, node })
-    }
-
-    /// Blocks that are deep in each other may come out on the other side.
-    fn check_depth(&self) -> Result<(), RunError> {
-        let Some(surfaces) = &self.model.contact else { return Ok(()) };
-        let patches = self.state.contacts.patches.iter();
-        for patch in patches.filter(|patch| patch.depth > 0.25 * surfaces.shortest) {
-            let blocks = patch.blocks.map(|block| block as usize);
-            let edges = blocks.map(|block| self.model.geometry.shortest_edge(block));
-            let edge = edges[0].min(edges[1]);
-            if patch.depth > 0.25 * edge && !self.motion.fictitious {
-                let (step, time, depth) = (self.state.steps, self.state.time, patch.depth);
-                return Err(RunError::TooDeep { blocks, step, time, depth, edge });
-            }
-        }
-        Ok(())
-    }
-
-    /// Contacts are found from step to step: nothing may go far in one.
-    fn check_speed(&self, sums: Sums) -> Result<(), RunError> {
-        let Some(surfaces) = &self.model.contact else { return Ok(()) };
-        let way = self.motion.time_step * sums.fastest.0[0];
-        if self.motion.fictitious || way <= 0.25 * surfaces.shortest {
-            return Ok(());
-        }
-        let fastest = |sums: &Sums| sums.fastest.0.into_iter().fold(0.0, f64::max);
-        let of_pack = self.scratch.sums.iter().map(fastest).enumerate();
-        let (pack, _) = of_pack.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
-        let lanes = self.scratch.sums[pack].fastest.0;
-        let lane = (0..lanes.len()).max_by(|&a, &b| lanes[a].total_cmp(&lanes[b])).unwrap_or(0);
-        Err(RunError::TooFast {
-            block: self.model.packs.packs[pack].bodies[lane] as usize,
-            step: self.state.steps,
-            time: self.state.time,
-            way,
-            edge: surfaces.shortest,
-        })
-    }
-
     /// Applies forces to nodes `[N]`, from now on and whatever the stage, besides the deck's loads:
     /// for coupling with another program, at every step if need be. The force on a node replaces
     /// what an earlier call applied to it; those of one call on the same node add up.
@@ -344,27 +299,6 @@ impl Simulation {
     pub fn check_finite(&mut self) -> Result<(), RunError> {
         let (sums, _) = self.measure_once();
         self.check(sums)
-    }
-
-    /// Block and node with the largest force; one that is not a number is larger than any.
-    fn worst_node(&self) -> (usize, usize) {
-        let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
-        let mut worst = (f64::NEG_INFINITY, 0, 0);
-        for (index, pack) in self.model.packs.packs.iter().enumerate() {
-            let nodes = self.model.packs.shape_of(pack).nodes;
-            let forces = &self.scratch.f[3 * pack.start..3 * (pack.start + nodes)];
-            for (at, f) in forces.iter().enumerate() {
-                for lane in 0..pack.filled {
-                    if size(f.0[lane]) <= worst.0 {
-                        continue;
-                    }
-                    let block = self.model.packs.packs[index].bodies[lane] as usize;
-                    worst = (size(f.0[lane]), block, at / 3);
-                }
-            }
-        }
-        let (_, block, local) = worst;
-        (block, self.model.geometry.bodies[block].first_node as usize + local)
     }
 
     /// Factors of the loads and velocities of the supports for the next step.
