@@ -1,5 +1,6 @@
 //! Faces and edges as a patch sees them: along the normal, in its plane.
 
+use super::skins::sides_of;
 use super::{Placed, Placing, Spot};
 use crate::geometry::Vec3;
 use crate::touch::{self, EdgeOf, FaceOf};
@@ -81,11 +82,6 @@ pub(super) fn node_at(on: [f64; 2]) -> Option<[usize; 2]> {
     Some([end(on[0])?, end(on[1])?])
 }
 
-/// The face beside an edge that lies across its next direction.
-pub(super) fn beside(edge: EdgeOf) -> FaceOf {
-    FaceOf { direction: (edge.direction + 1) % 3, upper: edge.upper[0] }
-}
-
 /// The i-th node along an edge.
 pub(super) fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
     let mut at = [0; 3];
@@ -96,12 +92,12 @@ pub(super) fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
     at
 }
 
-/// The spot at a part of an edge, on the face beside it.
+/// The spot at a part of an edge, on the face beside it that lies across its next direction.
 pub(super) fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> Spot {
     let n = placed.divisions;
     let along = part * n as f64;
     let i = (along as usize).min(n - 1);
     // Across direction d + 1, the face's own directions are d + 2 and d.
     let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };
-    Spot::new(beside(edge), [k, i], [on, along - i as f64])
+    Spot::new(sides_of(edge)[0], [k, i], [on, along - i as f64])
 }

@@ -163,17 +163,19 @@ impl Simulation {
     /// Begins stage `stage` of the deck: its supports and loads come into force.
     pub fn enter(&mut self, stage: usize) {
         self.settle();
-        let before = self.mechanical_energy();
         self.state.stage = stage;
         // Stages that were skipped begin together with this one.
         self.state.stage_starts.resize(stage.max(self.state.stage_starts.len()), self.state.time);
         self.state.stage_starts.truncate(stage);
         self.state.stage_starts.push(self.state.time);
-        self.active = self.model.active(stage, &self.state.applied);
+        let before =
+            std::mem::replace(&mut self.active, self.model.active(stage, &self.state.applied));
+        let (packs, now) = (&self.model.packs, &self.active.held_bodies);
+        self.state.contacts.hold_anew(|block| {
+            let (pack, lane) = packs.slot(block);
+            before.held_bodies[pack][lane] != now[pack][lane]
+        });
         self.measured = None;
-        // Loads and driven supports that come at once change the scheme's measure of kinetic
-        // energy, of which half a step lies ahead: no imbalance either.
-        self.initial_energy += self.mechanical_energy() - before;
     }
 
     /// One explicit step of time, eq. (2). [`start`](Self::start) sets its length and damping; after
