@@ -199,19 +199,21 @@ impl Simulation {
             }
             done => done,
         };
-        let Some((sums, losses)) = done else { return Ok(()) };
-        self.book(sums);
+        let Some((sums, losses, ahead)) = done else { return Ok(()) };
+        self.book(sums, ahead);
         self.book_losses(losses);
         self.check(sums)
     }
 
-    fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses)>, RunError> {
+    /// A step, and at the start of a stage what kinetic energy is there beyond the scheme's measure.
+    fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses, f64)>, RunError> {
         self.take_factors()?;
+        let ahead = if self.state.whole { self.measure_once().0.ahead } else { 0.0 };
         self.motion.start = self.state.whole;
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
-        Ok(step(context, state, scratch))
+        Ok(step(context, state, scratch).map(|(sums, losses)| (sums, losses, ahead)))
     }
 
     /// Several steps; stops early when `observe` breaks.
@@ -234,15 +236,22 @@ impl Simulation {
     }
 
     /// Work of the step that was taken, from its powers.
-    pub(crate) fn book(&mut self, sums: Sums) {
-        // The first half step of a stage does its work with the velocity after it alone.
-        let before = if self.motion.start { 0.0 } else { 1.0 };
+    fn book(&mut self, sums: Sums, ahead: f64) {
         let half = 0.5 * self.motion.time_step;
-        let done = |power: [f64; 2]| half * (before * power[0] + power[1]);
+        // The first half step of a stage does its work with its mean velocity.
+        let part = if self.motion.start { 0.5 } else { 1.0 };
+        let done = |power: [f64; 2]| part * half * (power[0] + power[1]);
         let work = &mut self.state.work;
         work.loads += done(sums.loads);
         work.supports += done(sums.supports);
         work.damping += done(sums.damping);
+        if self.motion.start {
+            // By the scheme's measure it does so with the velocity after it: all of the difference, but
+            // for that of forces which are there at the start, is what kinetic energy was ahead.
+            let more = |power: [f64; 2]| part * half * (power[1] - power[0]);
+            let less = more(sums.loads) + more(sums.supports) - more(sums.damping);
+            self.initial_energy += less - ahead;
+        }
         self.last = sums;
     }
 
@@ -265,9 +274,6 @@ impl Simulation {
     ///
     /// A node that the model does not have.
     pub fn apply_force(&mut self, nodes: &[u32], forces: &[[f64; 3]]) {
-        // A first step does not know the half step before it: as in `enter`, what the forces change
-        // in its measure of kinetic energy is no imbalance.
-        let before = self.state.whole.then(|| self.mechanical_energy());
         let mut sums = Applied::new();
         for (&node, force) in nodes.iter().zip(forces) {
             let sum = sums.entry(node).or_default();
@@ -288,9 +294,6 @@ impl Simulation {
             self.active = self.model.active(self.state.stage, &self.state.applied);
         }
         self.measured = None;
-        if let Some(before) = before {
-            self.initial_energy += self.mechanical_energy() - before;
-        }
     }
 
     /// Whether forces are finite at the present time: what [`step`](Self::step) would find next.
