@@ -249,10 +249,9 @@ impl Simulation {
                 return relaxed.map(|_| step);
             }
         }
-        let ratio = self.last.ratio();
+        let error = self.not_converged(tolerance, max_steps);
         self.finish_relaxation();
-        let failed = self.state.failed.iter().sum();
-        Err(RunError::NotConverged { ratio, tolerance, max_steps, failed })
+        Err(error)
     }
 
     /// Ends a relaxation: everything is at rest.

@@ -55,9 +55,7 @@ impl Patch {
                 traction.normal += point.drag;
             }
             self.stored += point.area * stored(stiffness, &point.memory);
-            if point.memory.gap < 0.0 {
-                self.depth = self.depth.max(-opening.normal);
-            }
+            self.depth = self.depth.max(-opening.normal);
             let force = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
             point.force = axes * force * point.area;
             self.couple += apart.cross(&point.force);

@@ -116,7 +116,7 @@ pub(crate) struct Patch {
     pub(crate) couple: Vec3,
     /// Energy in the springs `[J]`.
     pub(crate) stored: f64,
-    /// How far pressed points are in each other `[m]`.
+    /// How far its points are in each other `[m]`.
     pub(crate) depth: f64,
 }
 

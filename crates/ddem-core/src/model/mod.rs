@@ -223,6 +223,11 @@ impl Model {
         })
     }
 
+    /// What messages call the set of a block.
+    pub(crate) fn set_name(&self, block: usize) -> String {
+        self.deck.set_name(self.geometry.bodies[block].set as usize)
+    }
+
     /// Whether a block is rigid: it has no stress.
     #[must_use]
     pub fn is_rigid(&self, block: usize) -> bool {

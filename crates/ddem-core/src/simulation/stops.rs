@@ -3,7 +3,6 @@
 use super::Simulation;
 use crate::error::RunError;
 use crate::geometry::Vec3;
-use crate::model::Model;
 use crate::sums::Sums;
 
 impl Simulation {
@@ -24,57 +23,86 @@ impl Simulation {
             let blocks = patch.blocks.map(|block| block as usize);
             let edges = blocks.map(|block| self.model.geometry.shortest_edge(block));
             let edge = edges[0].min(edges[1]);
-            if patch.depth > 0.25 * edge && !self.motion.fictitious {
+            if patch.depth > 0.25 * edge {
+                let sets = Box::new(blocks.map(|block| self.model.set_name(block)));
                 let (step, time, depth) = (self.state.steps, self.state.time, patch.depth);
-                return Err(RunError::TooDeep { blocks, step, time, depth, edge });
+                let driven = blocks.iter().find_map(|&block| Some((self.driver(block)?, block)));
+                let relaxes = self.motion.fictitious;
+                return Err(RunError::TooDeep {
+                    blocks,
+                    sets,
+                    step,
+                    time,
+                    depth,
+                    edge,
+                    driven,
+                    relaxes,
+                });
             }
         }
         Ok(())
     }
 
+    /// The support that moves a block in this step, by its number in the deck.
+    fn driver(&self, block: usize) -> Option<usize> {
+        let (pack, lane) = self.model.packs.slot(block);
+        let supports = &self.active.supports[self.active.supports_of(pack)];
+        let mut own = supports.iter().filter(|support| usize::from(support.lane) == lane);
+        let moves = own.find(|s| self.velocities[s.fix as usize][usize::from(s.axis)] != 0.0);
+        moves.map(|support| support.fix as usize)
+    }
+
     /// Contacts are found from step to step: nothing may go far in one.
     fn check_speed(&self, sums: Sums) -> Result<(), RunError> {
         let Some(surfaces) = &self.model.contact else { return Ok(()) };
-        let edge = surfaces.shortest;
-        if self.motion.fictitious || self.farthest(sums.fastest.0[0]) <= 0.25 * edge {
+        let (edge, dt) = (surfaces.shortest, self.motion.time_step);
+        let far = 0.25 * edge;
+        // No node is faster than √3 times the largest component; where that is too fast it is looked
+        // how fast they are.
+        let may = |component: f64| 3.0_f64.sqrt() * dt * component > far;
+        if self.motion.fictitious || !may(sums.fastest.0[0]) {
             return Ok(());
         }
-        // The largest component says no more than what nothing is faster than: now exactly.
-        let (way, block) = self.fastest_node();
-        if way <= 0.25 * edge {
+        let (speed, block) =
+            self.fastest_node(|pack, lane| may(self.scratch.sums[pack].fastest.0[lane]));
+        let way = dt * speed;
+        if way <= far {
             return Ok(());
         }
         let (step, time) = (self.state.steps, self.state.time);
-        Err(RunError::TooFast { block, step, time, way, edge })
+        let (set, driven) = (self.model.set_name(block), self.driver(block));
+        Err(RunError::TooFast { block, set, step, time, way, edge, driven })
     }
 
-    /// Longest way of a step in which no component of a velocity was larger `[m]`.
-    fn farthest(&self, component: f64) -> f64 {
-        3.0_f64.sqrt() * self.motion.time_step * component
-    }
-
-    /// Longest way of a node in the last step `[m]`, and its block; 0 where none can have gone further
-    /// than what is allowed.
-    fn fastest_node(&self) -> (f64, usize) {
-        let Model { packs, contact, .. } = &self.model;
-        let least = contact.as_ref().map_or(0.0, |surfaces| 0.25 * surfaces.shortest);
+    /// Speed of the fastest node `[m/s]` and its block, of the blocks that are wanted by pack and lane.
+    fn fastest_node(&self, wanted: impl Fn(usize, usize) -> bool) -> (f64, usize) {
+        let packs = &self.model.packs;
         let mut most = (0.0, 0);
-        for (pack, sums) in packs.packs.iter().zip(&self.scratch.sums) {
-            for lane in 0..pack.filled {
-                if self.farthest(sums.fastest.0[lane]) <= least {
-                    continue;
-                }
-                let nodes = 3 * pack.start..3 * (pack.start + packs.shape_of(pack).nodes);
-                for v in self.state.v[nodes].chunks_exact(3) {
+        for (index, pack) in packs.packs.iter().enumerate() {
+            let nodes = 3 * pack.start..3 * (pack.start + packs.shape_of(pack).nodes);
+            for lane in (0..pack.filled).filter(|&lane| wanted(index, lane)) {
+                for v in self.state.v[nodes.clone()].chunks_exact(3) {
                     let speed = Vec3::from([0, 1, 2].map(|c| v[c].0[lane])).norm();
-                    let way = self.motion.time_step * speed;
-                    if way > most.0 {
-                        most = (way, pack.bodies[lane] as usize);
+                    if speed > most.0 {
+                        most = (speed, pack.bodies[lane] as usize);
                     }
                 }
             }
         }
         most
+    }
+
+    /// Why a relaxation has come to its last step without equilibrium.
+    #[must_use]
+    pub fn not_converged(&self, tolerance: f64, max_steps: u64) -> RunError {
+        let (way, block) = self.fastest_node(|_, _| true);
+        RunError::NotConverged {
+            ratio: self.unbalanced(),
+            tolerance,
+            max_steps,
+            failed: self.state.failed.iter().sum(),
+            fastest: (way > 0.0).then(|| (block, self.model.set_name(block), way)),
+        }
     }
 
     /// Block and node with the largest force; one that is not a number is larger than any.
