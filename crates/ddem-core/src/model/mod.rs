@@ -1,6 +1,7 @@
 //! All that is fixed: built and checked once.
 
 mod doubts;
+mod elements;
 
 use std::sync::Arc;
 
@@ -253,6 +254,12 @@ impl Model {
         self.region(region).nodes(&self.geometry)
     }
 
+    /// What is wrong with a `where`, at this place in the deck, that selects no node.
+    #[must_use]
+    pub fn no_node(&self, place: String, region: &crate::deck::Where) -> Fault {
+        crate::geometry::no_node(place, &self.region(region), &self.geometry)
+    }
+
     /// The node nearest to a reference position; on a tie the lower number.
     #[must_use]
     pub fn nearest_node(&self, at: [f64; 3]) -> usize {
@@ -335,38 +342,5 @@ impl Model {
         for c in 0..3 {
             field[at + c].0[lane] = value[c];
         }
-    }
-}
-
-impl Model {
-    /// The elements that stresses at some nodes are read from, as block and lattice steps: with a
-    /// point, the one of the nodes' block whose centre is nearest to it; otherwise all elements
-    /// that have one of the nodes.
-    #[must_use]
-    pub fn elements_at(&self, nodes: &[u32], point: Option<[f64; 3]>) -> Vec<(usize, [usize; 3])> {
-        let mut elements = Vec::new();
-        for &node in nodes {
-            let (block, at) = self.geometry.locate(node as usize);
-            let n = self.geometry.lattice(block).divisions;
-            for corner in 0..8 {
-                let lower = [0, 1, 2].map(|d| at[d].checked_sub(corner >> d & 1));
-                if let [Some(x), Some(y), Some(z)] = lower
-                    && [x, y, z].iter().all(|&i| i < n)
-                {
-                    elements.push((block, [x, y, z]));
-                }
-            }
-        }
-        elements.sort_unstable();
-        elements.dedup();
-        if let Some(point) = point {
-            let centre = |&(block, at): &(usize, [usize; 3])| {
-                let far = self.geometry.position(block, at.map(|i| i + 1));
-                ((self.geometry.position(block, at) + far) / 2.0 - Vec3::from(point)).norm()
-            };
-            let nearest = elements.iter().copied().min_by(|a, b| centre(a).total_cmp(&centre(b)));
-            return nearest.into_iter().collect();
-        }
-        elements
     }
 }
