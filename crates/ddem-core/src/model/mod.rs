@@ -82,7 +82,8 @@ impl Model {
 
     /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
     /// of the deck: a simulation that is restored needs a model with the same laws, and warnings
-    /// and reports speak of the deck's strengths.
+    /// and reports speak of the deck's strengths. Contacts are looked for from now on, unless the deck
+    /// has `contact = false`; their friction is that of the deck.
     ///
     /// # Errors
     ///
@@ -93,6 +94,13 @@ impl Model {
         };
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));
+        // Blocks whose joints can fail now may meet, unless the deck says that none do.
+        if self.deck.model.contact.is_none() && self.can_fail() {
+            let new = || Surfaces::new(&self.deck, &self.geometry, &self.packs);
+            let mut surfaces = self.contact.take().unwrap_or_else(new);
+            surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
+            self.contact = Some(surfaces);
+        }
         Ok(())
     }
 
