@@ -91,7 +91,7 @@ pub(crate) fn balance(
     let losses = forces(context.pass((u, v), energies), breaks, Some(contacts), scratch);
     let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
     let others = (shares, &*contacts);
-    let fixed = (v, frames, others, poses);
+    let fixed = (v, &*frames, others, poses);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
         dispatch!(level, simd => run_balance(simd, context, fixed, &run, &mut fields));
     });
