@@ -173,7 +173,7 @@ impl Scratch {
     pub(crate) fn balancing<'a>(
         &'a mut self,
         active: &'a Active,
-    ) -> (Balancing<'a>, &'a [Frame], &'a [Lanes], &'a [Range<usize>], Level) {
+    ) -> (Balancing<'a>, &'a mut [Frame], &'a [Lanes], &'a [Range<usize>], Level) {
         self.reactions.resize(active.supports.len(), 0.0);
         let fields = Balancing {
             active,
@@ -183,7 +183,7 @@ impl Scratch {
             reactions: &mut self.reactions,
             workspaces: &mut self.workspaces,
         };
-        (fields, &self.frames, &self.shares, &self.runs, self.level)
+        (fields, &mut self.frames, &self.shares, &self.runs, self.level)
     }
 
     /// Borrowed for the second pass of relaxation; the forces are complete and only read.
@@ -208,16 +208,7 @@ impl Scratch {
         active: &'a Active,
         (u, v, poses): (&'a mut [Lanes], &'a mut [Lanes], &'a mut [[Pose; LANES]]),
     ) -> (Moving<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
-        self.reactions.resize(active.supports.len(), 0.0);
-        let balancing = Balancing {
-            active,
-            f: &mut self.f,
-            torques: &mut self.torques,
-            sums: &mut self.sums,
-            reactions: &mut self.reactions,
-            workspaces: &mut self.workspaces,
-        };
-        let fields = Moving { balancing, frames: &mut self.frames, u, v, poses };
-        (fields, &self.shares, &self.runs, self.level)
+        let (balancing, frames, shares, runs, level) = self.balancing(active);
+        (Moving { balancing, frames, u, v, poses }, shares, runs, level)
     }
 }

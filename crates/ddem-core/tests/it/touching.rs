@@ -101,7 +101,7 @@ fn contacts_of_a_column_bear_what_is_above() {
             held: i == 0,
             ..Piece::default()
         });
-        let mut simulation = at_rest(&of(&soft(0.005), &pieces), 8.0);
+        let mut simulation = at_rest(&of(&soft(0.005), &pieces), 16.0);
         let contacts = simulation.contacts();
         let weight = 2400.0 * 10.0;
         for level in 0..3 {

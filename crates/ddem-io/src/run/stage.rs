@@ -156,9 +156,7 @@ impl<'a> Running<'a> {
                 if step <= max_steps {
                     return Ok(false);
                 }
-                let ratio = simulation.unbalanced();
-                let pairs = simulation.failed_pairs().iter().sum();
-                let error = RunError::NotConverged { ratio, tolerance, max_steps, failed: pairs };
+                let error = simulation.not_converged(tolerance, max_steps);
                 // What was reached is worth looking at.
                 self.frame()?;
                 Err(failed(self.stage)(error))
