@@ -8,7 +8,7 @@ use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Surfaces};
-use crate::deck::{Body, Deck, Kinematics};
+use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
 use crate::history::Function;
@@ -62,7 +62,8 @@ impl Model {
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
-        let contact = deck.finds_contacts().then(|| Surfaces::new(deck, &geometry, &packs));
+        let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
+        let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
         Ok(Self {
             packs,
             assembly,
@@ -150,7 +151,8 @@ impl Model {
     /// Whether any joint can fail.
     #[must_use]
     pub fn can_fail(&self) -> bool {
-        let mut joints = self.faces.iter().map(|face| face.joint);
+        let abutments = self.geometry.abutments.iter().map(|abutment| abutment.joint);
+        let mut joints = self.faces.iter().map(|face| face.joint).chain(abutments);
         self.laws.iter().any(Option::is_some)
             && joints.any(|joint| self.laws[joint as usize].is_some())
     }
@@ -226,8 +228,7 @@ impl Model {
     /// Whether a block is rigid: it has no stress.
     #[must_use]
     pub fn is_rigid(&self, block: usize) -> bool {
-        let set = self.geometry.bodies[block].set as usize;
-        self.deck.blocks[set].body == Body::Rigid
+        self.geometry.lattice(block).rigid
     }
 
     /// Number of a block's material, in sorted order of the names.
