@@ -59,8 +59,7 @@ pub(crate) fn free_motion(
         "the model".to_owned()
     } else {
         let block = groups.iter().position(|&g| g == group).unwrap_or(0);
-        let body = &geometry.bodies[block];
-        let set = body.set as usize;
+        let set = geometry.set(block);
         let set = deck.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"));
         format!("block {block} of the set `{set}`, with what is joined to it,")
     };
@@ -107,14 +106,14 @@ fn groups(geometry: &Geometry, contacts: bool) -> Vec<usize> {
         }
         count += 1;
     }
-    if contacts {
-        unite(geometry, &mut groups);
+    if contacts || !geometry.abutments.is_empty() {
+        unite(geometry, &mut groups, contacts);
     }
     groups
 }
 
 /// Makes one group of those of sets that touch, and numbers them anew.
-fn unite(geometry: &Geometry, groups: &mut [usize]) {
+fn unite(geometry: &Geometry, groups: &mut [usize], contacts: bool) {
     let n_sets = geometry.lattices.len();
     // Sets and groups in one forest: a group hangs with the sets that it has blocks of.
     let n_groups = groups.iter().max().map_or(0, |g| g + 1);
@@ -129,12 +128,15 @@ fn unite(geometry: &Geometry, groups: &mut [usize]) {
         let (a, b) = (root(&parents, a), root(&parents, b));
         parents[a.max(b)] = a.min(b);
     };
-    let touching = geometry.touching();
+    for [a, b] in geometry.abutments.iter().map(|abutment| abutment.blocks) {
+        join(n_sets + groups[a as usize], n_sets + groups[b as usize]);
+    }
+    let touching = if contacts { geometry.touching() } else { Vec::new() };
     touching.iter().for_each(|&(i, j)| join(i, j));
     let touches: HashSet<usize> = touching.into_iter().flat_map(|(i, j)| [i, j]).collect();
     for (body, &group) in geometry.bodies.iter().zip(&*groups) {
-        if touches.contains(&(body.set as usize)) {
-            join(body.set as usize, n_sets + group);
+        if touches.contains(&(body.lattice as usize)) {
+            join(body.lattice as usize, n_sets + group);
         }
     }
     let mut names: Vec<usize> = Vec::new();

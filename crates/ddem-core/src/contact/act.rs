@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use rayon::prelude::*;
 
 use super::{Contacts, Patch, Placing, Point};
-use crate::breaks::Losses;
+use crate::breaks::{Look, Losses};
 use crate::geometry::Vec3;
 use crate::law::{JointLaw, MohrCoulomb, Opening, Stiffness};
 
@@ -12,12 +12,16 @@ use crate::law::{JointLaw, MohrCoulomb, Opening, Stiffness};
 const TOGETHER: usize = 64;
 
 /// Forces of all patches; what they lose is summed in their order.
-pub(crate) fn act(placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
+pub(crate) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
     let chunks = contacts.patches.par_chunks_mut(TOGETHER);
     let acting: Vec<(Losses, f64)> = chunks
         .map(|patches| {
             let (mut losses, mut deepest) = (Losses::default(), 0.0_f64);
             for patch in patches {
+                if patch.bond.is_some() {
+                    losses.add(&patch.hold(&placing, look));
+                    continue;
+                }
                 losses.add(&patch.act(&placing));
                 deepest = deepest.max(patch.depth());
             }
@@ -60,8 +64,7 @@ impl Patch {
             let loss = law.respond(stiffness, opening, &mut memory);
             losses.friction += point.area * loss.friction;
             let slipped = (memory.slip - point.slip).norm();
-            (point.slip, point.gap, point.traction) = (memory.slip, memory.gap, memory.traction);
-            point.offset[1] = memory.lifted;
+            point.set(&memory);
             if point.gap < 0.0 {
                 point.slid += slipped;
             }

@@ -11,7 +11,7 @@ use super::heirs::Known;
 use super::side::{Side, apart, edge_node, edge_spot, node_at};
 use super::skins::sides_of;
 use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
-use crate::geometry::Vec3;
+use crate::geometry::{Abutment, Vec3};
 use crate::law::Traction;
 use crate::touch::{self, Cell, EdgeOf, FaceOf, Meeting, Separation};
 
@@ -100,6 +100,33 @@ impl Fitting<'_> {
         }
         self.remember(&mut patch, &frame, old);
         Some(patch)
+    }
+
+    /// The patch of two faces that lie on each other, its points with nothing to remember.
+    pub(super) fn abutting(&self, abutment: &Abutment) -> Patch {
+        let Abutment { blocks, faces, .. } = *abutment;
+        let cells = blocks.map(|block| self.cell(block));
+        // The normal is that of the finer side, which has more to say.
+        let of = usize::from(
+            self.placing.blocks[blocks[1] as usize].element_area(faces[1])
+                < self.placing.blocks[blocks[0] as usize].element_area(faces[0]),
+        );
+        let (face, other) = (faces[of], faces[1 - of]);
+        let half = &cells[of].half;
+        let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
+        let cross = half[e].cross(&half[f]);
+        let out = if face.upper { half[d] } else { -half[d] };
+        let sign = if (cross.dot(&out) > 0.0) == (of == 0) { 1.0 } else { -1.0 };
+        let normal = cross.try_normalize(0.0).unwrap_or_default() * sign;
+        let meeting = Meeting::Face { of, face, other };
+        let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, meeting };
+        let reach = self.reach(blocks);
+        let mut patch = self.empty(blocks, &cells, &separation, Both::default(), reach);
+        patch.faces = faces.map(FaceOf::number);
+        let axes = patch.frame();
+        let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
+        self.face(&mut patch, &frame);
+        patch
     }
 
     fn empty(

@@ -15,11 +15,13 @@
 //! | `fit`, `side` | the pairs of points of a patch, on faces and edges |
 //! | `heirs` | what old points hand on to new ones |
 //! | `act` | what they exert |
+//! | `bond` | the same of a joint between faces that do not match |
 //! | `bound` | how stiff contacts can make a model |
 //! | `doubts` | contacts that are perhaps not meant |
 //! | `release` | from a joint that has moved to a contact |
 
 mod act;
+mod bond;
 mod bound;
 mod doubts;
 mod fit;
@@ -41,11 +43,13 @@ use crate::pack::Packs;
 use crate::touch::FaceOf;
 
 pub(crate) use bound::{bound, faces, outer};
+pub(crate) use fit::Fitting;
 pub(crate) use place::{Placed, Placing, Spot};
 pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};
 
 use act::act;
+pub(crate) use bond::{Bond, Pair};
 use place::placed;
 use release::release;
 pub(crate) use skins::{Both, Skins};
@@ -67,6 +71,10 @@ pub(crate) struct Surfaces {
     margin: f64,
     /// Blocks may meet before any joint has failed.
     pub(crate) open: bool,
+    /// There are joints between faces that do not match.
+    pub(crate) joins: bool,
+    /// Contacts are looked for.
+    pub(crate) search: bool,
 }
 
 impl Surfaces {
@@ -79,8 +87,10 @@ impl Surfaces {
         // Blocks that joints connect do not meet before some of these have failed.
         let can_fail = deck.joints.values().any(Joint::breaks);
         let open = !(can_fail && is_connected(geometry));
+        let joins = !geometry.abutments.is_empty();
         let (skins, blocks) = (Skins::new(deck, geometry), placed(geometry, packs));
-        Self { skins, blocks, shortest, margin: MARGIN * median, open }
+        let search = deck.finds_contacts();
+        Self { skins, blocks, shortest, margin: MARGIN * median, open, joins, search }
     }
 }
 
@@ -127,6 +137,8 @@ pub(crate) struct Patch {
     pub(crate) both: Both,
     /// None: the patch is of no more use.
     pub(crate) points: Box<[Point]>,
+    /// What holds the points, where they are those of a joint.
+    pub(crate) bond: Option<Box<Bond>>,
     /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
     /// a distance, and does the work of turning them `[N m]`.
     pub(crate) couple: Vec3,
@@ -188,9 +200,9 @@ impl Contacts {
         self.index();
     }
 
-    /// Forgets all patches: blocks have been put elsewhere.
+    /// Forgets all patches but joints: blocks have been put elsewhere.
     pub(crate) fn part(&mut self) {
-        self.patches.clear();
+        self.patches.retain(|patch| patch.bond.is_some());
         self.near.clear();
         self.known = false;
         self.index();
@@ -254,14 +266,16 @@ impl Clone for Contacts {
 
 impl Clone for Patch {
     fn clone(&self) -> Self {
-        Self { points: self.points.clone(), ..*self }
+        Self { points: self.points.clone(), bond: self.bond.clone(), ..*self }
     }
 
     /// Into the memory that is there.
     fn clone_from(&mut self, from: &Self) {
         let mut points = std::mem::take(&mut self.points);
         points.clone_from(&from.points);
-        *self = Self { points, ..*from };
+        let mut bond = self.bond.take();
+        bond.clone_from(&from.bond);
+        *self = Self { points, bond, ..*from };
     }
 }
 
@@ -270,6 +284,13 @@ impl Point {
     fn memory(&self) -> Memory {
         let &Self { slip, offset: [dilation, lifted], gap, traction, .. } = self;
         Memory { slip, dilation, lifted, damage: 1.0, gap, traction }
+    }
+
+    /// Takes what a law has left.
+    fn set(&mut self, memory: &Memory) {
+        let &Memory { slip, dilation, lifted, gap, traction, .. } = memory;
+        (self.slip, self.offset, self.gap, self.traction) =
+            (slip, [dilation, lifted], gap, traction);
     }
 
     /// How deep it is in the other, whether it is pressed or not `[m]`.
@@ -288,6 +309,11 @@ impl Patch {
     /// How far points are in each other, at most `[m]`.
     pub(crate) fn depth(&self) -> f64 {
         self.points.iter().map(Point::depth).fold(0.0, f64::max)
+    }
+
+    /// Whether a point exerts anything.
+    pub(crate) fn acts(&self, point: &Point) -> bool {
+        point.gap <= 0.0 || self.bond.is_some()
     }
 
     /// Force of a point on block a `[N]`.

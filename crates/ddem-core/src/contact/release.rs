@@ -15,9 +15,9 @@ use crate::seams::{NO_JOINT, Seam, Seams};
 
 /// Part of the spacing of its pairs by which a joint has moved when the blocks around are no longer
 /// held in place by it.
-const LOOSE: f64 = 0.01;
+pub(super) const LOOSE: f64 = 0.01;
 /// Part of the spacing of its pairs by which a joint that is released has slid.
-const SLID: f64 = 0.5;
+pub(super) const SLID: f64 = 0.5;
 
 /// How far a joint has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -112,14 +112,14 @@ impl Broken {
 
 /// What a joint bore when it was let go: force on its lower side and moment about a point, and the
 /// energy in its springs.
-struct Load {
+pub(super) struct Load {
     /// Along the normal and in the plane `[J]`.
-    energy: [f64; 2],
+    pub(super) energy: [f64; 2],
     /// Area of its springs `[m²]`.
-    area: f64,
-    force: Vec3,
-    moment: Vec3,
-    about: Vec3,
+    pub(super) area: f64,
+    pub(super) force: Vec3,
+    pub(super) moment: Vec3,
+    pub(super) about: Vec3,
 }
 
 /// Lets go the joints that are due. `make` makes the patch of two blocks, which begins with what the
@@ -223,7 +223,7 @@ impl Placing<'_> {
 impl Patch {
     /// Begins with a load: a pressure that goes linearly over the area so that force and moments
     /// are those of the joint, and an even shear. `sign` is 1 where block a was on the joint's side a.
-    fn bear(&mut self, placing: &Placing<'_>, load: &Load, sign: f64) {
+    pub(super) fn bear(&mut self, placing: &Placing<'_>, load: &Load, sign: f64) {
         let axes = self.frame();
         let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         let (block, face) = (self.blocks[0] as usize, self.faces()[0]);

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::fit::Fitting;
 use super::release::{Places, Release};
 use super::{Contacts, Patch, Placed, Placing, Surfaces, act, release};
-use crate::breaks::{Breaks, Losses};
-use crate::geometry::Geometry;
+use crate::breaks::{Breaks, Look, Losses};
+use crate::geometry::{Abutment, Geometry};
 use crate::grid;
 use crate::lanes::{LANES, Lanes};
 
@@ -30,6 +30,7 @@ pub(crate) struct Ground<'a> {
     pub(crate) places: Places<'a>,
     pub(crate) surfaces: &'a Surfaces,
     pub(crate) held: &'a [[bool; LANES]],
+    pub(crate) look: Look<'a>,
 }
 
 impl<'a> Ground<'a> {
@@ -39,6 +40,26 @@ impl<'a> Ground<'a> {
 }
 
 impl Contacts {
+    /// The joints between faces that do not match, at rest.
+    pub(crate) fn hold(
+        &mut self,
+        fitting: &Fitting<'_>,
+        abutments: &[Abutment],
+        joints: &[[f64; 2]],
+    ) {
+        let bond =
+            |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)]);
+        self.patches = abutments.par_iter().map(bond).collect();
+        self.index();
+    }
+
+    /// How many pairs of these would fail now, in shear and in tension.
+    pub(crate) fn failing(&self, placing: &Placing<'_>, look: Look<'_>) -> [u64; 2] {
+        let patches = self.patches.par_iter().with_min_len(TOGETHER);
+        let failing: Vec<[u64; 2]> = patches.map(|patch| patch.failing(placing, look)).collect();
+        failing.iter().fold([0; 2], |sum, more| [sum[0] + more[0], sum[1] + more[1]])
+    }
+
     /// Counts how far the bodies of a pack have gone `[m]`.
     pub(crate) fn travelled(&mut self, pack: usize, way: [f64; LANES]) {
         if let Some(travel) = self.travel.get_mut(pack) {
@@ -59,16 +80,16 @@ impl Contacts {
     fn sort(&mut self, ground: &Ground<'_>, placing: &Placing<'_>) {
         let Ground { places, surfaces, .. } = *ground;
         let gone = self.travel.iter().flat_map(|lanes| lanes.0).fold(0.0, f64::max);
-        if self.known && gone <= surfaces.margin {
+        if !surfaces.search || (self.known && gone <= surfaces.margin) {
             return;
         }
         let margin = surfaces.margin + surfaces.skins.thickest;
         let bounds =
             |block: &Placed| block.bounds(placing.u, margin + 0.5 * super::REACH * block.spacing);
         let boxes: Vec<_> = placing.blocks.par_iter().map(bounds).collect();
-        let near = grid::meeting(&boxes).into_iter().filter(|&blocks| {
-            self.place(blocks).is_err() && !joined(places.geometry, &self.joints, blocks)
-        });
+        let near = grid::meeting(&boxes)
+            .into_iter()
+            .filter(|&blocks| self.place(blocks).is_err() && !self.joined(places.geometry, blocks));
         let left = |blocks: [u32; 2]| {
             let known = self.near.binary_search_by_key(&blocks, |near| near.blocks);
             let until = known.map_or(0.0, |at| self.near[at].until);
@@ -156,18 +177,21 @@ pub(crate) fn let_go(
 pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
     let fitting = ground.fitting(placing);
     contacts.sort(&ground, &placing);
-    let mut losses = renew(&fitting, contacts);
+    let mut losses = renew(&fitting, ground.look, contacts);
     contacts.meet(&fitting);
-    losses.add(&act(placing, contacts));
+    losses.add(&act(placing, ground.look, contacts));
     losses
 }
 
 /// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
 /// are first; what they hold then and the new ones do not is booked as friction.
-fn renew(fitting: &Fitting<'_>, contacts: &mut Contacts) -> Losses {
-    let each = |patch: &mut Patch| -> f64 {
+fn renew(fitting: &Fitting<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
+    let each = |patch: &mut Patch| -> (f64, bool) {
+        if patch.bond.is_some() {
+            return let_loose(fitting, look, patch);
+        }
         if !fitting.has_moved(patch) {
-            return 0.0;
+            return (0.0, false);
         }
         let mut old = std::mem::take(patch);
         // The dashpots act once, on the new points.
@@ -175,21 +199,74 @@ fn renew(fitting: &Fitting<'_>, contacts: &mut Contacts) -> Losses {
         let slid = old.act(&fitting.placing).friction;
         let gone = Patch { blocks: old.blocks, ..Patch::default() };
         *patch = fitting.patch(old.blocks, Some(&old)).unwrap_or(gone);
-        slid + old.stored() - patch.stored()
+        (slid + old.stored() - patch.stored(), false)
     };
     let patches = &mut contacts.patches;
-    let lost: Vec<f64> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
-    Losses { friction: lost.iter().sum(), ..Losses::default() }
+    let lost: Vec<(f64, bool)> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
+    // Blocks of joints that have come further may meet others.
+    contacts.known &= !lost.iter().any(|&(_, further)| further);
+    Losses { friction: lost.iter().map(|(lost, _)| lost).sum(), ..Losses::default() }
 }
 
-/// Whether two blocks are left to their joints: neighbours in a lattice that are connected by joints
-/// which have not moved, or by their own.
-fn joined(geometry: &Geometry, joints: &[[Release; 3]], [a, b]: [u32; 2]) -> bool {
-    let (a, b) = (a as usize, b as usize);
-    let (body_a, body_b) = (&geometry.bodies[a], &geometry.bodies[b]);
-    if body_a.set != body_b.set {
-        return false;
+/// Makes a contact of a joint between faces that do not match, once it has failed and moved. Returns the
+/// energy that is lost on the way `[J]`, and whether the joint has come further.
+fn let_loose(fitting: &Fitting<'_>, look: Look<'_>, patch: &mut Patch) -> (f64, bool) {
+    let found = patch.moved(&fitting.placing, look);
+    let Some(bond) = patch.bond.as_mut().filter(|bond| found > Some(bond.release)) else {
+        return (0.0, false);
+    };
+    if let Some(release) = found.filter(|&release| release < Release::Due) {
+        bond.release = release;
+        return (0.0, true);
     }
+    let load = patch.load(&fitting.placing);
+    let before = patch.stored();
+    let mut contact = fitting.patch(patch.blocks, None).unwrap_or_default();
+    contact.blocks = patch.blocks;
+    contact.bear(&fitting.placing, &load, 1.0);
+    *patch = contact;
+    (before - patch.stored(), true)
+}
+
+impl Contacts {
+    /// Whether two blocks are left to their joints: neighbours that are connected by joints which have
+    /// not moved, or by their own.
+    fn joined(&self, geometry: &Geometry, [a, b]: [u32; 2]) -> bool {
+        let (a, b) = (a as usize, b as usize);
+        let (body_a, body_b) = (&geometry.bodies[a], &geometry.bodies[b]);
+        if body_a.lattice == body_b.lattice {
+            return in_lattice(geometry, &self.joints, [a, b]);
+        }
+        // Across faces that do not match, by way of one block.
+        let of_a: Vec<usize> = self.held_by(geometry, a).collect();
+        !of_a.is_empty() && self.held_by(geometry, b).any(|block| of_a.contains(&block))
+    }
+
+    /// Blocks that a joint which has not moved holds at a block.
+    fn held_by<'a>(
+        &'a self,
+        geometry: &'a Geometry,
+        block: usize,
+    ) -> impl Iterator<Item = usize> + 'a {
+        let bonds = self.of(block).filter(|(patch, _)| {
+            patch.bond.as_ref().is_some_and(|bond| bond.release == Release::Holds)
+        });
+        let others = bonds.map(|(patch, side)| patch.blocks[1 - side] as usize);
+        let ways = (0..6).filter_map(move |k| {
+            let (d, step) = (k / 2, if k % 2 == 0 { -1 } else { 1 });
+            let mut offset = [0; 3];
+            offset[d] = step;
+            let next = geometry.neighbour(block, offset)?;
+            let owner = if step > 0 { block } else { next };
+            (self.joints[owner][d] == Release::Holds).then_some(next)
+        });
+        others.chain(ways)
+    }
+}
+
+/// The same of two blocks of one lattice.
+fn in_lattice(geometry: &Geometry, joints: &[[Release; 3]], [a, b]: [usize; 2]) -> bool {
+    let (body_a, body_b) = (&geometry.bodies[a], &geometry.bodies[b]);
     let step = [0, 1, 2].map(|d| i64::from(body_b.cell[d]) - i64::from(body_a.cell[d]));
     if step.iter().any(|step| step.abs() > 1) {
         return false;

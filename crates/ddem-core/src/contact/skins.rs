@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::Contacts;
 use crate::deck::{Deck, Material};
 use crate::element::Elastic;
-use crate::geometry::Geometry;
+use crate::geometry::{Abutment, Geometry};
 use crate::law::{MohrCoulomb, Stiffness};
 use crate::touch::{EdgeOf, FaceOf};
 
@@ -28,6 +28,8 @@ pub(crate) struct Skin {
     density: f64,
     /// Stiffness of the joint, if there is one `[Pa/m]`.
     joint: Option<Stiffness>,
+    /// The joint is one between faces that do not match: no lattice has it.
+    abuts: bool,
 }
 
 /// What two faces in contact have together.
@@ -72,10 +74,18 @@ impl Skins {
             thickest: 0.0,
             hardest: Stiffness { normal: 0.0, shear: 0.0 },
         };
-        let mut known: HashMap<[u64; 6], u32> = HashMap::new();
+        let mut known: HashMap<[u64; 7], u32> = HashMap::new();
+        let abutting: HashMap<(u32, u8), u16> = geometry
+            .abutments
+            .iter()
+            .flat_map(|Abutment { blocks, faces, joint }| {
+                [0, 1].map(|side| ((blocks[side], faces[side].number()), *joint))
+            })
+            .collect();
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
-                let skin = Skin::new(deck, geometry, body, face);
+                let abuts = abutting.get(&(body as u32, face as u8)).copied();
+                let skin = Skin::new((deck, geometry), (body, face), abuts);
                 skins.thickest = skins.thickest.max(skin.thickness);
                 let Stiffness { normal, shear } = skin.stiffness;
                 skins.hardest.normal = skins.hardest.normal.max(normal);
@@ -111,6 +121,7 @@ impl Skins {
             mass: mean(|skin| skin.mass),
             density: mean(|skin| skin.density),
             joint: None,
+            abuts: false,
         }
     }
 
@@ -161,6 +172,9 @@ impl Skins {
     pub(super) fn beyond_joint(&self, block: u32, face: FaceOf) -> Stiffness {
         let skin = self.of(block, face);
         let Stiffness { normal, shear } = self.hardest(skin);
+        if skin.abuts {
+            return self.stiffest(block, face);
+        }
         let joint = skin.joint.unwrap_or(Stiffness { normal: 0.0, shear: 0.0 });
         Stiffness {
             normal: (normal - joint.normal).max(0.0),
@@ -221,7 +235,11 @@ pub(super) fn sides_of(edge: EdgeOf) -> [FaceOf; 2] {
 }
 
 impl Skin {
-    fn new(deck: &Deck, geometry: &Geometry, body: usize, face: usize) -> Self {
+    fn new(
+        (deck, geometry): (&Deck, &Geometry),
+        (body, face): (usize, usize),
+        abuts: Option<u16>,
+    ) -> Self {
         let (d, upper) = (face / 2, face % 2 == 1);
         let lattice = geometry.lattice(body);
         let cell = geometry.bodies[body].cell.map(|c| c as usize);
@@ -234,12 +252,12 @@ impl Skin {
         let mass = part * density * height;
         let mut offset = [0; 3];
         offset[d] = if upper { 1 } else { -1 };
-        let neighbour = geometry.neighbour(body, offset);
-        let joint = neighbour.and_then(|other| {
+        let number = geometry.neighbour(body, offset).map(|other| {
             let owner = if upper { body } else { other };
             let cell = geometry.bodies[owner].cell.map(|c| c as usize);
-            deck.joints.values().nth(lattice.joint_above(cell, d).into())
+            lattice.joint_above(cell, d)
         });
+        let joint = abuts.or(number).and_then(|joint| deck.joints.values().nth(joint.into()));
         let own = Stiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };
         let stiffness = joint.and_then(|joint| joint.stiffness(&deck.materials));
         let [normal, shear] = stiffness.unwrap_or([own.normal, own.shear]);
@@ -254,12 +272,14 @@ impl Skin {
             mass,
             density,
             joint: stiffness.map(|[normal, shear]| Stiffness { normal, shear }),
+            abuts: abuts.is_some(),
         }
     }
 
-    fn key(&self) -> [u64; 6] {
+    fn key(&self) -> [u64; 7] {
         let Stiffness { normal, shear } = self.stiffness;
         let friction = self.tan_friction.unwrap_or(-1.0);
-        [self.thickness, normal, shear, friction, self.mass, self.density].map(f64::to_bits)
+        let abuts = if self.abuts { 1.0 } else { 0.0 };
+        [self.thickness, normal, shear, friction, self.mass, self.density, abuts].map(f64::to_bits)
     }
 }

@@ -15,7 +15,7 @@ pub(crate) fn collect(
         for (patch, side) in contacts.of(body as usize) {
             let sign = if side == 0 { 1.0 } else { -1.0 };
             let (placed, face) = (&placed[body as usize], patch.faces()[side]);
-            for point in patch.points.iter().filter(|point| point.gap <= 0.0) {
+            for point in patch.points.iter().filter(|point| patch.acts(point)) {
                 let force = patch.force(point) * sign;
                 for (node, weight) in placed.shares(face, &point.spots[side]) {
                     for c in 0..3 {

@@ -8,11 +8,17 @@ use crate::error::Fault;
 
 /// No body, no joint.
 pub(crate) const NONE: u32 = u32::MAX;
-const NO_JOINT: u16 = u16::MAX;
+pub(super) const NO_JOINT: u16 = u16::MAX;
+/// Nodes are numbered by 32 bits.
+pub(super) const MOST_NODES: f64 = u32::MAX as f64;
 
 /// Cells between joint planes; nodes on lines along three edges.
 #[derive(Clone, Debug)]
 pub(crate) struct Lattice {
+    /// The block set that it is of.
+    pub(crate) set: usize,
+    /// The entry of `refine` that made it of coarser blocks.
+    pub(super) refined: Option<usize>,
     pub(crate) origin: Vec3,
     /// Unit vectors along the three edges.
     pub(crate) axes: [Vec3; 3],
@@ -25,7 +31,7 @@ pub(crate) struct Lattice {
     /// Positions of the cuts along each edge, shape `(count + 1)` `[m]`.
     pub(crate) cuts: [Vec<f64>; 3],
     /// Lengths of the cells along each edge, equal where the cuts are evenly spaced `[m]`.
-    lengths: [Vec<f64>; 3],
+    pub(super) lengths: [Vec<f64>; 3],
     /// Width of the gap at each cut along the edge, shape `(count + 1)` `[m]`.
     pub(crate) gaps: [Vec<f64>; 3],
     /// Body in each cell, or [`NONE`]; x fastest.
@@ -33,7 +39,7 @@ pub(crate) struct Lattice {
     /// Material of each cell.
     pub(crate) material: Vec<u16>,
     /// Joint at the upper side of each cell, by the direction of its normal.
-    joint: [Vec<u16>; 3],
+    pub(super) joint: [Vec<u16>; 3],
 }
 
 /// The lattices of all sets, before `assign` and `remove`.
@@ -44,18 +50,17 @@ pub(crate) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<F
         let cuts = [0, 1, 2].map(|d| cuts(set, d));
         let cells: f64 = cuts.iter().map(|c| c.count).product();
         nodes += cells * (f64::from(set.elements_along_edge()) + 1.0).powi(3);
-        if nodes >= f64::from(u32::MAX) {
-            return Err(vec![
-                Fault::new(
-                    format!("blocks[{index}]"),
-                    format!("the model would have {nodes:.3e} nodes, more than 4.29e9"),
-                )
-                .help("fewer blocks or divisions"),
-            ]);
+        if nodes >= MOST_NODES {
+            return Err(too_many(format!("blocks[{index}]"), nodes));
         }
-        lattices.push(Lattice::new(set, cuts, names));
+        lattices.push(Lattice::new((index, set), cuts, names));
     }
     Ok(lattices)
+}
+
+pub(super) fn too_many(place: String, nodes: f64) -> Vec<Fault> {
+    let message = format!("the model would have {nodes:.3e} nodes, more than 4.29e9");
+    vec![Fault::new(place, message).help("fewer blocks or divisions")]
 }
 
 /// What a set says of one edge.
@@ -82,7 +87,7 @@ fn cuts(set: &BlockSet, d: usize) -> Cuts {
 }
 
 impl Lattice {
-    fn new(set: &BlockSet, cuts: [Cuts; 3], names: &Names) -> Self {
+    fn new((index, set): (usize, &BlockSet), cuts: [Cuts; 3], names: &Names) -> Self {
         let count = [0, 1, 2].map(|d| cuts[d].count as usize);
         let cells = count.iter().product();
         let (positions, lengths): (Vec<_>, Vec<_>) = cuts.iter().map(positions).unzip();
@@ -95,6 +100,8 @@ impl Lattice {
             vec![name.and_then(|name| names.joint(name)).unwrap_or(NO_JOINT); cells]
         });
         Self {
+            set: index,
+            refined: None,
             origin: Vec3::from(set.origin),
             axes: set.axes.map(|a| Vec3::from(a).normalize()),
             divisions: set.elements_along_edge() as usize,
@@ -188,7 +195,7 @@ impl Lattice {
     }
 
     /// Cells selected as §1 of the deck says: the centroid lies inside, or a plane touches a face.
-    fn selects(&self, region: &Region, cell: [usize; 3]) -> bool {
+    pub(super) fn selects(&self, region: &Region, cell: [usize; 3]) -> bool {
         let centre = self.centre(cell);
         let touches = |axis: usize, at: f64| {
             (0..3).any(|d| {
@@ -245,9 +252,9 @@ impl Lattice {
     }
 
     /// Opens the gaps: thickness belongs to a plane, and is measured along its normal.
-    pub(super) fn open_gaps(&mut self, set: usize, deck: &Deck, names: &Names) -> Vec<Fault> {
+    pub(super) fn open_gaps(&mut self, deck: &Deck, names: &Names) -> Vec<Fault> {
         let mut faults = Vec::new();
-        let place = format!("blocks[{set}]");
+        let place = format!("blocks[{}]", self.set);
         let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
         for d in 0..3 {
             let slant = self.normal(d).dot(&self.axes[d]);

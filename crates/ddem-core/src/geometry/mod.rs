@@ -14,12 +14,15 @@
 //!  |       | | | |       | | |
 //! ```
 
+mod abut;
 mod face;
 mod lattice;
 mod nothing;
 mod overlap;
+mod refine;
 mod select;
 
+pub(crate) use abut::Abutment;
 pub use face::Face;
 pub(crate) use face::faces;
 pub(crate) use lattice::{Lattice, NONE, lattices};
@@ -40,9 +43,9 @@ pub(crate) type Vec3 = Vector3<f64>;
 /// One block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body {
-    /// Its block set.
-    pub(crate) set: u32,
-    /// Its cell in the set's lattice.
+    /// Its lattice.
+    pub(crate) lattice: u32,
+    /// Its cell there.
     pub(crate) cell: [u32; 3],
     /// Number of its first node; its nodes are contiguous, x fastest.
     pub(crate) first_node: u32,
@@ -56,6 +59,8 @@ pub(crate) struct Geometry {
     pub(crate) lattices: Vec<Lattice>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) n_nodes: usize,
+    /// Faces of different lattices that lie on each other, with the joint between them.
+    pub(crate) abutments: Vec<Abutment>,
     /// Corners of the box around everything.
     pub(crate) bounds: [Vec3; 2],
 }
@@ -67,11 +72,14 @@ impl Geometry {
         let bounds = lattice::bounds(&lattices);
         let set_names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let mut faults = Vec::new();
+        for (index, entry) in deck.refine.iter().enumerate() {
+            let region = Region::new(&entry.region, &bounds, &set_names);
+            faults.extend(refine::refine(&mut lattices, &region, (index, entry.factor))?);
+        }
         for (index, entry) in deck.assign.iter().enumerate() {
             let region = Region::new(&entry.region, &bounds, &set_names);
             let mut found = false;
-            let selected = lattices.iter_mut().enumerate().filter(|(set, _)| region.has_set(*set));
-            for (_, lattice) in selected {
+            for lattice in lattices.iter_mut().filter(|lattice| region.has_set(lattice.set)) {
                 if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
                     found |= lattice.assign_joint(&region, joint);
                 }
@@ -86,42 +94,47 @@ impl Geometry {
         for (index, entry) in deck.remove.iter().enumerate() {
             let region = Region::new(&entry.region, &bounds, &set_names);
             let mut found = false;
-            for (set, lattice) in lattices.iter_mut().enumerate() {
-                found |= region.has_set(set) && lattice.remove(&region);
+            for lattice in &mut lattices {
+                found |= region.has_set(lattice.set) && lattice.remove(&region);
             }
             if !found {
                 faults.push(nothing(format!("remove[{index}].where"), "no block"));
             }
         }
-        for (set, lattice) in lattices.iter_mut().enumerate() {
-            faults.extend(lattice.open_gaps(set, deck, names));
+        for lattice in &mut lattices {
+            faults.extend(lattice.open_gaps(deck, names));
+        }
+        if faults.is_empty() {
+            faults.extend(lattices.iter().filter_map(|lattice| lattice.too_fine(deck, names)));
         }
         faults.extend(overlap::overlaps(&lattices, deck));
         if !faults.is_empty() {
             return Err(faults);
         }
-        let mut geometry = Self { lattices, bodies: Vec::new(), n_nodes: 0, bounds };
+        let (bodies, abutments) = (Vec::new(), Vec::new());
+        let mut geometry = Self { lattices, bodies, n_nodes: 0, abutments, bounds };
         geometry.number()?;
+        geometry.abutments = abut::abutments(&geometry, (deck, names), &set_names);
         Ok(geometry)
     }
 
     fn number(&mut self) -> Result<(), Vec<Fault>> {
-        for (set, lattice) in self.lattices.iter_mut().enumerate() {
+        for (index, lattice) in self.lattices.iter_mut().enumerate() {
             let nodes = lattice.nodes_per_body();
             let [nx, ny, nz] = lattice.count;
             for (z, y, x) in
                 (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
             {
-                let index = lattice.index([x, y, z]);
-                if lattice.body[index] == NONE {
+                let cell = lattice.index([x, y, z]);
+                if lattice.body[cell] == NONE {
                     continue;
                 }
-                lattice.body[index] = self.bodies.len() as u32;
+                lattice.body[cell] = self.bodies.len() as u32;
                 self.bodies.push(Body {
-                    set: set as u32,
+                    lattice: index as u32,
                     cell: [x as u32, y as u32, z as u32],
                     first_node: self.n_nodes as u32,
-                    material: lattice.material[index],
+                    material: lattice.material[cell],
                 });
                 self.n_nodes += nodes;
             }
@@ -137,8 +150,13 @@ impl Geometry {
         overlap::touching(&self.lattices)
     }
 
+    /// The block set of a body.
+    pub(crate) fn set(&self, body: usize) -> usize {
+        self.lattice(body).set
+    }
+
     pub(crate) fn lattice(&self, body: usize) -> &Lattice {
-        &self.lattices[self.bodies[body].set as usize]
+        &self.lattices[self.bodies[body].lattice as usize]
     }
 
     /// The body at an offset of −1, 0 or 1 cells from a body.

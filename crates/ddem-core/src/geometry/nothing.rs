@@ -42,7 +42,7 @@ impl Region {
     pub(crate) fn nearest(&self, geometry: &Geometry) -> Option<(usize, Vec3)> {
         let mut nearest: Option<(f64, (usize, Vec3))> = None;
         for body in 0..geometry.bodies.len() {
-            if !self.has_set(geometry.bodies[body].set as usize) {
+            if !self.has_set(geometry.set(body)) {
                 continue;
             }
             let lattice = geometry.lattice(body);

@@ -27,8 +27,8 @@ pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
         let Overlap { cells: [in_i, in_j], depth } = deepest(&lattices[i], &lattices[j], allowed)?;
         let message = format!(
             "block {in_j:?} of `{}` and block {in_i:?} of `{}` overlap by {depth:.3e} m",
-            deck.set_name(j),
-            deck.set_name(i)
+            deck.set_name(lattices[j].set),
+            deck.set_name(lattices[i].set)
         );
         let whence = if allowed > rounding {
             "half the thickness of the joints of each"
@@ -39,7 +39,7 @@ pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
             "move one of the sets: they may touch, or overlap by {allowed:.3e} m, {whence}; blocks \
              are counted along x, y, z from 0"
         );
-        Some(Fault::new(format!("blocks[{j}].origin"), message).help(help))
+        Some(Fault::new(format!("blocks[{}].origin", lattices[j].set), message).help(help))
     };
     close(lattices).into_iter().filter_map(fault).take(MOST).collect()
 }

@@ -87,7 +87,7 @@ impl Region {
         // A rigid block is taken as a whole, by its centroid.
         let whole = geometry.lattice(body).rigid;
         let place = if whole { geometry.centre(body) } else { x };
-        self.has_set(geometry.bodies[body].set as usize)
+        self.has_set(geometry.set(body))
             && self.in_ranges(&place)
             && (0..3).all(|axis| {
                 self.on_plane(axis, &x)
@@ -108,7 +108,7 @@ impl Region {
     pub(crate) fn nodes(&self, geometry: &Geometry) -> Vec<u32> {
         let mut nodes = Vec::new();
         for body in 0..geometry.bodies.len() {
-            if !self.has_set(geometry.bodies[body].set as usize) {
+            if !self.has_set(geometry.set(body)) {
                 continue;
             }
             let n = geometry.lattice(body).divisions + 1;
@@ -195,7 +195,7 @@ impl Region {
             let lattice = geometry.lattice(body);
             let along = (0..3).find(|&d| lattice.axes[d][free].abs() > 1.0 - 1e-9);
             let n = lattice.divisions + 1;
-            if !self.has_set(geometry.bodies[body].set as usize) {
+            if !self.has_set(geometry.set(body)) {
                 continue;
             }
             let unbounded = Self { sphere: None, ..self.without_range(free) };
@@ -253,7 +253,7 @@ impl Region {
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<Surface> {
         let mut surfaces = Vec::new();
         for body in 0..geometry.bodies.len() {
-            if !self.has_set(geometry.bodies[body].set as usize) {
+            if !self.has_set(geometry.set(body)) {
                 continue;
             }
             for (normal, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {

@@ -1,6 +1,6 @@
 //! What a model allows but its user perhaps did not mean.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use super::Model;
 use crate::geometry::Face;
@@ -35,7 +35,17 @@ impl Model {
 
     /// Sets that touch where no contacts are found.
     fn apart(&self) -> impl Iterator<Item = String> {
-        self.geometry.touching().into_iter().map(|(i, j)| {
+        let geometry = &self.geometry;
+        let sets = |[a, b]: [u32; 2]| [a, b].map(|block| geometry.set(block as usize));
+        let joined: HashSet<[usize; 2]> =
+            geometry.abutments.iter().map(|abutment| sets(abutment.blocks)).collect();
+        let touching = geometry.touching().into_iter();
+        let touching: BTreeSet<[usize; 2]> =
+            touching.map(|(i, j)| [i, j].map(|at| geometry.lattices[at].set)).collect();
+        let apart = touching.into_iter().filter(move |&[i, j]| {
+            i != j && !joined.contains(&[i, j]) && !joined.contains(&[j, i])
+        });
+        apart.map(|[i, j]| {
             format!(
                 "sets `{}` and `{}` touch, but their blocks are not joined and do not meet: \
                  `contact = false` in [model] says that no contacts are looked for",

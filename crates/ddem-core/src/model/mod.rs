@@ -9,7 +9,7 @@ use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Surfaces};
-use crate::deck::{Body, Deck, Kinematics};
+use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
 use crate::history::Function;
@@ -63,7 +63,8 @@ impl Model {
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
-        let contact = deck.finds_contacts().then(|| Surfaces::new(deck, &geometry, &packs));
+        let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
+        let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
         Ok(Self {
             packs,
             assembly,
@@ -99,6 +100,7 @@ impl Model {
             let new = || Surfaces::new(&self.deck, &self.geometry, &self.packs);
             let mut surfaces = self.contact.take().unwrap_or_else(new);
             surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
+            surfaces.search = true;
             self.contact = Some(surfaces);
         }
         Ok(())
@@ -151,21 +153,23 @@ impl Model {
         Places { geometry: &self.geometry, packs: &self.packs, seams: &self.seams }
     }
 
-    /// The faces of the blocks, where contacts may be before any joint has failed.
+    /// The faces of the blocks, where contacts may be before any joint has failed, or joints are that no
+    /// lattice has.
     pub(crate) fn open_surfaces(&self) -> Option<&Surfaces> {
-        self.contact.as_ref().filter(|surfaces| surfaces.open)
+        self.contact.as_ref().filter(|surfaces| surfaces.open || surfaces.joins)
     }
 
     /// Whether blocks can meet: contacts are looked for.
     #[must_use]
     pub fn can_meet(&self) -> bool {
-        self.contact.is_some()
+        self.contact.as_ref().is_some_and(|surfaces| surfaces.search)
     }
 
     /// Whether any joint can fail.
     #[must_use]
     pub fn can_fail(&self) -> bool {
-        let mut joints = self.faces.iter().map(|face| face.joint);
+        let abutments = self.geometry.abutments.iter().map(|abutment| abutment.joint);
+        let mut joints = self.faces.iter().map(|face| face.joint).chain(abutments);
         self.laws.iter().any(Option::is_some)
             && joints.any(|joint| self.laws[joint as usize].is_some())
     }
@@ -240,14 +244,13 @@ impl Model {
 
     /// What messages call the set of a block.
     pub(crate) fn set_name(&self, block: usize) -> String {
-        self.deck.set_name(self.geometry.bodies[block].set as usize)
+        self.deck.set_name(self.geometry.set(block))
     }
 
     /// Whether a block is rigid: it has no stress.
     #[must_use]
     pub fn is_rigid(&self, block: usize) -> bool {
-        let set = self.geometry.bodies[block].set as usize;
-        self.deck.blocks[set].body == Body::Rigid
+        self.geometry.lattice(block).rigid
     }
 
     /// Number of a block's material, in sorted order of the names.

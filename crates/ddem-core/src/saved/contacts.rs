@@ -4,17 +4,24 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Saved;
-use crate::contact::{Both, Contacts, Near, Patch, Point, Release, Spot};
+use crate::contact::{Bond, Both, Contacts, Near, Pair, Patch, Point, Release, Spot};
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
-use crate::law::Traction;
+use crate::law::{Mode, Traction};
 use crate::model::Model;
 
 const PATCH: usize = 27;
 const POINT: usize = 19;
 const NEAR: usize = 3;
-const NAMES: [&str; 5] =
-    ["contact_joints", "contact_patches", "contact_points", "contact_near", "contact_travel"];
+const PAIR: usize = 6;
+const NAMES: [&str; 6] = [
+    "contact_joints",
+    "contact_patches",
+    "contact_points",
+    "contact_near",
+    "contact_travel",
+    "contact_bonds",
+];
 
 /// Adds the contacts, if there is anything that a start would not have.
 pub(super) fn save(contacts: &Contacts, saved: &mut Saved) {
@@ -30,8 +37,19 @@ pub(super) fn save(contacts: &Contacts, saved: &mut Saved) {
         .flat_map(|Near { blocks: [a, b], until }| [f64::from(*a), f64::from(*b), *until]);
     let known = if contacts.known { 1.0 } else { 0.0 };
     let travel = std::iter::once(known).chain(contacts.travel.iter().flat_map(|lanes| lanes.0));
-    let arrays =
-        [joints.collect(), patches.collect(), points.collect(), near.collect(), travel.collect()];
+    let bonds = contacts
+        .patches
+        .iter()
+        .enumerate()
+        .flat_map(|(at, patch)| patch.bond.iter().flat_map(move |bond| bond_numbers(at, bond)));
+    let arrays = [
+        joints.collect(),
+        patches.collect(),
+        points.collect(),
+        near.collect(),
+        travel.collect(),
+        bonds.collect(),
+    ];
     for (name, array) in NAMES.into_iter().zip(arrays) {
         saved.arrays.insert(name.to_owned(), array);
     }
@@ -84,6 +102,7 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Contacts> {
     let sorted = contacts.patches.windows(2).all(|pair| pair[0].blocks < pair[1].blocks);
     contacts.index();
     search(&mut contacts, array(3)?, array(4)?, diverged)?;
+    bonds(&mut contacts.patches, array(5)?, model.deck.joints.len())?;
     (sorted && points.next().is_none()).then_some(contacts)
 }
 
@@ -110,6 +129,38 @@ fn search(contacts: &mut Contacts, near: &[f64], travel: &[f64], diverged: bool)
     contacts.known = *known == 1.0;
     contacts.travel = travel.iter().map(|lanes| Lanes(*lanes)).collect();
     contacts.near.is_sorted_by_key(|near| near.blocks).then_some(())
+}
+
+/// Place of the patch, joint, how far it has come; then each pair.
+fn bond_numbers(at: usize, bond: &Bond) -> Vec<f64> {
+    let Bond { joint, release, pairs } = bond;
+    let mut numbers = vec![at as f64, f64::from(*joint), f64::from(*release as u8)];
+    for Pair { origin, mode, time, damage } in pairs {
+        let mode = mode.map_or(0.0, |mode| if mode == Mode::Shear { 1.0 } else { 2.0 });
+        numbers.extend([origin.x, origin.y, origin.z, mode, *time, *damage]);
+    }
+    numbers
+}
+
+fn bonds(patches: &mut [Patch], mut numbers: &[f64], joints: usize) -> Option<()> {
+    while let Some((&[at, joint, release], rest)) = numbers.split_first_chunk::<3>() {
+        let patch = patches.get_mut(whole(at)? as usize)?;
+        let (pairs, rest) = rest.split_at_checked(PAIR * patch.points.len())?;
+        let pairs: Option<Box<[Pair]>> = pairs.as_chunks::<PAIR>().0.iter().map(pair).collect();
+        let joint = u16::try_from(whole(joint)?).ok().filter(|&j| usize::from(j) < joints)?;
+        let release = [Release::Holds, Release::Loose]
+            .into_iter()
+            .find(|&r| f64::from(r as u8) == release)?;
+        patch.bond = Some(Box::new(Bond { joint, release, pairs: pairs? }));
+        numbers = rest;
+    }
+    numbers.is_empty().then_some(())
+}
+
+fn pair(&[x, y, z, mode, time, damage]: &[f64; PAIR]) -> Option<Pair> {
+    let modes = [None, Some(Mode::Shear), Some(Mode::Tension)];
+    let mode = *modes.get(whole(mode)? as usize)?;
+    Some(Pair { origin: Vec3::new(x, y, z), mode, time, damage })
 }
 
 fn is_on(model: &Model, block: u32, spot: &Spot) -> bool {

@@ -83,6 +83,11 @@ pub(crate) fn forces(
         dispatch!(level, simd => run_forces(simd, input, &run, fields));
     });
     let mut losses = Losses::total(&scratch.losses);
+    if let Some((contacts, surfaces)) = contacts.as_ref().filter(|_| pass.waits) {
+        let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
+        let failing = contacts.failing(&placing, ground.look);
+        losses.failed = [0, 1].map(|mode| losses.failed[mode] + failing[mode]);
+    }
     if losses.failed != [0; 2] {
         if pass.waits {
             // A step that is not taken leaves contacts as they are.
@@ -106,7 +111,8 @@ fn meeting<'a>(
     surfaces: &'a Surfaces,
     frames: &'a [Frame],
 ) -> (Ground<'a>, Placing<'a>) {
-    let ground = Ground { places: pass.model.places(), surfaces, held: pass.held };
+    let look = Look { failing: pass.failing, time: pass.time, laws: &pass.model.laws };
+    let ground = Ground { places: pass.model.places(), surfaces, held: pass.held, look };
     let small = !pass.model.corotational();
     let start = pass.last.is_none();
     let blocks = &surfaces.blocks;

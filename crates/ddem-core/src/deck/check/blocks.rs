@@ -226,6 +226,9 @@ fn changes(deck: &Deck, faults: &mut Faults) {
     for (i, refine) in deck.refine.iter().enumerate() {
         let at = format!("refine[{i}]");
         region(deck, &format!("{at}.where"), &refine.region, faults);
-        faults.not_zero(format!("{at}.factor"), refine.factor);
+        if refine.factor < 2 {
+            let message = format!("{} parts leave blocks as they are", refine.factor);
+            faults.add_help(format!("{at}.factor"), message, "at least 2");
+        }
     }
 }

@@ -9,9 +9,6 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     };
     let leave_out = "leave this out";
 
-    for i in 0..deck.refine.len() {
-        not_yet(format!("refine[{i}]"), "local refinement", leave_out);
-    }
     for i in 0..deck.boundary.len() {
         not_yet(format!("boundary[{i}]"), "non-reflecting boundaries", leave_out);
     }

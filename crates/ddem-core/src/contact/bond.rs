@@ -1,0 +1,198 @@
+//! §1, §5: joints between faces that do not match.
+//!
+//! A patch whose points are held by the law of a joint: they are springs from the start, the pairs of
+//! points stay where they are, and they fail as the pairs of any joint do. When all of them have
+//! failed and one has moved, the patch is a contact like any other, which begins with the force that
+//! the joint bore.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::fit::Fitting;
+use super::release::{LOOSE, Load, Release, SLID};
+use super::{Both, Patch, Placing};
+use crate::breaks::{Look, Losses};
+use crate::geometry::{Abutment, Vec3};
+use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
+
+/// What holds the points of a patch together.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Bond {
+    /// Number of the joint's properties.
+    pub(crate) joint: u16,
+    pub(crate) release: Release,
+    /// Of each point of the patch.
+    pub(crate) pairs: Box<[Pair]>,
+}
+
+/// A pair of points that is, or was, held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Pair {
+    /// From the point on a to that on b where nothing acts, along the patch's axes `[m]`.
+    pub(crate) origin: Vector3<f64>,
+    /// How it failed; `None` while it is bonded.
+    pub(crate) mode: Option<Mode>,
+    /// When `[s]`; of no meaning while bonded.
+    pub(crate) time: f64,
+    pub(crate) damage: f64,
+}
+
+impl Fitting<'_> {
+    /// The patch of two faces that lie on each other, at rest.
+    pub(crate) fn bond(&self, abutment: &Abutment, [normal, shear]: [f64; 2]) -> Patch {
+        let mut patch = self.abutting(abutment);
+        patch.both = Both { stiffness: [normal, shear], ..Both::default() };
+        let axes = patch.frame();
+        let [a, b] = patch.blocks.map(|block| block as usize);
+        let [face_a, face_b] = patch.faces();
+        let pair = |point: &super::Point| {
+            let [x, y] = point.spots;
+            let apart = self.placing.position(b, face_b, &y) - self.placing.position(a, face_a, &x);
+            Pair { origin: axes.tr_mul(&apart), ..Pair::default() }
+        };
+        let pairs = patch.points.iter().map(pair).collect();
+        let bond = Bond { joint: abutment.joint, release: Release::Holds, pairs };
+        patch.bond = Some(Box::new(bond));
+        patch
+    }
+}
+
+impl Bond {
+    fn law<'a>(&self, look: Look<'a>) -> Option<&'a dyn JointLaw> {
+        look.laws[self.joint as usize].as_deref()
+    }
+
+    fn failed(&self) -> bool {
+        self.pairs.iter().all(|pair| pair.mode.is_some())
+    }
+}
+
+impl Patch {
+    fn opening(&self, placing: &Placing<'_>, i: usize, pair: &Pair) -> (Vec3, Vector3<f64>) {
+        let [a, b] = self.blocks.map(|block| block as usize);
+        let [face_a, face_b] = self.faces();
+        let [x, y] = &self.points[i].spots;
+        let apart = placing.position(b, face_b, y) - placing.position(a, face_a, x);
+        let rotation = placing.rotation(self.order()[0]);
+        let [normal, along] = self.axes.map(|axis| rotation * axis);
+        let own =
+            Vec3::new(normal.dot(&apart), along.dot(&apart), normal.cross(&along).dot(&apart));
+        (apart, own - pair.origin)
+    }
+
+    /// How many pairs would fail now, in shear and in tension.
+    pub(super) fn failing(&self, placing: &Placing<'_>, look: Look<'_>) -> [u64; 2] {
+        let mut failing = [0; 2];
+        let Some(bond) = self.bond.as_deref() else { return failing };
+        let (Some(law), Some(factor)) = (bond.law(look), look.failing) else { return failing };
+        let [normal, shear] = self.both.stiffness;
+        for (i, pair) in bond.pairs.iter().enumerate().filter(|(_, pair)| pair.mode.is_none()) {
+            let (_, own) = self.opening(placing, i, pair);
+            let mode = law.failure(normal * own.x / factor, shear * own.yz().norm() / factor);
+            if let Some(mode) = mode {
+                failing[usize::from(mode == Mode::Tension)] += 1;
+            }
+        }
+        failing
+    }
+
+    /// What a joint exerts at the present positions, and what is lost on the way there.
+    pub(super) fn hold(&mut self, placing: &Placing<'_>, look: Look<'_>) -> Losses {
+        let Some(mut bond) = self.bond.take() else { return Losses::default() };
+        self.turn(placing);
+        let law = bond.law(look);
+        let [normal, shear] = self.both.stiffness;
+        let stiffness = Stiffness { normal, shear };
+        let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
+        for (i, pair) in bond.pairs.iter_mut().enumerate() {
+            let (apart, own) = self.opening(placing, i, pair);
+            let elastic = Traction { normal: normal * own.x, shear: own.yz() * shear };
+            let mut fresh = None;
+            if let (None, Some(law), Some(factor)) = (pair.mode, law, look.failing) {
+                let size = elastic.shear.norm();
+                pair.mode = law.failure(elastic.normal / factor, size / factor);
+                if let Some(mode) = pair.mode {
+                    (pair.time, fresh) = (look.time, Some(elastic));
+                    losses.failed[usize::from(mode == Mode::Tension)] += 1;
+                }
+            }
+            let way = fresh.map(|_| self.way(placing, i));
+            let point = &mut self.points[i];
+            if let Some(traction) = fresh {
+                let begins = Memory { traction, gap: own.x, ..Memory::default() };
+                point.set(&begins);
+            }
+            match law.filter(|_| pair.mode.is_some()) {
+                Some(law) => {
+                    let mut memory = Memory { damage: pair.damage, ..point.memory() };
+                    let opening = Opening { normal: own.x, shear: own.yz() };
+                    let mut loss = law.respond(stiffness, opening, &mut memory);
+                    if let (Some(bore), Some(way)) = (fresh, way) {
+                        // What it bore is gone before it could do its half of the work on the last
+                        // way.
+                        let now = memory.traction;
+                        let gone = Vec3::new(bore.normal - now.normal, 0.0, 0.0)
+                            + across(bore.shear - now.shear);
+                        loss.fracture -= 0.5 * gone.dot(&way);
+                        loss.friction += loss.fracture.min(0.0);
+                        loss.fracture = loss.fracture.max(0.0);
+                    }
+                    losses.friction += point.area * loss.friction;
+                    losses.fracture += point.area * loss.fracture;
+                    pair.damage = memory.damage;
+                    point.set(&memory);
+                }
+                None => (point.traction, point.gap) = (elastic, own.x),
+            }
+            couple += apart.cross(&self.force(&self.points[i]));
+        }
+        self.couple = couple;
+        self.bond = Some(bond);
+        losses
+    }
+
+    /// Way of b against a in the last step, along the patch's axes `[m]`.
+    fn way(&self, placing: &Placing<'_>, i: usize) -> Vec3 {
+        let [a, b] = self.blocks.map(|block| block as usize);
+        let [face_a, face_b] = self.faces();
+        let [x, y] = &self.points[i].spots;
+        self.frame().tr_mul(&(placing.way(b, face_b, y) - placing.way(a, face_a, x)))
+    }
+
+    /// How far the joint has come.
+    pub(super) fn moved(&self, placing: &Placing<'_>, look: Look<'_>) -> Option<Release> {
+        let bond = self.bond.as_deref()?;
+        let [a, b] = self.blocks.map(|block| placing.blocks[block as usize].spacing);
+        let spacing = a.min(b);
+        let bonds = bond.law(look).is_none_or(|law| law.bonds());
+        let held = !bond.failed() && bonds;
+        let slid = self.points.iter().map(|point| point.slip.norm()).fold(0.0, f64::max);
+        let opened = self.points.iter().map(|point| point.gap).fold(0.0, f64::max);
+        let far = bond.pairs.iter().any(|pair| pair.mode.is_some());
+        Some(if !held && (slid > SLID * spacing || opened > LOOSE * spacing) {
+            Release::Due
+        } else if far && slid.max(opened) > LOOSE * spacing {
+            Release::Loose
+        } else {
+            Release::Holds
+        })
+    }
+
+    /// What the joint bears, on block a.
+    pub(super) fn load(&self, placing: &Placing<'_>) -> Load {
+        let [a, b] = self.blocks.map(|block| block as usize);
+        let about = (placing.centre(a) + placing.centre(b)) / 2.0;
+        let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        for point in &self.points {
+            let pull = self.force(point);
+            force += pull;
+            let x = placing.position(a, self.faces()[0], &point.spots[0]);
+            moment += (x - about).cross(&pull);
+        }
+        let area = self.points.iter().map(|point| point.area).sum();
+        Load { energy: self.held(), area, force, moment, about }
+    }
+}
+
+fn across(shear: Vector2<f64>) -> Vec3 {
+    Vec3::new(0.0, shear.x, shear.y)
+}

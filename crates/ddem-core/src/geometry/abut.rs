@@ -1,0 +1,155 @@
+//! Faces of blocks of two lattices that lie on each other, and the joint that is between them.
+//!
+//! Where blocks are refined the joint is that of the finer side. Two block sets that touch are joined
+//! where both have a joint across the face: by that of the later one, or the one that is assigned there.
+
+use super::lattice::NO_JOINT;
+use super::{Geometry, Names, Region, Vec3};
+use crate::deck::Deck;
+use crate::grid;
+use crate::touch::{self, FaceOf};
+
+/// Part of a block's edge by which faces that lie on each other may miss.
+const MISSES: f64 = 1e-4;
+/// Square of the sine of the angle between faces that lie on each other, at most.
+const PARALLEL: f64 = 1e-8;
+/// Part of the smaller face that is over the other at least.
+const SLIVER: f64 = 1e-6;
+
+/// Two faces that lie on each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Abutment {
+    /// a and b, the lower number first.
+    pub(crate) blocks: [u32; 2],
+    pub(crate) faces: [FaceOf; 2],
+    pub(crate) joint: u16,
+}
+
+/// A face of a body where it is at rest.
+struct Seat {
+    normal: Vec3,
+    corners: [Vec3; 4],
+    area: f64,
+}
+
+/// All faces of bodies of different lattices that lie on each other, sorted.
+pub(super) fn abutments(
+    geometry: &Geometry,
+    (deck, names): (&Deck, &Names),
+    set_names: &[Option<&str>],
+) -> Vec<Abutment> {
+    if geometry.lattices.len() < 2 {
+        return Vec::new();
+    }
+    let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
+    let thickest = thickness.iter().copied().fold(0.0, f64::max);
+    let boxes: Vec<_> = (0..geometry.bodies.len())
+        .map(|body| {
+            let margin = thickest + MISSES * geometry.shortest_edge(body);
+            let [low, high] = super::lattice::bounds_of(&geometry.corners(body));
+            [low.add_scalar(-margin), high.add_scalar(margin)]
+        })
+        .collect();
+    let assigned: Vec<(Region, u16)> = deck
+        .assign
+        .iter()
+        .filter_map(|entry| {
+            let joint = names.joint(entry.joint.as_ref()?)?;
+            Some((Region::new(&entry.region, &geometry.bounds, set_names), joint))
+        })
+        .collect();
+    let other = |&[a, b]: &[u32; 2]| {
+        geometry.bodies[a as usize].lattice != geometry.bodies[b as usize].lattice
+    };
+    let abut = |blocks: [u32; 2]| {
+        let all = (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number));
+        all.into_iter().find_map(|faces| geometry.abut(blocks, faces, (&thickness, &assigned)))
+    };
+    grid::meeting(&boxes).into_iter().filter(other).filter_map(abut).collect()
+}
+
+impl Geometry {
+    fn corners(&self, body: usize) -> [Vec3; 8] {
+        let n = self.lattice(body).divisions;
+        std::array::from_fn(|k| {
+            self.position(body, [0, 1, 2].map(|d| if k >> d & 1 == 1 { n } else { 0 }))
+        })
+    }
+
+    fn seat(&self, body: usize, face: FaceOf) -> Seat {
+        let corners = self.corners(body);
+        let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
+        let low = usize::from(face.upper) << d;
+        let corners = [0, 1 << e, (1 << e) | (1 << f), 1 << f].map(|k| corners[low | k]);
+        let out = if face.upper { 1.0 } else { -1.0 };
+        let cross = (corners[1] - corners[0]).cross(&(corners[3] - corners[0]));
+        Seat { normal: self.lattice(body).normal(d) * out, corners, area: cross.norm() }
+    }
+
+    /// Joint at a face of a block, whether another block is there or not.
+    fn joint_at(&self, body: usize, face: FaceOf) -> Option<u16> {
+        let lattice = self.lattice(body);
+        let mut cell = self.bodies[body].cell.map(|c| c as usize);
+        if !face.upper {
+            cell[face.direction] = cell[face.direction].saturating_sub(1);
+        }
+        Some(lattice.joint_above(cell, face.direction)).filter(|&joint| joint != NO_JOINT)
+    }
+
+    fn abut(
+        &self,
+        blocks: [u32; 2],
+        faces: [FaceOf; 2],
+        (thickness, assigned): (&[f64], &[(Region, u16)]),
+    ) -> Option<Abutment> {
+        let bodies = blocks.map(|block| block as usize);
+        let normals = [0, 1].map(|side| {
+            let out = if faces[side].upper { 1.0 } else { -1.0 };
+            self.lattice(bodies[side]).normal(faces[side].direction) * out
+        });
+        if normals[0].dot(&normals[1]) > 0.0
+            || normals[0].cross(&normals[1]).norm_squared() > PARALLEL
+        {
+            return None;
+        }
+        let seats = [0, 1].map(|side| self.seat(bodies[side], faces[side]));
+        let fine = usize::from(seats[1].area <= seats[0].area);
+        let joint = self.joint_between(bodies, faces, fine, (&seats[fine], assigned))?;
+        let middle = |seat: &Seat| seat.corners.iter().sum::<Vec3>() / 4.0;
+        let gap = (middle(&seats[1]) - middle(&seats[0])).dot(&seats[0].normal);
+        let misses = MISSES
+            * bodies.map(|body| self.shortest_edge(body)).into_iter().fold(f64::INFINITY, f64::min);
+        if gap < -misses || gap > thickness[joint as usize] + misses {
+            return None;
+        }
+        // Seen along the normal.
+        let [own, other] = &seats;
+        let along = (own.corners[1] - own.corners[0]).normalize();
+        let across = own.normal.cross(&along);
+        let flat = |seat: &Seat| seat.corners.map(|x| [along.dot(&x), across.dot(&x)]);
+        let over: f64 =
+            touch::overlap(&flat(own), &flat(other)).as_slice().iter().map(|v| v.area).sum();
+        let some = over > SLIVER * own.area.min(other.area);
+        some.then_some(Abutment { blocks, faces, joint })
+    }
+
+    fn joint_between(
+        &self,
+        bodies: [usize; 2],
+        faces: [FaceOf; 2],
+        fine: usize,
+        (seat, assigned): (&Seat, &[(Region, u16)]),
+    ) -> Option<u16> {
+        let centre = seat.corners.iter().sum::<Vec3>() / 4.0;
+        let sets = bodies.map(|body| self.set(body));
+        let here = |(region, _): &&(Region, u16)| {
+            region.contains(&centre) && sets.iter().any(|&set| region.has_set(set))
+        };
+        if let Some((_, joint)) = assigned.iter().rev().find(here) {
+            return Some(*joint);
+        }
+        let joints = [0, 1].map(|side| self.joint_at(bodies[side], faces[side]));
+        let [Some(_), Some(_)] = joints else { return None };
+        joints[if sets[0] == sets[1] { fine } else { usize::from(sets[1] > sets[0]) }]
+    }
+}
