@@ -5,6 +5,7 @@ use fearless_simd::dispatch;
 use nalgebra::Matrix3;
 
 use crate::breaks::{Breaks, Point};
+use crate::contact::{Contacts, Seated};
 use crate::force::joint::face_forces;
 use crate::geometry::{Face, Vec3};
 use crate::lanes::Lanes;
@@ -73,19 +74,85 @@ impl Face {
 }
 
 impl Model {
-    /// All joints between two blocks.
+    /// All joints between two blocks of one lattice, whose faces match. Those of faces that do not are
+    /// in [`pairs`](Self::pairs) after them.
     #[must_use]
     pub fn faces(&self) -> &[Face] {
         &self.faces
     }
 
-    /// Number of pairs of facing nodes.
+    /// Number of the properties of each joint between two blocks.
+    pub fn joint_numbers(&self) -> impl Iterator<Item = u16> + '_ {
+        let abutting = self.geometry.abutments.iter().map(|abutment| abutment.joint);
+        self.faces.iter().map(|face| face.joint).chain(abutting)
+    }
+
+    /// Number of joints between two blocks.
+    #[must_use]
+    pub fn n_joints(&self) -> usize {
+        self.faces.len() + self.seated.len()
+    }
+
+    /// Number of pairs: of facing nodes, and of a node and a point of a face where faces do not match.
     #[must_use]
     pub fn n_pairs(&self) -> usize {
-        self.faces
-            .last()
-            .map_or(0, |face| face.first_pair as usize + (face.divisions as usize + 1).pow(2))
+        let last = self.seated.last().map(|joint| joint.first_pair + joint.patch.points.len());
+        last.unwrap_or_else(|| self.faces.last().map_or(0, Face::end))
     }
+
+    /// All pairs, in order.
+    pub fn pairs(&self) -> impl Iterator<Item = PairAt> + '_ {
+        let matching = self.faces.iter().flat_map(move |face| {
+            let (normal, joint) = (face.normal(self), face.joint);
+            face.pairs(self).map(move |nodes| {
+                let [a, b] = nodes.map(|node| self.point(node as usize));
+                let point = [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]));
+                PairAt { nodes, point, normal, joint }
+            })
+        });
+        matching.chain(self.seated.iter().flat_map(|joint| self.seats(joint)))
+    }
+
+    fn seats<'a>(&'a self, joint: &'a Seated) -> impl Iterator<Item = PairAt> + 'a {
+        let patch = &joint.patch;
+        let [a, b] = patch.blocks.map(|block| block as usize);
+        let number = patch.bond.as_ref().map_or(0, |bond| bond.joint);
+        let placed = self.contact.as_ref().map(|surfaces| &surfaces.blocks[..]).unwrap_or_default();
+        patch.points.iter().map(move |point| {
+            let side = |block: usize, side: usize| {
+                placed[block].seat(patch.faces()[side], &point.spots[side])
+            };
+            let [(x, on_a), (y, on_b)] = [side(a, 0), side(b, 1)];
+            let first = [a, b].map(|block| self.geometry.bodies[block].first_node);
+            PairAt {
+                nodes: [first[0] + on_a as u32, first[1] + on_b as u32],
+                point: ((x + y) / 2.0).into(),
+                normal: patch.now[0].into(),
+                joint: number,
+            }
+        })
+    }
+
+    /// Pairs at the corners of each part of all joints, around it; the last two of a triangle are one.
+    pub fn quads(&self) -> impl Iterator<Item = [u32; 4]> + '_ {
+        let seats = self.seated.iter().flat_map(|joint| {
+            joint.quads.iter().map(|quad| quad.map(|at| at + joint.first_pair as u32))
+        });
+        self.faces.iter().flat_map(Face::quads).chain(seats)
+    }
+}
+
+/// A pair of a joint at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairAt {
+    /// The nodes on sides a and b; where faces do not match, on one side the nearest one.
+    pub nodes: [u32; 2],
+    /// Between the two sides `[m]`.
+    pub point: [f64; 3],
+    /// Unit normal, from a to b.
+    pub normal: [f64; 3],
+    /// Number of the joint's properties, in sorted order of the names.
+    pub joint: u16,
 }
 
 /// A pair as it is now, in the frame of space.
@@ -112,7 +179,7 @@ impl Simulation {
     /// Calls `see` with each pair at the present time.
     pub(crate) fn see_present(&mut self, see: impl FnMut(usize, Seen<'_>)) {
         self.measure_once();
-        self.see(&self.scratch.trial, see);
+        self.see((&self.scratch.trial, &self.scratch.trial_contacts), see);
     }
 
     /// Calls `see` with each pair around which elements have become springs, and when it failed.
@@ -124,17 +191,35 @@ impl Simulation {
                 see(first + p, &points[lane], times[lane]);
             }
         }
+        for joint in &self.model.seated {
+            let Some((bond, patch)) = self.scratch.trial_contacts.bond(joint.patch.blocks) else {
+                continue;
+            };
+            for (i, pair) in bond.pairs.iter().enumerate() {
+                let point = bond.point(i, patch.map(|patch| &patch.points[i]));
+                see(joint.first_pair + i, &point, pair.time);
+            }
+        }
     }
 
-    /// Largest gap or slip of a failed pair `[m]`, and its joint.
-    pub(crate) fn farthest_apart(&self) -> Option<(f64, &Face)> {
-        let mut farthest: Option<(f64, &Face)> = None;
+    /// Largest gap or slip of a failed pair `[m]`, and the blocks of its joint.
+    pub(crate) fn farthest_apart(&self) -> Option<(f64, [usize; 2])> {
+        let mut farthest: Option<(f64, [usize; 2])> = None;
         for (face, ((pack, d), lane, _)) in self.model.faces.iter().zip(face_places(&self.model)) {
             let Some(broken) = self.state.breaks.get(pack, 1 << d) else { continue };
             for point in broken.points.iter().map(|points| &points[lane]) {
                 let distance = point.memory.gap.max(point.memory.slip.norm());
                 if point.mode.is_some() && farthest.is_none_or(|(most, _)| distance > most) {
-                    farthest = Some((distance, face));
+                    farthest = Some((distance, [face.a as usize, face.b as usize]));
+                }
+            }
+        }
+        for patch in &self.state.contacts.patches {
+            let Some(bond) = &patch.bond else { continue };
+            for (pair, point) in bond.pairs.iter().zip(&patch.points) {
+                let distance = point.gap.max(point.slip.norm());
+                if pair.mode.is_some() && farthest.is_none_or(|(most, _)| distance > most) {
+                    farthest = Some((distance, patch.blocks.map(|block| block as usize)));
                 }
             }
         }
@@ -144,7 +229,7 @@ impl Simulation {
     /// By what the most loaded pair that is bonded is beyond its strength, for a relaxation.
     pub(crate) fn overload(&self) -> f64 {
         let mut most: f64 = 1.0;
-        self.see(&self.state.breaks, |_, seen| {
+        self.see((&self.state.breaks, &self.state.contacts), |_, seen| {
             let law = self.model.laws[seen.joint as usize].as_ref();
             if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.mode.is_none())) {
                 let own = seen.axes.tr_mul(&seen.traction);
@@ -154,7 +239,7 @@ impl Simulation {
         most
     }
 
-    fn see(&self, breaks: &Breaks, mut see: impl FnMut(usize, Seen<'_>)) {
+    fn see(&self, (breaks, contacts): (&Breaks, &Contacts), mut see: impl FnMut(usize, Seen<'_>)) {
         let model = &self.model;
         let packs = &model.packs;
         let input = input(
@@ -192,6 +277,16 @@ impl Simulation {
                     let seen = Seen { traction, axes, joint: face.joint, point };
                     see(face.first_pair as usize + p, seen);
                 }
+            }
+        }
+        for joint in &model.seated {
+            let Some((bond, Some(patch))) = contacts.bond(joint.patch.blocks) else { continue };
+            let axes = patch.frame();
+            for (i, point) in patch.points.iter().enumerate() {
+                let traction = patch.force(point) / point.area;
+                let own = bond.point(i, Some(point));
+                let seen = Seen { traction, axes, joint: bond.joint, point: Some(&own) };
+                see(joint.first_pair + i, seen);
             }
         }
     }

@@ -55,6 +55,7 @@ pub use error::{Fault, ModelError, RunError};
 pub use fields::{CONTACT_FIELDS, Contact, ContactCounts, ContactField, FIELDS, Field, On};
 pub use geometry::Face;
 pub use history::Function;
+pub use joints::PairAt;
 pub use model::Model;
 pub use relax::Relaxed;
 pub use saved::Saved;

@@ -206,8 +206,7 @@ impl Simulation {
     /// Blocks that nothing holds any more are on their way for ever: `apart` is how far the
     /// farthest ones had come at the start.
     fn check_collapse(&self, apart: f64) -> Result<(), RunError> {
-        let Some((distance, face)) = self.farthest_apart() else { return Ok(()) };
-        let blocks = [face.a as usize, face.b as usize];
+        let Some((distance, blocks)) = self.farthest_apart() else { return Ok(()) };
         let [a, b] = blocks.map(|block| self.model.geometry.shortest_edge(block));
         if distance <= apart + a.min(b) {
             return Ok(());

@@ -4,8 +4,7 @@ use std::collections::VecDeque;
 
 use crate::breaks::Breaks;
 use crate::conditions::Applied;
-use crate::contact::{Contacts, Fitting, Placing};
-use crate::element::corotation::Frame;
+use crate::contact::Contacts;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
@@ -129,26 +128,9 @@ impl State {
             }
         }
         state.move_rigid(model);
-        state.join(model);
+        state.contacts.patches = model.seated.iter().map(|joint| joint.patch.clone()).collect();
+        state.contacts.index();
         state
-    }
-
-    /// Joints between faces that do not match.
-    fn join(&mut self, model: &Model) {
-        let Some(surfaces) = &model.contact else { return };
-        let frames = vec![Frame::REST; model.packs.packs.len()];
-        let placing = Placing {
-            blocks: &surfaces.blocks,
-            u: &self.u,
-            frames: &frames,
-            small: true,
-            last: (&self.v, 0.0),
-            start: true,
-        };
-        let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
-        let joints = model.deck.joints.values().map(|joint| joint.stiffness(&model.deck.materials));
-        let joints: Vec<[f64; 2]> = joints.map(Option::unwrap_or_default).collect();
-        self.contacts.hold(&fitting, &model.geometry.abutments, &joints);
     }
 
     /// Nothing moves.

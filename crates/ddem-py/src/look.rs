@@ -86,8 +86,7 @@ pub(crate) fn element_blocks(session: &Session) -> Vec<i64> {
 }
 
 pub(crate) fn quads(session: &Session) -> Vec<[i64; 4]> {
-    let faces = model(session).faces().iter();
-    faces.flat_map(|face| face.quads()).map(|quad| quad.map(i64::from)).collect()
+    model(session).quads().map(|quad| quad.map(i64::from)).collect()
 }
 
 pub(crate) fn integers<'py>(py: Python<'py>, numbers: Vec<i64>) -> PyResult<Bound<'py, PyAny>> {
@@ -107,24 +106,11 @@ pub(crate) fn pairs(session: &mut Session) -> Pairs {
     let fields = FIELDS.iter().filter(|field| field.on == On::Pair);
     let fields = fields.map(|field| (field, (field.fill)(session.simulation_mut()))).collect();
     let model = model(session);
-    let (mut nodes, mut joints, mut normals) = (Vec::new(), Vec::new(), Vec::new());
-    for face in model.faces() {
-        let normal = face.normal(model);
-        for pair in face.pairs(model) {
-            nodes.push(pair);
-            normals.push(normal);
-            joints.push(i64::from(face.joint));
-        }
-    }
-    let middle = |[a, b]: [u32; 2]| {
-        let (a, b) = (model.point(a as usize), model.point(b as usize));
-        [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
-    };
     Pairs {
-        points: nodes.iter().copied().map(middle).collect(),
-        normals,
-        nodes: nodes.into_iter().map(|pair| pair.map(i64::from)).collect(),
-        joints,
+        points: model.pairs().map(|pair| pair.point).collect(),
+        normals: model.pairs().map(|pair| pair.normal).collect(),
+        nodes: model.pairs().map(|pair| pair.nodes.map(i64::from)).collect(),
+        joints: model.pairs().map(|pair| i64::from(pair.joint)).collect(),
         fields,
     }
 }

@@ -6,13 +6,18 @@
 //! the joint bore.
 
 use nalgebra::{Vector2, Vector3};
+use rayon::prelude::*;
 
 use super::fit::Fitting;
 use super::release::{LOOSE, Load, Release, SLID};
-use super::{Both, Patch, Placing};
-use crate::breaks::{Look, Losses};
-use crate::geometry::{Abutment, Vec3};
+use super::{Both, Patch, Placing, Point, Surfaces};
+use crate::breaks::{self, Look, Losses};
+use crate::deck::Deck;
+use crate::element::corotation::Frame;
+use crate::geometry::{Abutment, Geometry, Vec3};
+use crate::lanes::Lanes;
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
+use crate::pack::Packs;
 
 /// What holds the points of a patch together.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,14 +42,15 @@ pub(crate) struct Pair {
 }
 
 impl Fitting<'_> {
-    /// The patch of two faces that lie on each other, at rest.
-    pub(crate) fn bond(&self, abutment: &Abutment, [normal, shear]: [f64; 2]) -> Patch {
-        let mut patch = self.abutting(abutment);
+    /// The joint of two faces that lie on each other, at rest; its first pair is given.
+    fn bond(&self, abutment: &Abutment, [normal, shear]: [f64; 2]) -> Seated {
+        let mut quads = Vec::new();
+        let mut patch = self.abutting(abutment, &mut |corners| quads.extend(quads_of(corners)));
         patch.both = Both { stiffness: [normal, shear], ..Both::default() };
         let axes = patch.frame();
         let [a, b] = patch.blocks.map(|block| block as usize);
         let [face_a, face_b] = patch.faces();
-        let pair = |point: &super::Point| {
+        let pair = |point: &Point| {
             let [x, y] = point.spots;
             let apart = self.placing.position(b, face_b, &y) - self.placing.position(a, face_a, &x);
             Pair { origin: axes.tr_mul(&apart), ..Pair::default() }
@@ -52,13 +58,64 @@ impl Fitting<'_> {
         let pairs = patch.points.iter().map(pair).collect();
         let bond = Bond { joint: abutment.joint, release: Release::Holds, pairs };
         patch.bond = Some(Box::new(bond));
-        patch
+        Seated { patch, quads, first_pair: 0 }
     }
+}
+
+/// A joint between faces that do not match, at rest.
+#[derive(Clone, Debug)]
+pub(crate) struct Seated {
+    pub(crate) patch: Patch,
+    /// Its pairs around each part of it.
+    pub(crate) quads: Vec<[u32; 4]>,
+    /// Number of its first pair.
+    pub(crate) first_pair: usize,
+}
+
+/// All joints between faces that do not match; their pairs come after `first` others.
+pub(crate) fn seated(
+    surfaces: &Surfaces,
+    (deck, geometry, packs): (&Deck, &Geometry, &Packs),
+    first: usize,
+) -> Vec<Seated> {
+    let joints = deck.joints.values().map(|joint| joint.stiffness(&deck.materials));
+    let joints: Vec<[f64; 2]> = joints.map(Option::unwrap_or_default).collect();
+    let still = vec![Lanes::ZERO; 3 * packs.nodes];
+    let placing = Placing {
+        blocks: &surfaces.blocks,
+        u: &still,
+        frames: &vec![Frame::REST; packs.packs.len()],
+        small: true,
+        last: (&still, 0.0),
+        start: true,
+    };
+    let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
+    let bond = |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)]);
+    let mut seated: Vec<Seated> = geometry.abutments.par_iter().map(bond).collect();
+    let mut next = first;
+    for joint in &mut seated {
+        joint.first_pair = next;
+        next += joint.patch.points.len();
+    }
+    seated
+}
+
+/// A polygon as quadrilaterals from its first corner; the last one may have two corners in one.
+fn quads_of(corners: &[u32]) -> impl Iterator<Item = [u32; 4]> {
+    let fan = (1..corners.len().saturating_sub(1)).step_by(2);
+    fan.map(|i| [corners[0], corners[i], corners[i + 1], corners[(i + 2).min(corners.len() - 1)]])
 }
 
 impl Bond {
     fn law<'a>(&self, look: Look<'a>) -> Option<&'a dyn JointLaw> {
         look.laws[self.joint as usize].as_deref()
+    }
+
+    /// A pair as those of other joints are; `point` is its points' as long as it holds them.
+    pub(crate) fn point(&self, i: usize, point: Option<&Point>) -> breaks::Point {
+        let Pair { origin, mode, damage, .. } = self.pairs[i];
+        let memory = point.map(Point::memory).unwrap_or_default();
+        breaks::Point { origin, quarters: 4, mode, memory: Memory { damage, ..memory } }
     }
 
     fn failed(&self) -> bool {

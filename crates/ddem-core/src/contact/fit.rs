@@ -95,15 +95,16 @@ impl Fitting<'_> {
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         match separation.meeting {
-            Meeting::Face { .. } => self.face(&mut patch, &frame),
+            Meeting::Face { .. } => self.face(&mut patch, &frame, &mut |_| ()),
             Meeting::Edges(edges) => self.edges(&mut patch, edges),
         }
         self.remember(&mut patch, &frame, old);
         Some(patch)
     }
 
-    /// The patch of two faces that lie on each other, its points with nothing to remember.
-    pub(super) fn abutting(&self, abutment: &Abutment) -> Patch {
+    /// The patch of two faces that lie on each other, its points with nothing to remember. `seen` gets the
+    /// polygons that they are the corners of.
+    pub(super) fn abutting(&self, abutment: &Abutment, seen: &mut dyn FnMut(&[u32])) -> Patch {
         let Abutment { blocks, faces, .. } = *abutment;
         let cells = blocks.map(|block| self.cell(block));
         // The normal is that of the finer side, which has more to say.
@@ -125,7 +126,7 @@ impl Fitting<'_> {
         patch.faces = faces.map(FaceOf::number);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        self.face(&mut patch, &frame);
+        self.face(&mut patch, &frame, seen);
         patch
     }
 
@@ -173,9 +174,10 @@ impl Fitting<'_> {
         motion > f64::from(patch.limit) || !motion.is_finite()
     }
 
-    /// Pairs of points of two faces.
-    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3]) {
+    /// Pairs of points of two faces. `seen` gets the polygons that they are the corners of.
+    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], seen: &mut dyn FnMut(&[u32])) {
         let faces = patch.faces();
+        let mut corners: Vec<u32> = Vec::new();
         let sides = [0, 1]
             .map(|side| Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame));
         let fine = usize::from(sides[1].element < sides[0].element);
@@ -188,6 +190,7 @@ impl Fitting<'_> {
             if apart(&quad, &coarse.outline) {
                 continue;
             }
+            corners.clear();
             for vertex in touch::overlap(&quad, &coarse.outline).as_slice() {
                 if vertex.area <= NOTHING * fine_side.element {
                     continue;
@@ -195,15 +198,18 @@ impl Fitting<'_> {
                 let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
                 if let Some(known) = node.map(|node| at_node[node]).filter(|&p| p != usize::MAX) {
                     points[known].area += vertex.area;
+                    corners.push(known as u32);
                     continue;
                 }
                 if let Some(node) = node {
                     at_node[node] = points.len();
                 }
+                corners.push(points.len() as u32);
                 let mut spots = [Spot::new([i, k], vertex.on); 2];
                 spots[1 - fine] = coarse.spot(vertex.at);
                 points.push(Point { spots, area: vertex.area, ..Point::default() });
             }
+            seen(&corners);
         }
         patch.points = points.into();
     }

@@ -43,13 +43,12 @@ use crate::pack::Packs;
 use crate::touch::FaceOf;
 
 pub(crate) use bound::{bound, faces, outer};
-pub(crate) use fit::Fitting;
 pub(crate) use place::{Placed, Placing, Spot};
 pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};
 
 use act::act;
-pub(crate) use bond::{Bond, Pair};
+pub(crate) use bond::{Bond, Pair, Seated, seated};
 use place::placed;
 use release::release;
 pub(crate) use skins::{Both, Skins};
@@ -156,6 +155,8 @@ pub(crate) struct Contacts {
     pub(crate) travel: Vec<Lanes>,
     /// Of the joint at the upper side of each block along each direction.
     pub(crate) joints: Vec<[Release; 3]>,
+    /// Joints between faces that do not match that have become contacts, sorted by their blocks.
+    pub(crate) ended: Vec<([u32; 2], Box<Bond>)>,
     /// How far points are in each other, at most `[m]`.
     pub(crate) deepest: f64,
     /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
@@ -181,6 +182,16 @@ impl Contacts {
         };
         let entries = self.entries[from..to].iter();
         entries.map(|&entry| (&self.patches[entry as usize / 2], entry as usize % 2))
+    }
+
+    /// The joint of two blocks whose faces do not match, and its points as long as it holds them.
+    pub(crate) fn bond(&self, blocks: [u32; 2]) -> Option<(&Bond, Option<&Patch>)> {
+        let patch = self.place(blocks).ok().map(|at| &self.patches[at]);
+        if let Some((patch, bond)) = patch.and_then(|patch| Some((patch, patch.bond.as_ref()?))) {
+            return Some((bond, Some(patch)));
+        }
+        let at = self.ended.binary_search_by_key(&blocks, |(blocks, _)| *blocks).ok()?;
+        Some((&self.ended[at].1, None))
     }
 
     /// Place of the patch of two blocks, or where it would be.
@@ -260,6 +271,7 @@ impl Clone for Contacts {
         self.joints.clone_from(&from.joints);
         self.starts.clone_from(&from.starts);
         self.entries.clone_from(&from.entries);
+        self.ended.clone_from(&from.ended);
         (self.known, self.deepest) = (from.known, from.deepest);
     }
 }

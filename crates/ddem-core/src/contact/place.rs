@@ -150,6 +150,15 @@ impl Placed {
         sum
     }
 
+    /// Position of a spot at rest `[m]`, and the node that has most of it, numbered as in the block.
+    pub(crate) fn seat(&self, face: FaceOf, spot: &Spot) -> (Vec3, usize) {
+        let shares = self.shares(face, spot);
+        let most = shares
+            .iter()
+            .fold(shares[0], |most, &share| if share.1 > most.1 { share } else { most });
+        (self.rest(face, spot), most.0)
+    }
+
     /// Position of a spot at rest `[m]`.
     #[inline(always)]
     fn rest(&self, face: FaceOf, spot: &Spot) -> Vec3 {

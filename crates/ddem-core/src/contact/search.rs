@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::fit::Fitting;
 use super::release::{Places, Release};
-use super::{Contacts, Patch, Placed, Placing, Surfaces, act, release};
+use super::{Bond, Contacts, Patch, Placed, Placing, Surfaces, act, release};
 use crate::breaks::{Breaks, Look, Losses};
-use crate::geometry::{Abutment, Geometry};
+use crate::geometry::Geometry;
 use crate::grid;
 use crate::lanes::{LANES, Lanes};
 
@@ -40,20 +40,7 @@ impl<'a> Ground<'a> {
 }
 
 impl Contacts {
-    /// The joints between faces that do not match, at rest.
-    pub(crate) fn hold(
-        &mut self,
-        fitting: &Fitting<'_>,
-        abutments: &[Abutment],
-        joints: &[[f64; 2]],
-    ) {
-        let bond =
-            |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)]);
-        self.patches = abutments.par_iter().map(bond).collect();
-        self.index();
-    }
-
-    /// How many pairs of these would fail now, in shear and in tension.
+    /// How many pairs of joints between faces that do not match would fail now, in shear and in tension.
     pub(crate) fn failing(&self, placing: &Placing<'_>, look: Look<'_>) -> [u64; 2] {
         let patches = self.patches.par_iter().with_min_len(TOGETHER);
         let failing: Vec<[u64; 2]> = patches.map(|patch| patch.failing(placing, look)).collect();
@@ -186,12 +173,12 @@ pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Cont
 /// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
 /// are first; what they hold then and the new ones do not is booked as friction.
 fn renew(fitting: &Fitting<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
-    let each = |patch: &mut Patch| -> (f64, bool) {
+    let each = |patch: &mut Patch| -> (f64, Option<Loosened>) {
         if patch.bond.is_some() {
             return let_loose(fitting, look, patch);
         }
         if !fitting.has_moved(patch) {
-            return (0.0, false);
+            return (0.0, None);
         }
         let mut old = std::mem::take(patch);
         // The dashpots act once, on the new points.
@@ -199,33 +186,43 @@ fn renew(fitting: &Fitting<'_>, look: Look<'_>, contacts: &mut Contacts) -> Loss
         let slid = old.act(&fitting.placing).friction;
         let gone = Patch { blocks: old.blocks, ..Patch::default() };
         *patch = fitting.patch(old.blocks, Some(&old)).unwrap_or(gone);
-        (slid + old.stored() - patch.stored(), false)
+        (slid + old.stored() - patch.stored(), None)
     };
     let patches = &mut contacts.patches;
-    let lost: Vec<(f64, bool)> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
-    // Blocks of joints that have come further may meet others.
-    contacts.known &= !lost.iter().any(|&(_, further)| further);
-    Losses { friction: lost.iter().map(|(lost, _)| lost).sum(), ..Losses::default() }
+    let lost: Vec<_> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
+    let friction = lost.iter().map(|(lost, _)| lost).sum();
+    for loosened in lost.into_iter().filter_map(|(_, loosened)| loosened) {
+        // Blocks of joints that have come further may meet others.
+        contacts.known = false;
+        contacts.ended.extend(loosened);
+    }
+    contacts.ended.sort_by_key(|(blocks, _)| *blocks);
+    Losses { friction, ..Losses::default() }
 }
 
+/// A joint that has come further: with what is left of it where it has ended.
+type Loosened = Option<([u32; 2], Box<Bond>)>;
+
 /// Makes a contact of a joint between faces that do not match, once it has failed and moved. Returns the
-/// energy that is lost on the way `[J]`, and whether the joint has come further.
-fn let_loose(fitting: &Fitting<'_>, look: Look<'_>, patch: &mut Patch) -> (f64, bool) {
+/// energy that is lost on the way `[J]`, and the joint if it has come further.
+fn let_loose(fitting: &Fitting<'_>, look: Look<'_>, patch: &mut Patch) -> (f64, Option<Loosened>) {
     let found = patch.moved(&fitting.placing, look);
     let Some(bond) = patch.bond.as_mut().filter(|bond| found > Some(bond.release)) else {
-        return (0.0, false);
+        return (0.0, None);
     };
     if let Some(release) = found.filter(|&release| release < Release::Due) {
         bond.release = release;
-        return (0.0, true);
+        return (0.0, Some(None));
     }
+    bond.release = Release::Done;
     let load = patch.load(&fitting.placing);
     let before = patch.stored();
     let mut contact = fitting.patch(patch.blocks, None).unwrap_or_default();
     contact.blocks = patch.blocks;
     contact.bear(&fitting.placing, &load, 1.0);
-    *patch = contact;
-    (before - patch.stored(), true)
+    let old = std::mem::replace(patch, contact);
+    let ended = old.bond.map(|bond| (old.blocks, bond));
+    (before - patch.stored(), Some(ended))
 }
 
 impl Contacts {

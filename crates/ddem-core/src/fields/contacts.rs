@@ -97,6 +97,11 @@ pub struct ContactCounts {
     pub deepest: f64,
 }
 
+/// What joints between faces that do not match bear is among their pairs.
+fn is_contact(patch: &Patch) -> bool {
+    patch.bond.is_none()
+}
+
 fn is_pressed(point: &Point) -> bool {
     point.gap < 0.0
 }
@@ -114,7 +119,8 @@ impl Simulation {
             last: (&self.state.v, 0.0),
             start: true,
         };
-        let patches = self.scratch.trial_contacts.patches.par_iter();
+        let patches =
+            self.scratch.trial_contacts.patches.par_iter().filter(|patch| is_contact(patch));
         patches.flat_map_iter(|patch| seen(patch, &placing)).collect()
     }
 
@@ -123,7 +129,7 @@ impl Simulation {
         self.measure_once();
         let patches = &self.scratch.trial_contacts.patches;
         let mut counts = ContactCounts::default();
-        for patch in patches {
+        for patch in patches.iter().filter(|patch| is_contact(patch)) {
             counts.near += usize::from(!patch.points.is_empty());
             let points = patch.points.iter().filter(|point| is_pressed(point)).count();
             counts.block_pairs += usize::from(points > 0);
@@ -136,7 +142,7 @@ impl Simulation {
     /// Pairs of blocks that pressed on each other at the last step: what can be had at any time.
     #[must_use]
     pub fn touching_blocks(&self) -> usize {
-        let presses = |patch: &&Patch| patch.points.iter().any(is_pressed);
+        let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(is_pressed);
         self.state.contacts.patches.iter().filter(presses).count()
     }
 
@@ -144,7 +150,7 @@ impl Simulation {
     #[must_use]
     pub fn contact_points(&self) -> [usize; 2] {
         let patches = &self.state.contacts.patches;
-        let points = || patches.iter().flat_map(|patch| &patch.points);
+        let points = || patches.iter().filter(|p| is_contact(p)).flat_map(|patch| &patch.points);
         [points().count(), points().filter(|point| is_pressed(point)).count()]
     }
 
@@ -186,6 +192,11 @@ pub(super) fn released(simulation: &mut Simulation) -> Vec<f64> {
     for (face, (.., first)) in model.faces().iter().zip(face_places(model)) {
         if joints[face.a as usize][face.direction as usize] == Release::Done {
             released[first..first + face.pairs(model).count()].fill(1.0);
+        }
+    }
+    for joint in &model.seated {
+        if let Some((bond, None)) = simulation.scratch.trial_contacts.bond(joint.patch.blocks) {
+            released[joint.first_pair..][..bond.pairs.len()].fill(1.0);
         }
     }
     released

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use crate::breaks::Point;
 use crate::element::Elastic;
 use crate::geometry::Vec3;
+use crate::joints::PairAt;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;
 use crate::simulation::Simulation;
@@ -116,8 +117,7 @@ fn damage(simulation: &mut Simulation) -> Vec<f64> {
 fn mean_displacement(simulation: &mut Simulation) -> Vec<f64> {
     let simulation = &*simulation;
     let model = &simulation.model;
-    let pairs = model.faces().iter().flat_map(|face| face.pairs(model));
-    let mean = pairs.flat_map(|[a, b]| {
+    let mean = model.pairs().flat_map(|PairAt { nodes: [a, b], .. }| {
         let (a, b) = (simulation.displacement(a as usize), simulation.displacement(b as usize));
         [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
     });

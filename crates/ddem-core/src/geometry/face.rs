@@ -19,6 +19,13 @@ pub struct Face {
     pub first_pair: u32,
 }
 
+impl Face {
+    /// One more than the number of its last pair.
+    pub(crate) fn end(&self) -> usize {
+        self.first_pair as usize + (self.divisions as usize + 1).pow(2)
+    }
+}
+
 /// All joints, by block a and direction.
 pub(crate) fn faces(geometry: &Geometry) -> Vec<Face> {
     let mut faces = Vec::new();

@@ -27,8 +27,9 @@ impl Model {
         }
         warnings.extend(self.glued());
         let of = (&self.geometry, &self.packs, &self.assembly);
-        warnings.extend(self.contact.iter().flat_map(|contact| contact.doubts(&self.deck, of)));
-        let used = self.faces.iter().map(|face| face.joint).collect();
+        let contact = self.contact.iter().filter(|contact| contact.search);
+        warnings.extend(contact.flat_map(|contact| contact.doubts(&self.deck, of)));
+        let used = self.joint_numbers().collect();
         warnings.extend(crate::deck::doubts(&self.deck, &used));
         warnings
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{Places, Surfaces};
+use crate::contact::{Places, Seated, Surfaces, seated};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
@@ -30,6 +30,8 @@ pub struct Model {
     pub(crate) laws: Laws,
     /// What contacts need; `None` where none are looked for.
     pub(crate) contact: Option<Surfaces>,
+    /// Joints between faces that do not match, by their blocks.
+    pub(crate) seated: Vec<Seated>,
     kinematics: Kinematics,
     pub(crate) gravity: Vec3,
     pub(crate) deck: Deck,
@@ -65,6 +67,9 @@ impl Model {
         let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
         let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
         let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
+        let first = faces.last().map_or(0, Face::end);
+        let all = (deck, &geometry, &packs);
+        let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, first));
         Ok(Self {
             packs,
             assembly,
@@ -73,6 +78,7 @@ impl Model {
             seams,
             laws: laws(&deck.joints),
             contact,
+            seated,
             geometry,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
@@ -168,10 +174,8 @@ impl Model {
     /// Whether any joint can fail.
     #[must_use]
     pub fn can_fail(&self) -> bool {
-        let abutments = self.geometry.abutments.iter().map(|abutment| abutment.joint);
-        let mut joints = self.faces.iter().map(|face| face.joint).chain(abutments);
         self.laws.iter().any(Option::is_some)
-            && joints.any(|joint| self.laws[joint as usize].is_some())
+            && self.joint_numbers().any(|joint| self.laws[joint as usize].is_some())
     }
 
     pub(crate) fn active(&self, stage: usize, applied: &Applied) -> Active {

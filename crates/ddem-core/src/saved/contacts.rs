@@ -4,7 +4,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Saved;
-use crate::contact::{Bond, Both, Contacts, Near, Pair, Patch, Point, Release, Spot};
+use crate::contact::{Bond, Both, Contacts, Near, Pair, Patch, Point, Release, Seated, Spot};
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::law::{Mode, Traction};
@@ -37,11 +37,10 @@ pub(super) fn save(contacts: &Contacts, saved: &mut Saved) {
         .flat_map(|Near { blocks: [a, b], until }| [f64::from(*a), f64::from(*b), *until]);
     let known = if contacts.known { 1.0 } else { 0.0 };
     let travel = std::iter::once(known).chain(contacts.travel.iter().flat_map(|lanes| lanes.0));
-    let bonds = contacts
-        .patches
-        .iter()
-        .enumerate()
-        .flat_map(|(at, patch)| patch.bond.iter().flat_map(move |bond| bond_numbers(at, bond)));
+    let held =
+        contacts.patches.iter().filter_map(|patch| Some((patch.blocks, patch.bond.as_ref()?)));
+    let ended = contacts.ended.iter().map(|(blocks, bond)| (*blocks, bond));
+    let bonds = held.chain(ended).flat_map(|(blocks, bond)| bond_numbers(blocks, bond));
     let arrays = [
         joints.collect(),
         patches.collect(),
@@ -102,7 +101,7 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Contacts> {
     let sorted = contacts.patches.windows(2).all(|pair| pair[0].blocks < pair[1].blocks);
     contacts.index();
     search(&mut contacts, array(3)?, array(4)?, diverged)?;
-    bonds(&mut contacts.patches, array(5)?, model.deck.joints.len())?;
+    bonds(&mut contacts, array(5)?, &model.seated)?;
     (sorted && points.next().is_none()).then_some(contacts)
 }
 
@@ -131,10 +130,10 @@ fn search(contacts: &mut Contacts, near: &[f64], travel: &[f64], diverged: bool)
     contacts.near.is_sorted_by_key(|near| near.blocks).then_some(())
 }
 
-/// Place of the patch, joint, how far it has come; then each pair.
-fn bond_numbers(at: usize, bond: &Bond) -> Vec<f64> {
-    let Bond { joint, release, pairs } = bond;
-    let mut numbers = vec![at as f64, f64::from(*joint), f64::from(*release as u8)];
+/// Blocks, how far the joint has come; then each pair.
+fn bond_numbers([a, b]: [u32; 2], bond: &Bond) -> Vec<f64> {
+    let Bond { release, pairs, .. } = bond;
+    let mut numbers = vec![f64::from(a), f64::from(b), f64::from(*release as u8)];
     for Pair { origin, mode, time, damage } in pairs {
         let mode = mode.map_or(0.0, |mode| if mode == Mode::Shear { 1.0 } else { 2.0 });
         numbers.extend([origin.x, origin.y, origin.z, mode, *time, *damage]);
@@ -142,19 +141,29 @@ fn bond_numbers(at: usize, bond: &Bond) -> Vec<f64> {
     numbers
 }
 
-fn bonds(patches: &mut [Patch], mut numbers: &[f64], joints: usize) -> Option<()> {
-    while let Some((&[at, joint, release], rest)) = numbers.split_first_chunk::<3>() {
-        let patch = patches.get_mut(whole(at)? as usize)?;
-        let (pairs, rest) = rest.split_at_checked(PAIR * patch.points.len())?;
+/// What holds the joints between faces that do not match, of which there are as many as at the start.
+fn bonds(contacts: &mut Contacts, mut numbers: &[f64], seated: &[Seated]) -> Option<()> {
+    let mut count = 0;
+    while let Some((&[a, b, release], rest)) = numbers.split_first_chunk::<3>() {
+        let blocks = [whole(a)?, whole(b)?];
+        let start = seated.binary_search_by_key(&blocks, |seated| seated.patch.blocks).ok()?;
+        let start = &seated[start].patch;
+        let (pairs, rest) = rest.split_at_checked(PAIR * start.points.len())?;
         let pairs: Option<Box<[Pair]>> = pairs.as_chunks::<PAIR>().0.iter().map(pair).collect();
-        let joint = u16::try_from(whole(joint)?).ok().filter(|&j| usize::from(j) < joints)?;
-        let release = [Release::Holds, Release::Loose]
-            .into_iter()
-            .find(|&r| f64::from(r as u8) == release)?;
-        patch.bond = Some(Box::new(Bond { joint, release, pairs: pairs? }));
-        numbers = rest;
+        let known = [Release::Holds, Release::Loose, Release::Done];
+        let release = known.into_iter().find(|&known| f64::from(known as u8) == release)?;
+        let bond = Box::new(Bond { joint: start.bond.as_ref()?.joint, release, pairs: pairs? });
+        if release == Release::Done {
+            contacts.ended.push((blocks, bond));
+        } else {
+            let at = contacts.place(blocks).ok()?;
+            let patch = &mut contacts.patches[at];
+            patch.bond = Some(bond).filter(|bond| bond.pairs.len() == patch.points.len());
+            patch.bond.as_ref()?;
+        }
+        (numbers, count) = (rest, count + 1);
     }
-    numbers.is_empty().then_some(())
+    (numbers.is_empty() && count == seated.len()).then_some(())
 }
 
 fn pair(&[x, y, z, mode, time, damage]: &[f64; PAIR]) -> Option<Pair> {

@@ -1,6 +1,6 @@
 //! The meshes of the result files, with what never changes on them.
 
-use ddem_core::{Face, Model};
+use ddem_core::Model;
 
 use crate::vtkhdf::{Cells, Constant, Grid, Location, Values};
 
@@ -41,18 +41,10 @@ pub(super) fn blocks(model: &Model) -> Mesh {
 
 /// The joint elements seen along their normals: points lie between the nodes of each pair.
 pub(super) fn joints(model: &Model) -> Mesh {
-    let faces = model.faces();
-    let middle = |[a, b]: [u32; 2]| {
-        let (a, b) = (model.point(a as usize), model.point(b as usize));
-        [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
-    };
-    let points = faces.iter().flat_map(|face| face.pairs(model).map(middle)).collect();
-    let quads = faces.iter().flat_map(Face::quads).collect();
-    let joint = faces
-        .iter()
-        .flat_map(|face| std::iter::repeat_n(i32::from(face.joint), face.pairs(model).count()));
+    let points = model.pairs().map(|pair| pair.point).collect();
+    let joint = model.pairs().map(|pair| i32::from(pair.joint)).collect();
     Mesh {
-        grid: Grid { points, cells: Cells::Quads(quads) },
-        fields: vec![("joint", Location::Point, joint.collect())],
+        grid: Grid { points, cells: Cells::Quads(model.quads().collect()) },
+        fields: vec![("joint", Location::Point, joint)],
     }
 }

@@ -248,7 +248,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
         blocks: model.n_blocks() as u64,
         nodes: model.n_nodes() as u64,
         elements: model.n_elements() as u64,
-        joints: model.faces().len() as u64,
+        joints: model.n_joints() as u64,
         pairs: model.n_pairs() as u64,
         breakable_joints,
         breakable_pairs,
@@ -285,11 +285,10 @@ pub(super) fn unsafe_steps(simulation: &mut Simulation, stages: &[Stage]) -> Vec
 /// Joint faces that can fail, and their pairs.
 fn breakable(model: &Model) -> [u64; 2] {
     let breaks: Vec<bool> = model.deck().joints.values().map(Joint::breaks).collect();
-    let faces =
-        model.faces().iter().filter(|face| breaks.get(usize::from(face.joint)) == Some(&true));
-    faces.fold([0; 2], |[faces, pairs], face| {
-        [faces + 1, pairs + (u64::from(face.divisions) + 1).pow(2)]
-    })
+    let can = |joint: u16| breaks.get(usize::from(joint)) == Some(&true);
+    let joints = model.joint_numbers().filter(|&joint| can(joint)).count();
+    let pairs = model.pairs().filter(|pair| can(pair.joint)).count();
+    [joints as u64, pairs as u64]
 }
 
 /// Steps per second, from a few of them.
