@@ -45,7 +45,8 @@ impl Fitting<'_> {
     /// changes no faster than they travel, and the height of one over a face of the other, which
     /// tilts, no faster than by a lever.
     pub(crate) fn free(&self, blocks: [u32; 2]) -> f64 {
-        let near = self.reach(blocks) + 2.0 * self.skins.thickest;
+        let skin: f64 = blocks.iter().map(|&block| self.skins.thickness(block)).sum();
+        let near = self.reach(blocks) + skin;
         let [a, b] =
             blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
         let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{Places, Surfaces};
+use crate::contact::{Contacts, Places, Surfaces};
 use crate::deck::{Body, Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
@@ -149,6 +149,12 @@ impl Model {
 
     pub(crate) fn places(&self) -> Places<'_> {
         Places { geometry: &self.geometry, packs: &self.packs, seams: &self.seams }
+    }
+
+    /// Contacts at the start of a run: none.
+    pub(crate) fn contacts(&self) -> Contacts {
+        let packs = if self.contact.is_some() { self.packs.packs.len() } else { 0 };
+        Contacts::new(self.n_blocks(), packs)
     }
 
     /// The faces of the blocks, where contacts may be before any joint has failed.
