@@ -155,7 +155,7 @@ impl Simulation {
         self.state.work.loads += sums.loads[0];
         self.state.work.damping += 0.5 * sums.power;
         self.measured = None;
-        self.check(sums)?;
+        self.check(sums, &self.state.contacts)?;
         self.state.whole = false;
         if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
             // The forces are gone with it: the step is not taken, and the next begins from rest.

@@ -110,7 +110,7 @@ impl State {
             poses: vec![[Pose::default(); LANES]; model.packs.rigid],
             whole: true,
             breaks: Breaks::new(&model.packs, &model.assembly, &model.seams),
-            contacts: Contacts::new(model.n_blocks(), model.packs.packs.len()),
+            contacts: model.contacts(),
             failed: [0; 2],
             work: Work::default(),
             load_factors: vec![0.0; model.conditions.loaded.len() + 2],
@@ -128,8 +128,6 @@ impl State {
             }
         }
         state.move_rigid(model);
-        state.contacts.patches = model.seated.iter().map(|joint| joint.patch.clone()).collect();
-        state.contacts.index();
         state
     }
 

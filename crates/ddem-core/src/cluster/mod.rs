@@ -14,9 +14,10 @@ use fearless_simd_macros::simd;
 use nalgebra::SMatrix;
 
 use crate::assembly::{Element, NO_TABLE};
-use crate::contact::{Contacts, Release, Surfaces, faces, outer};
+use crate::contact::{Contacts, Release, Skins, Surfaces, faces, outer};
 use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
+use crate::law::Stiffness;
 use crate::model::Model;
 use crate::pack::Neighbours;
 use crate::rigid::Pose;
@@ -72,7 +73,7 @@ struct Around<'a> {
 pub(crate) struct Meeting {
     /// Those on the faces without a joint.
     pub(crate) any: bool,
-    /// Those in the place of joints that have been let go.
+    /// Those in the place of joints, of which some have moved.
     pub(crate) released: bool,
 }
 
@@ -269,27 +270,38 @@ fn node_coupling(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 
     }
     spring_coupling(model, body, at, &mut sum);
     if let Some(surfaces) = around.surfaces {
-        contact_diagonal(model, surfaces, (body, at), &mut sum[0]);
+        contact_diagonal(&around, surfaces, (body, at), &mut sum[0]);
     }
     sum
 }
 
-/// Adds contacts on the faces without a joint: they may come.
+/// Stiffness of contacts on a face for each unit of area, twice for the other block `[Pa/m]`: where no
+/// joint is, as they may come there, and once joints have moved on all faces. What a joint has put into
+/// the masses couples nodes that face each other; those in contact after it may be others.
+fn of_contacts(skins: &Skins, body: usize, face: FaceOf, released: bool) -> [f64; 2] {
+    if !released {
+        return outer(skins, body, face);
+    }
+    let Stiffness { normal, shear } = skins.stiffest(body as u32, face);
+    [2.0 * normal, 2.0 * shear]
+}
+
+/// Adds contacts.
 fn contact_diagonal(
-    model: &Model,
+    around: &Around<'_>,
     surfaces: &Surfaces,
     (body, at): (usize, [usize; 3]),
     sum: &mut [f64; 3],
 ) {
     let placed = &surfaces.blocks[body];
-    let lattice = model.geometry.lattice(body);
+    let lattice = around.model.geometry.lattice(body);
     let n = placed.divisions;
     let on = |face: &FaceOf| at[face.direction] == if face.upper { n } else { 0 };
     for face in faces().filter(on) {
         let d = face.direction;
         let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
         let area = placed.element_area(face) / 4.0 * f64::from(1u32 << inner);
-        let [stiff, shear] = outer(&surfaces.skins, body, face);
+        let [stiff, shear] = of_contacts(&surfaces.skins, body, face, around.meeting.released);
         let normal = lattice.normal(d);
         for c in 0..3 {
             sum[c] += area * (shear + (stiff - shear) * normal[c] * normal[c]);

@@ -4,10 +4,9 @@
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
 use super::Around;
-use crate::contact::{Skins, faces, outer};
+use crate::contact::{Skins, faces};
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
-use crate::law::Stiffness;
 use crate::model::Model;
 use crate::pack::Pack;
 use crate::rigid::{Hold, Pose};
@@ -67,8 +66,8 @@ fn stiffness(around: Around<'_>, body: usize, size: f64) -> Matrix6<f64> {
     sum
 }
 
-/// Adds contacts at the corners of all faces without a joint: they may come. Those in the place of
-/// joints resist turning more than these did, whose points are at the quarters.
+/// Adds contacts at the corners of faces. Those in the place of joints resist turning more than these did,
+/// whose points are at the quarters.
 fn add_contacts(
     sum: &mut Matrix6<f64>,
     (skins, released): (&Skins, bool),
@@ -80,12 +79,7 @@ fn add_contacts(
         let (e, f) = (half[(d + 1) % 3], half[(d + 2) % 3]);
         let area = e.cross(&f);
         let normal = area.try_normalize(0.0).unwrap_or_default();
-        let [stiff, shear] = if released {
-            let Stiffness { normal, shear } = skins.stiffest(body as u32, face);
-            [2.0 * normal, 2.0 * shear]
-        } else {
-            outer(skins, body, face)
-        };
+        let [stiff, shear] = super::of_contacts(skins, body, face, released);
         let across = normal * normal.transpose();
         let k = (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm();
         let side = half[d] * if face.upper { 1.0 } else { -1.0 };

@@ -45,7 +45,8 @@ impl Fitting<'_> {
     /// changes no faster than they travel, and the height of one over a face of the other, which
     /// tilts, no faster than by a lever.
     pub(crate) fn free(&self, blocks: [u32; 2]) -> f64 {
-        let near = self.reach(blocks) + 2.0 * self.skins.thickest;
+        let skin: f64 = blocks.iter().map(|&block| self.skins.thickness(block)).sum();
+        let near = self.reach(blocks) + skin;
         let [a, b] =
             blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
         let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
@@ -95,7 +96,7 @@ impl Fitting<'_> {
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         match separation.meeting {
-            Meeting::Face { .. } => self.face(&mut patch, &frame, &mut |_| ()),
+            Meeting::Face { .. } => self.face(&mut patch, &frame, None),
             Meeting::Edges(edges) => self.edges(&mut patch, edges),
         }
         self.remember(&mut patch, &frame, old);
@@ -126,7 +127,7 @@ impl Fitting<'_> {
         patch.faces = faces.map(FaceOf::number);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        self.face(&mut patch, &frame, seen);
+        self.face(&mut patch, &frame, Some(seen));
         patch
     }
 
@@ -174,44 +175,35 @@ impl Fitting<'_> {
         motion > f64::from(patch.limit) || !motion.is_finite()
     }
 
-    /// Pairs of points of two faces. `seen` gets the polygons that they are the corners of.
-    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], seen: &mut dyn FnMut(&[u32])) {
+    /// Pairs of points of two faces, over the outline of the coarser one. With `seen` over each of its
+    /// elements, so that shape functions of both sides are summed exactly; it gets the polygons that the
+    /// points are the corners of.
+    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], mut seen: Option<Polygons<'_>>) {
         let faces = patch.faces();
-        let mut corners: Vec<u32> = Vec::new();
         let sides = [0, 1]
             .map(|side| Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame));
         let fine = usize::from(sides[1].element < sides[0].element);
         let (fine_side, coarse) = (&sides[fine], &sides[1 - fine]);
-        let n = fine_side.placed.divisions;
-        let mut points: Vec<Point> = Vec::new();
-        let mut at_node = vec![usize::MAX; (n + 1) * (n + 1)];
+        let (n, m) = (fine_side.placed.divisions, coarse.placed.divisions);
+        let at_node = vec![usize::MAX; (n + 1) * (n + 1)];
+        let mut over = Over { sides: [fine_side, coarse], fine, at_node, points: Vec::new() };
         for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
             let quad = fine_side.quad([i, k]);
             if apart(&quad, &coarse.outline) {
                 continue;
             }
-            corners.clear();
-            for vertex in touch::overlap(&quad, &coarse.outline).as_slice() {
-                if vertex.area <= NOTHING * fine_side.element {
-                    continue;
+            let Some(seen) = &mut seen else {
+                over.add([i, k], &quad, &coarse.outline);
+                continue;
+            };
+            for element in (0..m).flat_map(|l| (0..m).map(move |j| [j, l])) {
+                let outline = coarse.quad(element);
+                if !apart(&quad, &outline) {
+                    seen(&over.add([i, k], &quad, &outline));
                 }
-                let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
-                if let Some(known) = node.map(|node| at_node[node]).filter(|&p| p != usize::MAX) {
-                    points[known].area += vertex.area;
-                    corners.push(known as u32);
-                    continue;
-                }
-                if let Some(node) = node {
-                    at_node[node] = points.len();
-                }
-                corners.push(points.len() as u32);
-                let mut spots = [Spot::new([i, k], vertex.on); 2];
-                spots[1 - fine] = coarse.spot(vertex.at);
-                points.push(Point { spots, area: vertex.area, ..Point::default() });
             }
-            seen(&corners);
         }
-        patch.points = points.into();
+        patch.points = over.points.into();
     }
 
     /// The pair of points where two edges cross.
@@ -269,6 +261,53 @@ impl Fitting<'_> {
         if let Some(old) = old {
             patch.cap(old.held());
         }
+    }
+}
+
+/// What gets the corners of polygons.
+type Polygons<'a> = &'a mut dyn FnMut(&[u32]);
+
+/// The part of the finer one of two faces over the other.
+struct Over<'a> {
+    /// The finer one and the other.
+    sides: [&'a Side<'a>; 2],
+    /// Which block the finer one is of, 0 or 1.
+    fine: usize,
+    /// The point at each node of the finer one, if there is one yet.
+    at_node: Vec<usize>,
+    points: Vec<Point>,
+}
+
+impl Over<'_> {
+    /// Adds the part of an element that is over an outline. Returns its corners.
+    fn add(
+        &mut self,
+        [i, k]: [usize; 2],
+        quad: &[[f64; 2]; 4],
+        outline: &[[f64; 2]; 4],
+    ) -> Vec<u32> {
+        let [fine, coarse] = self.sides;
+        let n = fine.placed.divisions;
+        let mut corners = Vec::new();
+        for vertex in touch::overlap(quad, outline).as_slice() {
+            if vertex.area <= NOTHING * fine.element {
+                continue;
+            }
+            let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
+            if let Some(known) = node.map(|node| self.at_node[node]).filter(|&p| p != usize::MAX) {
+                self.points[known].area += vertex.area;
+                corners.push(known as u32);
+                continue;
+            }
+            if let Some(node) = node {
+                self.at_node[node] = self.points.len();
+            }
+            corners.push(self.points.len() as u32);
+            let mut spots = [Spot::new([i, k], vertex.on); 2];
+            spots[1 - self.fine] = coarse.spot(vertex.at);
+            self.points.push(Point { spots, area: vertex.area, ..Point::default() });
+        }
+        corners
     }
 }
 

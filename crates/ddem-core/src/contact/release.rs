@@ -155,7 +155,9 @@ pub(crate) fn release(
         }
     }
     if any {
-        contacts.patches.retain(|old| patches.iter().all(|new| new.blocks != old.blocks));
+        patches.sort_by_key(|patch| patch.blocks);
+        let taken = |old: &Patch| patches.binary_search_by_key(&old.blocks, |new| new.blocks);
+        contacts.patches.retain(|old| taken(old).is_err());
         contacts.renew(patches);
     }
     any.then_some(lost)

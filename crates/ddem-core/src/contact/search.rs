@@ -13,6 +13,8 @@ use crate::geometry::Geometry;
 use crate::grid;
 use crate::lanes::{LANES, Lanes};
 
+/// Part of their reach after which two blocks that are just beyond it are looked at again.
+const SOON: f64 = 0.01;
 /// Pairs that one task looks at.
 const TOGETHER: usize = 256;
 
@@ -103,7 +105,8 @@ impl Contacts {
             Some(match fitting.patch(near.blocks, None) {
                 Some(patch) if patch.points.is_empty() => Err(gone + f64::from(patch.limit)),
                 Some(patch) => Ok(patch),
-                None => Err(gone),
+                // Faces that are nearest may have thinner skins than others of the two blocks.
+                None => Err(gone + SOON * fitting.reach(near.blocks)),
             })
         };
         let found: Vec<(usize, Result<Patch, f64>)> = if self.near.len() < TOGETHER {

@@ -182,6 +182,12 @@ impl Skins {
         }
     }
 
+    /// Largest thickness of the skins of a block `[m]`.
+    pub(super) fn thickness(&self, block: u32) -> f64 {
+        let kinds = self.of_block[block as usize].iter();
+        kinds.map(|&kind| self.kinds[kind as usize].thickness).fold(0.0, f64::max)
+    }
+
     pub(super) fn density(&self, block: u32, face: FaceOf) -> f64 {
         self.of(block, face).density
     }

@@ -11,7 +11,8 @@ use crate::simulation::Simulation;
 const SLIDING: f64 = 1.0 - 1e-9;
 
 /// Two points of two blocks that press on each other (§9). The force acts on block a at `position`,
-/// and its opposite on block b at the same place: force and moment, to rounding.
+/// and its opposite on block b at the same place: force and moment, to rounding. (In small kinematics
+/// moments of deformable blocks are as exact as displacements are small.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Blocks a and b, the lower number first.
@@ -31,7 +32,7 @@ pub struct Contact {
     /// Way that the points have slid over each other since the blocks met: the length of the path,
     /// without what the springs give `[m]`.
     pub slip: f64,
-    /// Whether friction bears all that it can.
+    /// Whether friction bears all that it can; without friction never.
     pub sliding: bool,
 }
 
@@ -179,7 +180,7 @@ fn seen(patch: &Patch, placing: &Placing<'_>) -> impl Iterator<Item = Contact> {
             area: point.area,
             gap: normal.dot(&(at[1] - at[0])) - patch.both.skin,
             slip: point.slid,
-            sliding: springs.shear.norm() >= SLIDING * bears,
+            sliding: bears > 0.0 && springs.shear.norm() >= SLIDING * bears,
         }
     })
 }

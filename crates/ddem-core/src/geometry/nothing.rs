@@ -63,7 +63,8 @@ impl Region {
     fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
         let out = |axis: usize| match self.extents[axis] {
             Some(Extent::Plane(at)) => x[axis] - at,
-            Some(Extent::Range([from, to])) => place[axis] - place[axis].clamp(from, to.max(from)),
+            // Whatever the range is, this has a value.
+            Some(Extent::Range([from, to])) => place[axis] - place[axis].min(to).max(from),
             None => 0.0,
         };
         let beyond = self.sphere.map_or(0.0, |(c, radius)| ((place - c).norm() - radius).max(0.0));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{Places, Seated, Surfaces, seated};
+use crate::contact::{Contacts, Places, Seated, Surfaces, seated};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
@@ -157,6 +157,15 @@ impl Model {
 
     pub(crate) fn places(&self) -> Places<'_> {
         Places { geometry: &self.geometry, packs: &self.packs, seams: &self.seams }
+    }
+
+    /// Contacts at the start of a run: joints between faces that do not match.
+    pub(crate) fn contacts(&self) -> Contacts {
+        let packs = if self.contact.is_some() { self.packs.packs.len() } else { 0 };
+        let mut contacts = Contacts::new(self.n_blocks(), packs);
+        contacts.patches = self.seated.iter().map(|joint| joint.patch.clone()).collect();
+        contacts.index();
+        contacts
     }
 
     /// The faces of the blocks, where contacts may be before any joint has failed, or joints are that no

@@ -35,7 +35,8 @@ pub(super) fn save(contacts: &Contacts, saved: &mut Saved) {
         .near
         .iter()
         .flat_map(|Near { blocks: [a, b], until }| [f64::from(*a), f64::from(*b), *until]);
-    let known = if contacts.known { 1.0 } else { 0.0 };
+    // How many are near, so that none is missed.
+    let known = if contacts.known { 1.0 + contacts.near.len() as f64 } else { 0.0 };
     let travel = std::iter::once(known).chain(contacts.travel.iter().flat_map(|lanes| lanes.0));
     let held =
         contacts.patches.iter().filter_map(|patch| Some((patch.blocks, patch.bond.as_ref()?)));
@@ -56,7 +57,7 @@ pub(super) fn save(contacts: &Contacts, saved: &mut Saved) {
 
 /// The contacts that were saved; `None` when the numbers are not those of this model.
 pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Contacts> {
-    let mut contacts = Contacts::new(model.n_blocks(), model.packs.packs.len());
+    let mut contacts = model.contacts();
     let Some(joints) = saved.arrays.get(NAMES[0]) else { return Some(contacts) };
     let array = |at: usize| saved.arrays.get(NAMES[at]);
     let [patches, points] = [array(1), array(2)];
@@ -67,6 +68,7 @@ pub(super) fn restore(model: &Model, saved: &Saved) -> Option<Contacts> {
     if !whole || joints.len() != model.n_blocks() {
         return None;
     }
+    contacts.patches.clear();
     for (known, numbers) in contacts.joints.iter_mut().zip(joints) {
         for (known, &number) in known.iter_mut().zip(numbers) {
             let all = [Release::Holds, Release::Loose, Release::Due, Release::Done];
@@ -125,9 +127,14 @@ fn search(contacts: &mut Contacts, near: &[f64], travel: &[f64], diverged: bool)
             .near
             .push(Near { blocks, until: Some(until).filter(|until| valid && sound(until))? });
     }
-    contacts.known = *known == 1.0;
+    contacts.known = *known != 0.0;
+    if contacts.known && *known != 1.0 + near.len() as f64 {
+        return None;
+    }
     contacts.travel = travel.iter().map(|lanes| Lanes(*lanes)).collect();
-    contacts.near.is_sorted_by_key(|near| near.blocks).then_some(())
+    let sorted = contacts.near.windows(2).all(|pair| pair[0].blocks < pair[1].blocks);
+    let apart = contacts.near.iter().all(|near| contacts.place(near.blocks).is_err());
+    (sorted && apart).then_some(())
 }
 
 /// Blocks, how far the joint has come; then each pair.

@@ -202,7 +202,7 @@ impl Simulation {
         let Some((sums, losses, ahead)) = done else { return Ok(()) };
         self.book(sums, ahead);
         self.book_losses(losses);
-        self.check(sums)
+        self.check(sums, &self.state.contacts)
     }
 
     /// A step, and at the start of a stage what kinetic energy is there beyond the scheme's measure.
@@ -303,7 +303,7 @@ impl Simulation {
     /// As [`step`](Self::step).
     pub fn check_finite(&mut self) -> Result<(), RunError> {
         let (sums, _) = self.measure_once();
-        self.check(sums)
+        self.check(sums, &self.scratch.trial_contacts)
     }
 
     /// Factors of the loads and velocities of the supports for the next step.

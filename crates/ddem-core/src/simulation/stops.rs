@@ -7,19 +7,20 @@ use crate::geometry::Vec3;
 use crate::sums::Sums;
 
 impl Simulation {
-    pub(crate) fn check(&self, sums: Sums) -> Result<(), RunError> {
+    /// Looks at the sums of a step, or of a measurement, and at the contacts there.
+    pub(crate) fn check(&self, sums: Sums, contacts: &Contacts) -> Result<(), RunError> {
         if sums.free.is_finite() {
             self.check_speed(sums)?;
-            return self.check_depth();
+            return self.check_depth(contacts);
         }
         let (block, node) = self.worst_node();
         Err(RunError::Diverged { step: self.state.steps, time: self.state.time, block, node })
     }
 
     /// Blocks that are deep in each other may come out on the other side.
-    fn check_depth(&self) -> Result<(), RunError> {
+    fn check_depth(&self, contacts: &Contacts) -> Result<(), RunError> {
         let Some(surfaces) = &self.model.contact else { return Ok(()) };
-        let Contacts { patches, deepest, .. } = &self.state.contacts;
+        let Contacts { patches, deepest, .. } = contacts;
         let deep = *deepest > 0.25 * surfaces.shortest;
         for (patch, depth) in patches.iter().filter(|_| deep).map(|patch| (patch, patch.depth())) {
             let blocks = patch.blocks.map(|block| block as usize);

@@ -19,6 +19,7 @@ mod mechanisms;
 mod meeting;
 mod mixture;
 mod programs;
+mod refine;
 mod resume;
 mod rigid;
 mod selection;

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use ddem_core::deck::{
-    BlockSet, Body, Damping, Deck, Edges, Extent, Fix, Joint, JointChoice, Remove, TimeStep, Where,
+    BlockSet, Body, Damping, Deck, Edges, Extent, Fix, Joint, JointChoice, Load, Material, Remove,
+    StageKind, TimeStep, Where,
 };
 use ddem_core::law::JointLaw;
-use ddem_core::{RunError, Simulation};
+use ddem_core::{Relaxed, RunError, Simulation};
 use nalgebra::Rotation3;
 
 use crate::decks::*;
@@ -294,5 +295,43 @@ fn a_law_of_ones_own_switches_contact_on() {
         }
         assert!(simulation.failed_pairs().iter().sum::<u64>() > 0);
         assert_eq!(contacts(&simulation)[1], released);
+    }
+}
+
+/// What a joint has put into the masses couples nodes that faced each other; after sliding a contact pulls
+/// at others.
+#[test]
+fn a_deformable_block_that_slid_over_another_is_relaxed() {
+    for thickness in [1e-2, 1e-3] {
+        let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, thickness);
+        let clay = Material { density: 2000.0, young: 1e7, poisson: 0.3 };
+        deck.materials.insert("clay".into(), clay);
+        for seam in deck.joints.values_mut() {
+            seam.material = Some("clay".into());
+            (seam.cohesion, seam.friction) = (Some(0.0), Some(5.0));
+        }
+        deck.model.gravity = [0.0, 0.0, -9.81];
+        deck.fix.push(fix(plane(2, 0.0), "xyz"));
+        deck.stage = vec![relax_stage("slide"), relax_stage("rest")];
+        deck.stage[0].kind = StageKind::Dynamic;
+        deck.stage[0].duration = Some(1.0);
+        let top = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
+        let push = Some([2400.0 * 9.81, 0.0, 0.0]);
+        let until = Some("rest".into());
+        deck.load.push(Load { region: top, force: push, until, ..Load::default() });
+        let mut simulation = simulation(&deck);
+        let started = simulation.start(Damping::Local(0.3), TimeStep::Auto, None);
+        started.unwrap_or_else(|error| panic!("{error}"));
+        let last = simulation.model().n_nodes() - 1;
+        while simulation.displacement(last)[0] < 0.3 {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+        simulation.enter(1);
+        simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
+        let done = (0..5_000).any(|_| {
+            let step = simulation.relax_step(1e-6);
+            step.unwrap_or_else(|error| panic!("{error}")) == Relaxed::Done
+        });
+        assert!(done, "{thickness}: {:e}", simulation.unbalanced());
     }
 }

@@ -225,7 +225,14 @@ fn wrong_numbers_in_a_checkpoint_are_refused() {
     let restore = |saved: &Saved| Simulation::restore(model(&deck), Simd::default(), saved);
     let mut random = Random::new(2);
     let (mut refused, mut stopped, mut went_on) = (0, 0, Vec::new());
-    for name in ["contact_joints", "contact_patches", "contact_points", "poses"] {
+    for name in [
+        "contact_joints",
+        "contact_patches",
+        "contact_points",
+        "contact_near",
+        "contact_travel",
+        "poses",
+    ] {
         let array = &saved.arrays[name];
         let n = array.len();
         let mut wrong: Vec<(String, Vec<f64>)> = vec![
@@ -237,7 +244,8 @@ fn wrong_numbers_in_a_checkpoint_are_refused() {
         ];
         let row = match name {
             "contact_patches" => 27,
-            "contact_points" => 22,
+            "contact_points" => 19,
+            "contact_near" => 3,
             "poses" => 13,
             _ => 1,
         };

@@ -19,8 +19,8 @@ const DEFLATE: u8 = 1;
 /// where it is.
 const CLOUD: Storage = Storage { chunk: 4096, deflate: None };
 
-/// Arrays of `Steps` with one entry for each step, all of them the same number because the mesh
-/// is stored once. The flag tells the ones that VTK wants as a table with one column.
+/// Arrays of `Steps` with one entry for each step, all of them the same number where the mesh is stored
+/// once; of a cloud `PointOffsets` and the like differ. The flag tells the ones that VTK wants as a table with one column.
 pub(super) const STEP_CONSTANTS: [(&str, i64, bool); 5] = [
     ("PartOffsets", 0, false),
     ("NumberOfParts", 1, false),

@@ -8,7 +8,7 @@ use super::data::Location;
 use crate::hdf::with_file;
 use crate::output_error::OutputError;
 
-/// The steps of one VTKHDF file written by [`Writer`](super::Writer).
+/// The steps of one VTKHDF file written by this program.
 ///
 /// Each call opens and closes the file: a run that is writing it goes on undisturbed.
 #[derive(Clone, Debug)]

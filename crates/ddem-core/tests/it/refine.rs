@@ -1,0 +1,293 @@
+//! Blocks that are split, sets that touch, and the joints between faces that do not match.
+
+use ddem_core::deck::{
+    Assign, BlockSet, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load, Refine,
+    TimeStep, Where,
+};
+use ddem_core::{Model, Relaxed, Saved, Simd, Simulation};
+
+use crate::decks::*;
+
+fn range(axis: usize, from: f64, to: f64) -> Where {
+    let mut ranges = [None; 3];
+    ranges[axis] = Some(Extent::Range([from, to]));
+    let [x, y, z] = ranges;
+    Where { x, y, z, ..Where::default() }
+}
+
+fn refine(region: Where, factor: u32) -> Refine {
+    Refine { region, factor }
+}
+
+/// 2 × 2 × 3 blocks of 1 m whose joints are springs of rock over a tenth of a metre; the lower two layers
+/// are split in two, the lowest again in three.
+fn layers(thickness: f64) -> Deck {
+    let mut deck = deck([2, 2, 3], [2.0, 2.0, 3.0], 2, thickness);
+    let springs = Joint {
+        thickness,
+        normal_stiffness: Some(2e11),
+        shear_stiffness: Some(8e10),
+        ..Joint::default()
+    };
+    deck.joints = [("seam".to_owned(), springs)].into();
+    deck.refine = vec![refine(range(2, 0.0, 2.0), 2), refine(range(2, 0.0, 1.0), 3)];
+    deck
+}
+
+fn relaxed(deck: &Deck) -> Simulation {
+    let mut simulation = simulation(deck);
+    simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..20_000 {
+        let step = simulation.relax_step(1e-9).unwrap_or_else(|error| panic!("{error}"));
+        if step == Relaxed::Done {
+            return simulation;
+        }
+    }
+    panic!("not in equilibrium: {:e}", simulation.unbalanced());
+}
+
+/// A uniform stress crosses joints between coarse and fine blocks: exactly, but for the single precision
+/// in which points lie on faces.
+#[test]
+fn a_uniform_stress_passes() {
+    for kinematics in [Kinematics::Small, Kinematics::Corotational] {
+        let mut deck = layers(0.0);
+        deck.model.kinematics = kinematics;
+        deck.fix = (0..3).map(|axis| fix(plane(axis, 0.0), ["x", "y", "z"][axis])).collect();
+        let traction = Some([0.0, 0.0, -1e6]);
+        deck.load.push(Load { region: plane(2, 3.0), traction, ..Load::default() });
+        deck.stage = vec![relax_stage("load")];
+        let mut simulation = relaxed(&deck);
+        assert_eq!(simulation.model().n_blocks(), 4 + 32 + 864);
+        for stress in simulation.stresses() {
+            for (c, s) in stress.into_iter().enumerate() {
+                let exact = if c == 2 { -1e6 } else { 0.0 };
+                // Corotational blocks turn by nothing, and get shorter by 1e-4.
+                assert!((s - exact).abs() < 2e-6 * 1e6 + 1e-4 * f64::abs(exact), "{stress:?}");
+            }
+        }
+        let pairs: Vec<_> = simulation.model().pairs().collect();
+        for (pair, traction) in pairs.iter().zip(simulation.tractions()) {
+            let across = pair.normal[2].abs() * -1e6;
+            let normal: f64 = (0..3).map(|c| traction[c] * pair.normal[c]).sum();
+            assert!((normal - across).abs() < 2e-3 * 1e6, "{pair:?} {traction:?}");
+        }
+    }
+}
+
+/// Two sets of other divisions and another shift are joined where they touch.
+#[test]
+fn sets_that_touch_are_joined() {
+    let mut deck = layers(0.0);
+    deck.refine.clear();
+    deck.blocks[0].count = Some([2, 2, 1]);
+    deck.blocks[0].size = Some([2.0, 2.0, 1.0]);
+    deck.blocks.push(BlockSet {
+        origin: [0.0, 0.0, 1.0],
+        count: Some([3, 5, 1]),
+        divisions: 3,
+        ..deck.blocks[0].clone()
+    });
+    deck.fix = (0..3).map(|axis| fix(plane(axis, 0.0), ["x", "y", "z"][axis])).collect();
+    let traction = Some([0.0, 0.0, 1e6]);
+    deck.load.push(Load { region: plane(2, 2.0), traction, ..Load::default() });
+    deck.stage = vec![relax_stage("load")];
+    let mut simulation = relaxed(&deck);
+    for stress in simulation.stresses() {
+        for (c, s) in stress.into_iter().enumerate() {
+            let exact = if c == 2 { 1e6 } else { 0.0 };
+            assert!((s - exact).abs() < 1e-5 * 1e6, "{stress:?}");
+        }
+    }
+    // A set without a joint is in contact at most.
+    deck.model.contact = Some(false);
+    deck.blocks[1].joint = None;
+    deck.blocks[1].count = None;
+    let loose = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+    assert!(loose.iter().any(|fault| fault.message.contains("rigid body")), "{loose:?}");
+    // And a joint may be assigned there.
+    deck.assign.push(Assign {
+        region: plane(2, 1.0),
+        joint: Some("seam".into()),
+        ..Assign::default()
+    });
+    assert!(Model::new(&deck).is_ok());
+}
+
+fn thrown(thickness: f64) -> Simulation {
+    let mut deck = layers(thickness);
+    deck.model.kinematics = Kinematics::Corotational;
+    deck.initial.push(Initial {
+        velocity: Some([3.0, -2.0, 1.0]),
+        spin: Some([4.0, 5.0, -6.0]),
+        centre: Some([1.0, 1.0, 1.5]),
+        ..Initial::default()
+    });
+    let mut simulation = simulation(&deck);
+    let started = simulation.start(Damping::None, TimeStep::Auto, None);
+    started.unwrap_or_else(|error| panic!("{error}"));
+    simulation
+}
+
+/// Turning and flying free: momentum and moment of momentum to rounding, energy to the order of the step.
+#[test]
+fn momentum_is_exact() {
+    for thickness in [0.0, 0.01] {
+        let mut simulation = thrown(thickness);
+        let (before, spin) = (simulation.momentum(), simulation.angular_momentum());
+        let energy = simulation.energy();
+        let whole = energy.kinetic;
+        for _ in 0..300 {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+        let (after, turned) = (simulation.momentum(), simulation.angular_momentum());
+        let size = |v: [f64; 3]| Vec3::from(v).norm();
+        assert!((Vec3::from(after) - Vec3::from(before)).norm() < 1e-12 * size(before));
+        // The two are half a step apart.
+        let off = (Vec3::from(turned) - Vec3::from(spin)).norm() / size(spin);
+        assert!(off < 1e-10, "{thickness} {off:e}");
+        let energy = simulation.energy();
+        assert!(energy.balance.abs() < 1e-4 * whole, "{energy:?}");
+    }
+}
+
+/// Rigid motions of any size make no force.
+#[test]
+fn rigid_motions_make_no_force() {
+    let mut simulation = thrown(0.01);
+    let turn = nalgebra::Rotation3::from_euler_angles(0.7, -1.1, 0.4);
+    let n = simulation.model().n_nodes();
+    let moved: Vec<[f64; 3]> = (0..n)
+        .map(|node| {
+            let x = Vec3::from(simulation.model().point(node));
+            (turn * x - x + Vec3::new(5.0, 0.0, -2.0)).into()
+        })
+        .collect();
+    simulation.set_displacements(&moved);
+    let worst = simulation.tractions().iter().flatten().fold(0.0, |most: f64, t| most.max(t.abs()));
+    // Rounding of displacements times the stiffness of springs.
+    assert!(worst < 1e-13 * 2e11 * 10.0, "{worst:e}");
+}
+
+/// The lower half is split; a weak joint between the halves.
+fn halves() -> Deck {
+    let mut deck = layers(0.0);
+    deck.refine = vec![refine(range(2, 0.0, 1.0), 2)];
+    deck.blocks[0].count = Some([2, 2, 2]);
+    deck.blocks[0].size = Some([2.0, 2.0, 2.0]);
+    let weak = Joint {
+        cohesion: Some(1e5),
+        tension: Some(5e4),
+        friction: Some(30.0),
+        ..deck.joints["seam"].clone()
+    };
+    deck.joints.insert("weak".into(), weak);
+    deck.assign.push(Assign {
+        region: plane(2, 1.0),
+        joint: Some("weak".into()),
+        ..Assign::default()
+    });
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    deck
+}
+
+/// Pulled up slowly it fails where force over area is the strength, in tension.
+#[test]
+fn it_fails_at_its_strength() {
+    let strongest = |traction: f64| {
+        let mut deck = halves();
+        // Laterally held: the stress is uniform.
+        deck.fix = vec![fix(plane(2, 0.0), "xyz"), fix(Where::default(), "xy")];
+        let pull = Some([0.0, 0.0, traction]);
+        deck.load.push(Load { region: plane(2, 2.0), traction: pull, ..Load::default() });
+        deck.stage = vec![relax_stage("pull")];
+        let mut simulation = simulation(&deck);
+        simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
+        let done = (0..20_000).find_map(|_| match simulation.relax_step(1e-7) {
+            Ok(Relaxed::Done) => Some(true),
+            Ok(_) => None,
+            Err(_) => Some(false),
+        });
+        (done == Some(true), simulation.failed_pairs())
+    };
+    assert_eq!(strongest(0.995 * 5e4), (true, [0, 0]));
+    let (held, failed) = strongest(1.005 * 5e4);
+    assert!(!held && failed[1] > 0 && failed[0] == 0, "{failed:?}");
+}
+
+/// Sheared beyond its strength it slides, and what friction and fracture take balances.
+#[test]
+fn it_slides_with_friction() {
+    let mut deck = halves();
+    deck.model.gravity = [0.0, 0.0, -10.0];
+    let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
+    deck.load.push(Load { region, force: Some([5e5, 0.0, 0.0]), ..Load::default() });
+    let mut simulation = simulation(&deck);
+    let started = simulation.start(Damping::None, TimeStep::Auto, Some(0.05));
+    started.unwrap_or_else(|error| panic!("{error}"));
+    while simulation.steps_left() != Some(0) {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+    // All pairs but those where four split blocks meet are of nodes of their corners and edges.
+    assert_eq!(simulation.failed_pairs().iter().sum::<u64>(), 16 * 9);
+    let energy = simulation.energy();
+    assert!(energy.friction > 0.0 && energy.fracture > 0.0, "{energy:?}");
+    assert!(energy.balance.abs() < 1e-2 * energy.kinetic, "{energy:?}");
+}
+
+fn state(simulation: &mut Simulation) -> (Vec<u64>, Vec<u64>, [u64; 2]) {
+    let bits = |v: Vec<[f64; 3]>| v.into_iter().flatten().map(f64::to_bits).collect();
+    (bits(simulation.displacements()), bits(simulation.tractions()), simulation.failed_pairs())
+}
+
+/// Looked at, saved and gone on with at any step while it breaks and slides: the same bits.
+#[test]
+fn it_goes_on_bit_for_bit() {
+    let mut deck = halves();
+    deck.model.gravity = [0.0, 0.0, -10.0];
+    let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
+    deck.load.push(Load { region, force: Some([2e6, 0.0, 3e5]), ..Load::default() });
+    let start = || {
+        let mut simulation = simulation(&deck);
+        let started = simulation.start(Damping::None, TimeStep::Auto, Some(0.05));
+        started.unwrap_or_else(|error| panic!("{error}"));
+        simulation
+    };
+    let (mut plain, mut again) = (start(), start());
+    for k in 0..700 {
+        plain.step().unwrap_or_else(|error| panic!("{error}"));
+        again.step().unwrap_or_else(|error| panic!("{error}"));
+        if k % 50 == 3 {
+            again.energy();
+            let saved: Saved = again.save();
+            let restored = Simulation::restore(model(&deck), Simd::default(), &saved);
+            again = restored.unwrap_or_else(|| panic!("not the numbers of this model"));
+        }
+    }
+    assert!(plain.failed_pairs() != [0, 0]);
+    assert!(state(&mut plain) == state(&mut again));
+}
+
+#[test]
+fn what_cannot_be_split_is_said() {
+    let said = |change: &dyn Fn(&mut Deck)| -> String {
+        let mut deck = layers(0.05);
+        change(&mut deck);
+        let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+        faults.iter().map(|fault| format!("{}: {}\n", fault.place, fault.message)).collect()
+    };
+    let nowhere = said(&|deck| deck.refine[0].region = range(2, 7.0, 9.0));
+    assert!(nowhere.starts_with("refine[0].where: selects nothing"), "{nowhere}");
+    let one = said(&|deck| deck.refine[0].factor = 1);
+    assert!(one.starts_with("refine[0].factor: 1 parts leave blocks as they are"), "{one}");
+    let fine = said(&|deck| deck.refine[1].factor = 7);
+    assert!(fine.starts_with("refine[1].factor: 7 parts leave blocks of 7.143e-2 m"), "{fine}");
+    let many = said(&|deck| deck.refine[1].factor = 10_000);
+    assert!(many.contains("more than 4.29e9"), "{many}");
+    let bare = said(&|deck| {
+        deck.blocks[0].count = Some([1; 3]);
+        deck.blocks[0].joint = None::<JointChoice>;
+        deck.refine.truncate(1);
+    });
+    assert!(bare.contains("have no joint"), "{bare}");
+}
