@@ -1,15 +1,18 @@
 //! A model in motion: the state, and what is done to it.
 
 mod measure;
+mod outside;
 mod pace;
 mod rigid;
 
+pub(crate) use outside::outside;
 pub use pace::SHORTEST_STEP;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use crate::boundary::{Moving, Outside};
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
@@ -35,6 +38,11 @@ pub struct Simulation {
     pub(crate) state: State,
     pub(crate) scratch: Scratch,
     pub(crate) active: Active,
+    pub(crate) outside: Outside,
+    /// What boundaries do besides their dashpots `[N]`.
+    pub(crate) pushes: Vec<[f64; 3]>,
+    /// Free-field columns as the next step finds and leaves them.
+    columns: Moving,
     pub(crate) motion: Motion,
     pub(crate) relaxation: Option<Relaxation>,
     pub(crate) factors: Vec<f64>,
@@ -72,6 +80,7 @@ impl Simulation {
         let state = State::new(&model);
         let scratch = Scratch::new(&model, &state, simd.level());
         let active = model.active(0, &state.applied);
+        let outside = outside(&model, &state, &active);
         // What acts until it is first asked for.
         let factors = state.load_factors.clone();
         let velocities = vec![[0.0; 3]; model.conditions.fixed.len()];
@@ -82,6 +91,9 @@ impl Simulation {
             state,
             scratch,
             active,
+            pushes: outside.kept(),
+            outside,
+            columns: Moving::default(),
             motion,
             relaxation: None,
             factors,
@@ -160,22 +172,6 @@ impl Simulation {
         self.state.stage
     }
 
-    /// Begins stage `stage` of the deck: its supports and loads come into force.
-    pub fn enter(&mut self, stage: usize) {
-        self.settle();
-        let before = self.mechanical_energy();
-        self.state.stage = stage;
-        // Stages that were skipped begin together with this one.
-        self.state.stage_starts.resize(stage.max(self.state.stage_starts.len()), self.state.time);
-        self.state.stage_starts.truncate(stage);
-        self.state.stage_starts.push(self.state.time);
-        self.active = self.model.active(stage, &self.state.applied);
-        self.measured = None;
-        // Loads and driven supports that come at once change the scheme's measure of kinetic
-        // energy, of which half a step lies ahead: no imbalance either.
-        self.initial_energy += self.mechanical_energy() - before;
-    }
-
     /// One explicit step of time, eq. (2). [`start`](Self::start) sets its length and damping; after
     /// a relaxation, or without it, the first step starts with `"auto"` and the damping there was
     /// last, or none.
@@ -198,6 +194,7 @@ impl Simulation {
             done => done,
         };
         let Some((sums, losses)) = done else { return Ok(()) };
+        self.move_columns();
         self.book(sums);
         self.book_losses(losses);
         self.check(sums)
@@ -206,6 +203,7 @@ impl Simulation {
     fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses)>, RunError> {
         self.take_factors()?;
         self.motion.start = self.state.whole;
+        self.take_pushes()?;
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
@@ -386,6 +384,8 @@ impl Simulation {
         let context = Context {
             model: &self.model,
             active: &self.active,
+            outside: &self.outside,
+            pushes: &self.pushes,
             motion: &self.motion,
             factors: &self.factors,
             gravity: (self.model.gravity * gravity).into(),

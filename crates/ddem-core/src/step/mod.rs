@@ -14,10 +14,12 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
+use crate::boundary::{Dashpot, Outside};
 use crate::breaks::{Breaks, Losses};
 use crate::conditions::{Active, Support};
 use crate::contact::Contacts;
 use crate::element::corotation::Frame;
+use crate::force::boundary;
 use crate::force::contact;
 use crate::force::external::{self, External};
 use crate::force::shares;
@@ -43,6 +45,9 @@ type Others<'a> = (&'a [Lanes], &'a Contacts);
 pub(crate) struct Context<'a> {
     pub(crate) model: &'a Model,
     pub(crate) active: &'a Active,
+    pub(crate) outside: &'a Outside,
+    /// What boundaries do besides their dashpots `[N]`.
+    pub(crate) pushes: &'a [[f64; 3]],
     pub(crate) motion: &'a Motion,
     /// Factor of each load at time t.
     pub(crate) factors: &'a [f64],
@@ -89,7 +94,7 @@ pub(crate) fn balance(
     energies: bool,
 ) -> (Sums, Losses) {
     let losses = forces(context.pass((u, v), energies), breaks, Some(contacts), scratch);
-    let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
+    let (fields, frames, shares, runs, level) = scratch.balancing((context.active, context.outside));
     let others = (shares, &*contacts);
     let fixed = (v, frames, others, poses);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
@@ -101,7 +106,7 @@ pub(crate) fn balance(
 /// Second pass: forces meet at the nodes, and the nodes move.
 fn advance(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Sums {
     let State { u, v, poses, contacts, .. } = state;
-    let (fields, shares, runs, level) = scratch.moving(context.active, (u, v, poses));
+    let (fields, shares, runs, level) = scratch.moving((context.active, context.outside), (u, v, poses));
     let others = (shares, &*contacts);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Moving<'_>| {
         dispatch!(level, simd => run_advance(simd, context, others, &run, &mut fields));
@@ -197,6 +202,7 @@ fn run_balance<S: Simd>(
         }
         tally.give(part.sums);
         part.sums.supports[0] = support_power(context, index, v, part.reactions);
+        part.sums.damping[0] += drag_power(context, index, v, part.drags);
     }
 }
 
@@ -234,7 +240,12 @@ fn balance_pack<S: Simd>(
         factors: context.factors,
     };
     let mass = &model.assembly.inertia[context.inertia(index)].mass;
-    let loaded = external::apply(simd, external, mass, first, q);
+    let mut loaded = external::apply(simd, external, mass, first, q);
+    let dashpots = context.dashpots(index);
+    if !dashpots.is_empty() {
+        boundary::push(dashpots, &context.pushes[context.outside.of(index)], first, (q, loaded));
+        loaded = true;
+    }
     if loaded {
         external::add_to(simd, part.f, q);
     }
@@ -244,6 +255,11 @@ fn balance_pack<S: Simd>(
     if let Some(poses) = poses {
         rigid::react(context, index, poses, part);
     } else {
+        if !dashpots.is_empty() {
+            let fields = (first, v, &mut *part.f);
+            let (motion, velocities) = (context.motion, context.velocities);
+            boundary::resist(motion, class, dashpots, velocities, fields, part.drags);
+        }
         let fields = (first, v, &mut *part.f);
         support::react(context.motion, class, supports, context.velocities, fields, part.reactions);
     }
@@ -268,6 +284,7 @@ fn advance_pack<S: Simd>(
     let mut tally = Tally::new(simd);
     let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
     sums.supports[0] = support_power(context, index, v, part.reactions);
+    let drawn = drag_power(context, index, v, part.drags);
     for (at, (f, v)) in part.f.iter().zip(v.iter_mut()).enumerate() {
         let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
         let (old, force) = (v.load(simd), f.load(simd));
@@ -295,6 +312,8 @@ fn advance_pack<S: Simd>(
     sums.fastest = Lanes::from(fastest);
     tally.give(&mut sums);
     sums.supports[1] = support_power(context, index, v, part.reactions);
+    sums.damping[0] += drawn;
+    sums.damping[1] += drag_power(context, index, v, part.drags);
     *part.sums = sums;
 }
 
@@ -318,6 +337,12 @@ fn support_power(context: Context<'_>, index: usize, v: &[Lanes], reactions: &[f
         reaction * v[support.at as usize - first].0[support.lane as usize]
     });
     power.sum()
+}
+
+/// Power that the dashpots of boundaries take with the velocities `v`.
+fn drag_power(context: Context<'_>, index: usize, v: &[Lanes], drags: &[[f64; 3]]) -> f64 {
+    let first = 3 * context.model.packs.packs[index].start;
+    boundary::power(context.dashpots(index), drags, first, v)
 }
 
 /// `Σ (Q + R)²` of a pack.
@@ -352,6 +377,10 @@ impl<'a> Context<'a> {
             linear: false,
             energies,
         }
+    }
+
+    fn dashpots(&self, pack: usize) -> &'a [Dashpot] {
+        &self.outside.dashpots[self.outside.of(pack)]
     }
 
     fn inertia(&self, pack: usize) -> usize {
