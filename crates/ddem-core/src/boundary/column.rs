@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::outside::{Standing, held, place};
-use super::{Made, Resistance, resistance};
+use super::{Made, Push, Resistance, resistance};
 use crate::conditions::Active;
 use crate::element::Elastic;
 use crate::error::Fault;
@@ -18,8 +18,8 @@ use crate::geometry::{Region, Surface, Vec3};
 struct Segment {
     normal: f64,
     shear: f64,
-    /// Normal traction across upright planes.
-    lateral: f64,
+    /// Normal and shear traction across upright planes: none in springs.
+    across: [f64; 2],
     /// `[kg/m²]`.
     mass: f64,
 }
@@ -86,16 +86,16 @@ impl Moving {
         Self { ahead: zero.clone(), mean: zero.clone(), above: zero }
     }
 
-    /// What a column does to a node of a side that stands still `[N]`.
-    pub(super) fn push(&self, side: &Side) -> Vec3 {
+    /// What a column does to a node of a side that stands still.
+    pub(super) fn push(&self, side: &Side) -> Push {
         let n = side.outward;
         let traction = |s: Vec3| Vec3::new(s.z * n.x, s.z * n.y, s.x * n.x + s.y * n.y);
         let [below, above] = side.areas;
-        let mut force = side.resistance * self.mean[side.level];
+        let mut force = traction(self.above[side.level]) * above;
         if below > 0.0 {
             force += traction(self.above[side.level - 1]) * below;
         }
-        force + traction(self.above[side.level]) * above
+        Push { force, wave: side.resistance * self.mean[side.level] }
     }
 }
 
@@ -118,23 +118,24 @@ impl Column {
         for (i, segment) in self.segments.iter().enumerate() {
             let at = self.first + i;
             let stretch = u[at + 1] - u[at];
-            let [x, y] = [stretch.x, stretch.y].map(|shear| segment.shear * shear);
-            moving.above[at] = Vec3::new(x, y, segment.lateral * stretch.z);
-            let traction = Vec3::new(x, y, segment.normal * stretch.z);
+            let [across, along] = segment.across;
+            moving.above[at] = stretch.component_mul(&Vec3::new(along, along, across));
+            let Segment { normal, shear, .. } = *segment;
+            let traction = stretch.component_mul(&Vec3::new(shear, shear, normal));
             forces[i] += traction;
             forces[i + 1] -= traction;
         }
-        for (border, traction) in &standing.foot.waves {
-            forces[0] += traction * pace.factors[*border];
-        }
+        let waves = standing.foot.waves.iter();
+        let wave: Vec3 = waves.map(|(border, wave)| wave * pace.factors[*border]).sum();
         for (i, force) in forces.into_iter().enumerate() {
             let at = self.first + i;
             let rates = (pace.rates)(self.places[i]);
-            let dashpot = if i == 0 { standing.foot.impedance } else { Vec3::zeros() };
+            let zero = (Vec3::zeros(), Vec3::zeros());
+            let (dashpot, wave) = if i == 0 { (standing.foot.impedance, wave) } else { zero };
             for k in 0..3 {
                 let now = v[at][k];
                 let still = if now == 0.0 { 0.0 } else { now.signum() };
-                let force = force[k] - pace.local * force[k].abs() * still;
+                let force = force[k] - pace.local * force[k].abs() * still + wave[k];
                 let (m, c) = (self.mass[i], rates[k] * self.mass[i] + dashpot[k]);
                 let per_step = m / pace.time_step;
                 let free = if pace.start {
@@ -279,7 +280,7 @@ impl<'a> Ground<'a> {
         let springs = deck.joints.values().nth(joint);
         let stiffness = springs.and_then(|joint| joint.stiffness(&deck.materials));
         let [normal, shear] = stiffness.unwrap_or_default();
-        Segment { normal, shear, lateral: 0.0, mass: 0.0 }
+        Segment { normal, shear, across: [0.0; 2], mass: 0.0 }
     }
 }
 
@@ -288,7 +289,7 @@ impl Segment {
         Self {
             normal: rock.p_modulus() / length,
             shear: rock.shear / length,
-            lateral: rock.lambda / length,
+            across: [rock.lambda / length, rock.shear / length],
             mass: rock.density * length,
         }
     }

@@ -28,6 +28,15 @@ pub(crate) use outside::{Dashpot, Outside};
 /// A matrix of damping `[N s/m]`, or of impedance `[Pa s/m]`.
 pub(crate) type Resistance = Matrix3<f64>;
 
+/// What acts on a node from outside, besides its dashpots `[N]`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Push {
+    /// What acts whatever moves, and stresses of the free field.
+    pub(crate) force: Vec3,
+    /// What dashpots do that are moved from outside, `C w`: no local damping takes a part of it.
+    pub(crate) wave: Vec3,
+}
+
 /// One `[[boundary]]`.
 #[derive(Clone, Debug)]
 pub(crate) struct Border {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 
-use super::{Border, Borders, Column, Made, Moving, Resistance};
+use super::{Border, Borders, Column, Made, Moving, Push, Resistance};
 use crate::conditions::{Active, Applied, starts};
 use crate::geometry::Vec3;
 
@@ -142,9 +142,10 @@ impl Outside {
         self.start.get(pack).map_or(0, |&start| start as usize)
     }
 
-    /// Forces that act on the nodes whatever these do, where nothing moves `[N]`.
-    pub(crate) fn kept(&self) -> Vec<[f64; 3]> {
-        self.dashpots.iter().map(|dashpot| dashpot.kept.into()).collect()
+    /// What acts on the nodes where nothing moves.
+    pub(crate) fn kept(&self) -> Vec<Push> {
+        let kept = |dashpot: &Dashpot| Push { force: dashpot.kept, wave: Vec3::zeros() };
+        self.dashpots.iter().map(kept).collect()
     }
 
     /// The same in motion, with the factors of waves and columns as they move.
@@ -153,20 +154,23 @@ impl Outside {
         borders: &Borders,
         factors: &[f64],
         columns: &Moving,
-    ) -> Vec<[f64; 3]> {
-        let mut pushes: Vec<Vec3> = self.dashpots.iter().map(|dashpot| dashpot.kept).collect();
+    ) -> Vec<Push> {
+        let mut pushes = self.kept();
         for wave in &self.waves {
-            pushes[wave.dashpot] += wave.force * factors[wave.border];
+            pushes[wave.dashpot].wave += wave.force * factors[wave.border];
         }
         for (index, border) in borders.list.iter().enumerate() {
             if !self.standing.iter().any(|standing| standing.border == index) {
                 continue;
             }
             for side in &border.sides {
-                pushes[self.by_node[&side.node]] += columns.push(side);
+                let push = columns.push(side);
+                let sum = &mut pushes[self.by_node[&side.node]];
+                sum.force += push.force;
+                sum.wave += push.wave;
             }
         }
-        pushes.into_iter().map(Vec3::into).collect()
+        pushes
     }
 
     pub(super) fn clamped(&self, border: &Border) -> Clamped {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::boundary::Dashpot;
+use crate::boundary::{Dashpot, Push};
 use crate::lanes::Lanes;
 use crate::motion::{Coefficients, Motion};
 
@@ -10,7 +10,7 @@ use crate::motion::{Coefficients, Motion};
 /// where no load acts yet.
 pub(crate) fn push(
     dashpots: &[Dashpot],
-    pushes: &[[f64; 3]],
+    pushes: &[Push],
     first: usize,
     (q, loaded): (&mut [Lanes], bool),
 ) {
@@ -20,7 +20,7 @@ pub(crate) fn push(
     for (dashpot, push) in dashpots.iter().zip(pushes) {
         let at = dashpot.at as usize - first;
         for c in 0..3 {
-            q[at + c].0[dashpot.lane as usize] += push[c];
+            q[at + c].0[dashpot.lane as usize] += push.force[c] + push.wave[c];
         }
     }
 }
@@ -30,12 +30,12 @@ pub(crate) fn push(
 pub(crate) fn resist(
     motion: &Motion,
     coefficients: &Coefficients,
-    dashpots: &[Dashpot],
+    (dashpots, pushes): (&[Dashpot], &[Push]),
     velocities: &[[f64; 3]],
     (first, v, f): (usize, &[Lanes], &mut [Lanes]),
     drags: &mut [[f64; 3]],
 ) {
-    for (dashpot, drag) in dashpots.iter().zip(drags) {
+    for ((dashpot, push), drag) in dashpots.iter().zip(pushes).zip(drags) {
         let (at, lane) = (dashpot.at as usize - first, usize::from(dashpot.lane));
         let three = |field: &[Lanes]| Vector3::from([0, 1, 2].map(|c| field[at + c].0[lane]));
         let (now, force) = (three(v), three(f));
@@ -45,7 +45,7 @@ pub(crate) fn resist(
         } else if motion.start {
             -(dashpot.resistance * now)
         } else {
-            let ahead = ahead(motion, &numbers, dashpot, velocities, (now, force));
+            let ahead = ahead(motion, &numbers, (dashpot, push), velocities, (now, force));
             let drawn = -(dashpot.resistance * (now + ahead)) * 0.5;
             match motion.local {
                 0.0 => drawn,
@@ -65,7 +65,7 @@ pub(crate) fn resist(
 fn ahead(
     motion: &Motion,
     numbers: &[[f64; 3]; 3],
-    dashpot: &Dashpot,
+    (dashpot, push): (&Dashpot, &Push),
     velocities: &[[f64; 3]],
     (now, force): (Vector3<f64>, Vector3<f64>),
 ) -> Vector3<f64> {
@@ -78,7 +78,8 @@ fn ahead(
         }
         let [a, b, _] = numbers[k];
         let still = if now[k] == 0.0 { 0.0 } else { now[k].signum() };
-        let left = force[k] - motion.local * force[k].abs() * still;
+        let wave = push.wave[k];
+        let left = force[k] - motion.local * (force[k] - wave).abs() * still;
         right[k] = a * now[k] + b * (left - drawn[k]);
         for j in 0..3 {
             matrix[(k, j)] += 0.5 * b * dashpot.resistance[(k, j)];

@@ -12,7 +12,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::boundary::{Moving, Outside};
+use crate::boundary::{Moving, Outside, Push};
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
@@ -39,8 +39,8 @@ pub struct Simulation {
     pub(crate) scratch: Scratch,
     pub(crate) active: Active,
     pub(crate) outside: Outside,
-    /// What boundaries do besides their dashpots `[N]`.
-    pub(crate) pushes: Vec<[f64; 3]>,
+    /// What boundaries do besides their dashpots.
+    pub(crate) pushes: Vec<Push>,
     /// Free-field columns as the next step finds and leaves them.
     columns: Moving,
     pub(crate) motion: Motion,

@@ -14,7 +14,7 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
-use crate::boundary::{Dashpot, Outside};
+use crate::boundary::{Dashpot, Outside, Push};
 use crate::breaks::{Breaks, Losses};
 use crate::conditions::{Active, Support};
 use crate::contact::Contacts;
@@ -46,8 +46,8 @@ pub(crate) struct Context<'a> {
     pub(crate) model: &'a Model,
     pub(crate) active: &'a Active,
     pub(crate) outside: &'a Outside,
-    /// What boundaries do besides their dashpots `[N]`.
-    pub(crate) pushes: &'a [[f64; 3]],
+    /// What boundaries do besides their dashpots.
+    pub(crate) pushes: &'a [Push],
     pub(crate) motion: &'a Motion,
     /// Factor of each load at time t.
     pub(crate) factors: &'a [f64],
@@ -241,9 +241,9 @@ fn balance_pack<S: Simd>(
     };
     let mass = &model.assembly.inertia[context.inertia(index)].mass;
     let mut loaded = external::apply(simd, external, mass, first, q);
-    let dashpots = context.dashpots(index);
+    let (dashpots, pushes) = (context.dashpots(index), context.pushes(index));
     if !dashpots.is_empty() {
-        boundary::push(dashpots, &context.pushes[context.outside.of(index)], first, (q, loaded));
+        boundary::push(dashpots, pushes, first, (q, loaded));
         loaded = true;
     }
     if loaded {
@@ -258,6 +258,7 @@ fn balance_pack<S: Simd>(
         if !dashpots.is_empty() {
             let fields = (first, v, &mut *part.f);
             let (motion, velocities) = (context.motion, context.velocities);
+            let dashpots = (dashpots, pushes);
             boundary::resist(motion, class, dashpots, velocities, fields, part.drags);
         }
         let fields = (first, v, &mut *part.f);
@@ -381,6 +382,10 @@ impl<'a> Context<'a> {
 
     fn dashpots(&self, pack: usize) -> &'a [Dashpot] {
         &self.outside.dashpots[self.outside.of(pack)]
+    }
+
+    fn pushes(&self, pack: usize) -> &'a [Push] {
+        &self.pushes[self.outside.of(pack)]
     }
 
     fn inertia(&self, pack: usize) -> usize {
