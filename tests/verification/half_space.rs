@@ -12,7 +12,7 @@ const DENSITY: f64 = 2400.0;
 /// Of the whole half space [N].
 const FORCE: f64 = 4e6;
 /// The force rises over this time [s].
-const RISE: f64 = 3e-3;
+const RISE: f64 = 4e-3;
 /// Edge of the model [m].
 const SIZE: f64 = 16.0;
 
@@ -70,7 +70,7 @@ fn a_force_on_a_half_space() {
         let what = format!("static settlement at r = {r:.2} m, mean after the Rayleigh wave [m]");
         check(case, &what, resting, mean, Relative(1.5e-2));
         let back = (2.0 * SIZE - r) / fast;
-        let early = ways.iter().filter(|[t, _]| *t < back).step_by(4);
+        let early = ways.iter().filter(|[t, _]| *t < back);
         let away = early.map(|[t, w]| (w - exact(*t, r / slow)).abs()).fold(0.0, f64::max);
         let what = format!("largest difference from Pekeris / static settlement, r = {r:.2} m");
         check(case, &what, 0.0, away, Absolute(4e-2));
