@@ -181,9 +181,9 @@ impl<'a> Ground<'a> {
     ) -> Result<(), Fault> {
         let geometry = self.made.geometry;
         let body = surface.body;
-        let upright = self.upright(surface).map_err(|(what, help)| {
-            Fault::new(format!("{place}.where"), what).help(help)
-        })?;
+        let upright = self
+            .upright(surface)
+            .map_err(|(what, help)| Fault::new(format!("{place}.where"), what).help(help))?;
         let rock = self.rock(body);
         let outward = surface.outward(geometry);
         let impedance = resistance(&rock, &outward);
@@ -196,7 +196,9 @@ impl<'a> Ground<'a> {
             let areas = if raised { [low, high] } else { [high, low] };
             let column = self.column(node, upright, raised);
             let found = self.columns[column].nodes.iter().position(|&other| other == node);
-            let Some(level) = found.map(|level| self.columns[column].first + level) else { continue };
+            let Some(level) = found.map(|level| self.columns[column].first + level) else {
+                continue;
+            };
             let resistance = impedance * (areas[0] + areas[1]);
             self.sides.push(Side { node, level, resistance, outward, areas });
         }

@@ -122,7 +122,8 @@ impl Borders {
         function: Arc<Function>,
     ) -> Result<(), Fault> {
         let border = self.list.get_mut(index).filter(|border| border.wave.is_some());
-        let fault = || Fault::new(format!("boundary[{index}].history"), "the deck has no such wave");
+        let fault =
+            || Fault::new(format!("boundary[{index}].history"), "the deck has no such wave");
         border.ok_or_else(fault)?.history = Course::Computed(function);
         Ok(())
     }
@@ -194,7 +195,9 @@ impl Borders {
                                  stage `{name}`"
                             ),
                         )
-                        .help("give the base of the model a boundary of kind \"viscous\", or fix it"),
+                        .help(
+                            "give the base of the model a boundary of kind \"viscous\", or fix it",
+                        ),
                     );
                 }
             }
@@ -257,7 +260,8 @@ impl Border {
                 ground.stand(&region, surface, &place)?;
             }
             (border.columns, border.sides) = ground.done();
-            border.dashpots = border.sides.iter().map(|side| (side.node, side.resistance)).collect();
+            border.dashpots =
+                border.sides.iter().map(|side| (side.node, side.resistance)).collect();
             return Ok(border);
         }
         for surface in &surfaces {

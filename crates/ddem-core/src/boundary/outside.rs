@@ -149,12 +149,7 @@ impl Outside {
     }
 
     /// The same in motion, with the factors of waves and columns as they move.
-    pub(crate) fn pushes(
-        &self,
-        borders: &Borders,
-        factors: &[f64],
-        columns: &Moving,
-    ) -> Vec<Push> {
+    pub(crate) fn pushes(&self, borders: &Borders, factors: &[f64], columns: &Moving) -> Vec<Push> {
         let mut pushes = self.kept();
         for wave in &self.waves {
             pushes[wave.dashpot].wave += wave.force * factors[wave.border];

@@ -94,7 +94,8 @@ pub(crate) fn balance(
     energies: bool,
 ) -> (Sums, Losses) {
     let losses = forces(context.pass((u, v), energies), breaks, Some(contacts), scratch);
-    let (fields, frames, shares, runs, level) = scratch.balancing((context.active, context.outside));
+    let (fields, frames, shares, runs, level) =
+        scratch.balancing((context.active, context.outside));
     let others = (shares, &*contacts);
     let fixed = (v, frames, others, poses);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
@@ -106,7 +107,8 @@ pub(crate) fn balance(
 /// Second pass: forces meet at the nodes, and the nodes move.
 fn advance(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Sums {
     let State { u, v, poses, contacts, .. } = state;
-    let (fields, shares, runs, level) = scratch.moving((context.active, context.outside), (u, v, poses));
+    let (fields, shares, runs, level) =
+        scratch.moving((context.active, context.outside), (u, v, poses));
     let others = (shares, &*contacts);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Moving<'_>| {
         dispatch!(level, simd => run_advance(simd, context, others, &run, &mut fields));

@@ -54,15 +54,16 @@ fn rows(values: impl Iterator<Item = Vec3>) -> Vec<[f64; 3]> {
 fn dashpots_know_no_axes() {
     let turn = Rotation3::from_euler_angles(0.4, -0.7, 1.1);
     let axes = BOX.map(|axis| (turn * Vec3::from(axis)).into());
-    let results = [(wrapped(BOX), Rotation3::identity()), (wrapped(axes), turn)].map(|(deck, turn)| {
-        let mut simulation = simulation(&deck);
-        let v = velocities(simulation.model().n_nodes());
-        simulation.set_velocities(&rows(v.into_iter().map(|v| turn * v)));
-        start(&mut simulation, Damping::None, TimeStep::Seconds(2e-6));
-        steps(&mut simulation, 300);
-        let back = |v: [f64; 3]| turn.inverse() * Vec3::from(v);
-        simulation.velocities().into_iter().map(back).collect::<Vec<_>>()
-    });
+    let results =
+        [(wrapped(BOX), Rotation3::identity()), (wrapped(axes), turn)].map(|(deck, turn)| {
+            let mut simulation = simulation(&deck);
+            let v = velocities(simulation.model().n_nodes());
+            simulation.set_velocities(&rows(v.into_iter().map(|v| turn * v)));
+            start(&mut simulation, Damping::None, TimeStep::Seconds(2e-6));
+            steps(&mut simulation, 300);
+            let back = |v: [f64; 3]| turn.inverse() * Vec3::from(v);
+            simulation.velocities().into_iter().map(back).collect::<Vec<_>>()
+        });
     let size = results[0].iter().map(Vec3::norm).fold(0.0, f64::max);
     for (a, b) in results[0].iter().zip(&results[1]) {
         assert!((a - b).norm() < 1e-10 * size, "{a} {b}");
@@ -333,8 +334,7 @@ fn a_computed_wave_is_the_table_it_computes() {
     computed.boundary[0].history = None;
     let mut computed = model(&computed);
     let table = History::Table(rows);
-    let function: Arc<ddem_core::Function> =
-        Arc::new(move |time| Ok(table.factor(time)));
+    let function: Arc<ddem_core::Function> = Arc::new(move |time| Ok(table.factor(time)));
     computed.set_boundary_history(0, function.clone()).unwrap_or_else(|fault| panic!("{fault}"));
     assert!(computed.set_boundary_history(1, function.clone()).is_err());
     assert!(computed.set_boundary_history(9, function).is_err());
