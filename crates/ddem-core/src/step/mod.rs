@@ -6,6 +6,7 @@
 //! [`advance_pack`].
 
 mod first;
+mod powers;
 mod relaxing;
 mod rigid;
 
@@ -16,7 +17,7 @@ use fearless_simd_macros::simd;
 
 use crate::boundary::{Dashpot, Outside, Push};
 use crate::breaks::{Breaks, Losses};
-use crate::conditions::{Active, Support};
+use crate::conditions::Active;
 use crate::contact::Contacts;
 use crate::element::corotation::Frame;
 use crate::force::boundary;
@@ -32,6 +33,8 @@ use crate::parallel::{node_start, rigid_start, spread};
 use crate::scratch::{Balancing, Moving, Part, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
+
+use powers::{applied, drag_power, support_power};
 
 pub(crate) use first::{Pass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
@@ -330,37 +333,6 @@ fn local_damping<S: Simd>(simd: S, alpha: f64, force: f64x4<S>, v: f64x4<S>) -> 
     // No motion, no damping: copysign alone would push against +0.
     let moving = Lanes::from(v).0.map(|v| if v == 0.0 { 0.0 } else { 1.0 });
     size.copysign(v) * Lanes(moving).load(simd)
-}
-
-/// Power of the supports with the velocities `v`.
-fn support_power(context: Context<'_>, index: usize, v: &[Lanes], reactions: &[f64]) -> f64 {
-    let first = 3 * context.model.packs.packs[index].start;
-    let supports = &context.active.supports[context.active.supports_of(index)];
-    let power = supports.iter().zip(reactions).map(|(support, reaction)| {
-        reaction * v[support.at as usize - first].0[support.lane as usize]
-    });
-    power.sum()
-}
-
-/// Power that the dashpots of boundaries take with the velocities `v`.
-fn drag_power(context: Context<'_>, index: usize, v: &[Lanes], drags: &[[f64; 3]]) -> f64 {
-    let first = 3 * context.model.packs.packs[index].start;
-    boundary::power(context.dashpots(index), drags, first, v)
-}
-
-/// `Σ (Q + R)²` of a pack.
-fn applied(q: Option<&[Lanes]>, supports: &[Support], reactions: &[f64], first: usize) -> f64 {
-    let Some(q) = q else { return reactions.iter().map(|r| r * r).sum() };
-    let mut held = supports.iter().zip(reactions).peekable();
-    let mut sum = 0.0;
-    for (at, q) in q.iter().enumerate() {
-        let mut all = q.0;
-        while let Some((s, r)) = held.next_if(|(s, _)| s.at as usize - first == at) {
-            all[s.lane as usize] += r;
-        }
-        sum += Lanes(all.map(|x| x * x)).sum();
-    }
-    sum
 }
 
 impl<'a> Context<'a> {
