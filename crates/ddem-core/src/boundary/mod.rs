@@ -168,15 +168,16 @@ impl Borders {
             let outside = Outside::new(self, made, (stage, &active), &none);
             let name = made.deck.stage.get(stage).map_or("", |stage| &stage.name);
             for index in (0..self.list.len()).filter(|&index| self.has(index, stage)) {
-                let held = outside.clamped(&self.list[index]);
-                if let Some(fix) = held.fix.filter(|_| held.all()) {
+                let held = outside.clamped(made, &self.list[index]);
+                if held.all() {
                     faults.push(
                         Fault::new(
                             format!("boundary[{index}]"),
                             format!(
-                                "fix[{fix}] holds all {} nodes of this boundary in all directions \
-                                 in stage `{name}`: no dashpot there can move",
-                                held.nodes
+                                "all {} nodes of this boundary are held in all directions in stage \
+                                 `{name}`, by {}: no dashpot there can move",
+                                held.nodes,
+                                held.names()
                             ),
                         )
                         .help(
@@ -217,13 +218,15 @@ impl Borders {
                 let none = Applied::default();
                 let active = Active::new(conditions, made.geometry, made.packs, stage, &none);
                 let outside = Outside::new(self, made, (stage, &active), &none);
-                let held = outside.clamped(&self.list[index]);
-                if let Some((fix, first)) = held.fix.zip(held.first) {
+                let held = outside.clamped(made, &self.list[index]);
+                if let Some(first) = held.first {
                     let [x, y, z] = point(made, first);
                     doubts.push(format!(
-                        "boundary {index}: fix {fix} holds {} of its {} nodes in all directions, \
-                         first that at ({x}, {y}, {z}): no dashpot there can move",
-                        held.count, held.nodes
+                        "boundary {index}: {} of its {} nodes are held in all directions by {}, first \
+                         that at ({x}, {y}, {z}): no dashpot there can move",
+                        held.count,
+                        held.nodes,
+                        held.names()
                     ));
                     break;
                 }

@@ -1,6 +1,6 @@
 //! The boundaries that are in force in one stage, sorted by pack.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::{Border, Borders, Column, Made, Moving, Push, Resistance};
@@ -70,18 +70,25 @@ pub(crate) struct Outside {
     by_node: BTreeMap<u32, usize>,
 }
 
-/// How many nodes of a boundary are held in all directions.
-#[derive(Clone, Copy, Debug, Default)]
+/// Nodes of a boundary that are held in all directions: those of blocks all of whose nodes on it are.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Clamped {
     pub(super) nodes: usize,
     pub(super) count: usize,
     pub(super) first: Option<u32>,
-    pub(super) fix: Option<usize>,
+    /// Which hold them.
+    pub(super) fixes: BTreeSet<usize>,
 }
 
 impl Clamped {
     pub(super) fn all(&self) -> bool {
         self.count == self.nodes
+    }
+
+    /// The fixes, for a message.
+    pub(super) fn names(&self) -> String {
+        let names: Vec<String> = self.fixes.iter().map(|fix| format!("fix[{fix}]")).collect();
+        names.join(" and ")
     }
 }
 
@@ -168,17 +175,25 @@ impl Outside {
         pushes
     }
 
-    pub(super) fn clamped(&self, border: &Border) -> Clamped {
-        let nodes: HashSet<u32> = border.dashpots.iter().map(|(node, _)| *node).collect();
-        let mut clamped = Clamped { nodes: nodes.len(), ..Clamped::default() };
-        let mut nodes: Vec<u32> = nodes.into_iter().collect();
-        nodes.sort_unstable();
-        for node in nodes {
-            let dashpot = &self.dashpots[self.by_node[&node]];
-            if (0..3).all(|axis| dashpot.held(axis).is_some()) {
-                clamped.count += 1;
-                clamped.first.get_or_insert(node);
-                clamped.fix = clamped.fix.or(dashpot.held(0));
+    pub(super) fn clamped(&self, made: Made<'_>, border: &Border) -> Clamped {
+        let mut blocks: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
+        for (node, _) in &border.dashpots {
+            let (block, _) = made.geometry.locate(*node as usize);
+            blocks.entry(block).or_default().insert(*node);
+        }
+        let fixes = |node: &u32| {
+            let dashpot = &self.dashpots[self.by_node[node]];
+            let [x, y, z] = [0, 1, 2].map(|axis| dashpot.held(axis));
+            Some([x?, y?, z?])
+        };
+        let mut clamped = Clamped::default();
+        for nodes in blocks.values() {
+            clamped.nodes += nodes.len();
+            let held: Option<Vec<[usize; 3]>> = nodes.iter().map(fixes).collect();
+            if let Some(held) = held {
+                clamped.count += nodes.len();
+                clamped.first = clamped.first.or(nodes.first().copied());
+                clamped.fixes.extend(held.into_iter().flatten());
             }
         }
         clamped

@@ -296,10 +296,17 @@ fn boundaries_that_cannot_be() {
     refused(&with(viscous(plane(0, 7.0))), &["selects nothing"]);
     let mut held = with(viscous(plane(0, 0.0)));
     held.fix = vec![fix(plane(1, 0.0), "xyz"), fix(plane(0, 0.0), "xyz")];
-    refused(&held, &["boundary[0]", "holds all", "in all directions", "until"]);
+    refused(&held, &["boundary[0]", "by fix[1]", "in all directions", "until"]);
+    // An edge that is held is none of its business, whole faces are.
     held.fix = vec![fix(plane(1, 0.0), "xyz")];
-    let warnings = model(&held).warnings();
-    assert!(warnings.iter().any(|w| w.contains("boundary 0: fix 0 holds")), "{warnings:?}");
+    let said = |deck: &Deck| {
+        let warnings = model(deck).warnings();
+        warnings.into_iter().find(|warning| warning.contains("boundary 0"))
+    };
+    assert_eq!(said(&held), None);
+    held.fix = vec![fix(Where { y: Some(Extent::Range([0.0, 0.99])), ..Where::default() }, "xyz")];
+    let warning = said(&held).unwrap_or_default();
+    assert!(warning.contains("18 of its 36 nodes") && warning.contains("fix[0]"), "{warning}");
     let history = Some(History::Ramp(0.1));
     let lone = Boundary { history: history.clone(), ..viscous(plane(0, 0.0)) };
     refused(&with(lone), &["boundary[0].history", "needs `velocity`"]);
