@@ -8,7 +8,7 @@ use ddem_io::checkpoint::{self, Checkpoint};
 use ddem_io::run::{Options, run};
 
 use super::resume::{everything, interrupted};
-use super::shared::{How, StopAfter, run_into};
+use super::shared::{Frames, How, StopAfter, run_into};
 
 /// Two walls whose joints are weak, one rigid, on a floor; a driven block breaks them and one falls on
 /// the rubble.
@@ -153,4 +153,79 @@ fn a_checkpoint_with_numbers_that_cannot_be_is_refused() {
         }
     }
     assert!(run_into(&rubble(), folder.path(), How { resume: true, ..How::default() }));
+}
+
+/// Three blocks of 24 kN, on each other and on ground that is held, that come to rest.
+const PILE: &str = "
+[model]
+gravity = [0, 0, -10]
+[materials.rock]
+density = 2400
+young = 1e8
+poisson = 0.25
+[[blocks]]
+name = 'ground'
+body = 'rigid'
+origin = [-1, -1, -1]
+size = [3, 3, 1]
+material = 'rock'
+[[blocks]]
+origin = [0, 0, 0]
+size = [1, 1, 1]
+divisions = 2
+material = 'rock'
+[[blocks]]
+body = 'rigid'
+origin = [0.05, 0.03, 1]
+size = [1, 1, 1]
+material = 'rock'
+[[blocks]]
+body = 'rigid'
+origin = [0.1, 0.0, 2.05]
+size = [1, 1, 1]
+material = 'rock'
+[[fix]]
+where = { set = 'ground' }
+axes = 'xyz'
+[[stage]]
+name = 'rest'
+kind = 'dynamic'
+duration = 2.0
+frames = 4
+damping = { local = 0.8 }
+";
+
+/// What an engineer adds up from the file: at each level the contacts bear what is above.
+#[test]
+fn forces_in_the_results_bear_the_weight() {
+    let folder = tempfile::tempdir().expect("a folder");
+    assert!(run_into(PILE, folder.path(), How::default()));
+    let frames = Frames::open(folder.path().join("contacts.vtkhdf"));
+    assert_eq!(frames.times().len(), 5);
+    let [force, blocks, area, traction, normal] =
+        ["force", "blocks", "area", "traction", "normal"].map(|name| frames.at(name, 4));
+    let (force, blocks) = (force.as_chunks::<3>().0, blocks.as_chunks::<2>().0);
+    let (traction, normal) = (traction.as_chunks::<3>().0, normal.as_chunks::<3>().0);
+    for level in 0..3 {
+        let here = |at: &usize| blocks[*at] == [f64::from(level), f64::from(level + 1)];
+        let all = (0..blocks.len()).filter(here);
+        let sum = |c: usize| all.clone().map(|at| force[at][c]).sum::<f64>();
+        let weight = f64::from(3 - level) * 24e3;
+        let sums = [0, 1, 2].map(sum);
+        assert!((sums[2] / weight + 1.0).abs() < 1e-4, "level {level}: {sums:?}");
+        assert!(sums[0].hypot(sums[1]) < 1e-4 * weight, "level {level}: {sums:?}");
+    }
+    for at in 0..blocks.len() {
+        let along: f64 = (0..3).map(|c| traction[at][c] * normal[at][c]).sum();
+        assert!(
+            along < 0.0 && (0..3).all(|c| (traction[at][c] * area[at] - force[at][c]).abs() < 1e-6)
+        );
+    }
+    // At the start the last block hangs in the air, and nothing presses yet.
+    assert!(frames.at("gap", 0).is_empty());
+    let summary = ddem_io::summary::Summary::read(folder.path().join("summary.json"));
+    let contacts = summary.expect("a summary").contacts;
+    assert_eq!((contacts.block_pairs, contacts.points), (3, blocks.len() as u64));
+    let deepest = frames.at("gap", 4).into_iter().fold(0.0_f64, |most, gap| most.max(-gap));
+    assert!((contacts.deepest / deepest - 1.0).abs() < 1e-9, "{contacts:?} {deepest}");
 }

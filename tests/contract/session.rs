@@ -73,11 +73,11 @@ fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
     let path = own.path().join("saved.h5");
     recorded.save(&path).expect("a file");
     let loaded = Session::load(&path, Simd::default(), Some(&deck), |_| Ok(()));
-    let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+    let mut loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(loaded.simulation().save(), recorded.simulation().save());
     // As text, since some numbers are not one.
-    let stages = |session: &Session| format!("{:?}", session.summary().stages);
-    assert_eq!(stages(&loaded), stages(&recorded));
+    let stages = |session: &mut Session| format!("{:?}", session.summary().stages);
+    assert_eq!(stages(&mut loaded), stages(&mut recorded));
 }
 
 #[test]

@@ -49,6 +49,17 @@ impl Frames {
         self.all("PointData", name)[first..first + self.points().len()].to_vec()
     }
 
+    /// A field on the points at one frame, where their number may be another at each.
+    pub fn at(&self, name: &str, frame: usize) -> Vec<f64> {
+        let file = File::open(&self.path).expect("an HDF5 file");
+        let dataset = file.dataset(&format!("VTKHDF/PointData/{name}")).expect("the array");
+        let components = dataset.shape().get(1).copied().unwrap_or(1);
+        let part = self.numbers("Steps/PartOffsets")[frame] as usize;
+        let n = self.numbers("NumberOfPoints")[part] as usize;
+        let first = self.numbers(&format!("Steps/PointDataOffsets/{name}"))[frame] as usize;
+        self.all("PointData", name)[components * first..components * (first + n)].to_vec()
+    }
+
     fn last_offset(&self, name: &str) -> usize {
         let offsets = self.numbers(&format!("Steps/PointDataOffsets/{name}"));
         *offsets.last().expect("a frame") as usize

@@ -194,6 +194,9 @@ fn figures(progress: &Progress) -> Vec<String> {
     if progress.failed_pairs > 0 {
         figures.push(format!("{} failed", progress.failed_pairs));
     }
+    if progress.contacts > 0 {
+        figures.push(format!("{} contacts", progress.contacts));
+    }
     figures.extend(rate(progress.updates_per_second));
     let left = progress.seconds_left.and_then(clock);
     figures.extend(left.map(|left| format!("{left} left")));
@@ -272,6 +275,7 @@ mod tests {
             unbalanced,
             tolerance: 1e-6,
             failed_pairs: 0,
+            contacts: 0,
             updates_per_second: 48.23e6,
             seconds_left: Some(80.0),
         }
@@ -284,10 +288,16 @@ mod tests {
             figures(&progress).join("  "),
             @"1200/200000  unbalanced 3.2e-4 → 1e-6  48.2 M/s  1 min 20 s left"
         );
-        progress = Progress { failed_pairs: 7, relax: false, seconds_left: None, ..progress };
+        progress = Progress {
+            failed_pairs: 7,
+            contacts: 12,
+            relax: false,
+            seconds_left: None,
+            ..progress
+        };
         insta::assert_snapshot!(
             figures(&progress).join("  "),
-            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4  7 failed  48.2 M/s"
+            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4  7 failed  12 contacts  48.2 M/s"
         );
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::deck::{Deck, Where};
 use crate::error::{Fault, RunError};
-use crate::geometry::{Geometry, Region, Vec3, nothing};
+use crate::geometry::{Geometry, Region, Vec3, no_node, nothing};
 use crate::history::{Course, Function};
 use crate::lanes::LANES;
 use crate::pack::Packs;
@@ -63,7 +63,8 @@ impl Conditions {
         for (index, fix) in deck.fix.iter().enumerate() {
             let nodes = region(&fix.region).nodes(geometry);
             if nodes.is_empty() {
-                faults.push(nothing(format!("fix[{index}].where"), "no node"));
+                let region = region(&fix.region);
+                faults.push(no_node(format!("fix[{index}].where"), &region, geometry));
             }
             conditions.fixed.push(Fixed {
                 nodes,
@@ -80,7 +81,17 @@ impl Conditions {
                     history: Course::new(load.history.as_ref()),
                     period: Period::new(deck, load.from.as_ref(), load.until.as_ref()),
                 }),
+                Err("no node") => {
+                    let region = region(&load.region);
+                    faults.push(no_node(format!("load[{index}].where"), &region, geometry));
+                }
                 Err(what) => faults.push(nothing(format!("load[{index}].where"), what)),
+            }
+        }
+        for (index, initial) in deck.initial.iter().enumerate() {
+            let region = region(&initial.region);
+            if region.nodes(geometry).is_empty() {
+                faults.push(no_node(format!("initial[{index}].where"), &region, geometry));
             }
         }
         if faults.is_empty() { Ok(conditions) } else { Err(faults) }

@@ -3,7 +3,7 @@
 /// Energies at one time `[J]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
-    /// Kinetic energy, `½ v⁻ m v⁺` of the half steps before and after.
+    /// Kinetic energy, `½ v⁻ m v⁺` of the half steps before and after; `½ v m v` at the start of a stage.
     pub kinetic: f64,
     /// Strain energy of the bodies.
     pub strain_bodies: f64,

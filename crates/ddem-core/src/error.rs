@@ -112,33 +112,37 @@ pub enum RunError {
     },
     /// A block goes so far in a step that contacts could be missed.
     #[error(
-        "block {block} went {way:.3e} m in step {step}, at time {time:.6e} s: more than a quarter of \
-         the shortest edge of a block, {edge} m, so that it could pass through another; a shorter \
-         `time_step` follows such a speed, loads beyond what the blocks can bear are the usual cause \
-         of one"
+        "block {block} of `{set}` went {way:.3e} m in step {step}, at time {time:.6e} s: more than a \
+         quarter of the shortest edge of a block, {edge} m, so that it could pass through another; {}",
+        too_fast(*driven)
     )]
     TooFast {
         /// The fastest block.
         block: usize,
+        /// The set that it belongs to.
+        set: String,
         /// Steps since the start of the run.
         step: u64,
         /// Simulated time `[s]`.
         time: f64,
-        /// How far a component of its displacement changed `[m]`.
+        /// How far one of its nodes went `[m]`.
         way: f64,
         /// Shortest edge of a block `[m]`.
         edge: f64,
+        /// The support that moves it, by its number in the deck.
+        driven: Option<usize>,
     },
     /// Two blocks are so deep in each other that they could pass through.
     #[error(
-        "blocks {} and {} are {depth:.3e} m in each other in step {step}, at time {time:.6e} s: more \
-         than a quarter of their shortest edge, {edge} m; a contact as soft as this does not stop \
-         what is as fast or as heavy: a larger `normal_stiffness` in [contact] does",
-        .blocks[0], .blocks[1]
+        "block {} of `{}` and block {} of `{}` are {depth:.3e} m in each other in step {step}, at time \
+         {time:.6e} s: more than a quarter of their shortest edge, {edge} m; {}",
+        .blocks[0], .sets[0], .blocks[1], .sets[1], too_deep(*driven, *relaxes)
     )]
     TooDeep {
         /// The two blocks.
         blocks: [usize; 2],
+        /// The sets that they belong to.
+        sets: Box<[String; 2]>,
         /// Steps since the start of the run.
         step: u64,
         /// Simulated time `[s]`.
@@ -147,6 +151,10 @@ pub enum RunError {
         depth: f64,
         /// Their shortest edge `[m]`.
         edge: f64,
+        /// A support that moves one of them, by its number in the deck, and which block.
+        driven: Option<(usize, usize)>,
+        /// In a relaxation.
+        relaxes: bool,
     },
     /// Blocks part or slide without end in a relaxation: their joints have failed.
     #[error(
@@ -167,8 +175,8 @@ pub enum RunError {
     /// Relaxation took too long.
     #[error(
         "not in equilibrium after {max_steps} steps: unbalanced ratio {ratio:.3e}, wanted \
-         {tolerance:.3e}{}",
-        hint(*ratio, *failed)
+         {tolerance:.3e}{}{}",
+        hint(*ratio, *failed), moving(fastest.as_ref())
     )]
     NotConverged {
         /// Unbalanced ratio reached.
@@ -179,7 +187,47 @@ pub enum RunError {
         max_steps: u64,
         /// Pairs that have failed.
         failed: u64,
+        /// The block that moves most, its set, and its way in the last step `[m]`.
+        fastest: Option<(usize, String, f64)>,
     },
+}
+
+/// What moves a block too fast.
+fn too_fast(driven: Option<usize>) -> String {
+    driven.map_or_else(
+        || {
+            "a shorter `time_step` follows such a speed, loads beyond what the blocks can bear are the \
+             usual cause of one"
+                .to_owned()
+        },
+        |fix| {
+            format!("its support, fix[{fix}], moves it: a smaller `velocity` or a shorter `time_step`")
+        },
+    )
+}
+
+/// What puts two blocks into each other.
+fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String {
+    match driven {
+        Some((fix, block)) => format!(
+            "the support fix[{fix}] moves block {block}, whatever is in its way: a smaller `velocity`, \
+             or one that ends before, is the usual remedy"
+        ),
+        None if relaxes => "a contact as soft as this does not carry what is as heavy: a larger \
+                            `normal_stiffness` in [contact] does; blocks that nothing holds are for \
+                            a dynamic stage"
+            .to_owned(),
+        None => "a contact as soft as this does not stop what is as fast or as heavy: a larger \
+                 `normal_stiffness` in [contact] does"
+            .to_owned(),
+    }
+}
+
+/// What is still on its way in a relaxation.
+fn moving(fastest: Option<&(usize, String, f64)>) -> String {
+    fastest.map_or_else(String::new, |(block, set, way)| {
+        format!("; block {block} of `{set}` moves most, {way:.1e} m in the last step")
+    })
 }
 
 /// What keeps a relaxation from equilibrium.

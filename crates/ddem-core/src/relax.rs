@@ -10,7 +10,7 @@
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
-use crate::cluster::{Clusters, Relaxation};
+use crate::cluster::{Clusters, Meeting, Relaxation};
 use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
@@ -81,35 +81,34 @@ impl Simulation {
     fn go_on_relaxing(&mut self, memory: Memory, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
         self.change_motion(Motion::relaxing(&self.model.assembly));
         self.rest();
-        let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
-        for (node, axis) in self.active.held() {
-            held.entry(node).or_default()[axis] = true;
-        }
-        let clusters = Clusters::new(&self.model, &held, stop)?;
         // Until a part of the loads has made its first step, those before it act.
         if memory.way != 0.0 || !memory.last.is_empty() {
             self.factors = memory.present_factors();
         }
-        let mut relaxation = Relaxation { memory, clusters };
-        self.scale(&mut relaxation.clusters, stop)?;
-        self.relaxation = Some(relaxation);
+        let clusters = self.masses(stop)?;
+        self.relaxation = Some(Relaxation { memory, clusters });
         Ok(())
     }
 
-    /// Scales the masses so that Δt = 1 is stable: once pairs have failed, whatever breaks.
-    fn scale(&mut self, clusters: &mut Clusters, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
+    /// Masses with which Δt = 1 is stable: once pairs have failed, whatever breaks; with contacts as they are.
+    fn masses(&mut self, stop: &dyn Fn() -> bool) -> Result<Clusters, RunError> {
+        let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
+        for (node, axis) in self.active.held() {
+            held.entry(node).or_default()[axis] = true;
+        }
         let has_failed = self.state.failed != [0; 2];
+        let meeting = Meeting::new(&self.model, &self.state.contacts);
+        let mut clusters = Clusters::new(&self.model, &held, meeting, stop)?;
         let mut largest: f64 = 0.0;
         for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
             let mut breaks = self.model.tangent(broken);
             let found =
-                largest_clustered(&self.model, clusters, &mut breaks, &mut self.scratch, stop)?;
+                largest_clustered(&self.model, &clusters, &mut breaks, &mut self.scratch, stop)?;
             largest = largest.max(found);
         }
         // Contacts are at most as stiff as what they have put into the masses, and add to the rest.
-        let contacts = if self.model.open_surfaces().is_some() { 1.0 } else { 0.0 };
-        clusters.scale(LARGEST / (largest + contacts));
-        Ok(())
+        clusters.scale(LARGEST / (largest + if meeting.any { 1.0 } else { 0.0 }));
+        Ok(clusters)
     }
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
@@ -159,11 +158,18 @@ impl Simulation {
         self.measured = None;
         self.check(sums)?;
         self.state.whole = false;
+        if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
+            // The forces are gone with it: the step is not taken, and the next begins from rest.
+            *clusters = self.masses(&|| false)?;
+            self.state.v.fill(Lanes::ZERO);
+            memory.rest();
+            return Ok(Relaxed::Moving);
+        }
         let had_failed = self.state.failed != [0; 2];
         if self.fails_now(memory, tolerance) {
             if !had_failed {
                 // Half way through what happens here there is no stopping.
-                self.scale(clusters, &|| false)?;
+                *clusters = self.masses(&|| false)?;
             }
             memory.rest();
             return Ok(Relaxed::Moving);
@@ -250,10 +256,9 @@ impl Simulation {
                 return relaxed.map(|_| step);
             }
         }
-        let ratio = self.last.ratio();
+        let error = self.not_converged(tolerance, max_steps);
         self.finish_relaxation();
-        let failed = self.state.failed.iter().sum();
-        Err(RunError::NotConverged { ratio, tolerance, max_steps, failed })
+        Err(error)
     }
 
     /// Ends a relaxation: everything is at rest.

@@ -3,6 +3,8 @@
 //! Work is that of the leap-frog scheme itself: a force G at time t does `½ G·v⁻ Δt` with the
 //! velocity of the half step before and `½ G·v⁺ Δt` with the one after. Then kinetic energy
 //! `½ v⁻ m v⁺` plus strain energy minus work is constant to rounding for a linear model.
+//! Where velocities are at a whole step, at the start of a stage, kinetic energy is `½ v m v`, and a force
+//! does its work with the mean velocity of the half step that follows.
 
 use fearless_simd::{Simd, f64x4};
 
@@ -23,8 +25,11 @@ pub(crate) struct Sums {
     pub(crate) supports: [f64; 2],
     /// Power that damping takes `[W]`.
     pub(crate) damping: [f64; 2],
-    /// `½ Σ v⁻ m v⁺` `[J]`.
+    /// `½ Σ v⁻ m v⁺`, or `½ Σ v m v` at a whole step `[J]`.
     pub(crate) kinetic: f64,
+    /// At a whole step what that is more than the scheme's own measure, in which the half step before
+    /// mirrors the one after: `½ Σ m (v⁺ − v)²` `[J]`.
+    pub(crate) ahead: f64,
     /// `Σ v⁺·v⁺` of a step of relaxation `[m²]`.
     pub(crate) moved: f64,
     /// Largest size of a component of velocity, by lane; over all packs in the first `[m/s]`.
@@ -40,6 +45,7 @@ impl Sums {
             total.applied += sums.applied;
             total.power += sums.power;
             total.kinetic += sums.kinetic;
+            total.ahead += sums.ahead;
             total.moved += sums.moved;
             let fastest = sums.fastest.0.into_iter().fold(total.fastest.0[0], f64::max);
             total.fastest.0[0] = fastest;
@@ -71,6 +77,7 @@ pub(crate) struct Tally<S: Simd> {
     loads: [f64x4<S>; 2],
     damping: [f64x4<S>; 2],
     kinetic: f64x4<S>,
+    ahead: f64x4<S>,
     moved: f64x4<S>,
 }
 
@@ -79,7 +86,15 @@ impl<S: Simd> Tally<S> {
     pub(crate) fn new(simd: S) -> Self {
         let zero = splat(simd, 0.0);
         let two = [zero; 2];
-        Self { free: zero, power: zero, loads: two, damping: two, kinetic: zero, moved: zero }
+        Self {
+            free: zero,
+            power: zero,
+            loads: two,
+            damping: two,
+            kinetic: zero,
+            ahead: zero,
+            moved: zero,
+        }
     }
 
     /// The force on one component of one node.
@@ -121,6 +136,14 @@ impl<S: Simd> Tally<S> {
         self.kinetic += mass * before * after * 0.5;
     }
 
+    /// At a whole step: the velocity there and half a step ahead.
+    #[inline(always)]
+    pub(crate) fn whole(&mut self, mass: f64x4<S>, now: f64x4<S>, after: f64x4<S>) {
+        let more = after - now;
+        self.kinetic += mass * now * now * 0.5;
+        self.ahead += mass * more * more * 0.5;
+    }
+
     /// Into the sums of the pack.
     #[inline(always)]
     pub(crate) fn give(self, sums: &mut Sums) {
@@ -130,6 +153,7 @@ impl<S: Simd> Tally<S> {
         sums.loads = self.loads.map(sum);
         sums.damping = self.damping.map(sum);
         sums.kinetic = sum(self.kinetic);
+        sums.ahead = sum(self.ahead);
         sums.moved = sum(self.moved);
     }
 }

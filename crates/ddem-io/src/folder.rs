@@ -15,11 +15,12 @@ use crate::replace::temporary;
 const MARKER: &str = "ddem.json";
 const BLOCKS: &str = "blocks.vtkhdf";
 const JOINTS: &str = "joints.vtkhdf";
+const CONTACTS: &str = "contacts.vtkhdf";
 const PROBES: &str = "probes.csv";
 const ENERGY: &str = "energy.csv";
 const SUMMARY: &str = "summary.json";
 pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
-const RESULTS: [&str; 6] = [BLOCKS, JOINTS, PROBES, ENERGY, SUMMARY, CHECKPOINT];
+const RESULTS: [&str; 7] = [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, SUMMARY, CHECKPOINT];
 
 /// Why a folder cannot take the results. Nothing was written.
 #[derive(Debug, thiserror::Error)]
@@ -157,6 +158,11 @@ impl Folder {
     /// `joints.vtkhdf`.
     pub fn joints(&self) -> PathBuf {
         self.path.join(JOINTS)
+    }
+
+    /// `contacts.vtkhdf`.
+    pub fn contacts(&self) -> PathBuf {
+        self.path.join(CONTACTS)
     }
 
     /// `probes.csv`.

@@ -74,6 +74,8 @@ pub struct Progress {
     pub tolerance: f64,
     /// Failed pairs.
     pub failed_pairs: u64,
+    /// Pairs of blocks that press on each other, and no joint holds.
+    pub contacts: u64,
     /// Node updates per second in this stage.
     pub updates_per_second: f64,
     /// Wall time left in the stage `[s]`, when it can be told.

@@ -26,6 +26,9 @@ pub struct Summary {
     pub pairs: u64,
     /// Pairs that have failed.
     pub failed_pairs: FailedPairs,
+    /// Contacts at the end.
+    #[serde(default)]
+    pub contacts: ContactSummary,
     /// Largest memory the process had, `[B]`; 0 where the system does not tell.
     pub peak_memory_bytes: u64,
     /// The stages done, in order.
@@ -41,6 +44,18 @@ pub struct FailedPairs {
     pub shear: u64,
     /// In tension.
     pub tension: u64,
+}
+
+/// Contacts as they are now: all zero where no blocks meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactSummary {
+    /// Pairs of blocks that press on each other.
+    pub block_pairs: u64,
+    /// Pairs of points that do.
+    pub points: u64,
+    /// How far blocks reach into each other, at most `[m]`.
+    #[serde(deserialize_with = "number_or_null")]
+    pub deepest: f64,
 }
 
 /// How one stage went.

@@ -87,6 +87,7 @@ fn summary_has_the_documented_keys() {
         "elements",
         "pairs",
         "failed_pairs",
+        "contacts",
         "peak_memory_bytes",
         "stages",
         "deck",
@@ -209,6 +210,7 @@ fn the_same_deck_takes_its_folder_again() {
     let files = [
         folder.blocks(),
         folder.joints(),
+        folder.contacts(),
         folder.probes(),
         folder.energy(),
         folder.summary(),

@@ -7,7 +7,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use ddem_io::vtkhdf::{Cells, Constant, FieldSpec, Grid, Kind, Location, Values, Writer};
+use ddem_io::vtkhdf::{Cells, Cloud, Constant, FieldSpec, Grid, Kind, Location, Values, Writer};
 use serde_json::{Value, json};
 
 /// The interpreter, or `None` after telling that VTK was not asked.
@@ -215,5 +215,53 @@ fn joints() {
         assert_array(&data["traction"], 3, &noise(step, 3 * n));
         assert_array(&data["joint"], 1, &joint);
         assert_array(&data["side"], 1, &joint);
+    }
+}
+
+/// Points whose number is another at each step, none at some.
+#[test]
+fn contacts() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("contacts.vtkhdf");
+    let fields = [
+        FieldSpec::point("force", 3),
+        FieldSpec::point("gap", 1),
+        FieldSpec::point("sliding", 1).kind(Kind::U8),
+        FieldSpec::point("blocks", 2).kind(Kind::I32),
+    ];
+    let sizes = [0, 5, 0, 9001, 3, 12, 0];
+    let points = |step: usize| noise(step, 3 * sizes[step]);
+    let append = |writer: &mut Cloud, step: usize| {
+        let n = sizes[step];
+        let (force, gap) = (noise(10 + step, 3 * n), noise(20 + step, n));
+        let (sliding, blocks) = (vec![step as u8; n], vec![step as i32; 2 * n]);
+        let values =
+            [Values::F64(&force), Values::F64(&gap), Values::U8(&sliding), Values::I32(&blocks)];
+        let points = points(step);
+        writer.append(step as f64 * 0.125, points.as_chunks().0, &values).unwrap();
+    };
+    let mut writer = Cloud::create(&path, &fields).unwrap();
+    (0..5).for_each(|step| append(&mut writer, step));
+    let mut writer = Cloud::reopen(&path, &fields, 4).unwrap();
+    (4..7).for_each(|step| append(&mut writer, step));
+    let seen = vtk(&python, &path);
+    let times: Vec<f64> = (0..7).map(|step| f64::from(step) * 0.125).collect();
+    assert_eq!(seen["times"], json!(times));
+    for (step, seen) in seen["steps"].as_array().unwrap().iter().enumerate() {
+        let n = sizes[step];
+        assert_eq!((&seen["points"], &seen["cells"]), (&json!(n), &json!(n)), "{step}");
+        if n == 0 {
+            continue;
+        }
+        assert_eq!(seen["cell_types"], json!([1]));
+        assert_array(&seen["coordinates"], 3, &points(step));
+        let numbers: Vec<f64> = (0..n).map(|i| i as f64).collect();
+        assert_array(&seen["connectivity"], 1, &numbers);
+        let data = &seen["point_data"];
+        assert_array(&data["force"], 3, &noise(10 + step, 3 * n));
+        assert_array(&data["gap"], 1, &noise(20 + step, n));
+        assert_array(&data["sliding"], 1, &vec![step as f64; n]);
+        assert_array(&data["blocks"], 2, &vec![step as f64; 2 * n]);
     }
 }

@@ -61,8 +61,9 @@ impl Watch {
         let progress = locked(&self.progress).take();
         let (Some(bar), Some(p)) = (bar, progress) else { return Ok(()) };
         let steps = (!p.relax).then_some(p.steps);
+        let counts = (p.failed_pairs, p.contacts);
         let arguments =
-            (p.stage, p.step, steps, p.time, p.unbalanced, p.failed_pairs, p.updates_per_second);
+            (p.stage, p.step, steps, p.time, p.unbalanced, counts, p.updates_per_second);
         bar.call_method1(py, "update", arguments)?;
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! What is seen of a simulation.
 
 use ddem_core::deck::names;
-use ddem_core::{FIELDS, Field, Model, On, Simulation};
+use ddem_core::{CONTACT_FIELDS, Contact, FIELDS, Field, Model, On, Simulation};
 use ddem_io::run::Session;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -140,12 +140,30 @@ pub(crate) fn pair_array<'py>(py: Python<'py>, pairs: Pairs) -> PyResult<Bound<'
     for (field, values) in pairs.fields {
         let kind = match field.name {
             "state" => "u1",
-            "open" => "?",
+            "open" | "released" => "?",
             _ => "f8",
         };
         columns.push((field.name, kind, arrays::components(py, values, field.components)?));
     }
     arrays::structured(py, n, columns)
+}
+
+pub(crate) fn contact_array<'py>(
+    py: Python<'py>,
+    contacts: &[Contact],
+) -> PyResult<Bound<'py, PyAny>> {
+    let points = contacts.iter().map(|contact| contact.position).collect();
+    let mut columns = vec![("point", "f8", arrays::rows(py, points)?)];
+    for field in &CONTACT_FIELDS {
+        let kind = match field.name {
+            "sliding" => "?",
+            "blocks" => "i8",
+            _ => "f8",
+        };
+        let values = arrays::components(py, field.fill(contacts), field.components)?;
+        columns.push((field.name, kind, values));
+    }
+    arrays::structured(py, contacts.len(), columns)
 }
 
 /// Time, step and values of one probe.

@@ -154,11 +154,41 @@ impl Simulation {
     /// block to the other's), `nodes`, `joint` (its number, in sorted order of
     /// the names) and the fields of joints: `displacement` [m], `traction` [Pa], `slip` [m],
     /// `opening` [m], `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`,
-    /// `failure_time` [s] (NaN while bonded), `damage`.
+    /// `released` (a contact has taken the place of the joint), `failure_time` [s] (NaN while
+    /// bonded), `damage`.
     #[getter]
     fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let pairs = self.looked(py, |inner| look::pairs(&mut inner.session))?;
         look::pair_array(py, pairs)
+    }
+
+    /// The contacts between blocks that press now, a structured array of shape (n_contacts,), one
+    /// row for each two points: `point` (where the force acts) [m], `force` (on the first of the two
+    /// blocks, the other gets its opposite) [N], `traction` (force by area; along the normal it is
+    /// negative, pressure) [Pa], `normal` (from the first block to the second), `area` [m²], `gap`
+    /// (distance of the faces, negative where they overlap) [m], `slip` (way that they have slid over
+    /// each other since they met) [m], `sliding` (friction bears all that it can), `blocks` (their
+    /// numbers). Empty where no blocks meet.
+    #[getter]
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let contacts = self.looked(py, |inner| inner.session.simulation_mut().contacts())?;
+        look::contact_array(py, &contacts)
+    }
+
+    /// Momentum of the whole model now, the sum of m v [kg m/s], shape (3,).
+    #[getter]
+    fn momentum<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let momentum = self.looked(py, |inner| inner.session.simulation_mut().momentum())?;
+        arrays::components(py, momentum.to_vec(), 1)
+    }
+
+    /// Moment of the momentum about the origin now, the sum of x × m v and of the spins of rigid
+    /// blocks [kg m²/s], shape (3,).
+    #[getter]
+    fn angular_momentum<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let momentum =
+            self.looked(py, |inner| inner.session.simulation_mut().angular_momentum())?;
+        arrays::components(py, momentum.to_vec(), 1)
     }
 
     /// The pairs around each joint element, shape (n_quads, 4).
@@ -335,7 +365,8 @@ impl Simulation {
     /// What was run and how it went so far: the contents of `summary.json`.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.lock(py)?.session.summary())
+        let summary = self.looked(py, |inner| inner.session.summary())?;
+        to_python(py, &summary)
     }
 }
 

@@ -91,6 +91,7 @@ def test_pairs_type(simulation: ddem.Simulation) -> None:
         ("opening", "f8"),
         ("state", "u1"),
         ("open", "?"),
+        ("released", "?"),
         ("failure_time", "f8"),
         ("damage", "f8"),
     ]

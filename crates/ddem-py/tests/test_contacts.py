@@ -6,6 +6,7 @@ import warnings
 from pathlib import Path
 
 import ddem
+import h5py
 import numpy as np
 import pytest
 
@@ -62,3 +63,86 @@ def test_contacts_that_are_not_meant_are_warned_of() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         fallen().build()
+
+
+def test_forces_of_contacts_bear_the_weight(tmp_path: Path) -> None:
+    simulation = fallen(friction=30).build()
+    simulation.run(1.5, damping={"local": 0.8}, record=tmp_path, frames=3, quiet=True)
+    contacts = simulation.contacts
+    assert contacts.dtype.names == (
+        *("point", "force", "traction", "normal", "area", "gap", "slip", "sliding", "blocks"),
+    )
+    for blocks, weight in (((0, 1), 1 + 0.8**3), ((1, 2), 0.8**3)):
+        here = contacts[(contacts["blocks"] == blocks).all(axis=1)]
+        # On the block below, which is the first.
+        force = here["force"].sum(axis=0)
+        assert np.allclose(force, (0, 0, -2400 * 9.81 * weight), atol=1e-2 * 2400 * 9.81)
+        assert (here["gap"] < 0).all() and not here["sliding"].any()
+        assert np.allclose(here["traction"] * here["area"][:, None], here["force"])
+        assert ((here["traction"] * here["normal"]).sum(axis=1) < 0).all()
+        assert here["area"].sum() == pytest.approx(1.0 if blocks == (0, 1) else 0.64, rel=0.05)
+    counts = simulation.summary["contacts"]
+    assert (counts["block_pairs"], counts["points"]) == (2, len(contacts))
+    assert counts["deepest"] == pytest.approx(-contacts["gap"].min(), rel=1e-9)
+    with h5py.File(tmp_path / "contacts.vtkhdf") as file:
+        root = file["VTKHDF"]
+        number, first = root["NumberOfPoints"][-1], root["Steps/PointOffsets"][-1]
+        last = slice(first, first + number)
+        assert len(root["NumberOfPoints"]) == 4 and number == len(contacts)
+        assert np.array_equal(root["Points"][last], contacts["point"])
+        for name in contacts.dtype.names[1:]:
+            assert np.array_equal(root["PointData"][name][last], contacts[name]), name
+    contacts["force"] = 0.0
+    assert simulation.contacts["force"].any()
+
+
+def test_there_are_no_contacts_where_none_are_looked_for(tmp_path: Path) -> None:
+    model = ddem.Model(contact=False)
+    model.add_blocks(size=(1, 1, 1), material=SOFT, body="rigid")
+    simulation = model.build()
+    simulation.run(1e-3, record=tmp_path, quiet=True)
+    assert simulation.contacts.shape == (0,)
+    assert simulation.summary["contacts"] == {"block_pairs": 0, "points": 0, "deepest": 0.0}
+    assert not (tmp_path / "contacts.vtkhdf").exists()
+
+
+def test_momenta_of_a_rigid_and_a_deformable_block() -> None:
+    model = ddem.Model()
+    model.add_blocks(name="rigid", size=(1, 2, 3), material=SOFT, body="rigid")
+    model.add_blocks(name="soft", origin=(5, 0, 0), size=(1, 1, 1), material=SOFT, divisions=2)
+    model.initial(set="rigid", velocity=(1, 0, 0), spin=(0, 0, 2), centre=(0.5, 1, 1.5))
+    model.initial(set="soft", velocity=(0, 3, 0))
+    simulation = model.build()
+    for _ in range(2):
+        # m v; of the rigid one x × m v and I ω, of the other x × m v.
+        assert simulation.momentum == pytest.approx(2400 * np.array([6.0, 3.0, 0.0]), rel=1e-12)
+        spin = 14400 / 12 * (1 + 4) * 2
+        moment = np.array([0, 1.5 * 14400, -1.0 * 14400 + spin])
+        moment += 7200 * np.cross((5.5, 0.5, 0.5), (0, 1, 0))
+        assert simulation.angular_momentum == pytest.approx(moment, rel=1e-12)
+        simulation.step(50)
+
+
+def test_forces_of_contacts_are_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("pyvista")
+    simulation = fallen(friction=30).build()
+    simulation.run(0.3, damping={"local": 0.5}, record=tmp_path, quiet=True)
+    meshes = []
+    for source in (simulation, tmp_path):
+        plotter = ddem.plot(source, contacts=True, show=False)
+        meshes.append(plotter.actors["contacts"].mapper.dataset)
+        plotter.close()
+    contacts = simulation.contacts
+    drawn = np.unique(meshes[0]["contact force (N)"])
+    pairs = np.unique(contacts["blocks"], axis=0)
+    sums = [
+        np.linalg.norm(contacts["force"][(contacts["blocks"] == pair).all(axis=1)].sum(axis=0))
+        for pair in pairs
+    ]
+    assert np.allclose(drawn, np.sort(sums))
+    assert np.allclose(meshes[0].points, meshes[1].points)
+    with pytest.raises(ValueError, match="scale"):
+        ddem.plot(simulation, contacts=True, scale=10, show=False)
+    (tmp_path / "contacts.vtkhdf").unlink()
+    with pytest.raises(ValueError, match="contacts"):
+        ddem.plot(tmp_path, contacts=True, show=False)

@@ -113,7 +113,7 @@ fn blocks_that_are_too_fast_stop_the_run() {
     desk.write("pair.toml", &PAIR.replace("[1, 0, -0.5]", "[3e4, 0, 0]"));
     let went = desk.run("pair.toml --out a");
     assert_eq!(went.status, Some(1), "{}", went.stderr);
-    assert!(went.stderr.contains("block 1 went "), "{}", went.stderr);
+    assert!(went.stderr.contains("block 1 of `above` went "), "{}", went.stderr);
     assert!(went.stderr.contains("in step 1, at time "), "{}", went.stderr);
     assert!(desk.path("a/energy.csv").exists());
 }

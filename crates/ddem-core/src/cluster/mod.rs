@@ -14,7 +14,7 @@ use fearless_simd_macros::simd;
 use nalgebra::SMatrix;
 
 use crate::assembly::{Element, NO_TABLE};
-use crate::contact::{Surfaces, faces, outer};
+use crate::contact::{Contacts, Release, Surfaces, faces, outer};
 use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
@@ -55,6 +55,38 @@ pub(crate) struct Relaxation {
 /// `K[(a, c), (a ^ r, c)]` of one element: by corner a, partner bits r, component c.
 type Coupling = [[[f64; 3]; 8]; 8];
 
+/// What the masses of a node or a block follow from.
+#[derive(Clone, Copy)]
+struct Around<'a> {
+    model: &'a Model,
+    couplings: &'a [Coupling],
+    /// Degrees of freedom that are held.
+    held: &'a HashMap<u32, [bool; 3]>,
+    /// Where blocks may meet.
+    surfaces: Option<&'a Surfaces>,
+    meeting: Meeting,
+}
+
+/// What contacts masses are to reckon with: it follows from the state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Meeting {
+    /// Those on the faces without a joint.
+    pub(crate) any: bool,
+    /// Those in the place of joints that have been let go.
+    pub(crate) released: bool,
+}
+
+impl Meeting {
+    pub(crate) fn new(model: &Model, contacts: &Contacts) -> Self {
+        if model.contact.is_none() {
+            return Self::default();
+        }
+        let released = contacts.joints.iter().flatten().any(|&joint| joint > Release::Holds);
+        let met = released || !contacts.patches.is_empty();
+        Self { any: met || model.open_surfaces().is_some(), released }
+    }
+}
+
 /// Inverse masses of all packs, equal ones once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters {
@@ -62,6 +94,7 @@ pub(crate) struct Clusters {
     pub(crate) of_pack: Vec<u32>,
     /// Of rigid bodies, pack by pack of these.
     rigid: Vec<rigid::Inverses>,
+    pub(crate) meeting: Meeting,
 }
 
 impl Clusters {
@@ -69,21 +102,24 @@ impl Clusters {
     pub(crate) fn new(
         model: &Model,
         held: &HashMap<u32, [bool; 3]>,
+        meeting: Meeting,
         stop: &dyn Fn() -> bool,
     ) -> Result<Self, RunError> {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
-        let mut clusters = Self::default();
+        let surfaces = model.contact.as_ref().filter(|_| meeting.any);
+        let around = Around { model, couplings: &couplings, held, surfaces, meeting };
+        let mut clusters = Self { meeting, ..Self::default() };
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in 0..model.packs.packs.len() {
             if stop() {
                 return Err(RunError::Stopped);
             }
             if model.packs.packs[pack].rigid {
-                clusters.rigid.push(rigid::inverses(model, held, pack));
+                clusters.rigid.push(rigid::inverses(around, pack));
                 clusters.of_pack.push(u32::MAX);
                 continue;
             }
-            let mass = InverseMass::new(model, &couplings, held, pack);
+            let mass = InverseMass::new(around, pack);
             let parts = mass.partner.iter().map(|p| p.part as u64);
             let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
             let key = parts.chain(numbers).collect();
@@ -115,12 +151,8 @@ fn coupling(element: &Element) -> Coupling {
 }
 
 impl InverseMass {
-    fn new(
-        model: &Model,
-        couplings: &[Coupling],
-        held: &HashMap<u32, [bool; 3]>,
-        index: usize,
-    ) -> Self {
+    fn new(around: Around<'_>, index: usize) -> Self {
+        let model = around.model;
         let pack = &model.packs.packs[index];
         let n = model.packs.shape_of(pack).divisions;
         let mut mass = Self { start: vec![0], ..Self::default() };
@@ -131,7 +163,7 @@ impl InverseMass {
                 if lane >= pack.filled {
                     return [[0.0; 3]; 8];
                 }
-                inverse_row(model, couplings, held, pack.bodies[lane] as usize, at)
+                inverse_row(around, pack.bodies[lane] as usize, at)
             });
             let first = mass.partner.len();
             for part in 0..8 {
@@ -172,17 +204,12 @@ fn partner(model: &Model, body: usize, at: [usize; 3], part: usize) -> Option<(u
 }
 
 /// The row of a node in the inverse of its cluster's block, by partner and component.
-fn inverse_row(
-    model: &Model,
-    couplings: &[Coupling],
-    held: &HashMap<u32, [bool; 3]>,
-    body: usize,
-    at: [usize; 3],
-) -> [[f64; 3]; 8] {
+fn inverse_row(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 8] {
+    let Around { model, held, .. } = around;
     let members: [Option<(usize, [usize; 3])>; 8] =
         std::array::from_fn(|part| partner(model, body, at, part));
     let blocks: [[[f64; 3]; 8]; 8] = std::array::from_fn(|part| match members[part] {
-        Some((body, at)) => node_coupling(model, couplings, body, at),
+        Some((body, at)) => node_coupling(around, body, at),
         None => [[0.0; 3]; 8],
     });
     let is_held = |part: usize, c: usize| {
@@ -210,12 +237,8 @@ fn inverse_row(
 }
 
 /// Diagonal of the stiffness at a node (r = 0) and its coupling with the partners.
-fn node_coupling(
-    model: &Model,
-    couplings: &[Coupling],
-    body: usize,
-    at: [usize; 3],
-) -> [[f64; 3]; 8] {
+fn node_coupling(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 8] {
+    let Around { model, couplings, .. } = around;
     let n = model.geometry.lattice(body).divisions;
     let mut sum = [[0.0; 3]; 8];
     // The cell in each octant: bit set on the upper side of the node.
@@ -245,7 +268,7 @@ fn node_coupling(
         }
     }
     spring_coupling(model, body, at, &mut sum);
-    if let Some(surfaces) = model.open_surfaces() {
+    if let Some(surfaces) = around.surfaces {
         contact_diagonal(model, surfaces, (body, at), &mut sum[0]);
     }
     sum

@@ -1,13 +1,13 @@
 //! Fictitious masses of rigid bodies: of each the stiffness of all its joints against its own six
 //! motions.
 
-use std::collections::HashMap;
-
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
+use super::Around;
 use crate::contact::{Skins, faces, outer};
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
+use crate::law::Stiffness;
 use crate::model::Model;
 use crate::pack::Pack;
 use crate::rigid::{Hold, Pose};
@@ -18,7 +18,8 @@ const NOTHING: f64 = 1e-10;
 /// `K⁻¹` of the six motions of the bodies of a pack; turns count with the size of the block.
 pub(super) type Inverses = [Matrix6<f64>; LANES];
 
-pub(super) fn inverses(model: &Model, held: &HashMap<u32, [bool; 3]>, index: usize) -> Inverses {
+pub(super) fn inverses(around: Around<'_>, index: usize) -> Inverses {
+    let Around { model, held, .. } = around;
     let pack = &model.packs.packs[index];
     std::array::from_fn(|lane| {
         if lane >= pack.filled {
@@ -34,13 +35,14 @@ pub(super) fn inverses(model: &Model, held: &HashMap<u32, [bool; 3]>, index: usi
         });
         let hold = Hold::new(matter.size(), supports);
         let free = hold.map_or_else(Matrix6::identity, |hold| hold.free());
-        let stiffness = stiffness(model, body, matter.size());
+        let stiffness = stiffness(around, body, matter.size());
         pseudo_inverse(free * stiffness * free, NOTHING * stiffness.trace())
     })
 }
 
 /// Stiffness of a body's joints, its neighbours standing still.
-fn stiffness(model: &Model, body: usize, size: f64) -> Matrix6<f64> {
+fn stiffness(around: Around<'_>, body: usize, size: f64) -> Matrix6<f64> {
+    let model = around.model;
     let lattice = model.geometry.lattice(body);
     let cell = model.geometry.bodies[body].cell.map(|c| c as usize);
     let half = [0, 1, 2].map(|d| lattice.axes[d] * (0.5 * lattice.spacing(d, cell[d])));
@@ -59,16 +61,17 @@ fn stiffness(model: &Model, body: usize, size: f64) -> Matrix6<f64> {
             add_point(&mut sum, &k, &turn);
         }
     }
-    if let Some(surfaces) = model.open_surfaces() {
-        add_contacts(&mut sum, &surfaces.skins, body, (&half, size));
+    if let Some(surfaces) = around.surfaces {
+        add_contacts(&mut sum, (&surfaces.skins, around.meeting.released), body, (&half, size));
     }
     sum
 }
 
-/// Adds contacts at the corners of all faces without a joint: they may come.
+/// Adds contacts at the corners of all faces without a joint: they may come. Those in the place of
+/// joints resist turning more than these did, whose points are at the quarters.
 fn add_contacts(
     sum: &mut Matrix6<f64>,
-    skins: &Skins,
+    (skins, released): (&Skins, bool),
     body: usize,
     (half, size): (&[Vec3; 3], f64),
 ) {
@@ -77,7 +80,12 @@ fn add_contacts(
         let (e, f) = (half[(d + 1) % 3], half[(d + 2) % 3]);
         let area = e.cross(&f);
         let normal = area.try_normalize(0.0).unwrap_or_default();
-        let [stiff, shear] = outer(skins, body, face);
+        let [stiff, shear] = if released {
+            let Stiffness { normal, shear } = skins.stiffest(body as u32, face);
+            [2.0 * normal, 2.0 * shear]
+        } else {
+            outer(skins, body, face)
+        };
         let across = normal * normal.transpose();
         let k = (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm();
         let side = half[d] * if face.upper { 1.0 } else { -1.0 };

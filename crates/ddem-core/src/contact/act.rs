@@ -62,6 +62,9 @@ impl Patch {
             let slipped = (memory.slip - point.slip).norm();
             (point.slip, point.gap, point.traction) = (memory.slip, memory.gap, memory.traction);
             point.offset[1] = memory.lifted;
+            if point.gap < 0.0 {
+                point.slid += slipped;
+            }
             point.ease((slipped, loss.friction), (opening.normal, normal), spacing);
             if self.both.dashpot > 0.0 {
                 let ways = [(a, face_a, x), (b, face_b, y)]

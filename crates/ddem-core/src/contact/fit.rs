@@ -8,7 +8,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::heirs::Known;
-use super::side::{Side, apart, beside, edge_node, edge_spot, node_at};
+use super::side::{Side, apart, edge_node, edge_spot, node_at};
+use super::skins::sides_of;
 use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
 use crate::geometry::Vec3;
 use crate::law::Traction;
@@ -71,13 +72,21 @@ impl Fitting<'_> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = touch::separation(&cells[0], &cells[1]);
         let reach = self.reach(blocks);
-        let faces = faces_of(&separation.meeting);
-        let skins = [0, 1].map(|side| self.skins.of(blocks[side], faces[side]));
+        let (skins, faces) = match separation.meeting {
+            Meeting::Edges(edges) => (
+                [0, 1].map(|side| self.skins.of_edge(blocks[side], edges[side])),
+                edges.map(|edge| sides_of(edge)[0]),
+            ),
+            Meeting::Face { of, face, other } => {
+                let faces = if of == 0 { [face, other] } else { [other, face] };
+                ([0, 1].map(|side| *self.skins.of(blocks[side], faces[side])), faces)
+            }
+        };
         let held = blocks.map(|block| {
             let Placed { pack, lane, .. } = self.placing.blocks[block as usize];
             self.held.get(pack).is_some_and(|lanes| lanes[lane])
         });
-        let both = self.skins.both(skins, held);
+        let both = self.skins.both([&skins[0], &skins[1]], held);
         if separation.distance > both.skin + 2.0 * reach {
             return None;
         }
@@ -184,7 +193,8 @@ impl Fitting<'_> {
         for side in 0..2 {
             let placed = &self.placing.blocks[patch.blocks[side] as usize];
             point.spots[side] = edge_spot(placed, edges[side], along[side]);
-            point.area = point.area.min(0.25 * placed.element_area(patch.faces()[side]));
+            let area = sides_of(edges[side]).map(|face| placed.element_area(face));
+            point.area = point.area.min(0.25 * 0.5 * (area[0] + area[1]));
         }
         patch.points = [point].into();
     }
@@ -206,10 +216,10 @@ impl Fitting<'_> {
             let ([gap, sx, sy], [opened, wx, wy]) = (own(y - x), own(way_b - way_a));
             // What is new begins as it would have been a step ago: the last way is part of what comes.
             let before = gap - patch.both.skin - opened * last;
-            let (offset, shear, drag) = match known.as_ref().and_then(|known| known.nearest(x)) {
-                Some(point) => (point.offset, own(point.shear), point.drag),
+            let (offset, shear, drag, slid) = match known.as_ref().and_then(|old| old.nearest(x)) {
+                Some(point) => (point.offset, own(point.shear), point.drag, point.slid),
                 // Blocks that overlap when they meet do not spring apart.
-                None => (before.min(0.0), [0.0; 3], 0.0),
+                None => (before.min(0.0), [0.0; 3], 0.0, 0.0),
             };
             let gap = before - offset;
             let normal = (normal_stiffness * gap).min(0.0);
@@ -221,7 +231,7 @@ impl Fitting<'_> {
             }
             let slip = Vector2::new(sx - wx * last, sy - wy * last) - shear / shear_stiffness;
             let traction = Traction { normal, shear };
-            *point = Point { slip, offset: [offset; 2], gap, traction, drag, ..*point };
+            *point = Point { slip, offset: [offset; 2], gap, traction, drag, slid, ..*point };
         }
         if let Some(old) = old {
             patch.cap(old.held());
@@ -243,13 +253,4 @@ fn lever(cells: &[Cell; 2]) -> f64 {
         of(0).min(of(1)).min(of(2))
     };
     1.0 + 1.5 * reach / width(&cells[0]).min(width(&cells[1]))
-}
-
-/// The faces of a and b that meet; of an edge the face across its next direction.
-fn faces_of(meeting: &Meeting) -> [FaceOf; 2] {
-    match *meeting {
-        Meeting::Face { of: 0, face, other } => [face, other],
-        Meeting::Face { face, other, .. } => [other, face],
-        Meeting::Edges(edges) => edges.map(beside),
-    }
 }

@@ -56,6 +56,7 @@ pub(super) struct Handed {
     /// Shear traction in space `[Pa]`.
     pub(super) shear: Vec3,
     pub(super) drag: f64,
+    pub(super) slid: f64,
 }
 
 impl Known {
@@ -67,7 +68,7 @@ impl Known {
             let shear = point.traction.shear;
             let shear = axes * Vec3::new(0.0, shear.x, shear.y);
             let x = placing.position(a, face, &point.spots[0]);
-            (x, Handed { offset: point.offset[0], shear, drag: point.drag })
+            (x, Handed { offset: point.offset[0], shear, drag: point.drag, slid: point.slid })
         };
         let near = placing.blocks[a].spacing.min(placing.blocks[b].spacing);
         Self { points: old.points.iter().map(hand).collect(), near }
@@ -83,7 +84,7 @@ impl Known {
                 best = (distance, Some(*handed));
             }
         }
-        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0 };
+        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0, slid: 0.0 };
         if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
     }
 }

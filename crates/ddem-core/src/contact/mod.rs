@@ -101,6 +101,8 @@ pub(crate) struct Point {
     pub(crate) traction: Traction,
     /// Normal traction of the dashpot at the last step `[Pa]`.
     pub(crate) drag: f64,
+    /// Way that it has slid since the blocks met `[m]`.
+    pub(crate) slid: f64,
 }
 
 /// Two blocks that are near each other.
@@ -142,7 +144,7 @@ pub(crate) struct Contacts {
     pub(crate) travel: Vec<Lanes>,
     /// Of the joint at the upper side of each block along each direction.
     pub(crate) joints: Vec<[Release; 3]>,
-    /// How far pressed points are in each other, at most `[m]`.
+    /// How far points are in each other, at most `[m]`.
     pub(crate) deepest: f64,
     /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
     starts: Vec<u32>,
@@ -270,9 +272,9 @@ impl Point {
         Memory { slip, dilation, lifted, damage: 1.0, gap, traction }
     }
 
-    /// How deep it is in the other `[m]`.
+    /// How deep it is in the other, whether it is pressed or not `[m]`.
     fn depth(&self) -> f64 {
-        if self.gap < 0.0 { -(self.gap + self.offset[1]) } else { 0.0 }
+        -(self.gap + self.offset[1])
     }
 }
 
@@ -283,7 +285,7 @@ impl Patch {
         normal + shear
     }
 
-    /// How far pressed points are in each other, at most `[m]`.
+    /// How far points are in each other, at most `[m]`.
     pub(crate) fn depth(&self) -> f64 {
         self.points.iter().map(Point::depth).fold(0.0, f64::max)
     }

@@ -80,11 +80,6 @@ pub(super) fn node_at(on: [f64; 2]) -> Option<[usize; 2]> {
     Some([end(on[0])?, end(on[1])?])
 }
 
-/// The face beside an edge that lies across its next direction.
-pub(super) fn beside(edge: EdgeOf) -> FaceOf {
-    FaceOf { direction: (edge.direction + 1) % 3, upper: edge.upper[0] }
-}
-
 /// The i-th node along an edge.
 pub(super) fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
     let mut at = [0; 3];
@@ -95,7 +90,7 @@ pub(super) fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
     at
 }
 
-/// The spot at a part of an edge, on the face beside it.
+/// The spot at a part of an edge, on the face beside it that lies across its next direction.
 pub(super) fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> Spot {
     let n = placed.divisions;
     let along = part * n as f64;

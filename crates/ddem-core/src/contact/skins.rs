@@ -3,11 +3,12 @@
 
 use std::collections::HashMap;
 
+use super::Contacts;
 use crate::deck::{Deck, Material};
 use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::law::{MohrCoulomb, Stiffness};
-use crate::touch::FaceOf;
+use crate::touch::{EdgeOf, FaceOf};
 
 /// Friction angle where neither the deck nor a joint says one `[degrees]`.
 const FRICTION: f64 = 30.0;
@@ -93,6 +94,26 @@ impl Skins {
         &self.kinds[self.of_block[block as usize][usize::from(face.number())] as usize]
     }
 
+    /// Of an edge: the mean of the two faces beside it.
+    pub(super) fn of_edge(&self, block: u32, edge: EdgeOf) -> Skin {
+        let [a, b] = sides_of(edge).map(|face| *self.of(block, face));
+        let mean = |of: fn(&Skin) -> f64| 0.5 * (of(&a) + of(&b));
+        Skin {
+            thickness: mean(|skin| skin.thickness),
+            stiffness: Stiffness {
+                normal: mean(|skin| skin.stiffness.normal),
+                shear: mean(|skin| skin.stiffness.shear),
+            },
+            tan_friction: match (a.tan_friction, b.tan_friction) {
+                (Some(a), Some(b)) => Some(0.5 * (a + b)),
+                (a, b) => a.or(b),
+            },
+            mass: mean(|skin| skin.mass),
+            density: mean(|skin| skin.density),
+            joint: None,
+        }
+    }
+
     /// The same without the stiffness that is given for all contacts along the normal (0) or across (1).
     pub(super) fn without(&self, direction: usize) -> Self {
         let mut without = self.clone();
@@ -129,7 +150,7 @@ impl Skins {
     }
 
     /// Stiffness of a contact or of the joint of a face, whichever is larger `[Pa/m]`.
-    pub(super) fn stiffest(&self, block: u32, face: FaceOf) -> Stiffness {
+    pub(crate) fn stiffest(&self, block: u32, face: FaceOf) -> Stiffness {
         let skin = self.of(block, face);
         let Stiffness { normal, shear } = self.hardest(skin);
         let joint = skin.joint.unwrap_or(Stiffness { normal: 0.0, shear: 0.0 });
@@ -178,6 +199,25 @@ impl Skins {
             dashpot: 2.0 * self.damping * (normal * mass).sqrt(),
         }
     }
+}
+
+impl Contacts {
+    /// Supports have come or gone on some blocks: their contacts are made anew, as dashpots have another
+    /// mass now. They are as if the blocks had moved by more than they are valid for.
+    pub(crate) fn hold_anew(&mut self, changed: impl Fn(usize) -> bool) {
+        let damped = self.patches.iter_mut().filter(|patch| patch.both.dashpot > 0.0);
+        for patch in
+            damped.filter(|patch| patch.blocks.iter().any(|&block| changed(block as usize)))
+        {
+            patch.apart.x += 3.0 * f64::from(patch.limit);
+        }
+    }
+}
+
+/// The two faces beside an edge.
+pub(super) fn sides_of(edge: EdgeOf) -> [FaceOf; 2] {
+    [0, 1]
+        .map(|next| FaceOf { direction: (edge.direction + 1 + next) % 3, upper: edge.upper[next] })
 }
 
 impl Skin {

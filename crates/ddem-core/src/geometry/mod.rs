@@ -16,18 +16,23 @@
 
 mod face;
 mod lattice;
+mod nothing;
 mod overlap;
 mod select;
 
 pub use face::Face;
 pub(crate) use face::faces;
 pub(crate) use lattice::{Lattice, NONE, lattices};
+pub(crate) use nothing::{no_node, nothing};
 pub(crate) use select::{Region, Surface};
 
 use nalgebra::Vector3;
 
 use crate::deck::Deck;
 use crate::error::Fault;
+
+/// Part of an edge within which a point lies on a face.
+pub(crate) const ON_FACE: f64 = 1e-9;
 
 /// A vector of three components.
 pub(crate) type Vec3 = Vector3<f64>;
@@ -166,6 +171,24 @@ impl Geometry {
         self.lattice(body).centre(self.bodies[body].cell.map(|c| c as usize))
     }
 
+    /// How far a point lies inside a body, as a part of its edges (negative: outside), and the element
+    /// that is nearest to it.
+    pub(crate) fn inside(&self, body: usize, x: &Vec3) -> (f64, [usize; 3]) {
+        let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
+        let n = lattice.divisions as f64;
+        let (mut inside, mut element) = (f64::INFINITY, [0; 3]);
+        for d in 0..3 {
+            let normal = lattice.normal(d);
+            let from = self.position(body, [0; 3]);
+            let along = (x - from).dot(&normal) / normal.dot(&lattice.axes[d]);
+            let part = along / (n * lattice.spacing(d, cell[d] as usize));
+            inside = inside.min(part.min(1.0 - part));
+            // On a face between two elements the lower one.
+            element[d] = ((part * n - ON_FACE).ceil() - 1.0).clamp(0.0, n - 1.0) as usize;
+        }
+        (inside, element)
+    }
+
     /// Shortest edge of a body `[m]`.
     pub(crate) fn shortest_edge(&self, body: usize) -> f64 {
         let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
@@ -213,10 +236,4 @@ impl Names {
     pub(crate) fn joint_name(&self, joint: u16) -> &str {
         &self.joints[joint as usize]
     }
-}
-
-/// A selection without anything in it.
-pub(crate) fn nothing(place: String, what: &str) -> Fault {
-    Fault::new(place, format!("selects nothing: {what} there"))
-        .help("planes are met within 1e-6 of the region's size; ranges include their ends")
 }

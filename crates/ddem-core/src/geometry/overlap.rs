@@ -22,31 +22,35 @@ pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
     let skins: Vec<f64> = lattices.iter().map(Lattice::skin).collect();
     let fault = |(i, j): (usize, usize)| {
         let rounding = rounding(&lattices[i], &lattices[j]);
-        let allowed = skins[i] + skins[j] + rounding;
+        // Skins are measured to rounding of another kind.
+        let allowed = (skins[i] + skins[j] + 1e-2 * rounding).max(rounding);
         let Overlap { cells: [in_i, in_j], depth } = deepest(&lattices[i], &lattices[j], allowed)?;
         let message = format!(
             "block {in_j:?} of `{}` and block {in_i:?} of `{}` overlap by {depth:.3e} m",
             deck.set_name(j),
             deck.set_name(i)
         );
-        let help = if allowed > rounding {
-            format!(
-                "move one of the sets: they may touch, or overlap by {allowed:.3e} m, half the \
-                 thickness of the joints of each; blocks are counted along x, y, z from 0"
-            )
+        let whence = if allowed > rounding {
+            "half the thickness of the joints of each"
         } else {
-            "move one of the sets: they may touch, not overlap; blocks are counted along x, y, z \
-             from 0"
-                .to_owned()
+            "a ten thousandth of the shortest edge"
         };
+        let help = format!(
+            "move one of the sets: they may touch, or overlap by {allowed:.3e} m, {whence}; blocks \
+             are counted along x, y, z from 0"
+        );
         Some(Fault::new(format!("blocks[{j}].origin"), message).help(help))
     };
     close(lattices).into_iter().filter_map(fault).take(MOST).collect()
 }
 
-/// What corners written with some digits do not fit `[m]`.
+/// Part of the shortest edge by which what is written with a few digits does not fit: contacts take
+/// such an overlap as it is, and close such a gap.
+const ROUNDING: f64 = 1e-4;
+
+/// What corners written with a few digits do not fit `[m]`.
 fn rounding(a: &Lattice, b: &Lattice) -> f64 {
-    1e-6 * a.shortest().min(b.shortest())
+    ROUNDING * a.shortest().min(b.shortest())
 }
 
 /// Pairs of sets that have no gap between them.
@@ -124,8 +128,8 @@ impl Lattice {
     /// The box along the coordinate axes around it, larger by more than rounding.
     fn box_around(&self) -> [Vec3; 2] {
         let [low, high] = bounds_of(&self.corners());
-        // More than what counts as touching in `depth`, whatever the size of the other set.
-        let margin = Vec3::repeat(4e-9 * (high - low).norm());
+        // More than what counts as touching, whatever the size of the other set.
+        let margin = Vec3::repeat(4e-9 * (high - low).norm() + ROUNDING * self.shortest());
         [low - margin, high + margin]
     }
 

@@ -13,8 +13,8 @@ use crate::deck::{Extent, Where};
 /// A `where` with its tolerances and the index of its set.
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
-    extents: [Option<Extent>; 3],
-    sphere: Option<(Vec3, f64)>,
+    pub(super) extents: [Option<Extent>; 3],
+    pub(super) sphere: Option<(Vec3, f64)>,
     set: Option<usize>,
     /// 1e-6 of the region's size along each axis `[m]`.
     pub(crate) tolerance: [f64; 3],

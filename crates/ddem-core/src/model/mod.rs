@@ -1,6 +1,7 @@
 //! All that is fixed: built and checked once.
 
 mod doubts;
+mod elements;
 
 use std::sync::Arc;
 
@@ -88,7 +89,8 @@ impl Model {
 
     /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
     /// of the deck: a simulation that is restored needs a model with the same laws, and warnings
-    /// and reports speak of the deck's strengths.
+    /// and reports speak of the deck's strengths. Contacts are looked for from now on, unless the deck
+    /// has `contact = false`; their friction is that of the deck.
     ///
     /// # Errors
     ///
@@ -99,6 +101,13 @@ impl Model {
         };
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));
+        // Blocks whose joints can fail now may meet, unless the deck says that none do.
+        if self.deck.model.contact.is_none() && self.can_fail() {
+            let new = || Surfaces::new(&self.deck, &self.geometry, &self.packs);
+            let mut surfaces = self.contact.take().unwrap_or_else(new);
+            surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
+            self.contact = Some(surfaces);
+        }
         Ok(())
     }
 
@@ -168,6 +177,12 @@ impl Model {
     /// The faces of the blocks, where contacts may be before any joint has failed.
     pub(crate) fn open_surfaces(&self) -> Option<&Surfaces> {
         self.contact.as_ref().filter(|surfaces| surfaces.open)
+    }
+
+    /// Whether blocks can meet: contacts are looked for.
+    #[must_use]
+    pub fn can_meet(&self) -> bool {
+        self.contact.is_some()
     }
 
     /// Whether any joint can fail.
@@ -251,6 +266,11 @@ impl Model {
         })
     }
 
+    /// What messages call the set of a block.
+    pub(crate) fn set_name(&self, block: usize) -> String {
+        self.deck.set_name(self.geometry.bodies[block].set as usize)
+    }
+
     /// Whether a block is rigid: it has no stress.
     #[must_use]
     pub fn is_rigid(&self, block: usize) -> bool {
@@ -274,6 +294,12 @@ impl Model {
     #[must_use]
     pub fn nodes_in(&self, region: &crate::deck::Where) -> Vec<u32> {
         self.region(region).nodes(&self.geometry)
+    }
+
+    /// What is wrong with a `where`, at this place in the deck, that selects no node.
+    #[must_use]
+    pub fn no_node(&self, place: String, region: &crate::deck::Where) -> Fault {
+        crate::geometry::no_node(place, &self.region(region), &self.geometry)
     }
 
     /// The node nearest to a reference position; on a tie the lower number.
@@ -358,38 +384,5 @@ impl Model {
         for c in 0..3 {
             field[at + c].0[lane] = value[c];
         }
-    }
-}
-
-impl Model {
-    /// The elements that stresses at some nodes are read from, as block and lattice steps: with a
-    /// point, the one of the nodes' block whose centre is nearest to it; otherwise all elements
-    /// that have one of the nodes.
-    #[must_use]
-    pub fn elements_at(&self, nodes: &[u32], point: Option<[f64; 3]>) -> Vec<(usize, [usize; 3])> {
-        let mut elements = Vec::new();
-        for &node in nodes {
-            let (block, at) = self.geometry.locate(node as usize);
-            let n = self.geometry.lattice(block).divisions;
-            for corner in 0..8 {
-                let lower = [0, 1, 2].map(|d| at[d].checked_sub(corner >> d & 1));
-                if let [Some(x), Some(y), Some(z)] = lower
-                    && [x, y, z].iter().all(|&i| i < n)
-                {
-                    elements.push((block, [x, y, z]));
-                }
-            }
-        }
-        elements.sort_unstable();
-        elements.dedup();
-        if let Some(point) = point {
-            let centre = |&(block, at): &(usize, [usize; 3])| {
-                let far = self.geometry.position(block, at.map(|i| i + 1));
-                ((self.geometry.position(block, at) + far) / 2.0 - Vec3::from(point)).norm()
-            };
-            let nearest = elements.iter().copied().min_by(|a, b| centre(a).total_cmp(&centre(b)));
-            return nearest.into_iter().collect();
-        }
-        elements
     }
 }

@@ -197,6 +197,12 @@ impl Pose {
         Self { turn: turn_by(spin * time) * self.turn, ..*self }
     }
 
+    /// The same pose with what the velocities of another are more than its own.
+    pub(crate) fn further(&self, other: &Self) -> Self {
+        let velocity = other.velocity - self.velocity;
+        Self { velocity, momentum: other.momentum - self.momentum, ..*self }
+    }
+
     /// `½ v⁻ m v⁺` and the same of the turning, of this pose before and another after.
     pub(crate) fn kinetic(&self, after: &Self, matter: &Matter) -> f64 {
         let shift = matter.mass * self.velocity.dot(&after.velocity);

@@ -11,7 +11,7 @@ use crate::law::Traction;
 use crate::model::Model;
 
 const PATCH: usize = 27;
-const POINT: usize = 18;
+const POINT: usize = 19;
 const NEAR: usize = 3;
 const NAMES: [&str; 5] =
     ["contact_joints", "contact_patches", "contact_points", "contact_near", "contact_travel"];
@@ -194,7 +194,8 @@ fn whole(number: f64) -> Option<u32> {
 }
 
 fn point_numbers(point: &Point) -> [f64; POINT] {
-    let Point { spots: [a, b], area, slip, offset: [offset, lifted], gap, traction, drag } = *point;
+    let Point { spots: [a, b], area, slip, offset: [offset, lifted], gap, traction, drag, slid } =
+        *point;
     let [[i, k, x, y], [j, l, u, v]] = [a, b].map(|spot| {
         let Spot { element: [i, k], on: [x, y] } = spot;
         [f64::from(i), f64::from(k), f64::from(x), f64::from(y)]
@@ -202,7 +203,7 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
     let Traction { normal, shear } = traction;
     [
         i, k, x, y, j, l, u, v, area, slip.x, slip.y, offset, lifted, gap, normal, shear.x,
-        shear.y, drag,
+        shear.y, drag, slid,
     ]
 }
 
@@ -217,7 +218,7 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
             on: on.map(|x| x as f32),
         })
     };
-    let [area, slip_x, slip_y, offset, lifted, gap, normal, shear_x, shear_y, drag] =
+    let [area, slip_x, slip_y, offset, lifted, gap, normal, shear_x, shear_y, drag, slid] =
         std::array::from_fn(|k| numbers[8 + k]);
     let point = Point {
         spots: [spot(0)?, spot(4)?],
@@ -227,6 +228,7 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
         gap,
         traction: Traction { normal, shear: Vector2::new(shear_x, shear_y) },
         drag,
+        slid,
     };
     (area >= 0.0 || diverged).then_some(point)
 }

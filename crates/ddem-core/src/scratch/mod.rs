@@ -177,7 +177,7 @@ impl Scratch {
     pub(crate) fn balancing<'a>(
         &'a mut self,
         (active, outside): (&'a Active, &'a Outside),
-    ) -> (Balancing<'a>, &'a [Frame], &'a [Lanes], &'a [Range<usize>], Level) {
+    ) -> (Balancing<'a>, &'a mut [Frame], &'a [Lanes], &'a [Range<usize>], Level) {
         self.reactions.resize(active.supports.len(), 0.0);
         self.drags.resize(outside.dashpots.len(), [0.0; 3]);
         let fields = Balancing {
@@ -190,7 +190,7 @@ impl Scratch {
             drags: &mut self.drags,
             workspaces: &mut self.workspaces,
         };
-        (fields, &self.frames, &self.shares, &self.runs, self.level)
+        (fields, &mut self.frames, &self.shares, &self.runs, self.level)
     }
 
     /// Borrowed for the second pass of relaxation; the forces are complete and only read.
@@ -215,19 +215,7 @@ impl Scratch {
         (active, outside): (&'a Active, &'a Outside),
         (u, v, poses): (&'a mut [Lanes], &'a mut [Lanes], &'a mut [[Pose; LANES]]),
     ) -> (Moving<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
-        self.reactions.resize(active.supports.len(), 0.0);
-        self.drags.resize(outside.dashpots.len(), [0.0; 3]);
-        let balancing = Balancing {
-            active,
-            outside,
-            f: &mut self.f,
-            torques: &mut self.torques,
-            sums: &mut self.sums,
-            reactions: &mut self.reactions,
-            drags: &mut self.drags,
-            workspaces: &mut self.workspaces,
-        };
-        let fields = Moving { balancing, frames: &mut self.frames, u, v, poses };
-        (fields, &self.shares, &self.runs, self.level)
+        let (balancing, frames, shares, runs, level) = self.balancing((active, outside));
+        (Moving { balancing, frames, u, v, poses }, shares, runs, level)
     }
 }

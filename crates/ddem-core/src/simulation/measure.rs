@@ -49,7 +49,10 @@ impl Simulation {
         }
         if self.motion.fictitious {
             self.stop();
+            self.state.whole = true;
+            self.measured = None;
         } else {
+            let before = self.energy().balance;
             let (sums, _) = self.measure_once();
             let half = 0.5 * self.motion.time_step;
             self.state.work.loads += half * sums.loads[0];
@@ -64,15 +67,16 @@ impl Simulation {
             std::mem::swap(&mut self.state.contacts, &mut self.scratch.trial_contacts);
             let losing = std::mem::take(&mut self.losing);
             self.book_losses(losing);
+            self.state.whole = true;
+            // Kinetic energy is measured in another way now.
+            self.account_from(before);
         }
-        self.state.whole = true;
-        self.measured = None;
     }
 
     /// The inverse of [`settle`](Self::settle) with another time step: velocities go back half a
     /// step, under the forces of the present time.
     pub(super) fn unsettle(&mut self) {
-        self.measure_once();
+        let before = self.energy().balance;
         self.rigid_before();
         self.unsettle_columns();
         for (index, pack) in self.model.packs.packs.iter().enumerate().filter(|(_, p)| !p.rigid) {
@@ -96,6 +100,7 @@ impl Simulation {
         self.state.work.supports -= half * sums.supports[0];
         // What dashpots have taken on this way was booked when it was settled.
         self.state.work.damping -= half * sums.damping[0] + self.losing.damping;
+        self.account_from(before);
     }
 
     /// Brings everything to rest; damping takes the kinetic energy.

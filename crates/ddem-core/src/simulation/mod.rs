@@ -4,6 +4,7 @@ mod measure;
 mod outside;
 mod pace;
 mod rigid;
+mod stops;
 
 pub(crate) use outside::outside;
 pub use pace::SHORTEST_STEP;
@@ -16,7 +17,6 @@ use crate::boundary::{Moving, Outside, Push};
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
-use crate::contact::Contacts;
 use crate::deck::{Damping, TimeStep};
 use crate::error::{Fault, RunError};
 use crate::model::Model;
@@ -193,21 +193,23 @@ impl Simulation {
             }
             done => done,
         };
-        let Some((sums, losses)) = done else { return Ok(()) };
+        let Some((sums, losses, ahead)) = done else { return Ok(()) };
         self.move_columns();
-        self.book(sums);
+        self.book(sums, ahead);
         self.book_losses(losses);
         self.check(sums)
     }
 
-    fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses)>, RunError> {
+    /// A step, and at the start of a stage what kinetic energy is there beyond the scheme's measure.
+    fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses, f64)>, RunError> {
         self.take_factors()?;
+        let ahead = if self.state.whole { self.measure_once().0.ahead } else { 0.0 };
         self.motion.start = self.state.whole;
         self.take_pushes()?;
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
-        Ok(step(context, state, scratch))
+        Ok(step(context, state, scratch).map(|(sums, losses)| (sums, losses, ahead)))
     }
 
     /// Several steps; stops early when `observe` breaks.
@@ -230,15 +232,22 @@ impl Simulation {
     }
 
     /// Work of the step that was taken, from its powers.
-    pub(crate) fn book(&mut self, sums: Sums) {
-        // The first half step of a stage does its work with the velocity after it alone.
-        let before = if self.motion.start { 0.0 } else { 1.0 };
+    fn book(&mut self, sums: Sums, ahead: f64) {
         let half = 0.5 * self.motion.time_step;
-        let done = |power: [f64; 2]| half * (before * power[0] + power[1]);
+        // The first half step of a stage does its work with its mean velocity.
+        let part = if self.motion.start { 0.5 } else { 1.0 };
+        let done = |power: [f64; 2]| part * half * (power[0] + power[1]);
         let work = &mut self.state.work;
         work.loads += done(sums.loads);
         work.supports += done(sums.supports);
         work.damping += done(sums.damping);
+        if self.motion.start {
+            // By the scheme's measure it does so with the velocity after it: all of the difference, but
+            // for that of forces which are there at the start, is what kinetic energy was ahead.
+            let more = |power: [f64; 2]| part * half * (power[1] - power[0]);
+            let less = more(sums.loads) + more(sums.supports) - more(sums.damping);
+            self.initial_energy += less - ahead;
+        }
         self.last = sums;
     }
 
@@ -253,53 +262,6 @@ impl Simulation {
         }
     }
 
-    pub(crate) fn check(&self, sums: Sums) -> Result<(), RunError> {
-        if sums.free.is_finite() {
-            self.check_speed(sums)?;
-            return self.check_depth();
-        }
-        let (block, node) = self.worst_node();
-        Err(RunError::Diverged { step: self.state.steps, time: self.state.time, block, node })
-    }
-
-    /// Blocks that are deep in each other may come out on the other side.
-    fn check_depth(&self) -> Result<(), RunError> {
-        let Some(surfaces) = &self.model.contact else { return Ok(()) };
-        let Contacts { patches, deepest, .. } = &self.state.contacts;
-        let deep = *deepest > 0.25 * surfaces.shortest && !self.motion.fictitious;
-        for (patch, depth) in patches.iter().filter(|_| deep).map(|patch| (patch, patch.depth())) {
-            let blocks = patch.blocks.map(|block| block as usize);
-            let edges = blocks.map(|block| self.model.geometry.shortest_edge(block));
-            let edge = edges[0].min(edges[1]);
-            if depth > 0.25 * edge {
-                let (step, time) = (self.state.steps, self.state.time);
-                return Err(RunError::TooDeep { blocks, step, time, depth, edge });
-            }
-        }
-        Ok(())
-    }
-
-    /// Contacts are found from step to step: nothing may go far in one.
-    fn check_speed(&self, sums: Sums) -> Result<(), RunError> {
-        let Some(surfaces) = &self.model.contact else { return Ok(()) };
-        let way = self.motion.time_step * sums.fastest.0[0];
-        if self.motion.fictitious || way <= 0.25 * surfaces.shortest {
-            return Ok(());
-        }
-        let fastest = |sums: &Sums| sums.fastest.0.into_iter().fold(0.0, f64::max);
-        let of_pack = self.scratch.sums.iter().map(fastest).enumerate();
-        let (pack, _) = of_pack.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
-        let lanes = self.scratch.sums[pack].fastest.0;
-        let lane = (0..lanes.len()).max_by(|&a, &b| lanes[a].total_cmp(&lanes[b])).unwrap_or(0);
-        Err(RunError::TooFast {
-            block: self.model.packs.packs[pack].bodies[lane] as usize,
-            step: self.state.steps,
-            time: self.state.time,
-            way,
-            edge: surfaces.shortest,
-        })
-    }
-
     /// Applies forces to nodes `[N]`, from now on and whatever the stage, besides the deck's loads:
     /// for coupling with another program, at every step if need be. The force on a node replaces
     /// what an earlier call applied to it; those of one call on the same node add up.
@@ -308,9 +270,6 @@ impl Simulation {
     ///
     /// A node that the model does not have.
     pub fn apply_force(&mut self, nodes: &[u32], forces: &[[f64; 3]]) {
-        // A first step does not know the half step before it: as in `enter`, what the forces change
-        // in its measure of kinetic energy is no imbalance.
-        let before = self.state.whole.then(|| self.mechanical_energy());
         let mut sums = Applied::new();
         for (&node, force) in nodes.iter().zip(forces) {
             let sum = sums.entry(node).or_default();
@@ -331,9 +290,6 @@ impl Simulation {
             self.active = self.model.active(self.state.stage, &self.state.applied);
         }
         self.measured = None;
-        if let Some(before) = before {
-            self.initial_energy += self.mechanical_energy() - before;
-        }
     }
 
     /// Whether forces are finite at the present time: what [`step`](Self::step) would find next.
@@ -344,27 +300,6 @@ impl Simulation {
     pub fn check_finite(&mut self) -> Result<(), RunError> {
         let (sums, _) = self.measure_once();
         self.check(sums)
-    }
-
-    /// Block and node with the largest force; one that is not a number is larger than any.
-    fn worst_node(&self) -> (usize, usize) {
-        let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
-        let mut worst = (f64::NEG_INFINITY, 0, 0);
-        for (index, pack) in self.model.packs.packs.iter().enumerate() {
-            let nodes = self.model.packs.shape_of(pack).nodes;
-            let forces = &self.scratch.f[3 * pack.start..3 * (pack.start + nodes)];
-            for (at, f) in forces.iter().enumerate() {
-                for lane in 0..pack.filled {
-                    if size(f.0[lane]) <= worst.0 {
-                        continue;
-                    }
-                    let block = self.model.packs.packs[index].bodies[lane] as usize;
-                    worst = (size(f.0[lane]), block, at / 3);
-                }
-            }
-        }
-        let (_, block, local) = worst;
-        (block, self.model.geometry.bodies[block].first_node as usize + local)
     }
 
     /// Factors of the loads and velocities of the supports for the next step.

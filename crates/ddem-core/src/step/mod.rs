@@ -100,7 +100,7 @@ pub(crate) fn balance(
     let (fields, frames, shares, runs, level) =
         scratch.balancing((context.active, context.outside));
     let others = (shares, &*contacts);
-    let fixed = (v, frames, others, poses);
+    let fixed = (v, &*frames, others, poses);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
         dispatch!(level, simd => run_balance(simd, context, fixed, &run, &mut fields));
     });
@@ -182,7 +182,7 @@ fn run_balance<S: Simd>(
         let mut tally = Tally::new(simd);
         for (at, (f, v)) in part.f.iter().zip(v).enumerate() {
             let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
-            let (mut old, force) = (v.load(simd), f.load(simd));
+            let (old, force) = (v.load(simd), f.load(simd));
             if context.motion.fictitious {
                 tally.relaxed(force, old);
                 if part.loaded {
@@ -192,17 +192,20 @@ fn run_balance<S: Simd>(
             }
             let local = local_damping(simd, context.motion.local, force, old);
             let (new, c) = update.velocity(abc, old, force - local);
-            if context.motion.start {
-                // The half step before is the mirror of the one after.
-                old = old + old - new;
-            }
+            let mass = mass[at / 3].load(simd);
+            let start = context.motion.start;
             tally.force(force);
             if part.loaded {
                 tally.loaded(part.q[at].load(simd), old, new);
             }
-            tally.kinetic(mass[at / 3].load(simd), old, new);
+            if start {
+                tally.whole(mass, old, new);
+            } else {
+                tally.kinetic(mass, old, new);
+            }
             if context.motion.damped {
-                tally.damped(local + c * (old + new) * 0.5, old, new);
+                let mean = if start { old } else { (old + new) * 0.5 };
+                tally.damped(local + c * mean, old, new);
             }
         }
         tally.give(part.sums);

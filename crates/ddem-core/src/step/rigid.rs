@@ -58,6 +58,8 @@ struct Stride {
     next: Pose,
     damping: [f64; 2],
     kinetic: f64,
+    /// As in [`Sums`].
+    ahead: f64,
 }
 
 fn stride(context: Context<'_>, index: usize, member: &Member<'_>, f: &[Lanes]) -> Stride {
@@ -76,24 +78,24 @@ fn stride(context: Context<'_>, index: usize, member: &Member<'_>, f: &[Lanes]) 
         next.velocity = twist.linear;
         next.momentum = matter.momentum(&pose.turn, twist.angular);
     }
-    let mut old = *pose;
-    if gait.start {
-        // The half step before is the mirror of the one after.
-        old.velocity += old.velocity - next.velocity;
-        old.momentum += old.momentum - next.momentum;
-    }
     let after = next.twist(matter);
     let mut drag = local;
     if context.motion.damped {
+        // The first half step of a stage is damped by the velocity at its start.
+        let then = if gait.start { pose } else { &next };
         for k in 0..3 {
-            let mean = 0.5 * (old.velocity[k] + next.velocity[k]);
+            let mean = 0.5 * (pose.velocity[k] + then.velocity[k]);
             drag.linear[k] += gait.rates[k] * matter.mass * mean;
         }
-        drag.angular += (old.momentum + next.momentum) * (0.5 * gait.rates[3]);
+        drag.angular += (pose.momentum + then.momentum) * (0.5 * gait.rates[3]);
     }
     let power = |twist: Wrench| drag.linear.dot(&twist.linear) + drag.angular.dot(&twist.angular);
-    let kinetic = old.kinetic(&next, matter);
-    Stride { next, damping: [power(before), power(after)], kinetic }
+    let [kinetic, ahead] = if gait.start {
+        [pose.kinetic(pose, matter), pose.further(&next).kinetic(&pose.further(&next), matter)]
+    } else {
+        [pose.kinetic(&next, matter), 0.0]
+    };
+    Stride { next, damping: [power(before), power(after)], kinetic, ahead }
 }
 
 /// Cundall's local damping of each of the six, against the motion.
@@ -126,6 +128,7 @@ pub(super) fn weigh(
         if !context.motion.fictitious {
             let stride = stride(context, index, &member, part.f);
             sums.kinetic += stride.kinetic;
+            sums.ahead += stride.ahead;
             (0..2).for_each(|side| sums.damping[side] += stride.damping[side]);
             if part.loaded {
                 moved = moved_corners(&member, &stride.next);

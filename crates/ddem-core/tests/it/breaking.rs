@@ -4,6 +4,7 @@ use ddem_core::deck::{Assign, Damping, Deck, Extent, Fix, Joint, Load, TimeStep,
 use ddem_core::{Energy, FIELDS, On, Simd, Simulation};
 
 use crate::decks::*;
+use crate::loose::momenta;
 
 /// A thick joint of clay (0), or springs with (1) or without (2) thickness.
 fn seam(kind: usize) -> Joint {
@@ -66,21 +67,6 @@ fn torn(joint: Joint) -> Simulation {
     let step = TimeStep::Seconds(5e-6);
     simulation.start(Damping::None, step, None).unwrap_or_else(|error| panic!("{error}"));
     simulation
-}
-
-/// Momentum and angular momentum about the origin, and the sums of their sizes.
-fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
-    let (mut sums, mut sizes) = ([Vec3::zeros(); 2], [0.0; 2]);
-    for (node, v) in simulation.velocities().into_iter().enumerate() {
-        let x =
-            Vec3::from(simulation.model().point(node)) + Vec3::from(simulation.displacement(node));
-        let p = Vec3::from(v) * simulation.model().mass(node);
-        for (k, part) in [p, x.cross(&p)].into_iter().enumerate() {
-            sums[k] += part;
-            sizes[k] += part.norm();
-        }
-    }
-    (sums, sizes)
 }
 
 #[test]

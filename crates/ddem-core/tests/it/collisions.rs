@@ -195,10 +195,37 @@ fn nothing_passes_through_a_thin_plate() {
             }
         }
     }
-    // Faster along each axis than is followed.
+    // Faster than is followed.
     for kinds in [[0, 0], [2, 2]] {
         for _ in 0..5 {
-            assert_eq!(at_plate(&mut random, 1.8, kinds, true).0, End::TooFast, "{kinds:?}");
+            assert_eq!(at_plate(&mut random, 1.1, kinds, true).0, End::TooFast, "{kinds:?}");
+        }
+    }
+}
+
+/// How fast a block may go does not depend on where it goes.
+#[test]
+fn the_fastest_throw_that_is_followed_is_as_fast_in_every_direction() {
+    let mut random = Random::new(6);
+    let other = Piece { centre: Vec3::new(50.0, 0.0, 0.0), ..Piece::default() };
+    let ways = [Vec3::x(), Vec3::new(1.0, 1.0, 1.0), Vec3::new(-1.0, 1.0, 0.0), random.vector()];
+    for (way, divisions) in ways.into_iter().flat_map(|way| [(way, 0), (way, 2)]) {
+        let ended = |part: f64| {
+            let at_rest = Piece { divisions, ..Piece::default() };
+            let mut probe = simulation(&of(&matter(1e8), &[at_rest, other]));
+            start(&mut probe, Damping::None);
+            let velocity = way.normalize() * (part * 0.25 / probe.time_step());
+            let thrown = Piece { velocity, ..at_rest };
+            let mut simulation = simulation(&of(&matter(1e8), &[thrown, other]));
+            start(&mut simulation, Damping::None);
+            simulation.step()
+        };
+        assert_eq!(ended(0.999), Ok(()), "{way}");
+        match ended(1.001) {
+            Err(RunError::TooFast { block: 0, way, edge, .. }) => {
+                assert!((way / edge - 0.25 * 1.001).abs() < 1e-9, "{way} {edge}");
+            }
+            other => panic!("{way} {divisions}: {other:?}"),
         }
     }
 }

@@ -175,6 +175,10 @@ pub(crate) fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
             }
         }
     }
+    let told = [simulation.momentum(), simulation.angular_momentum()].map(Vec3::from);
+    for k in 0..2 {
+        assert!((told[k] - sums[k]).norm() <= 1e-12 * sizes[k], "{told:?} instead of {sums:?}");
+    }
     (sums, sizes)
 }
 

@@ -194,3 +194,63 @@ fn increments_bring_loads_in_equal_parts() {
     near(loaded[0], (weight[2] + loaded[1]) / 2.0, loaded[1].norm());
     assert!((loaded[1] - weight[2]).norm() > 0.1 * weight[2].norm());
 }
+
+/// A stack of rigid blocks on joints without any bond, pushed so that it opens and slides.
+fn dry() -> Deck {
+    let mut deck = deck([2, 1, 3], [2.0, 1.0, 3.0], 1, 0.0);
+    deck.blocks[0].body = ddem_core::deck::Body::Rigid;
+    let seam = deck.joints.values_mut().next();
+    let seam = seam.unwrap_or_else(|| panic!("a joint"));
+    seam.material = None;
+    (seam.normal_stiffness, seam.shear_stiffness) = (Some(1e9), Some(5e8));
+    seam.friction = Some(20.0);
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    let mut base = plane(0, 0.0);
+    base.x = None;
+    base.z = Some(ddem_core::deck::Extent::Range([0.0, 1.0]));
+    deck.fix.push(fix(base, "xyz"));
+    let mut top = plane(0, 0.0);
+    top.x = None;
+    top.z = Some(ddem_core::deck::Extent::Range([2.0, 3.0]));
+    deck.load.push(Load {
+        region: top,
+        force: Some([6e4, 1e3, 0.0]),
+        history: Some(History::Ramp(2e-2)),
+        ..Load::default()
+    });
+    deck
+}
+
+/// Joints without strength are let go in the steps around the one that waits for the first failure: saved
+/// and resumed at any of these the run is the same, on any number of threads.
+#[test]
+fn joints_without_strength_go_on_from_any_step_on_any_number_of_threads() {
+    let deck = dry();
+    let on = |threads: usize, work: &(dyn Fn() -> (Vec<u64>, Vec<u64>) + Sync)| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap_or_else(|error| panic!("{error}")).install(work)
+    };
+    let run = |every: u64| {
+        let mut simulation = simulation(&deck);
+        let started = simulation.start(Damping::None, TimeStep::Auto, None);
+        started.unwrap_or_else(|error| panic!("{error}"));
+        let (mut failed, mut released) = (Vec::new(), 0);
+        while simulation.time() < 0.03 {
+            step(&mut simulation);
+            failed.push(simulation.failed_pairs().iter().sum());
+            released = crate::loose::contacts(&simulation)[1];
+            // All of the first steps, where failure begins, and some after.
+            let early = failed.iter().filter(|&&failed| failed > 0).count() < 20;
+            if every > 0 && (early || simulation.steps().is_multiple_of(every)) {
+                let saved = simulation.save();
+                simulation = again(&deck, &saved);
+            }
+        }
+        assert!(released > 0 && failed.last().is_some_and(|&failed| failed > 4), "{released}");
+        (seen(&mut simulation), failed)
+    };
+    let whole = on(1, &|| run(0));
+    assert!(whole == on(1, &|| run(7)), "resumed");
+    assert!(whole == on(3, &|| run(0)), "three threads");
+    assert!(whole == on(2, &|| run(5)), "resumed on two threads");
+}

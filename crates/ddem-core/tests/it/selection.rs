@@ -102,3 +102,58 @@ fn the_nearest_node_is_the_lower_on_a_tie() {
     assert_eq!(model.nearest_node([1.0, 0.0, 0.0]), 1);
     assert_eq!(model.nearest_node([1.001, 0.0, 0.0]), 8);
 }
+
+/// Where two sets touch, the block that a point is in has the element, whatever node is nearest.
+#[test]
+fn an_element_is_the_one_that_a_point_lies_in() {
+    let mut deck = deck([1; 3], [1.0; 3], 2, 0.0);
+    deck.joints.clear();
+    deck.blocks[0].joint = None;
+    deck.blocks.push(BlockSet { origin: [1.0, 0.3, 0.0], divisions: 3, ..deck.blocks[0].clone() });
+    let model = model(&deck);
+    // The node of the first block is the nearer one here, and has the lower number.
+    assert_eq!(model.block_of(model.nearest_node([1.01, 0.99, 0.5])), 0);
+    assert_eq!(model.element_at([1.01, 0.99, 0.6]), (1, [0, 2, 1]));
+    assert_eq!(model.element_at([0.99, 0.6, 0.6]), (0, [1, 1, 1]));
+    // On faces the lower one.
+    assert_eq!(model.element_at([1.0, 0.6, 0.6]), (0, [1, 1, 1]));
+    assert_eq!(model.element_at([0.5, 0.5, 0.5]), (0, [0, 0, 0]));
+    // Outside of all the nearest.
+    assert_eq!(model.element_at([-3.0, 0.9, 0.9]), (0, [0, 1, 1]));
+    assert_eq!(model.element_at([5.0, 1.2, 0.9]), (1, [2, 2, 2]));
+}
+
+/// What is selected instead of nothing is close by, and its place is said.
+#[test]
+fn a_selection_of_nothing_says_what_is_nearest() {
+    let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
+    deck.blocks[0].body = ddem_core::deck::Body::Rigid;
+    let seam = deck.joints.values_mut().next();
+    let seam = seam.unwrap_or_else(|| panic!("a joint"));
+    (seam.normal_stiffness, seam.shear_stiffness) = (Some(1e9), Some(1e9));
+    seam.material = None;
+    let mut help = |region: Where| {
+        deck.fix = vec![fix(region, "xyz")];
+        let error =
+            ddem_core::Model::new(&deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+        assert_eq!(error.faults[0].place, "fix[0].where");
+        error.faults[0].help.clone().unwrap_or_default()
+    };
+    // A corner, but no centroid.
+    let corner = help(range(0, 1.7, 2.3));
+    assert!(
+        corner.ends_with(
+            "block 1, has it at [1.5000, 0.5000, 0.5000] and a corner at [1.0000, 0.0000, 0.0000]"
+        ),
+        "{corner}"
+    );
+    deck.blocks[0].body = ddem_core::deck::Body::Deformable;
+    let mut help = |region: Where| {
+        deck.fix = vec![fix(region, "xyz")];
+        let error =
+            ddem_core::Model::new(&deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+        error.faults[0].help.clone().unwrap_or_default()
+    };
+    let node = help(range(0, 2.2, 2.3));
+    assert!(node.ends_with("the nearest node is at [2.0000, 0.0000, 0.0000]"), "{node}");
+}

@@ -1,12 +1,12 @@
 //! The files that grow during a run.
 
-use ddem_core::{Energy, FIELDS, Field, Model, On, Simulation};
+use ddem_core::{CONTACT_FIELDS, Energy, FIELDS, Field, Model, On, Simulation};
 
 use super::mesh::{self, Mesh};
 use crate::OutputError;
 use crate::folder::Folder;
 use crate::tables::{EnergyTable, ProbeTable};
-use crate::vtkhdf::{FieldSpec, Kind, Values, Writer};
+use crate::vtkhdf::{Cloud, FieldSpec, Kind, Values, Writer};
 
 /// Frames of a dynamic stage when the deck does not say.
 pub(super) const DEFAULT_FRAMES: u64 = 20;
@@ -17,6 +17,8 @@ pub(super) struct Files {
     blocks: Writer,
     /// Only of a model with joints: some readers stumble over a mesh without cells.
     joints: Option<Writer>,
+    /// Only of a model whose blocks can meet.
+    contacts: Option<Cloud>,
     pub(super) probes: ProbeTable,
     pub(super) energy: EnergyTable,
     /// Time of the last frame in the files.
@@ -48,9 +50,11 @@ impl Files {
         let blocks = create(folder.blocks(), &blocks, false)?;
         let joints =
             (model.n_pairs() > 0).then(|| create(folder.joints(), &joints, true)).transpose()?;
+        let contacts = model.can_meet().then(|| Cloud::create(folder.contacts(), &contact_specs()));
         Ok(Self {
             blocks,
             joints,
+            contacts: contacts.transpose()?,
             probes: ProbeTable::create(folder.probes(), columns)?,
             energy: EnergyTable::create(folder.energy(), &Energy::NAMES)?,
             last_frame: f64::NEG_INFINITY,
@@ -70,6 +74,9 @@ impl Files {
             blocks: Writer::reopen(folder.blocks(), &specs(false), frames)?,
             joints: (model.n_pairs() > 0)
                 .then(|| Writer::reopen(folder.joints(), &specs(true), frames))
+                .transpose()?,
+            contacts: (model.can_meet())
+                .then(|| Cloud::reopen(folder.contacts(), &contact_specs(), frames))
                 .transpose()?,
             probes: ProbeTable::reopen(folder.probes(), position.probe_rows)?,
             energy: EnergyTable::reopen(folder.energy(), position.energy_rows)?,
@@ -92,12 +99,19 @@ impl Files {
         let files = [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())];
         for (joints, writer) in files {
             let Some(writer) = writer else { continue };
-            let filled: Vec<Filled> =
-                table(joints).map(|field| Filled::new(field, simulation)).collect();
+            let fill = |field: &Field| Filled::new(kind(field.name), (field.fill)(simulation));
+            let filled: Vec<Filled> = table(joints).map(fill).collect();
             let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
             writer.append(time, &values)?;
         }
-        Ok(())
+        let Some(cloud) = &mut self.contacts else { return Ok(()) };
+        let contacts = simulation.contacts();
+        let points: Vec<[f64; 3]> = contacts.iter().map(|contact| contact.position).collect();
+        let fields = CONTACT_FIELDS.iter();
+        let filled: Vec<Filled> =
+            fields.map(|field| Filled::new(kind(field.name), field.fill(&contacts))).collect();
+        let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
+        cloud.append(time, &points, &values)
     }
 
     /// Everything so far safely on the disk, and how far that is.
@@ -105,6 +119,9 @@ impl Files {
         self.blocks.sync()?;
         if let Some(joints) = &mut self.joints {
             joints.sync()?;
+        }
+        if let Some(contacts) = &mut self.contacts {
+            contacts.sync()?;
         }
         self.probes.sync()?;
         self.energy.sync()?;
@@ -133,12 +150,18 @@ fn table(joints: bool) -> impl Iterator<Item = &'static Field> {
     FIELDS.iter().filter(move |field| (field.on == On::Pair) == joints)
 }
 
-/// States are whole numbers in the files.
-fn kind(field: &Field) -> Kind {
-    match field.name {
-        "state" | "open" => Kind::U8,
+/// States and numbers of blocks are whole numbers in the files.
+fn kind(name: &str) -> Kind {
+    match name {
+        "state" | "open" | "released" | "sliding" => Kind::U8,
+        "blocks" => Kind::I32,
         _ => Kind::F64,
     }
+}
+
+fn contact_specs() -> Vec<FieldSpec> {
+    let spec = |name, components| FieldSpec::point(name, components).kind(kind(name));
+    CONTACT_FIELDS.iter().map(|field| spec(field.name, field.components)).collect()
 }
 
 fn specs(joints: bool) -> Vec<FieldSpec> {
@@ -147,7 +170,7 @@ fn specs(joints: bool) -> Vec<FieldSpec> {
             On::Element => FieldSpec::cell(field.name, field.components),
             On::Node | On::Pair => FieldSpec::point(field.name, field.components),
         };
-        spec.kind(kind(field))
+        spec.kind(kind(field.name))
     };
     table(joints).map(spec).collect()
 }
@@ -155,21 +178,23 @@ fn specs(joints: bool) -> Vec<FieldSpec> {
 /// The values of one field in the type of its file.
 enum Filled {
     F64(Vec<f64>),
+    I32(Vec<i32>),
     U8(Vec<u8>),
 }
 
 impl Filled {
-    fn new(field: &Field, simulation: &mut Simulation) -> Self {
-        let values = (field.fill)(simulation);
-        match kind(field) {
+    fn new(kind: Kind, values: Vec<f64>) -> Self {
+        match kind {
             Kind::U8 => Self::U8(values.into_iter().map(|x| x as u8).collect()),
-            _ => Self::F64(values),
+            Kind::I32 => Self::I32(values.into_iter().map(|x| x as i32).collect()),
+            Kind::F64 => Self::F64(values),
         }
     }
 
     fn values(&self) -> Values<'_> {
         match self {
             Self::F64(values) => Values::F64(values),
+            Self::I32(values) => Values::I32(values),
             Self::U8(values) => Values::U8(values),
         }
     }

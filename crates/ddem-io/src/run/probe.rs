@@ -24,18 +24,15 @@ impl Sampler {
             (None, Some(region)) => model.nodes_in(region),
             (None, None) => Vec::new(),
         };
-        if nodes.is_empty() {
-            return Err(Fault::new(format!("probe[{index}].where"), "selects no node").help(
-                "planes are met within 1e-6 of the region's size; ranges include their ends",
-            ));
+        if let Some(region) = probe.region.as_ref().filter(|_| nodes.is_empty()) {
+            return Err(model.no_node(format!("probe[{index}].where"), region));
         }
-        let elements = match probe.quantity {
-            Quantity::Stress => {
-                stress_is_there(index, &nodes, model)?;
-                model.elements_at(&nodes, probe.at)
-            }
+        let elements = match (probe.quantity, probe.at) {
+            (Quantity::Stress, Some(at)) => vec![model.element_at(at)],
+            (Quantity::Stress, None) => model.elements_at(&nodes),
             _ => Vec::new(),
         };
+        stress_is_there(index, &elements, model)?;
         let components: &'static [&'static str] = match probe.quantity {
             Quantity::Stress => &["xx", "yy", "zz", "xy", "yz", "zx"],
             _ => &["x", "y", "z"],
@@ -69,8 +66,12 @@ impl Sampler {
 }
 
 /// Rigid blocks have none.
-fn stress_is_there(index: usize, nodes: &[u32], model: &Model) -> Result<(), Fault> {
-    let mut blocks = nodes.iter().map(|&node| model.block_of(node as usize));
+fn stress_is_there(
+    index: usize,
+    elements: &[(usize, [usize; 3])],
+    model: &Model,
+) -> Result<(), Fault> {
+    let mut blocks = elements.iter().map(|&(block, _)| block);
     let Some(block) = blocks.find(|&block| model.is_rigid(block)) else { return Ok(()) };
     let message = format!("block {block} is rigid: it has no stress");
     Err(Fault::new(format!("probe[{index}].quantity"), message).help(

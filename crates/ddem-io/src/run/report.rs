@@ -29,6 +29,9 @@ pub struct Report {
     pub breakable_joints: u64,
     /// Pairs of facing nodes that can fail.
     pub breakable_pairs: u64,
+    /// Pairs of blocks that are near each other at the start and that no joint holds; none where no
+    /// contacts are looked for.
+    pub near: Option<u64>,
     /// Critical time step `[s]`; not a number when no stage needs it.
     pub critical_step: f64,
     /// Memory that a run needs `[bytes]`.
@@ -78,6 +81,9 @@ impl fmt::Display for Report {
         if self.breakable_joints > 0 {
             let (joints, pairs) = (self.breakable_joints, self.breakable_pairs);
             writeln!(f, "can fail       {joints} joints, {pairs} pairs")?;
+        }
+        if let Some(near) = self.near {
+            writeln!(f, "contacts       {near} pairs of blocks near each other at the start")?;
         }
         if self.critical_step.is_finite() {
             writeln!(f, "critical step  {:.6e} s", self.critical_step)?;
@@ -221,6 +227,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
     let mut warnings = simulation.model().warnings();
     let stages = simulation.model().deck().stage.clone();
     warnings.extend(unsafe_steps(simulation, &stages));
+    let near = simulation.contact_counts().near as u64;
     let model = simulation.model();
     let deck = model.deck();
     let automatic = simulation.automatic_part() * critical_step;
@@ -245,6 +252,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
         pairs: model.n_pairs() as u64,
         breakable_joints,
         breakable_pairs,
+        near: model.can_meet().then_some(near),
         critical_step,
         bytes: Size::of(deck).bytes as u64,
         stages: stages.collect(),

@@ -15,7 +15,7 @@ use super::resume::{self, Cursor};
 use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, RunFailure};
 use crate::folder::{self, Folder};
-use crate::summary::{FailedPairs, Summary, peak_memory_bytes};
+use crate::summary::{ContactSummary, FailedPairs, Summary, peak_memory_bytes};
 
 /// What frames in which nothing moves are put apart by, where no stage of the deck moves `[s]`.
 const STILL: f64 = 1e-9;
@@ -236,10 +236,15 @@ impl Session {
     }
 
     /// What was run and how it went, so far.
-    #[must_use]
-    pub fn summary(&self) -> Summary {
-        let model = self.moved.simulation.model();
+    pub fn summary(&mut self) -> Summary {
+        let counts = self.moved.simulation.contact_counts();
+        let contacts = ContactSummary {
+            block_pairs: counts.block_pairs as u64,
+            points: counts.points as u64,
+            deepest: counts.deepest,
+        };
         let [shear, tension] = self.moved.simulation.failed_pairs();
+        let model = self.moved.simulation.model();
         Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             title: model.deck().title.clone(),
@@ -248,6 +253,7 @@ impl Session {
             elements: model.n_elements() as u64,
             pairs: model.n_pairs() as u64,
             failed_pairs: FailedPairs { shear, tension },
+            contacts,
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.moved.cursor.done.clone(),
             deck: self.text.clone(),

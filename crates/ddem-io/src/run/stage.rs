@@ -156,9 +156,7 @@ impl<'a> Running<'a> {
                 if step <= max_steps {
                     return Ok(false);
                 }
-                let ratio = simulation.unbalanced();
-                let pairs = simulation.failed_pairs().iter().sum();
-                let error = RunError::NotConverged { ratio, tolerance, max_steps, failed: pairs };
+                let error = simulation.not_converged(tolerance, max_steps);
                 // What was reached is worth looking at.
                 self.frame()?;
                 Err(failed(self.stage)(error))
@@ -247,6 +245,7 @@ impl<'a> Running<'a> {
             unbalanced: simulation.unbalanced(),
             tolerance: self.tolerance(),
             failed_pairs: simulation.failed_pairs().iter().sum(),
+            contacts: simulation.touching_blocks() as u64,
             updates_per_second: rate * simulation.model().n_nodes() as f64,
             seconds_left: (!relax && left.is_finite()).then_some(left),
         }

@@ -15,6 +15,10 @@ const INDEX: Storage = Storage { chunk: 128, deflate: None };
 /// results are noise to any of them.
 const DEFLATE: u8 = 1;
 
+/// Of points whose number changes: a chunk is shared by steps, so it is not deflated and stays
+/// where it is.
+const CLOUD: Storage = Storage { chunk: 4096, deflate: None };
+
 /// Arrays of `Steps` with one entry for each step, all of them the same number because the mesh
 /// is stored once. The flag tells the ones that VTK wants as a table with one column.
 pub(super) const STEP_CONSTANTS: [(&str, i64, bool); 5] = [
@@ -37,10 +41,48 @@ pub(super) fn create(
 }
 
 fn fill(file: &File, grid: &Grid, constants: &[Constant<'_>], fields: &[FieldSpec]) -> Result<()> {
+    let root = root(file)?;
+    mesh(&root, grid)?;
+    let steps = begin(&root)?;
+    for constant in constants {
+        let group = root.group(constant.location.group())?;
+        let values = constant.values;
+        array(&group, constant.name, (values.kind(), 1), storage(values.len()))?;
+        put_values(&group, constant.name, 0, values)?;
+    }
+    for field in fields {
+        let rows = match field.location {
+            Location::Point => grid.points.len(),
+            Location::Cell => grid.cells.len(),
+        };
+        changing((&root, &steps), field, storage(rows))?;
+    }
+    Ok(())
+}
+
+/// The arrays of points whose number is another at each step, with no step yet.
+pub(super) fn cloud(file: &File, fields: &[FieldSpec]) -> Result<()> {
+    let root = root(file)?;
+    for name in ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"] {
+        growable::<i64>(&root, name, None, INDEX)?;
+    }
+    growable::<f64>(&root, "Points", Some(3), CLOUD)?;
+    growable::<i64>(&root, "Connectivity", None, CLOUD)?;
+    growable::<i64>(&root, "Offsets", None, CLOUD)?;
+    growable::<u8>(&root, "Types", None, CLOUD)?;
+    let steps = begin(&root)?;
+    fields.iter().try_for_each(|field| changing((&root, &steps), field, CLOUD))
+}
+
+fn root(file: &File) -> Result<Group> {
     let root = file.create_group("VTKHDF")?;
     root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 2])?;
     word_attribute(&root, "Type", b"UnstructuredGrid")?;
-    mesh(&root, grid)?;
+    Ok(root)
+}
+
+/// The groups of the arrays, and what tells the steps apart.
+fn begin(root: &Group) -> Result<Group> {
     let steps = root.create_group("Steps")?;
     scalar_attribute(&steps, "NSteps", &0_i64)?;
     growable::<f64>(&steps, "Values", None, INDEX)?;
@@ -52,21 +94,14 @@ fn fill(file: &File, grid: &Grid, constants: &[Constant<'_>], fields: &[FieldSpe
         root.create_group(location.group())?;
         steps.create_group(location.offsets())?;
     }
-    for constant in constants {
-        let group = root.group(constant.location.group())?;
-        array(&group, constant.name, 1, constant.values.kind(), constant.values.len())?;
-        put_values(&group, constant.name, 0, constant.values)?;
-    }
-    for field in fields {
-        let rows = match field.location {
-            Location::Point => grid.points.len(),
-            Location::Cell => grid.cells.len(),
-        };
-        let group = root.group(field.location.group())?;
-        array(&group, &field.name, field.components, field.kind, rows)?;
-        growable::<i64>(&steps.group(field.location.offsets())?, &field.name, None, INDEX)?;
-    }
-    Ok(())
+    Ok(steps)
+}
+
+/// An array that changes with time.
+fn changing((root, steps): (&Group, &Group), field: &FieldSpec, storage: Storage) -> Result<()> {
+    let group = root.group(field.location.group())?;
+    array(&group, &field.name, (field.kind, field.components), storage)?;
+    growable::<i64>(&steps.group(field.location.offsets())?, &field.name, None, INDEX)
 }
 
 fn mesh(root: &Group, grid: &Grid) -> Result<()> {
@@ -97,12 +132,12 @@ fn topology(root: &Group, cells: &Cells) -> Result<()> {
     put(root, "Types", 0, &vec![cells.vtk_type(); cells.len()])
 }
 
-fn array(group: &Group, name: &str, components: usize, kind: Kind, rows: usize) -> Result<()> {
+fn array(group: &Group, name: &str, (kind, components): (Kind, usize), of: Storage) -> Result<()> {
     let columns = (components > 1).then_some(components);
     match kind {
-        Kind::F64 => growable::<f64>(group, name, columns, storage(rows)),
-        Kind::I32 => growable::<i32>(group, name, columns, storage(rows)),
-        Kind::U8 => growable::<u8>(group, name, columns, storage(rows)),
+        Kind::F64 => growable::<f64>(group, name, columns, of),
+        Kind::I32 => growable::<i32>(group, name, columns, of),
+        Kind::U8 => growable::<u8>(group, name, columns, of),
     }
 }
 

@@ -203,6 +203,32 @@ pub(crate) fn check(
     check_names(path, constants, fields)
 }
 
+/// Refuses values of a step that are not those of the fields.
+pub(crate) fn check_values(
+    path: &Path,
+    fields: &[FieldSpec],
+    values: &[Values<'_>],
+    rows: impl Fn(Location) -> usize,
+) -> Result<(), OutputError> {
+    let mismatch = |message| Err(OutputError::mismatch(path, message));
+    if values.len() != fields.len() {
+        let (have, want) = (values.len(), fields.len());
+        return mismatch(format!("values of {have} fields were given instead of {want}"));
+    }
+    for (field, values) in fields.iter().zip(values) {
+        let (name, want) = (&field.name, rows(field.location) * field.components);
+        if values.len() != want {
+            let have = values.len();
+            return mismatch(format!("`{name}` has {have} values instead of {want}"));
+        }
+        if values.kind() != field.kind {
+            let (have, want) = (values.kind(), field.kind);
+            return mismatch(format!("`{name}` has values of type {have:?}, not {want:?}"));
+        }
+    }
+    Ok(())
+}
+
 fn check_names(
     path: &Path,
     constants: &[Constant<'_>],

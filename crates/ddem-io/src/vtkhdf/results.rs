@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use hdf5::{Dataset, Group, OpenMode};
 
 use super::data::Location;
-use super::writer::shape;
 use crate::hdf::with_file;
 use crate::output_error::OutputError;
 
@@ -36,7 +35,10 @@ impl Results {
     /// [`OutputError::Unusable`] if it is not.
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, OutputError> {
         let results = Self { path: path.into() };
-        results.read(|root| shape(root).map(|_| ()))?;
+        results.read(|root| {
+            root.dataset("NumberOfPoints")?;
+            steps(root)
+        })?;
         Ok(results)
     }
 
@@ -47,21 +49,22 @@ impl Results {
     /// The file cannot be read.
     pub fn times(&self) -> Result<Vec<f64>, OutputError> {
         self.read(|root| {
-            let (_, steps) = shape(root)?;
+            let steps = steps(root)?;
             let values = root.group("Steps")?.dataset("Values")?;
             rows(&values, 0, steps)
         })
     }
 
-    /// Points of the mesh `[m]`.
+    /// Points at a step, counted from zero `[m]`.
     ///
     /// # Errors
     ///
-    /// The file cannot be read.
-    pub fn points(&self) -> Result<Vec<[f64; 3]>, OutputError> {
+    /// [`OutputError::Unusable`] if there is no such step.
+    pub fn points(&self, step: usize) -> Result<Vec<[f64; 3]>, OutputError> {
         self.read(|root| {
-            let ((points, _), _) = shape(root)?;
-            let flat = rows(&root.dataset("Points")?, 0, points)?;
+            let n = count(root, "NumberOfPoints", step)?;
+            let first = number(&root.group("Steps")?, "PointOffsets", step)?;
+            let flat = rows(&root.dataset("Points")?, first, n)?;
             let (points, _) = flat.as_chunks::<3>();
             Ok(points.to_vec())
         })
@@ -84,11 +87,9 @@ impl Results {
     /// [`OutputError::Unusable`] if there is no such array or step.
     pub fn field(&self, name: &str, step: usize) -> Result<Field, OutputError> {
         self.read(|root| {
-            let ((points, cells), steps) = shape(root)?;
-            if step >= steps {
-                return Err(format!("step {step} was asked for, but there are {steps}").into());
-            }
-            for (location, n) in [(Location::Point, points), (Location::Cell, cells)] {
+            let sizes = [(Location::Point, "NumberOfPoints"), (Location::Cell, "NumberOfCells")];
+            for (location, size) in sizes {
+                let n = count(root, size, step)?;
                 let group = root.group(location.group())?;
                 if !group.link_exists(name) {
                     continue;
@@ -116,15 +117,32 @@ impl Results {
     }
 }
 
+/// How many steps count.
+fn steps(root: &Group) -> hdf5::Result<usize> {
+    let steps = root.group("Steps")?.attr("NSteps")?.read_scalar::<i64>()?;
+    usize::try_from(steps).map_err(|e| format!("NSteps: {e}").into())
+}
+
+/// Points or cells at a step: the mesh may be the same at all of them, or another at each.
+fn count(root: &Group, name: &str, step: usize) -> hdf5::Result<usize> {
+    let steps = steps(root)?;
+    if step >= steps {
+        return Err(format!("step {step} was asked for, but there are {steps}").into());
+    }
+    number(root, name, number(&root.group("Steps")?, "PartOffsets", step)?)
+}
+
+/// One number of an array.
+fn number(group: &Group, name: &str, at: usize) -> hdf5::Result<usize> {
+    let found = group.dataset(name)?.read_slice_1d::<i64, _>(at..=at)?;
+    let found = found.first().copied().unwrap_or(-1);
+    usize::try_from(found).map_err(|e| format!("`{name}`: {e}").into())
+}
+
 /// The row at which a step of an array begins: the first if the array does not change.
 fn first_row(root: &Group, location: Location, name: &str, step: usize) -> hdf5::Result<usize> {
     let offsets = root.group("Steps")?.group(location.offsets())?;
-    if !offsets.link_exists(name) {
-        return Ok(0);
-    }
-    let row = offsets.dataset(name)?.read_slice_1d::<i64, _>(step..=step)?;
-    let row = row.first().copied().unwrap_or(-1);
-    usize::try_from(row).map_err(|e| format!("offset of `{name}`: {e}").into())
+    if offsets.link_exists(name) { number(&offsets, name, step) } else { Ok(0) }
 }
 
 /// `n` rows from `first` on, whatever the number of columns.

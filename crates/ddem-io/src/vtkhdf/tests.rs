@@ -57,7 +57,7 @@ fn what_was_written_is_read() {
     assert_eq!(writer.steps(), 5);
     writer.sync().unwrap();
     let results = Results::open(&path).unwrap();
-    assert_eq!(results.points().unwrap(), grid().points);
+    assert_eq!(results.points(4).unwrap(), grid().points);
     assert_eq!(results.field("block", 4).unwrap().values, [7.0, -8.0]);
     assert_eq!(results.names(Location::Cell).unwrap(), ["block", "stress"]);
 }
@@ -163,4 +163,60 @@ fn steps_fill_their_chunks_if_they_can() {
     for rows in [65_672, 123_457, 3_000_017] {
         assert!((16 * 1024..=64 * 1024).contains(&chunk(rows)), "{rows}");
     }
+}
+
+/// Points of a step, and values of its two fields.
+fn cloud(step: usize) -> (Vec<[f64; 3]>, Vec<f64>, Vec<i32>) {
+    let n = [0, 3, 0, 5000, 7, 1][step % 6];
+    let points = (0..n).map(|i| [i as f64, step as f64, -0.5]).collect();
+    let blocks = (0..2 * n).map(|i| (10 * step + i) as i32).collect();
+    (points, values(step, 3 * n), blocks)
+}
+
+fn cloud_fields() -> [FieldSpec; 2] {
+    [FieldSpec::point("force", 3), FieldSpec::point("blocks", 2).kind(Kind::I32)]
+}
+
+fn append_cloud(writer: &mut Cloud, step: usize) {
+    let (points, force, blocks) = cloud(step);
+    let values = [Values::F64(&force), Values::I32(&blocks)];
+    writer.append(step as f64 / 3.0, &points, &values).unwrap();
+}
+
+fn assert_clouds(path: &std::path::Path, steps: &[usize]) {
+    let results = Results::open(path).unwrap();
+    let times: Vec<f64> = steps.iter().map(|&s| s as f64 / 3.0).collect();
+    assert_eq!(results.times().unwrap(), times);
+    for (i, &step) in steps.iter().enumerate() {
+        let (points, force, blocks) = cloud(step);
+        assert_eq!(results.points(i).unwrap(), points);
+        assert_eq!(results.field("force", i).unwrap().values, force);
+        let found = results.field("blocks", i).unwrap();
+        assert_eq!(found.values, blocks.iter().map(|&b| f64::from(b)).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn clouds_have_other_points_at_each_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let mut writer = Cloud::create(&path, &cloud_fields()).unwrap();
+    assert_clouds(&path, &[]);
+    for step in 0..6 {
+        append_cloud(&mut writer, step);
+        assert_clouds(&path, &(0..=step).collect::<Vec<_>>());
+    }
+    assert_eq!(writer.steps(), 6);
+    for (steps, more) in [(4, 5), (2, 3), (1, 4), (0, 1)] {
+        let mut writer = Cloud::reopen(&path, &cloud_fields(), steps).unwrap();
+        append_cloud(&mut writer, more);
+        assert_clouds(&path, &(0..steps).chain([more]).collect::<Vec<_>>());
+    }
+    for (fields, steps) in [(cloud_fields().to_vec(), 2), (vec![FieldSpec::point("gap", 1)], 1)] {
+        let error = Cloud::reopen(&path, &fields, steps).unwrap_err();
+        assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
+    }
+    assert!(Cloud::create(&path, &[FieldSpec::cell("u", 1)]).is_err());
+    let error = writer.append(0.0, &[[0.0; 3]], &[]).unwrap_err();
+    assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
 }

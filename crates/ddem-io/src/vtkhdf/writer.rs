@@ -76,7 +76,7 @@ impl Writer {
     /// [`OutputError::Mismatch`] if number, type or length of the values are not those of the
     /// fields, others if the file cannot be written.
     pub fn append(&mut self, time: f64, values: &[Values<'_>]) -> Result<(), OutputError> {
-        self.check(values)?;
+        data::check_values(&self.path, &self.fields, values, |location| self.rows(location))?;
         replace::unless_busy(&self.path, || {
             with_file(&self.path, OpenMode::ReadWrite, "writing", |file| {
                 self.write(file, time, values)
@@ -113,26 +113,6 @@ impl Writer {
         }
     }
 
-    fn check(&self, values: &[Values<'_>]) -> Result<(), OutputError> {
-        let mismatch = |message| Err(OutputError::mismatch(&self.path, message));
-        if values.len() != self.fields.len() {
-            let (have, want) = (values.len(), self.fields.len());
-            return mismatch(format!("values of {have} fields were given instead of {want}"));
-        }
-        for (field, values) in self.fields.iter().zip(values) {
-            let (name, want) = (&field.name, self.rows(field.location) * field.components);
-            if values.len() != want {
-                let have = values.len();
-                return mismatch(format!("`{name}` has {have} values instead of {want}"));
-            }
-            if values.kind() != field.kind {
-                let (have, want) = (values.kind(), field.kind);
-                return mismatch(format!("`{name}` has values of type {have:?}, not {want:?}"));
-            }
-        }
-        Ok(())
-    }
-
     fn write(&self, file: &File, time: f64, values: &[Values<'_>]) -> hdf5::Result<()> {
         let root = file.group("VTKHDF")?;
         let steps = root.group("Steps")?;
@@ -153,7 +133,7 @@ impl Writer {
     }
 }
 
-fn set_steps(steps: &Group, n: usize) -> hdf5::Result<()> {
+pub(super) fn set_steps(steps: &Group, n: usize) -> hdf5::Result<()> {
     let n = i64::try_from(n).map_err(|e| e.to_string())?;
     steps.attr("NSteps")?.write_scalar(&n)
 }
@@ -186,7 +166,7 @@ fn reopen(
 }
 
 /// Points, cells and steps of a file.
-pub(super) fn shape(root: &Group) -> hdf5::Result<((usize, usize), usize)> {
+fn shape(root: &Group) -> hdf5::Result<((usize, usize), usize)> {
     let number = |name: &str| -> hdf5::Result<usize> {
         let values = root.dataset(name)?.read_raw::<i64>()?;
         let first = values.first().copied().ok_or_else(|| format!("{name} is empty"))?;
@@ -197,7 +177,7 @@ pub(super) fn shape(root: &Group) -> hdf5::Result<((usize, usize), usize)> {
     Ok(((number("NumberOfPoints")?, number("NumberOfCells")?), steps))
 }
 
-fn fits(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
+pub(super) fn fits(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
     let group = root.group(field.location.group())?;
     let offsets = root.group("Steps")?.group(field.location.offsets())?;
     if !group.link_exists(&field.name) || !offsets.link_exists(&field.name) {

@@ -26,6 +26,12 @@ INK, PLAIN = "#1f2933", "#aab4be"
 STATES = (("bonded", "#8a94a0"), ("failed in shear", "#1f6fb4"), ("failed in tension", "#c0392b"))
 # Enough to see where joints are, too little to hide what lies behind many of them.
 HOLDING = 0.04
+# Half of the thickness of the largest force of contacts, as a part of a bar's length.
+THICK = 0.22
+# Around a bar, and its ends.
+_SIDES = np.array(
+    [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [3, 2, 1, 0], [4, 5, 6, 7]]
+)
 
 
 @dataclass
@@ -127,6 +133,54 @@ def joints(
     if not shown.any():
         layer.bar = None
     return [bonded, layer]
+
+
+def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[Layer]:
+    """What each two blocks exert on each other: a bar along the force, as thick as it is large."""
+    # A dashpot may take all that springs press with; an empty frame has no arrays.
+    force = np.asarray(frame.contacts.get("force", np.empty((0, 3))), np.float64)
+    acts = force.any(axis=1)
+    if not acts.any():
+        return []
+    force, met = force[acts], {name: frame.contacts[name][acts] for name in ("point", "blocks")}
+    pairs, number = np.unique(met["blocks"].astype(np.int64), axis=0, return_inverse=True)
+
+    def sums(values: Floats) -> Floats:
+        parts = values.reshape(len(values), -1).T
+        return np.stack([np.bincount(number.reshape(-1), part) for part in parts], axis=1)
+
+    weights = np.linalg.norm(force, axis=1)
+    middle = sums(met["point"] * weights[:, None]) / sums(weights)
+    force = sums(force)
+    size = np.maximum(np.linalg.norm(force, axis=1), np.finfo(float).tiny)
+    along = force / size[:, None]
+    # As long as the lower of the two blocks is high: bars of blocks on each other meet.
+    long = _lowest(frame)[pairs].min(axis=1)
+    half = THICK * np.median(long) * size / size.max()
+    # Two directions across, the first from the axis that is farthest from the force.
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    across *= (half / np.maximum(np.linalg.norm(across, axis=1), 0.1))[:, None]
+    other = np.cross(along, across)
+    ring = np.stack([across, other, -across, -other], axis=1)
+    ends = np.stack([middle - 0.5 * long[:, None] * along, middle + 0.5 * long[:, None] * along], 1)
+    points = (ends[:, :, None] + ring[:, None]).reshape(-1, 3)
+    cells = (8 * np.arange(len(pairs))[:, None, None] + _SIDES).reshape(-1, 4)
+    layer = Layer("contacts", points, cells, 1.0, PLAIN)
+    layer.values = np.repeat(size, len(_SIDES))
+    clim = bar[1] or (0.0, float(size.max()))
+    layer.bar = _bar("contact force (N)", layer.values, bar[0], clim, plain="plasma")
+    return [layer]
+
+
+def _lowest(frame: Frame) -> Floats:
+    """The shortest edge of the box around each block [m]."""
+    block = np.repeat(np.asarray(frame.values("block"), np.int64), 8)
+    ends = np.full((2, block.max() + 1, 3), np.inf)
+    for end, sign in zip(ends, (1.0, -1.0)):
+        np.minimum.at(end, block, sign * frame.points[frame.elements.reshape(-1)])
+    sizes: Floats = -ends[1] - ends[0]
+    lowest: Floats = sizes.min(axis=1)
+    return lowest
 
 
 def _bar(

@@ -39,6 +39,7 @@ def plot(
     scale: float | None = None,
     joints: str | None = None,
     joint_component: str | None = None,
+    contacts: bool = False,
     frame: int = -1,
     view: str = "iso",
     cmap: Any = None,
@@ -52,7 +53,7 @@ def plot(
     html: str | os.PathLike[str] | None = None,
     show: bool = True,
 ) -> pv.Plotter:
-    """Draw the deformed blocks, and the joints where wanted.
+    """Draw the deformed blocks, and the joints or the forces of contacts where wanted.
 
     With `screenshot` or `html` files are written and no window opens. With neither the picture
     opens in a window, or appears below the cell of a notebook.
@@ -73,20 +74,24 @@ def plot(
         stresses ``"s1"`` ≥ ``"s2"`` ≥ ``"s3"``; tension is positive.
     scale : float, optional
         Magnification of the displacements. By default 1, 2 or 5 × 10ⁿ, so that the largest is
-        about 5 % of the model, and 1 where it is that large already.
+        about 5 % of the model, and 1 where it is that large already or where contacts are drawn.
     joints : str, optional
         What colours the joints, which are left out by default: ``"state"``, ``"failure_time"``
         (s), ``"slip"`` (m), ``"opening"`` (m), ``"traction"`` (Pa) or ``"damage"``. The blocks
         are translucent then; joints that hold show but faintly, save with ``"traction"``.
     joint_component : str, optional
         Of ``"slip"`` and ``"traction"``: ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default).
+    contacts : bool, optional
+        Draws what each two blocks that meet exert on each other: a bar where they do, along the
+        force, as thick as the force is large. The blocks are translucent then, and
+        displacements are true: `scale` is 1.
     frame : int, optional
         Of a folder: which frame, negative from the end. By default the last.
     view : str, optional
         ``"iso"``, ``"xz"`` (seen along y), ``"xy"``, ``"yz"``, or from behind ``"-xz"``,
         ``"-xy"``, ``"-yz"``.
     cmap : str or matplotlib.colors.Colormap, optional
-        Colours of the field, or of the joints where the blocks are plain. By default
+        Colours of the field, or of joints or contacts where the blocks are plain. By default
         ``"viridis"``; where values of both signs matter, ``"RdBu_r"`` about zero.
     clim : (float, float), optional
         Values at the ends of those colours.
@@ -116,14 +121,14 @@ def plot(
     pyvista.Plotter
         Closed already, unless `show` is False. Its actor ``"blocks"`` has the mesh of the outer
         faces of the blocks, with the array ``"node"`` of its points and ``"element"`` of its
-        cells: rows of the arrays of the simulation. Others are ``"edges"`` and ``"joints"``, or
-        ``"bonded"``, ``"failed in shear"`` and ``"failed in tension"``.
+        cells: rows of the arrays of the simulation. Others are ``"edges"``, ``"contacts"`` and
+        ``"joints"``, or ``"bonded"``, ``"failed in shear"`` and ``"failed in tension"``.
 
     Raises
     ------
     ValueError
-        If a name is wrong, an array has the wrong shape, displacements are not finite, or the
-        model has no joints to draw.
+        If a name is wrong, an array has the wrong shape, displacements are not finite, the model
+        has no joints or contacts to draw, or contacts are to be drawn with another `scale`.
     FileNotFoundError
         If the folder has no results.
     ImportError
@@ -153,21 +158,29 @@ def plot(
             'there is no display for a window: give screenshot="picture.png" or html="page.html"'
         )
 
-    state = frame_of(simulation, frame, joints is not None)
+    if contacts and scale not in (None, 1.0):
+        raise ValueError(f"scale: {scale!r} with contacts, which are drawn where they are")
+    state = frame_of(simulation, frame, joints is not None, contacts)
     wrong = int((~np.isfinite(state.displacement)).any(axis=1).sum())
     if wrong:
         raise ValueError(f"displacement: not finite at {wrong} nodes, there is nothing to draw")
+    if contacts:
+        scale = 1.0
     if scale is None:
         scale = automatic_scale(state.points, state.displacement)
-    if field is None and joints is None:
+    inside = joints is not None or contacts
+    if field is None and not inside:
         field = "displacement"
     if opacity is None:
-        opacity = 1.0 if joints is None else 0.06 if field is None else 0.15
+        opacity = 1.0 if not inside else 0.06 if field is None else 0.15
     wanted = (cmap, clim)
     layers = _layers.blocks(state, field, component, label, wanted, scale, edges, opacity)
     if joints is not None:
         spare = wanted if field is None else (None, None)
         layers += _layers.joints(state, joints, joint_component, spare, scale)
+    if contacts:
+        spare = wanted if field is None and joints is None else (None, None)
+        layers += _layers.contacts(state, spare)
     about = [state.title, _about(state.time, scale)]
 
     if html is not None or notebook:

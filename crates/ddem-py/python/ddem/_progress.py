@@ -39,10 +39,13 @@ class Bar:
         steps: int | None,
         time: float,
         unbalanced: float,
-        failed_pairs: int,
+        counts: tuple[int, int],
         updates_per_second: float,
     ) -> None:
-        """Shows where a stage is; without `steps` it is not known how many there will be."""
+        """Shows where a stage is; without `steps` it is not known how many there will be.
+
+        `counts` are those of failed pairs and of blocks in contact.
+        """
         if self._make is None:
             return
         if stage != self._stage:
@@ -57,8 +60,9 @@ class Bar:
         bar = self._bar
         bar.total = steps
         shown = {"t": f"{time:.4g} s", "unbalanced": f"{unbalanced:.1e}"}
-        if failed_pairs:
-            shown["failed"] = str(failed_pairs)
+        for name, count in zip(("failed", "contacts"), counts):
+            if count:
+                shown[name] = str(count)
         shown["updates"] = f"{updates_per_second:.2e}/s"
         bar.set_postfix(shown, refresh=False)
         bar.update(step - bar.n)

@@ -67,12 +67,13 @@ class Frame:
     pairs: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void]
     pair_fields: Sequence[str]
     quads: Integers  # (n_quads, 4) pair numbers
+    contacts: Mapping[str, npt.NDArray[Any]]
 
 
-def frame_of(source: Source, index: int, joints: bool) -> Frame:
-    """The state to draw; the pairs are looked up only where `joints` asks for them."""
+def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -> Frame:
+    """The state to draw; pairs and contacts are looked up only where they are asked for."""
     if isinstance(source, (str, os.PathLike)):
-        return _recorded(Path(source), index, joints)
+        return _recorded(Path(source), index, joints, contacts)
     if not hasattr(source, "element_block"):
         kind = type(source).__name__
         raise TypeError(f"simulation: a Simulation or a folder of results is needed, not {kind}")
@@ -104,10 +105,15 @@ def frame_of(source: Source, index: int, joints: bool) -> Frame:
         pairs=pairs,
         pair_fields=names,
         quads=source.quads if joints else none,
+        contacts=_columns(source.contacts) if contacts else {},
     )
 
 
-def _recorded(folder: Path, index: int, joints: bool) -> Frame:
+def _columns(rows: npt.NDArray[np.void]) -> dict[str, npt.NDArray[Any]]:
+    return {name: rows[name] for name in rows.dtype.names or ()}
+
+
+def _recorded(folder: Path, index: int, joints: bool, contacts: bool) -> Frame:
     time, points, cells, fields = _read_vtkhdf(folder / "blocks.vtkhdf", index)
     quads, pairs = np.empty(0, np.int64), dict[str, npt.NDArray[Any]]()
     if joints:
@@ -115,6 +121,12 @@ def _recorded(folder: Path, index: int, joints: bool) -> Frame:
             raise ValueError(f"joints: {folder} has no joints.vtkhdf, the model has no joints")
         _, at, quads, pairs = _read_vtkhdf(folder / "joints.vtkhdf", index)
         pairs["point"] = at
+    met = dict[str, npt.NDArray[Any]]()
+    if contacts:
+        if not (folder / "contacts.vtkhdf").exists():
+            raise ValueError(f"contacts: {folder} has no contacts.vtkhdf, no blocks can meet there")
+        _, at, _, met = _read_vtkhdf(folder / "contacts.vtkhdf", index)
+        met["point"] = at
     title = folder.resolve().name
     # The summary is written at the end of a run; pictures of one that still runs do without.
     if (folder / "summary.json").exists():
@@ -134,6 +146,7 @@ def _recorded(folder: Path, index: int, joints: bool) -> Frame:
         pairs=pairs,
         pair_fields=tuple(pairs),
         quads=quads.reshape(-1, 4),
+        contacts=met,
     )
 
 

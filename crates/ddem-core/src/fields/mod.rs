@@ -1,6 +1,9 @@
 //! What can be seen of a simulation: one table, [`FIELDS`], from which every writer and binding
 //! reads, and the functions that fill it.
 
+mod contacts;
+mod momentum;
+
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -11,6 +14,8 @@ use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;
 use crate::simulation::Simulation;
 use crate::step::carry;
+
+pub use contacts::{CONTACT_FIELDS, Contact, ContactCounts, ContactField};
 
 /// Where a field has its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +44,7 @@ pub struct Field {
 }
 
 /// All output fields that change with time.
-pub const FIELDS: [Field; 11] = [
+pub const FIELDS: [Field; 12] = [
     Field { name: "displacement", unit: "m", on: On::Node, components: 3, fill: displacement },
     Field { name: "velocity", unit: "m/s", on: On::Node, components: 3, fill: velocity },
     Field { name: "stress", unit: "Pa", on: On::Element, components: 6, fill: stress },
@@ -49,6 +54,7 @@ pub const FIELDS: [Field; 11] = [
     Field { name: "opening", unit: "m", on: On::Pair, components: 1, fill: opening },
     Field { name: "state", unit: "1", on: On::Pair, components: 1, fill: failure_mode },
     Field { name: "open", unit: "1", on: On::Pair, components: 1, fill: open },
+    Field { name: "released", unit: "1", on: On::Pair, components: 1, fill: contacts::released },
     Field { name: "failure_time", unit: "s", on: On::Pair, components: 1, fill: failure_time },
     Field { name: "damage", unit: "1", on: On::Pair, components: 1, fill: damage },
 ];
@@ -270,20 +276,6 @@ impl Simulation {
             + size_of_val(&self.state.poses[..])
             + self.model.bytes()
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
-    }
-
-    /// Pairs of points in contact: how many there are, and how many of them press on each other.
-    #[must_use]
-    pub fn contact_points(&self) -> [usize; 2] {
-        let patches = &self.state.contacts.patches;
-        let points = || patches.iter().flat_map(|patch| &patch.points);
-        [points().count(), points().filter(|point| point.gap < 0.0).count()]
-    }
-
-    /// Memory that contacts take `[bytes]`.
-    #[must_use]
-    pub fn contact_bytes(&self) -> usize {
-        self.state.contacts.bytes()
     }
 
     /// Sum of the support forces on some nodes, given in order, as they act on the model `[N]`.

@@ -1,0 +1,192 @@
+//! What can be seen of contacts: [`Contact`], and the table [`CONTACT_FIELDS`] from which writers and
+//! bindings read.
+
+use rayon::prelude::*;
+
+use crate::contact::{Contacts, Patch, Placing, Point, Release};
+use crate::joints::face_places;
+use crate::simulation::Simulation;
+
+/// Part of what friction can bear from which on a contact slides: all but rounding.
+const SLIDING: f64 = 1.0 - 1e-9;
+
+/// Two points of two blocks that press on each other (§9). The force acts on block a at `position`,
+/// and its opposite on block b at the same place: force and moment, to rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Blocks a and b, the lower number first.
+    pub blocks: [usize; 2],
+    /// Where the force acts, now `[m]`.
+    pub position: [f64; 3],
+    /// Unit normal, from a to b.
+    pub normal: [f64; 3],
+    /// Force on block a `[N]`: `F = A T` of springs, friction and dashpot; along the normal it is
+    /// negative, pressure.
+    pub force: [f64; 3],
+    /// Area that the points stand for `[m²]`.
+    pub area: f64,
+    /// Distance of the two faces along the normal, less half the thickness of the joint of each
+    /// `[m]`: negative where they overlap.
+    pub gap: f64,
+    /// Way that the points have slid over each other since the blocks met: the length of the path,
+    /// without what the springs give `[m]`.
+    pub slip: f64,
+    /// Whether friction bears all that it can.
+    pub sliding: bool,
+}
+
+impl Contact {
+    /// Traction on block a `[Pa]`, tension along the normal positive: `T = F/A`.
+    #[must_use]
+    pub fn traction(&self) -> [f64; 3] {
+        self.force.map(|f| f / self.area)
+    }
+}
+
+/// One output field of contacts.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactField {
+    /// Name in files and bindings.
+    pub name: &'static str,
+    /// Unit, "1" for a plain number.
+    pub unit: &'static str,
+    /// Numbers per contact.
+    pub components: usize,
+    /// The numbers of one contact; those beyond its components are 0.
+    pub of: fn(&Contact) -> [f64; 3],
+}
+
+/// All output fields of contacts, besides their positions.
+pub const CONTACT_FIELDS: [ContactField; 8] = [
+    ContactField { name: "force", unit: "N", components: 3, of: |c| c.force },
+    ContactField { name: "traction", unit: "Pa", components: 3, of: Contact::traction },
+    ContactField { name: "normal", unit: "1", components: 3, of: |c| c.normal },
+    ContactField { name: "area", unit: "m2", components: 1, of: |c| [c.area, 0.0, 0.0] },
+    ContactField { name: "gap", unit: "m", components: 1, of: |c| [c.gap, 0.0, 0.0] },
+    ContactField { name: "slip", unit: "m", components: 1, of: |c| [c.slip, 0.0, 0.0] },
+    ContactField { name: "sliding", unit: "1", components: 1, of: sliding },
+    ContactField { name: "blocks", unit: "1", components: 2, of: blocks },
+];
+
+fn sliding(contact: &Contact) -> [f64; 3] {
+    [f64::from(u8::from(contact.sliding)), 0.0, 0.0]
+}
+
+fn blocks(contact: &Contact) -> [f64; 3] {
+    [contact.blocks[0] as f64, contact.blocks[1] as f64, 0.0]
+}
+
+impl ContactField {
+    /// All values, one after another.
+    #[must_use]
+    pub fn fill(&self, contacts: &[Contact]) -> Vec<f64> {
+        contacts.iter().flat_map(|c| (self.of)(c).into_iter().take(self.components)).collect()
+    }
+}
+
+/// How many contacts there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactCounts {
+    /// Pairs of blocks whose faces or edges are so near each other that they have points, §9.
+    pub near: usize,
+    /// Pairs of blocks that press on each other.
+    pub block_pairs: usize,
+    /// Pairs of their points that do.
+    pub points: usize,
+    /// How far blocks reach into each other, at most `[m]`.
+    pub deepest: f64,
+}
+
+fn is_pressed(point: &Point) -> bool {
+    point.gap < 0.0
+}
+
+impl Simulation {
+    /// All contacts that press at the present time, by their blocks. Nothing moves.
+    pub fn contacts(&mut self) -> Vec<Contact> {
+        self.measure_once();
+        let Some(surfaces) = &self.model.contact else { return Vec::new() };
+        let placing = Placing {
+            blocks: &surfaces.blocks,
+            u: &self.state.u,
+            frames: &self.scratch.frames,
+            small: !self.model.corotational(),
+            last: (&self.state.v, 0.0),
+            start: true,
+        };
+        let patches = self.scratch.trial_contacts.patches.par_iter();
+        patches.flat_map_iter(|patch| seen(patch, &placing)).collect()
+    }
+
+    /// How many contacts there are at the present time. Nothing moves.
+    pub fn contact_counts(&mut self) -> ContactCounts {
+        self.measure_once();
+        let patches = &self.scratch.trial_contacts.patches;
+        let mut counts = ContactCounts::default();
+        for patch in patches {
+            counts.near += usize::from(!patch.points.is_empty());
+            let points = patch.points.iter().filter(|point| is_pressed(point)).count();
+            counts.block_pairs += usize::from(points > 0);
+            counts.points += points;
+            counts.deepest = counts.deepest.max(patch.depth());
+        }
+        counts
+    }
+
+    /// Pairs of blocks that pressed on each other at the last step: what can be had at any time.
+    #[must_use]
+    pub fn touching_blocks(&self) -> usize {
+        let presses = |patch: &&Patch| patch.points.iter().any(is_pressed);
+        self.state.contacts.patches.iter().filter(presses).count()
+    }
+
+    /// Pairs of points in contact: how many there are, and how many of them press on each other.
+    #[must_use]
+    pub fn contact_points(&self) -> [usize; 2] {
+        let patches = &self.state.contacts.patches;
+        let points = || patches.iter().flat_map(|patch| &patch.points);
+        [points().count(), points().filter(|point| is_pressed(point)).count()]
+    }
+
+    /// Memory that contacts take `[bytes]`.
+    #[must_use]
+    pub fn contact_bytes(&self) -> usize {
+        self.state.contacts.bytes()
+    }
+}
+
+/// The points of a patch that press.
+fn seen(patch: &Patch, placing: &Placing<'_>) -> impl Iterator<Item = Contact> {
+    let normal = patch.now[0];
+    let [a, b] = patch.blocks.map(|block| block as usize);
+    let faces = patch.faces();
+    patch.points.iter().filter(|point| is_pressed(point)).map(move |point| {
+        let at = [0, 1].map(|side| placing.position([a, b][side], faces[side], &point.spots[side]));
+        let springs = point.traction;
+        let bears = -springs.normal * patch.both.tan_friction;
+        Contact {
+            blocks: [a, b],
+            // The couple of the two points acts on the block that the normal turns with.
+            position: at[1 - usize::from(patch.reference)].into(),
+            normal: normal.into(),
+            force: patch.force(point).into(),
+            area: point.area,
+            gap: normal.dot(&(at[1] - at[0])) - patch.both.skin,
+            slip: point.slid,
+            sliding: springs.shear.norm() >= SLIDING * bears,
+        }
+    })
+}
+
+/// Whether a contact has taken the place of each pair's joint.
+pub(super) fn released(simulation: &mut Simulation) -> Vec<f64> {
+    simulation.measure_once();
+    let (model, mut released) = (&simulation.model, vec![0.0; simulation.model.n_pairs()]);
+    let Contacts { joints, .. } = &simulation.scratch.trial_contacts;
+    for (face, (.., first)) in model.faces().iter().zip(face_places(model)) {
+        if joints[face.a as usize][face.direction as usize] == Release::Done {
+            released[first..first + face.pairs(model).count()].fill(1.0);
+        }
+    }
+    released
+}

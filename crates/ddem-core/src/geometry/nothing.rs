@@ -1,0 +1,72 @@
+//! What is said of a `where` that selects nothing.
+
+use super::select::Region;
+use super::{Geometry, Vec3};
+use crate::deck::Extent;
+use crate::error::Fault;
+
+/// A selection without anything in it.
+pub(crate) fn nothing(place: String, what: &str) -> Fault {
+    Fault::new(place, format!("selects nothing: {what} there")).help(RULES)
+}
+
+/// What planes and ranges take.
+const RULES: &str = "planes are met within 1e-6 of the region's size; ranges include their ends";
+
+/// A selection without any node in it, and what would be nearest.
+pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fault {
+    let mut help = RULES.to_owned();
+    if let Some((body, node)) = region.nearest(geometry) {
+        let size = (geometry.bounds[1] - geometry.bounds[0]).norm();
+        let digits = (4.0 - size.log10().floor()).clamp(0.0, 12.0) as usize;
+        let show = |x: Vec3| {
+            let [x, y, z] = <[f64; 3]>::from(x).map(|x| format!("{x:.digits$}"));
+            format!("[{x}, {y}, {z}]")
+        };
+        help += &if geometry.lattice(body).rigid {
+            let centre = show(geometry.centre(body));
+            format!(
+                "; ranges take rigid blocks as a whole, by their centroid: the nearest, block {body}, has \
+                 it at {centre} and a corner at {}",
+                show(node)
+            )
+        } else {
+            format!("; the nearest node is at {}", show(node))
+        };
+    }
+    Fault::new(place, "selects nothing: no node there").help(help)
+}
+
+impl Region {
+    /// Where nothing is selected: the node that comes nearest, and its body.
+    pub(crate) fn nearest(&self, geometry: &Geometry) -> Option<(usize, Vec3)> {
+        let mut nearest: Option<(f64, (usize, Vec3))> = None;
+        for body in 0..geometry.bodies.len() {
+            if !self.has_set(geometry.bodies[body].set as usize) {
+                continue;
+            }
+            let lattice = geometry.lattice(body);
+            let n = lattice.divisions + 1;
+            for local in 0..n * n * n {
+                let x = geometry.position(body, [local % n, local / n % n, local / (n * n)]);
+                let place = if lattice.rigid { geometry.centre(body) } else { x };
+                let far = self.distance(&x, &place);
+                if nearest.is_none_or(|(least, _)| far < least) {
+                    nearest = Some((far, (body, x)));
+                }
+            }
+        }
+        nearest.map(|(_, found)| found)
+    }
+
+    /// How far a node is from the planes, and the place that counts for it from ranges and sphere `[m]`.
+    fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
+        let out = |axis: usize| match self.extents[axis] {
+            Some(Extent::Plane(at)) => x[axis] - at,
+            Some(Extent::Range([from, to])) => place[axis] - place[axis].clamp(from, to.max(from)),
+            None => 0.0,
+        };
+        let beyond = self.sphere.map_or(0.0, |(c, radius)| ((place - c).norm() - radius).max(0.0));
+        Vec3::from([0, 1, 2].map(out)).norm().hypot(beyond)
+    }
+}

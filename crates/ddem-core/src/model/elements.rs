@@ -1,0 +1,53 @@
+//! Elements by place.
+
+use super::Model;
+use crate::geometry::{ON_FACE, Vec3};
+
+impl Model {
+    /// The element that a reference position lies in, as block and lattice steps; on faces between
+    /// elements or blocks the lower one, and where no block is the one nearest to it among the elements
+    /// that have the nearest node.
+    #[must_use]
+    pub fn element_at(&self, point: [f64; 3]) -> (usize, [usize; 3]) {
+        let at = Vec3::from(point);
+        let mut most: Option<(f64, (usize, [usize; 3]))> = None;
+        for block in 0..self.n_blocks() {
+            let (inside, element) = self.geometry.inside(block, &at);
+            // Blocks of sets that reach into each other: the one it is deeper in.
+            if inside >= -ON_FACE && most.is_none_or(|(other, _)| inside > other + ON_FACE) {
+                most = Some((inside, (block, element)));
+            }
+        }
+        if let Some((_, element)) = most {
+            return element;
+        }
+        let centre = |&(block, at): &(usize, [usize; 3])| {
+            let far = self.geometry.position(block, at.map(|i| i + 1));
+            ((self.geometry.position(block, at) + far) / 2.0 - Vec3::from(point)).norm()
+        };
+        let beside = self.elements_at(&[self.nearest_node(point) as u32]);
+        let nearest = beside.into_iter().min_by(|a, b| centre(a).total_cmp(&centre(b)));
+        nearest.unwrap_or_default()
+    }
+
+    /// The elements that have one of some nodes, as block and lattice steps.
+    #[must_use]
+    pub fn elements_at(&self, nodes: &[u32]) -> Vec<(usize, [usize; 3])> {
+        let mut elements = Vec::new();
+        for &node in nodes {
+            let (block, at) = self.geometry.locate(node as usize);
+            let n = self.geometry.lattice(block).divisions;
+            for corner in 0..8 {
+                let lower = [0, 1, 2].map(|d| at[d].checked_sub(corner >> d & 1));
+                if let [Some(x), Some(y), Some(z)] = lower
+                    && [x, y, z].iter().all(|&i| i < n)
+                {
+                    elements.push((block, [x, y, z]));
+                }
+            }
+        }
+        elements.sort_unstable();
+        elements.dedup();
+        elements
+    }
+}
