@@ -200,7 +200,8 @@ fn a_shaken_model_goes_on_from_any_step() {
         }
         assert!(seen(&mut whole) == seen(&mut rebuilt), "{damping:?}");
         let energy = whole.energy();
-        assert!(energy.balance.abs() < 1e-9 * energy.external.abs(), "{damping:?}: {energy:?}");
+        // Finite rotations are followed to the order of the time step.
+        assert!(energy.balance.abs() < 1e-7 * energy.external.abs(), "{damping:?}: {energy:?}");
     }
 }
 
