@@ -26,6 +26,7 @@ impl Model {
             }
         }
         warnings.extend(self.glued());
+        warnings.extend(self.borders.doubts(self.made(), &self.conditions));
         let of = (&self.geometry, &self.packs, &self.assembly);
         warnings.extend(self.contact.iter().flat_map(|contact| contact.doubts(&self.deck, of)));
         let used = self.faces.iter().map(|face| face.joint).collect();

@@ -6,6 +6,7 @@ mod elements;
 use std::sync::Arc;
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
+use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Contacts, Places, Surfaces};
@@ -25,6 +26,8 @@ pub struct Model {
     pub(crate) packs: Packs,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
+    pub(crate) borders: Borders,
+    constants: Constants,
     pub(crate) faces: Vec<Face>,
     pub(crate) seams: Seams,
     pub(crate) laws: Laws,
@@ -60,6 +63,8 @@ impl Model {
             return Err(faults);
         }
         let constants = Constants::new(deck);
+        let made = Made { deck, geometry: &geometry, packs: &packs, constants: &constants };
+        let borders = Borders::new(made, &conditions)?;
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
@@ -68,6 +73,8 @@ impl Model {
             packs,
             assembly,
             conditions,
+            borders,
+            constants,
             faces,
             seams,
             laws: laws(&deck.joints),
@@ -128,6 +135,22 @@ impl Model {
         Ok(())
     }
 
+    /// Gives the wave of a boundary, by its number in the deck, a factor in time that a program
+    /// computes, instead of the deck's history.
+    ///
+    /// # Errors
+    ///
+    /// The deck has no such boundary, or it has no `velocity`.
+    pub fn set_boundary_history(
+        &mut self,
+        boundary: usize,
+        function: Arc<Function>,
+    ) -> Result<(), Fault> {
+        self.borders.set_history(boundary, function)?;
+        self.computed.push(format!("boundary[{boundary}].history"));
+        Ok(())
+    }
+
     /// What a program computes instead of the deck: laws and histories, by their places in it.
     #[must_use]
     pub fn computed(&self) -> &[String] {
@@ -178,6 +201,11 @@ impl Model {
 
     pub(crate) fn active(&self, stage: usize, applied: &Applied) -> Active {
         Active::new(&self.conditions, &self.geometry, &self.packs, stage, applied)
+    }
+
+    pub(crate) fn made(&self) -> Made<'_> {
+        let Self { deck, geometry, packs, constants, .. } = self;
+        Made { deck, geometry, packs, constants }
     }
 
     pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {

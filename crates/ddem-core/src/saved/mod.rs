@@ -15,7 +15,7 @@ use crate::model::Model;
 use crate::motion::Motion;
 use crate::rigid::Pose;
 use crate::simd::Simd;
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, outside};
 use crate::state::{Memory, State, Work};
 
 /// More steps than any run takes: what is beyond is no count of steps.
@@ -53,6 +53,8 @@ impl Simulation {
             work,
             load_factors,
             applied,
+            kept,
+            columns,
             way,
         } = &self.state;
         let mut saved = Saved::default();
@@ -65,6 +67,9 @@ impl Simulation {
         let nodes = applied.keys().map(|&node| f64::from(node)).collect();
         put("applied_nodes", nodes);
         put("applied_forces", applied.values().flatten().copied().collect());
+        put("kept_nodes", kept.keys().map(|&node| f64::from(node)).collect());
+        put("kept_forces", kept.values().flatten().copied().collect());
+        put("columns", columns.iter().flatten().flatten().copied().collect());
         put("way", vec![*way]);
         put("damping", vec![damping_number(self.damping)]);
         let Work { loads, supports, damping, friction, fracture } = *work;
@@ -142,6 +147,14 @@ impl Simulation {
         state.contacts = contacts::restore(&simulation.model, saved)?;
         state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
+        state.kept = applied(array("kept_nodes")?, array("kept_forces")?, n / 3)?;
+        let (columns, rest) = array("columns")?.as_chunks::<6>();
+        if !rest.is_empty() || columns.len() != state.columns.len() {
+            return None;
+        }
+        for (column, &[a, b, c, d, e, f]) in state.columns.iter_mut().zip(columns) {
+            *column = [Vec3::new(a, b, c), Vec3::new(d, e, f)];
+        }
         let (poses, rest) = array("poses")?.as_chunks::<POSE>();
         if !rest.is_empty() || poses.len() != LANES * simulation.model.packs.rigid {
             return None;
@@ -153,6 +166,9 @@ impl Simulation {
         }
         simulation.scratch.fit(&simulation.model, &simulation.state);
         simulation.active = simulation.model.active(stage, &simulation.state.applied);
+        let active = &simulation.active;
+        simulation.outside = outside(&simulation.model, &simulation.state, active);
+        simulation.pushes = simulation.outside.kept();
         simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;

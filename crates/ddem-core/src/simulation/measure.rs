@@ -13,7 +13,7 @@ impl Simulation {
         self.motion.start = self.state.whole && !self.motion.fictitious;
         if !self.motion.fictitious {
             // Where a program cannot compute a factor, the one before stays; the next step says why.
-            let _ = self.take_factors();
+            let _ = self.take_factors().and_then(|()| self.take_pushes());
         }
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
@@ -60,6 +60,7 @@ impl Simulation {
             self.state.work.damping += half * sums.damping[0];
             let poses = self.present_poses();
             self.state.v = self.present_velocities();
+            self.settle_columns();
             self.state.poses = poses;
             // What failed and slipped now has done so.
             std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
@@ -77,6 +78,7 @@ impl Simulation {
     pub(super) fn unsettle(&mut self) {
         let before = self.energy().balance;
         self.rigid_before();
+        self.unsettle_columns();
         for (index, pack) in self.model.packs.packs.iter().enumerate().filter(|(_, p)| !p.rigid) {
             let class = &self.motion.classes[self.model.assembly.pack_inertia[index] as usize];
             for at in 0..3 * self.model.packs.shape_of(pack).nodes {

@@ -7,6 +7,7 @@
 mod anything;
 mod architecture;
 mod bad_input;
+mod boundaries;
 mod breaking;
 mod collisions;
 mod corotation;

@@ -12,9 +12,6 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for i in 0..deck.refine.len() {
         not_yet(format!("refine[{i}]"), "local refinement", leave_out);
     }
-    for i in 0..deck.boundary.len() {
-        not_yet(format!("boundary[{i}]"), "non-reflecting boundaries", leave_out);
-    }
     let assign = deck.assign.iter().map(|entry| (&entry.from, &entry.until));
     let remove = deck.remove.iter().map(|entry| (&entry.from, &entry.until));
     let timed = assign.enumerate().map(|entry| ("assign", entry));
