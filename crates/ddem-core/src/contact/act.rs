@@ -37,7 +37,7 @@ impl Patch {
         let stiffness = Stiffness { normal, shear };
         let [a, b] = self.blocks.map(|block| block as usize);
         let mut losses = Losses::default();
-        (self.couple, self.stored, self.depth) = (Vec3::zeros(), 0.0, 0.0);
+        (self.couple, self.stored, self.depth) = (Vec3::zeros(), self.bank, 0.0);
         for point in &mut self.points {
             let apart = placing.position(b, &point.spots[1]) - placing.position(a, &point.spots[0]);
             let own = axes.tr_mul(&apart);
@@ -45,7 +45,10 @@ impl Patch {
                 Opening { normal: own.x - self.both.skin, shear: Vector2::new(own.y, own.z) };
             let slip = point.memory.slip;
             let loss = law.respond(stiffness, opening, &mut point.memory);
-            losses.friction += point.area * loss.friction;
+            // Without friction, what offsets take on their way back is none.
+            let slid = if self.both.tan_friction > 0.0 { loss.friction } else { 0.0 };
+            losses.friction += point.area * slid;
+            losses.contact += point.area * (loss.contact + (loss.friction - slid));
             let slipped = (point.memory.slip - slip).norm();
             point.ease((slipped, loss.friction), (opening.normal, normal), self.spacing);
             let mut traction = point.memory.traction;

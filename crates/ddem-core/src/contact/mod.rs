@@ -114,7 +114,9 @@ pub(crate) struct Patch {
     /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
     /// a distance, and does the work of turning them `[N m]`.
     pub(crate) couple: Vec3,
-    /// Energy in the springs `[J]`.
+    /// What new points held less than those before, and may hold again `[J]`.
+    pub(crate) bank: f64,
+    /// Energy in the springs, and what is in the bank `[J]`.
     pub(crate) stored: f64,
     /// How far pressed points are in each other `[m]`.
     pub(crate) depth: f64,
@@ -210,11 +212,11 @@ impl Contacts {
 }
 
 impl Patch {
-    /// Energy in the springs by what they remember `[J]`.
+    /// Energy in the springs by what they remember, and in the bank `[J]`.
     fn energy(&self) -> f64 {
         let [normal, shear] = self.both.stiffness;
         let of = |point: &Point| point.area * stored(Stiffness { normal, shear }, &point.memory);
-        self.points.iter().map(of).sum()
+        self.bank + self.points.iter().map(of).sum::<f64>()
     }
 
     /// The block that the normal turns with, and the other.

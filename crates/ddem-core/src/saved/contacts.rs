@@ -8,7 +8,7 @@ use crate::geometry::Vec3;
 use crate::law::{Memory, Traction};
 use crate::model::Model;
 
-const PATCH: usize = 27;
+const PATCH: usize = 28;
 const POINT: usize = 21;
 const NAMES: [&str; 3] = ["contact_joints", "contact_patches", "contact_points"];
 
@@ -78,15 +78,14 @@ fn is_on(model: &Model, block: u32, spot: &Spot) -> bool {
 }
 
 fn patch_numbers(patch: &Patch) -> [f64; PATCH] {
-    let Patch { blocks, reference, axes, seen, apart, limit, lever, spacing, both, points, .. } =
-        patch;
+    let Patch { blocks, reference, axes, seen, apart, limit, lever, spacing, both, .. } = patch;
     let [a, b] = blocks.map(f64::from);
     let [[n0, n1, n2], [t0, t1, t2]] = axes.map(<[f64; 3]>::from);
     let [[o0, o1, o2], [p0, p1, p2]] = seen.map(<[f64; 3]>::from);
     let [x, y, z] = (*apart).into();
     let Both { skin, stiffness: [kn, ks], tan_friction, dashpot } = *both;
     let reference = f64::from(*reference);
-    let count = points.len() as f64;
+    let count = patch.points.len() as f64;
     [
         a,
         b,
@@ -114,6 +113,7 @@ fn patch_numbers(patch: &Patch) -> [f64; PATCH] {
         ks,
         tan_friction,
         dashpot,
+        patch.bank,
         count,
     ]
 }
@@ -136,12 +136,13 @@ fn patch(numbers: &[f64; PATCH]) -> Option<(Patch, usize)> {
             tan_friction: numbers[24],
             dashpot: numbers[25],
         },
+        bank: numbers[26],
         ..Patch::default()
     };
     let sizes = [&numbers[18..=20], &numbers[22..=23]];
     let sizes = sizes.iter().all(|sizes| sizes.iter().all(|&size| size > 0.0));
-    let rest = [numbers[21], numbers[24], numbers[25]].iter().all(|&x| x >= 0.0);
-    (sizes && rest).then_some((patch, whole(numbers[26])? as usize))
+    let rest = [numbers[21], numbers[24], numbers[25], numbers[26]].iter().all(|&x| x >= 0.0);
+    (sizes && rest).then_some((patch, whole(numbers[27])? as usize))
 }
 
 /// A whole number that is not negative.

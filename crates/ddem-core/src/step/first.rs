@@ -89,7 +89,7 @@ pub(crate) fn forces(
     }
     if let Some((contacts, surfaces)) = contacts {
         losses.add(&touch(pass, surfaces, (breaks, contacts), scratch));
-        losses.friction += released;
+        losses.contact += released;
     }
     losses
 }

@@ -23,3 +23,4 @@ mod rigid;
 mod selection;
 mod sets;
 mod tiling;
+mod tumbling;

@@ -233,7 +233,7 @@ fn wrong_numbers_in_a_checkpoint_are_refused() {
             ("twice".into(), [&array[..], &array[..]].concat()),
         ];
         let row = match name {
-            "contact_patches" => 27,
+            "contact_patches" => 28,
             "contact_points" => 21,
             "poses" => 13,
             _ => 1,
