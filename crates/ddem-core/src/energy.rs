@@ -61,6 +61,14 @@ impl Energy {
         }
     }
 
+    /// The balance against the largest of the energies; 0 where there are none.
+    #[must_use]
+    pub fn imbalance(&self) -> f64 {
+        let others = Self { balance: 0.0, ..*self };
+        let largest = others.values().into_iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+        if self.balance == 0.0 { 0.0 } else { self.balance.abs() / largest }
+    }
+
     /// The numbers, in the order of [`NAMES`](Self::NAMES).
     #[must_use]
     pub fn values(&self) -> [f64; 9] {
