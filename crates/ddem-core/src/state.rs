@@ -23,6 +23,8 @@ pub(crate) struct Work {
     pub(crate) friction: f64,
     /// Taken by fracture of joints.
     pub(crate) fracture: f64,
+    /// Lost where contacts come, go and change their points.
+    pub(crate) contact: f64,
 }
 
 /// The state of a model.

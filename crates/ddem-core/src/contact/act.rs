@@ -47,7 +47,7 @@ impl Patch {
         let stiffness = Stiffness { normal, shear };
         let [a, b] = self.blocks.map(|block| block as usize);
         let [face_a, face_b] = self.faces();
-        let spacing = placing.blocks[a].spacing.min(placing.blocks[b].spacing);
+        let spacing = self.spacing(placing);
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
             let point = &mut self.points[i];
@@ -58,7 +58,10 @@ impl Patch {
                 Opening { normal: own.x - self.both.skin, shear: Vector2::new(own.y, own.z) };
             let mut memory = point.memory();
             let loss = law.respond(stiffness, opening, &mut memory);
-            losses.friction += point.area * loss.friction;
+            // Without friction, what offsets take on their way back is none.
+            let rubbed = if self.both.tan_friction > 0.0 { loss.friction } else { 0.0 };
+            losses.friction += point.area * rubbed;
+            losses.contact += point.area * (loss.contact + (loss.friction - rubbed));
             let slipped = (memory.slip - point.slip).norm();
             (point.slip, point.gap, point.traction) = (memory.slip, memory.gap, memory.traction);
             point.offset[1] = memory.lifted;

@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::fit::Fitting;
+use super::heirs::Old;
 use super::release::{Places, Release};
 use super::{Contacts, Patch, Placed, Placing, Surfaces, act, release};
 use crate::breaks::{Breaks, Losses};
@@ -166,23 +167,22 @@ pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Cont
 }
 
 /// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
-/// are first; what they hold then and the new ones do not is booked as friction.
+/// are first; what these and the bank keep then and the new ones do not is lost.
 fn renew(fitting: &Fitting<'_>, contacts: &mut Contacts) -> Losses {
-    let each = |patch: &mut Patch| -> f64 {
+    let each = |patch: &mut Patch| -> Losses {
         if !fitting.has_moved(patch) {
-            return 0.0;
+            return Losses::default();
         }
-        let mut old = std::mem::take(patch);
-        // The dashpots act once, on the new points.
-        old.both.dashpot = 0.0;
-        let slid = old.act(&fitting.placing).friction;
-        let gone = Patch { blocks: old.blocks, ..Patch::default() };
-        *patch = fitting.patch(old.blocks, Some(&old)).unwrap_or(gone);
-        slid + old.stored() - patch.stored()
+        let (old, mut losses) = Old::new(std::mem::take(patch), &fitting.placing);
+        let blocks = old.patch.blocks;
+        let gone = Patch { blocks, ..Patch::default() };
+        *patch = fitting.patch(blocks, Some(&old)).unwrap_or(gone);
+        losses.contact += old.kept() - patch.kept(&fitting.placing);
+        losses
     };
     let patches = &mut contacts.patches;
-    let lost: Vec<f64> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
-    Losses { friction: lost.iter().sum(), ..Losses::default() }
+    let lost: Vec<Losses> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
+    Losses::total(&lost)
 }
 
 /// Whether two blocks are left to their joints: neighbours in a lattice that are connected by joints

@@ -72,8 +72,8 @@ impl Simulation {
         put("columns", columns.iter().flatten().flatten().copied().collect());
         put("way", vec![*way]);
         put("damping", vec![damping_number(self.damping)]);
-        let Work { loads, supports, damping, friction, fracture } = *work;
-        put("work", vec![loads, supports, damping, friction, fracture]);
+        let Work { loads, supports, damping, friction, fracture, contact } = *work;
+        put("work", vec![loads, supports, damping, friction, fracture, contact]);
         let initial = self.initial_energy;
         let [critical, broken] = self.critical_steps.map(|step| step.unwrap_or(0.0));
         put("time", vec![*time, origin.0, *end, self.motion.time_step, critical, broken, initial]);
@@ -117,7 +117,7 @@ impl Simulation {
         let (u, v) = (array("displacement")?, array("velocity")?);
         let (
             &[time, origin, end, time_step, critical, broken, initial],
-            &[loads, supports, damped, friction, fracture],
+            &[loads, supports, damped, friction, fracture, contact],
         ) = (array("time")?, array("work")?)
         else {
             return None;
@@ -142,7 +142,7 @@ impl Simulation {
         state.whole = count("whole")? == 1;
         (state.end, state.automatic) = (end, count("automatic")? == 1);
         state.last_step = count("last_step")?;
-        state.work = Work { loads, supports, damping: damped, friction, fracture };
+        state.work = Work { loads, supports, damping: damped, friction, fracture, contact };
         state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.contacts = contacts::restore(&simulation.model, saved)?;
         state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;

@@ -115,7 +115,7 @@ impl Simulation {
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
         let (sums, [bodies, joints]) = self.measure_once();
-        let Work { loads, supports, damping, friction, fracture } = self.state.work;
+        let Work { loads, supports, damping, friction, fracture, contact } = self.state.work;
         // What the velocity before has done up to now and the next step will book.
         let (damped, done) = if self.state.whole {
             (0.0, 0.0)
@@ -127,8 +127,9 @@ impl Simulation {
         };
         let external = loads + supports + done;
         let strain = [bodies, joints];
-        let Losses { friction: slid, fracture: broke, damping: dashed, .. } = self.losing;
-        let lost = [damping + damped + dashed, friction + slid, fracture + broke];
+        let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } =
+            self.losing;
+        let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact + met];
         Energy::new(sums.kinetic, strain, lost, external, self.initial_energy)
     }
 
@@ -144,7 +145,7 @@ impl Simulation {
 
     pub(super) fn mechanical_energy(&mut self) -> f64 {
         let energy = self.energy();
-        let lost = energy.friction + energy.fracture;
+        let lost = energy.friction + energy.fracture + energy.contact;
         energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
     }
 

@@ -256,6 +256,7 @@ impl Simulation {
         let State { work, failed, .. } = &mut self.state;
         work.friction += losses.friction;
         work.fracture += losses.fracture;
+        work.contact += losses.contact;
         work.damping += losses.damping;
         for (failed, more) in failed.iter_mut().zip(losses.failed) {
             *failed += more;

@@ -27,3 +27,4 @@ mod sets;
 mod starts;
 mod tiling;
 mod touching;
+mod tumbling;
