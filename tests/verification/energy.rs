@@ -12,12 +12,12 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// `kinetic + strain + damping + friction + fracture − external work` less its first value, row by
+/// `kinetic + strain + damping + friction + fracture + contact − external work` less its first value, row by
 /// row.
 fn sum_of_energies(run: &Run) -> Vec<f64> {
     let column = |name| run.energy.column(name);
     let kept = ["kinetic", "strain_bodies", "strain_joints"];
-    let taken = ["damping", "friction", "fracture"];
+    let taken = ["damping", "friction", "fracture", "contact"];
     let parts: Vec<_> = kept.into_iter().chain(taken).map(column).collect();
     let external = column("external_work");
     let row = |i: usize| parts.iter().map(|part| part[i]).sum::<f64>() - external[i];

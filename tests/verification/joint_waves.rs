@@ -54,6 +54,11 @@ fn compression_through_springs() {
 }
 
 #[test]
+fn compression_from_coarse_to_fine() {
+    passes("v06_refined", "x", 3000.0);
+}
+
+#[test]
 fn compression_through_a_thick_joint() {
     passes("v06_p_thick", "x", 3000.0);
 }

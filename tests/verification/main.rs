@@ -12,10 +12,12 @@ mod shared;
 
 mod apart;
 mod beam_cracks;
+mod boundaries;
 mod cantilever;
 mod collisions;
 mod convergence;
 mod energy;
+mod half_space;
 mod incline;
 mod incline_contact;
 mod intact_planes;

@@ -225,6 +225,9 @@ fn end(stage: &StageSummary, failed: u64) -> String {
         line += &format!(" and {time}");
     }
     line += &format!(", unbalanced {:.1e}", stage.unbalanced);
+    if stage.imbalance > 0.0 {
+        line += &format!(", energy off by {:.0e}", stage.imbalance);
+    }
     if failed > 0 {
         line += &format!(", {failed} pairs failed");
     }
@@ -331,9 +334,10 @@ mod tests {
         insta::assert_snapshot!(
             end(&stage, 0), @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, 48.2 M/s"
         );
+        let stage = StageSummary { imbalance: 3.4e-5, ..stage };
         insta::assert_snapshot!(
             end(&stage, 7),
-            @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, 7 pairs failed, 48.2 M/s"
+            @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, energy off by 3e-5, 7 pairs failed, 48.2 M/s"
         );
     }
 

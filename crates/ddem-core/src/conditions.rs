@@ -19,7 +19,7 @@ pub(crate) struct Period {
 }
 
 impl Period {
-    fn new(deck: &Deck, from: Option<&String>, until: Option<&String>) -> Self {
+    pub(crate) fn new(deck: &Deck, from: Option<&String>, until: Option<&String>) -> Self {
         let stage = |name: &String| deck.stage.iter().position(|s| s.name == *name);
         Self { from: from.and_then(stage), until: until.and_then(stage) }
     }
@@ -175,10 +175,10 @@ impl Conditions {
 }
 
 /// A factor, or at what time and why there is none.
-struct Factor(Result<f64, (f64, String)>);
+pub(crate) struct Factor(Result<f64, (f64, String)>);
 
 impl Factor {
-    fn at(self, section: &str, index: usize) -> Result<f64, RunError> {
+    pub(crate) fn at(self, section: &str, index: usize) -> Result<f64, RunError> {
         self.0.map_err(|(time, message)| RunError::History {
             entry: format!("{section}[{index}]"),
             time,
@@ -189,7 +189,7 @@ impl Factor {
 
 impl Period {
     /// Factor of a history that counts time from the start of the stage named in `from`.
-    fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
+    pub(crate) fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
         let start = self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0);
         Factor(history.factor(time - start).map_err(|message| (time - start, message)))
     }
@@ -354,6 +354,14 @@ impl Active {
         found.ok().map(|found| &mut loads[found].force)
     }
 
+    /// The support of a degree of freedom, by its pack, place and lane: its number.
+    pub(crate) fn support_at(&self, pack: usize, at: u32, lane: u8) -> Option<usize> {
+        let range = self.supports_of(pack);
+        let key = |s: &Support| (s.at, s.lane);
+        let found = self.supports[range.clone()].binary_search_by_key(&(at, lane), key);
+        found.ok().map(|found| range.start + found)
+    }
+
     /// Nodes and axes that are held.
     pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
         self.supports.iter().map(|s| (s.node, s.axis as usize))
@@ -361,7 +369,7 @@ impl Active {
 }
 
 /// Where each pack's entries begin in a list sorted by pack, shape `(n + 1)`.
-fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
+pub(crate) fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
     let mut starts = vec![0; n + 1];
     packs.for_each(|pack| starts[pack + 1] += 1);
     for pack in 0..n {

@@ -15,21 +15,25 @@ pub struct Energy {
     pub friction: f64,
     /// Taken by fracture of joints so far.
     pub fracture: f64,
+    /// Lost so far where contacts come, go and change their points, and by faces that meet or part
+    /// within a step: not physics, but the method's own error.
+    pub contact: f64,
     /// Work of loads, gravity and driven supports so far.
     pub external: f64,
-    /// Kinetic + strain + damping + friction + fracture − external work − what was there at the
+    /// Kinetic + strain + damping + friction + fracture + contact − external work − what was there at the
     /// start: zero but for rounding and, in large rotations and failure, for the time step.
     pub balance: f64,
 }
 
 impl Energy {
     /// Names of the columns, in the order of [`values`](Self::values).
-    pub const NAMES: [&'static str; 8] = [
+    pub const NAMES: [&'static str; 9] = [
         "kinetic",
         "strain_bodies",
         "strain_joints",
         "friction",
         "fracture",
+        "contact",
         "damping",
         "external_work",
         "balance",
@@ -38,7 +42,7 @@ impl Energy {
     pub(crate) fn new(
         kinetic: f64,
         [bodies, joints]: [f64; 2],
-        [damping, friction, fracture]: [f64; 3],
+        [damping, friction, fracture, contact]: [f64; 4],
         external: f64,
         initial: f64,
     ) -> Self {
@@ -49,20 +53,32 @@ impl Energy {
             damping,
             friction,
             fracture,
+            contact,
             external,
-            balance: kinetic + bodies + joints + damping + friction + fracture - external - initial,
+            balance: kinetic + bodies + joints + (damping + friction + fracture + contact)
+                - external
+                - initial,
         }
+    }
+
+    /// The balance against the largest of the energies; 0 where there are none.
+    #[must_use]
+    pub fn imbalance(&self) -> f64 {
+        let others = Self { balance: 0.0, ..*self };
+        let largest = others.values().into_iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+        if self.balance == 0.0 { 0.0 } else { self.balance.abs() / largest }
     }
 
     /// The numbers, in the order of [`NAMES`](Self::NAMES).
     #[must_use]
-    pub fn values(&self) -> [f64; 8] {
+    pub fn values(&self) -> [f64; 9] {
         [
             self.kinetic,
             self.strain_bodies,
             self.strain_joints,
             self.friction,
             self.fracture,
+            self.contact,
             self.damping,
             self.external,
             self.balance,

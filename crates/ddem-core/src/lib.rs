@@ -15,6 +15,7 @@ pub mod element;
 pub mod law;
 
 mod assembly;
+mod boundary;
 mod breaks;
 mod cluster;
 mod conditions;

@@ -71,7 +71,12 @@ pub(crate) fn free_motion(
                 describe(&motions, &centre, size).join(", ")
             ),
         )
-        .help("hold that motion with [[fix]], or make the stage dynamic"),
+        .help(if deck.boundary.is_empty() {
+            "hold that motion with [[fix]], or make the stage dynamic"
+        } else {
+            "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
+             which the boundary is there; it keeps what the fix bore"
+        }),
     )
 }
 

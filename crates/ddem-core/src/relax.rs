@@ -117,6 +117,7 @@ impl Simulation {
         self.motion = Motion::relaxing(&self.model.assembly);
         self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
         self.factors.clone_from(&self.state.load_factors);
+        self.pushes = self.outside.kept();
     }
 
     /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is

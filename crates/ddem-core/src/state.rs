@@ -23,6 +23,8 @@ pub(crate) struct Work {
     pub(crate) friction: f64,
     /// Taken by fracture of joints.
     pub(crate) fracture: f64,
+    /// Lost where contacts come, go and change their points.
+    pub(crate) contact: f64,
 }
 
 /// The state of a model.
@@ -65,6 +67,10 @@ pub(crate) struct State {
     pub(crate) load_factors: Vec<f64>,
     /// What programs apply.
     pub(crate) applied: Applied,
+    /// What supports bore that ended where a boundary is, by node `[N]`.
+    pub(crate) kept: Applied,
+    /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
+    pub(crate) columns: Vec<[Vec3; 2]>,
     /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
     pub(crate) way: f64,
 }
@@ -115,6 +121,8 @@ impl State {
             work: Work::default(),
             load_factors: vec![0.0; model.conditions.loaded.len() + 2],
             applied: Applied::default(),
+            kept: Applied::default(),
+            columns: vec![[Vec3::zeros(); 2]; model.borders.column_nodes()],
             way: 0.0,
         };
         for initial in &model.deck.initial {
@@ -135,6 +143,7 @@ impl State {
     pub(crate) fn rest(&mut self) {
         self.v.fill(Lanes::ZERO);
         self.poses.iter_mut().flatten().for_each(|pose| *pose = pose.resting());
+        self.columns.fill([Vec3::zeros(); 2]);
     }
 
     /// Rigid bodies go where their corners were set, as near as they can.

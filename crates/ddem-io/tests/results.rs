@@ -103,6 +103,7 @@ fn summary_has_the_documented_keys() {
         "wall_seconds",
         "node_updates_per_second",
         "unbalanced",
+        "imbalance",
     ];
     documented.sort_unstable();
     assert_eq!(stage, documented);

@@ -14,6 +14,7 @@ use crate::errors::refuse;
 pub(crate) enum Timed {
     Load(usize),
     Fix(usize),
+    Boundary(usize),
 }
 
 impl Timed {
@@ -21,6 +22,7 @@ impl Timed {
         match section {
             "load" => Some(Self::Load(index)),
             "fix" => Some(Self::Fix(index)),
+            "boundary" => Some(Self::Boundary(index)),
             _ => None,
         }
     }
@@ -30,6 +32,7 @@ impl Timed {
         match self {
             Self::Load(index) => format!("load[{index}].history"),
             Self::Fix(index) => format!("fix[{index}].history"),
+            Self::Boundary(index) => format!("boundary[{index}].history"),
         }
     }
 }
@@ -89,6 +92,7 @@ impl Called {
             match timed {
                 Timed::Load(index) => model.set_load_history(index, Arc::new(factor))?,
                 Timed::Fix(index) => model.set_fix_history(index, Arc::new(factor))?,
+                Timed::Boundary(index) => model.set_boundary_history(index, Arc::new(factor))?,
             }
         }
         Ok(())

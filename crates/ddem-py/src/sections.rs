@@ -180,14 +180,23 @@ impl Model {
         self.add(py, "load", None, keys)
     }
 
-    /// Adds a non-reflecting boundary. Not yet there: :meth:`build` refuses it.
+    /// Adds a boundary behind which the rock goes on, so that waves leave.
+    ///
+    /// It holds nothing at rest; what a support bore that ends where a boundary is goes on as
+    /// constant forces.
     ///
     /// Parameters
     /// ----------
-    /// kind : {"viscous"}
-    ///     Dashpots of Lysmer and Kuhlemeyer.
+    /// kind : {"viscous", "free-field"}
+    ///     Dashpots of Lysmer and Kuhlemeyer, or upright sides of a model that is shaken from below.
+    /// velocity : (float, float, float), optional
+    ///     Of a wave that comes in through viscous faces [m/s]; a free surface moves twice as fast.
+    /// history : callable, dict or rows, optional
+    ///     Factor on the velocity in time [s], as for :meth:`fix`.
     /// x, y, z, sphere, set : optional
-    ///     Which outer faces.
+    ///     Which outer faces; all of them without any.
+    /// from_, until : str, optional
+    ///     Stages from whose start, and up to whose start, it is in force.
     ///
     /// Raises
     /// ------

@@ -169,7 +169,7 @@ pub(crate) fn table<'py>(
         }
         if key == "history" && given.is_callable() {
             if Timed::new(section, 0).is_none() {
-                let message = "only loads and driven supports have a history";
+                let message = "only loads, driven supports and boundaries have a history";
                 return Err(model_error(given.py(), &key, message, None));
             }
             function = Some(given);

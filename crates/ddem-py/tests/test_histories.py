@@ -18,14 +18,16 @@ def table(time: float) -> float:
     return time / 1e-3 if time < 1e-3 else 1.0
 
 
-@pytest.mark.parametrize("kind", ["load", "fix"])
+@pytest.mark.parametrize("kind", ["load", "fix", "boundary"])
 def test_a_function_is_the_same_history(kind: str) -> None:
     def simulate(history: Any) -> ddem.Simulation:
         model = column()
         if kind == "load":
             model.load(traction=(1e5, 0, 0), z=2.0, history=history)
-        else:
+        elif kind == "fix":
             model.fix("x", velocity=(0.1, 0, 0), z=2.0, history=history)
+        else:
+            model.boundary("viscous", velocity=(0.1, 0, 0), z=2.0, history=history)
         simulation = model.build()
         simulation.run(2e-3, quiet=True)
         return simulation

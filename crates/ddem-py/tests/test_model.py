@@ -72,6 +72,8 @@ def full() -> ddem.Model:
     model.load(pressure=1e4, x=2.0, history={"table": [[0, 0], [1, 1]]})
     model.load(line=(0, 0, -1e3), z=2.0, x=2.0, from_="push")
     model.load(force=(1, 2, 3), sphere={"centre": (2, 1, 2), "radius": 0.1}, until="push")
+    wave = {"velocity": (0, 0.1, 0), "history": {"ramp": 0.02}}
+    model.boundary("viscous", y=0.0, set="base", from_="push", until="end", **wave)
     model.initial(velocity=(0, 0, 0.1), spin=(0, 0, 0.1), centre=(1, 1, 1), set="side")
     model.stage("settle", kind="relax", tolerance=1e-4, max_steps=5000, increments=2)
     model.stage("push", kind="dynamic", duration=1e-3, damping=0.05, time_step=1e-6, frames=3)
@@ -95,17 +97,15 @@ def test_every_section_is_written_and_read_again(tmp_path: Path) -> None:
     model = full()
     rounds(model, tmp_path)
     sections = set(ddem.schema()["properties"])
-    # These two are read but refused when built.
-    assert sections - set(model.deck) == {"refine", "boundary"}
+    # This one is read but refused when built.
+    assert sections - set(model.deck) == {"refine"}
     assert model.build().n_blocks == 4 + 1
 
 
 def test_sections_that_this_version_has_not_are_written_too(tmp_path: Path) -> None:
     model = column()
     model.refine(factor=2, set="all")
-    model.boundary("viscous", z=2.0)
     assert model.deck["refine"] == [{"factor": 2, "where": {"set": "all"}}]
-    assert model.deck["boundary"] == [{"kind": "viscous", "where": {"z": 2.0}}]
     with pytest.raises(ddem.ModelError, match=r"refine\[0\]: this version does not have"):
         model.build()
 

@@ -55,7 +55,7 @@ METHODS: dict[str, dict[str, Any]] = {
         "history": {"ramp": 1.0},
         **WHEN,
     },
-    "boundary": {"kind": "viscous", **WHEN},
+    "boundary": {"kind": "viscous", "velocity": (0, 0, 1), "history": {"ramp": 1.0}, **WHEN},
     "initial": {"velocity": (0, 0, 1), "spin": (0, 0, 1), "centre": (0, 0, 0), **WHERE},
     "stage": {
         "name": "a",

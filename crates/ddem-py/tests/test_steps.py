@@ -52,7 +52,7 @@ def test_energy_balances_with_forces_that_do_work() -> None:
         scale = max(scale, energy["strain_bodies"] + energy["kinetic"])
     assert energy["external_work"] > 0.1 * scale > 0
     assert abs(energy["balance"]) < 1e-6 * scale
-    names = "kinetic strain_bodies strain_joints friction fracture damping external_work balance"
+    names = "kinetic strain_bodies strain_joints friction fracture contact damping external_work balance"
     assert list(energy) == names.split()
 
 

@@ -51,7 +51,7 @@ def line() -> int:
         (lambda m: m.add_blocks(material=10**30), "material: "),
         (lambda m: m.probe("p", quantity="strain", at=(0, 0, 0)), "quantity: expected"),
         (lambda m: m.initial(velocity=object()), "velocity: expected a number, text, a list"),
-        (lambda m: m.boundary("free"), 'kind: expected `"viscous"`'),
+        (lambda m: m.boundary("free"), 'kind: expected `"viscous"` or `"free-field"`'),
         (lambda m: m.refine(factor=0.5, z=0.0), "factor: expected a whole"),
         (lambda m: ddem.Model(gravty=1), "gravty: unknown key `gravty` (did you mean `gravity`?"),
         (lambda m: ddem.Model(gravity=(1, 2)), "gravity: expected 3 numbers, found 2"),

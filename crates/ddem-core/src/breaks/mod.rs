@@ -67,6 +67,8 @@ pub(crate) struct Losses {
     pub(crate) friction: f64,
     /// To fracture `[J]`.
     pub(crate) fracture: f64,
+    /// Where contacts come, go and change their points `[J]`.
+    pub(crate) contact: f64,
     /// To the dashpots of contacts `[J]`.
     pub(crate) damping: f64,
     /// Pairs that failed in shear and in tension.
@@ -113,6 +115,7 @@ impl Losses {
     pub(crate) fn add(&mut self, more: &Self) {
         self.friction += more.friction;
         self.fracture += more.fracture;
+        self.contact += more.contact;
         self.damping += more.damping;
         for (failed, more) in self.failed.iter_mut().zip(more.failed) {
             *failed += more;

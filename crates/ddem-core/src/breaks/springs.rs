@@ -161,6 +161,7 @@ impl Broken {
                     }
                     losses.friction += area * loss.friction;
                     losses.fracture += area * loss.fracture;
+                    losses.contact += area * loss.contact;
                 } else {
                     point.memory.traction = Traction {
                         normal: k.normal * opening.normal,

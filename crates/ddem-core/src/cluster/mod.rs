@@ -5,6 +5,7 @@
 //! stiffness, one component at a time, scaled so that Δt = 1 is stable for the whole: then the
 //! number of steps does not depend on the thickness. A node inside a body is a cluster of one.
 
+mod meeting;
 mod rigid;
 
 use std::collections::HashMap;
@@ -14,15 +15,16 @@ use fearless_simd_macros::simd;
 use nalgebra::SMatrix;
 
 use crate::assembly::{Element, NO_TABLE};
-use crate::contact::{Contacts, Release, Skins, Surfaces, faces, outer};
+use crate::contact::Surfaces;
 use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
-use crate::law::Stiffness;
 use crate::model::Model;
 use crate::pack::Neighbours;
 use crate::rigid::Pose;
 use crate::state::Memory;
-use crate::touch::FaceOf;
+
+pub(crate) use meeting::Meeting;
+use meeting::contact_diagonal;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
 #[derive(Clone, Copy, Debug)]
@@ -66,26 +68,6 @@ struct Around<'a> {
     /// Where blocks may meet.
     surfaces: Option<&'a Surfaces>,
     meeting: Meeting,
-}
-
-/// What contacts masses are to reckon with: it follows from the state.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Meeting {
-    /// Those on the faces without a joint.
-    pub(crate) any: bool,
-    /// Those in the place of joints, of which some have moved.
-    pub(crate) released: bool,
-}
-
-impl Meeting {
-    pub(crate) fn new(model: &Model, contacts: &Contacts) -> Self {
-        if model.contact.is_none() {
-            return Self::default();
-        }
-        let released = contacts.joints.iter().flatten().any(|&joint| joint > Release::Holds);
-        let met = released || !contacts.patches.is_empty();
-        Self { any: met || model.open_surfaces().is_some(), released }
-    }
 }
 
 /// Inverse masses of all packs, equal ones once.
@@ -273,40 +255,6 @@ fn node_coupling(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 
         contact_diagonal(&around, surfaces, (body, at), &mut sum[0]);
     }
     sum
-}
-
-/// Stiffness of contacts on a face for each unit of area, twice for the other block `[Pa/m]`: where no
-/// joint is, as they may come there, and once joints have moved on all faces. What a joint has put into
-/// the masses couples nodes that face each other; those in contact after it may be others.
-fn of_contacts(skins: &Skins, body: usize, face: FaceOf, released: bool) -> [f64; 2] {
-    if !released {
-        return outer(skins, body, face);
-    }
-    let Stiffness { normal, shear } = skins.stiffest(body as u32, face);
-    [2.0 * normal, 2.0 * shear]
-}
-
-/// Adds contacts.
-fn contact_diagonal(
-    around: &Around<'_>,
-    surfaces: &Surfaces,
-    (body, at): (usize, [usize; 3]),
-    sum: &mut [f64; 3],
-) {
-    let placed = &surfaces.blocks[body];
-    let lattice = around.model.geometry.lattice(body);
-    let n = placed.divisions;
-    let on = |face: &FaceOf| at[face.direction] == if face.upper { n } else { 0 };
-    for face in faces().filter(on) {
-        let d = face.direction;
-        let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
-        let area = placed.element_area(face) / 4.0 * f64::from(1u32 << inner);
-        let [stiff, shear] = of_contacts(&surfaces.skins, body, face, around.meeting.released);
-        let normal = lattice.normal(d);
-        for c in 0..3 {
-            sum[c] += area * (shear + (stiff - shear) * normal[c] * normal[c]);
-        }
-    }
 }
 
 /// Adds the springs of joints that are springs from the start.

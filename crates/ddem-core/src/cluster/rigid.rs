@@ -79,7 +79,7 @@ fn add_contacts(
         let (e, f) = (half[(d + 1) % 3], half[(d + 2) % 3]);
         let area = e.cross(&f);
         let normal = area.try_normalize(0.0).unwrap_or_default();
-        let [stiff, shear] = super::of_contacts(skins, body, face, released);
+        let [stiff, shear] = super::meeting::of_contacts(skins, body, face, released);
         let across = normal * normal.transpose();
         let k = (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm();
         let side = half[d] * if face.upper { 1.0 } else { -1.0 };

@@ -19,7 +19,7 @@ pub(crate) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts)
             let (mut losses, mut deepest) = (Losses::default(), 0.0_f64);
             for patch in patches {
                 if patch.bond.is_some() {
-                    losses.add(&patch.hold(&placing, look));
+                    losses.add(&patch.bear_as_joint(&placing, look));
                     continue;
                 }
                 losses.add(&patch.act(&placing));
@@ -51,7 +51,7 @@ impl Patch {
         let stiffness = Stiffness { normal, shear };
         let [a, b] = self.blocks.map(|block| block as usize);
         let [face_a, face_b] = self.faces();
-        let spacing = placing.blocks[a].spacing.min(placing.blocks[b].spacing);
+        let spacing = self.spacing(placing);
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
             let point = &mut self.points[i];
@@ -62,7 +62,10 @@ impl Patch {
                 Opening { normal: own.x - self.both.skin, shear: Vector2::new(own.y, own.z) };
             let mut memory = point.memory();
             let loss = law.respond(stiffness, opening, &mut memory);
-            losses.friction += point.area * loss.friction;
+            // Without friction, what offsets take on their way back is none.
+            let rubbed = if self.both.tan_friction > 0.0 { loss.friction } else { 0.0 };
+            losses.friction += point.area * rubbed;
+            losses.contact += point.area * (loss.contact + (loss.friction - rubbed));
             let slipped = (memory.slip - point.slip).norm();
             point.set(&memory);
             if point.gap < 0.0 {

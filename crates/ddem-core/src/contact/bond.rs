@@ -47,6 +47,10 @@ impl Fitting<'_> {
         let mut quads = Vec::new();
         let mut patch = self.abutting(abutment, &mut |corners| quads.extend(quads_of(corners)));
         patch.both = Both { stiffness: [normal, shear], ..Both::default() };
+        // There are no strips beside it: it reaches to the middle of the gaps around.
+        let own: f64 = patch.points.iter().map(|point| point.area).sum();
+        let part = if own > 0.0 { abutment.area / own } else { 1.0 };
+        patch.points.iter_mut().for_each(|point| point.area *= part);
         let axes = patch.frame();
         let [a, b] = patch.blocks.map(|block| block as usize);
         let [face_a, face_b] = patch.faces();
@@ -153,7 +157,7 @@ impl Patch {
     }
 
     /// What a joint exerts at the present positions, and what is lost on the way there.
-    pub(super) fn hold(&mut self, placing: &Placing<'_>, look: Look<'_>) -> Losses {
+    pub(super) fn bear_as_joint(&mut self, placing: &Placing<'_>, look: Look<'_>) -> Losses {
         let Some(mut bond) = self.bond.take() else { return Losses::default() };
         self.turn(placing);
         let law = bond.law(look);
@@ -195,6 +199,7 @@ impl Patch {
                     }
                     losses.friction += point.area * loss.friction;
                     losses.fracture += point.area * loss.fracture;
+                    losses.contact += point.area * loss.contact;
                     pair.damage = memory.damage;
                     point.set(&memory);
                 }
@@ -246,7 +251,7 @@ impl Patch {
             moment += (x - about).cross(&pull);
         }
         let area = self.points.iter().map(|point| point.area).sum();
-        Load { energy: self.held(), area, force, moment, about }
+        Load { energy: self.held(&[]), area, force, moment, about }
     }
 }
 

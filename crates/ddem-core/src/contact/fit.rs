@@ -7,7 +7,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::heirs::Known;
+use super::heirs::{Known, Old};
 use super::side::{Side, apart, edge_node, edge_spot, node_at};
 use super::skins::sides_of;
 use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
@@ -69,7 +69,7 @@ impl Fitting<'_> {
     }
 
     /// The patch of two blocks; `None` when they are far apart. `old` is what they had, as it is now.
-    pub(crate) fn patch(&self, blocks: [u32; 2], old: Option<&Patch>) -> Option<Patch> {
+    pub(crate) fn patch(&self, blocks: [u32; 2], old: Option<&Old>) -> Option<Patch> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = touch::separation(&cells[0], &cells[1]);
         let reach = self.reach(blocks);
@@ -225,9 +225,9 @@ impl Fitting<'_> {
     }
 
     /// What the points remember: of the old ones near them, or nothing.
-    fn remember(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&Patch>) {
+    fn remember(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&Old>) {
         let [a, b] = patch.blocks.map(|block| block as usize);
-        let known = old.map(|old| Known::new(&self.placing, old));
+        let known = old.map(|old| Known::new(&self.placing, &old.patch));
         let last = if old.is_some() { 0.0 } else { 1.0 };
         let [normal_stiffness, shear_stiffness] = patch.both.stiffness;
         let [face_a, face_b] = patch.faces();
@@ -259,7 +259,7 @@ impl Fitting<'_> {
             *point = Point { slip, offset: [offset; 2], gap, traction, drag, slid, ..*point };
         }
         if let Some(old) = old {
-            patch.cap(old.held());
+            patch.hold(&self.placing, old);
         }
     }
 }

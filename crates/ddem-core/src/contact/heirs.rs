@@ -1,28 +1,115 @@
 //! What the points of a patch hand on to those that take their place.
 
 use super::{Patch, Placing, Point};
+use crate::breaks::Losses;
 use crate::geometry::Vec3;
 use crate::law::Traction;
 
+/// Part by which pressed areas may differ from those of the overlap, up or down, so that the energy stays.
+const SCALE: f64 = 1.25;
+
+/// A patch whose points are to be made anew.
+pub(super) struct Old {
+    pub(super) patch: Patch,
+    /// Energies that its springs keep, along the normal and in the plane `[J]`.
+    held: [f64; 2],
+}
+
+impl Old {
+    /// Follows the blocks to where they are. Also returns what is lost on the way.
+    pub(super) fn new(mut patch: Patch, placing: &Placing<'_>) -> (Self, Losses) {
+        // The dashpots act once, on the new points.
+        patch.both.dashpot = 0.0;
+        let opening = |point: &Point| point.gap + point.offset[1];
+        let mut opened: Vec<f64> = patch.points.iter().map(opening).collect();
+        let losses = patch.act(placing);
+        for (way, point) in opened.iter_mut().zip(&patch.points) {
+            *way = opening(point) - *way;
+        }
+        let held = patch.held(&opened);
+        (Self { patch, held }, losses)
+    }
+
+    /// Energy in its springs, and in its bank `[J]`.
+    pub(super) fn kept(&self) -> f64 {
+        self.held[0] + self.held[1] + self.patch.bank
+    }
+}
+
 impl Patch {
-    /// Energies in the springs, along the normal and in the plane `[J]`.
-    pub(super) fn held(&self) -> [f64; 2] {
+    /// How far the points opened in the last step `[m]`, in which the normal turned with its block.
+    fn opened(&self, placing: &Placing<'_>) -> Vec<f64> {
+        if placing.start {
+            return Vec::new();
+        }
+        let normal = self.now[0];
+        let turn = placing.turned(self.order()[0]);
+        let before = normal - turn.cross(&(normal - turn.cross(&normal) * 0.5));
+        let opened = |point: &Point| {
+            let at = |k: usize| (self.blocks[k] as usize, self.faces()[k], &point.spots[k]);
+            let ((a, face_a, x), (b, face_b, y)) = (at(0), at(1));
+            let apart = placing.position(b, face_b, y) - placing.position(a, face_a, x);
+            let way = placing.way(b, face_b, y) - placing.way(a, face_a, x);
+            normal.dot(&apart) - before.dot(&(apart - way))
+        };
+        self.points.iter().map(opened).collect()
+    }
+
+    /// Energies in the springs, along the normal and in the plane `[J]`. What the scheme of the step
+    /// keeps along the normal is half the traction now times the gap a step ago.
+    pub(super) fn held(&self, opened: &[f64]) -> [f64; 2] {
         let mut held = [0.0; 2];
-        for Point { area, gap, traction: Traction { normal, shear }, .. } in &self.points {
-            held[0] += 0.5 * area * normal * gap;
+        for (k, point) in self.points.iter().enumerate() {
+            let Point { area, gap, traction: Traction { normal, shear }, .. } = point;
+            let before = gap - opened.get(k).copied().unwrap_or(0.0);
+            held[0] += 0.5 * area * normal * before;
             held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
         }
         held
     }
 
-    /// Areas change as blocks turn and slide under pressure: new points hold no more energy than the
-    /// old ones did. What they do not bear of their gap is an offset.
-    pub(super) fn cap(&mut self, before: [f64; 2]) {
-        let now = self.held();
-        // Rounding may leave less than nothing.
-        let before = before.map(|energy| energy.max(0.0));
-        let part = |k: usize| if now[k] > before[k] { (before[k] / now[k]).sqrt() } else { 1.0 };
-        let [press, shear] = [part(0), part(1)];
+    /// Energy in the springs as the scheme of the step keeps it, and in the bank `[J]`.
+    pub(super) fn kept(&self, placing: &Placing<'_>) -> f64 {
+        let [normal, shear] = self.held(&self.opened(placing));
+        normal + shear + self.bank
+    }
+
+    /// Areas change as blocks turn and slide under pressure, and a corner that leaves a face meets an
+    /// edge: new points hold as much energy along the normal as the old ones did, or less. Pressed
+    /// areas make up for it, by [`SCALE`], or to that of an element; what is then too much is an offset,
+    /// part of the gap that they do not bear, and what is too little goes to the bank. Shear is less only.
+    pub(super) fn hold(&mut self, placing: &Placing<'_>, old: &Old) {
+        // Rounding, and faces that have just met, may leave less than nothing.
+        let [normal, shear] = old.held.map(|energy| energy.max(0.0));
+        let before = [normal + old.patch.bank, shear];
+        let opened = self.opened(placing);
+        let natural = self.held(&opened)[0];
+        if natural > 0.0 {
+            let pressed = |point: &&mut Point| point.gap < 0.0;
+            let area: f64 = self.points.iter_mut().filter(pressed).map(|point| point.area).sum();
+            let most = SCALE.max(self.spacing(placing).powi(2) / area);
+            let scale = (before[0] / natural).clamp(1.0 / SCALE, most);
+            self.points.iter_mut().filter(pressed).for_each(|point| point.area *= scale);
+        }
+        self.cap(before, &opened);
+        // Of faces that have parted nothing comes back.
+        let now = self.held(&opened)[0];
+        self.bank = if now > 0.0 { (before[0] - now).max(0.0) } else { 0.0 };
+    }
+
+    /// Takes out what the springs hold more than before, along the normal and in the plane.
+    pub(super) fn cap(&mut self, before: [f64; 2], opened: &[f64]) {
+        let now = self.held(opened);
+        let shear = if now[1] > before[1] { (before[1] / now[1]).sqrt() } else { 1.0 };
+        // With a part p of all gaps: p² gg − p gw, of half the traction times the gap and times the way.
+        let press = if now[0] > before[0] {
+            let square = self.held(&[])[0];
+            let way = square - now[0];
+            let root = (way * way + 4.0 * square * before[0]).max(0.0).sqrt();
+            ((way + root) / (2.0 * square)).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
         if press == 1.0 && shear == 1.0 {
             return;
         }
@@ -62,7 +149,7 @@ pub(super) struct Handed {
 impl Known {
     pub(super) fn new(placing: &Placing<'_>, old: &Patch) -> Self {
         let axes = old.frame();
-        let [a, b] = old.blocks.map(|block| block as usize);
+        let a = old.blocks[0] as usize;
         let face = old.faces()[0];
         let hand = |point: &Point| {
             let shear = point.traction.shear;
@@ -70,8 +157,7 @@ impl Known {
             let x = placing.position(a, face, &point.spots[0]);
             (x, Handed { offset: point.offset[0], shear, drag: point.drag, slid: point.slid })
         };
-        let near = placing.blocks[a].spacing.min(placing.blocks[b].spacing);
-        Self { points: old.points.iter().map(hand).collect(), near }
+        Self { points: old.points.iter().map(hand).collect(), near: old.spacing(placing) }
     }
 
     /// What the point nearest to a place has, if that is near; nothing of it otherwise, as it has

@@ -141,6 +141,8 @@ pub(crate) struct Patch {
     /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
     /// a distance, and does the work of turning them `[N m]`.
     pub(crate) couple: Vec3,
+    /// What new points held less than those before, and may hold again `[J]`.
+    pub(crate) bank: f64,
 }
 
 /// All patches, the blocks that may get one, and how far joints have moved.
@@ -312,10 +314,16 @@ impl Point {
 }
 
 impl Patch {
-    /// Energy in the springs `[J]`.
+    /// Energy in the springs, and what is in the bank `[J]`.
     fn stored(&self) -> f64 {
-        let [normal, shear] = self.held();
-        normal + shear
+        let [normal, shear] = self.held(&[]);
+        normal + shear + self.bank
+    }
+
+    /// Shortest edge of an element `[m]`.
+    fn spacing(&self, placing: &Placing<'_>) -> f64 {
+        let [a, b] = self.blocks.map(|block| placing.blocks[block as usize].spacing);
+        a.min(b)
     }
 
     /// How far points are in each other, at most `[m]`.

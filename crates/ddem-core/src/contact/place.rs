@@ -189,6 +189,19 @@ impl Placing<'_> {
         Matrix3::from_fn(|i, k| self.frames[pack].rotation[i][k].0[lane])
     }
 
+    /// How far a block turned in the last step, as a vector: the mean of its edges `[rad]`.
+    pub(crate) fn turned(&self, block: usize) -> Vec3 {
+        let placed = &self.blocks[block];
+        // Of a field of velocities, the half edges at rest and what they change by.
+        let ways = placed.cell(self.last.0).half;
+        let edges = placed.cell(self.u).half;
+        let turn = |d: usize| {
+            let way = ways[d] - placed.steps[d] * (0.5 * placed.divisions as f64);
+            edges[d].cross(&way) / edges[d].norm_squared()
+        };
+        (turn(0) + turn(1) + turn(2)) * (0.5 * self.last.1)
+    }
+
     /// Centre of a block `[m]`.
     pub(crate) fn centre(&self, block: usize) -> Vec3 {
         let placed = &self.blocks[block];

@@ -265,6 +265,6 @@ impl Patch {
             point.traction = crate::law::Traction { normal: wanted, shear: bears };
         }
         // The same force on a smaller area holds more energy; softer springs do not.
-        self.cap(load.energy.map(|energy| energy * (load.area / area).max(1.0)));
+        self.cap(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);
     }
 }

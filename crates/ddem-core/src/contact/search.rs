@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::fit::Fitting;
+use super::heirs::Old;
 use super::release::{Places, Release};
 use super::{Bond, Contacts, Patch, Placed, Placing, Surfaces, act, release};
 use crate::breaks::{Breaks, Look, Losses};
@@ -174,48 +175,54 @@ pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Cont
 }
 
 /// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
-/// are first; what they hold then and the new ones do not is booked as friction.
+/// are first; what these and the bank keep then and the new ones do not is lost.
 fn renew(fitting: &Fitting<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
-    let each = |patch: &mut Patch| -> (f64, Option<Loosened>) {
+    let each = |patch: &mut Patch| -> (Losses, Option<Loosened>) {
         if patch.bond.is_some() {
             return let_loose(fitting, look, patch);
         }
         if !fitting.has_moved(patch) {
-            return (0.0, None);
+            return (Losses::default(), None);
         }
-        let mut old = std::mem::take(patch);
-        // The dashpots act once, on the new points.
-        old.both.dashpot = 0.0;
-        let slid = old.act(&fitting.placing).friction;
-        let gone = Patch { blocks: old.blocks, ..Patch::default() };
-        *patch = fitting.patch(old.blocks, Some(&old)).unwrap_or(gone);
-        (slid + old.stored() - patch.stored(), None)
+        let (old, mut losses) = Old::new(std::mem::take(patch), &fitting.placing);
+        let blocks = old.patch.blocks;
+        let gone = Patch { blocks, ..Patch::default() };
+        *patch = fitting.patch(blocks, Some(&old)).unwrap_or(gone);
+        losses.contact += old.kept() - patch.kept(&fitting.placing);
+        (losses, None)
     };
     let patches = &mut contacts.patches;
     let lost: Vec<_> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
-    let friction = lost.iter().map(|(lost, _)| lost).sum();
-    for loosened in lost.into_iter().filter_map(|(_, loosened)| loosened) {
-        // Blocks of joints that have come further may meet others.
-        contacts.known = false;
-        contacts.ended.extend(loosened);
+    let mut losses = Losses::default();
+    for (lost, loosened) in lost {
+        losses.add(&lost);
+        if let Some(ended) = loosened {
+            // Blocks of joints that have come further may meet others.
+            contacts.known = false;
+            contacts.ended.extend(ended);
+        }
     }
     contacts.ended.sort_by_key(|(blocks, _)| *blocks);
-    Losses { friction, ..Losses::default() }
+    losses
 }
 
 /// A joint that has come further: with what is left of it where it has ended.
 type Loosened = Option<([u32; 2], Box<Bond>)>;
 
-/// Makes a contact of a joint between faces that do not match, once it has failed and moved. Returns the
-/// energy that is lost on the way `[J]`, and the joint if it has come further.
-fn let_loose(fitting: &Fitting<'_>, look: Look<'_>, patch: &mut Patch) -> (f64, Option<Loosened>) {
+/// Makes a contact of a joint between faces that do not match, once it has failed and moved. Returns what
+/// is lost on the way, and the joint if it has come further.
+fn let_loose(
+    fitting: &Fitting<'_>,
+    look: Look<'_>,
+    patch: &mut Patch,
+) -> (Losses, Option<Loosened>) {
     let found = patch.moved(&fitting.placing, look);
     let Some(bond) = patch.bond.as_mut().filter(|bond| found > Some(bond.release)) else {
-        return (0.0, None);
+        return (Losses::default(), None);
     };
     if let Some(release) = found.filter(|&release| release < Release::Due) {
         bond.release = release;
-        return (0.0, Some(None));
+        return (Losses::default(), Some(None));
     }
     bond.release = Release::Done;
     let load = patch.load(&fitting.placing);
@@ -225,7 +232,7 @@ fn let_loose(fitting: &Fitting<'_>, look: Look<'_>, patch: &mut Patch) -> (f64, 
     contact.bear(&fitting.placing, &load, 1.0);
     let old = std::mem::replace(patch, contact);
     let ended = old.bond.map(|bond| (old.blocks, bond));
-    (before - patch.stored(), Some(ended))
+    (Losses { contact: before - patch.stored(), ..Losses::default() }, Some(ended))
 }
 
 impl Contacts {

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::Contacts;
 use crate::deck::{Deck, Material};
 use crate::element::Elastic;
-use crate::geometry::{Abutment, Geometry};
+use crate::geometry::Geometry;
 use crate::law::{MohrCoulomb, Stiffness};
 use crate::touch::{EdgeOf, FaceOf};
 
@@ -75,16 +75,9 @@ impl Skins {
             hardest: Stiffness { normal: 0.0, shear: 0.0 },
         };
         let mut known: HashMap<[u64; 7], u32> = HashMap::new();
-        let abutting: HashMap<(u32, u8), u16> = geometry
-            .abutments
-            .iter()
-            .flat_map(|Abutment { blocks, faces, joint }| {
-                [0, 1].map(|side| ((blocks[side], faces[side].number()), *joint))
-            })
-            .collect();
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
-                let abuts = abutting.get(&(body as u32, face as u8)).copied();
+                let abuts = geometry.abutting.get(&(body as u32, face as u8)).copied();
                 let skin = Skin::new((deck, geometry), (body, face), abuts);
                 skins.thickest = skins.thickest.max(skin.thickness);
                 let Stiffness { normal, shear } = skin.stiffness;

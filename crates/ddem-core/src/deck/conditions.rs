@@ -114,15 +114,25 @@ pub enum History {
     Table(Vec<[f64; 2]>),
 }
 
-/// A non-reflecting boundary.
+/// A non-reflecting boundary: what goes on outside of the model as if the rock went on there (§10).
+///
+/// It does nothing at rest, and in relax stages. Where a `[[fix]]` on the same nodes ends, the forces
+/// with which it has held them go on as constant ones for as long as the boundary is there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
-    /// Outer faces.
-    #[serde(rename = "where")]
+    /// Outer faces of deformable blocks.
+    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
     /// Which kind.
     pub kind: BoundaryKind,
+    /// viscous: velocity of a wave that comes in through the faces `[m/s]`; a free surface that it
+    /// meets moves twice as fast.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Factor on the velocity in time; default constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history: Option<History>,
     /// Stage from whose start this is in force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
@@ -133,10 +143,13 @@ pub struct Boundary {
 
 /// Kind of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum BoundaryKind {
-    /// Dashpots of Lysmer and Kuhlemeyer.
+    /// Dashpots of Lysmer and Kuhlemeyer: waves that meet the faces head-on leave.
     Viscous,
+    /// Upright sides of a model that is shaken from below: dashpots against columns of the same
+    /// rock that move as if no model stood beside them, under the same base.
+    FreeField,
 }
 
 /// The state at the start of the run.

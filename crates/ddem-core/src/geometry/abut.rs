@@ -3,6 +3,8 @@
 //! Where blocks are refined the joint is that of the finer side. Two block sets that touch are joined
 //! where both have a joint across the face: by that of the later one, or the one that is assigned there.
 
+use std::collections::HashMap;
+
 use super::lattice::NO_JOINT;
 use super::{Geometry, Names, Region, Vec3};
 use crate::deck::Deck;
@@ -23,6 +25,8 @@ pub(crate) struct Abutment {
     pub(crate) blocks: [u32; 2],
     pub(crate) faces: [FaceOf; 2],
     pub(crate) joint: u16,
+    /// Of the parts of their cells' faces that lie on each other, gaps around included `[m²]`.
+    pub(crate) area: f64,
 }
 
 /// A face of a body where it is at rest.
@@ -30,6 +34,8 @@ struct Seat {
     normal: Vec3,
     corners: [Vec3; 4],
     area: f64,
+    /// The same of its cell: up to the middle of the gaps around.
+    whole: [Vec3; 4],
 }
 
 /// All faces of bodies of different lattices that lie on each other, sorted.
@@ -68,7 +74,24 @@ pub(super) fn abutments(
     grid::meeting(&boxes).into_iter().filter(other).filter_map(abut).collect()
 }
 
+/// The joint at each face, by block and number.
+pub(super) fn abutting(abutments: &[Abutment]) -> HashMap<(u32, u8), u16> {
+    let sides = abutments.iter().flat_map(|Abutment { blocks, faces, joint, .. }| {
+        [0, 1].map(|side| ((blocks[side], faces[side].number()), *joint))
+    });
+    sides.collect()
+}
+
 impl Geometry {
+    /// Whether a region has the centre of a face that lies on another.
+    pub(super) fn joins_at(&self, region: &Region) -> bool {
+        self.abutments.iter().any(|abutment| {
+            let seats =
+                [0, 1].map(|side| self.seat(abutment.blocks[side] as usize, abutment.faces[side]));
+            seats.iter().any(|seat| region.contains(&(seat.corners.iter().sum::<Vec3>() / 4.0)))
+        })
+    }
+
     fn corners(&self, body: usize) -> [Vec3; 8] {
         let n = self.lattice(body).divisions;
         std::array::from_fn(|k| {
@@ -83,7 +106,11 @@ impl Geometry {
         let corners = [0, 1 << e, (1 << e) | (1 << f), 1 << f].map(|k| corners[low | k]);
         let out = if face.upper { 1.0 } else { -1.0 };
         let cross = (corners[1] - corners[0]).cross(&(corners[3] - corners[0]));
-        Seat { normal: self.lattice(body).normal(d) * out, corners, area: cross.norm() }
+        let lattice = self.lattice(body);
+        let cell = self.bodies[body].cell.map(|c| c as usize);
+        let [a, b, c, opposite] = lattice.faces(cell, d)[usize::from(face.upper)];
+        let normal = lattice.normal(d) * out;
+        Seat { normal, corners, area: cross.norm(), whole: [a, b, opposite, c] }
     }
 
     /// Joint at a face of a block, whether another block is there or not.
@@ -126,11 +153,13 @@ impl Geometry {
         let [own, other] = &seats;
         let along = (own.corners[1] - own.corners[0]).normalize();
         let across = own.normal.cross(&along);
-        let flat = |seat: &Seat| seat.corners.map(|x| [along.dot(&x), across.dot(&x)]);
-        let over: f64 =
-            touch::overlap(&flat(own), &flat(other)).as_slice().iter().map(|v| v.area).sum();
-        let some = over > SLIVER * own.area.min(other.area);
-        some.then_some(Abutment { blocks, faces, joint })
+        let flat = |corners: &[Vec3; 4]| corners.map(|x| [along.dot(&x), across.dot(&x)]);
+        let over = |a: &[Vec3; 4], b: &[Vec3; 4]| -> f64 {
+            touch::overlap(&flat(a), &flat(b)).as_slice().iter().map(|v| v.area).sum()
+        };
+        let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);
+        let area = over(&own.whole, &other.whole);
+        some.then_some(Abutment { blocks, faces, joint, area })
     }
 
     fn joint_between(

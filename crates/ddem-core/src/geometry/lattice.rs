@@ -181,7 +181,7 @@ impl Lattice {
     }
 
     /// Corners of the lower (0) and upper (1) nominal faces of a cell along d.
-    fn faces(&self, cell: [usize; 3], d: usize) -> [[Vec3; 4]; 2] {
+    pub(super) fn faces(&self, cell: [usize; 3], d: usize) -> [[Vec3; 4]; 2] {
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         [0, 1].map(|side| {
             [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, k)| {

@@ -29,6 +29,8 @@ pub(crate) use lattice::{Lattice, NONE, lattices};
 pub(crate) use nothing::{no_node, nothing};
 pub(crate) use select::{Region, Surface};
 
+use std::collections::HashMap;
+
 use nalgebra::Vector3;
 
 use crate::deck::Deck;
@@ -61,6 +63,8 @@ pub(crate) struct Geometry {
     pub(crate) n_nodes: usize,
     /// Faces of different lattices that lie on each other, with the joint between them.
     pub(crate) abutments: Vec<Abutment>,
+    /// The joint at each face, by block and number, that one of these has.
+    pub(crate) abutting: HashMap<(u32, u8), u16>,
     /// Corners of the box around everything.
     pub(crate) bounds: [Vec3; 2],
 }
@@ -71,7 +75,7 @@ impl Geometry {
         let mut lattices = lattices(deck, names)?;
         let bounds = lattice::bounds(&lattices);
         let set_names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        let mut faults = Vec::new();
+        let (mut faults, mut unused) = (Vec::new(), Vec::new());
         for (index, entry) in deck.refine.iter().enumerate() {
             let region = Region::new(&entry.region, &bounds, &set_names);
             faults.extend(refine::refine(&mut lattices, &region, (index, entry.factor))?);
@@ -88,7 +92,7 @@ impl Geometry {
                 }
             }
             if !found {
-                faults.push(nothing(format!("assign[{index}].where"), "no joint and no block"));
+                unused.push((index, region));
             }
         }
         for (index, entry) in deck.remove.iter().enumerate() {
@@ -111,10 +115,18 @@ impl Geometry {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let (bodies, abutments) = (Vec::new(), Vec::new());
-        let mut geometry = Self { lattices, bodies, n_nodes: 0, abutments, bounds };
+        let (bodies, abutments, abutting) = (Vec::new(), Vec::new(), HashMap::new());
+        let mut geometry = Self { lattices, bodies, n_nodes: 0, abutments, abutting, bounds };
         geometry.number()?;
         geometry.abutments = abut::abutments(&geometry, (deck, names), &set_names);
+        geometry.abutting = abut::abutting(&geometry.abutments);
+        let unused = unused.into_iter().filter(|(_, region)| !geometry.joins_at(region));
+        let faults: Vec<Fault> = unused
+            .map(|(index, _)| nothing(format!("assign[{index}].where"), "no joint and no block"))
+            .collect();
+        if !faults.is_empty() {
+            return Err(faults);
+        }
         Ok(geometry)
     }
 

@@ -28,6 +28,10 @@ pub(crate) struct Surface {
     pub(crate) side: i32,
 }
 
+/// A node of a surface, the sine of the angle between its edges, and the node's lengths along the two
+/// edges after the normal, towards their lower and upper ends `[m]`.
+pub(crate) type Strip = (u32, f64, [[f64; 2]; 2]);
+
 impl Region {
     pub(crate) fn new(region: &Where, bounds: &[Vec3; 2], sets: &[Option<&str>]) -> Self {
         let size = bounds[1] - bounds[0];
@@ -284,13 +288,19 @@ impl Region {
     /// Tributary area of each node of a surface: half of each neighbouring element and, where the
     /// next body has its face in the same plane, half of each neighbouring gap.
     pub(crate) fn areas(&self, geometry: &Geometry, surface: &Surface) -> Vec<(u32, f64)> {
+        let area = |(node, slant, [e, f]): Strip| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
+        self.strips(geometry, surface).into_iter().map(area).collect()
+    }
+
+    /// The lengths of which these areas are products.
+    pub(crate) fn strips(&self, geometry: &Geometry, surface: &Surface) -> Vec<Strip> {
         let Surface { body, normal, side } = *surface;
         let lattice = geometry.lattice(body);
         let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
         let slant = lattice.axes[e].cross(&lattice.axes[f]).norm();
         let goes_on = |other: usize| Surface { body: other, normal, side }.is_outer(geometry);
         let n = lattice.divisions;
-        let mut areas = Vec::new();
+        let mut strips = Vec::new();
         for (j, i) in (0..=n).flat_map(|j| (0..=n).map(move |i| (j, i))) {
             let mut at = [0; 3];
             at[normal] = if side < 0 { 0 } else { n };
@@ -299,10 +309,10 @@ impl Region {
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
             if area > 0.0 && self.in_sphere(&geometry.position(body, at)) {
-                areas.push((geometry.node(body, at) as u32, area));
+                strips.push((geometry.node(body, at) as u32, slant, [along_e, along_f]));
             }
         }
-        areas
+        strips
     }
 }
 
@@ -333,7 +343,9 @@ impl Surface {
     fn is_outer(&self, geometry: &Geometry) -> bool {
         let mut offset = [0; 3];
         offset[self.normal] = self.side;
+        let face = 2 * self.normal as u8 + u8::from(self.side > 0);
         geometry.neighbour(self.body, offset).is_none()
+            && !geometry.abutting.contains_key(&(self.body as u32, face))
     }
 
     /// Outward unit normal.

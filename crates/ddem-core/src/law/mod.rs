@@ -107,11 +107,12 @@ pub struct Memory {
 /// Energy that a point has lost for each unit of area `[J/m²]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loss {
-    /// To friction, less the work of dilation against the normal traction, and to faces that meet
-    /// and part.
+    /// To friction, less the work of dilation against the normal traction.
     pub friction: f64,
     /// To fracture.
     pub fracture: f64,
+    /// To faces that meet or part within a step; what is lost or gained there nearly cancels.
+    pub contact: f64,
 }
 
 /// How much failing takes; 0 is brittle.

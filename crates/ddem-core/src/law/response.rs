@@ -33,7 +33,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
         if before.damage < 1.0 && law.softening().is_none() {
             memory.damage = 1.0;
         }
-        stiffness.normal * gap * eased(before.gap, gap)
+        stiffness.normal * gap * eased(&before, gap)
     };
     (memory.gap, memory.lifted) = (gap, before.dilation);
     memory.traction.normal = normal;
@@ -47,12 +47,20 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     loss(law, &before, memory)
 }
 
-/// Part of the pressure that acts on faces about to part. When they part before the next step, the
-/// whole pressure would do more work on that way than the springs hold: nothing that bounces
-/// would ever come to rest. On a contact that many steps resolve it acts once, near zero pressure.
-fn eased(before: f64, gap: f64) -> f64 {
-    let next = gap + (gap - before);
-    if gap < 0.0 && next > 0.0 { gap / (gap - next) } else { 1.0 }
+/// Part of the pressure that acts on faces that have just met, or are about to part. They touch for a
+/// part of the step only: the whole pressure would take, or do, more work than the springs hold, and
+/// what bounces gain or lose energy with every contact.
+fn eased(before: &Memory, gap: f64) -> f64 {
+    let way = gap - before.gap;
+    if gap >= 0.0 {
+        1.0
+    } else if before.gap > 0.0 && before.traction.normal == 0.0 {
+        0.5 - 0.5 * gap / (before.gap - gap)
+    } else if gap + way > 0.0 {
+        0.5 - 0.5 * gap / way
+    } else {
+        1.0
+    }
 }
 
 /// Damage after opening to a gap.
@@ -132,7 +140,7 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &Memory, after: &Memory) -> Loss 
     if old.normal > 0.0 || new.normal > 0.0 {
         loss.fracture = area
     } else {
-        loss.friction = area
+        loss.contact = area
     }
     let slip = after.slip - before.slip;
     let work = 0.5 * (old.shear + new.shear).dot(&slip);

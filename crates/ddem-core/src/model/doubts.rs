@@ -26,6 +26,7 @@ impl Model {
             }
         }
         warnings.extend(self.glued());
+        warnings.extend(self.borders.doubts(self.made(), &self.conditions));
         let of = (&self.geometry, &self.packs, &self.assembly);
         let contact = self.contact.iter().filter(|contact| contact.search);
         warnings.extend(contact.flat_map(|contact| contact.doubts(&self.deck, of)));

@@ -2,13 +2,15 @@
 
 mod doubts;
 mod elements;
+mod meeting;
 
 use std::sync::Arc;
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
+use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{Contacts, Places, Seated, Surfaces, seated};
+use crate::contact::{Places, Seated, Surfaces, seated};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
@@ -25,6 +27,8 @@ pub struct Model {
     pub(crate) packs: Packs,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
+    pub(crate) borders: Borders,
+    constants: Constants,
     pub(crate) faces: Vec<Face>,
     pub(crate) seams: Seams,
     pub(crate) laws: Laws,
@@ -62,6 +66,8 @@ impl Model {
             return Err(faults);
         }
         let constants = Constants::new(deck);
+        let made = Made { deck, geometry: &geometry, packs: &packs, constants: &constants };
+        let borders = Borders::new(made, &conditions)?;
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
@@ -74,6 +80,8 @@ impl Model {
             packs,
             assembly,
             conditions,
+            borders,
+            constants,
             faces,
             seams,
             laws: laws(&deck.joints),
@@ -136,6 +144,22 @@ impl Model {
         Ok(())
     }
 
+    /// Gives the wave of a boundary, by its number in the deck, a factor in time that a program
+    /// computes, instead of the deck's history.
+    ///
+    /// # Errors
+    ///
+    /// The deck has no such boundary, or it has no `velocity`.
+    pub fn set_boundary_history(
+        &mut self,
+        boundary: usize,
+        function: Arc<Function>,
+    ) -> Result<(), Fault> {
+        self.borders.set_history(boundary, function)?;
+        self.computed.push(format!("boundary[{boundary}].history"));
+        Ok(())
+    }
+
     /// What a program computes instead of the deck: laws and histories, by their places in it.
     #[must_use]
     pub fn computed(&self) -> &[String] {
@@ -159,27 +183,6 @@ impl Model {
         Places { geometry: &self.geometry, packs: &self.packs, seams: &self.seams }
     }
 
-    /// Contacts at the start of a run: joints between faces that do not match.
-    pub(crate) fn contacts(&self) -> Contacts {
-        let packs = if self.contact.is_some() { self.packs.packs.len() } else { 0 };
-        let mut contacts = Contacts::new(self.n_blocks(), packs);
-        contacts.patches = self.seated.iter().map(|joint| joint.patch.clone()).collect();
-        contacts.index();
-        contacts
-    }
-
-    /// The faces of the blocks, where contacts may be before any joint has failed, or joints are that no
-    /// lattice has.
-    pub(crate) fn open_surfaces(&self) -> Option<&Surfaces> {
-        self.contact.as_ref().filter(|surfaces| surfaces.open || surfaces.joins)
-    }
-
-    /// Whether blocks can meet: contacts are looked for.
-    #[must_use]
-    pub fn can_meet(&self) -> bool {
-        self.contact.as_ref().is_some_and(|surfaces| surfaces.search)
-    }
-
     /// Whether any joint can fail.
     #[must_use]
     pub fn can_fail(&self) -> bool {
@@ -189,6 +192,11 @@ impl Model {
 
     pub(crate) fn active(&self, stage: usize, applied: &Applied) -> Active {
         Active::new(&self.conditions, &self.geometry, &self.packs, stage, applied)
+    }
+
+    pub(crate) fn made(&self) -> Made<'_> {
+        let Self { deck, geometry, packs, constants, .. } = self;
+        Made { deck, geometry, packs, constants }
     }
 
     pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {

@@ -10,7 +10,7 @@ use crate::lanes::{LANES, Lanes};
 use crate::law::{Mode, Traction};
 use crate::model::Model;
 
-const PATCH: usize = 27;
+const PATCH: usize = 28;
 const POINT: usize = 19;
 const NEAR: usize = 3;
 const PAIR: usize = 6;
@@ -185,7 +185,7 @@ fn is_on(model: &Model, block: u32, spot: &Spot) -> bool {
 }
 
 fn patch_numbers(patch: &Patch) -> [f64; PATCH] {
-    let Patch { blocks, faces, reference, axes, seen, apart, limit, both, points, .. } = patch;
+    let Patch { blocks, faces, reference, axes, seen, apart, limit, both, .. } = patch;
     let [a, b] = blocks.map(f64::from);
     let [[n0, n1, n2], [t0, t1, t2]] = axes.map(<[f64; 3]>::from);
     let [[o0, o1, o2], [p0, p1, p2]] = seen.map(|axis| <[f64; 3]>::from(axis.map(f64::from)));
@@ -193,7 +193,7 @@ fn patch_numbers(patch: &Patch) -> [f64; PATCH] {
     let [x, y, z] = (*apart).into();
     let Both { skin, stiffness: [kn, ks], tan_friction, dashpot } = *both;
     let reference = f64::from(*reference);
-    let count = points.len() as f64;
+    let count = patch.points.len() as f64;
     [
         a,
         b,
@@ -221,6 +221,7 @@ fn patch_numbers(patch: &Patch) -> [f64; PATCH] {
         ks,
         tan_friction,
         dashpot,
+        patch.bank,
         count,
     ]
 }
@@ -242,11 +243,12 @@ fn patch(numbers: &[f64; PATCH]) -> Option<(Patch, usize)> {
             tan_friction: numbers[24],
             dashpot: numbers[25],
         },
+        bank: numbers[26],
         ..Patch::default()
     };
     let sizes = [numbers[18], numbers[22], numbers[23]].iter().all(|&size| size > 0.0);
-    let rest = [numbers[21], numbers[24], numbers[25]].iter().all(|&x| x >= 0.0);
-    (sizes && rest).then_some((patch, whole(numbers[26])? as usize))
+    let rest = [numbers[21], numbers[24], numbers[25], numbers[26]].iter().all(|&x| x >= 0.0);
+    (sizes && rest).then_some((patch, whole(numbers[27])? as usize))
 }
 
 /// The number of a face.

@@ -15,7 +15,7 @@ use crate::model::Model;
 use crate::motion::Motion;
 use crate::rigid::Pose;
 use crate::simd::Simd;
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, outside};
 use crate::state::{Memory, State, Work};
 
 /// More steps than any run takes: what is beyond is no count of steps.
@@ -53,6 +53,8 @@ impl Simulation {
             work,
             load_factors,
             applied,
+            kept,
+            columns,
             way,
         } = &self.state;
         let mut saved = Saved::default();
@@ -65,10 +67,13 @@ impl Simulation {
         let nodes = applied.keys().map(|&node| f64::from(node)).collect();
         put("applied_nodes", nodes);
         put("applied_forces", applied.values().flatten().copied().collect());
+        put("kept_nodes", kept.keys().map(|&node| f64::from(node)).collect());
+        put("kept_forces", kept.values().flatten().copied().collect());
+        put("columns", columns.iter().flatten().flatten().copied().collect());
         put("way", vec![*way]);
         put("damping", vec![damping_number(self.damping)]);
-        let Work { loads, supports, damping, friction, fracture } = *work;
-        put("work", vec![loads, supports, damping, friction, fracture]);
+        let Work { loads, supports, damping, friction, fracture, contact } = *work;
+        put("work", vec![loads, supports, damping, friction, fracture, contact]);
         let initial = self.initial_energy;
         let [critical, broken] = self.critical_steps.map(|step| step.unwrap_or(0.0));
         put("time", vec![*time, origin.0, *end, self.motion.time_step, critical, broken, initial]);
@@ -112,7 +117,7 @@ impl Simulation {
         let (u, v) = (array("displacement")?, array("velocity")?);
         let (
             &[time, origin, end, time_step, critical, broken, initial],
-            &[loads, supports, damped, friction, fracture],
+            &[loads, supports, damped, friction, fracture, contact],
         ) = (array("time")?, array("work")?)
         else {
             return None;
@@ -137,11 +142,19 @@ impl Simulation {
         state.whole = count("whole")? == 1;
         (state.end, state.automatic) = (end, count("automatic")? == 1);
         state.last_step = count("last_step")?;
-        state.work = Work { loads, supports, damping: damped, friction, fracture };
+        state.work = Work { loads, supports, damping: damped, friction, fracture, contact };
         state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.contacts = contacts::restore(&simulation.model, saved)?;
         state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
+        state.kept = applied(array("kept_nodes")?, array("kept_forces")?, n / 3)?;
+        let (columns, rest) = array("columns")?.as_chunks::<6>();
+        if !rest.is_empty() || columns.len() != state.columns.len() {
+            return None;
+        }
+        for (column, &[a, b, c, d, e, f]) in state.columns.iter_mut().zip(columns) {
+            *column = [Vec3::new(a, b, c), Vec3::new(d, e, f)];
+        }
         let (poses, rest) = array("poses")?.as_chunks::<POSE>();
         if !rest.is_empty() || poses.len() != LANES * simulation.model.packs.rigid {
             return None;
@@ -153,6 +166,9 @@ impl Simulation {
         }
         simulation.scratch.fit(&simulation.model, &simulation.state);
         simulation.active = simulation.model.active(stage, &simulation.state.applied);
+        let active = &simulation.active;
+        simulation.outside = outside(&simulation.model, &simulation.state, active);
+        simulation.pushes = simulation.outside.kept();
         simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;

@@ -1,6 +1,7 @@
 //! The fields that passes over the packs borrow, cut between tasks.
 
 use super::Spaces;
+use crate::boundary::Outside;
 use crate::breaks::{Losses, PackBreaks};
 use crate::conditions::Active;
 use crate::element::corotation::Frame;
@@ -59,10 +60,12 @@ pub(crate) struct Forces<'a> {
 /// Fields of the balance of forces, of a run of packs.
 pub(crate) struct Balancing<'a> {
     pub(super) active: &'a Active,
+    pub(super) outside: &'a Outside,
     pub(super) f: &'a mut [Lanes],
     pub(super) torques: &'a mut [[Lanes; 3]],
     pub(super) sums: &'a mut [Sums],
     pub(super) reactions: &'a mut [f64],
+    pub(super) drags: &'a mut [[f64; 3]],
     pub(super) workspaces: &'a mut [Spaces],
 }
 
@@ -81,6 +84,8 @@ pub(crate) struct Part<'a> {
     pub(crate) torque: &'a mut [Lanes; 3],
     pub(crate) sums: &'a mut Sums,
     pub(crate) reactions: &'a mut [f64],
+    /// Forces of the dashpots of boundaries.
+    pub(crate) drags: &'a mut [[f64; 3]],
     /// Loads; of no meaning unless `loaded`.
     pub(crate) q: &'a mut Vec<Lanes>,
     pub(crate) loaded: bool,
@@ -100,11 +105,14 @@ impl Balancing<'_> {
         let support = active.first_support(first);
         let supports =
             active.first_support(index) - support..active.first_support(index + 1) - support;
+        let drag = self.outside.first(first);
+        let drags = self.outside.first(index) - drag..self.outside.first(index + 1) - drag;
         Part {
             f: &mut self.f[nodes],
             torque: &mut self.torques[index - first],
             sums: &mut self.sums[index - first],
             reactions: &mut self.reactions[supports],
+            drags: &mut self.drags[drags],
             q: &mut self.workspaces[0].q,
             loaded: false,
         }
@@ -140,22 +148,26 @@ impl Split for Forces<'_> {
 
 impl Split for Balancing<'_> {
     fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
-        let active = self.active;
+        let (active, outside) = (self.active, self.outside);
         let nodes = node_start(packs, at) - node_start(packs, first);
         let supports = active.first_support(at) - active.first_support(first);
         let (f, f_high) = self.f.split_at_mut(nodes);
         let (torques, torques_high) = self.torques.split_at_mut(at - first);
         let (sums, sums_high) = self.sums.split_at_mut(at - first);
         let (reactions, reactions_high) = self.reactions.split_at_mut(supports);
+        let drags = outside.first(at) - outside.first(first);
+        let (drags, drags_high) = self.drags.split_at_mut(drags);
         let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
         (
-            Self { active, f, torques, sums, reactions, workspaces },
+            Self { active, outside, f, torques, sums, reactions, drags, workspaces },
             Self {
                 active,
+                outside,
                 f: f_high,
                 torques: torques_high,
                 sums: sums_high,
                 reactions: reactions_high,
+                drags: drags_high,
                 workspaces: workspaces_high,
             },
         )

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use fearless_simd::{Level, dispatch};
 
+use crate::boundary::Outside;
 use crate::breaks::{Breaks, Losses};
 use crate::conditions::Active;
 use crate::contact::Contacts;
@@ -46,6 +47,8 @@ pub(crate) struct Scratch {
     pub(crate) sums: Vec<Sums>,
     /// Forces of the active supports `[N]`.
     pub(crate) reactions: Vec<f64>,
+    /// Forces of the dashpots of boundaries `[N]`.
+    drags: Vec<[f64; 3]>,
     /// Runs of packs, one task each, with a working space each.
     runs: Vec<Range<usize>>,
     workspaces: Vec<Spaces>,
@@ -78,6 +81,7 @@ impl Scratch {
             trial_contacts: Contacts::default(),
             sums: vec![Sums::default(); n],
             reactions: Vec::new(),
+            drags: Vec::new(),
             workspaces: runs.iter().map(|_| Spaces::default()).collect(),
             runs,
             level,
@@ -172,15 +176,18 @@ impl Scratch {
     /// Borrowed for adding up forces without moving.
     pub(crate) fn balancing<'a>(
         &'a mut self,
-        active: &'a Active,
+        (active, outside): (&'a Active, &'a Outside),
     ) -> (Balancing<'a>, &'a mut [Frame], &'a [Lanes], &'a [Range<usize>], Level) {
         self.reactions.resize(active.supports.len(), 0.0);
+        self.drags.resize(outside.dashpots.len(), [0.0; 3]);
         let fields = Balancing {
             active,
+            outside,
             f: &mut self.f,
             torques: &mut self.torques,
             sums: &mut self.sums,
             reactions: &mut self.reactions,
+            drags: &mut self.drags,
             workspaces: &mut self.workspaces,
         };
         (fields, &mut self.frames, &self.shares, &self.runs, self.level)
@@ -205,10 +212,10 @@ impl Scratch {
     /// Borrowed for the second pass.
     pub(crate) fn moving<'a>(
         &'a mut self,
-        active: &'a Active,
+        (active, outside): (&'a Active, &'a Outside),
         (u, v, poses): (&'a mut [Lanes], &'a mut [Lanes], &'a mut [[Pose; LANES]]),
     ) -> (Moving<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
-        let (balancing, frames, shares, runs, level) = self.balancing(active);
+        let (balancing, frames, shares, runs, level) = self.balancing((active, outside));
         (Moving { balancing, frames, u, v, poses }, shares, runs, level)
     }
 }

@@ -13,7 +13,7 @@ impl Simulation {
         self.motion.start = self.state.whole && !self.motion.fictitious;
         if !self.motion.fictitious {
             // Where a program cannot compute a factor, the one before stays; the next step says why.
-            let _ = self.take_factors();
+            let _ = self.take_factors().and_then(|()| self.take_pushes());
         }
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
@@ -60,6 +60,7 @@ impl Simulation {
             self.state.work.damping += half * sums.damping[0];
             let poses = self.present_poses();
             self.state.v = self.present_velocities();
+            self.settle_columns();
             self.state.poses = poses;
             // What failed and slipped now has done so.
             std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
@@ -77,6 +78,7 @@ impl Simulation {
     pub(super) fn unsettle(&mut self) {
         let before = self.energy().balance;
         self.rigid_before();
+        self.unsettle_columns();
         for (index, pack) in self.model.packs.packs.iter().enumerate().filter(|(_, p)| !p.rigid) {
             let class = &self.motion.classes[self.model.assembly.pack_inertia[index] as usize];
             for at in 0..3 * self.model.packs.shape_of(pack).nodes {
@@ -113,7 +115,7 @@ impl Simulation {
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
         let (sums, [bodies, joints]) = self.measure_once();
-        let Work { loads, supports, damping, friction, fracture } = self.state.work;
+        let Work { loads, supports, damping, friction, fracture, contact } = self.state.work;
         // What the velocity before has done up to now and the next step will book.
         let (damped, done) = if self.state.whole {
             (0.0, 0.0)
@@ -125,8 +127,9 @@ impl Simulation {
         };
         let external = loads + supports + done;
         let strain = [bodies, joints];
-        let Losses { friction: slid, fracture: broke, damping: dashed, .. } = self.losing;
-        let lost = [damping + damped + dashed, friction + slid, fracture + broke];
+        let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } =
+            self.losing;
+        let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact + met];
         Energy::new(sums.kinetic, strain, lost, external, self.initial_energy)
     }
 
@@ -142,7 +145,7 @@ impl Simulation {
 
     pub(super) fn mechanical_energy(&mut self) -> f64 {
         let energy = self.energy();
-        let lost = energy.friction + energy.fracture;
+        let lost = energy.friction + energy.fracture + energy.contact;
         energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
     }
 

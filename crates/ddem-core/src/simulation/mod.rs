@@ -1,16 +1,19 @@
 //! A model in motion: the state, and what is done to it.
 
 mod measure;
+mod outside;
 mod pace;
 mod rigid;
 mod stops;
 
+pub(crate) use outside::outside;
 pub use pace::SHORTEST_STEP;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use crate::boundary::{Moving, Outside, Push};
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
@@ -35,6 +38,11 @@ pub struct Simulation {
     pub(crate) state: State,
     pub(crate) scratch: Scratch,
     pub(crate) active: Active,
+    pub(crate) outside: Outside,
+    /// What boundaries do besides their dashpots.
+    pub(crate) pushes: Vec<Push>,
+    /// Free-field columns as the next step finds and leaves them.
+    columns: Moving,
     pub(crate) motion: Motion,
     pub(crate) relaxation: Option<Relaxation>,
     pub(crate) factors: Vec<f64>,
@@ -72,6 +80,7 @@ impl Simulation {
         let state = State::new(&model);
         let scratch = Scratch::new(&model, &state, simd.level());
         let active = model.active(0, &state.applied);
+        let outside = outside(&model, &state, &active);
         // What acts until it is first asked for.
         let factors = state.load_factors.clone();
         let velocities = vec![[0.0; 3]; model.conditions.fixed.len()];
@@ -82,6 +91,9 @@ impl Simulation {
             state,
             scratch,
             active,
+            pushes: outside.kept(),
+            outside,
+            columns: Moving::default(),
             motion,
             relaxation: None,
             factors,
@@ -160,24 +172,6 @@ impl Simulation {
         self.state.stage
     }
 
-    /// Begins stage `stage` of the deck: its supports and loads come into force.
-    pub fn enter(&mut self, stage: usize) {
-        self.settle();
-        self.state.stage = stage;
-        // Stages that were skipped begin together with this one.
-        self.state.stage_starts.resize(stage.max(self.state.stage_starts.len()), self.state.time);
-        self.state.stage_starts.truncate(stage);
-        self.state.stage_starts.push(self.state.time);
-        let before =
-            std::mem::replace(&mut self.active, self.model.active(stage, &self.state.applied));
-        let (packs, now) = (&self.model.packs, &self.active.held_bodies);
-        self.state.contacts.hold_anew(|block| {
-            let (pack, lane) = packs.slot(block);
-            before.held_bodies[pack][lane] != now[pack][lane]
-        });
-        self.measured = None;
-    }
-
     /// One explicit step of time, eq. (2). [`start`](Self::start) sets its length and damping; after
     /// a relaxation, or without it, the first step starts with `"auto"` and the damping there was
     /// last, or none.
@@ -200,6 +194,7 @@ impl Simulation {
             done => done,
         };
         let Some((sums, losses, ahead)) = done else { return Ok(()) };
+        self.move_columns();
         self.book(sums, ahead);
         self.book_losses(losses);
         self.check(sums, &self.state.contacts)
@@ -210,6 +205,7 @@ impl Simulation {
         self.take_factors()?;
         let ahead = if self.state.whole { self.measure_once().0.ahead } else { 0.0 };
         self.motion.start = self.state.whole;
+        self.take_pushes()?;
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
@@ -260,6 +256,7 @@ impl Simulation {
         let State { work, failed, .. } = &mut self.state;
         work.friction += losses.friction;
         work.fracture += losses.fracture;
+        work.contact += losses.contact;
         work.damping += losses.damping;
         for (failed, more) in failed.iter_mut().zip(losses.failed) {
             *failed += more;
@@ -323,6 +320,8 @@ impl Simulation {
         let context = Context {
             model: &self.model,
             active: &self.active,
+            outside: &self.outside,
+            pushes: &self.pushes,
             motion: &self.motion,
             factors: &self.factors,
             gravity: (self.model.gravity * gravity).into(),

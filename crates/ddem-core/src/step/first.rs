@@ -100,7 +100,7 @@ pub(crate) fn forces(
         contacts.look(model.places(), &model.laws, breaks);
         let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
         losses.add(&find(ground, placing, contacts));
-        losses.friction += released;
+        losses.contact += released;
     }
     losses
 }

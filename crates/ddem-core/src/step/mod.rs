@@ -6,6 +6,7 @@
 //! [`advance_pack`].
 
 mod first;
+mod powers;
 mod relaxing;
 mod rigid;
 
@@ -14,10 +15,12 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
+use crate::boundary::{Dashpot, Outside, Push};
 use crate::breaks::{Breaks, Losses};
-use crate::conditions::{Active, Support};
+use crate::conditions::Active;
 use crate::contact::Contacts;
 use crate::element::corotation::Frame;
+use crate::force::boundary;
 use crate::force::contact;
 use crate::force::external::{self, External};
 use crate::force::shares;
@@ -31,6 +34,8 @@ use crate::scratch::{Balancing, Moving, Part, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
 
+use powers::{applied, drag_power, support_power};
+
 pub(crate) use first::{Pass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, before, carry, present};
@@ -43,6 +48,9 @@ type Others<'a> = (&'a [Lanes], &'a Contacts);
 pub(crate) struct Context<'a> {
     pub(crate) model: &'a Model,
     pub(crate) active: &'a Active,
+    pub(crate) outside: &'a Outside,
+    /// What boundaries do besides their dashpots.
+    pub(crate) pushes: &'a [Push],
     pub(crate) motion: &'a Motion,
     /// Factor of each load at time t.
     pub(crate) factors: &'a [f64],
@@ -89,7 +97,8 @@ pub(crate) fn balance(
     energies: bool,
 ) -> (Sums, Losses) {
     let losses = forces(context.pass((u, v), energies), breaks, Some(contacts), scratch);
-    let (fields, frames, shares, runs, level) = scratch.balancing(context.active);
+    let (fields, frames, shares, runs, level) =
+        scratch.balancing((context.active, context.outside));
     let others = (shares, &*contacts);
     let fixed = (v, &*frames, others, poses);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
@@ -101,7 +110,8 @@ pub(crate) fn balance(
 /// Second pass: forces meet at the nodes, and the nodes move.
 fn advance(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Sums {
     let State { u, v, poses, contacts, .. } = state;
-    let (fields, shares, runs, level) = scratch.moving(context.active, (u, v, poses));
+    let (fields, shares, runs, level) =
+        scratch.moving((context.active, context.outside), (u, v, poses));
     let others = (shares, &*contacts);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Moving<'_>| {
         dispatch!(level, simd => run_advance(simd, context, others, &run, &mut fields));
@@ -200,6 +210,7 @@ fn run_balance<S: Simd>(
         }
         tally.give(part.sums);
         part.sums.supports[0] = support_power(context, index, v, part.reactions);
+        part.sums.damping[0] += drag_power(context, index, v, part.drags);
     }
 }
 
@@ -237,7 +248,12 @@ fn balance_pack<S: Simd>(
         factors: context.factors,
     };
     let mass = &model.assembly.inertia[context.inertia(index)].mass;
-    let loaded = external::apply(simd, external, mass, first, q);
+    let mut loaded = external::apply(simd, external, mass, first, q);
+    let (dashpots, pushes) = (context.dashpots(index), context.pushes(index));
+    if !dashpots.is_empty() {
+        boundary::push(dashpots, pushes, first, (q, loaded));
+        loaded = true;
+    }
     if loaded {
         external::add_to(simd, part.f, q);
     }
@@ -247,6 +263,12 @@ fn balance_pack<S: Simd>(
     if let Some(poses) = poses {
         rigid::react(context, index, poses, part);
     } else {
+        if !dashpots.is_empty() {
+            let fields = (first, v, &mut *part.f);
+            let (motion, velocities) = (context.motion, context.velocities);
+            let dashpots = (dashpots, pushes);
+            boundary::resist(motion, class, dashpots, velocities, fields, part.drags);
+        }
         let fields = (first, v, &mut *part.f);
         support::react(context.motion, class, supports, context.velocities, fields, part.reactions);
     }
@@ -271,6 +293,7 @@ fn advance_pack<S: Simd>(
     let mut tally = Tally::new(simd);
     let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
     sums.supports[0] = support_power(context, index, v, part.reactions);
+    let drawn = drag_power(context, index, v, part.drags);
     for (at, (f, v)) in part.f.iter().zip(v.iter_mut()).enumerate() {
         let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
         let (old, force) = (v.load(simd), f.load(simd));
@@ -298,6 +321,8 @@ fn advance_pack<S: Simd>(
     sums.fastest = Lanes::from(fastest);
     tally.give(&mut sums);
     sums.supports[1] = support_power(context, index, v, part.reactions);
+    sums.damping[0] += drawn;
+    sums.damping[1] += drag_power(context, index, v, part.drags);
     *part.sums = sums;
 }
 
@@ -311,31 +336,6 @@ fn local_damping<S: Simd>(simd: S, alpha: f64, force: f64x4<S>, v: f64x4<S>) -> 
     // No motion, no damping: copysign alone would push against +0.
     let moving = Lanes::from(v).0.map(|v| if v == 0.0 { 0.0 } else { 1.0 });
     size.copysign(v) * Lanes(moving).load(simd)
-}
-
-/// Power of the supports with the velocities `v`.
-fn support_power(context: Context<'_>, index: usize, v: &[Lanes], reactions: &[f64]) -> f64 {
-    let first = 3 * context.model.packs.packs[index].start;
-    let supports = &context.active.supports[context.active.supports_of(index)];
-    let power = supports.iter().zip(reactions).map(|(support, reaction)| {
-        reaction * v[support.at as usize - first].0[support.lane as usize]
-    });
-    power.sum()
-}
-
-/// `Σ (Q + R)²` of a pack.
-fn applied(q: Option<&[Lanes]>, supports: &[Support], reactions: &[f64], first: usize) -> f64 {
-    let Some(q) = q else { return reactions.iter().map(|r| r * r).sum() };
-    let mut held = supports.iter().zip(reactions).peekable();
-    let mut sum = 0.0;
-    for (at, q) in q.iter().enumerate() {
-        let mut all = q.0;
-        while let Some((s, r)) = held.next_if(|(s, _)| s.at as usize - first == at) {
-            all[s.lane as usize] += r;
-        }
-        sum += Lanes(all.map(|x| x * x)).sum();
-    }
-    sum
 }
 
 impl<'a> Context<'a> {
@@ -355,6 +355,14 @@ impl<'a> Context<'a> {
             linear: false,
             energies,
         }
+    }
+
+    fn dashpots(&self, pack: usize) -> &'a [Dashpot] {
+        &self.outside.dashpots[self.outside.of(pack)]
+    }
+
+    fn pushes(&self, pack: usize) -> &'a [Push] {
+        &self.pushes[self.outside.of(pack)]
     }
 
     fn inertia(&self, pack: usize) -> usize {

@@ -15,7 +15,7 @@ const ROWS: [&[&str]; 18] = [
     &["state", "motion"],
     &["model"],
     &["contact"],
-    &["mechanism", "breaks", "kinematics"],
+    &["mechanism", "breaks", "kinematics", "boundary"],
     &["conditions", "assembly", "parallel"],
     &["seams"],
     &["pack"],

@@ -87,6 +87,14 @@ fn rich() -> Deck {
             ..Load::default()
         }),
     ];
+    deck.boundary = vec![Boundary {
+        region: set("pile"),
+        kind: BoundaryKind::Viscous,
+        velocity: Some([0.0, 0.1, 0.2]),
+        history: Some(History::Ramp(0.05)),
+        from: Some("shake".into()),
+        until: None,
+    }];
     deck.initial = vec![Initial {
         velocity: Some([1.0, 0.0, 0.0]),
         spin: Some([0.0, 0.0, 1.0]),

@@ -87,9 +87,9 @@ fn momenta_are_kept_and_energy_does_not_grow_in_collisions() {
         start(&mut simulation, Damping::None);
         let kept = followed(&mut simulation, 1.0, 2);
         println!("kind {kind}, friction {friction}, seed {seed}: {kept:?}");
-        assert!(kept.grown < 1e-3 && kept.balance < 0.03, "{kept:?}");
-        let lost = if friction > 0.0 { 0.2 } else { 0.01 };
-        assert!(kept.left < 1.0 - lost && kept.left > 0.3, "{kept:?}");
+        assert!(kept.grown < 1e-3 && kept.balance < 0.01, "{kept:?}");
+        let left = if friction > 0.0 { 0.3..0.8 } else { 0.98..1.0005 };
+        assert!(left.contains(&kept.left), "{kept:?}");
     }
 }
 
@@ -111,7 +111,7 @@ fn energies_balance_in_throws_that_short_steps_resolve() {
         (grown, balance) = (grown.max(kept.grown), balance.max(kept.balance));
     }
     println!("grown {grown:.1e}, balance {balance:.1e}");
-    assert!(grown < 2e-3 && balance < 0.02, "{grown} {balance}");
+    assert!(grown < 1e-5 && balance < 1e-5, "{grown} {balance}");
 }
 
 /// How a throw ended.
@@ -274,6 +274,6 @@ fn nothing_passes_through_in_throws_of_two() {
             "{kinds:?}: {met} met, {deepest:.3} deep, energy +{grown:.1e}, balance {balance:.1e}"
         );
         assert!(met > throws / 2 && deepest < 0.2, "{met} {deepest}");
-        assert!(grown < 0.02 && balance < 0.1, "{grown} {balance}");
+        assert!(grown < 2e-3 && balance < 0.02, "{grown} {balance}");
     }
 }

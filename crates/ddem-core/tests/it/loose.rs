@@ -187,7 +187,7 @@ pub(crate) fn contacts(simulation: &Simulation) -> [usize; 2] {
     let saved = simulation.save();
     let array = |name: &str| saved.arrays.get(name).map_or(&[][..], Vec::as_slice);
     let released = array("contact_joints").iter().filter(|&&joint| joint == 3.0).count();
-    [array("contact_patches").len() / 27, released]
+    [array("contact_patches").len() / 28, released]
 }
 
 /// Numbers from 0 to 1.

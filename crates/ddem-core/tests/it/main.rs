@@ -7,6 +7,7 @@
 mod anything;
 mod architecture;
 mod bad_input;
+mod boundaries;
 mod breaking;
 mod collisions;
 mod corotation;
@@ -27,3 +28,4 @@ mod sets;
 mod starts;
 mod tiling;
 mod touching;
+mod tumbling;

@@ -243,7 +243,7 @@ fn wrong_numbers_in_a_checkpoint_are_refused() {
             ("twice".into(), [&array[..], &array[..]].concat()),
         ];
         let row = match name {
-            "contact_patches" => 27,
+            "contact_patches" => 28,
             "contact_points" => 19,
             "contact_near" => 3,
             "poses" => 13,

@@ -13,6 +13,9 @@ use crate::summary::StageSummary;
 /// Wall time between two progress events.
 const PROGRESS: Duration = Duration::from_millis(100);
 
+/// Part of the energy out of balance above which something is said.
+const MUCH: f64 = 0.01;
+
 /// What a stage moves.
 #[derive(Debug)]
 pub(super) struct Moved {
@@ -205,7 +208,11 @@ impl<'a> Running<'a> {
             wall_seconds: seconds,
             node_updates_per_second: if seconds > 0.0 { updates / seconds } else { 0.0 },
             unbalanced,
+            imbalance: simulation.energy().imbalance(),
         };
+        if let Some(doubt) = unbalanced_energy(summary.imbalance, relax) {
+            self.observer.event(Event::Warning(&doubt));
+        }
         self.observer.event(Event::StageDone(&summary));
         cursor.done.push(summary);
         (cursor.step, cursor.seconds) = (None, 0.0);
@@ -297,4 +304,16 @@ impl Moved {
 fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     let stage = stage.name.clone();
     move |source| RunFailure::Stage { stage: stage.clone(), source }
+}
+
+/// What is to be said of energy that is out of balance.
+fn unbalanced_energy(imbalance: f64, relax: bool) -> Option<String> {
+    let help = if relax { "more `increments`" } else { "a shorter `time_step`" };
+    (imbalance > MUCH).then(|| {
+        format!(
+            "{:.1} % of the energy has come or gone without a cause (`balance` in energy.csv): look \
+             whether {help} changes the answer",
+            100.0 * imbalance
+        )
+    })
 }

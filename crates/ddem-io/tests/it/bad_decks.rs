@@ -178,10 +178,17 @@ bad_decks! {
         "quantity = \"displacement\"" => "quantity = \"stress\"";
 }
 
+// Boundaries.
+bad_decks! {
+    kind_of_a_boundary: "[[fix]]" => "[[boundary]]\nwhere = { x = 12.0 }\nkind = \"viscos\"\n\n[[fix]]";
+    waves_of_a_boundary: "[[fix]]" => "[[boundary]]\nwhere = { x = 12.0 }\nkind = \"viscous\"\n\
+            history = { ramp = 0.1 }\n\n[[boundary]]\nwhere = { x = 0.0 }\nkind = \"free-field\"\n\
+            velocity = [0.1, 0.0, 0.0]\n\n[[fix]]";
+}
+
 // Keys of later versions.
 bad_decks! {
-    not_yet: "[[fix]]" => "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n\n\
-            [[boundary]]\nwhere = { x = 12.0 }\nkind = \"viscous\"\n\n[[fix]]",
+    not_yet: "[[fix]]" => "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n\n[[fix]]",
         "material = \"soft rock\"\n\n[[remove]]"
             => "material = \"soft rock\"\nuntil = \"shake\"\n\n[[remove]]\nfrom = \"shake\"";
 }

@@ -144,7 +144,14 @@ class Model:
         history: History | None = None,
         **where: Unpack[When],
     ) -> None: ...
-    def boundary(self, kind: Literal["viscous"], **where: Unpack[When]) -> None: ...
+    def boundary(
+        self,
+        kind: Literal["viscous", "free-field"],
+        *,
+        velocity: Vector | None = None,
+        history: History | None = None,
+        **where: Unpack[When],
+    ) -> None: ...
     def initial(
         self,
         *,

@@ -1,7 +1,7 @@
 //! Where, supports, loads, boundaries and the state at the start.
 
 use super::{Faults, Rule, shown};
-use crate::deck::{Deck, Extent, Fix, History, Initial, Load, Where};
+use crate::deck::{Boundary, BoundaryKind, Deck, Extent, Fix, History, Initial, Load, Where};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.fix.iter().enumerate() {
@@ -19,6 +19,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.boundary.iter().enumerate() {
         let at = format!("boundary[{i}]");
         region(deck, &format!("{at}.where"), &entry.region, faults);
+        boundary(&at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
     }
     for (i, entry) in deck.initial.iter().enumerate() {
@@ -176,6 +177,27 @@ fn load(at: &str, load: &Load, faults: &mut Faults) {
         );
     }
     history(at, load.history.as_ref(), faults);
+}
+
+fn boundary(at: &str, boundary: &Boundary, faults: &mut Faults) {
+    if let Some(velocity) = boundary.velocity {
+        faults.finite(format!("{at}.velocity"), &velocity);
+        if boundary.kind == BoundaryKind::FreeField {
+            faults.add_help(
+                format!("{at}.velocity"),
+                "`velocity` does not go with `kind = \"free-field\"`",
+                "the wave comes in through the base, a boundary of kind \"viscous\" or a driven \
+                 [[fix]]; the sides follow",
+            );
+        }
+    } else if boundary.history.is_some() {
+        faults.add_help(
+            format!("{at}.history"),
+            "`history` needs `velocity`",
+            "it is the factor in time on the velocity of a wave that comes in",
+        );
+    }
+    history(at, boundary.history.as_ref(), faults);
 }
 
 /// A factor in time.

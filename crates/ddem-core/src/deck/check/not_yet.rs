@@ -9,9 +9,6 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     };
     let leave_out = "leave this out";
 
-    for i in 0..deck.boundary.len() {
-        not_yet(format!("boundary[{i}]"), "non-reflecting boundaries", leave_out);
-    }
     let assign = deck.assign.iter().map(|entry| (&entry.from, &entry.until));
     let remove = deck.remove.iter().map(|entry| (&entry.from, &entry.until));
     let timed = assign.enumerate().map(|entry| ("assign", entry));

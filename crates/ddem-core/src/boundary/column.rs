@@ -1,0 +1,317 @@
+//! Free-field columns: what a side of the model would do if no model stood beside it.
+//!
+//! A column of unit area stands behind each upright line of nodes of a side, with the line's own levels,
+//! rock and joints. It moves by shear and by compression alone, as level ground does that a plane wave
+//! comes up through; it has no weight, and its joints do not fail.
+
+use std::collections::BTreeMap;
+
+use super::outside::{Standing, held, place};
+use super::{Made, Push, Resistance, resistance};
+use crate::conditions::Active;
+use crate::element::Elastic;
+use crate::error::Fault;
+use crate::geometry::{Region, Surface, Vec3};
+
+/// Between two levels: tractions by difference of displacements `[Pa/m]`.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    normal: f64,
+    shear: f64,
+    /// Normal and shear traction across upright planes: none in springs.
+    across: [f64; 2],
+    /// `[kg/m²]`.
+    mass: f64,
+}
+
+/// One column, from the foot up.
+#[derive(Clone, Debug)]
+pub(crate) struct Column {
+    /// The nodes of the model that it stands behind.
+    pub(crate) nodes: Vec<u32>,
+    /// Pack, place of the x component in a nodal field, and lane of each.
+    pub(crate) places: Vec<(usize, u32, u8)>,
+    segments: Vec<Segment>,
+    /// Mass of each level `[kg/m²]`.
+    mass: Vec<f64>,
+    /// `ρ c` of the rock at its foot, x, y and z `[Pa s/m]`.
+    pub(super) impedance: Vec3,
+    /// Place of its lowest level among those of all columns.
+    pub(crate) first: usize,
+}
+
+/// A node of a side, and the level of a column that it hangs on.
+#[derive(Clone, Debug)]
+pub(crate) struct Side {
+    pub(crate) node: u32,
+    /// Place of the level among those of all columns.
+    level: usize,
+    /// Dashpots between them `[N s/m]`.
+    pub(crate) resistance: Resistance,
+    outward: Vec3,
+    /// Area below and above the level `[m²]`.
+    areas: [f64; 2],
+}
+
+/// How the columns move at a time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Moving {
+    /// Velocity at the end of the step `[m/s]`.
+    pub(crate) ahead: Vec<Vec3>,
+    /// Velocity at the time.
+    pub(crate) mean: Vec<Vec3>,
+    /// Shear along x and y and normal traction across upright planes, in the segment above each level
+    /// `[Pa]`.
+    above: Vec<Vec3>,
+}
+
+/// How a column steps.
+pub(crate) struct Pace<'a> {
+    pub(crate) time_step: f64,
+    /// Velocities are at a whole step.
+    pub(crate) start: bool,
+    /// α of local damping.
+    pub(crate) local: f64,
+    /// Factor of each boundary's wave.
+    pub(crate) factors: &'a [f64],
+    /// Velocity of each fix.
+    pub(crate) velocities: &'a [[f64; 3]],
+    /// Damping `c/m` at a place of the model, by axis `[1/s]`.
+    pub(crate) rates: &'a dyn Fn((usize, u32, u8)) -> [f64; 3],
+}
+
+impl Moving {
+    pub(crate) fn new(levels: usize) -> Self {
+        let zero = vec![Vec3::zeros(); levels];
+        Self { ahead: zero.clone(), mean: zero.clone(), above: zero }
+    }
+
+    /// What a column does to a node of a side that stands still.
+    pub(super) fn push(&self, side: &Side) -> Push {
+        let n = side.outward;
+        let traction = |s: Vec3| Vec3::new(s.z * n.x, s.z * n.y, s.x * n.x + s.y * n.y);
+        let [below, above] = side.areas;
+        let mut force = traction(self.above[side.level]) * above;
+        if below > 0.0 {
+            force += traction(self.above[side.level - 1]) * below;
+        }
+        Push { force, wave: side.resistance * self.mean[side.level] }
+    }
+}
+
+impl Column {
+    /// Fixes that hold the axes of the nodes it stands behind.
+    pub(super) fn held(&self, made: Made<'_>, active: &Active) -> Vec<[Option<usize>; 3]> {
+        let of = |node: &u32| held(active, place(made, *node)).map(|fix| fix.map(|f| f as usize));
+        self.nodes.iter().map(of).collect()
+    }
+
+    /// One step, (M2), from displacements and velocities of all columns.
+    pub(crate) fn step(
+        &self,
+        standing: &Standing,
+        pace: &Pace<'_>,
+        (u, v): (&[Vec3], &[Vec3]),
+        moving: &mut Moving,
+    ) {
+        let mut forces = vec![Vec3::zeros(); self.nodes.len()];
+        for (i, segment) in self.segments.iter().enumerate() {
+            let at = self.first + i;
+            let stretch = u[at + 1] - u[at];
+            let [across, along] = segment.across;
+            moving.above[at] = stretch.component_mul(&Vec3::new(along, along, across));
+            let Segment { normal, shear, .. } = *segment;
+            let traction = stretch.component_mul(&Vec3::new(shear, shear, normal));
+            forces[i] += traction;
+            forces[i + 1] -= traction;
+        }
+        let waves = standing.foot.waves.iter();
+        let wave: Vec3 = waves.map(|(border, wave)| wave * pace.factors[*border]).sum();
+        for (i, force) in forces.into_iter().enumerate() {
+            let at = self.first + i;
+            let rates = (pace.rates)(self.places[i]);
+            let zero = (Vec3::zeros(), Vec3::zeros());
+            let (dashpot, wave) = if i == 0 { (standing.foot.impedance, wave) } else { zero };
+            for k in 0..3 {
+                let now = v[at][k];
+                let still = if now == 0.0 { 0.0 } else { now.signum() };
+                let force = force[k] - pace.local * force[k].abs() * still + wave[k];
+                let (m, c) = (self.mass[i], rates[k] * self.mass[i] + dashpot[k]);
+                let per_step = m / pace.time_step;
+                let free = if pace.start {
+                    now + (force - c * now) / (2.0 * per_step)
+                } else {
+                    ((per_step - c / 2.0) * now + force) / (per_step + c / 2.0)
+                };
+                let ahead = standing.held[i][k].map_or(free, |fix| pace.velocities[fix][k]);
+                moving.ahead[at][k] = ahead;
+                moving.mean[at][k] = if pace.start { now } else { (now + ahead) / 2.0 };
+            }
+        }
+    }
+}
+
+/// Columns and sides as they are found, face by face.
+pub(crate) struct Ground<'a> {
+    made: Made<'a>,
+    /// First place that is free among the levels of all columns.
+    first: &'a mut usize,
+    columns: Vec<Column>,
+    sides: Vec<Side>,
+    /// Column by its lowest node.
+    by_foot: BTreeMap<u32, usize>,
+}
+
+impl<'a> Ground<'a> {
+    pub(super) fn new(made: Made<'a>, first: &'a mut usize) -> Self {
+        let by_foot = BTreeMap::new();
+        Self { made, first, columns: Vec::new(), sides: Vec::new(), by_foot }
+    }
+
+    pub(super) fn done(self) -> (Vec<Column>, Vec<Side>) {
+        (self.columns, self.sides)
+    }
+
+    /// Columns behind the nodes of a face.
+    pub(super) fn stand(
+        &mut self,
+        region: &Region,
+        surface: &Surface,
+        place: &str,
+    ) -> Result<(), Fault> {
+        let geometry = self.made.geometry;
+        let body = surface.body;
+        let upright = self
+            .upright(surface)
+            .map_err(|(what, help)| Fault::new(format!("{place}.where"), what).help(help))?;
+        let rock = self.rock(body);
+        let outward = surface.outward(geometry);
+        let impedance = resistance(&rock, &outward);
+        let raised = geometry.lattice(body).axes[upright].z > 0.0;
+        for (node, slant, along) in region.strips(geometry, surface) {
+            let second = (surface.normal + 2) % 3 == upright;
+            let [width, height] = [along[usize::from(!second)], along[usize::from(second)]];
+            let width = slant * (width[0] + width[1]);
+            let [low, high] = height.map(|length| width * length);
+            let areas = if raised { [low, high] } else { [high, low] };
+            let column = self.column(node, upright, raised);
+            let found = self.columns[column].nodes.iter().position(|&other| other == node);
+            let Some(level) = found.map(|level| self.columns[column].first + level) else {
+                continue;
+            };
+            let resistance = impedance * (areas[0] + areas[1]);
+            self.sides.push(Side { node, level, resistance, outward, areas });
+        }
+        Ok(())
+    }
+
+    /// The upright edge of a face, or what is wrong with it.
+    fn upright(&self, surface: &Surface) -> Result<usize, (&'static str, &'static str)> {
+        let axes = &self.made.geometry.lattice(surface.body).axes;
+        let is_upright = |d: &usize| axes[*d].z.abs() > 1.0 - 1e-12;
+        let upright = (0..3).find(is_upright);
+        let level = |d: usize| axes[d].z.abs() < 1e-9;
+        match upright {
+            Some(d) if d == surface.normal => Err((
+                "a face that looks up or down is no side of a free field",
+                "free-field sides are upright, z; the base has a boundary of kind \"viscous\"",
+            )),
+            Some(d) if (0..3).all(|e| e == d || level(e)) => Ok(d),
+            _ => Err((
+                "a free field needs blocks with one upright edge, along z, and two level ones",
+                "take kind \"viscous\" for the sides of other blocks",
+            )),
+        }
+    }
+
+    fn rock(&self, body: usize) -> Elastic {
+        self.made.constants.materials[self.made.geometry.bodies[body].material as usize]
+    }
+
+    /// The column behind a node.
+    fn column(&mut self, node: u32, upright: usize, raised: bool) -> usize {
+        let geometry = self.made.geometry;
+        let (mut body, at) = geometry.locate(node as usize);
+        let down = |up: i32| {
+            let mut offset = [0; 3];
+            offset[upright] = if raised { up } else { -up };
+            offset
+        };
+        while let Some(below) = geometry.neighbour(body, down(-1)) {
+            body = below;
+        }
+        let n = geometry.lattice(body).divisions;
+        let on = |body: usize, level: usize| {
+            let mut at = at;
+            at[upright] = if raised { level } else { n - level };
+            geometry.node(body, at) as u32
+        };
+        if let Some(&column) = self.by_foot.get(&on(body, 0)) {
+            return column;
+        }
+        let foot = on(body, 0);
+        let lowest = self.rock(body);
+        let (mut nodes, mut segments) = (Vec::new(), Vec::new());
+        loop {
+            nodes.extend((0..=n).map(|level| on(body, level)));
+            let lattice = geometry.lattice(body);
+            let length = lattice.spacing(upright, geometry.bodies[body].cell[upright] as usize);
+            segments.extend((0..n).map(|_| Segment::layer(&self.rock(body), length)));
+            let Some(above) = geometry.neighbour(body, down(1)) else { break };
+            segments.push(self.joint(if raised { body } else { above }, upright));
+            body = above;
+        }
+        let made = self.made;
+        let column = Column::new(made, nodes, segments, &lowest, *self.first);
+        *self.first += column.nodes.len();
+        self.columns.push(column);
+        self.by_foot.insert(foot, self.columns.len() - 1);
+        self.columns.len() - 1
+    }
+
+    /// The joint at the upper end of a body along an edge.
+    fn joint(&self, body: usize, d: usize) -> Segment {
+        let Made { deck, geometry, constants, .. } = self.made;
+        let lattice = geometry.lattice(body);
+        let cell = geometry.bodies[body].cell.map(|c| c as usize);
+        let joint = usize::from(lattice.joint_above(cell, d));
+        let gap = lattice.gaps[d][cell[d] + 1];
+        if let Some(layer) = constants.joints[joint].filter(|_| gap > 0.0) {
+            return Segment::layer(&layer, gap);
+        }
+        let springs = deck.joints.values().nth(joint);
+        let stiffness = springs.and_then(|joint| joint.stiffness(&deck.materials));
+        let [normal, shear] = stiffness.unwrap_or_default();
+        Segment { normal, shear, across: [0.0; 2], mass: 0.0 }
+    }
+}
+
+impl Segment {
+    fn layer(rock: &Elastic, length: f64) -> Self {
+        Self {
+            normal: rock.p_modulus() / length,
+            shear: rock.shear / length,
+            across: [rock.lambda / length, rock.shear / length],
+            mass: rock.density * length,
+        }
+    }
+}
+
+impl Column {
+    fn new(
+        made: Made<'_>,
+        nodes: Vec<u32>,
+        segments: Vec<Segment>,
+        foot: &Elastic,
+        first: usize,
+    ) -> Self {
+        let mut mass = vec![0.0; nodes.len()];
+        for (i, segment) in segments.iter().enumerate() {
+            mass[i] += segment.mass / 2.0;
+            mass[i + 1] += segment.mass / 2.0;
+        }
+        let [p, s] = [foot.p_speed(), foot.s_speed()].map(|speed| foot.density * speed);
+        let places = nodes.iter().map(|&node| place(made, node)).collect();
+        Self { nodes, places, segments, mass, impedance: Vec3::new(s, s, p), first }
+    }
+}

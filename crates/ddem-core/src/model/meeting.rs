@@ -1,0 +1,27 @@
+//! Where blocks of a model may meet.
+
+use super::Model;
+use crate::contact::{Contacts, Surfaces};
+
+impl Model {
+    /// Contacts at the start of a run: joints between faces that do not match.
+    pub(crate) fn contacts(&self) -> Contacts {
+        let packs = if self.contact.is_some() { self.packs.packs.len() } else { 0 };
+        let mut contacts = Contacts::new(self.n_blocks(), packs);
+        contacts.patches = self.seated.iter().map(|joint| joint.patch.clone()).collect();
+        contacts.index();
+        contacts
+    }
+
+    /// The faces of the blocks, where contacts may be before any joint has failed, or joints are that no
+    /// lattice has.
+    pub(crate) fn open_surfaces(&self) -> Option<&Surfaces> {
+        self.contact.as_ref().filter(|surfaces| surfaces.open || surfaces.joins)
+    }
+
+    /// Whether blocks can meet: contacts are looked for.
+    #[must_use]
+    pub fn can_meet(&self) -> bool {
+        self.contact.as_ref().is_some_and(|surfaces| surfaces.search)
+    }
+}

@@ -1,0 +1,113 @@
+//! Stages come into force; and what boundaries do from outside.
+
+use super::Simulation;
+use crate::boundary::{Moving, Outside, Pace};
+use crate::conditions::Active;
+use crate::error::RunError;
+use crate::geometry::Vec3;
+use crate::model::Model;
+use crate::state::State;
+
+impl Simulation {
+    /// Begins stage `stage` of the deck: its supports and loads come into force. What supports bore
+    /// that end where a boundary is goes on as constant forces.
+    pub fn enter(&mut self, stage: usize) {
+        self.settle();
+        let active = self.model.active(stage, &self.state.applied);
+        if !self.model.borders.list.is_empty() {
+            self.measure_once();
+            let borne = (&self.active, &self.scratch.reactions[..], &self.state.kept);
+            self.state.kept = self.model.borders.kept(stage, borne, &active);
+            self.begin_columns(stage);
+        }
+        self.state.stage = stage;
+        // Stages that were skipped begin together with this one.
+        self.state.stage_starts.resize(stage.max(self.state.stage_starts.len()), self.state.time);
+        self.state.stage_starts.truncate(stage);
+        self.state.stage_starts.push(self.state.time);
+        let before = std::mem::replace(&mut self.active, active);
+        self.outside = outside(&self.model, &self.state, &self.active);
+        self.pushes = self.outside.kept();
+        let (packs, now) = (&self.model.packs, &self.active.held_bodies);
+        self.state.contacts.hold_anew(|block| {
+            let (pack, lane) = packs.slot(block);
+            before.held_bodies[pack][lane] != now[pack][lane]
+        });
+        self.measured = None;
+    }
+
+    /// Columns that come into force are at rest.
+    fn begin_columns(&mut self, stage: usize) {
+        let borders = &self.model.borders;
+        for (index, border) in borders.list.iter().enumerate() {
+            let goes_on = borders.has(index, self.state.stage);
+            if borders.has(index, stage) && !goes_on {
+                for column in &border.columns {
+                    let levels = column.first..column.first + column.nodes.len();
+                    self.state.columns[levels].fill([Vec3::zeros(); 2]);
+                }
+            }
+        }
+    }
+
+    /// What boundaries will do in the next step, and where that takes the columns.
+    pub(super) fn take_pushes(&mut self) -> Result<(), RunError> {
+        if self.outside.dashpots.is_empty() {
+            return Ok(());
+        }
+        let State { stage, time, stage_starts, columns, .. } = &self.state;
+        let Model { borders, assembly, .. } = &self.model;
+        let factors = borders.factors(*stage, *time, stage_starts)?;
+        let motion = &self.motion;
+        let rates = |(pack, at, lane): (usize, u32, u8)| {
+            let inertia = assembly.pack_inertia[pack] as usize;
+            let at = at as usize - 3 * self.model.packs.packs[pack].start;
+            let mass = assembly.inertia[inertia].mass[at / 3].0[usize::from(lane)];
+            [0, 1, 2].map(|c| motion.classes[inertia].at(at + c, usize::from(lane))[2] / mass)
+        };
+        let pace = Pace {
+            time_step: motion.time_step,
+            start: motion.start,
+            local: motion.local,
+            factors: &factors,
+            velocities: &self.velocities,
+            rates: &rates,
+        };
+        let (u, v): (Vec<Vec3>, Vec<Vec3>) = columns.iter().map(|[u, v]| (*u, *v)).unzip();
+        let mut moving = Moving::new(columns.len());
+        for standing in &self.outside.standing {
+            let column = &borders.list[standing.border].columns[standing.column];
+            column.step(standing, &pace, (&u, &v), &mut moving);
+        }
+        self.pushes = self.outside.pushes(borders, &factors, &moving);
+        self.columns = moving;
+        Ok(())
+    }
+
+    /// Columns go the step that was looked at.
+    pub(super) fn move_columns(&mut self) {
+        for ([u, v], ahead) in self.state.columns.iter_mut().zip(&self.columns.ahead) {
+            *u += ahead * self.motion.time_step;
+            *v = *ahead;
+        }
+    }
+
+    /// Velocities of the columns come to the present time.
+    pub(super) fn settle_columns(&mut self) {
+        for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.columns.mean) {
+            *v = *mean;
+        }
+    }
+
+    /// The inverse of it.
+    pub(super) fn unsettle_columns(&mut self) {
+        for ([_, v], ahead) in self.state.columns.iter_mut().zip(&self.columns.ahead) {
+            *v = *v * 2.0 - ahead;
+        }
+    }
+}
+
+/// Boundaries in force in the present stage.
+pub(crate) fn outside(model: &Model, state: &State, active: &Active) -> Outside {
+    Outside::new(&model.borders, model.made(), (state.stage, active), &state.kept)
+}

@@ -1,0 +1,91 @@
+//! V13: a force on a half space (Lamb; Pekeris 1955), on viscous sides and bottom.
+
+use std::f64::consts::PI;
+
+use super::boundaries::closes;
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{check, of};
+use super::shared::{example, run};
+
+const SHEAR: f64 = 7.2e9;
+const DENSITY: f64 = 2400.0;
+/// Of the whole half space [N].
+const FORCE: f64 = 4e6;
+/// The force rises over this time [s].
+const RISE: f64 = 4e-3;
+/// Edge of the model [m].
+const SIZE: f64 = 16.0;
+
+/// Way of the surface under a step of force, by the static one, at τ = c_S t/r; Poisson's ratio 1/4.
+fn step(tau: f64) -> f64 {
+    let root = 3.0_f64.sqrt();
+    let x = tau * tau;
+    let rayleigh = ((3.0 * root + 5.0) / (0.75 + root / 4.0 - x)).sqrt();
+    if tau <= 1.0 / root {
+        0.0
+    } else if tau < 1.0 {
+        let last = ((3.0 * root - 5.0) / (x + root / 4.0 - 0.75)).sqrt();
+        (6.0 - (3.0 / (x - 0.25)).sqrt() - rayleigh + last) / 12.0
+    } else if tau < 0.5 * (3.0 + root).sqrt() {
+        (6.0 - rayleigh) / 6.0
+    } else {
+        1.0
+    }
+}
+
+/// The same while the force rises as (1 − cos πt/T)/2.
+fn exact(time: f64, arrival: f64) -> f64 {
+    const PARTS: usize = 4000;
+    let part = |i: usize| {
+        let s = (i as f64 + 0.5) / PARTS as f64;
+        step((time - s * RISE) / arrival) * (PI * s).sin() * PI / 2.0 / PARTS as f64
+    };
+    (0..PARTS).map(part).sum()
+}
+
+/// First time at which the surface has gone up by this part of its final way.
+fn rises(samples: &[[f64; 2]], part: f64) -> f64 {
+    samples.iter().find(|[_, w]| *w < -part).expect("it rises")[0]
+}
+
+#[test]
+fn a_force_on_a_half_space() {
+    let case = of("v13_half_space");
+    let run = run(&example(case.deck));
+    let (slow, fast) = ((SHEAR / DENSITY).sqrt(), (3.0 * SHEAR / DENSITY).sqrt());
+    for (probe, r) in
+        [("near", 4.2), ("middle", 6.0), ("far", 7.8), ("askew", 4.2 * 2.0_f64.sqrt())]
+    {
+        // F (1 − ν)/(2π G r), down.
+        let resting = 0.75 * FORCE / (2.0 * PI * SHEAR * r);
+        let samples = run.probes.series(&format!("{probe}.z"));
+        let ways: Vec<[f64; 2]> = samples.iter().map(|[t, w]| [*t, -w / resting]).collect();
+        // From the end of the Rayleigh wave until something can be back from the sides and has
+        // changed the mean.
+        let from = 1.0877 * r / slow + RISE + 2e-4;
+        let to = 1.5 * SIZE / slow;
+        let rest: Vec<f64> =
+            ways.iter().filter(|[t, _]| (from..to).contains(t)).map(|[_, w]| *w).collect();
+        let mean = rest.iter().sum::<f64>() / rest.len() as f64 * resting;
+        let what = format!("static settlement at r = {r:.2} m, mean after the Rayleigh wave [m]");
+        check(case, &what, resting, mean, Relative(1.5e-2));
+        let back = (2.0 * SIZE - r) / fast;
+        let early = ways.iter().filter(|[t, _]| *t < back);
+        let away = early.map(|[t, w]| (w - exact(*t, r / slow)).abs()).fold(0.0, f64::max);
+        let what = format!("largest difference from Pekeris / static settlement, r = {r:.2} m");
+        check(case, &what, 0.0, away, Absolute(4e-2));
+        if probe == "middle" {
+            let curve: Vec<[f64; 2]> =
+                ways.iter().map(|[t, _]| [*t, exact(*t, r / slow)]).collect();
+            let what = "P wave: time at which the surface has risen by 0.4 % of it, r = 6 m [s]";
+            check(case, what, rises(&curve, 4e-3), rises(&ways, 4e-3), Relative(3e-2));
+        }
+    }
+    // Dashpots bear no force at rest: all of them together let the model go at this speed.
+    let exact = -FORCE / 4.0 / (DENSITY * SIZE * SIZE * (fast + 2.0 * slow));
+    let ways = run.probes.series("middle.z");
+    let [[t0, w0], [t1, w1]] = [ways[ways.len() * 3 / 4], ways[ways.len() - 1]];
+    let speed = (w1 - w0) / (t1 - t0);
+    check(case, "speed at which all of it sinks in the end [m/s]", exact, speed, Relative(3e-2));
+    closes(case, "", &run);
+}
