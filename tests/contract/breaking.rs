@@ -24,6 +24,7 @@ pub(crate) fn torn(strength: f64) -> String {
         "{MATTER}{thick}{spring}{soft}fracture_energy = {energies:?}
 [model]
 contact = false
+peaks = true
 gravity = [0.0, 0.0, -9.81]
 [[blocks]]
 size = [2.5, 1.0, 1.5]

@@ -10,10 +10,11 @@ use super::breaking::torn;
 use super::decks::mixed;
 use super::shared::{Frames, How, run_into};
 
-const FIELDS: [(&str, &str, &str); 20] = [
+const FIELDS: [(&str, &str, &str); 21] = [
     ("blocks.vtkhdf", "PointData", "displacement"),
     ("blocks.vtkhdf", "PointData", "velocity"),
     ("blocks.vtkhdf", "CellData", "stress"),
+    ("blocks.vtkhdf", "CellData", "fragment"),
     ("joints.vtkhdf", "PointData", "displacement"),
     ("joints.vtkhdf", "PointData", "traction"),
     ("joints.vtkhdf", "PointData", "slip"),
@@ -33,15 +34,24 @@ const FIELDS: [(&str, &str, &str); 20] = [
     ("contacts.vtkhdf", "PointData", "blocks"),
 ];
 
+/// Of decks that ask for peaks.
+const PEAKS: [(&str, &str, &str); 3] = [
+    ("blocks.vtkhdf", "PointData", "peak_velocity"),
+    ("blocks.vtkhdf", "CellData", "peak_tension"),
+    ("blocks.vtkhdf", "CellData", "peak_compression"),
+];
+
 /// Everything in the result files, as bits.
 pub(crate) fn everything(folder: &Path) -> Vec<(String, Vec<u64>)> {
     let mut all = Vec::new();
-    for name in ["probes.csv", "energy.csv"] {
+    for name in ["probes.csv", "energy.csv", "fragments.csv"] {
         let text = std::fs::read(folder.join(name)).expect("a table");
         all.push((name.to_owned(), text.into_iter().map(u64::from).collect()));
     }
     let bits = |values: Vec<f64>| values.into_iter().map(f64::to_bits).collect();
-    for (file, group, field) in FIELDS {
+    let summary = std::fs::read_to_string(folder.join("summary.json")).expect("a summary");
+    let peaks: &[_] = if summary.contains("peaks = true") { &PEAKS } else { &[] };
+    for &(file, group, field) in FIELDS.iter().chain(peaks) {
         // Where blocks cannot meet there are no contacts.
         if file == "contacts.vtkhdf" && !folder.join(file).exists() {
             continue;

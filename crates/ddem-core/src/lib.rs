@@ -53,7 +53,9 @@ mod touch;
 pub use deck::{Deck, Size};
 pub use energy::Energy;
 pub use error::{Fault, ModelError, RunError};
-pub use fields::{CONTACT_FIELDS, Contact, ContactCounts, ContactField, FIELDS, Field, On};
+pub use fields::{
+    CONTACT_FIELDS, Contact, ContactCounts, ContactField, FIELDS, Field, Fragment, On,
+};
 pub use geometry::Face;
 pub use history::Function;
 pub use joints::PairAt;

@@ -176,6 +176,7 @@ impl Simulation {
         }
         if sums.ratio() <= tolerance && memory.has_stopped(tolerance) {
             let done = memory.increment;
+            self.note_stresses();
             self.state.v.fill(Lanes::ZERO);
             self.state.load_factors.clone_from(&self.factors);
             if done == memory.increments {

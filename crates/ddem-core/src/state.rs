@@ -1,5 +1,7 @@
 //! All that changes during a run, and nothing else.
 
+mod peaks;
+
 use std::collections::VecDeque;
 
 use crate::breaks::Breaks;
@@ -9,6 +11,8 @@ use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::rigid::{Matter, Pose};
+
+pub(crate) use peaks::Peaks;
 
 /// Work done on the model up to the last step `[J]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,6 +77,8 @@ pub(crate) struct State {
     pub(crate) columns: Vec<[Vec3; 2]>,
     /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
     pub(crate) way: f64,
+    /// The largest values so far.
+    pub(crate) peaks: Peaks,
 }
 
 /// What a checkpoint of a relaxation needs to go on.
@@ -124,6 +130,7 @@ impl State {
             kept: Applied::default(),
             columns: vec![[Vec3::zeros(); 2]; model.borders.column_nodes()],
             way: 0.0,
+            peaks: Peaks::new(model),
         };
         for initial in &model.deck.initial {
             let velocity = Vec3::from(initial.velocity.unwrap_or_default());
@@ -136,6 +143,7 @@ impl State {
             }
         }
         state.move_rigid(model);
+        state.peaks.note_velocities(&state.v);
         state
     }
 

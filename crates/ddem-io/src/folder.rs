@@ -18,9 +18,11 @@ const JOINTS: &str = "joints.vtkhdf";
 const CONTACTS: &str = "contacts.vtkhdf";
 const PROBES: &str = "probes.csv";
 const ENERGY: &str = "energy.csv";
+const FRAGMENTS: &str = "fragments.csv";
 const SUMMARY: &str = "summary.json";
 pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
-const RESULTS: [&str; 7] = [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, SUMMARY, CHECKPOINT];
+const RESULTS: [&str; 8] =
+    [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, SUMMARY, CHECKPOINT];
 
 /// Why a folder cannot take the results. Nothing was written.
 #[derive(Debug, thiserror::Error)]
@@ -173,6 +175,11 @@ impl Folder {
     /// `energy.csv`.
     pub fn energy(&self) -> PathBuf {
         self.path.join(ENERGY)
+    }
+
+    /// `fragments.csv`.
+    pub fn fragments(&self) -> PathBuf {
+        self.path.join(FRAGMENTS)
     }
 
     /// `summary.json`.

@@ -29,6 +29,9 @@ pub struct Summary {
     /// Contacts at the end.
     #[serde(default)]
     pub contacts: ContactSummary,
+    /// Fragments at the end.
+    #[serde(default)]
+    pub fragments: FragmentSummary,
     /// Largest memory the process had, `[B]`; 0 where the system does not tell.
     pub peak_memory_bytes: u64,
     /// The stages done, in order.
@@ -56,6 +59,15 @@ pub struct ContactSummary {
     /// How far blocks reach into each other, at most `[m]`.
     #[serde(deserialize_with = "number_or_null")]
     pub deepest: f64,
+}
+
+/// Fragments as they are now: blocks that unbroken joints hold together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FragmentSummary {
+    /// How many there are.
+    pub number: u64,
+    /// Volume of the largest `[m³]`.
+    pub largest_volume: f64,
 }
 
 /// How one stage went.

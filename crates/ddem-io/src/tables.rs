@@ -1,4 +1,4 @@
-//! Tables over time: `probes.csv` and `energy.csv`.
+//! Tables over time: `probes.csv`, `energy.csv` and `fragments.csv`.
 //!
 //! Every row begins with `stage,step,time`. Numbers have as many digits as it takes to read the
 //! same double back. Rows become durable with `sync`; a killed run can leave part of a last row,
@@ -12,6 +12,8 @@ use crate::output_error::OutputError;
 
 /// Columns every table begins with.
 const KEYS: [&str; 3] = ["stage", "step", "time"];
+/// Columns behind them that are whole numbers, in `fragments.csv`.
+const FRAGMENT_WHOLE: usize = 2;
 
 /// `probes.csv`: one column for each component of each probe.
 ///
@@ -24,6 +26,11 @@ pub struct ProbeTable(Table);
 #[derive(Debug)]
 pub struct EnergyTable(Table);
 
+/// `fragments.csv`: one row for each fragment at the end of each stage. The first two columns, the
+/// number of the fragment and that of its blocks, are whole numbers.
+#[derive(Debug)]
+pub struct FragmentTable(Table);
+
 impl ProbeTable {
     /// Creates the table with its header. The columns are `<probe>.<component>`.
     ///
@@ -34,7 +41,7 @@ impl ProbeTable {
         path: impl Into<PathBuf>,
         columns: &[S],
     ) -> Result<Self, OutputError> {
-        Table::create(path.into(), columns).map(Self)
+        Table::create(path.into(), columns, 0).map(Self)
     }
 
     /// Goes on with a table after its first `rows` rows and removes those behind.
@@ -43,7 +50,7 @@ impl ProbeTable {
     ///
     /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
     pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
-        Table::reopen(path.into(), rows).map(Self)
+        Table::reopen(path.into(), rows, 0).map(Self)
     }
 
     /// Adds one sample at `time` `[s]`; `None` for what was not sampled.
@@ -73,7 +80,7 @@ impl EnergyTable {
         path: impl Into<PathBuf>,
         columns: &[S],
     ) -> Result<Self, OutputError> {
-        Table::create(path.into(), columns).map(Self)
+        Table::create(path.into(), columns, 0).map(Self)
     }
 
     /// Goes on with a table after its first `rows` rows and removes those behind.
@@ -82,10 +89,49 @@ impl EnergyTable {
     ///
     /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
     pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
-        Table::reopen(path.into(), rows).map(Self)
+        Table::reopen(path.into(), rows, 0).map(Self)
     }
 
     /// Adds the energies `[J]` at `time` `[s]`.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Mismatch`] if there is not one value for each column, others if the file
+    /// cannot be written.
+    pub fn row(
+        &mut self,
+        stage: &str,
+        step: u64,
+        time: f64,
+        values: &[f64],
+    ) -> Result<(), OutputError> {
+        self.0.row(stage, step, time, values.iter().copied().map(Some))
+    }
+}
+
+impl FragmentTable {
+    /// Creates the table with its header.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn create<S: AsRef<str>>(
+        path: impl Into<PathBuf>,
+        columns: &[S],
+    ) -> Result<Self, OutputError> {
+        Table::create(path.into(), columns, FRAGMENT_WHOLE).map(Self)
+    }
+
+    /// Goes on with a table after its first `rows` rows and removes those behind.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
+    pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
+        Table::reopen(path.into(), rows, FRAGMENT_WHOLE).map(Self)
+    }
+
+    /// Adds one fragment at `time` `[s]`.
     ///
     /// # Errors
     ///
@@ -144,12 +190,15 @@ macro_rules! delegate {
 
 delegate!(ProbeTable);
 delegate!(EnergyTable);
+delegate!(FragmentTable);
 
-/// What both tables are.
+/// What all tables are.
 #[derive(Debug)]
 struct Table {
     path: PathBuf,
     columns: Vec<String>,
+    /// How many of the first columns are whole numbers.
+    whole: usize,
     writer: csv::Writer<File>,
     rows: u64,
     /// One cell, kept to not allocate for each number.
@@ -157,10 +206,14 @@ struct Table {
 }
 
 impl Table {
-    fn create<S: AsRef<str>>(path: PathBuf, columns: &[S]) -> Result<Self, OutputError> {
+    fn create<S: AsRef<str>>(
+        path: PathBuf,
+        columns: &[S],
+        whole: usize,
+    ) -> Result<Self, OutputError> {
         let columns: Vec<String> = columns.iter().map(|c| c.as_ref().to_owned()).collect();
         let file = File::create(&path).map_err(|e| OutputError::io(&path, "creating", e))?;
-        let mut table = Self::new(path, columns, file, 0);
+        let mut table = Self::new(path, columns, whole, file, 0);
         let header = KEYS.into_iter().chain(table.columns.iter().map(String::as_str));
         table
             .writer
@@ -170,18 +223,18 @@ impl Table {
         Ok(table)
     }
 
-    fn reopen(path: PathBuf, rows: u64) -> Result<Self, OutputError> {
+    fn reopen(path: PathBuf, rows: u64, whole: usize) -> Result<Self, OutputError> {
         let (columns, end) = header_and_end(&path, rows)?;
         let reopening = |e| OutputError::io(&path, "reopening", e);
         // Appending, so that no position is to be kept.
         let file = OpenOptions::new().append(true).open(&path).map_err(reopening)?;
         file.set_len(end).map_err(reopening)?;
-        Ok(Self::new(path, columns, file, rows))
+        Ok(Self::new(path, columns, whole, file, rows))
     }
 
-    fn new(path: PathBuf, columns: Vec<String>, file: File, rows: u64) -> Self {
+    fn new(path: PathBuf, columns: Vec<String>, whole: usize, file: File, rows: u64) -> Self {
         let writer = csv::Writer::from_writer(file);
-        Self { path, columns, writer, rows, cell: String::new() }
+        Self { path, columns, whole, writer, rows, cell: String::new() }
     }
 
     fn row(
@@ -211,9 +264,12 @@ impl Table {
     ) -> csv::Result<()> {
         self.writer.write_field(stage)?;
         self.writer.write_field(step.to_string())?;
-        for value in std::iter::once(Some(time)).chain(values) {
+        // The time comes first, and is none of the columns.
+        for (at, value) in std::iter::once(Some(time)).chain(values).enumerate() {
             self.cell.clear();
-            if let Some(value) = value {
+            if let Some(value) = value.filter(|_| (1..=self.whole).contains(&at)) {
+                let _ = write!(self.cell, "{value:.0}");
+            } else if let Some(value) = value {
                 // `Debug` is the shortest text that reads back the same, with an exponent where
                 // `Display` would write hundreds of zeros. Writing to a string cannot fail.
                 let _ = write!(self.cell, "{value:?}");

@@ -74,8 +74,15 @@ tolerance = 1e-30
 max_steps = 150000
 ";
 
-pub(crate) const RESULTS: [&str; 6] =
-    ["blocks.vtkhdf", "joints.vtkhdf", "probes.csv", "energy.csv", "summary.json", "checkpoint.h5"];
+pub(crate) const RESULTS: [&str; 7] = [
+    "blocks.vtkhdf",
+    "joints.vtkhdf",
+    "probes.csv",
+    "energy.csv",
+    "fragments.csv",
+    "summary.json",
+    "checkpoint.h5",
+];
 
 /// A folder to work in.
 pub(crate) struct Desk {

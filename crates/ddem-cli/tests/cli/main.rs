@@ -2,5 +2,6 @@
 
 mod command_line;
 mod contacts;
+mod fragments;
 mod harness;
 mod runs;

@@ -115,7 +115,7 @@ fn results_depend_neither_on_threads_nor_on_the_instruction_set() {
     let run = |arguments: &str| {
         let went = desk.run(&format!("column.toml --out a {arguments}"));
         assert_eq!(went.status, Some(0), "{}", went.stderr);
-        ["a/probes.csv", "a/energy.csv", "a/blocks.vtkhdf", "a/joints.vtkhdf"]
+        ["a/probes.csv", "a/energy.csv", "a/fragments.csv", "a/blocks.vtkhdf", "a/joints.vtkhdf"]
             .map(|name| desk.read(name))
     };
     let expected = run("--threads 1");
@@ -194,7 +194,7 @@ fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
         assert!(went.stderr.contains(", from step "), "{}", went.stderr);
         let went = desk.run("column.toml --out=parts --resume");
         assert_eq!(went.status, Some(status), "{}", went.stderr);
-        for name in ["probes.csv", "energy.csv"] {
+        for name in ["probes.csv", "energy.csv", "fragments.csv"] {
             let read = |out: &str| desk.read(&format!("{out}/{name}"));
             assert!(read("whole") == read("parts"), "{interrupted}: {name}");
         }

@@ -94,6 +94,9 @@ pub struct ModelTable {
     pub kinematics: Kinematics,
     /// The element of the blocks.
     pub element: ElementKind,
+    /// Keep the largest velocities and principal stresses of the run; default false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub peaks: bool,
 }
 
 /// How the rotation of a block is treated (§3).

@@ -10,9 +10,11 @@ pub mod modal;
 
 pub(crate) mod corotation;
 pub(crate) mod lattice;
+mod principal;
 pub(crate) mod table;
 
 pub use elastic::Elastic;
+pub(crate) use principal::principal;
 
 #[cfg(test)]
 mod tests;

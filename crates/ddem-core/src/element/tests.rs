@@ -1,10 +1,11 @@
 use fearless_simd::{Level, dispatch};
-use nalgebra::{Point3, SVector, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
 
 use super::Elastic;
 use super::hex8::{self, Stiffness};
 use super::lattice::{Planes, force};
 use super::modal::Modal;
+use super::principal;
 use super::table::Table;
 use crate::deck::ElementKind;
 use crate::lanes::Lanes;
@@ -124,6 +125,34 @@ fn check_lattice(modals: [Option<&Modal>; 4], dims: [usize; 3], is_box: bool) {
         let size = expected.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
         for (g, e) in g.iter().zip(&expected) {
             assert!((g.0[lane] - e).abs() < 1e-13 * size, "{dims:?} lane {lane}");
+        }
+    }
+}
+
+/// Turned by angles of no meaning; two or three of the values may be equal.
+#[test]
+fn principal_stresses_are_those_that_were_turned() {
+    let values = [
+        [3.0, 1.0, -2.0],
+        [5.0, 5.0, -1.0],
+        [5.0, -1.0, -1.0],
+        [2.0, 2.0, 2.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 0.0, -1.0],
+        [1.0, 0.0, -1.0],
+        [1.0 + 1e-9, 1.0, -4.0],
+        [0.0, 0.0, 0.0],
+    ];
+    for ([most, middle, least], turn) in values.into_iter().flat_map(|v| [(v, 0.0), (v, 0.7)]) {
+        for scale in [1.0, 3e7] {
+            let r = Rotation3::from_euler_angles(turn, -2.0 * turn, 3.0 * turn);
+            let diagonal = Matrix3::from_diagonal(&Vector3::new(most, middle, least));
+            let s = (r.matrix() * diagonal * r.matrix().transpose()) * scale;
+            let found =
+                principal(&[(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|at| s[at]));
+            // Where two values are equal, half of the digits of their difference are lost.
+            let error = (found[0] - scale * least).abs().max((found[1] - scale * most).abs());
+            assert!(error <= 3e-7 * scale, "{most} {middle} {least} by {turn}: {found:?}");
         }
     }
 }

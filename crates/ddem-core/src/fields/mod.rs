@@ -2,7 +2,9 @@
 //! reads, and the functions that fill it.
 
 mod contacts;
+mod fragments;
 mod momentum;
+mod peaks;
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -16,7 +18,11 @@ use crate::law::Mode;
 use crate::simulation::Simulation;
 use crate::step::carry;
 
+use fragments::fragment;
+use peaks::PEAK_FIELDS;
+
 pub use contacts::{CONTACT_FIELDS, Contact, ContactCounts, ContactField};
+pub use fragments::Fragment;
 
 /// Where a field has its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,11 +50,13 @@ pub struct Field {
     pub fill: fn(&mut Simulation) -> Vec<f64>,
 }
 
-/// All output fields that change with time.
-pub const FIELDS: [Field; 12] = [
+/// All output fields that change with time, of any model; [`Model::fields`](crate::Model::fields) has
+/// those that the deck asks for besides.
+pub const FIELDS: [Field; 13] = [
     Field { name: "displacement", unit: "m", on: On::Node, components: 3, fill: displacement },
     Field { name: "velocity", unit: "m/s", on: On::Node, components: 3, fill: velocity },
     Field { name: "stress", unit: "Pa", on: On::Element, components: 6, fill: stress },
+    Field { name: "fragment", unit: "1", on: On::Element, components: 1, fill: fragment },
     Field { name: "displacement", unit: "m", on: On::Pair, components: 3, fill: mean_displacement },
     Field { name: "traction", unit: "Pa", on: On::Pair, components: 3, fill: traction },
     Field { name: "slip", unit: "m", on: On::Pair, components: 3, fill: slip },
@@ -273,6 +281,7 @@ impl Simulation {
             + self.scratch.bytes()
             + self.state.breaks.bytes()
             + self.state.contacts.bytes()
+            + self.state.peaks.bytes()
             + size_of_val(&self.state.poses[..])
             + self.model.bytes()
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
@@ -312,6 +321,13 @@ fn rotated_stress(elastic: &Elastic, gradient: Matrix3<f64>, r: &Matrix3<f64>) -
 }
 
 impl crate::model::Model {
+    /// All output fields that change with time: [`FIELDS`], and `peak_velocity`, `peak_tension` and
+    /// `peak_compression` where the deck has `peaks`.
+    pub fn fields(&self) -> impl Iterator<Item = &'static Field> + use<> {
+        let peaks: &[Field] = if self.deck.model.peaks { &PEAK_FIELDS } else { &[] };
+        FIELDS.iter().chain(peaks)
+    }
+
     /// A nodal field in the order of the nodes, shape `(n_nodes, 3)`.
     pub(crate) fn plain(&self, field: &[Lanes]) -> Vec<[f64; 3]> {
         let mut plain = Vec::with_capacity(self.n_nodes());

@@ -19,12 +19,20 @@ impl Simulation {
 
     /// Both, block after block.
     fn momenta(&mut self) -> [Vec3; 2] {
-        let (velocities, poses) = (self.velocities(), self.present_poses());
-        let (model, mut sums) = (&self.model, [Vec3::zeros(); 2]);
-        let mut add = |x: Vec3, p: Vec3, turning: Vec3| {
+        let mut sums = [Vec3::zeros(); 2];
+        self.each_mass(|_, mass, x, v, turning| {
+            let p = v * mass;
             sums[0] += p;
             sums[1] += x.cross(&p) + turning;
-        };
+        });
+        sums
+    }
+
+    /// Calls `see` with every mass, block after block: its block, kilograms, position and velocity now,
+    /// and what turns in it `[kg m²/s]`. Masses are the nodes of deformable blocks, and rigid blocks.
+    pub(super) fn each_mass(&mut self, mut see: impl FnMut(usize, f64, Vec3, Vec3, Vec3)) {
+        let (velocities, poses) = (self.velocities(), self.present_poses());
+        let model = &self.model;
         for (block, body) in model.geometry.bodies.iter().enumerate() {
             let (pack, lane) = model.packs.slot(block);
             let pack = &model.packs.packs[pack];
@@ -32,15 +40,14 @@ impl Simulation {
                 let pose = &poses[pack.rigid_start][lane];
                 let matter = &model.assembly.rigid[pack.rigid_start][lane];
                 let centre = model.geometry.position(block, [0; 3]) - matter.arm(0);
-                add(centre + pose.shift, pose.velocity * matter.mass, pose.momentum);
+                see(block, matter.mass, centre + pose.shift, pose.velocity, pose.momentum);
                 continue;
             }
             let nodes = velocities.iter().enumerate().skip(body.first_node as usize);
             for (node, v) in nodes.take(model.packs.shape_of(pack).nodes) {
                 let x = Vec3::from(model.point(node)) + Vec3::from(self.displacement(node));
-                add(x, Vec3::from(*v) * model.mass(node), Vec3::zeros());
+                see(block, model.mass(node), x, Vec3::from(*v), Vec3::zeros());
             }
         }
-        sums
     }
 }

@@ -4,6 +4,16 @@ use super::Model;
 use crate::geometry::{ON_FACE, Vec3};
 
 impl Model {
+    /// Volume of a block in its reference position, without the joints around it `[m³]`.
+    #[must_use]
+    pub fn volume(&self, block: usize) -> f64 {
+        let (pack, lane) = self.packs.slot(block);
+        let cells: usize = self.packs.shape_of(&self.packs.packs[pack]).dims(0).iter().product();
+        let table = &self.assembly.tables[self.assembly.pack_tables[pack][0] as usize];
+        let element = table.elements[lane].map(|element| &self.assembly.elements[element as usize]);
+        element.map_or(0.0, |element| cells as f64 * element.volume)
+    }
+
     /// The element that a reference position lies in, as block and lattice steps; on faces between
     /// elements or blocks the lower one, and where no block is the one nearest to it among the elements
     /// that have the nearest node.

@@ -2,6 +2,7 @@
 
 mod contacts;
 mod pairs;
+mod peaks;
 
 use std::collections::BTreeMap;
 
@@ -56,6 +57,7 @@ impl Simulation {
             kept,
             columns,
             way,
+            peaks,
         } = &self.state;
         let mut saved = Saved::default();
         let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
@@ -104,6 +106,7 @@ impl Simulation {
         }
         pairs::save(&self.model, breaks, &mut saved);
         contacts::save(contacts, &mut saved);
+        peaks::save(&self.model, peaks, &mut saved);
         saved
     }
 
@@ -146,6 +149,7 @@ impl Simulation {
         state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.contacts = contacts::restore(&simulation.model, saved)?;
         state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;
+        peaks::restore(&simulation.model, saved, &mut state.peaks)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         state.kept = applied(array("kept_nodes")?, array("kept_forces")?, n / 3)?;
         let (columns, rest) = array("columns")?.as_chunks::<6>();

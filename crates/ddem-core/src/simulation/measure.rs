@@ -171,6 +171,7 @@ impl Simulation {
             self.model.set(&mut self.state.v, node, *v);
         }
         self.state.move_rigid(&self.model);
+        self.state.peaks.note_velocities(&self.state.v);
         self.account_from(before);
     }
 

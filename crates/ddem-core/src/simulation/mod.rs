@@ -3,6 +3,7 @@
 mod measure;
 mod outside;
 mod pace;
+mod peaks;
 mod rigid;
 mod stops;
 
@@ -63,6 +64,8 @@ pub struct Simulation {
     pub(crate) damping: Damping,
     /// Nothing fails for the moment.
     holds: bool,
+    /// Time between two looks at the stresses for peaks `[s]`; none without peaks.
+    look: Option<f64>,
     /// What takes long shall stop.
     pub(crate) stop: Arc<AtomicBool>,
 }
@@ -87,6 +90,7 @@ impl Simulation {
         // Until a step is set, energies are those of a vanishing one.
         let motion = Motion::dynamic(&model.assembly, Damping::None, 1e-12);
         let mut simulation = Self {
+            look: peaks::look(&model),
             model,
             state,
             scratch,
@@ -197,6 +201,7 @@ impl Simulation {
         self.move_columns();
         self.book(sums, ahead);
         self.book_losses(losses);
+        self.note_peaks();
         self.check(sums, &self.state.contacts)
     }
 

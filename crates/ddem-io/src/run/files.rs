@@ -1,15 +1,20 @@
 //! The files that grow during a run.
 
-use ddem_core::{CONTACT_FIELDS, Energy, FIELDS, Field, Model, On, Simulation};
+use ddem_core::{CONTACT_FIELDS, Energy, Field, Fragment, Model, On, Simulation};
 
 use super::mesh::{self, Mesh};
 use crate::OutputError;
 use crate::folder::Folder;
-use crate::tables::{EnergyTable, ProbeTable};
+use crate::tables::{EnergyTable, FragmentTable, ProbeTable};
 use crate::vtkhdf::{Cloud, FieldSpec, Kind, Values, Writer};
 
 /// Frames of a dynamic stage when the deck does not say.
 pub(super) const DEFAULT_FRAMES: u64 = 20;
+
+/// Columns of a fragment: its number, and what it is.
+fn fragment_columns() -> Vec<&'static str> {
+    ["fragment"].into_iter().chain(Fragment::NAMES).collect()
+}
 
 /// All files that grow during a run.
 #[derive(Debug)]
@@ -21,6 +26,7 @@ pub(super) struct Files {
     contacts: Option<Cloud>,
     pub(super) probes: ProbeTable,
     pub(super) energy: EnergyTable,
+    fragments: FragmentTable,
     /// Time of the last frame in the files.
     last_frame: f64,
     /// What frames that would share a time are put apart by.
@@ -33,6 +39,7 @@ pub(super) struct Position {
     pub(super) frames: u64,
     pub(super) probe_rows: u64,
     pub(super) energy_rows: u64,
+    pub(super) fragment_rows: u64,
     pub(super) last_frame: f64,
 }
 
@@ -45,7 +52,7 @@ impl Files {
     ) -> Result<Self, OutputError> {
         let (blocks, joints) = (mesh::blocks(model), mesh::joints(model));
         let create = |path, mesh: &Mesh, joints| {
-            Writer::create(path, &mesh.grid, &mesh.constants(), &specs(joints))
+            Writer::create(path, &mesh.grid, &mesh.constants(), &specs(model, joints))
         };
         let blocks = create(folder.blocks(), &blocks, false)?;
         let joints =
@@ -57,6 +64,7 @@ impl Files {
             contacts: contacts.transpose()?,
             probes: ProbeTable::create(folder.probes(), columns)?,
             energy: EnergyTable::create(folder.energy(), &Energy::NAMES)?,
+            fragments: FragmentTable::create(folder.fragments(), &fragment_columns())?,
             last_frame: f64::NEG_INFINITY,
             nudge,
         })
@@ -71,15 +79,16 @@ impl Files {
     ) -> Result<Self, OutputError> {
         let frames = position.frames as usize;
         Ok(Self {
-            blocks: Writer::reopen(folder.blocks(), &specs(false), frames)?,
+            blocks: Writer::reopen(folder.blocks(), &specs(model, false), frames)?,
             joints: (model.n_pairs() > 0)
-                .then(|| Writer::reopen(folder.joints(), &specs(true), frames))
+                .then(|| Writer::reopen(folder.joints(), &specs(model, true), frames))
                 .transpose()?,
             contacts: (model.can_meet())
                 .then(|| Cloud::reopen(folder.contacts(), &contact_specs(), frames))
                 .transpose()?,
             probes: ProbeTable::reopen(folder.probes(), position.probe_rows)?,
             energy: EnergyTable::reopen(folder.energy(), position.energy_rows)?,
+            fragments: FragmentTable::reopen(folder.fragments(), position.fragment_rows)?,
             last_frame: position.last_frame,
             nudge,
         })
@@ -99,8 +108,9 @@ impl Files {
         let files = [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())];
         for (joints, writer) in files {
             let Some(writer) = writer else { continue };
+            let fields = table(simulation.model(), joints);
             let fill = |field: &Field| Filled::new(kind(field.name), (field.fill)(simulation));
-            let filled: Vec<Filled> = table(joints).map(fill).collect();
+            let filled: Vec<Filled> = fields.map(fill).collect();
             let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
             writer.append(time, &values)?;
         }
@@ -114,6 +124,20 @@ impl Files {
         cloud.append(time, &points, &values)
     }
 
+    /// The fragments at the end of a stage.
+    pub(super) fn fragments(
+        &mut self,
+        simulation: &mut Simulation,
+        stage: &str,
+    ) -> Result<(), OutputError> {
+        let (step, time) = (simulation.steps(), simulation.time());
+        for (number, fragment) in simulation.fragments().iter().enumerate() {
+            let values: Vec<f64> = [number as f64].into_iter().chain(fragment.values()).collect();
+            self.fragments.row(stage, step, time, &values)?;
+        }
+        Ok(())
+    }
+
     /// Everything so far safely on the disk, and how far that is.
     pub(super) fn sync(&mut self) -> Result<Position, OutputError> {
         self.blocks.sync()?;
@@ -125,10 +149,12 @@ impl Files {
         }
         self.probes.sync()?;
         self.energy.sync()?;
+        self.fragments.sync()?;
         Ok(Position {
             frames: self.blocks.steps() as u64,
             probe_rows: self.probes.rows_written(),
             energy_rows: self.energy.rows_written(),
+            fragment_rows: self.fragments.rows_written(),
             last_frame: self.last_frame,
         })
     }
@@ -146,15 +172,15 @@ pub(super) fn nudge(model: &Model, still: f64) -> f64 {
 }
 
 /// Fields of the joint surfaces, or of the blocks.
-fn table(joints: bool) -> impl Iterator<Item = &'static Field> {
-    FIELDS.iter().filter(move |field| (field.on == On::Pair) == joints)
+fn table(model: &Model, joints: bool) -> impl Iterator<Item = &'static Field> + use<> {
+    model.fields().filter(move |field| (field.on == On::Pair) == joints)
 }
 
 /// States and numbers of blocks are whole numbers in the files.
 fn kind(name: &str) -> Kind {
     match name {
         "state" | "open" | "released" | "sliding" => Kind::U8,
-        "blocks" => Kind::I32,
+        "blocks" | "fragment" => Kind::I32,
         _ => Kind::F64,
     }
 }
@@ -164,7 +190,7 @@ fn contact_specs() -> Vec<FieldSpec> {
     CONTACT_FIELDS.iter().map(|field| spec(field.name, field.components)).collect()
 }
 
-fn specs(joints: bool) -> Vec<FieldSpec> {
+fn specs(model: &Model, joints: bool) -> Vec<FieldSpec> {
     let spec = |field: &Field| {
         let spec = match field.on {
             On::Element => FieldSpec::cell(field.name, field.components),
@@ -172,7 +198,7 @@ fn specs(joints: bool) -> Vec<FieldSpec> {
         };
         spec.kind(kind(field.name))
     };
-    table(joints).map(spec).collect()
+    table(model, joints).map(spec).collect()
 }
 
 /// The values of one field in the type of its file.

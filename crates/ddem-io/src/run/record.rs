@@ -213,6 +213,15 @@ impl Recorder {
         self.files.as_mut().map_or(Ok(()), |files| files.frame(simulation))
     }
 
+    /// The fragments at the end of a stage.
+    pub(super) fn fragments(
+        &mut self,
+        simulation: &mut Simulation,
+        stage: &str,
+    ) -> Result<(), OutputError> {
+        self.files.as_mut().map_or(Ok(()), |files| files.fragments(simulation, stage))
+    }
+
     /// Everything so far safely on the disk, and how far that is.
     pub(super) fn sync(&mut self) -> Result<Position, OutputError> {
         self.files.as_mut().map_or(Ok(Position::default()), Files::sync)

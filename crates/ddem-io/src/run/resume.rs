@@ -51,6 +51,7 @@ pub(super) fn save(
         ("frames", position.frames),
         ("probe_rows", position.probe_rows),
         ("energy_rows", position.energy_rows),
+        ("fragment_rows", position.fragment_rows),
     ]);
     let done = serde_json::to_string(&cursor.done).unwrap_or_default();
     let computed = simulation.model().computed().join(", ");
@@ -88,6 +89,7 @@ pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
             frames: count("frames")?,
             probe_rows: count("probe_rows")?,
             energy_rows: count("energy_rows")?,
+            fragment_rows: count("fragment_rows")?,
             last_frame,
         };
         Some((cursor, position))

@@ -15,7 +15,7 @@ use super::resume::{self, Cursor};
 use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, RunFailure};
 use crate::folder::{self, Folder};
-use crate::summary::{ContactSummary, FailedPairs, Summary, peak_memory_bytes};
+use crate::summary::{ContactSummary, FailedPairs, FragmentSummary, Summary, peak_memory_bytes};
 
 /// What frames in which nothing moves are put apart by, where no stage of the deck moves `[s]`.
 const STILL: f64 = 1e-9;
@@ -243,6 +243,11 @@ impl Session {
             points: counts.points as u64,
             deepest: counts.deepest,
         };
+        let fragments = self.moved.simulation.fragments();
+        let fragments = FragmentSummary {
+            number: fragments.len() as u64,
+            largest_volume: fragments.first().map_or(0.0, |largest| largest.volume),
+        };
         let [shear, tension] = self.moved.simulation.failed_pairs();
         let model = self.moved.simulation.model();
         Summary {
@@ -254,6 +259,7 @@ impl Session {
             pairs: model.n_pairs() as u64,
             failed_pairs: FailedPairs { shear, tension },
             contacts,
+            fragments,
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.moved.cursor.done.clone(),
             deck: self.text.clone(),

@@ -189,7 +189,7 @@ impl<'a> Running<'a> {
     pub(super) fn finish(self) -> Result<(), RunFailure> {
         let seconds = self.moved.cursor.seconds + self.seconds();
         let relax = self.relax();
-        let Moved { simulation, cursor, .. } = &mut *self.moved;
+        let Moved { simulation, recorder, cursor } = &mut *self.moved;
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
         let steps = cursor.step.unwrap_or(0);
@@ -199,6 +199,7 @@ impl<'a> Running<'a> {
         } else {
             simulation.settle();
         }
+        recorder.fragments(simulation, &self.stage.name)?;
         let updates = simulation.model().n_nodes() as f64 * steps as f64;
         let summary = StageSummary {
             name: self.stage.name.clone(),

@@ -1,0 +1,62 @@
+//! The largest velocities and stresses so far, where the deck asks for them.
+
+use rayon::prelude::*;
+
+use crate::lanes::Lanes;
+use crate::model::Model;
+
+/// Nodes below which a part is not worth waking a thread for.
+const FEWEST: usize = 2000;
+
+/// Largest values since the start of the run; empty where they are not asked for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Peaks {
+    /// Squares of the speeds of the nodes `[m²/s²]`, in the layout of the state.
+    pub(crate) speeds: Vec<Lanes>,
+    /// Of each element of each block the largest principal tension and compression, both from 0 up
+    /// `[Pa]`.
+    pub(crate) stresses: Vec<Vec<[f64; 2]>>,
+}
+
+impl Peaks {
+    /// At the start of a run.
+    pub(super) fn new(model: &Model) -> Self {
+        if !model.deck.model.peaks {
+            return Self::default();
+        }
+        let elements = |block| model.geometry.lattice(block).divisions.pow(3);
+        Self {
+            speeds: vec![Lanes::ZERO; model.packs.nodes],
+            stresses: (0..model.n_blocks()).map(|block| vec![[0.0; 2]; elements(block)]).collect(),
+        }
+    }
+
+    /// Takes velocities into account.
+    pub(crate) fn note_velocities(&mut self, v: &[Lanes]) {
+        let nodes = self.speeds.par_iter_mut().zip(v.par_chunks_exact(3));
+        nodes.with_min_len(FEWEST).for_each(|(most, v)| {
+            for (lane, most) in most.0.iter_mut().enumerate() {
+                let [x, y, z] = [0, 1, 2].map(|c| v[c].0[lane]);
+                *most = most.max(x * x + y * y + z * z);
+            }
+        });
+    }
+
+    /// Takes stresses into account: of each element, by block and number in it, what principal
+    /// stresses lie between.
+    pub(crate) fn note_stresses(&mut self, range: &(impl Fn(usize, usize) -> [f64; 2] + Sync)) {
+        self.stresses.par_iter_mut().enumerate().for_each(|(block, elements)| {
+            for (element, [tension, compression]) in elements.iter_mut().enumerate() {
+                let [least, most] = range(block, element);
+                *tension = tension.max(most);
+                *compression = compression.max(-least);
+            }
+        });
+    }
+
+    /// Memory in use `[bytes]`.
+    pub(crate) fn bytes(&self) -> usize {
+        let elements: usize = self.stresses.iter().map(Vec::len).sum();
+        self.speeds.len() * size_of::<Lanes>() + elements * size_of::<[f64; 2]>()
+    }
+}

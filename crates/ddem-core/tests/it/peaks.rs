@@ -1,0 +1,157 @@
+//! The largest velocities and stresses of a run.
+
+use ddem_core::deck::{Damping, Deck, Extent, History, Initial, Load, Sphere, TimeStep, Where};
+use ddem_core::{Field, Saved, Simd, Simulation};
+
+use crate::decks::*;
+
+/// A bar along x that cannot widen, pushed at x = 0 for a while by a pressure that comes and goes.
+fn bar(pressure: f64, joint: f64) -> Deck {
+    let mut deck = deck([20, 1, 1], [10.0, 0.5, 0.5], 4, joint);
+    if let (Some(rock), Some(seam)) =
+        (deck.materials.get("rock").copied(), deck.joints.get_mut("seam"))
+    {
+        // Of the same matter: no wave is turned back at a joint.
+        deck.materials.insert("clay".into(), rock);
+        seam.material = Some("rock".into());
+    }
+    deck.model.peaks = true;
+    deck.fix.push(fix(Where::default(), "yz"));
+    // sin² within 1.6 ms: a wave 4.8 m long.
+    let part = |k: u32| f64::from(k) / 64.0;
+    let row = |k| [1.6e-3 * part(k), (std::f64::consts::PI * part(k)).sin().powi(2)];
+    let history = History::Table((0..=64).map(row).collect());
+    deck.load.push(Load {
+        region: plane(0, 0.0),
+        pressure: Some(pressure),
+        history: Some(history),
+        ..Load::default()
+    });
+    deck
+}
+
+fn run(simulation: &mut Simulation, seconds: f64) {
+    let started = simulation.start(Damping::None, TimeStep::Auto, Some(seconds));
+    let steps = started.unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..steps {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+fn field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
+    let field = simulation.model().fields().find(|field: &&Field| field.name == name);
+    field.map(|field| (field.fill)(simulation)).unwrap_or_else(|| panic!("no field {name}"))
+}
+
+#[test]
+fn peaks_of_a_plane_wave_are_its_amplitude() {
+    let mut simulation = simulation(&bar(1e6, 0.01));
+    // λ + 2G of the rock, and the speed of its compression waves.
+    let modulus: f64 = 18e9 * 0.75 / (1.25 * 0.5);
+    let c = (modulus / 2400.0).sqrt();
+    // The wave begins at 10 m and ends at 5.2 m, and nothing has come back.
+    run(&mut simulation, 10.0 / c);
+    let expected = 1e6 / (2400.0 * c);
+    let speeds = field(&mut simulation, "peak_velocity");
+    let compression = field(&mut simulation, "peak_compression");
+    let tension = field(&mut simulation, "peak_tension");
+    let model = simulation.model();
+    let looked = |node: usize| (1.0..5.0).contains(&model.point(node)[0]);
+    let off = |found: f64, exact: f64| (found / exact - 1.0).abs();
+    let nodes = speeds.iter().enumerate().filter(|&(node, _)| looked(node));
+    let velocity = nodes.map(|(_, speed)| off(*speed, expected)).fold(0.0, f64::max);
+    let hexes = (0..model.n_blocks()).flat_map(|block| model.hexes(block)).enumerate();
+    let elements = hexes.filter(|(_, hex)| looked(hex[0] as usize)).map(|(element, _)| element);
+    let (mut count, mut pressed, mut pulled) = (0, 0.0_f64, 0.0_f64);
+    for element in elements {
+        count += 1;
+        pressed = pressed.max(off(compression[element], 1e6));
+        pulled = pulled.max(tension[element] / 1e6);
+    }
+    println!(
+        "peak velocity off by {velocity:.1e}, compression {pressed:.1e}, tension {pulled:.1e}"
+    );
+    assert!(count > 400 && velocity < 0.01 && pressed < 0.01 && pulled < 0.02);
+}
+
+#[test]
+fn what_is_thrown_has_the_peak_of_its_start_and_rest_has_none() {
+    let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 2, 0.02);
+    deck.model.peaks = true;
+    let velocity = Some([3.0, 0.0, -4.0]);
+    deck.initial.push(Initial { velocity, ..Initial::default() });
+    let mut thrown = simulation(&deck);
+    assert!(field(&mut thrown, "peak_velocity").iter().all(|&v| v == 5.0));
+    run(&mut thrown, 1e-3);
+    assert!(field(&mut thrown, "peak_velocity").iter().all(|v| (v - 5.0).abs() < 1e-9));
+    assert!(field(&mut thrown, "peak_tension").iter().all(|s| s.abs() < 1.0));
+}
+
+/// What relaxation passes through on its way is no peak, what it comes to is one.
+#[test]
+fn a_relaxation_leaves_its_equilibrium_alone() {
+    let mut deck = bar(0.0, 0.01);
+    deck.load[0] =
+        Load { region: plane(0, 10.0), traction: Some([2e5, 0.0, 0.0]), ..Load::default() };
+    deck.fix.push(fix(plane(0, 0.0), "x"));
+    let mut simulation = simulation(&deck);
+    simulation.relax(1e-9, 100_000).unwrap_or_else(|error| panic!("{error}"));
+    assert!(field(&mut simulation, "peak_velocity").iter().all(|&v| v == 0.0));
+    assert!(field(&mut simulation, "peak_tension").iter().all(|s| (s / 2e5 - 1.0).abs() < 1e-4));
+    assert!(field(&mut simulation, "peak_compression").iter().all(|&s| s < 1e2));
+}
+
+#[test]
+fn nobody_pays_who_does_not_ask() {
+    let mut deck = bar(1e6, 0.01);
+    deck.model.peaks = false;
+    let simulation = simulation(&deck);
+    assert!(simulation.model().fields().all(|field| !field.name.starts_with("peak")));
+    assert!(simulation.peak_velocities().is_empty() && simulation.peak_stresses().is_empty());
+    assert!(simulation.save().arrays.keys().all(|name| !name.starts_with("peak")));
+}
+
+fn peaks(simulation: &Simulation) -> Vec<u64> {
+    let stresses = simulation.peak_stresses().into_flattened();
+    simulation.peak_velocities().into_iter().chain(stresses).map(f64::to_bits).collect()
+}
+
+#[test]
+fn peaks_are_the_same_bits_after_a_restart_and_on_any_threads() {
+    let mut deck = bar(1e6, 0.01);
+    let region = Where {
+        x: Some(Extent::Range([1.0, 2.0])),
+        sphere: Some(Sphere { centre: [1.5, 0.2, 0.2], radius: 0.6 }),
+        ..Where::default()
+    };
+    deck.initial.push(Initial { region, velocity: Some([0.3, 0.0, 0.0]), ..Initial::default() });
+    let whole = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.unwrap_or_else(|error| panic!("{error}"));
+        pool.install(|| {
+            let mut simulation = simulation(&deck);
+            run(&mut simulation, 2e-3);
+            peaks(&simulation)
+        })
+    };
+    let expected = whole(1);
+    assert!(expected == whole(3), "threads");
+    let mut rebuilt = simulation(&deck);
+    let started = rebuilt.start(Damping::None, TimeStep::Auto, Some(2e-3));
+    for step in 0..started.unwrap_or_else(|error| panic!("{error}")) {
+        rebuilt.step().unwrap_or_else(|error| panic!("{error}"));
+        if step % 7 == 0 {
+            let saved = rebuilt.save();
+            rebuilt = restored(&deck, &saved).unwrap_or_else(|| panic!("not these numbers"));
+            assert!(rebuilt.save() == saved);
+        }
+    }
+    assert!(expected == peaks(&rebuilt), "after restarts");
+    let mut saved = rebuilt.save();
+    saved.arrays.entry("peak_speeds".into()).or_default().pop();
+    assert!(restored(&deck, &saved).is_none(), "a number is missing");
+}
+
+fn restored(deck: &Deck, saved: &Saved) -> Option<Simulation> {
+    Simulation::restore(model(deck), Simd::default(), saved)
+}
