@@ -17,6 +17,7 @@ pub mod law;
 mod assembly;
 mod boundary;
 mod breaks;
+mod charge;
 mod cluster;
 mod conditions;
 mod contact;

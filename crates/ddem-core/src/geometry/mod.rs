@@ -19,12 +19,14 @@ mod lattice;
 mod nothing;
 mod overlap;
 mod select;
+mod surface;
 
 pub use face::Face;
 pub(crate) use face::faces;
 pub(crate) use lattice::{Lattice, NONE, lattices};
 pub(crate) use nothing::{no_node, nothing};
-pub(crate) use select::{Region, Surface};
+pub(crate) use select::Region;
+pub(crate) use surface::Surface;
 
 use nalgebra::Vector3;
 

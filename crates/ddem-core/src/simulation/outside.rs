@@ -1,4 +1,4 @@
-//! Stages come into force; and what boundaries do from outside.
+//! Stages come into force; and what boundaries and charges do from outside.
 
 use super::Simulation;
 use crate::boundary::{Moving, Outside, Pace};
@@ -34,6 +34,35 @@ impl Simulation {
             before.held_bodies[pack][lane] != now[pack][lane]
         });
         self.measured = None;
+    }
+
+    /// Gas of the charges in force pushes its walls where they are now. Returns from which shells it has
+    /// got out by now.
+    pub(crate) fn press(&mut self) -> Vec<Option<f64>> {
+        let Self { model, state, active, factors, .. } = self;
+        let loads = model.conditions.loaded.len();
+        let mut vents = Vec::with_capacity(state.vents.len());
+        for (index, charged) in model.conditions.charged.iter().enumerate() {
+            let charge = &charged.charge;
+            let before = &state.vents[vents.len()..][..charge.shells.len()];
+            if factors.get(loads + index).is_none_or(|factor| *factor == 0.0) {
+                vents.extend(before);
+                continue;
+            }
+            let u = |node: &u32| Vec3::from(model.get(&state.u, *node as usize));
+            let u: Vec<Vec3> = charge.nodes.iter().map(u).collect();
+            let push = charge.push(&u, before);
+            for (node, force) in charge.nodes.iter().zip(push.forces) {
+                let (pack, local, lane) = model.place(*node as usize);
+                let at = 3 * (model.packs.packs[pack].start + local) as u32;
+                let place = (pack, at, lane as u8);
+                if let Some(present) = active.force_mut(place, (loads + index) as u32) {
+                    *present = force.into();
+                }
+            }
+            vents.extend(push.vents);
+        }
+        vents
     }
 
     /// Columns that come into force are at rest.
