@@ -51,6 +51,7 @@ mod sums;
 mod timestep;
 mod touch;
 
+pub use charge::ChargeState;
 pub use deck::{Deck, Size};
 pub use energy::Energy;
 pub use error::{Fault, ModelError, RunError};

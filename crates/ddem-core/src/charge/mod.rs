@@ -49,9 +49,25 @@ pub(crate) struct Charge {
     pub(crate) doubts: Vec<String>,
 }
 
+/// A charge at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChargeState {
+    /// Pressure of its gas `[Pa]`; 0 before it goes off, and where it is not in force.
+    pub pressure: f64,
+    /// Volume of the cavity, or of the joints `[m³]`: what the gas has got out of has that with which
+    /// it did.
+    pub volume: f64,
+    /// Whether the gas has got out everywhere.
+    pub vented: bool,
+}
+
 /// What a charge does to its nodes.
 #[derive(Debug)]
 pub(crate) struct Push {
+    /// At factor 1 `[Pa]`.
+    pub(crate) pressure: f64,
+    /// Volume of all shells `[m³]`.
+    pub(crate) volume: f64,
     /// At factor 1, by node `[N]`.
     pub(crate) forces: Vec<Vec3>,
     /// For each shell the volume with which its gas got out, if it has `[m³]`.
@@ -138,6 +154,16 @@ impl Charge {
         Ok(())
     }
 
+    /// Pressure by volume of a gas that expands, `γ p/V` at the start `[Pa/m³]`, and the areas that it
+    /// has then `[m²]`: gas is a spring of the stiffness `γ p/V A Aᵀ`.
+    pub(crate) fn stiffness(&self) -> Option<(f64, Vec<Vec3>)> {
+        let gas = self.gas?;
+        let still = vec![Vec3::zeros(); self.nodes.len()];
+        let mut areas = still.clone();
+        self.shells.iter().for_each(|shell| shell.add_areas(&self.start, &still, &mut areas));
+        Some((gas.gamma * self.pressure * gas.part(0.0) / gas.start, areas))
+    }
+
     /// What it does after these displacements of its nodes; `vents` are shells that the gas has left.
     pub(crate) fn push(&self, u: &[Vec3], vents: &[Option<f64>]) -> Push {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];
@@ -153,7 +179,8 @@ impl Charge {
         }
         let pressure = self.pressure * self.gas.map_or(1.0, |gas| gas.part(grown));
         forces.iter_mut().for_each(|force| *force *= pressure);
-        Push { forces, vents: now }
+        let volume = grown + self.shells.iter().map(|shell| shell.volume).sum::<f64>();
+        Push { pressure, volume, forces, vents: now }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::boundary::{Moving, Outside, Pace};
+use crate::charge::ChargeState;
 use crate::conditions::Active;
 use crate::error::RunError;
 use crate::geometry::Vec3;
@@ -34,6 +35,50 @@ impl Simulation {
             before.held_bodies[pack][lane] != now[pack][lane]
         });
         self.measured = None;
+    }
+
+    /// The critical step with the gas of charges, which is stiffest at the start, beside the springs that
+    /// a critical step is given for `[s]`.
+    pub(super) fn with_gas(&self, step: f64) -> f64 {
+        let charged = || self.model.conditions.charged.iter().map(|charged| &charged.charge);
+        let gases: Vec<_> = charged().filter_map(|c| Some((&c.nodes, c.stiffness()?))).collect();
+        let own = |(nodes, (stiffness, areas)): &(&Vec<u32>, (f64, Vec<Vec3>))| {
+            let mass = |node: &u32| self.model.mass(*node as usize);
+            let each = nodes.iter().zip(areas).map(|(node, a)| a.norm_squared() / mass(node));
+            stiffness * each.sum::<f64>()
+        };
+        let alone: Vec<f64> = gases.iter().map(own).collect();
+        let meet = |i: usize, j: usize| {
+            gases[i].0.iter().any(|node| gases[j].0.binary_search(node).is_ok())
+        };
+        // Gershgorin: what each has in common with the others is at most the mean of both.
+        let row = |i: usize| {
+            let all = (0..gases.len()).filter(|&j| meet(i, j));
+            all.map(|j| (alone[i] * alone[j]).sqrt()).sum::<f64>()
+        };
+        match (0..gases.len()).map(row).fold(0.0, f64::max) {
+            0.0 => step,
+            more => 2.0 / (4.0 / (step * step) + more).sqrt(),
+        }
+    }
+
+    /// A charge at the present time, by its number in the deck; `None` where the deck has no such one.
+    #[must_use]
+    pub fn charge(&self, index: usize) -> Option<ChargeState> {
+        let conditions = &self.model.conditions;
+        let State { stage, time, stage_starts, u, vents, .. } = &self.state;
+        let charge = &conditions.charged.get(index)?.charge;
+        let first: usize = conditions.charged[..index].iter().map(|c| c.charge.shells.len()).sum();
+        let u = |node: &u32| Vec3::from(self.model.get(u, *node as usize));
+        let u: Vec<Vec3> = charge.nodes.iter().map(u).collect();
+        let push = charge.push(&u, &vents[first..][..charge.shells.len()]);
+        let factors = conditions.factors(*stage, *time, stage_starts).unwrap_or_default();
+        let factor = factors.get(conditions.loaded.len() + index).copied().unwrap_or(0.0);
+        Some(ChargeState {
+            pressure: push.pressure * factor,
+            volume: push.volume,
+            vented: push.vents.iter().all(Option::is_some),
+        })
     }
 
     /// Gas of the charges in force pushes its walls where they are now. Returns from which shells it has
