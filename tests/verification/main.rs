@@ -12,6 +12,7 @@ mod shared;
 
 mod apart;
 mod beam_cracks;
+mod blasts;
 mod boundaries;
 mod cantilever;
 mod collisions;

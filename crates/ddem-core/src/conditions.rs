@@ -1,15 +1,16 @@
-//! Supports and loads: from `where` to nodes, and which are in force in a stage.
+//! Supports, loads and charges: from `where` to nodes, and which are in force in a stage.
 
-use std::collections::BTreeMap;
-use std::ops::Range;
+mod active;
+
+pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
+
 use std::sync::Arc;
 
-use crate::deck::{Deck, Where};
+use crate::charge::Charge;
+use crate::deck::{ChargeHistory, Deck, Where};
 use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Vec3, no_node, nothing};
 use crate::history::{Course, Function};
-use crate::lanes::LANES;
-use crate::pack::Packs;
 
 /// From the start of one stage up to the start of another.
 #[derive(Clone, Debug)]
@@ -47,11 +48,21 @@ pub(crate) struct Loaded {
     period: Period,
 }
 
-/// All supports and loads of a model.
+/// One `[[charge]]`, and when it goes off.
+#[derive(Clone, Debug)]
+pub(crate) struct Charged {
+    pub(crate) charge: Charge,
+    history: Course,
+    delay: f64,
+    period: Period,
+}
+
+/// All supports, loads and charges of a model.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Conditions {
     pub(crate) fixed: Vec<Fixed>,
     pub(crate) loaded: Vec<Loaded>,
+    pub(crate) charged: Vec<Charged>,
 }
 
 impl Conditions {
@@ -88,6 +99,20 @@ impl Conditions {
                 Err(what) => faults.push(nothing(format!("load[{index}].where"), what)),
             }
         }
+        for (index, entry) in deck.charge.iter().enumerate() {
+            match Charge::new(index, entry, &region(&entry.region), geometry) {
+                Ok(charge) => conditions.charged.push(Charged {
+                    charge,
+                    history: match &entry.history {
+                        Some(ChargeHistory::Given(history)) => Course::new(Some(history)),
+                        _ => Course::Constant,
+                    },
+                    delay: entry.delay.unwrap_or(0.0),
+                    period: Period::new(deck, entry.from.as_ref(), entry.until.as_ref()),
+                }),
+                Err(fault) => faults.push(fault),
+            }
+        }
         for (index, initial) in deck.initial.iter().enumerate() {
             let region = region(&initial.region);
             if region.nodes(geometry).is_empty() {
@@ -97,7 +122,7 @@ impl Conditions {
         if faults.is_empty() { Ok(conditions) } else { Err(faults) }
     }
 
-    /// A load or a driven support that goes with time as a program says.
+    /// A load, a charge or a driven support that goes with time as a program says.
     ///
     /// # Errors
     ///
@@ -109,6 +134,7 @@ impl Conditions {
     ) -> Result<(), Fault> {
         let course = match section {
             "load" => self.loaded.get_mut(index).map(|load| &mut load.history),
+            "charge" => self.charged.get_mut(index).map(|charged| &mut charged.history),
             _ => self.fixed.get_mut(index).map(|fix| &mut fix.history),
         };
         let place = format!("{section}[{index}].history");
@@ -117,18 +143,42 @@ impl Conditions {
         Ok(())
     }
 
-    /// Factor of each load in a stage, at a time, given the times at which stages began; then 1 for
-    /// what programs apply.
+    /// Number of the factor of what programs apply; that of gravity follows, as the last one.
+    pub(crate) fn applied_factor(&self) -> usize {
+        self.loaded.len() + self.charged.len()
+    }
+
+    /// Number of the shells of all charges.
+    pub(crate) fn n_shells(&self) -> usize {
+        self.charged.iter().map(|charged| charged.charge.shells.len()).sum()
+    }
+
+    /// Number of all factors, that of gravity included.
+    pub(crate) fn n_factors(&self) -> usize {
+        self.applied_factor() + 2
+    }
+
+    /// Factor of each load and of each charge in a stage, at a time, given the times at which stages
+    /// began; then 1 for what programs apply.
     pub(crate) fn factors(
         &self,
         stage: usize,
         time: f64,
         starts: &[f64],
     ) -> Result<Vec<f64>, RunError> {
-        let mut factors = Vec::with_capacity(self.loaded.len() + 2);
+        let mut factors = Vec::with_capacity(self.n_factors());
         for (index, load) in self.loaded.iter().enumerate() {
             factors.push(match load.period.has(stage) {
                 true => load.period.factor(&load.history, time, starts).at("load", index)?,
+                false => 0.0,
+            });
+        }
+        for (index, charged) in self.charged.iter().enumerate() {
+            let Charged { history, delay, period, .. } = charged;
+            // Before it goes off there is nothing to be asked.
+            let burns = period.has(stage) && period.since(time, starts) >= *delay;
+            factors.push(match burns {
+                true => period.factor(history, time - delay, starts).at("charge", index)?,
                 false => 0.0,
             });
         }
@@ -188,10 +238,15 @@ impl Factor {
 }
 
 impl Period {
+    /// Time since the start of the stage named in `from`, otherwise of the run.
+    fn since(&self, time: f64, starts: &[f64]) -> f64 {
+        time - self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0)
+    }
+
     /// Factor of a history that counts time from the start of the stage named in `from`.
     pub(crate) fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
-        let start = self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0);
-        Factor(history.factor(time - start).map_err(|message| (time - start, message)))
+        let since = self.since(time, starts);
+        Factor(history.factor(since).map_err(|message| (since, message)))
     }
 }
 
@@ -231,151 +286,6 @@ fn nodal_forces(
         _ => "no outer face of a block",
     };
     if forces.is_empty() { Err(what) } else { Ok(forces) }
-}
-
-/// One supported degree of freedom.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Support {
-    /// Place in a nodal field.
-    pub(crate) at: u32,
-    pub(crate) lane: u8,
-    pub(crate) axis: u8,
-    /// The fix whose velocity it has.
-    pub(crate) fix: u32,
-    pub(crate) node: u32,
-}
-
-/// Forces that programs apply to nodes `[N]`, by node.
-pub(crate) type Applied = BTreeMap<u32, [f64; 3]>;
-
-/// One load on one node.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct NodalLoad {
-    /// Place of the x component in a nodal field.
-    pub(crate) at: u32,
-    pub(crate) lane: u8,
-    pub(crate) load: u32,
-    pub(crate) force: [f64; 3],
-}
-
-/// What is in force in one stage, sorted by pack.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Active {
-    pub(crate) supports: Vec<Support>,
-    pub(crate) loads: Vec<NodalLoad>,
-    support_start: Vec<u32>,
-    load_start: Vec<u32>,
-    /// Bodies by pack and lane that have supports.
-    pub(crate) held_bodies: Vec<[bool; LANES]>,
-}
-
-impl Active {
-    pub(crate) fn new(
-        conditions: &Conditions,
-        geometry: &Geometry,
-        packs: &Packs,
-        stage: usize,
-        applied: &Applied,
-    ) -> Self {
-        let place = |node: u32| {
-            let (body, at) = geometry.locate(node as usize);
-            let (pack, lane) = packs.slot(body);
-            let n = geometry.lattice(body).divisions + 1;
-            let local = at[0] + n * (at[1] + n * at[2]);
-            (pack, 3 * (packs.packs[pack].start + local) as u32, lane as u8)
-        };
-        let mut supports = Vec::new();
-        for (fix, entry) in conditions.fixed.iter().enumerate() {
-            if entry.period.has(stage) {
-                for &node in &entry.nodes {
-                    let (pack, at, lane) = place(node);
-                    for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
-                        let at = at + u32::from(axis);
-                        supports.push((pack, Support { at, lane, axis, fix: fix as u32, node }));
-                    }
-                }
-            }
-        }
-        // Where two entries hold the same degree of freedom, the later one has the last word.
-        supports.sort_by_key(|(pack, s)| (*pack, s.at, s.lane, std::cmp::Reverse(s.fix)));
-        supports.dedup_by_key(|(_, s)| (s.at, s.lane));
-        let mut loads = Vec::new();
-        for (index, entry) in conditions.loaded.iter().enumerate() {
-            if entry.period.has(stage) {
-                for &(node, force) in &entry.forces {
-                    let (pack, at, lane) = place(node);
-                    let force = force.into();
-                    loads.push((pack, NodalLoad { at, lane, load: index as u32, force }));
-                }
-            }
-        }
-        for (&node, &force) in applied {
-            let (pack, at, lane) = place(node);
-            loads.push((pack, NodalLoad { at, lane, load: conditions.loaded.len() as u32, force }));
-        }
-        loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
-        let n = packs.packs.len();
-        let mut held_bodies = vec![[false; LANES]; n];
-        for (pack, support) in &supports {
-            held_bodies[*pack][support.lane as usize] = true;
-        }
-        Self {
-            held_bodies,
-            support_start: starts(n, supports.iter().map(|s| s.0)),
-            load_start: starts(n, loads.iter().map(|l| l.0)),
-            supports: supports.into_iter().map(|s| s.1).collect(),
-            loads: loads.into_iter().map(|l| l.1).collect(),
-        }
-    }
-
-    /// Places of the supports of a pack.
-    pub(crate) fn supports_of(&self, pack: usize) -> Range<usize> {
-        self.support_start[pack] as usize..self.support_start[pack + 1] as usize
-    }
-
-    /// Place of the first support of a pack; one past the last pack is allowed.
-    pub(crate) fn first_support(&self, pack: usize) -> usize {
-        self.support_start[pack] as usize
-    }
-
-    pub(crate) fn loads_of(&self, pack: usize) -> &[NodalLoad] {
-        &self.loads[self.load_start[pack] as usize..self.load_start[pack + 1] as usize]
-    }
-
-    /// The force of a load on a node, by its pack, place and lane, if it has one.
-    pub(crate) fn force_mut(
-        &mut self,
-        (pack, at, lane): (usize, u32, u8),
-        load: u32,
-    ) -> Option<&mut [f64; 3]> {
-        let range = self.load_start[pack] as usize..self.load_start[pack + 1] as usize;
-        let loads = &mut self.loads[range];
-        let found = loads.binary_search_by_key(&(at, lane, load), |l| (l.at, l.lane, l.load));
-        found.ok().map(|found| &mut loads[found].force)
-    }
-
-    /// The support of a degree of freedom, by its pack, place and lane: its number.
-    pub(crate) fn support_at(&self, pack: usize, at: u32, lane: u8) -> Option<usize> {
-        let range = self.supports_of(pack);
-        let key = |s: &Support| (s.at, s.lane);
-        let found = self.supports[range.clone()].binary_search_by_key(&(at, lane), key);
-        found.ok().map(|found| range.start + found)
-    }
-
-    /// Nodes and axes that are held.
-    pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
-        self.supports.iter().map(|s| (s.node, s.axis as usize))
-    }
-}
-
-/// Where each pack's entries begin in a list sorted by pack, shape `(n + 1)`.
-pub(crate) fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
-    let mut starts = vec![0; n + 1];
-    packs.for_each(|pack| starts[pack + 1] += 1);
-    for pack in 0..n {
-        starts[pack + 1] += starts[pack];
-    }
-    starts
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::deck::History;
+use crate::deck::{Duvall, History, Triangle};
 
 /// A factor in time that a program computes from the time `[s]` since its history begins; an error
 /// says why it cannot. It must depend on that time alone: it is asked at every step, and whenever
@@ -58,6 +58,8 @@ impl History {
                     (time / rise).max(0.0)
                 }
             }
+            Self::Duvall(pulse) => pulse.factor(time),
+            Self::Triangle(pulse) => pulse.factor(time),
             Self::Table(rows) => {
                 let after = rows.partition_point(|row| row[0] <= time);
                 match (after.checked_sub(1).map(|i| rows[i]), rows.get(after)) {
@@ -66,6 +68,43 @@ impl History {
                     (None, None) => 0.0,
                 }
             }
+        }
+    }
+}
+
+impl Duvall {
+    /// When the peak is reached `[s]`: `ln(β/α)/(β − α)`.
+    #[must_use]
+    pub fn peak(&self) -> f64 {
+        let Self { alpha, beta } = self;
+        (beta / alpha).ln() / (beta - alpha)
+    }
+
+    fn factor(&self, time: f64) -> f64 {
+        if time <= 0.0 {
+            return 0.0;
+        }
+        let bare = |time: f64| (-self.alpha * time).exp() - (-self.beta * time).exp();
+        bare(time) / bare(self.peak())
+    }
+}
+
+impl Triangle {
+    /// Time of the way back `[s]`.
+    pub(crate) fn down(&self) -> f64 {
+        let rest = self.duration.map(|duration| duration - self.rise);
+        self.fall.or(rest).unwrap_or(0.0)
+    }
+
+    fn factor(&self, time: f64) -> f64 {
+        let Self { rise, .. } = *self;
+        let end = rise + self.down();
+        if time <= 0.0 && rise > 0.0 || time < 0.0 || time >= end {
+            0.0
+        } else if time < rise {
+            time / rise
+        } else {
+            (end - time) / self.down()
         }
     }
 }

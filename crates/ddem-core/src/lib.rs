@@ -17,6 +17,7 @@ pub mod law;
 mod assembly;
 mod boundary;
 mod breaks;
+mod charge;
 mod cluster;
 mod conditions;
 mod contact;
@@ -50,6 +51,7 @@ mod sums;
 mod timestep;
 mod touch;
 
+pub use charge::ChargeState;
 pub use deck::{Deck, Size};
 pub use energy::Energy;
 pub use error::{Fault, ModelError, RunError};

@@ -142,6 +142,7 @@ impl Simulation {
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
         self.factors = memory.present_factors();
+        self.press();
         let (context, state, scratch) = self.parts();
         let State { u, v, poses, breaks, contacts, .. } = state;
         let (mut sums, losses) =

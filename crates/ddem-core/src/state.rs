@@ -66,7 +66,7 @@ pub(crate) struct State {
     /// Pairs that failed in shear and in tension.
     pub(crate) failed: [u64; 2],
     pub(crate) work: Work,
-    /// Factor of each load, of what programs apply, and of gravity, as the last step or relaxation
+    /// Factor of each load and charge, of what programs apply, and of gravity, as the last step or relaxation
     /// left them.
     pub(crate) load_factors: Vec<f64>,
     /// What programs apply.
@@ -75,6 +75,8 @@ pub(crate) struct State {
     pub(crate) kept: Applied,
     /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
     pub(crate) columns: Vec<[Vec3; 2]>,
+    /// Volumes with which the gas of charges has got out of its shells, charge by charge `[m³]`.
+    pub(crate) vents: Vec<Option<f64>>,
     /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
     pub(crate) way: f64,
     /// The largest values so far.
@@ -125,10 +127,11 @@ impl State {
             contacts: model.contacts(),
             failed: [0; 2],
             work: Work::default(),
-            load_factors: vec![0.0; model.conditions.loaded.len() + 2],
+            load_factors: vec![0.0; model.conditions.n_factors()],
             applied: Applied::default(),
             kept: Applied::default(),
             columns: vec![[Vec3::zeros(); 2]; model.borders.column_nodes()],
+            vents: vec![None; model.conditions.n_shells()],
             way: 0.0,
             peaks: Peaks::new(model),
         };

@@ -19,6 +19,9 @@ pub struct Where {
     /// Inside a sphere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sphere: Option<Sphere>,
+    /// Inside a cylinder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cylinder: Option<Cylinder>,
     /// Only this set of blocks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub set: Option<String>,
@@ -47,6 +50,18 @@ pub enum Extent {
 pub struct Sphere {
     /// Centre `[m]`.
     pub centre: [f64; 3],
+    /// Radius `[m]`.
+    pub radius: f64,
+}
+
+/// A cylinder: a borehole or a tunnel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Centre of one end `[m]`.
+    pub from: [f64; 3],
+    /// Centre of the other end `[m]`.
+    pub to: [f64; 3],
     /// Radius `[m]`.
     pub radius: f64,
 }
@@ -112,6 +127,34 @@ pub enum History {
     Ramp(f64),
     /// Pairs of time `[s]` and factor, linear between, constant outside.
     Table(Vec<[f64; 2]>),
+    /// A blast after Duvall: the difference of two exponentials with a peak of 1.
+    Duvall(Duvall),
+    /// From 0 to 1 and back to 0, along straight lines.
+    Triangle(Triangle),
+}
+
+/// `ξ (e^(−αt) − e^(−βt))`, with ξ so that the peak is 1; 0 before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Duvall {
+    /// Rate at which it fades `[1/s]`.
+    pub alpha: f64,
+    /// Rate at which it rises, larger than `alpha` `[1/s]`.
+    pub beta: f64,
+}
+
+/// Up and down along straight lines: exactly one of `fall` and `duration`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Triangle {
+    /// From 0 to 1 in this time `[s]`.
+    pub rise: f64,
+    /// Then back to 0 in this time `[s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fall: Option<f64>,
+    /// Rise and fall together `[s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration: Option<f64>,
 }
 
 /// A non-reflecting boundary: what goes on outside of the model as if the rock went on there (§10).

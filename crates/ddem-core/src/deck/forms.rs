@@ -210,6 +210,8 @@ impl<'de> Deserialize<'de> for History {
         enum Key {
             Ramp,
             Table,
+            Duvall,
+            Triangle,
         }
 
         struct Forms;
@@ -218,7 +220,10 @@ impl<'de> Deserialize<'de> for History {
             type Value = History;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("`{ ramp = seconds }` or `{ table = [[time, factor], …] }`")
+                f.write_str(
+                    "`{ ramp = seconds }`, `{ table = [[time, factor], …] }`, `{ duvall = { alpha, \
+                     beta } }` or `{ triangle = { rise, fall } }`",
+                )
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<History, A::Error> {
@@ -226,6 +231,8 @@ impl<'de> Deserialize<'de> for History {
                     Ok(match key {
                         Key::Ramp => History::Ramp(map.next_value()?),
                         Key::Table => History::Table(map.next_value()?),
+                        Key::Duvall => History::Duvall(map.next_value()?),
+                        Key::Triangle => History::Triangle(map.next_value()?),
                     })
                 })
             }

@@ -6,6 +6,7 @@
 //! [`check`] says what can be told to be wrong from the deck alone. Nothing in here computes.
 
 mod blocks;
+mod charge;
 mod check;
 mod conditions;
 mod contact;
@@ -16,10 +17,13 @@ mod size;
 mod stages;
 
 pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
+pub(crate) use charge::EXPLOSIVES;
+pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use check::check;
 pub(crate) use check::doubts;
 pub use conditions::{
-    Boundary, BoundaryKind, Extent, Fix, History, Initial, Load, Probe, Quantity, Sphere, Where,
+    Boundary, BoundaryKind, Cylinder, Duvall, Extent, Fix, History, Initial, Load, Probe, Quantity,
+    Sphere, Triangle, Where,
 };
 pub use contact::ContactTable;
 pub use matter::{Joint, Material};
@@ -66,6 +70,9 @@ pub struct Deck {
     /// Loads.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub load: Vec<Load>,
+    /// Charges of explosive.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub charge: Vec<Charge>,
     /// Non-reflecting boundaries.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boundary: Vec<Boundary>,

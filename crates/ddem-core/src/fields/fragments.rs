@@ -136,7 +136,14 @@ impl Simulation {
             holds(face.joint)
                 && broken.is_none_or(|b| b.points.iter().any(|points| points[*lane].mode.is_none()))
         });
-        bonded.map(|(face, _)| [face.a as usize, face.b as usize])
+        let contacts = &self.scratch.trial_contacts;
+        let seated = model.seated.iter().filter(move |joint| {
+            contacts.bond(joint.patch.blocks).is_some_and(|(bond, _)| {
+                holds(bond.joint) && bond.pairs.iter().any(|pair| pair.mode.is_none())
+            })
+        });
+        let bonded = bonded.map(|(face, _)| [face.a as usize, face.b as usize]);
+        bonded.chain(seated.map(|joint| joint.patch.blocks.map(|block| block as usize)))
     }
 
     /// How much of the mass is in fragments that are no larger.

@@ -120,7 +120,7 @@ impl Lattice {
         cell[0] + self.count[0] * (cell[1] + self.count[1] * cell[2])
     }
 
-    pub(super) fn cell(&self, index: usize) -> [usize; 3] {
+    pub(crate) fn cell(&self, index: usize) -> [usize; 3] {
         let [nx, ny, _] = self.count;
         [index % nx, index / nx % ny, index / (nx * ny)]
     }
@@ -176,7 +176,8 @@ impl Lattice {
         self.joint[d][self.index(cell)]
     }
 
-    pub(super) fn centre(&self, cell: [usize; 3]) -> Vec3 {
+    /// Centre of a cell `[m]`.
+    pub(crate) fn centre(&self, cell: [usize; 3]) -> Vec3 {
         self.point([0, 1, 2].map(|d| (self.cuts[d][cell[d]] + self.cuts[d][cell[d] + 1]) / 2.0))
     }
 

@@ -21,13 +21,15 @@ mod nothing;
 mod overlap;
 mod refine;
 mod select;
+mod surface;
 
 pub(crate) use abut::Abutment;
 pub use face::Face;
 pub(crate) use face::faces;
 pub(crate) use lattice::{Lattice, NONE, lattices};
 pub(crate) use nothing::{no_node, nothing};
-pub(crate) use select::{Region, Surface};
+pub(crate) use select::Region;
+pub(crate) use surface::Surface;
 
 use std::collections::HashMap;
 

@@ -59,15 +59,15 @@ impl Region {
         nearest.map(|(_, found)| found)
     }
 
-    /// How far a node is from the planes, and the place that counts for it from ranges and sphere `[m]`.
-    fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
+    /// How far a node is from the planes, and the place that counts for it from ranges,
+    /// sphere and cylinder `[m]`.
+    pub(crate) fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
         let out = |axis: usize| match self.extents[axis] {
             Some(Extent::Plane(at)) => x[axis] - at,
             // Whatever the range is, this has a value.
             Some(Extent::Range([from, to])) => place[axis] - place[axis].min(to).max(from),
             None => 0.0,
         };
-        let beyond = self.sphere.map_or(0.0, |(c, radius)| ((place - c).norm() - radius).max(0.0));
-        Vec3::from([0, 1, 2].map(out)).norm().hypot(beyond)
+        Vec3::from([0, 1, 2].map(out)).norm().hypot(self.beyond_round(place))
     }
 }

@@ -7,7 +7,7 @@
 //!           5.995 6.005          and half of each neighbouring gap
 //! ```
 
-use super::{Geometry, Vec3};
+use super::{Geometry, Surface, Vec3};
 use crate::deck::{Extent, Where};
 
 /// A `where` with its tolerances and the index of its set.
@@ -15,17 +15,11 @@ use crate::deck::{Extent, Where};
 pub(crate) struct Region {
     pub(super) extents: [Option<Extent>; 3],
     pub(super) sphere: Option<(Vec3, f64)>,
+    /// Centres of the ends, and radius.
+    pub(super) cylinder: Option<([Vec3; 2], f64)>,
     set: Option<usize>,
     /// 1e-6 of the region's size along each axis `[m]`.
     pub(crate) tolerance: [f64; 3],
-}
-
-/// An outer face of a body: at the lower (−1) or upper (+1) side of edge `normal`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Surface {
-    pub(crate) body: usize,
-    pub(crate) normal: usize,
-    pub(crate) side: i32,
 }
 
 /// A node of a surface, the sine of the angle between its edges, and the node's lengths along the two
@@ -38,6 +32,7 @@ impl Region {
         Self {
             extents: [region.x, region.y, region.z],
             sphere: region.sphere.map(|s| (Vec3::from(s.centre), s.radius)),
+            cylinder: region.cylinder.map(|c| ([c.from, c.to].map(Vec3::from), c.radius)),
             set: region.set.as_deref().and_then(|name| sets.iter().position(|s| *s == Some(name))),
             // A flat region still has a size: that of its longest side, shrunk.
             tolerance: [0, 1, 2].map(|k| 1e-6 * size[k].max(1e-3 * size.max())),
@@ -67,14 +62,14 @@ impl Region {
         (0..3).filter(|&axis| self.plane(axis).is_some()).count()
     }
 
-    /// Inside the ranges and the sphere; planes do not count.
+    /// Inside the ranges, the sphere and the cylinder; planes do not count.
     pub(crate) fn in_ranges(&self, x: &Vec3) -> bool {
         let inside = |axis: usize| {
             self.range(axis).is_none_or(|[from, to]| {
                 x[axis] >= from - self.tolerance[axis] && x[axis] <= to + self.tolerance[axis]
             })
         };
-        (0..3).all(inside) && self.in_sphere(x)
+        (0..3).all(inside) && self.in_round(x)
     }
 
     pub(crate) fn contains(&self, x: &Vec3) -> bool {
@@ -202,7 +197,7 @@ impl Region {
             if !self.has_set(geometry.set(body)) {
                 continue;
             }
-            let unbounded = Self { sphere: None, ..self.without_range(free) };
+            let unbounded = Self { sphere: None, cylinder: None, ..self.without_range(free) };
             for local in 0..n * n * n {
                 let at = [local % n, local / n % n, local / (n * n)];
                 if !unbounded.has_node(geometry, body, at) {
@@ -219,7 +214,7 @@ impl Region {
                     if shared { 0.5 } else { 1.0 }
                 });
                 let length = length * sharers.product::<f64>();
-                if length > 0.0 && self.in_sphere(&geometry.position(body, at)) {
+                if length > 0.0 && self.in_round(&geometry.position(body, at)) {
                     lengths.push((geometry.bodies[body].first_node + local as u32, length));
                 }
             }
@@ -233,9 +228,22 @@ impl Region {
         other
     }
 
-    fn in_sphere(&self, x: &Vec3) -> bool {
+    fn in_round(&self, x: &Vec3) -> bool {
         let clear = self.tolerance.iter().fold(f64::MAX, |a, &b| a.min(b));
-        self.sphere.is_none_or(|(centre, radius)| (x - centre).norm() <= radius + clear)
+        self.beyond_round(x) <= clear
+    }
+
+    /// How far a point is outside of the sphere or the cylinder `[m]`.
+    pub(super) fn beyond_round(&self, x: &Vec3) -> f64 {
+        let sphere = self.sphere.map_or(0.0, |(centre, radius)| (x - centre).norm() - radius);
+        let cylinder = self.cylinder.map_or(0.0, |([from, to], radius)| {
+            let length = (to - from).norm();
+            let axis = (to - from) / length;
+            let along = (x - from).dot(&axis);
+            let aside = (x - from - axis * along).norm() - radius;
+            aside.max(-along).max(along - length)
+        });
+        sphere.max(cylinder).max(0.0)
     }
 
     /// Whether a range ends on a face both of whose edges run along that axis: then the part of
@@ -253,7 +261,8 @@ impl Region {
         })
     }
 
-    /// The outer faces selected: on every plane given, with something of them in the ranges.
+    /// The outer faces selected: on every plane given, with something of them in the ranges, and with
+    /// their centre in the sphere and the cylinder.
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<Surface> {
         let mut surfaces = Vec::new();
         for body in 0..geometry.bodies.len() {
@@ -262,10 +271,10 @@ impl Region {
             }
             for (normal, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
                 let surface = Surface { body, normal, side };
-                let corners = surface.corners(geometry);
-                let corners = corners.map(|at| geometry.position(body, at));
+                let corners = surface.corners(geometry).map(|at| geometry.position(body, at));
                 let on_planes = corners.iter().all(|x| (0..3).all(|k| self.on_plane(k, x)));
                 if on_planes
+                    && self.in_round(&surface.centre(geometry))
                     && self.ranges_meet(&surface.reach(geometry))
                     && surface.is_outer(geometry)
                 {
@@ -308,49 +317,11 @@ impl Region {
             let length = |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
-            if area > 0.0 && self.in_sphere(&geometry.position(body, at)) {
+            if area > 0.0 {
                 strips.push((geometry.node(body, at) as u32, slant, [along_e, along_f]));
             }
         }
         strips
-    }
-}
-
-impl Surface {
-    fn corners(&self, geometry: &Geometry) -> [[usize; 3]; 4] {
-        let n = geometry.lattice(self.body).divisions;
-        [(0, 0), (n, 0), (0, n), (n, n)].map(|(i, k)| {
-            let mut at = [0; 3];
-            at[self.normal] = if self.side < 0 { 0 } else { n };
-            at[(self.normal + 1) % 3] = i;
-            at[(self.normal + 2) % 3] = k;
-            at
-        })
-    }
-
-    /// Corners, moved across the gaps beside the face, over which its nodes have areas too.
-    fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
-        self.corners(geometry).map(|at| {
-            let x = geometry.position(self.body, at);
-            let beside = (0..3).filter(|&d| d != self.normal).filter_map(|d| {
-                let (other, step) = geometry.partner(self.body, at, d)?;
-                Some(geometry.position(other, step) - x)
-            });
-            x + beside.sum::<Vec3>()
-        })
-    }
-
-    fn is_outer(&self, geometry: &Geometry) -> bool {
-        let mut offset = [0; 3];
-        offset[self.normal] = self.side;
-        let face = 2 * self.normal as u8 + u8::from(self.side > 0);
-        geometry.neighbour(self.body, offset).is_none()
-            && !geometry.abutting.contains_key(&(self.body as u32, face))
-    }
-
-    /// Outward unit normal.
-    pub(crate) fn outward(&self, geometry: &Geometry) -> Vec3 {
-        geometry.lattice(self.body).normal(self.normal) * f64::from(self.side)
     }
 }
 

@@ -1,4 +1,4 @@
-use crate::deck::History;
+use crate::deck::{Duvall, History, Triangle};
 
 #[test]
 fn a_ramp_rises_once() {
@@ -21,4 +21,33 @@ fn a_table_is_linear_between_its_rows_and_constant_outside() {
     let one = History::Table(vec![[1.0, 3.0]]);
     assert_eq!([0.0, 1.0, 2.0].map(|time| one.factor(time)), [3.0; 3]);
     assert_eq!(History::Table(vec![]).factor(1.0), 0.0);
+}
+
+#[test]
+fn a_blast_has_its_peak_of_one_where_the_exponentials_say() {
+    let pulse = Duvall { alpha: 500.0, beta: 4000.0 };
+    // d/dt (e^(-at) - e^(-bt)) = 0 at ln(8)/3500.
+    let peak = 8.0_f64.ln() / 3500.0;
+    assert!((pulse.peak() - peak).abs() < 1e-15);
+    let history = History::Duvall(pulse);
+    let highest = (0..=10_000).map(|i| history.factor(f64::from(i) * 1e-6)).fold(0.0, f64::max);
+    assert!((history.factor(peak) - 1.0).abs() < 1e-14 && highest <= 1.0 + 1e-14, "{highest}");
+    assert!(highest > 1.0 - 1e-6);
+    assert_eq!([-1.0, 0.0].map(|time| history.factor(time)), [0.0; 2]);
+    // The ratio of two late values has forgotten the rise.
+    let late = history.factor(0.02) / history.factor(0.018);
+    assert!((late - (-1.0_f64).exp()).abs() < 1e-12);
+}
+
+#[test]
+fn a_triangle_goes_up_and_down() {
+    let fall = Triangle { rise: 1.0, fall: Some(3.0), duration: None };
+    let duration = Triangle { rise: 1.0, fall: None, duration: Some(4.0) };
+    for pulse in [fall, duration] {
+        let history = History::Triangle(pulse);
+        let factors = [-1.0, 0.0, 0.5, 1.0, 2.5, 4.0, 9.0].map(|time| history.factor(time));
+        assert_eq!(factors, [0.0, 0.0, 0.5, 1.0, 0.5, 0.0, 0.0]);
+    }
+    let steep = History::Triangle(Triangle { rise: 0.0, fall: Some(2.0), duration: None });
+    assert_eq!([-0.1, 0.0, 1.0, 2.0].map(|time| steep.factor(time)), [0.0, 1.0, 0.5, 0.0]);
 }

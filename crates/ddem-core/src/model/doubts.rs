@@ -26,6 +26,8 @@ impl Model {
             }
         }
         warnings.extend(self.glued());
+        let charges = self.conditions.charged.iter();
+        warnings.extend(charges.flat_map(|charged| charged.charge.doubts.iter().cloned()));
         warnings.extend(self.borders.doubts(self.made(), &self.conditions));
         let of = (&self.geometry, &self.packs, &self.assembly);
         let contact = self.contact.iter().filter(|contact| contact.search);

@@ -1,10 +1,9 @@
 //! All that is fixed: built and checked once.
 
+mod computed;
 mod doubts;
 mod elements;
 mod meeting;
-
-use std::sync::Arc;
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::boundary::{Borders, Made};
@@ -14,9 +13,8 @@ use crate::contact::{Places, Seated, Surfaces, seated};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
-use crate::history::Function;
 use crate::lanes::Lanes;
-use crate::law::{JointLaw, Laws, laws};
+use crate::law::{Laws, laws};
 use crate::pack::Packs;
 use crate::seams::{Seam, Seams};
 
@@ -93,71 +91,6 @@ impl Model {
             deck: deck.clone(),
             computed: Vec::new(),
         })
-    }
-
-    /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
-    /// of the deck: a simulation that is restored needs a model with the same laws, and warnings
-    /// and reports speak of the deck's strengths. Contacts are looked for from now on, unless the deck
-    /// has `contact = false`; their friction is that of the deck.
-    ///
-    /// # Errors
-    ///
-    /// No joint has that name.
-    pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
-        let Some(index) = self.deck.joints.keys().position(|name| name == joint) else {
-            return Err(Fault::new(format!("joints.{joint}"), "no joint has this name"));
-        };
-        self.laws[index] = Some(law);
-        self.computed.push(format!("joints.{joint}"));
-        // Blocks whose joints can fail now may meet, unless the deck says that none do.
-        if self.deck.model.contact.is_none() && self.can_fail() {
-            let new = || Surfaces::new(&self.deck, &self.geometry, &self.packs);
-            let mut surfaces = self.contact.take().unwrap_or_else(new);
-            surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
-            surfaces.search = true;
-            self.contact = Some(surfaces);
-        }
-        Ok(())
-    }
-
-    /// Gives a load, by its number in the deck, a factor in time that a program computes, instead of
-    /// the deck's history. It is not part of the deck, as with [`set_law`](Self::set_law).
-    ///
-    /// # Errors
-    ///
-    /// The deck has no such load.
-    pub fn set_load_history(&mut self, load: usize, function: Arc<Function>) -> Result<(), Fault> {
-        self.conditions.set_history(("load", load), function)?;
-        self.computed.push(format!("load[{load}].history"));
-        Ok(())
-    }
-
-    /// Gives a driven support, by its number in the deck, a factor in time on its velocity that a
-    /// program computes, instead of the deck's history.
-    ///
-    /// # Errors
-    ///
-    /// The deck has no such support.
-    pub fn set_fix_history(&mut self, fix: usize, function: Arc<Function>) -> Result<(), Fault> {
-        self.conditions.set_history(("fix", fix), function)?;
-        self.computed.push(format!("fix[{fix}].history"));
-        Ok(())
-    }
-
-    /// Gives the wave of a boundary, by its number in the deck, a factor in time that a program
-    /// computes, instead of the deck's history.
-    ///
-    /// # Errors
-    ///
-    /// The deck has no such boundary, or it has no `velocity`.
-    pub fn set_boundary_history(
-        &mut self,
-        boundary: usize,
-        function: Arc<Function>,
-    ) -> Result<(), Fault> {
-        self.borders.set_history(boundary, function)?;
-        self.computed.push(format!("boundary[{boundary}].history"));
-        Ok(())
     }
 
     /// What a program computes instead of the deck: laws and histories, by their places in it.

@@ -56,6 +56,7 @@ impl Simulation {
             applied,
             kept,
             columns,
+            vents,
             way,
             peaks,
         } = &self.state;
@@ -72,6 +73,8 @@ impl Simulation {
         put("kept_nodes", kept.keys().map(|&node| f64::from(node)).collect());
         put("kept_forces", kept.values().flatten().copied().collect());
         put("columns", columns.iter().flatten().flatten().copied().collect());
+        put("vented", vents.iter().map(|vent| f64::from(u8::from(vent.is_some()))).collect());
+        put("vent_volumes", vents.iter().map(|vent| vent.unwrap_or(0.0)).collect());
         put("way", vec![*way]);
         put("damping", vec![damping_number(self.damping)]);
         let Work { loads, supports, damping, friction, fracture, contact } = *work;
@@ -152,6 +155,12 @@ impl Simulation {
         peaks::restore(&simulation.model, saved, &mut state.peaks)?;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         state.kept = applied(array("kept_nodes")?, array("kept_forces")?, n / 3)?;
+        let vents = array("vented")?.iter().zip(array("vent_volumes")?);
+        let vents: Vec<_> = vents.map(|(open, volume)| (*open != 0.0).then_some(*volume)).collect();
+        if vents.len() != state.vents.len() {
+            return None;
+        }
+        state.vents = vents;
         let (columns, rest) = array("columns")?.as_chunks::<6>();
         if !rest.is_empty() || columns.len() != state.columns.len() {
             return None;
@@ -211,9 +220,9 @@ impl Saved {
         let fields = ["displacement", "velocity"];
         let fields = fields.iter().all(|name| array(name).is_some_and(|field| field.len() == n));
         let factors = ["load_factors", "relax_from", "relax_to"].iter();
-        let factors = factors
-            .map(|name| array(name))
-            .all(|factors| factors.is_none_or(|factors| factors.len() == model.n_loads() + 2));
+        let factors = factors.map(|name| array(name)).all(|factors| {
+            factors.is_none_or(|factors| factors.len() == model.conditions.n_factors())
+        });
         let &[time, _, _, time_step, _, _, initial] = array("time")? else { return Some(false) };
         let finite = [time, time_step, initial].iter().all(|x| x.is_finite());
         let times = finite && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);

@@ -15,6 +15,7 @@ impl Simulation {
             // Where a program cannot compute a factor, the one before stays; the next step says why.
             let _ = self.take_factors().and_then(|()| self.take_pushes());
         }
+        self.press();
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
         trial.clone_from(&state.breaks);

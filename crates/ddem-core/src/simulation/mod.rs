@@ -211,6 +211,7 @@ impl Simulation {
         let ahead = if self.state.whole { self.measure_once().0.ahead } else { 0.0 };
         self.motion.start = self.state.whole;
         self.take_pushes()?;
+        self.state.vents = self.press();
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
@@ -285,7 +286,7 @@ impl Simulation {
         for (&node, &force) in &sums {
             let (pack, local, lane) = self.model.place(node as usize);
             let at = 3 * (self.model.packs.packs[pack].start + local) as u32;
-            let load = self.model.n_loads() as u32;
+            let load = self.model.conditions.applied_factor() as u32;
             match self.active.force_mut((pack, at, lane as u8), load) {
                 Some(present) => *present = force,
                 None => rebuild = true,

@@ -1,7 +1,8 @@
-//! Stages come into force; and what boundaries do from outside.
+//! Stages come into force; and what boundaries and charges do from outside.
 
 use super::Simulation;
 use crate::boundary::{Moving, Outside, Pace};
+use crate::charge::ChargeState;
 use crate::conditions::Active;
 use crate::error::RunError;
 use crate::geometry::Vec3;
@@ -34,6 +35,79 @@ impl Simulation {
             before.held_bodies[pack][lane] != now[pack][lane]
         });
         self.measured = None;
+    }
+
+    /// The critical step with the gas of charges, which is stiffest at the start, beside the springs that
+    /// a critical step is given for `[s]`.
+    pub(super) fn with_gas(&self, step: f64) -> f64 {
+        let charged = || self.model.conditions.charged.iter().map(|charged| &charged.charge);
+        let gases: Vec<_> = charged().filter_map(|c| Some((&c.nodes, c.stiffness()?))).collect();
+        let own = |(nodes, (stiffness, areas)): &(&Vec<u32>, (f64, Vec<Vec3>))| {
+            let mass = |node: &u32| self.model.mass(*node as usize);
+            let each = nodes.iter().zip(areas).map(|(node, a)| a.norm_squared() / mass(node));
+            stiffness * each.sum::<f64>()
+        };
+        let alone: Vec<f64> = gases.iter().map(own).collect();
+        let meet = |i: usize, j: usize| {
+            gases[i].0.iter().any(|node| gases[j].0.binary_search(node).is_ok())
+        };
+        // Gershgorin: what each has in common with the others is at most the mean of both.
+        let row = |i: usize| {
+            let all = (0..gases.len()).filter(|&j| meet(i, j));
+            all.map(|j| (alone[i] * alone[j]).sqrt()).sum::<f64>()
+        };
+        match (0..gases.len()).map(row).fold(0.0, f64::max) {
+            0.0 => step,
+            more => 2.0 / (4.0 / (step * step) + more).sqrt(),
+        }
+    }
+
+    /// A charge at the present time, by its number in the deck; `None` where the deck has no such one.
+    #[must_use]
+    pub fn charge(&self, index: usize) -> Option<ChargeState> {
+        let conditions = &self.model.conditions;
+        let State { stage, time, stage_starts, u, vents, .. } = &self.state;
+        let charge = &conditions.charged.get(index)?.charge;
+        let first: usize = conditions.charged[..index].iter().map(|c| c.charge.shells.len()).sum();
+        let u = |node: &u32| Vec3::from(self.model.get(u, *node as usize));
+        let u: Vec<Vec3> = charge.nodes.iter().map(u).collect();
+        let push = charge.push(&u, &vents[first..][..charge.shells.len()]);
+        let factors = conditions.factors(*stage, *time, stage_starts).unwrap_or_default();
+        let factor = factors.get(conditions.loaded.len() + index).copied().unwrap_or(0.0);
+        Some(ChargeState {
+            pressure: push.pressure * factor,
+            volume: push.volume,
+            vented: push.vents.iter().all(Option::is_some),
+        })
+    }
+
+    /// Gas of the charges in force pushes its walls where they are now. Returns from which shells it has
+    /// got out by now.
+    pub(crate) fn press(&mut self) -> Vec<Option<f64>> {
+        let Self { model, state, active, factors, .. } = self;
+        let loads = model.conditions.loaded.len();
+        let mut vents = Vec::with_capacity(state.vents.len());
+        for (index, charged) in model.conditions.charged.iter().enumerate() {
+            let charge = &charged.charge;
+            let before = &state.vents[vents.len()..][..charge.shells.len()];
+            if factors.get(loads + index).is_none_or(|factor| *factor == 0.0) {
+                vents.extend(before);
+                continue;
+            }
+            let u = |node: &u32| Vec3::from(model.get(&state.u, *node as usize));
+            let u: Vec<Vec3> = charge.nodes.iter().map(u).collect();
+            let push = charge.push(&u, before);
+            for (node, force) in charge.nodes.iter().zip(push.forces) {
+                let (pack, local, lane) = model.place(*node as usize);
+                let at = 3 * (model.packs.packs[pack].start + local) as u32;
+                let place = (pack, at, lane as u8);
+                if let Some(present) = active.force_mut(place, (loads + index) as u32) {
+                    *present = force.into();
+                }
+            }
+            vents.extend(push.vents);
+        }
+        vents
     }
 
     /// Columns that come into force are at rest.

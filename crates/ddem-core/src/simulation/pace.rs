@@ -74,7 +74,7 @@ impl Simulation {
         let mut breaks = self.model.tangent(broken);
         let stop = || self.stop.load(Ordering::Relaxed);
         let found = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass, &stop);
-        let step = self.with_contacts(found?, broken);
+        let step = self.with_gas(self.with_contacts(found?, broken));
         self.critical_steps[usize::from(broken)] = Some(step);
         Ok(step)
     }

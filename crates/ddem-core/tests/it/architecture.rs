@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 18] = [
+const ROWS: [&[&str]; 19] = [
     &["relax", "fields", "saved"],
     &["joints"],
     &["simulation"],
@@ -19,6 +19,7 @@ const ROWS: [&[&str]; 18] = [
     &["conditions", "assembly", "parallel"],
     &["seams"],
     &["pack"],
+    &["charge"],
     &["geometry"],
     &["element", "law", "rigid", "touch", "grid", "history", "sums", "energy"],
     &["lanes", "simd", "deck"],

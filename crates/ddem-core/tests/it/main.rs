@@ -9,6 +9,7 @@ mod architecture;
 mod bad_input;
 mod boundaries;
 mod breaking;
+mod charges;
 mod collisions;
 mod corotation;
 mod decks;

@@ -1,7 +1,7 @@
 //! Where, supports, loads, boundaries and the state at the start.
 
-use super::{Faults, Rule, shown};
-use crate::deck::{Boundary, BoundaryKind, Deck, Extent, Fix, History, Initial, Load, Where};
+use super::{Faults, Rule, history, shown};
+use crate::deck::{Boundary, BoundaryKind, Deck, Extent, Fix, Initial, Load, Where};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.fix.iter().enumerate() {
@@ -64,6 +64,19 @@ pub(super) fn region(deck: &Deck, at: &str, region: &Where, faults: &mut Faults)
     if let Some(sphere) = region.sphere {
         faults.finite(format!("{at}.sphere.centre"), &sphere.centre);
         faults.number(format!("{at}.sphere.radius"), sphere.radius, Rule::AboveZero);
+    }
+    if let Some(cylinder) = region.cylinder {
+        let [from, to] = [("from", cylinder.from), ("to", cylinder.to)]
+            .map(|(key, end)| faults.finite(format!("{at}.cylinder.{key}"), &end).then_some(end));
+        faults.number(format!("{at}.cylinder.radius"), cylinder.radius, Rule::AboveZero);
+        if from.is_some() && from == to {
+            let message = "the cylinder has no length: `to` is `from`";
+            faults.add_help(
+                format!("{at}.cylinder.to"),
+                message,
+                "they are the centres of its two ends",
+            );
+        }
     }
     if let Some(set) = &region.set {
         let known = deck.blocks.iter().filter_map(|set| set.name.as_deref());
@@ -139,7 +152,7 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
         ),
         None => {}
     }
-    history(at, fix.history.as_ref(), faults);
+    history::check(at, fix.history.as_ref(), faults);
 }
 
 fn load(at: &str, load: &Load, faults: &mut Faults) {
@@ -176,7 +189,7 @@ fn load(at: &str, load: &Load, faults: &mut Faults) {
             "they meet in the line, as in `where = { x = 6.0, z = 3.0 }`",
         );
     }
-    history(at, load.history.as_ref(), faults);
+    history::check(at, load.history.as_ref(), faults);
 }
 
 fn boundary(at: &str, boundary: &Boundary, faults: &mut Faults) {
@@ -197,40 +210,7 @@ fn boundary(at: &str, boundary: &Boundary, faults: &mut Faults) {
             "it is the factor in time on the velocity of a wave that comes in",
         );
     }
-    history(at, boundary.history.as_ref(), faults);
-}
-
-/// A factor in time.
-fn history(at: &str, history: Option<&History>, faults: &mut Faults) {
-    match history {
-        None => {}
-        Some(&History::Ramp(seconds)) => {
-            faults.number(format!("{at}.history.ramp"), seconds, Rule::ZeroOrMore);
-        }
-        Some(History::Table(rows)) => {
-            let place = format!("{at}.history.table");
-            if rows.is_empty() {
-                faults.add(place.as_str(), "`table` has no rows but needs 1 or more");
-            }
-            let mut finite = true;
-            for (i, row) in rows.iter().enumerate() {
-                finite &= faults.finite(format!("{place}[{i}]"), row);
-            }
-            if let Some(i) = rows.windows(2).position(|pair| pair[0][0] >= pair[1][0])
-                && finite
-            {
-                let (before, after) = (rows[i][0], rows[i + 1][0]);
-                faults.add(
-                    format!("{place}[{}][0]", i + 1),
-                    format!(
-                        "the times of a `table` must increase: {} comes after {}",
-                        shown(after),
-                        shown(before)
-                    ),
-                );
-            }
-        }
-    }
+    history::check(at, boundary.history.as_ref(), faults);
 }
 
 fn initial(at: &str, initial: &Initial, faults: &mut Faults) {

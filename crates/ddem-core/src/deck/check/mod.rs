@@ -1,9 +1,11 @@
 //! Everything that can be told from the deck alone, before any geometry is built.
 
 mod blocks;
+mod charge;
 mod conditions;
 mod contact;
 mod doubts;
+mod history;
 mod matter;
 mod not_yet;
 mod stages;
@@ -29,6 +31,7 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
     matter::check(deck, &mut faults);
     blocks::check(deck, &mut faults);
     conditions::check(deck, &mut faults);
+    charge::check(deck, &mut faults);
     stages::check(deck, &mut faults);
     not_yet::check(deck, &mut faults);
     faults.0

@@ -1,0 +1,245 @@
+//! Cavities that removed blocks have left: their walls, and what closes the gaps between them.
+//!
+//! ```text
+//!   +-----+ gap +-----+        c  cells of the cavity
+//!   |  B  |-----|  B  |        =  walls: faces of the blocks around
+//!   +=====+-----+=====+        -  strips across gaps and edges, between the edges of two walls;
+//!    \                 \          where three edges meet, corners close what is left
+//!   +-+       c     c   +-+
+//! ```
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::shell::Mesh;
+use crate::geometry::{Geometry, Lattice, NONE, Region, Surface, Vec3};
+
+type Cell = [usize; 3];
+
+/// A wall, by the cell of the cavity that it looks into, the direction of its normal, and the side of
+/// the cell.
+type Wall = (Cell, usize, i32);
+
+/// One cavity.
+pub(super) struct Cavity {
+    pub(super) mesh: Mesh,
+    /// Volume by its cells `[m³]`.
+    pub(super) volume: f64,
+    /// Its shortest extent `[m]`.
+    pub(super) reach: f64,
+    /// It has cells at the outside of the set.
+    pub(super) outside: bool,
+}
+
+/// The cell on a side of a cell, if the lattice has it.
+fn beside(lattice: &Lattice, cell: Cell, d: usize, side: i32) -> Option<Cell> {
+    let mut other = cell;
+    other[d] = other[d].checked_add_signed(side as isize)?;
+    (other[d] < lattice.count[d]).then_some(other)
+}
+
+fn body(lattice: &Lattice, cell: Cell) -> Option<usize> {
+    let body = lattice.body[lattice.index(cell)];
+    (body != NONE).then_some(body as usize)
+}
+
+/// The face of a block behind a side of an empty cell.
+fn face(lattice: &Lattice, (cell, normal, side): Wall) -> Option<Surface> {
+    let body = body(lattice, beside(lattice, cell, normal, side)?)?;
+    Some(Surface { body, normal, side: -side })
+}
+
+fn empty_cells(lattice: &Lattice) -> impl Iterator<Item = Cell> + '_ {
+    (0..lattice.body.len()).filter(|&i| lattice.body[i] == NONE).map(|i| lattice.cell(i))
+}
+
+/// All walls of cavities of a set.
+pub(super) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, Surface)> + '_ {
+    let sides = |cell| (0..3).flat_map(move |d| [(cell, d, -1), (cell, d, 1)]);
+    let walls = empty_cells(lattice).flat_map(sides);
+    walls.filter_map(|wall| Some((wall, face(lattice, wall)?)))
+}
+
+/// The cavities of which a region selects walls.
+pub(super) fn cavities(region: &Region, geometry: &Geometry) -> Vec<Cavity> {
+    let mut cavities = Vec::new();
+    let lattices = geometry.lattices.iter().enumerate();
+    for (_, lattice) in lattices.filter(|(set, _)| region.has_set(*set)) {
+        let selected: BTreeMap<Wall, Surface> = walls(lattice)
+            .filter(|(_, surface)| region.contains(&surface.centre(geometry)))
+            .collect();
+        let mut cells: BTreeSet<Cell> = selected.keys().map(|wall| wall.0).collect();
+        if !cells.is_empty() {
+            cells.extend(
+                empty_cells(lattice).filter(|cell| region.in_ranges(&lattice.centre(*cell))),
+            );
+        }
+        while let Some(cell) = cells.first().copied() {
+            let part = connected(lattice, &mut cells, cell);
+            let space = Space { geometry, lattice, cells: part, walls: &selected };
+            cavities.extend(space.cavity());
+        }
+    }
+    cavities
+}
+
+/// Takes what is connected with a cell out of a set of cells.
+fn connected(lattice: &Lattice, cells: &mut BTreeSet<Cell>, first: Cell) -> BTreeSet<Cell> {
+    let (mut part, mut next) = (BTreeSet::new(), vec![first]);
+    while let Some(cell) = next.pop() {
+        if cells.remove(&cell) {
+            part.insert(cell);
+            let sides = (0..3).flat_map(|d| [(d, -1), (d, 1)]);
+            next.extend(sides.filter_map(|(d, side)| beside(lattice, cell, d, side)));
+        }
+    }
+    part
+}
+
+/// Cells that are connected, and their walls.
+struct Space<'a> {
+    geometry: &'a Geometry,
+    lattice: &'a Lattice,
+    cells: BTreeSet<Cell>,
+    walls: &'a BTreeMap<Wall, Surface>,
+}
+
+impl Space<'_> {
+    fn cavity(&self) -> Option<Cavity> {
+        let own = || self.walls.iter().filter(|(wall, _)| self.cells.contains(&wall.0));
+        own().next()?;
+        let mut mesh = Mesh::default();
+        for (_, surface) in own() {
+            mesh.add_wall(self.geometry, surface);
+        }
+        for d in 0..3 {
+            let (e, f) = ((d + 1) % 3, (d + 2) % 3);
+            let around = |cell: &Cell| {
+                let edge = |(i, j): (usize, usize)| {
+                    let mut at = *cell;
+                    at[e] += i;
+                    at[f] += j;
+                    at
+                };
+                [(0, 0), (1, 0), (0, 1), (1, 1)].map(edge)
+            };
+            let edges: BTreeSet<Cell> = self.cells.iter().flat_map(around).collect();
+            edges.into_iter().for_each(|edge| self.close_edge(&mut mesh, d, edge));
+        }
+        self.close_corners(&mut mesh);
+        let (volume, reach) = self.extent();
+        let at_outside = |cell: &Cell| {
+            (0..3).any(|d| [-1, 1].iter().any(|&s| beside(self.lattice, *cell, d, s).is_none()))
+        };
+        let outside = !mesh.is_closed() && self.cells.iter().any(at_outside);
+        Some(Cavity { mesh, volume, reach, outside })
+    }
+
+    /// Volume of the cells, up to the walls, and their shortest extent.
+    fn extent(&self) -> (f64, f64) {
+        let Self { lattice, .. } = self;
+        let end = |cell: Cell, d: usize, side: i32| {
+            let plane = cell[d] + usize::from(side > 0);
+            let inner = beside(lattice, cell, d, side).is_some_and(|c| self.cells.contains(&c));
+            let gap = if inner { 0.0 } else { lattice.gaps[d][plane] / 2.0 };
+            lattice.cuts[d][plane] + f64::from(side) * gap
+        };
+        let [x, y, z] = &lattice.axes;
+        let skew = x.dot(&y.cross(z)).abs();
+        let (mut volume, mut box_) = (0.0, [[f64::INFINITY, f64::NEG_INFINITY]; 3]);
+        for &cell in &self.cells {
+            let mut part = skew;
+            for (d, [low, high]) in box_.iter_mut().enumerate() {
+                let (from, to) = (end(cell, d, -1), end(cell, d, 1));
+                part *= to - from;
+                (*low, *high) = (low.min(from), high.max(to));
+            }
+            volume += part;
+        }
+        (volume, box_.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min))
+    }
+
+    /// The four cells around an edge along d, whose planes across are those of `edge`, going round.
+    fn around(&self, d: usize, edge: Cell) -> [Option<Cell>; 4] {
+        let (e, f) = ((d + 1) % 3, (d + 2) % 3);
+        [(1, 1), (0, 1), (0, 0), (1, 0)].map(|(i, j)| {
+            let mut cell = edge;
+            cell[e] = cell[e].checked_sub(i)?;
+            cell[f] = cell[f].checked_sub(j)?;
+            (0..3).all(|k| cell[k] < self.lattice.count[k]).then_some(cell)
+        })
+    }
+
+    /// Strips from wall to wall across the cells of the cavity at an edge along d.
+    fn close_edge(&self, mesh: &mut Mesh, d: usize, edge: Cell) {
+        let around = self.around(d, edge);
+        let within = |q: usize| around[q % 4].is_some_and(|cell| self.cells.contains(&cell));
+        for first in (0..4).filter(|&q| within(q) && !within(q + 3)) {
+            let last = (first..first + 4).take_while(|&q| within(q)).last().unwrap_or(first);
+            let before = self.line(d, edge, [around[first], around[(first + 3) % 4]]);
+            let after = self.line(d, edge, [around[last % 4], around[(last + 1) % 4]]);
+            let (Some(before), Some(after)) = (before, after) else { continue };
+            if before == after {
+                continue;
+            }
+            for (p, q) in before.windows(2).zip(after.windows(2)) {
+                mesh.add_beside(vec![p[0], p[1], q[1], q[0]]);
+            }
+        }
+    }
+
+    /// Nodes along an edge of the wall between a cell and the next, if it is one.
+    fn line(&self, d: usize, edge: Cell, [cell, next]: [Option<Cell>; 2]) -> Option<Vec<u32>> {
+        let (cell, next) = (cell?, next?);
+        let normal = (0..3).find(|&k| cell[k] != next[k])?;
+        let side = if next[normal] > cell[normal] { 1 } else { -1 };
+        let surface = self.walls.get(&(cell, normal, side))?;
+        let n = self.lattice.divisions;
+        let node = |k: usize| {
+            let mut at = [0, 1, 2].map(|axis| if next[axis] < edge[axis] { n } else { 0 });
+            at[d] = k;
+            self.geometry.node(surface.body, at) as u32
+        };
+        Some((0..=n).map(node).collect())
+    }
+
+    /// Closes what is left open at single points of the lattice.
+    fn close_corners(&self, mesh: &mut Mesh) {
+        let mut corners: BTreeMap<Cell, BTreeMap<u32, u32>> = BTreeMap::new();
+        for (a, b) in mesh.rim() {
+            if let (Some(at), Some(other)) = (self.corner(a), self.corner(b))
+                && at == other
+            {
+                // Against the edge that is there.
+                corners.entry(at).or_default().insert(b, a);
+            }
+        }
+        for mut next in corners.into_values() {
+            while let Some((first, second)) = next.pop_first() {
+                let mut polygon = vec![first];
+                let mut at = second;
+                while at != first {
+                    polygon.push(at);
+                    let Some(following) = next.remove(&at) else { break };
+                    at = following;
+                }
+                if at == first && polygon.len() > 2 {
+                    mesh.add(polygon);
+                }
+            }
+        }
+    }
+
+    /// The point of the lattice at which a corner of a block lies.
+    fn corner(&self, node: u32) -> Option<Cell> {
+        let (body, at) = self.geometry.locate(node as usize);
+        let n = self.lattice.divisions;
+        let cell = self.geometry.bodies[body].cell;
+        let ends = at.iter().all(|&i| i == 0 || i == n);
+        ends.then(|| [0, 1, 2].map(|k| cell[k] as usize + usize::from(at[k] == n)))
+    }
+}
+
+/// Centre of the joint between the faces of two blocks.
+pub(super) fn between(geometry: &Geometry, [a, b]: &[Surface; 2]) -> Vec3 {
+    (a.centre(geometry) + b.centre(geometry)) / 2.0
+}

@@ -1,0 +1,239 @@
+//! §10: charges. The surfaces that their gas pushes, and its pressure.
+//!
+//! The gas fills a closed surface of facets between nodes, or several; where a cavity is open, the
+//! surface ends. A pressure p does `p A` on the nodes, with the present areas A: of a closed surface no
+//! force and no moment are left, and the work is `p dV`.
+
+mod cavity;
+mod shell;
+
+use std::collections::BTreeSet;
+
+use self::cavity::{between, cavities, walls};
+use self::shell::{Mesh, Shell};
+use crate::deck;
+use crate::error::Fault;
+use crate::geometry::{Face, Geometry, Region, Surface, Vec3, faces};
+
+/// The gas of a charge that expands.
+#[derive(Clone, Copy, Debug)]
+struct Gas {
+    gamma: f64,
+    /// Volume at which it has the pressure of the charge `[m³]`.
+    own: f64,
+    /// Volume that it has at the start `[m³]`.
+    start: f64,
+}
+
+impl Gas {
+    /// Its pressure as a part of the charge's, when the volume has grown by so much.
+    fn part(&self, grown: f64) -> f64 {
+        // Walls that have met leave no gas of no volume.
+        let volume = (self.start + grown).max(1e-6 * self.start);
+        (self.own / volume).powf(self.gamma)
+    }
+}
+
+/// One `[[charge]]`.
+#[derive(Clone, Debug)]
+pub(crate) struct Charge {
+    /// Nodes that it pushes, in order.
+    pub(crate) nodes: Vec<u32>,
+    /// Their reference positions `[m]`.
+    start: Vec<Vec3>,
+    pub(crate) shells: Vec<Shell>,
+    /// Pressure `[Pa]`: of the gas in its own volume, or at factor 1.
+    pressure: f64,
+    gas: Option<Gas>,
+    /// What is doubtful about it.
+    pub(crate) doubts: Vec<String>,
+}
+
+/// A charge at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChargeState {
+    /// Pressure of its gas `[Pa]`; 0 before it goes off, and where it is not in force.
+    pub pressure: f64,
+    /// Volume of the cavity, or of the joints `[m³]`: what the gas has got out of has that with which
+    /// it did.
+    pub volume: f64,
+    /// Whether the gas has got out everywhere.
+    pub vented: bool,
+}
+
+/// What a charge does to its nodes.
+#[derive(Debug)]
+pub(crate) struct Push {
+    /// At factor 1 `[Pa]`.
+    pub(crate) pressure: f64,
+    /// Volume of all shells `[m³]`.
+    pub(crate) volume: f64,
+    /// At factor 1, by node `[N]`.
+    pub(crate) forces: Vec<Vec3>,
+    /// For each shell the volume with which its gas got out, if it has `[m³]`.
+    pub(crate) vents: Vec<Option<f64>>,
+}
+
+impl Charge {
+    pub(crate) fn new(
+        index: usize,
+        entry: &deck::Charge,
+        region: &Region,
+        geometry: &Geometry,
+    ) -> Result<Self, Fault> {
+        let mut doubts = Vec::new();
+        let mut parts: Vec<(Mesh, f64, f64)> = Vec::new();
+        for cavity in cavities(region, geometry) {
+            if cavity.outside {
+                doubts.push(format!(
+                    "charge {index}: its cavity is open to the outside: the gas pushes the walls that \
+                     are there, and nothing bears what it does to the opening"
+                ));
+            }
+            parts.push((cavity.mesh, cavity.volume, cavity.reach));
+        }
+        let in_cavity = !parts.is_empty();
+        if !in_cavity {
+            let joints = faces(geometry).into_iter().map(|face| sides(&face));
+            let inside = joints.filter(|sides| selects(region, geometry, sides));
+            parts.extend(inside.map(|sides| seam(geometry, &sides)));
+        }
+        if parts.is_empty() {
+            return Err(no_face(index, region, geometry));
+        }
+        let all: BTreeSet<u32> = parts.iter().flat_map(|(mesh, ..)| mesh.nodes()).collect();
+        let nodes: Vec<u32> = all.into_iter().collect();
+        let place = |node: &u32| {
+            let (body, at) = geometry.locate(*node as usize);
+            geometry.position(body, at)
+        };
+        let start: Vec<Vec3> = nodes.iter().map(place).collect();
+        let shell = |(mesh, volume, reach): &(Mesh, f64, f64)| {
+            mesh.shell(&nodes, &start, (*volume, *reach))
+        };
+        let shells: Vec<Shell> = parts.iter().map(shell).collect();
+        let mut charge = Self { nodes, start, shells, pressure: 0.0, gas: None, doubts };
+        charge.fill(index, entry, in_cavity)?;
+        Ok(charge)
+    }
+
+    /// Takes in what is in the cavity: pressure, and gas if it expands.
+    fn fill(&mut self, index: usize, entry: &deck::Charge, in_cavity: bool) -> Result<(), Fault> {
+        let room: f64 = self.shells.iter().map(|shell| shell.volume).sum();
+        let explosive = entry.explosive.as_ref().and_then(deck::Explosive::detonation);
+        let gamma = entry.index().unwrap_or(1.0);
+        if let (Some(mass), Some(explosive)) = (entry.mass, explosive) {
+            let own = mass / explosive.density;
+            if in_cavity && own > room * (1.0 + 1e-9) {
+                self.doubts.push(format!(
+                    "charge {index}: {own:.4e} m³ of explosive in a cavity of {room:.4e} m³: it begins \
+                     with the pressure of detonation"
+                ));
+            }
+            // Explosive in a joint makes its own room.
+            let start = if in_cavity { own.max(room) } else { own };
+            let gas = Gas { gamma, own, start };
+            let peak = explosive.pressure();
+            (self.pressure, self.gas) = match entry.expands() {
+                true => (peak, Some(gas)),
+                false => (peak * gas.part(0.0), None),
+            };
+            return Ok(());
+        }
+        self.pressure = entry.pressure.unwrap_or(0.0);
+        if entry.expands() {
+            if room <= 0.0 {
+                return Err(Fault::new(
+                    format!("charge[{index}].history"),
+                    "\"gas\" in joints without thickness: there is no volume to expand from",
+                )
+                .help("give `mass` and `explosive`, whose own volume it expands from"));
+            }
+            self.gas = Some(Gas { gamma, own: room, start: room });
+        }
+        Ok(())
+    }
+
+    /// Pressure by volume of a gas that expands, `γ p/V` at the start `[Pa/m³]`, and the areas that it
+    /// has then `[m²]`: gas is a spring of the stiffness `γ p/V A Aᵀ`.
+    pub(crate) fn stiffness(&self) -> Option<(f64, Vec<Vec3>)> {
+        let gas = self.gas?;
+        let still = vec![Vec3::zeros(); self.nodes.len()];
+        let mut areas = still.clone();
+        self.shells.iter().for_each(|shell| shell.add_areas(&self.start, &still, &mut areas));
+        Some((gas.gamma * self.pressure * gas.part(0.0) / gas.start, areas))
+    }
+
+    /// What it does after these displacements of its nodes; `vents` are shells that the gas has left.
+    pub(crate) fn push(&self, u: &[Vec3], vents: &[Option<f64>]) -> Push {
+        let mut forces = vec![Vec3::zeros(); self.nodes.len()];
+        let (mut grown, mut now) = (0.0, Vec::with_capacity(self.shells.len()));
+        for (shell, vent) in self.shells.iter().zip(vents) {
+            let volume = vent.unwrap_or_else(|| shell.volume(&self.start, u));
+            let left = vent.is_some() || shell.is_open(u);
+            grown += volume - shell.volume;
+            now.push(left.then_some(volume));
+            if !left {
+                shell.add_areas(&self.start, u, &mut forces);
+            }
+        }
+        let pressure = self.pressure * self.gas.map_or(1.0, |gas| gas.part(grown));
+        forces.iter_mut().for_each(|force| *force *= pressure);
+        let volume = grown + self.shells.iter().map(|shell| shell.volume).sum::<f64>();
+        Push { pressure, volume, forces, vents: now }
+    }
+}
+
+/// The two faces of a joint.
+fn sides(face: &Face) -> [Surface; 2] {
+    let normal = face.direction as usize;
+    let side = |body: u32, side: i32| Surface { body: body as usize, normal, side };
+    [side(face.a, 1), side(face.b, -1)]
+}
+
+fn selects(region: &Region, geometry: &Geometry, sides: &[Surface; 2]) -> bool {
+    region.has_set(geometry.bodies[sides[0].body].set as usize)
+        && region.contains(&between(geometry, sides))
+}
+
+/// The surface of a gas in a joint: both faces, and what is between their edges.
+fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
+    let [a, b] = sides;
+    let mut mesh = Mesh::default();
+    mesh.add_wall(geometry, a);
+    let rim: Vec<(u32, u32)> = mesh.rim().collect();
+    mesh.add_wall(geometry, b);
+    let opposite = |node: u32| {
+        let (_, mut at) = geometry.locate(node as usize);
+        at[a.normal] = 0;
+        geometry.node(b.body, at) as u32
+    };
+    for (p, q) in rim {
+        mesh.add(vec![q, p, opposite(p), opposite(q)]);
+    }
+    let reach = geometry.shortest_edge(a.body).min(geometry.shortest_edge(b.body));
+    (mesh, 0.0, reach)
+}
+
+/// A charge that pushes nothing, and what would be nearest.
+fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
+    let what = "selects nothing: no wall of a cavity and no joint has its centre there";
+    let fault = Fault::new(format!("charge[{index}].where"), what);
+    let in_sets = geometry.lattices.iter().enumerate().filter(|(set, _)| region.has_set(*set));
+    let cavity = in_sets.flat_map(|(_, lattice)| walls(lattice));
+    let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
+    let joints = faces(geometry).into_iter().map(|face| sides(&face));
+    let joints = joints.filter(|s| region.has_set(geometry.bodies[s[0].body].set as usize));
+    let joints = joints.map(|sides| ("joint", between(geometry, &sides)));
+    let far = |x: &Vec3| region.distance(x, x);
+    let nearest = cavity.chain(joints).min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)));
+    match nearest {
+        Some((kind, at)) => {
+            let [x, y, z] = <[f64; 3]>::from(at).map(|x| (x * 1e6).round() / 1e6);
+            fault.help(format!("the nearest is a {kind} with its centre at [{x}, {y}, {z}]"))
+        }
+        None => fault.help(
+            "the model has neither cavities nor joints; a pressure on outer faces is a `[[load]]`",
+        ),
+    }
+}

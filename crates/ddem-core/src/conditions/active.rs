@@ -1,0 +1,165 @@
+//! What is in force in one stage, by pack.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::Conditions;
+use crate::geometry::Geometry;
+use crate::lanes::LANES;
+use crate::pack::Packs;
+
+/// One supported degree of freedom.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Support {
+    /// Place in a nodal field.
+    pub(crate) at: u32,
+    pub(crate) lane: u8,
+    pub(crate) axis: u8,
+    /// The fix whose velocity it has.
+    pub(crate) fix: u32,
+    pub(crate) node: u32,
+}
+
+/// Forces that programs apply to nodes `[N]`, by node.
+pub(crate) type Applied = BTreeMap<u32, [f64; 3]>;
+
+/// One load on one node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodalLoad {
+    /// Place of the x component in a nodal field.
+    pub(crate) at: u32,
+    pub(crate) lane: u8,
+    pub(crate) load: u32,
+    pub(crate) force: [f64; 3],
+}
+
+/// What is in force in one stage, sorted by pack.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Active {
+    pub(crate) supports: Vec<Support>,
+    pub(crate) loads: Vec<NodalLoad>,
+    support_start: Vec<u32>,
+    load_start: Vec<u32>,
+    /// Bodies by pack and lane that have supports.
+    pub(crate) held_bodies: Vec<[bool; LANES]>,
+}
+
+impl Active {
+    pub(crate) fn new(
+        conditions: &Conditions,
+        geometry: &Geometry,
+        packs: &Packs,
+        stage: usize,
+        applied: &Applied,
+    ) -> Self {
+        let place = |node: u32| {
+            let (body, at) = geometry.locate(node as usize);
+            let (pack, lane) = packs.slot(body);
+            let n = geometry.lattice(body).divisions + 1;
+            let local = at[0] + n * (at[1] + n * at[2]);
+            (pack, 3 * (packs.packs[pack].start + local) as u32, lane as u8)
+        };
+        let mut supports = Vec::new();
+        for (fix, entry) in conditions.fixed.iter().enumerate() {
+            if entry.period.has(stage) {
+                for &node in &entry.nodes {
+                    let (pack, at, lane) = place(node);
+                    for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
+                        let at = at + u32::from(axis);
+                        supports.push((pack, Support { at, lane, axis, fix: fix as u32, node }));
+                    }
+                }
+            }
+        }
+        // Where two entries hold the same degree of freedom, the later one has the last word.
+        supports.sort_by_key(|(pack, s)| (*pack, s.at, s.lane, std::cmp::Reverse(s.fix)));
+        supports.dedup_by_key(|(_, s)| (s.at, s.lane));
+        let mut loads = Vec::new();
+        for (index, entry) in conditions.loaded.iter().enumerate() {
+            if entry.period.has(stage) {
+                for &(node, force) in &entry.forces {
+                    let (pack, at, lane) = place(node);
+                    let force = force.into();
+                    loads.push((pack, NodalLoad { at, lane, load: index as u32, force }));
+                }
+            }
+        }
+        for (index, entry) in conditions.charged.iter().enumerate() {
+            if entry.period.has(stage) {
+                // Forces are those of the present places, before each step.
+                let load = (conditions.loaded.len() + index) as u32;
+                for &node in &entry.charge.nodes {
+                    let (pack, at, lane) = place(node);
+                    loads.push((pack, NodalLoad { at, lane, load, force: [0.0; 3] }));
+                }
+            }
+        }
+        for (&node, &force) in applied {
+            let (pack, at, lane) = place(node);
+            let load = conditions.applied_factor() as u32;
+            loads.push((pack, NodalLoad { at, lane, load, force }));
+        }
+        loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
+        let n = packs.packs.len();
+        let mut held_bodies = vec![[false; LANES]; n];
+        for (pack, support) in &supports {
+            held_bodies[*pack][support.lane as usize] = true;
+        }
+        Self {
+            held_bodies,
+            support_start: starts(n, supports.iter().map(|s| s.0)),
+            load_start: starts(n, loads.iter().map(|l| l.0)),
+            supports: supports.into_iter().map(|s| s.1).collect(),
+            loads: loads.into_iter().map(|l| l.1).collect(),
+        }
+    }
+
+    /// Places of the supports of a pack.
+    pub(crate) fn supports_of(&self, pack: usize) -> Range<usize> {
+        self.support_start[pack] as usize..self.support_start[pack + 1] as usize
+    }
+
+    /// Place of the first support of a pack; one past the last pack is allowed.
+    pub(crate) fn first_support(&self, pack: usize) -> usize {
+        self.support_start[pack] as usize
+    }
+
+    pub(crate) fn loads_of(&self, pack: usize) -> &[NodalLoad] {
+        &self.loads[self.load_start[pack] as usize..self.load_start[pack + 1] as usize]
+    }
+
+    /// The force of a load on a node, by its pack, place and lane, if it has one.
+    pub(crate) fn force_mut(
+        &mut self,
+        (pack, at, lane): (usize, u32, u8),
+        load: u32,
+    ) -> Option<&mut [f64; 3]> {
+        let range = self.load_start[pack] as usize..self.load_start[pack + 1] as usize;
+        let loads = &mut self.loads[range];
+        let found = loads.binary_search_by_key(&(at, lane, load), |l| (l.at, l.lane, l.load));
+        found.ok().map(|found| &mut loads[found].force)
+    }
+
+    /// The support of a degree of freedom, by its pack, place and lane: its number.
+    pub(crate) fn support_at(&self, pack: usize, at: u32, lane: u8) -> Option<usize> {
+        let range = self.supports_of(pack);
+        let key = |s: &Support| (s.at, s.lane);
+        let found = self.supports[range.clone()].binary_search_by_key(&(at, lane), key);
+        found.ok().map(|found| range.start + found)
+    }
+
+    /// Nodes and axes that are held.
+    pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
+        self.supports.iter().map(|s| (s.node, s.axis as usize))
+    }
+}
+
+/// Where each pack's entries begin in a list sorted by pack, shape `(n + 1)`.
+pub(crate) fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
+    let mut starts = vec![0; n + 1];
+    packs.for_each(|pack| starts[pack + 1] += 1);
+    for pack in 0..n {
+        starts[pack + 1] += starts[pack];
+    }
+    starts
+}

@@ -1,0 +1,55 @@
+//! Faces of bodies.
+
+use super::{Geometry, Vec3};
+
+/// An outer face of a body: at the lower (−1) or upper (+1) side of edge `normal`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surface {
+    pub(crate) body: usize,
+    pub(crate) normal: usize,
+    pub(crate) side: i32,
+}
+
+impl Surface {
+    pub(super) fn corners(&self, geometry: &Geometry) -> [[usize; 3]; 4] {
+        let n = geometry.lattice(self.body).divisions;
+        [(0, 0), (n, 0), (0, n), (n, n)].map(|(i, k)| {
+            let mut at = [0; 3];
+            at[self.normal] = if self.side < 0 { 0 } else { n };
+            at[(self.normal + 1) % 3] = i;
+            at[(self.normal + 2) % 3] = k;
+            at
+        })
+    }
+
+    /// Centre of the face `[m]`.
+    pub(crate) fn centre(&self, geometry: &Geometry) -> Vec3 {
+        let corners = self.corners(geometry).map(|at| geometry.position(self.body, at));
+        corners.iter().sum::<Vec3>() / 4.0
+    }
+
+    /// Corners, moved across the gaps beside the face, over which its nodes have areas too.
+    pub(super) fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
+        self.corners(geometry).map(|at| {
+            let x = geometry.position(self.body, at);
+            let beside = (0..3).filter(|&d| d != self.normal).filter_map(|d| {
+                let (other, step) = geometry.partner(self.body, at, d)?;
+                Some(geometry.position(other, step) - x)
+            });
+            x + beside.sum::<Vec3>()
+        })
+    }
+
+    pub(super) fn is_outer(&self, geometry: &Geometry) -> bool {
+        let mut offset = [0; 3];
+        offset[self.normal] = self.side;
+        let face = 2 * self.normal as u8 + u8::from(self.side > 0);
+        geometry.neighbour(self.body, offset).is_none()
+            && !geometry.abutting.contains_key(&(self.body as u32, face))
+    }
+
+    /// Outward unit normal.
+    pub(crate) fn outward(&self, geometry: &Geometry) -> Vec3 {
+        geometry.lattice(self.body).normal(self.normal) * f64::from(self.side)
+    }
+}

@@ -1,0 +1,401 @@
+//! Charges: closed surfaces, momentum, energies, where the gas gets out, what is saved, bad input.
+
+use ddem_core::deck::*;
+use ddem_core::{ChargeState, Model, Simd, Simulation};
+
+use crate::decks::*;
+
+fn ball(centre: [f64; 3], radius: f64) -> Where {
+    Where { sphere: Some(Sphere { centre, radius }), ..Where::default() }
+}
+
+fn gas(region: Where, pressure: f64) -> Charge {
+    let history = Some(ChargeHistory::Gas(GasWord::Gas));
+    Charge { region, pressure: Some(pressure), gamma: Some(3.0), history, ..Charge::default() }
+}
+
+fn given(region: Where, pressure: f64, history: History) -> Charge {
+    let history = Some(ChargeHistory::Given(history));
+    Charge { region, pressure: Some(pressure), history, ..Charge::default() }
+}
+
+const ALL: [f64; 2] = [-100.0, 100.0];
+
+fn everywhere() -> Where {
+    Where { x: Some(Extent::Range(ALL)), ..Where::default() }
+}
+
+/// Blocks of a metre each in free space without some of them.
+fn hollow(axes: [[f64; 3]; 3], cells: &[[f64; 3]], thickness: f64) -> Deck {
+    let mut deck = with_axes(deck([4; 3], [4.0; 3], 2, thickness), axes);
+    let directions = axes.map(|axis| Vec3::from(axis).normalize());
+    deck.remove = cells
+        .iter()
+        .map(|cell| {
+            let place = |k: usize| directions[k] * (cell[k] + 0.5);
+            let region = ball((place(0) + place(1) + place(2)).into(), 0.1);
+            Remove { region, ..Remove::default() }
+        })
+        .collect();
+    deck
+}
+
+fn state(simulation: &Simulation, index: usize) -> ChargeState {
+    simulation.charge(index).unwrap_or_else(|| panic!("no charge {index}"))
+}
+
+fn run(simulation: &mut Simulation, damping: Damping, step: TimeStep, steps: usize) {
+    simulation.start(damping, step, None).unwrap_or_else(|error| panic!("{error}"));
+    more(simulation, steps);
+}
+
+fn more(simulation: &mut Simulation, steps: usize) {
+    for _ in 0..steps {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+/// Momentum and angular momentum, each as a part of what blocks have that go opposite ways.
+fn left_over(simulation: &mut Simulation) -> [f64; 2] {
+    let model = simulation.model();
+    let (x, mass): (Vec<Vec3>, Vec<f64>) =
+        (0..model.n_nodes()).map(|i| (Vec3::from(model.point(i)), model.mass(i))).unzip();
+    let velocities = simulation.velocities();
+    let each = || x.iter().zip(&mass).zip(&velocities);
+    let size: f64 = each().map(|((_, m), v)| m * Vec3::from(*v).norm()).sum();
+    let turn: f64 = each().map(|((x, m), v)| m * x.cross(&Vec3::from(*v)).norm()).sum();
+    let [p, l] = [simulation.momentum(), simulation.angular_momentum()];
+    [Vec3::from(p).norm() / size, Vec3::from(l).norm() / turn]
+}
+
+const SHAPES: [&[[f64; 3]]; 4] = [
+    &[[1.0, 1.0, 1.0]],
+    &[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0]],
+    // Around a corner, and around two with a block between two cells on a diagonal.
+    &[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [1.0, 2.0, 1.0]],
+    &[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [2.0, 2.0, 1.0], [2.0, 2.0, 2.0]],
+];
+
+#[test]
+fn gas_in_a_closed_cavity_pushes_nothing_away_and_does_the_work_of_its_expansion() {
+    for axes in [BOX, OBLIQUE] {
+        for (shape, cells) in SHAPES.iter().enumerate() {
+            for body in [Body::Deformable, Body::Rigid] {
+                let mut deck = hollow(axes, cells, 0.1);
+                if body == Body::Rigid {
+                    (deck.blocks[0].body, deck.blocks[0].divisions) = (body, 1);
+                }
+                deck.charge = vec![gas(everywhere(), 2e8)];
+                let model = model(&deck);
+                assert!(model.warnings().is_empty(), "{:?}", model.warnings());
+                let mut simulation = Simulation::new(model);
+                let start = state(&simulation, 0);
+                assert_eq!(start.pressure, 2e8);
+                let critical = simulation.critical_step().unwrap_or_else(|error| panic!("{error}"));
+                run(&mut simulation, Damping::None, TimeStep::Seconds(0.05 * critical), 400);
+                let now = state(&simulation, 0);
+                let case = format!("shape {shape}, {body:?}");
+                assert!(now.volume > 1.001 * start.volume, "{case}: {now:?} from {start:?}");
+                let [p, l] = left_over(&mut simulation);
+                assert!(p < 1e-13 && l < 1e-6, "{case}: {p} {l}");
+                let part = start.volume / now.volume;
+                let exact = 2e8 * start.volume / 2.0 * (1.0 - part * part);
+                let energy = simulation.energy();
+                let error = energy.external / exact - 1.0;
+                println!("{case}: work of the gas {:.6e} J, {error:.1e} off", energy.external);
+                assert!(error.abs() < 1e-3, "{case}: {error}");
+                assert!(energy.balance.abs() < 1e-5 * exact, "{case}: {energy:?}");
+            }
+        }
+    }
+}
+
+/// A cube with its edges and corners cut.
+#[test]
+fn the_volume_of_a_cavity_is_that_of_its_walls_and_what_joins_them() {
+    let (t, body) = (0.1_f64, 0.9_f64);
+    let exact = (body + 2.0 * t).powi(3) - 6.0 * t * t * body - 8.0 * 5.0 / 6.0 * t.powi(3);
+    let mut deck = hollow(BOX, &[[1.0; 3]], t);
+    deck.charge = vec![gas(ball([1.5; 3], 0.7), 1e6)];
+    let volume = state(&simulation(&deck), 0).volume;
+    assert!((volume / exact - 1.0).abs() < 1e-13, "{volume} {exact}");
+    // A slanted cell has the part of it that its edges span.
+    let mut deck = hollow(OBLIQUE, SHAPES[2], 0.1);
+    deck.blocks[0].joint = Some(JointChoice::All("springs".into()));
+    let stiff = Some(1e10);
+    let springs = Joint { normal_stiffness: stiff, shear_stiffness: stiff, ..Joint::default() };
+    deck.joints.insert("springs".into(), springs);
+    deck.charge = vec![gas(everywhere(), 1e6)];
+    let [x, y, z] = OBLIQUE.map(|axis| Vec3::from(axis).normalize());
+    let exact = 3.0 * x.dot(&y.cross(&z)).abs();
+    let volume = state(&simulation(&deck), 0).volume;
+    assert!((volume / exact - 1.0).abs() < 1e-13, "{volume} {exact}");
+}
+
+/// `p_d = ρ D²/(2(γ + 1))`, and what is left of it in a larger hole.
+#[test]
+fn a_mass_has_the_pressure_of_its_explosive() {
+    let numbers = Detonation { density: 1000.0, detonation_velocity: 4000.0, gamma: 3.0 };
+    let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
+    let charge = |mass: f64| Charge {
+        region: ball([1.5; 3], 0.7),
+        mass: Some(mass),
+        explosive: Some(Explosive::Given(numbers)),
+        ..Charge::default()
+    };
+    deck.charge = vec![charge(100.0)];
+    let ChargeState { pressure, volume, .. } = state(&simulation(&deck), 0);
+    let exact = 2e9 * (0.1 / volume).powi(3);
+    assert!((pressure / exact - 1.0).abs() < 1e-12, "{pressure} {exact}");
+    deck.charge = vec![charge(5000.0)];
+    assert!((state(&simulation(&deck), 0).pressure / 2e9 - 1.0).abs() < 1e-12);
+    let warnings = model(&deck).warnings();
+    assert!(warnings.iter().any(|w| w.contains("explosive in a cavity")), "{warnings:?}");
+    for (name, pressure) in [("tnt", 1.05e10), ("anfo", 2.3e9), ("emulsion", 4.2e9)] {
+        let named = Explosive::Named(name.into()).detonation().map(|d| d.pressure());
+        assert!(named.is_some_and(|p| (p / pressure - 1.0).abs() < 0.02), "{name}: {named:?}");
+    }
+}
+
+/// Much gas in a thin joint is stiffer than the rock: automatic steps are as short as it needs.
+#[test]
+fn steps_are_stable_for_stiff_gas() {
+    let mut deck = deck([2, 2, 1], [2.0, 2.0, 1.0], 2, 0.02);
+    let bare = simulation(&deck).critical_step().unwrap_or_else(|error| panic!("{error}"));
+    let explosive = Some(Explosive::Named("tnt".into()));
+    let region = everywhere();
+    deck.charge = vec![Charge { mass: Some(0.02), explosive, region, ..Charge::default() }];
+    let mut simulation = simulation(&deck);
+    let critical = simulation.critical_step().unwrap_or_else(|error| panic!("{error}"));
+    assert!(critical < 0.1 * bare, "{critical} {bare}");
+    run(&mut simulation, Damping::None, TimeStep::Auto, 500);
+    let own = 0.02 / 1630.0;
+    let all = 1.05e10 * own / 1.7;
+    let energy = simulation.energy();
+    assert!(energy.external < 2.0 * all && energy.kinetic < 2.0 * all, "{energy:?} of {all}");
+}
+
+/// Where nothing is removed the joints are pushed open.
+#[test]
+fn joints_are_pushed_apart() {
+    for (axes, body) in [(BOX, Body::Deformable), (OBLIQUE, Body::Deformable), (BOX, Body::Rigid)] {
+        let mut deck = with_axes(deck([2, 2, 1], [2.0, 2.0, 1.0], 2, 0.02), axes);
+        deck.blocks[0].body = body;
+        deck.charge = vec![Charge {
+            mass: Some(2.0),
+            explosive: Some(Explosive::Named("emulsion".into())),
+            region: everywhere(),
+            ..Charge::default()
+        }];
+        let mut simulation = simulation(&deck);
+        let start = state(&simulation, 0);
+        run(&mut simulation, Damping::None, TimeStep::Seconds(2e-7), 200);
+        let now = state(&simulation, 0);
+        assert!(now.volume > 1.0001 * start.volume && now.pressure < start.pressure, "{now:?}");
+        let [p, l] = left_over(&mut simulation);
+        assert!(p < 1e-13 && l < 1e-5, "{body:?}: {p} {l}");
+        // Explosive in a joint expands from its own volume.
+        let own = 2.0 / 1150.0;
+        let part = own / (own + now.volume - start.volume);
+        let exact = start.pressure * own / 2.0 * (1.0 - part * part);
+        let work = simulation.energy().external;
+        println!("{body:?}: work {work:.6e} J, {:.1e} off", work / exact - 1.0);
+        assert!((work / exact - 1.0).abs() < 1e-2, "{work} {exact}");
+    }
+}
+
+/// A block that has gone farther than the cavity is wide has let the gas out; and it stays out.
+#[test]
+fn gas_gets_out_where_a_wall_has_gone() {
+    let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
+    deck.charge = vec![given(ball([1.5; 3], 0.7), 1e6, History::Ramp(0.0))];
+    let mut simulation = simulation(&deck);
+    let nodes = simulation.model().nodes_in(&ball([2.5, 1.5, 1.5], 0.85));
+    let mut moved = simulation.displacements();
+    for (far, vented) in [(1.2, false), (1.5, true)] {
+        nodes.iter().for_each(|node| moved[*node as usize] = [far, 0.0, 0.0]);
+        simulation.set_displacements(&moved);
+        assert_eq!(state(&simulation, 0).vented, vented, "{far}");
+    }
+    run(&mut simulation, Damping::None, TimeStep::Seconds(1e-6), 1);
+    simulation.set_displacements(&vec![[0.0; 3]; moved.len()]);
+    assert!(state(&simulation, 0).vented);
+    let work = simulation.energy().external;
+    more(&mut simulation, 20);
+    assert_eq!(simulation.energy().external, work);
+}
+
+#[test]
+fn a_delay_counts_from_the_stage() {
+    let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
+    let stage =
+        |name: &str| Stage { kind: StageKind::Dynamic, duration: Some(1e-3), ..relax_stage(name) };
+    deck.stage = vec![stage("wait"), stage("blast")];
+    let pulse = History::Triangle(Triangle { rise: 1e-4, fall: Some(1e-4), duration: None });
+    let charge = given(ball([1.5; 3], 0.7), 1e6, pulse);
+    deck.charge = vec![
+        Charge { delay: Some(5e-4), from: Some("blast".into()), ..charge.clone() },
+        Charge { delay: Some(1e-4), until: Some("blast".into()), ..charge },
+    ];
+    let mut simulation = simulation(&deck);
+    simulation
+        .start(Damping::None, TimeStep::Seconds(1e-5), None)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let mut seen = Vec::new();
+    for step in 0..200 {
+        if step == 100 {
+            simulation.enter(1);
+            simulation
+                .start(Damping::None, TimeStep::Seconds(1e-5), None)
+                .unwrap_or_else(|error| panic!("{error}"));
+        }
+        let [a, b] = [0, 1].map(|index| state(&simulation, index).pressure / 1e6);
+        let time = simulation.time();
+        let triangle = |t: f64| (1.0 - (t - 1e-4).abs() / 1e-4).max(0.0);
+        let exact = [triangle(time - 1.5e-3), triangle(time - 1e-4)];
+        assert!((a - exact[0]).abs() < 1e-9 && (b - exact[1]).abs() < 1e-9, "{time}: {a} {b}");
+        seen.push(a.max(b));
+        more(&mut simulation, 1);
+    }
+    assert!(seen.iter().filter(|p| **p > 0.5).count() > 10);
+}
+
+/// A charge, one that begins later, and one whose gas gets out on the way.
+fn busy() -> Deck {
+    let mut deck = hollow(BOX, SHAPES[1], 0.1);
+    let history = History::Duvall(Duvall { alpha: 2e3, beta: 2e4 });
+    let cavity = ball([2.0, 1.5, 1.5], 1.2);
+    deck.charge =
+        vec![gas(cavity.clone(), 3e8), Charge { delay: Some(2e-4), ..given(cavity, 1e8, history) }];
+    deck
+}
+
+fn seen(simulation: &mut Simulation) -> Vec<u64> {
+    let mut seen = bits(&simulation.displacements());
+    seen.extend(bits(&simulation.velocities()));
+    seen.extend(simulation.energy().values().map(f64::to_bits));
+    seen
+}
+
+#[test]
+fn a_blast_goes_on_from_any_step() {
+    let deck = busy();
+    let again = |saved: &ddem_core::Saved| {
+        Simulation::restore(model(&deck), Simd::default(), saved).unwrap_or_else(|| panic!("other"))
+    };
+    let mut whole = simulation(&deck);
+    whole
+        .start(Damping::Local(0.1), TimeStep::Auto, None)
+        .unwrap_or_else(|error| panic!("{error}"));
+    // The gas of the first charge is out.
+    let mut moved = whole.displacements();
+    let nodes = whole.model().nodes_in(&ball([3.5, 1.5, 1.5], 0.85));
+    nodes.iter().for_each(|node| moved[*node as usize] = [1.5, 0.0, 0.0]);
+    whole.set_displacements(&moved);
+    more(&mut whole, 1);
+    whole.set_displacements(&vec![[0.0; 3]; moved.len()]);
+    assert!(state(&whole, 0).vented && !state(&whole, 1).vented);
+    let mut rebuilt = again(&whole.save());
+    for at in 0..20 {
+        more(&mut whole, 1);
+        more(&mut rebuilt, 1);
+        rebuilt = again(&rebuilt.save());
+        assert!(rebuilt.save() == whole.save(), "step {at}");
+    }
+    assert!(seen(&mut whole) == seen(&mut rebuilt));
+}
+
+#[test]
+fn threads_and_instruction_sets_change_no_bit() {
+    let deck = busy();
+    let run = |simd: Simd, threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap_or_else(|error| panic!("{error}")).install(|| {
+            let mut simulation = Simulation::with_simd(model(&deck), simd);
+            run(&mut simulation, Damping::None, TimeStep::Auto, 40);
+            seen(&mut simulation)
+        })
+    };
+    let first = run(Simd::available()[0].1, 1);
+    for (name, simd) in Simd::available() {
+        for threads in [1, 3] {
+            assert!(run(simd, threads) == first, "{name}, {threads} threads");
+        }
+    }
+}
+
+/// A relaxation under a pressure that follows the walls is in equilibrium with it.
+#[test]
+fn a_cavity_relaxes_under_its_gas() {
+    let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
+    deck.fix = [0, 1, 2].map(|axis| fix(plane(axis, 0.0), ["x", "y", "z"][axis])).into();
+    deck.charge = vec![gas(ball([1.5; 3], 0.7), 1e8)];
+    let mut simulation = simulation(&deck);
+    simulation.relax(1e-9, 50_000).unwrap_or_else(|error| panic!("{error}"));
+    let grown = state(&simulation, 0).volume;
+    let displacements = simulation.displacements();
+    run(&mut simulation, Damping::None, TimeStep::Auto, 200);
+    let size = largest(&displacements);
+    let after = simulation.displacements();
+    let apart =
+        displacements.iter().zip(&after).map(|(a, b)| (Vec3::from(*a) - Vec3::from(*b)).norm());
+    assert!(apart.fold(0.0, f64::max) < 1e-5 * size);
+    assert!(grown > 1.27, "{grown}");
+}
+
+fn refused(deck: &Deck, words: &[&str]) {
+    let Err(error) = Model::new(deck) else { panic!("accepted: {words:?}") };
+    let text = error.to_string();
+    for word in words {
+        assert!(text.contains(word), "`{word}` is not in: {text}");
+    }
+}
+
+#[test]
+fn charges_that_cannot_be() {
+    let hole = ball([1.5; 3], 0.7);
+    let plain = hollow(BOX, &[[1.0; 3]], 0.1);
+    let with = |charge: Charge| Deck { charge: vec![charge], ..plain.clone() };
+    let good = gas(hole.clone(), 1e6);
+    model(&with(good.clone()));
+    let mass =
+        Charge { mass: Some(1.0), pressure: None, gamma: None, history: None, ..good.clone() };
+    let named = |name: &str| Some(Explosive::Named(name.into()));
+    refused(&with(mass.clone()), &["charge[0].mass", "needs `explosive`", "anfo"]);
+    let wrong = Charge { explosive: named("amfo"), ..mass.clone() };
+    refused(&with(wrong), &["charge[0].explosive", "amfo", "did you mean `anfo`"]);
+    let flat = Detonation { density: 1000.0, detonation_velocity: 4e3, gamma: 1.0 };
+    let own = |numbers| Charge { explosive: Some(Explosive::Given(numbers)), ..mass.clone() };
+    refused(&with(own(flat)), &["charge[0].explosive.gamma", "above 1"]);
+    let light = Detonation { density: 1.6, gamma: 3.0, ..flat };
+    refused(&with(own(light)), &["charge[0].explosive.density", "kg/m³"]);
+    refused(&with(Charge { mass: Some(1.0), ..good.clone() }), &["charge[0].pressure", "`mass`"]);
+    refused(&with(Charge { pressure: None, ..good.clone() }), &["charge[0]", "no strength"]);
+    refused(&with(Charge { gamma: Some(0.9), ..good.clone() }), &["charge[0].gamma", "above 1"]);
+    refused(&with(Charge { gamma: None, ..good.clone() }), &["charge[0].history", "needs `gamma`"]);
+    refused(&with(Charge { delay: Some(-1.0), ..good.clone() }), &["charge[0].delay", "0 or more"]);
+    let everywhere = Charge { region: Where::default(), ..good.clone() };
+    refused(&with(everywhere), &["charge[0].where", "names no part"]);
+    let away = Charge { region: ball([9.0; 3], 0.5), ..good.clone() };
+    refused(&with(away), &["charge[0].where", "selects nothing", "nearest is a joint"]);
+    let beside = Charge { region: ball([1.5; 3], 0.2), ..good.clone() };
+    refused(&with(beside), &["nearest is a wall of a cavity"]);
+    let mut timed = with(Charge { delay: Some(1.0), ..good.clone() });
+    timed.stage =
+        vec![Stage { kind: StageKind::Dynamic, duration: Some(0.1), ..relax_stage("blast") }];
+    refused(&timed, &["charge[0].delay", "never goes off"]);
+    let slow = History::Duvall(Duvall { alpha: 2e3, beta: 1e3 });
+    refused(&with(given(hole.clone(), 1e6, slow)), &["charge[0].history.duvall.beta", "above"]);
+    let both = Triangle { rise: 1.0, fall: Some(1.0), duration: Some(3.0) };
+    refused(
+        &with(given(hole.clone(), 1e6, History::Triangle(both))),
+        &["charge[0].history.triangle.duration", "does not go with `fall`"],
+    );
+    let line = Cylinder { from: [1.0; 3], to: [1.0; 3], radius: 1.0 };
+    let region = Where { cylinder: Some(line), ..Where::default() };
+    refused(&with(gas(region, 1e6)), &["charge[0].where.cylinder.to", "no length"]);
+    let mut open = hollow(BOX, &[[0.0, 1.0, 1.0]], 0.1);
+    open.charge = vec![gas(ball([0.5, 1.5, 1.5], 0.7), 1e6)];
+    let warnings = model(&open).warnings();
+    assert!(warnings.iter().any(|w| w.contains("open to the outside")), "{warnings:?}");
+}
