@@ -192,7 +192,7 @@ fn sides(face: &Face) -> [Surface; 2] {
 }
 
 fn selects(region: &Region, geometry: &Geometry, sides: &[Surface; 2]) -> bool {
-    region.has_set(geometry.bodies[sides[0].body].set as usize)
+    region.has_set(geometry.set(sides[0].body))
         && region.contains(&between(geometry, sides))
 }
 
@@ -223,7 +223,7 @@ fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
     let cavity = in_sets.flat_map(|(_, lattice)| walls(lattice));
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
     let joints = faces(geometry).into_iter().map(|face| sides(&face));
-    let joints = joints.filter(|s| region.has_set(geometry.bodies[s[0].body].set as usize));
+    let joints = joints.filter(|s| region.has_set(geometry.set(s[0].body)));
     let joints = joints.map(|sides| ("joint", between(geometry, &sides)));
     let far = |x: &Vec3| region.distance(x, x);
     let nearest = cavity.chain(joints).min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)));
