@@ -146,9 +146,8 @@ fn what_a_removed_block_leaves_is_a_free_face() {
 
 #[test]
 fn what_cannot_be_computed_is_refused_and_not_left_out() {
-    let refine = "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n";
-    let text = deck(refine);
+    let text = deck("[[assign]]\njoint = \"joint\"\nuntil = \"load\"\n");
     let faults = ddem_core::Model::new(&super::shared::deck(&text)).expect_err("a refusal").faults;
-    assert!(faults.len() == 1 && faults[0].place == "refine[0]", "{faults:?}");
-    assert!(faults[0].message.contains("local refinement"), "{faults:?}");
+    assert!(faults.iter().any(|fault| fault.place == "assign[0].until"), "{faults:?}");
+    assert!(faults.iter().any(|fault| fault.message.contains("does not have")), "{faults:?}");
 }
