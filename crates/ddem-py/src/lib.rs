@@ -6,6 +6,7 @@ mod away;
 mod draft;
 mod drive;
 mod errors;
+mod extremes;
 mod functions;
 mod look;
 mod matter;

@@ -1,7 +1,7 @@
 //! What is seen of a simulation.
 
 use ddem_core::deck::names;
-use ddem_core::{CONTACT_FIELDS, Contact, FIELDS, Field, Model, On, Simulation};
+use ddem_core::{CONTACT_FIELDS, Contact, FIELDS, Field, Fragment, Model, On, Simulation};
 use ddem_io::run::Session;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -20,14 +20,23 @@ pub(crate) struct Reading {
     pub(crate) one: Option<fn(&mut Simulation, usize) -> [f64; 3]>,
 }
 
-/// A field by its name; where nodes and pairs have one of the same name, that of the nodes.
-pub(crate) fn field(py: Python<'_>, name: &str) -> PyResult<Reading> {
+/// The fields that a simulation has.
+pub(crate) fn fields(session: &Session) -> Vec<&'static Field> {
+    model(session).fields().collect()
+}
+
+/// A field by its name, of those that there are; where nodes and pairs have one of the same name, that of the nodes.
+pub(crate) fn field(py: Python<'_>, name: &str, fields: &[&Field]) -> PyResult<Reading> {
     if name == "force" {
         let fill = |simulation: &mut Simulation| simulation.forces().into_flattened();
         return Ok(Reading { components: 3, at_nodes: true, fill, one: None });
     }
-    let Some(field) = FIELDS.iter().find(|field| field.name == name) else {
-        let mut known: Vec<&str> = FIELDS.iter().map(|field| field.name).collect();
+    let Some(field) = fields.iter().find(|field| field.name == name) else {
+        if ["peak_velocity", "peak_tension", "peak_compression"].contains(&name) {
+            let help = "`Model(peaks=True)` keeps peaks from the start of the run on";
+            return Err(model_error(py, "name", &format!("there is no `{name}`"), Some(help)));
+        }
+        let mut known: Vec<&str> = fields.iter().map(|field| field.name).collect();
         known.push("force");
         known.sort_unstable();
         known.dedup();
@@ -150,6 +159,30 @@ pub(crate) fn contact_array<'py>(
         columns.push((field.name, kind, values));
     }
     arrays::structured(py, contacts.len(), columns)
+}
+
+/// The fragments: how many blocks, and all else.
+pub(crate) fn fragment_array<'py>(
+    py: Python<'py>,
+    fragments: &[Fragment],
+) -> PyResult<Bound<'py, PyAny>> {
+    let number = |of: &dyn Fn(&Fragment) -> f64| {
+        arrays::components(py, fragments.iter().map(of).collect(), 1)
+    };
+    let vector = |of: &dyn Fn(&Fragment) -> [f64; 3]| {
+        arrays::rows(py, fragments.iter().map(of).collect::<Vec<_>>())
+    };
+    let blocks = fragments.iter().map(|fragment| fragment.blocks.len() as i64).collect();
+    let columns = vec![
+        ("blocks", "i8", integers(py, blocks)?),
+        ("volume", "f8", number(&|fragment| fragment.volume)?),
+        ("mass", "f8", number(&|fragment| fragment.mass)?),
+        ("size", "f8", number(&Fragment::size)?),
+        ("passing", "f8", number(&|fragment| fragment.passing)?),
+        ("centroid", "f8", vector(&|fragment| fragment.centroid)?),
+        ("velocity", "f8", vector(&|fragment| fragment.velocity)?),
+    ];
+    arrays::structured(py, fragments.len(), columns)
 }
 
 /// Time, step and values of one probe.

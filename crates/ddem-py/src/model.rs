@@ -36,6 +36,9 @@ use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, val
 /// contact : bool, optional
 ///     Find new contacts between blocks; without it, where a joint can fail or there is more than
 ///     one set of blocks. What they are is said by :meth:`contact`.
+/// peaks : bool, optional
+///     Keep the largest velocities and principal stresses of the run: :attr:`Simulation.peak_velocity`,
+///     :attr:`Simulation.peak_tension`, :attr:`Simulation.peak_compression`.
 ///
 /// Raises
 /// ------

@@ -36,14 +36,15 @@ impl Simulation {
     /// ValueError
     ///     No such field; a wrong node; a wrong `out`.
     #[pyo3(signature = (name, *, nodes=None, out=None))]
-    fn field<'py>(
+    pub(crate) fn field<'py>(
         &self,
         py: Python<'py>,
         name: &str,
         nodes: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let field = look::field(py, name)?;
+        let known = look::fields(&self.lock(py)?.session);
+        let field = look::field(py, name, &known)?;
         let n_nodes = self.n_nodes(py)?;
         let nodes = nodes.map(|nodes| arrays::nodes(nodes, "nodes", n_nodes)).transpose()?;
         let components = field.components;
@@ -372,7 +373,7 @@ impl Simulation {
 
 impl Simulation {
     /// What is seen of the simulation.
-    fn looked<T: Send>(
+    pub(crate) fn looked<T: Send>(
         &self,
         py: Python<'_>,
         see: impl FnOnce(&mut Inner) -> T + Send,

@@ -45,7 +45,7 @@ class Checker(doctest.OutputChecker):
 @pytest.mark.parametrize("test", examples(), ids=lambda test: test.name)
 def test_examples(test: doctest.DocTest, tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.chdir(tmp_path)
-    if "plot" in test.name or "probes" in test.name:
+    if any(word in test.name for word in ("plot", "probes", "fragments")):
         if "plot" in test.name:
             pytest.importorskip("pyvista")
             pytest.importorskip("matplotlib")

@@ -1,7 +1,7 @@
 //! Principal stresses.
 
 /// Steps of Newton's method from the largest that a root can be; each squares the error.
-const STEPS: usize = 6;
+const STEPS: usize = 5;
 
 /// The least and the largest principal stress of xx yy zz xy yz zx.
 ///

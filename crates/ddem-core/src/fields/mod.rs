@@ -5,12 +5,9 @@ mod contacts;
 mod fragments;
 mod momentum;
 mod peaks;
-
-use nalgebra::Matrix3;
-use rayon::prelude::*;
+mod stress;
 
 use crate::breaks::Point;
-use crate::element::Elastic;
 use crate::geometry::Vec3;
 use crate::joints::PairAt;
 use crate::lanes::{LANES, Lanes};
@@ -201,50 +198,6 @@ impl Simulation {
         0.5 * (v + a * v + b * (f - damping))
     }
 
-    /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
-    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block.
-    #[must_use]
-    pub fn stresses(&self) -> Vec<[f64; 6]> {
-        (0..self.model.n_blocks())
-            .into_par_iter()
-            .flat_map_iter(|block| {
-                let n = self.model.geometry.lattice(block).divisions;
-                (0..n * n * n).map(move |e| self.stress(block, [e % n, e / n % n, e / (n * n)]))
-            })
-            .collect()
-    }
-
-    /// Stress at the centre of the element at lattice steps `at` of a block `[Pa]`.
-    #[must_use]
-    pub fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
-        let model = &self.model;
-        let (pack, lane) = model.packs.slot(block);
-        let table = &model.assembly.tables[model.assembly.pack_tables[pack][0] as usize];
-        let Some(element) = table.elements[lane] else { return [0.0; 6] };
-        let element = &model.assembly.elements[element as usize];
-        let inverse = Matrix3::from_columns(&element.edges).try_inverse();
-        let Some(inverse) = inverse else { return [0.0; 6] };
-        // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
-        let mut gradient = Matrix3::zeros();
-        for corner in 0..8 {
-            let step = [0, 1, 2].map(|d| at[d] + (corner >> d & 1));
-            let u = Vec3::from(self.displacement(model.geometry.node(block, step)));
-            for d in 0..3 {
-                let sign = if corner >> d & 1 == 1 { 0.25 } else { -0.25 };
-                gradient += u * inverse.row(d) * sign;
-            }
-        }
-        rotated_stress(&element.elastic, gradient, &self.rotation(pack, lane))
-    }
-
-    fn rotation(&self, pack: usize, lane: usize) -> Matrix3<f64> {
-        if !self.model.corotational() {
-            return Matrix3::identity();
-        }
-        let rotation = &self.scratch.frames[pack].rotation;
-        Matrix3::from_fn(|i, k| rotation[i][k].0[lane])
-    }
-
     /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape
     /// `(n_nodes, 3)`, eq. (8) and eq. (11).
     pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
@@ -309,15 +262,6 @@ impl Simulation {
         });
         numbers
     }
-}
-
-/// `σ = R (C : sym(Rᵀ F − 1)) Rᵀ` from `∂u/∂X`.
-fn rotated_stress(elastic: &Elastic, gradient: Matrix3<f64>, r: &Matrix3<f64>) -> [f64; 6] {
-    let local = r.transpose() * (Matrix3::identity() + gradient) - Matrix3::identity();
-    let [xx, yy, zz, xy, yz, zx] =
-        elastic.stress(&[0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)])));
-    let turned = r * Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) * r.transpose();
-    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|at| turned[at])
 }
 
 impl crate::model::Model {

@@ -1,7 +1,6 @@
 //! What peaks see of a run, and when.
 
 use super::Simulation;
-use crate::element::principal;
 use crate::model::Model;
 
 /// Part of the time in which a compression wave crosses the smallest element, between two looks at
@@ -22,10 +21,14 @@ impl Simulation {
     /// Takes the present stresses for the peaks, where these are asked for.
     pub(crate) fn note_stresses(&mut self) {
         let mut peaks = std::mem::take(&mut self.state.peaks);
-        peaks.note_stresses(&|block, element| {
+        peaks.note_stresses(&|block, elements| {
+            let Some(strained) = self.strained(block) else { return };
             let n = self.model.geometry.lattice(block).divisions;
-            let at = [element % n, element / n % n, element / (n * n)];
-            principal(&self.stress(block, at))
+            for (e, [tension, compression]) in elements.iter_mut().enumerate() {
+                let [least, most] = strained.range([e % n, e / n % n, e / (n * n)]);
+                *tension = tension.max(most);
+                *compression = compression.max(-least);
+            }
         });
         self.state.peaks = peaks;
     }

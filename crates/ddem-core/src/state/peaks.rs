@@ -42,16 +42,10 @@ impl Peaks {
         });
     }
 
-    /// Takes stresses into account: of each element, by block and number in it, what principal
-    /// stresses lie between.
-    pub(crate) fn note_stresses(&mut self, range: &(impl Fn(usize, usize) -> [f64; 2] + Sync)) {
-        self.stresses.par_iter_mut().enumerate().for_each(|(block, elements)| {
-            for (element, [tension, compression]) in elements.iter_mut().enumerate() {
-                let [least, most] = range(block, element);
-                *tension = tension.max(most);
-                *compression = compression.max(-least);
-            }
-        });
+    /// Takes stresses into account: `note` does so with the elements of each block.
+    pub(crate) fn note_stresses(&mut self, note: &(impl Fn(usize, &mut [[f64; 2]]) + Sync)) {
+        let blocks = self.stresses.par_iter_mut().enumerate();
+        blocks.for_each(|(block, elements)| note(block, elements));
     }
 
     /// Memory in use `[bytes]`.

@@ -27,6 +27,7 @@ from ddem._ddem import (
 from ddem._errors import Busy, Collapsed, Diverged, Error, ModelError, NotConverged
 from ddem._plot import plot
 from ddem._probes import plot_probes, read_probes
+from ddem._sizes import plot_sizes, read_fragments
 
 __all__ = [
     "Busy",
@@ -43,6 +44,8 @@ __all__ = [
     "load",
     "plot",
     "plot_probes",
+    "plot_sizes",
+    "read_fragments",
     "read_probes",
     "run_deck",
     "schema",

@@ -64,8 +64,9 @@ def plot(
         What to draw: a simulation as it is now, or a folder of results.
     field : str or array, optional
         What colours the blocks. Of a simulation ``"displacement"`` (m), ``"velocity"`` (m/s),
-        ``"force"`` (N), ``"mass"`` (kg), ``"stress"`` (Pa) or ``"block"``; of a folder, what its
-        ``blocks.vtkhdf`` holds. Or numbers of your own: an array of shape ``(n,)``, ``(n, 3)`` or
+        ``"force"`` (N), ``"mass"`` (kg), ``"stress"`` (Pa), ``"block"``, ``"fragment"`` or, of a
+        model with ``peaks=True``, ``"peak_velocity"`` (m/s), ``"peak_tension"`` and
+        ``"peak_compression"`` (Pa); of a folder, what its ``blocks.vtkhdf`` holds. Or numbers of your own: an array of shape ``(n,)``, ``(n, 3)`` or
         ``(n, 6)`` with n = n_nodes or n_elements. By default the displacement; blocks are plain
         where joints are drawn.
     component : str, optional

@@ -21,7 +21,9 @@ Integers: TypeAlias = npt.NDArray[np.int64]
 Source: TypeAlias = "Simulation | str | os.PathLike[str]"
 
 NODAL = ("displacement", "velocity", "force", "mass")
-ELEMENTAL = ("stress", "block")
+ELEMENTAL = ("stress", "block", "fragment")
+# Of models that ask for them.
+PEAKS = ("peak_velocity", "peak_tension", "peak_compression")
 JOINTS = ("state", "failure_time", "slip", "opening", "traction", "damage")
 UNITS = {
     "displacement": "m",
@@ -29,6 +31,9 @@ UNITS = {
     "force": "N",
     "mass": "kg",
     "stress": "Pa",
+    "peak_velocity": "m/s",
+    "peak_tension": "Pa",
+    "peak_compression": "Pa",
     "failure_time": "s",
     "slip": "m",
     "opening": "m",
@@ -91,7 +96,7 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
         try:
             return source.field(name)
         except (ValueError, KeyError):
-            one_of("field", name, (*NODAL, *ELEMENTAL))
+            one_of("field", name, (*NODAL, *ELEMENTAL, *PEAKS))
             raise
 
     return Frame(

@@ -1,0 +1,122 @@
+//! Stresses at the centres of the elements.
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use crate::element::{Elastic, principal};
+use crate::geometry::Vec3;
+use crate::lanes::Lanes;
+use crate::simulation::Simulation;
+
+/// What the stresses of one block come from.
+pub(crate) struct Strained<'a> {
+    u: &'a [Lanes],
+    lane: usize,
+    divisions: usize,
+    elastic: &'a Elastic,
+    /// Of the matrix whose columns are the edges of an element.
+    inverse: Matrix3<f64>,
+    rotation: Matrix3<f64>,
+}
+
+impl Simulation {
+    /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
+    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block.
+    #[must_use]
+    pub fn stresses(&self) -> Vec<[f64; 6]> {
+        (0..self.model.n_blocks())
+            .into_par_iter()
+            .flat_map_iter(|block| {
+                let (strained, n) =
+                    (self.strained(block), self.model.geometry.lattice(block).divisions);
+                let stress = move |at| strained.as_ref().map_or([0.0; 6], |block| block.stress(at));
+                (0..n * n * n).map(move |e| stress([e % n, e / n % n, e / (n * n)]))
+            })
+            .collect()
+    }
+
+    /// Stress at the centre of the element at lattice steps `at` of a block `[Pa]`.
+    #[must_use]
+    pub fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
+        self.strained(block).map_or([0.0; 6], |block| block.stress(at))
+    }
+
+    /// What the stresses of a block come from; `None` of one that has none.
+    pub(crate) fn strained(&self, block: usize) -> Option<Strained<'_>> {
+        let model = &self.model;
+        let (pack, lane) = model.packs.slot(block);
+        let table = &model.assembly.tables[model.assembly.pack_tables[pack][0] as usize];
+        let element = &model.assembly.elements[table.elements[lane]? as usize];
+        let first = &model.packs.packs[pack];
+        let nodes = 3 * first.start..3 * (first.start + model.packs.shape_of(first).nodes);
+        Some(Strained {
+            u: &self.state.u[nodes],
+            lane,
+            divisions: model.geometry.lattice(block).divisions,
+            elastic: &element.elastic,
+            inverse: Matrix3::from_columns(&element.edges).try_inverse()?,
+            rotation: self.rotation(pack, lane),
+        })
+    }
+
+    fn rotation(&self, pack: usize, lane: usize) -> Matrix3<f64> {
+        if !self.model.corotational() {
+            return Matrix3::identity();
+        }
+        let rotation = &self.scratch.frames[pack].rotation;
+        Matrix3::from_fn(|i, k| rotation[i][k].0[lane])
+    }
+}
+
+impl Strained<'_> {
+    /// Stress at the centre of the element at lattice steps `at` `[Pa]`.
+    pub(crate) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
+        let n = self.divisions + 1;
+        // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
+        let mut gradient = Matrix3::zeros();
+        for corner in 0..8 {
+            let [i, j, k] = [0, 1, 2].map(|d| at[d] + (corner >> d & 1));
+            let node = 3 * (i + n * (j + n * k));
+            let u = Vec3::from([0, 1, 2].map(|c| self.u[node + c].0[self.lane]));
+            for d in 0..3 {
+                let sign = if corner >> d & 1 == 1 { 0.25 } else { -0.25 };
+                gradient += u * self.inverse.row(d) * sign;
+            }
+        }
+        rotated_stress(self.elastic, gradient, &self.rotation)
+    }
+
+    /// The least and the largest principal stress there `[Pa]`, a third of the work of all of them:
+    /// they do not care how the block has turned.
+    pub(crate) fn range(&self, at: [usize; 3]) -> [f64; 2] {
+        let n = self.divisions + 1;
+        let first = at[0] + n * (at[1] + n * at[2]);
+        let mut differences = [[0.0; 3]; 3];
+        for corner in 0..8 {
+            let [i, j, k] = [0, 1, 2].map(|d| corner >> d & 1);
+            let node = 3 * (first + i + n * (j + n * k));
+            for (c, u) in self.u[node..node + 3].iter().map(|u| u.0[self.lane]).enumerate() {
+                differences[0][c] += if i == 1 { u } else { -u };
+                differences[1][c] += if j == 1 { u } else { -u };
+                differences[2][c] += if k == 1 { u } else { -u };
+            }
+        }
+        let gradient = Matrix3::from_fn(|i, k| {
+            let along = |d: usize| differences[d][i] * self.inverse[(d, k)];
+            0.25 * (along(0) + along(1) + along(2))
+        });
+        let r = &self.rotation;
+        let local = r.tr_mul(&(Matrix3::identity() + gradient)) - Matrix3::identity();
+        let local = [0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)]));
+        principal(&self.elastic.stress(&local))
+    }
+}
+
+/// `σ = R (C : sym(Rᵀ F − 1)) Rᵀ` from `∂u/∂X`.
+fn rotated_stress(elastic: &Elastic, gradient: Matrix3<f64>, r: &Matrix3<f64>) -> [f64; 6] {
+    let local = r.transpose() * (Matrix3::identity() + gradient) - Matrix3::identity();
+    let [xx, yy, zz, xy, yz, zx] =
+        elastic.stress(&[0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)])));
+    let turned = r * Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) * r.transpose();
+    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|at| turned[at])
+}

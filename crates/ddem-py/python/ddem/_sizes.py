@@ -1,0 +1,141 @@
+"""Fragments: read from a folder of results, their sizes drawn."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ._scene import Source, one_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Fragments: TypeAlias = "Source | npt.NDArray[np.void]"
+
+_KIND = np.dtype(
+    [
+        ("blocks", "i8"),
+        ("volume", "f8"),
+        ("mass", "f8"),
+        ("size", "f8"),
+        ("passing", "f8"),
+        ("centroid", "f8", 3),
+        ("velocity", "f8", 3),
+    ]
+)
+
+
+def read_fragments(
+    folder: str | os.PathLike[str], stage: str | None = None
+) -> npt.NDArray[np.void]:
+    """Fragments at the end of a stage, as a run has written them to its folder.
+
+    Parameters
+    ----------
+    folder : str or os.PathLike
+        Folder of results, with ``fragments.csv``.
+    stage : str, optional
+        Name of the stage; by default the last one that was done.
+
+    Returns
+    -------
+    structured array
+        As :attr:`Simulation.fragments` has them.
+
+    Raises
+    ------
+    ValueError
+        If no stage of that name has been done.
+    FileNotFoundError
+        If the folder has no ``fragments.csv``.
+
+    Examples
+    --------
+    >>> sizes = ddem.read_fragments("results/beam-crack")["size"]
+    """
+    with open(Path(folder) / "fragments.csv", encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    # A run that was killed may have left its last row short.
+    rows = [row for row in rows if len(row) == len(header)]
+    stages = [row[0] for row in rows]
+    if stage is not None:
+        rows = [row for row in rows if row[0] == one_of("stage", stage, dict.fromkeys(stages))]
+    # A stage of the same name may have been done more than once.
+    rows = [row for row in rows if row[:2] == rows[-1][:2]]
+    start = header.index("blocks")
+    numbers = [[float(cell) for cell in row[start:]] for row in rows]
+    fragments = [(int(n[0]), *n[1:5], tuple(n[5:8]), tuple(n[8:11])) for n in numbers]
+    return np.array(fragments, _KIND)
+
+
+def plot_sizes(
+    fragments: Fragments,
+    *,
+    stage: str | None = None,
+    file: str | os.PathLike[str] | None = None,
+) -> Figure:
+    """Draw how much of the mass is in fragments that are no larger than a size.
+
+    Parameters
+    ----------
+    fragments : Simulation, str, os.PathLike or structured array
+        A simulation as it is now, a folder of results, or some of the rows of
+        :attr:`Simulation.fragments`.
+    stage : str, optional
+        Of a folder: at the end of which stage; by default the last one that was done.
+    file : str or os.PathLike, optional
+        Image file to write, of any kind that matplotlib knows.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Cumulative passing by mass (%) over the equivalent size (m), the edge of a cube of the same
+        volume, on a logarithmic axis.
+
+    Raises
+    ------
+    ValueError
+        If there are no fragments, no stage of that name has been done, or a `stage` is given where
+        there is no folder.
+    FileNotFoundError
+        If the folder has no ``fragments.csv``.
+    ImportError
+        If matplotlib is not installed: ``pip install "ddem[plot]"``.
+
+    Examples
+    --------
+    >>> ddem.plot_sizes(sim, file="sizes.png")
+    """
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as missing:
+        raise ImportError('plots need matplotlib: pip install "ddem[plot]"') from missing
+    if isinstance(fragments, (str, os.PathLike)):
+        rows = read_fragments(fragments, stage)
+    elif stage is not None:
+        raise ValueError("stage: only folders of results have stages")
+    else:
+        rows = np.asarray(getattr(fragments, "fragments", fragments))
+    if rows.dtype.names is None or not {"size", "mass"} <= set(rows.dtype.names):
+        raise ValueError("fragments: a simulation, a folder, or rows of `Simulation.fragments`")
+    if len(rows) == 0:
+        raise ValueError("fragments: there are none")
+    # Of some of the rows: what passes is a part of their mass. The largest come first.
+    passing = 100.0 * np.cumsum(rows["mass"][::-1])[::-1] / rows["mass"].sum()
+    figure, axes = plt.subplots(figsize=(7.0, 4.5), layout="constrained")
+    axes.plot(rows["size"], passing, marker="o", markersize=4, linewidth=1.4)
+    axes.set_xscale("log")
+    axes.set_ylim(0.0, 102.0)
+    axes.set_xlabel("size (m)")
+    axes.set_ylabel("passing by mass (%)")
+    number = len(rows)
+    axes.set_title(f"{number} fragment{'s' if number > 1 else ''}", loc="left")
+    axes.grid(alpha=0.25, which="both")
+    if file is not None:
+        figure.savefig(os.fspath(file), dpi=150)
+    return figure

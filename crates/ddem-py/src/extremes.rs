@@ -1,0 +1,48 @@
+//! What a run leaves behind: the largest values so far, and the fragments.
+
+use pyo3::prelude::*;
+
+use crate::look;
+use crate::simulation::Simulation;
+
+#[pymethods]
+impl Simulation {
+    /// Largest speed of each node since the start of the run [m/s], shape (n_nodes,): the peak particle
+    /// velocity. Only of a model with ``peaks=True``.
+    #[getter]
+    fn peak_velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "peak_velocity", None, None)
+    }
+
+    /// Largest principal tension at the centre of each element since the start of the run [Pa], 0 or
+    /// more, shape (n_elements,). Only of a model with ``peaks=True``.
+    #[getter]
+    fn peak_tension<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "peak_tension", None, None)
+    }
+
+    /// Largest principal compression at the centre of each element since the start of the run [Pa], 0
+    /// or more, shape (n_elements,). Only of a model with ``peaks=True``.
+    #[getter]
+    fn peak_compression<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.field(py, "peak_compression", None, None)
+    }
+
+    /// The fragments now, blocks that unbroken joints hold together, a structured array of shape
+    /// (n_fragments,) by decreasing volume, equal ones by their lowest block: `blocks` (how many),
+    /// `volume` (of the blocks at the start) [m³], `mass` (with half of that of the joints around each
+    /// block) [kg], `size` (edge of a cube of that volume) [m], `passing` (part of all mass in fragments
+    /// that are no larger), `centroid` (now) [m], `velocity` [m/s].
+    #[getter]
+    fn fragments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let fragments = self.looked(py, |inner| inner.session.simulation_mut().fragments())?;
+        look::fragment_array(py, &fragments)
+    }
+
+    /// The number of the fragment of each block, a row of :attr:`fragments`, shape (n_blocks,).
+    #[getter]
+    fn block_fragment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let numbers = self.looked(py, |inner| inner.session.simulation_mut().block_fragments())?;
+        look::integers(py, numbers.into_iter().map(|number| number as i64).collect())
+    }
+}
