@@ -132,7 +132,7 @@ pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> 
 }
 
 /// What says where.
-const WHERE: &str = "`x`, `y`, `z`, `sphere`, `set`";
+const WHERE: &str = "`x`, `y`, `z`, `sphere`, `cylinder`, `set`";
 
 /// Lists of keys, as Python has them: where without a table of its own, and a word of Python's.
 fn python_keys(help: &str) -> String {

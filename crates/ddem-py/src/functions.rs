@@ -9,12 +9,13 @@ use pyo3::prelude::*;
 
 use crate::errors::refuse;
 
-/// A load or a driven support, by its number in the deck.
+/// A load, a charge, a boundary or a driven support, by its number in the deck.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Timed {
     Load(usize),
     Fix(usize),
     Boundary(usize),
+    Charge(usize),
 }
 
 impl Timed {
@@ -23,6 +24,7 @@ impl Timed {
             "load" => Some(Self::Load(index)),
             "fix" => Some(Self::Fix(index)),
             "boundary" => Some(Self::Boundary(index)),
+            "charge" => Some(Self::Charge(index)),
             _ => None,
         }
     }
@@ -33,6 +35,7 @@ impl Timed {
             Self::Load(index) => format!("load[{index}].history"),
             Self::Fix(index) => format!("fix[{index}].history"),
             Self::Boundary(index) => format!("boundary[{index}].history"),
+            Self::Charge(index) => format!("charge[{index}].history"),
         }
     }
 }
@@ -93,6 +96,7 @@ impl Called {
                 Timed::Load(index) => model.set_load_history(index, Arc::new(factor))?,
                 Timed::Fix(index) => model.set_fix_history(index, Arc::new(factor))?,
                 Timed::Boundary(index) => model.set_boundary_history(index, Arc::new(factor))?,
+                Timed::Charge(index) => model.set_charge_history(index, Arc::new(factor))?,
             }
         }
         Ok(())

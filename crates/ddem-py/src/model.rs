@@ -21,7 +21,8 @@ use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, val
 ///
 /// Keywords are the keys of the deck (docs/deck.md) and checked by its rules. In place of
 /// `where = {...}` its keys are given: `x`, `y`, `z` as a number (a plane) or `(from, to)`,
-/// `sphere={"centre": ..., "radius": ...}` and `set="name"`. The key `from` is `from_`.
+/// `sphere={"centre": ..., "radius": ...}`, `cylinder={"from": ..., "to": ..., "radius": ...}` and
+/// `set="name"`. The key `from` is `from_`.
 ///
 /// Parameters
 /// ----------

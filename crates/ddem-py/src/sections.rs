@@ -74,7 +74,7 @@ impl Model {
     ///     For the joints whose face centre lies inside.
     /// material : Material or str, optional
     ///     For the blocks whose centroid lies inside.
-    /// x, y, z, sphere, set : optional
+    /// x, y, z, sphere, cylinder, set : optional
     ///     Where.
     ///
     /// Raises
@@ -90,7 +90,7 @@ impl Model {
     ///
     /// Parameters
     /// ----------
-    /// x, y, z, sphere, set : optional
+    /// x, y, z, sphere, cylinder, set : optional
     ///     Where.
     ///
     /// Raises
@@ -108,7 +108,7 @@ impl Model {
     /// ----------
     /// factor : int
     ///     Parts along each edge.
-    /// x, y, z, sphere, set : optional
+    /// x, y, z, sphere, cylinder, set : optional
     ///     Where.
     ///
     /// Raises
@@ -131,7 +131,7 @@ impl Model {
     /// history : callable, dict or rows, optional
     ///     Factor on the velocity in time [s]: a function of the time since the support came into
     ///     force, ``{"ramp": seconds}``, or rows of time and factor.
-    /// x, y, z, sphere, set : optional
+    /// x, y, z, sphere, cylinder, set : optional
     ///     Where; every node without any.
     /// from_, until : str, optional
     ///     Stages from whose start, and up to whose start, it is in force.
@@ -166,7 +166,7 @@ impl Model {
     ///     Factor in time [s]: a function of the time since the load came into force,
     ///     ``{"ramp": seconds}``, or rows of time and factor. A function is called at every step,
     ///     and must depend on the time alone.
-    /// x, y, z, sphere, set : optional
+    /// x, y, z, sphere, cylinder, set : optional
     ///     Where.
     /// from_, until : str, optional
     ///     Stages from whose start, and up to whose start, it is in force.
@@ -178,6 +178,38 @@ impl Model {
     #[pyo3(signature = (**keys))]
     fn load(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
         self.add(py, "load", None, keys)
+    }
+
+    /// Adds a charge: gas that pushes the walls of a cavity apart, or the sides of joints. One of `mass`, with
+    /// `explosive`, and `pressure`.
+    ///
+    /// Parameters
+    /// ----------
+    /// mass : float, optional
+    ///     Of the explosive [kg].
+    /// explosive : str or dict, optional
+    ///     "tnt", "anfo", "emulsion", or ``{"density": ..., "detonation_velocity": ..., "gamma": ...}``.
+    /// pressure : float, optional
+    ///     Its peak [Pa].
+    /// gamma : float, optional
+    ///     Adiabatic index of the gas where `pressure` is given.
+    /// history : "gas", callable, dict or rows, optional
+    ///     Adiabatic expansion, or a factor on the pressure in time [s] as for :meth:`load`; "gas" with `mass`,
+    ///     constant with `pressure`. A function is one of the time since it went off.
+    /// delay : float, optional
+    ///     When it goes off, from the start of the stage `from_`, or of the run [s].
+    /// x, y, z, sphere, cylinder, set : optional
+    ///     Walls of cavities by the centres of their faces; where there is none, joints.
+    /// from_, until : str, optional
+    ///     Stages from whose start, and up to whose start, it is in force.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn charge(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "charge", None, keys)
     }
 
     /// Adds a boundary behind which the rock goes on, so that waves leave.
@@ -193,7 +225,7 @@ impl Model {
     ///     Of a wave that comes in through viscous faces [m/s]; a free surface moves twice as fast.
     /// history : callable, dict or rows, optional
     ///     Factor on the velocity in time [s], as for :meth:`fix`.
-    /// x, y, z, sphere, set : optional
+    /// x, y, z, sphere, cylinder, set : optional
     ///     Which outer faces; all of them without any.
     /// from_, until : str, optional
     ///     Stages from whose start, and up to whose start, it is in force.
@@ -222,7 +254,7 @@ impl Model {
     ///     Angular velocity about `centre` [rad/s], added to `velocity`.
     /// centre : (float, float, float), optional
     ///     [m]; the origin without it.
-    /// x, y, z, sphere, set : optional
+    /// x, y, z, sphere, cylinder, set : optional
     ///     Where; every node without any.
     ///
     /// Raises
@@ -274,7 +306,7 @@ impl Model {
     ///     Time between samples [s]; a thousandth of a run without it.
     /// every_steps : int, optional
     ///     Steps between samples in a relaxation; 100 without it.
-    /// x, y, z, sphere, set : optional
+    /// x, y, z, sphere, cylinder, set : optional
     ///     Instead of `at`: the sum of reactions, the mean of anything else.
     ///
     /// Raises

@@ -169,7 +169,7 @@ pub(crate) fn table<'py>(
         }
         if key == "history" && given.is_callable() {
             if Timed::new(section, 0).is_none() {
-                let message = "only loads, driven supports and boundaries have a history";
+                let message = "only loads, charges, driven supports and boundaries have a history";
                 return Err(model_error(given.py(), &key, message, None));
             }
             function = Some(given);
@@ -181,7 +181,7 @@ pub(crate) fn table<'py>(
             Some(_) => Err(model_error(given.py(), key, "is given twice", None)),
         };
         match (key.as_str(), value) {
-            ("x" | "y" | "z" | "sphere" | "set", value) if has_where(section) => {
+            ("x" | "y" | "z" | "sphere" | "cylinder" | "set", value) if has_where(section) => {
                 put(&mut region, &key, value)?;
             }
             ("where", Value::Table(all)) if has_where(section) => {

@@ -204,7 +204,7 @@ impl Simulation {
     /// ----------
     /// x, y, z : float or (float, float), optional
     ///     A plane or a range [m].
-    /// sphere : dict, optional
+    /// sphere, cylinder : dict, optional
     ///     ``{"centre": ..., "radius": ...}``.
     /// set : str, optional
     ///     Name of a set of blocks.

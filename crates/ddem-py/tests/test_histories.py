@@ -18,7 +18,7 @@ def table(time: float) -> float:
     return time / 1e-3 if time < 1e-3 else 1.0
 
 
-@pytest.mark.parametrize("kind", ["load", "fix", "boundary"])
+@pytest.mark.parametrize("kind", ["load", "fix", "boundary", "charge"])
 def test_a_function_is_the_same_history(kind: str) -> None:
     def simulate(history: Any) -> ddem.Simulation:
         model = column()
@@ -26,6 +26,8 @@ def test_a_function_is_the_same_history(kind: str) -> None:
             model.load(traction=(1e5, 0, 0), z=2.0, history=history)
         elif kind == "fix":
             model.fix("x", velocity=(0.1, 0, 0), z=2.0, history=history)
+        elif kind == "charge":
+            model.charge(pressure=1e6, z=1.0, history=history)
         else:
             model.boundary("viscous", velocity=(0.1, 0, 0), z=2.0, history=history)
         simulation = model.build()

@@ -72,6 +72,13 @@ def full() -> ddem.Model:
     model.load(pressure=1e4, x=2.0, history={"table": [[0, 0], [1, 1]]})
     model.load(line=(0, 0, -1e3), z=2.0, x=2.0, from_="push")
     model.load(force=(1, 2, 3), sphere={"centre": (2, 1, 2), "radius": 0.1}, until="push")
+    hole = {"from": (1, 0.5, 0), "to": (1, 0.5, 2), "radius": 2}
+    blast = {"mass": 0.1, "explosive": "anfo", "delay": 1e-4, "from_": "push"}
+    model.charge(cylinder=hole, set="base", **blast)
+    pulse = {"duvall": {"alpha": 100, "beta": 300}}
+    model.charge(pressure=1e5, cylinder=hole, set="base", until="end", history=pulse)
+    own = {"density": 1000, "detonation_velocity": 4000, "gamma": 3}
+    model.charge(mass=0.1, explosive=own, history="gas", z=1.0, set="base")
     wave = {"velocity": (0, 0.1, 0), "history": {"ramp": 0.02}}
     model.boundary("viscous", y=0.0, set="base", from_="push", until="end", **wave)
     model.initial(velocity=(0, 0, 0.1), spin=(0, 0, 0.1), centre=(1, 1, 1), set="side")

@@ -55,6 +55,15 @@ METHODS: dict[str, dict[str, Any]] = {
         "history": {"ramp": 1.0},
         **WHEN,
     },
+    "charge": {
+        "mass": 1.0,
+        "explosive": "tnt",
+        "pressure": 1.0,
+        "gamma": 3.0,
+        "history": "gas",
+        "delay": 1.0,
+        **WHEN,
+    },
     "boundary": {"kind": "viscous", "velocity": (0, 0, 1), "history": {"ramp": 1.0}, **WHEN},
     "initial": {"velocity": (0, 0, 1), "spin": (0, 0, 1), "centre": (0, 0, 0), **WHERE},
     "stage": {

@@ -66,6 +66,7 @@ def keys_of(definition: str) -> set[str]:
         ("Model.fix", "Fix", set()),
         ("Model.load", "Load", set()),
         ("Model.boundary", "Boundary", set()),
+        ("Model.charge", "Charge", set()),
         ("Model.initial", "Initial", set()),
         ("Model.stage", "Stage", set()),
         ("Model.probe", "Probe", set()),

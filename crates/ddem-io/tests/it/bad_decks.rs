@@ -180,6 +180,12 @@ bad_decks! {
 
 // Boundaries.
 bad_decks! {
+    charge_of_nothing: "mass = 1.5\nexplosive = \"anfo\"" => "pressure = 1e6\nmass = 1.5";
+    explosive_unknown: "\"anfo\"" => "\"anfoo\"";
+    explosive_of_number: "\"anfo\"" => "850";
+    history_of_a_charge: "history = \"gas\"" => "history = \"gases\"";
+    triangle_of_nothing: ", duration = 1e-3 }" => " }";
+    cylinder_without_end: ", to = [1.2, 1.2, 3.0]" => "";
     kind_of_a_boundary: "[[fix]]" => "[[boundary]]\nwhere = { x = 12.0 }\nkind = \"viscos\"\n\n[[fix]]";
     waves_of_a_boundary: "[[fix]]" => "[[boundary]]\nwhere = { x = 12.0 }\nkind = \"viscous\"\n\
             history = { ramp = 0.1 }\n\n[[boundary]]\nwhere = { x = 0.0 }\nkind = \"free-field\"\n\

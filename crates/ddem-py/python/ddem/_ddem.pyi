@@ -145,6 +145,17 @@ class Model:
         history: History | None = None,
         **where: Unpack[When],
     ) -> None: ...
+    def charge(
+        self,
+        *,
+        mass: float | None = None,
+        explosive: str | Mapping[str, float] | None = None,
+        pressure: float | None = None,
+        gamma: float | None = None,
+        history: Literal["gas"] | History | None = None,
+        delay: float | None = None,
+        **where: Unpack[When],
+    ) -> None: ...
     def boundary(
         self,
         kind: Literal["viscous", "free-field"],

@@ -28,13 +28,18 @@ class Sphere(TypedDict):
     radius: float
 
 
+#: Inside a cylinder.
+Cylinder = TypedDict("Cylinder", {"from": Vector, "to": Vector, "radius": float})
+
+
 class Where(TypedDict, total=False):
-    """Part of a model: a plane or a range on each axis, a sphere, a set of blocks."""
+    """Part of a model: a plane or a range on each axis, a sphere, a cylinder, a set of blocks."""
 
     x: Extent
     y: Extent
     z: Extent
     sphere: Sphere
+    cylinder: Cylinder
     set: str
 
 
