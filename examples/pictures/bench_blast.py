@@ -28,7 +28,7 @@ def bench(axes, blocks, frame):
     shown = plt.cm.YlOrRd(np.clip(colours / FASTEST, 0, 1))
     axes.add_collection3d(Poly3DCollection(faces, facecolors=shown, edgecolors="#1f293366", lw=0.2))
     axes.set(xlim=(0, 11), ylim=(-1.5, 5.5), zlim=(0, 5))
-    axes.set_box_aspect((11, 7, 5), zoom=1.45)
+    axes.set_box_aspect((11, 7, 5), zoom=1.1)
     axes.view_init(elev=32, azim=-62)
     axes.axis("off")
 
