@@ -88,6 +88,7 @@ fn summary_has_the_documented_keys() {
         "pairs",
         "failed_pairs",
         "contacts",
+        "fragments",
         "peak_memory_bytes",
         "stages",
         "deck",
