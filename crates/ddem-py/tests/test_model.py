@@ -109,12 +109,12 @@ def test_every_section_is_written_and_read_again(tmp_path: Path) -> None:
     assert model.build().n_blocks == 4 + 1
 
 
-def test_sections_that_this_version_has_not_are_written_too(tmp_path: Path) -> None:
+def test_blocks_are_split() -> None:
     model = column()
+    before = model.build().n_blocks
     model.refine(factor=2, set="all")
     assert model.deck["refine"] == [{"factor": 2, "where": {"set": "all"}}]
-    with pytest.raises(ddem.ModelError, match=r"refine\[0\]: this version does not have"):
-        model.build()
+    assert model.build().n_blocks == 8 * before
 
 
 def test_what_a_deck_says_is_what_was_given() -> None:
