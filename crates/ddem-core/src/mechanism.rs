@@ -119,10 +119,10 @@ fn groups(geometry: &Geometry, contacts: bool) -> Vec<usize> {
 
 /// Makes one group of those of sets that touch, and numbers them anew.
 fn unite(geometry: &Geometry, groups: &mut [usize], contacts: bool) {
-    let n_sets = geometry.lattices.len();
-    // Sets and groups in one forest: a group hangs with the sets that it has blocks of.
+    let n_lattices = geometry.lattices.len();
+    // Lattices and groups in one forest: a group hangs with the lattices that it has blocks of.
     let n_groups = groups.iter().max().map_or(0, |g| g + 1);
-    let mut parents: Vec<usize> = (0..n_sets + n_groups).collect();
+    let mut parents: Vec<usize> = (0..n_lattices + n_groups).collect();
     fn root(parents: &[usize], mut at: usize) -> usize {
         while parents[at] != at {
             at = parents[at];
@@ -134,19 +134,19 @@ fn unite(geometry: &Geometry, groups: &mut [usize], contacts: bool) {
         parents[a.max(b)] = a.min(b);
     };
     for [a, b] in geometry.abutments.iter().map(|abutment| abutment.blocks) {
-        join(n_sets + groups[a as usize], n_sets + groups[b as usize]);
+        join(n_lattices + groups[a as usize], n_lattices + groups[b as usize]);
     }
     let touching = if contacts { geometry.touching() } else { Vec::new() };
     touching.iter().for_each(|&(i, j)| join(i, j));
     let touches: HashSet<usize> = touching.into_iter().flat_map(|(i, j)| [i, j]).collect();
     for (body, &group) in geometry.bodies.iter().zip(&*groups) {
         if touches.contains(&(body.lattice as usize)) {
-            join(body.lattice as usize, n_sets + group);
+            join(body.lattice as usize, n_lattices + group);
         }
     }
     let mut names: Vec<usize> = Vec::new();
     for group in groups.iter_mut() {
-        let root = root(&parents, n_sets + *group);
+        let root = root(&parents, n_lattices + *group);
         *group = names.iter().position(|&name| name == root).unwrap_or_else(|| {
             names.push(root);
             names.len() - 1

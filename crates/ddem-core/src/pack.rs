@@ -232,8 +232,8 @@ impl Packs {
             shares: 0,
             rigid: 0,
         };
-        for set in 0..geometry.lattices.len() {
-            packs.add_set(geometry, set);
+        for index in 0..geometry.lattices.len() {
+            packs.add_lattice(geometry, index);
         }
         for index in 0..packs.packs.len() {
             for offset in 1..8 {
@@ -247,8 +247,8 @@ impl Packs {
         packs
     }
 
-    fn add_set(&mut self, geometry: &Geometry, set: usize) {
-        let lattice = &geometry.lattices[set];
+    fn add_lattice(&mut self, geometry: &Geometry, index: usize) {
+        let lattice = &geometry.lattices[index];
         let shape = self.shape(lattice.divisions);
         // Lanes run along an edge whose count is a multiple of four, if there is one: then the
         // neighbours across it are whole packs.
@@ -261,9 +261,9 @@ impl Packs {
         {
             let mut cell = [0; 3];
             (cell[order[0]], cell[order[1]], cell[order[2]]) = (i, j, k);
-            let body = lattice.body[lattice.index(cell)];
-            if body != crate::geometry::NONE {
-                bodies.push(body);
+            let index = lattice.index(cell);
+            if lattice.has_body(index) {
+                bodies.push(lattice.body[index]);
             }
         }
         for four in bodies.chunks(LANES) {

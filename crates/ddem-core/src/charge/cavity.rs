@@ -11,7 +11,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::shell::Mesh;
-use crate::geometry::{Geometry, Lattice, NONE, Region, Surface, Vec3};
+use crate::geometry::{ELSEWHERE, Geometry, Lattice, NONE, Region, Surface, Vec3};
 
 type Cell = [usize; 3];
 
@@ -38,8 +38,8 @@ fn beside(lattice: &Lattice, cell: Cell, d: usize, side: i32) -> Option<Cell> {
 }
 
 fn body(lattice: &Lattice, cell: Cell) -> Option<usize> {
-    let body = lattice.body[lattice.index(cell)];
-    (body != NONE).then_some(body as usize)
+    let index = lattice.index(cell);
+    lattice.has_body(index).then(|| lattice.body[index] as usize)
 }
 
 /// The face of a block behind a side of an empty cell.
@@ -62,8 +62,7 @@ pub(super) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, Surface)> 
 /// The cavities of which a region selects walls.
 pub(super) fn cavities(region: &Region, geometry: &Geometry) -> Vec<Cavity> {
     let mut cavities = Vec::new();
-    let lattices = geometry.lattices.iter().enumerate();
-    for (_, lattice) in lattices.filter(|(set, _)| region.has_set(*set)) {
+    for lattice in geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set)) {
         let selected: BTreeMap<Wall, Surface> = walls(lattice)
             .filter(|(_, surface)| region.contains(&surface.centre(geometry)))
             .collect();
@@ -127,8 +126,13 @@ impl Space<'_> {
         }
         self.close_corners(&mut mesh);
         let (volume, reach) = self.extent();
+        let lattice = self.lattice;
+        // What is elsewhere bounds nothing here.
+        let is_out = |cell: Option<Cell>| {
+            cell.is_none_or(|cell| lattice.body[lattice.index(cell)] == ELSEWHERE)
+        };
         let at_outside = |cell: &Cell| {
-            (0..3).any(|d| [-1, 1].iter().any(|&s| beside(self.lattice, *cell, d, s).is_none()))
+            (0..3).any(|d| [-1, 1].iter().any(|&s| is_out(beside(lattice, *cell, d, s))))
         };
         let outside = !mesh.is_closed() && self.cells.iter().any(at_outside);
         Some(Cavity { mesh, volume, reach, outside })

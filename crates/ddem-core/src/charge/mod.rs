@@ -218,8 +218,8 @@ fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
 fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";
     let fault = Fault::new(format!("charge[{index}].where"), what);
-    let in_sets = geometry.lattices.iter().enumerate().filter(|(set, _)| region.has_set(*set));
-    let cavity = in_sets.flat_map(|(_, lattice)| walls(lattice));
+    let in_sets = geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set));
+    let cavity = in_sets.flat_map(walls);
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
     let joints = faces(geometry).into_iter().map(|face| sides(&face));
     let joints = joints.filter(|s| region.has_set(geometry.set(s[0].body)));

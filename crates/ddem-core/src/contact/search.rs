@@ -168,7 +168,7 @@ pub(crate) fn let_go(
 pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
     let fitting = ground.fitting(placing);
     contacts.sort(&ground, &placing);
-    let mut losses = renew(&fitting, ground.look, contacts);
+    let mut losses = renew(&fitting, ground, contacts);
     contacts.meet(&fitting);
     losses.add(&act(placing, ground.look, contacts));
     losses
@@ -176,12 +176,12 @@ pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Cont
 
 /// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
 /// are first; what these and the bank keep then and the new ones do not is lost.
-fn renew(fitting: &Fitting<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
+fn renew(fitting: &Fitting<'_>, ground: Ground<'_>, contacts: &mut Contacts) -> Losses {
     let each = |patch: &mut Patch| -> (Losses, Option<Loosened>) {
-        if patch.bond.is_some() {
-            return let_loose(fitting, look, patch);
+        if patch.bond.is_some() && ground.surfaces.search {
+            return let_loose(fitting, ground.look, patch);
         }
-        if !fitting.has_moved(patch) {
+        if patch.bond.is_some() || !fitting.has_moved(patch) {
             return (Losses::default(), None);
         }
         let (old, mut losses) = Old::new(std::mem::take(patch), &fitting.placing);

@@ -6,8 +6,10 @@ use crate::deck::names::segment;
 use crate::deck::{BlockSet, Body, Deck, JointChoice};
 use crate::error::Fault;
 
-/// No body, no joint.
+/// No body: there is nothing.
 pub(crate) const NONE: u32 = u32::MAX;
+/// No body: a coarser or finer lattice has what is there.
+pub(crate) const ELSEWHERE: u32 = u32::MAX - 1;
 pub(super) const NO_JOINT: u16 = u16::MAX;
 /// Nodes are numbered by 32 bits.
 pub(super) const MOST_NODES: f64 = u32::MAX as f64;
@@ -34,7 +36,7 @@ pub(crate) struct Lattice {
     pub(super) lengths: [Vec<f64>; 3],
     /// Width of the gap at each cut along the edge, shape `(count + 1)` `[m]`.
     pub(crate) gaps: [Vec<f64>; 3],
-    /// Body in each cell, or [`NONE`]; x fastest.
+    /// Body in each cell, or [`NONE`] or [`ELSEWHERE`]; x fastest.
     pub(crate) body: Vec<u32>,
     /// Material of each cell.
     pub(crate) material: Vec<u16>,
@@ -123,6 +125,11 @@ impl Lattice {
     pub(crate) fn cell(&self, index: usize) -> [usize; 3] {
         let [nx, ny, _] = self.count;
         [index % nx, index / nx % ny, index / (nx * ny)]
+    }
+
+    /// Whether a block is in a cell.
+    pub(crate) fn has_body(&self, index: usize) -> bool {
+        self.body[index] < ELSEWHERE
     }
 
     pub(crate) fn nodes_per_body(&self) -> usize {
@@ -244,7 +251,7 @@ impl Lattice {
     pub(super) fn remove(&mut self, region: &Region) -> bool {
         let mut found = false;
         for index in 0..self.body.len() {
-            if self.body[index] != NONE && self.selects(region, self.cell(index)) {
+            if self.has_body(index) && self.selects(region, self.cell(index)) {
                 self.body[index] = NONE;
                 found = true;
             }

@@ -26,7 +26,7 @@ mod surface;
 pub(crate) use abut::Abutment;
 pub use face::Face;
 pub(crate) use face::faces;
-pub(crate) use lattice::{Lattice, NONE, lattices};
+pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
 pub(crate) use nothing::{no_node, nothing};
 pub(crate) use select::Region;
 pub(crate) use surface::Surface;
@@ -140,7 +140,7 @@ impl Geometry {
                 (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
             {
                 let cell = lattice.index([x, y, z]);
-                if lattice.body[cell] == NONE {
+                if !lattice.has_body(cell) {
                     continue;
                 }
                 lattice.body[cell] = self.bodies.len() as u32;
@@ -185,7 +185,7 @@ impl Geometry {
             cell[d] = at as usize;
         }
         match lattice.body[lattice.index(cell)] {
-            NONE => None,
+            NONE | ELSEWHERE => None,
             body => Some(body as usize),
         }
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Vec3;
-use super::lattice::{Lattice, NONE, bounds_of};
+use super::lattice::{Lattice, bounds_of};
 use crate::deck::Deck;
 use crate::error::Fault;
 use crate::grid;
@@ -142,7 +142,7 @@ impl Lattice {
         let [x, y, z] = [0, 1, 2].map(|d| self.layers_near(corners, d));
         let rows = z.flat_map(move |k| y.clone().map(move |j| (j, k)));
         let cells = rows.flat_map(move |(j, k)| x.clone().map(move |i| [i, j, k]));
-        cells.filter(|&cell| self.body[self.index(cell)] != NONE)
+        cells.filter(|&cell| self.has_body(self.index(cell)))
     }
 
     /// Layers of cells along an edge between the outermost of some points.

@@ -1,9 +1,10 @@
 //! Blocks split along each edge: a finer lattice of its own, in the place of coarser blocks.
 //!
 //! The finer lattice has the planes of the coarser one and others between them, so that blocks of both
-//! keep the gaps of the joints between them. Its cells that are not split have no body.
+//! keep the gaps of the joints between them. What is not split is elsewhere for it, as what is split is for
+//! the coarser one.
 
-use super::lattice::{Lattice, MOST_NODES, NO_JOINT, NONE, too_many};
+use super::lattice::{ELSEWHERE, Lattice, MOST_NODES, NO_JOINT, too_many};
 use super::select::Region;
 use super::{Names, nothing};
 use crate::deck::Deck;
@@ -24,7 +25,7 @@ pub(super) fn refine(
         .iter()
         .map(|lattice| {
             let chosen =
-                |&at: &usize| lattice.body[at] != NONE && lattice.selects(region, lattice.cell(at));
+                |&at: &usize| lattice.has_body(at) && lattice.selects(region, lattice.cell(at));
             let cells = (0..lattice.body.len()).filter(chosen);
             if region.has_set(lattice.set) { cells.collect() } else { Vec::new() }
         })
@@ -33,8 +34,9 @@ pub(super) fn refine(
         return Ok(Some(nothing(format!("refine[{index}].where"), "no block")));
     }
     let nodes = |lattice: &Lattice, cells: f64| cells * lattice.nodes_per_body() as f64;
-    let kept =
-        lattices.iter().map(|l| nodes(l, l.body.iter().filter(|&&b| b != NONE).count() as f64));
+    let kept = lattices
+        .iter()
+        .map(|l| nodes(l, (0..l.body.len()).filter(|&at| l.has_body(at)).count() as f64));
     let split = lattices.iter().zip(&selected).map(|(lattice, cells)| {
         nodes(lattice, (f64::from(factor).powi(3) - 1.0) * cells.len() as f64)
     });
@@ -53,7 +55,7 @@ pub(super) fn refine(
         }
         let mut finer = lattices[at].split(cells, factor as usize);
         finer.refined = Some(index);
-        cells.iter().for_each(|&cell| lattices[at].body[cell] = NONE);
+        cells.iter().for_each(|&cell| lattices[at].body[cell] = ELSEWHERE);
         lattices.push(finer);
     }
     Ok(None)
@@ -101,7 +103,7 @@ impl Lattice {
         for at in 0..count.iter().product() {
             let cell = finer.cell(at);
             let coarse = self.index([0, 1, 2].map(|d| from[d] + cell[d] / factor));
-            finer.body.push(if chosen.contains(&coarse) { 0 } else { NONE });
+            finer.body.push(if chosen.contains(&coarse) { 0 } else { ELSEWHERE });
             finer.material.push(self.material[coarse]);
             (0..3).for_each(|d| finer.joint[d].push(self.joint[d][coarse]));
         }
@@ -112,7 +114,7 @@ impl Lattice {
     pub(super) fn too_fine(&self, deck: &Deck, names: &Names) -> Option<Fault> {
         let index = self.refined?;
         let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
-        let bodies = (0..self.body.len()).filter(|&at| self.body[at] != NONE);
+        let bodies = (0..self.body.len()).filter(|&at| self.has_body(at));
         let mut edges = bodies.flat_map(|at| {
             let cell = self.cell(at);
             [0, 1, 2].map(|d| (self.lengths[d][cell[d]], self.joint[d][at]))

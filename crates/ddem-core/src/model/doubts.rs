@@ -10,7 +10,7 @@ impl Model {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        if self.contact.is_none() {
+        if !self.can_meet() {
             warnings.extend(self.apart());
         }
         for (index, stage) in self.deck.stage.iter().enumerate() {

@@ -22,6 +22,11 @@ impl Model {
     /// Whether blocks can meet: contacts are looked for.
     #[must_use]
     pub fn can_meet(&self) -> bool {
-        self.contact.as_ref().is_some_and(|surfaces| surfaces.search)
+        self.searched().is_some()
+    }
+
+    /// The faces of the blocks, where contacts are looked for.
+    pub(crate) fn searched(&self) -> Option<&Surfaces> {
+        self.contact.as_ref().filter(|surfaces| surfaces.search)
     }
 }

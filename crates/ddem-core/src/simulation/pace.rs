@@ -59,7 +59,7 @@ impl Simulation {
     }
 
     fn resolved(&self) -> f64 {
-        let meet = self.model.contact.is_some() && self.model.packs.rigid > 0;
+        let meet = self.model.can_meet() && self.model.packs.rigid > 0;
         if meet { RESOLVED } else { 1.0 }
     }
 

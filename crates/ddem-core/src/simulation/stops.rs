@@ -19,7 +19,7 @@ impl Simulation {
 
     /// Blocks that are deep in each other may come out on the other side.
     fn check_depth(&self, contacts: &Contacts) -> Result<(), RunError> {
-        let Some(surfaces) = &self.model.contact else { return Ok(()) };
+        let Some(surfaces) = self.model.searched() else { return Ok(()) };
         let Contacts { patches, deepest, .. } = contacts;
         let deep = *deepest > 0.25 * surfaces.shortest;
         for (patch, depth) in patches.iter().filter(|_| deep).map(|patch| (patch, patch.depth())) {
@@ -57,7 +57,7 @@ impl Simulation {
 
     /// Contacts are found from step to step: nothing may go far in one.
     fn check_speed(&self, sums: Sums) -> Result<(), RunError> {
-        let Some(surfaces) = &self.model.contact else { return Ok(()) };
+        let Some(surfaces) = self.model.searched() else { return Ok(()) };
         let (edge, dt) = (surfaces.shortest, self.motion.time_step);
         let far = 0.25 * edge;
         // No node is faster than √3 times the largest component; where that is too fast it is looked

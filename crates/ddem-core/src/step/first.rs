@@ -96,8 +96,10 @@ pub(crate) fn forces(
         losses.fracture += remove_cells(pass, breaks, scratch);
     }
     if let Some((contacts, surfaces)) = contacts {
-        // How far joints have moved.
-        contacts.look(model.places(), &model.laws, breaks);
+        // How far joints have moved: where no contacts are looked for they keep their pairs.
+        if surfaces.search {
+            contacts.look(model.places(), &model.laws, breaks);
+        }
         let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
         losses.add(&find(ground, placing, contacts));
         losses.contact += released;

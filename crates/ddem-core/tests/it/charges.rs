@@ -76,6 +76,28 @@ const SHAPES: [&[[f64; 3]]; 4] = [
     &[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [2.0, 2.0, 1.0], [2.0, 2.0, 2.0]],
 ];
 
+/// What is elsewhere, because blocks were split, is no cavity.
+#[test]
+fn a_cavity_among_split_blocks_is_closed() {
+    let mut deck = hollow(BOX, &[[1.75, 1.75, 1.75]], 0.1);
+    let range = Some(Extent::Range([1.0, 3.0]));
+    let region = Where { x: range, y: range, z: range, ..Where::default() };
+    deck.refine = vec![Refine { region, factor: 2 }];
+    deck.charge = vec![gas(everywhere(), 2e8)];
+    let model = model(&deck);
+    assert_eq!(model.n_blocks(), 56 + 63);
+    assert!(model.warnings().is_empty(), "{:?}", model.warnings());
+    let mut simulation = Simulation::new(model);
+    // The cell and half of the joints around, edges and corners cut off.
+    let exact =
+        0.6_f64.powi(3) - 12.0 * 0.4 * 0.1_f64.powi(2) / 2.0 - 8.0 * 0.1_f64.powi(3) * 5.0 / 6.0;
+    let start = state(&simulation, 0);
+    assert!((start.volume - exact).abs() < 1e-12, "{start:?}");
+    run(&mut simulation, Damping::None, TimeStep::Auto, 200);
+    let [p, l] = left_over(&mut simulation);
+    assert!(p < 1e-12 && l < 1e-6, "{p} {l}");
+}
+
 #[test]
 fn gas_in_a_closed_cavity_pushes_nothing_away_and_does_the_work_of_its_expansion() {
     for axes in [BOX, OBLIQUE] {

@@ -4,7 +4,7 @@ use ddem_core::deck::{
     Assign, BlockSet, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load, Refine,
     TimeStep, Where,
 };
-use ddem_core::{Model, Relaxed, Saved, Simd, Simulation};
+use ddem_core::{FIELDS, Model, Relaxed, Saved, Simd, Simulation};
 
 use crate::decks::*;
 
@@ -228,11 +228,40 @@ fn it_slides_with_friction() {
     while simulation.steps_left() != Some(0) {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));
     }
-    // All pairs but those where four split blocks meet are of nodes of their corners and edges.
+    // Each of the 16 split blocks has 3 × 3 nodes there.
     assert_eq!(simulation.failed_pairs().iter().sum::<u64>(), 16 * 9);
     let energy = simulation.energy();
     assert!(energy.friction > 0.0 && energy.fracture > 0.0, "{energy:?}");
     assert!(energy.balance.abs() < 1e-2 * energy.kinetic, "{energy:?}");
+}
+
+/// Without contacts joints keep their pairs however far they have slid, those whose faces match as others.
+#[test]
+fn pairs_are_kept_where_no_contacts_are_looked_for() {
+    for split in [true, false] {
+        let mut deck = halves();
+        deck.model.gravity = [0.0, 0.0, -10.0];
+        deck.model.contact = Some(false);
+        if !split {
+            // Beside a joint that matches one that does not.
+            deck.refine = vec![refine(range(0, 0.0, 1.0), 2)];
+            deck.joints.values_mut().for_each(|joint| joint.cohesion = Some(1e3));
+        }
+        let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
+        deck.load.push(Load { region, force: Some([1e6, 0.0, 0.0]), ..Load::default() });
+        let mut simulation = simulation(&deck);
+        let started = simulation.start(Damping::None, TimeStep::Auto, None);
+        started.unwrap_or_else(|error| panic!("{error}"));
+        let last = simulation.model().n_nodes() - 1;
+        while simulation.displacement(last).iter().all(|u| u.abs() < 0.4) {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+        assert_eq!(simulation.contact_counts().near, 0);
+        let released = FIELDS.iter().find(|field| field.name == "released");
+        let released = released.map(|field| (field.fill)(&mut simulation)).unwrap_or_default();
+        assert!(released.len() == simulation.model().n_pairs());
+        assert!(released.iter().all(|&released| released == 0.0));
+    }
 }
 
 fn state(simulation: &mut Simulation) -> (Vec<u64>, Vec<u64>, [u64; 2]) {

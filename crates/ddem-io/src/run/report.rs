@@ -141,6 +141,26 @@ pub(super) fn located(failure: RunFailure, source: &Source) -> RunFailure {
     }
 }
 
+/// A model that does not fit into memory.
+fn refuse(size: Size, available: u64) -> Result<(), RunFailure> {
+    if size.bytes <= available as f64 {
+        return Ok(());
+    }
+    Err(RunFailure::Memory {
+        needed: size.bytes as u64,
+        available,
+        blocks: size.blocks as u64,
+        nodes: size.nodes as u64,
+    })
+}
+
+/// What a model that is built has more by refinement.
+fn grown(size: Size, model: &Model) -> Size {
+    let (blocks, nodes) = (model.n_blocks() as f64, model.n_nodes() as f64);
+    let more = (nodes / size.nodes).max(1.0);
+    Size { blocks: blocks.max(size.blocks), nodes: nodes.max(size.nodes), bytes: more * size.bytes }
+}
+
 /// The model of a deck and its probes.
 pub(super) fn build(deck: &Deck, available: u64) -> Result<(Model, Vec<Sampler>), RunFailure> {
     let faults = ddem_core::deck::check(deck);
@@ -148,15 +168,9 @@ pub(super) fn build(deck: &Deck, available: u64) -> Result<(Model, Vec<Sampler>)
         return Err(ModelError { faults }.into());
     }
     let size = Size::of(deck);
-    if size.bytes > available as f64 {
-        return Err(RunFailure::Memory {
-            needed: size.bytes as u64,
-            available,
-            blocks: size.blocks as u64,
-            nodes: size.nodes as u64,
-        });
-    }
+    refuse(size, available)?;
     let model = Model::new(deck)?;
+    refuse(grown(size, &model), available)?;
     let probes = deck.probe.iter().enumerate();
     let (samplers, faults): (Vec<_>, Vec<_>) =
         probes.map(|(i, probe)| Sampler::new(probe, i, &model)).partition(Result::is_ok);
@@ -254,7 +268,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
         breakable_pairs,
         near: model.can_meet().then_some(near),
         critical_step,
-        bytes: Size::of(deck).bytes as u64,
+        bytes: grown(Size::of(deck), model).bytes as u64,
         stages: stages.collect(),
         warnings,
     }
