@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::fit::Fitting;
 use super::release::{LOOSE, Load, Release, SLID};
-use super::{Both, Patch, Placing, Point, Surfaces};
+use super::{Both, Patch, Placed, Placing, Point, Surfaces};
 use crate::breaks::{self, Look, Losses};
 use crate::deck::Deck;
 use crate::element::corotation::Frame;
@@ -102,6 +102,34 @@ pub(crate) fn seated(
         next += joint.patch.points.len();
     }
     seated
+}
+
+/// Mass `[kg]` and diagonal of the stiffness `[N/m]` that joints have at nodes; `layers` is the mass of each
+/// joint by area `[kg/m²]`, half of which goes to each side.
+pub(crate) fn at_nodes(
+    seated: &[Seated],
+    (blocks, geometry): (&[Placed], &Geometry),
+    layers: &[f64],
+) -> Vec<(usize, [f64; 4])> {
+    let mut at_nodes = Vec::new();
+    for Seated { patch, .. } in seated {
+        let Some(bond) = &patch.bond else { continue };
+        let layer = 0.5 * layers[usize::from(bond.joint)];
+        let [normal, shear] = patch.both.stiffness;
+        let stiffness = patch.axes[0].map(|n| normal * n * n + shear * (1.0 - n * n));
+        for (side, face) in patch.faces().into_iter().enumerate() {
+            let block = patch.blocks[side] as usize;
+            let first = geometry.bodies[block].first_node as usize;
+            for point in &patch.points {
+                for (node, weight) in blocks[block].shares(face, &point.spots[side]) {
+                    let part = weight * point.area;
+                    let [x, y, z] = <[f64; 3]>::from(stiffness * (weight * part));
+                    at_nodes.push((first + node, [layer * part, x, y, z]));
+                }
+            }
+        }
+    }
+    at_nodes
 }
 
 /// A polygon as quadrilaterals from its first corner; the last one may have two corners in one.

@@ -9,7 +9,7 @@ use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{Places, Seated, Surfaces, seated};
+use crate::contact::{Places, Seated, Surfaces, at_nodes, seated};
 use crate::deck::{Deck, Kinematics};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
@@ -68,12 +68,20 @@ impl Model {
         let borders = Borders::new(made, &conditions)?;
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
-        let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
+        let mut assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
         let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
         let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
         let first = faces.last().map_or(0, Face::end);
         let all = (deck, &geometry, &packs);
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, first));
+        let layers = deck.joints.values().zip(&constants.joints);
+        let layers: Vec<f64> = layers
+            .map(|(joint, layer)| joint.thickness * layer.map_or(0.0, |layer| layer.density))
+            .collect();
+        let bonds = contact.as_ref().map_or_else(Vec::new, |contact| {
+            at_nodes(&seated, (&contact.blocks, &geometry), &layers)
+        });
+        assembly.assemble(&geometry, &packs, &seams, &bonds);
         Ok(Self {
             packs,
             assembly,

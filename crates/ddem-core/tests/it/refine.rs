@@ -1,8 +1,8 @@
 //! Blocks that are split, sets that touch, and the joints between faces that do not match.
 
 use ddem_core::deck::{
-    Assign, BlockSet, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load, Refine,
-    TimeStep, Where,
+    Assign, BlockSet, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load,
+    Material, Refine, TimeStep, Where,
 };
 use ddem_core::{FIELDS, Model, Relaxed, Saved, Simd, Simulation};
 
@@ -319,4 +319,18 @@ fn what_cannot_be_split_is_said() {
         deck.refine.truncate(1);
     });
     assert!(bare.contains("have no joint"), "{bare}");
+}
+
+/// Layers between faces that do not match have their mass: of one density, a body has that of its volume.
+#[test]
+fn layers_of_joints_have_their_mass() {
+    for factor in [2, 3] {
+        let mut deck = deck([2, 3, 2], [2.0, 3.0, 2.0], 2, 0.06);
+        let density = deck.materials["rock"].density;
+        deck.materials.insert("clay".into(), Material { density, ..deck.materials["clay"] });
+        deck.refine = vec![refine(range(1, 1.0, 2.0), factor)];
+        let model = model(&deck);
+        let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
+        assert!((mass / (density * 12.0) - 1.0).abs() < 1e-12, "{mass}");
+    }
 }
