@@ -7,7 +7,7 @@ pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
 use std::sync::Arc;
 
 use crate::charge::Charge;
-use crate::deck::{ChargeHistory, Deck, Where};
+use crate::deck::{ChargeHistory, Deck, Initial, Where};
 use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Vec3, no_node, nothing};
 use crate::history::{Course, Function};
@@ -113,7 +113,8 @@ impl Conditions {
                 Err(fault) => faults.push(fault),
             }
         }
-        for (index, initial) in deck.initial.iter().enumerate() {
+        let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
+        for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {
             let region = region(&initial.region);
             if region.nodes(geometry).is_empty() {
                 faults.push(no_node(format!("initial[{index}].where"), &region, geometry));

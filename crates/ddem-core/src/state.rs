@@ -123,7 +123,7 @@ impl State {
             v: vec![Lanes::ZERO; n],
             poses: vec![[Pose::default(); LANES]; model.packs.rigid],
             whole: true,
-            breaks: Breaks::new(&model.packs, &model.assembly, &model.seams),
+            breaks: model.breaks(),
             contacts: model.contacts(),
             failed: [0; 2],
             work: Work::default(),

@@ -124,11 +124,6 @@ impl Losses {
 }
 
 impl Breaks {
-    /// At the start of a run: joints given by stiffnesses are springs.
-    pub(crate) fn new(packs: &Packs, assembly: &Assembly, seams: &Seams) -> Self {
-        Self::with(packs, assembly, seams, &|seam, lane| seam.springs[lane])
-    }
-
     /// With every joint that `broken` selects turned to springs, all its pairs bonded.
     pub(crate) fn with(
         packs: &Packs,

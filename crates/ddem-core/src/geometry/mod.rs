@@ -159,6 +159,15 @@ impl Geometry {
         Ok(())
     }
 
+    /// Blocks whose centroid lies in a region, or a face of which lies on a plane of it.
+    pub(crate) fn blocks_in(&self, region: &Region) -> Vec<usize> {
+        let inside = |&block: &usize| {
+            let cell = self.bodies[block].cell.map(|c| c as usize);
+            region.has_set(self.set(block)) && self.lattice(block).selects(region, cell)
+        };
+        (0..self.bodies.len()).filter(inside).collect()
+    }
+
     /// Sets that touch.
     pub(crate) fn touching(&self) -> Vec<(usize, usize)> {
         overlap::touching(&self.lattices)

@@ -10,9 +10,10 @@ use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Seated, Surfaces, seated};
-use crate::deck::{Deck, Kinematics};
+use crate::deck::{Deck, Kinematics, Where};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
+use crate::in_situ::{InSitu, met, stresses};
 use crate::lanes::Lanes;
 use crate::law::{Laws, laws};
 use crate::pack::Packs;
@@ -30,6 +31,8 @@ pub struct Model {
     pub(crate) faces: Vec<Face>,
     pub(crate) seams: Seams,
     pub(crate) laws: Laws,
+    /// The stress that is there at the start; `None`: no block has one.
+    pub(crate) in_situ: Option<InSitu>,
     /// What contacts need; `None` where none are looked for.
     pub(crate) contact: Option<Surfaces>,
     /// Joints between faces that do not match, by their blocks.
@@ -74,6 +77,14 @@ impl Model {
         let first = faces.last().map_or(0, Face::end);
         let all = (deck, &geometry, &packs);
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, first));
+        let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+        let region = |region: &Where| Region::new(region, &geometry.bounds, &names);
+        let stresses = stresses(deck, &geometry, region)?;
+        let faults = met(deck, &geometry, &stresses);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         Ok(Self {
             packs,
             assembly,
@@ -83,6 +94,7 @@ impl Model {
             faces,
             seams,
             laws: laws(&deck.joints),
+            in_situ,
             contact,
             seated,
             geometry,
@@ -110,6 +122,24 @@ impl Model {
             seam.springs[lane] || (broken && self.laws[seam.joints[lane] as usize].is_some())
         };
         Breaks::with(&self.packs, &self.assembly, &self.seams, &springs)
+    }
+
+    /// Joints at the start of a run: those given by stiffnesses are springs, which bear the stress
+    /// that is there.
+    pub(crate) fn breaks(&self) -> Breaks {
+        let mut breaks = self.tangent(false);
+        let Some(in_situ) = &self.in_situ else { return breaks };
+        for (index, d) in (0..self.packs.packs.len()).flat_map(|i| [0, 1, 2].map(|d| (i, d))) {
+            let Some(seam) = self.seams.get(index, d) else { continue };
+            for lane in (0..self.packs.packs[index].filled).filter(|&lane| seam.springs[lane]) {
+                let of = (&self.geometry, &self.packs);
+                let tractions = in_situ.tractions(of, (index, d), (seam, lane));
+                if let Some(broken) = &mut breaks.at(index)[1 << d] {
+                    broken.bear(seam, lane, &tractions);
+                }
+            }
+        }
+        breaks
     }
 
     pub(crate) fn places(&self) -> Places<'_> {
@@ -256,6 +286,7 @@ impl Model {
             + self.assembly.elements.len() * size_of::<crate::assembly::Element>()
             + tables
             + inertia
+            + self.in_situ.as_ref().map_or(0, InSitu::bytes)
     }
 
     /// Lumped mass of a node `[kg]`, eq. (3).

@@ -156,7 +156,7 @@ impl Simulation {
     /// automatic step becomes shorter when the first pairs are about to fail, while forces are
     /// still those of the intact model.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
-        self.state.breaks = self.model.tangent(false);
+        self.state.breaks = self.model.breaks();
         let safe = self.damping.stable_part() * self.resolved() * self.safe_step()?;
         if self.motion.time_step <= safe {
             return Ok(());

@@ -17,6 +17,7 @@ mod determinism;
 mod equations;
 mod filling;
 mod fragments;
+mod in_situ;
 mod loose;
 mod mechanisms;
 mod meeting;

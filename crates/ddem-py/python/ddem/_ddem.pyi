@@ -170,6 +170,8 @@ class Model:
         velocity: Vector | None = None,
         spin: Vector | None = None,
         centre: Vector | None = None,
+        stress: Vector | None = None,
+        gradient: Mapping[str, Vector] | None = None,
         **where: Unpack[Where],
     ) -> None: ...
     def stage(
