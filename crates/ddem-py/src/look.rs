@@ -112,7 +112,7 @@ pub(crate) struct Pairs {
 }
 
 pub(crate) fn pairs(session: &mut Session) -> Pairs {
-    let fields = FIELDS.iter().filter(|field| field.on == On::Pair);
+    let fields = FIELDS.iter().filter(|field| field.on == On::Pair && field.is_of(model(session)));
     let fields = fields.map(|field| (field, (field.fill)(session.simulation_mut()))).collect();
     let model = model(session);
     Pairs {

@@ -76,6 +76,13 @@ impl InSitu {
         Some(in_situ)
     }
 
+    /// The stress in each block that is there.
+    pub(crate) fn without(self, geometry: &Geometry) -> Vec<Option<Stress>> {
+        let there =
+            |(block, stress): (usize, Option<Stress>)| stress.filter(|_| !geometry.is_gone(block));
+        self.blocks.into_iter().enumerate().map(there).collect()
+    }
+
     /// Stress of a block, if it has one.
     pub(crate) fn of(&self, block: usize) -> Option<Stress> {
         self.blocks[block]

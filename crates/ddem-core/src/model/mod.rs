@@ -3,7 +3,9 @@
 mod computed;
 mod doubts;
 mod elements;
+mod excavation;
 mod meeting;
+mod unbalanced;
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::boundary::{Borders, Made};
@@ -12,7 +14,7 @@ use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Seated, Surfaces, seated};
 use crate::deck::{Deck, Kinematics, Where};
 use crate::error::{Fault, ModelError};
-use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
+use crate::geometry::{Face, Geometry, Names, Region, Stages, Vec3, faces};
 use crate::in_situ::{InSitu, met, stresses};
 use crate::lanes::Lanes;
 use crate::law::{Laws, laws};
@@ -23,6 +25,8 @@ use crate::seams::{Seam, Seams};
 #[derive(Debug)]
 pub struct Model {
     pub(crate) geometry: Geometry,
+    /// The same in each stage.
+    stages: Stages,
     pub(crate) packs: Packs,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
@@ -60,9 +64,10 @@ impl Model {
     fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
         let geometry = Geometry::new(deck, &names)?;
-        let conditions = Conditions::new(deck, &geometry)?;
+        let stages = Stages::new(deck, geometry.clone())?;
+        let conditions = Conditions::new(deck, &stages)?;
         let packs = Packs::new(&geometry);
-        let faults = crate::mechanism::check(deck, &geometry, &conditions, &packs);
+        let faults = crate::mechanism::check(deck, &stages, &conditions, &packs);
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -98,6 +103,7 @@ impl Model {
             contact,
             seated,
             geometry,
+            stages,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
             deck: deck.clone(),
@@ -188,7 +194,7 @@ impl Model {
     /// Number of loads.
     #[must_use]
     pub fn n_loads(&self) -> usize {
-        self.conditions.loaded.len()
+        self.deck.load.len()
     }
 
     /// Number of hex8 elements of the bodies.

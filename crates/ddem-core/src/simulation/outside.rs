@@ -14,6 +14,7 @@ impl Simulation {
     /// that end where a boundary is goes on as constant forces.
     pub fn enter(&mut self, stage: usize) {
         self.settle();
+        self.excavate(stage);
         let active = self.model.active(stage, &self.state.applied);
         if !self.model.borders.list.is_empty() {
             self.measure_once();

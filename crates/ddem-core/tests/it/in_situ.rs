@@ -267,3 +267,22 @@ fn what_cannot_be_is_said() {
     let infinite = faults(&|deck| deck.initial[0].stress = Some([f64::NAN; 6]));
     assert!(infinite.contains("initial[0].stress"), "{infinite}");
 }
+
+/// A face that carries nothing is named, with what is missing; a model that is in equilibrium is not.
+#[test]
+fn faces_that_do_not_carry_it_are_named() {
+    let mut deck = loaded(0, BOX, [-6e6, -4e6, -9e6, 0.0, 0.0, 0.0]);
+    let unbalanced = |deck: &Deck| {
+        let warnings = model(deck).warnings().into_iter();
+        warnings.filter(|warning| warning.contains("is not carried")).collect::<Vec<_>>()
+    };
+    assert_eq!(unbalanced(&deck), Vec::<String>::new());
+    // The pressure on x = 3, an area of 4 m2.
+    deck.load.remove(1);
+    let warnings = unbalanced(&deck);
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    let said = ["x = 3.000000 m, looking along +x", "-2.4000e7", "100.00 %"];
+    assert!(said.iter().all(|words| warnings[0].contains(words)), "{}", warnings[0]);
+    deck.fix.push(fix(plane(0, 3.0), "x"));
+    assert_eq!(unbalanced(&deck), Vec::<String>::new());
+}

@@ -15,6 +15,7 @@ mod corotation;
 mod decks;
 mod determinism;
 mod equations;
+mod excavation;
 mod filling;
 mod fragments;
 mod in_situ;
