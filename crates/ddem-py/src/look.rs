@@ -112,7 +112,9 @@ pub(crate) struct Pairs {
 }
 
 pub(crate) fn pairs(session: &mut Session) -> Pairs {
-    let fields = FIELDS.iter().filter(|field| field.on == On::Pair && field.is_of(model(session)));
+    let here = |field: &&Field| field.on == On::Pair && field.is_of(model(session));
+    let fields: Vec<&'static Field> = FIELDS.iter().filter(here).collect();
+    let fields = fields.into_iter();
     let fields = fields.map(|field| (field, (field.fill)(session.simulation_mut()))).collect();
     let model = model(session);
     Pairs {
