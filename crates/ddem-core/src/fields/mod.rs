@@ -89,8 +89,8 @@ fn removed_pairs(simulation: &mut Simulation) -> Vec<f64> {
         std::iter::repeat_n(f64::from(u8::from(gone)), pairs)
     };
     let matching = model.faces().iter();
-    let matching = matching
-        .flat_map(|face| number([face.a, face.b], (face.divisions as usize + 1).pow(2)));
+    let matching =
+        matching.flat_map(|face| number([face.a, face.b], (face.divisions as usize + 1).pow(2)));
     let seated = model.seated.iter();
     let seated = seated.flat_map(|joint| number(joint.patch.blocks, joint.patch.points.len()));
     matching.chain(seated).collect()

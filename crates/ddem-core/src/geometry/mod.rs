@@ -21,8 +21,8 @@ mod nothing;
 mod overlap;
 mod refine;
 mod select;
-mod surface;
 mod stages;
+mod surface;
 
 pub(crate) use abut::Abutment;
 pub use face::Face;

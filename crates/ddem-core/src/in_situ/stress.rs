@@ -29,7 +29,8 @@ pub(crate) fn met(deck: &Deck, geometry: &Geometry, stresses: &[Option<Stress>])
     }
     let index = deck.initial.iter().position(|entry| entry.stress.is_some()).unwrap_or_default();
     let pair = |[a, b]: [usize; 2]| if a < b { (a, b) } else { (b, a) };
-    let joined = geometry.abutments.iter().map(|joint| joint.blocks.map(|block| set(block as usize)));
+    let joined =
+        geometry.abutments.iter().map(|joint| joint.blocks.map(|block| set(block as usize)));
     let joined: BTreeSet<_> = joined.map(pair).collect();
     let touching = geometry.touching().into_iter();
     let touching = touching.map(|(i, j)| pair([i, j].map(|at| geometry.lattices[at].set)));
