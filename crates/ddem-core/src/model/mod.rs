@@ -77,11 +77,6 @@ impl Model {
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
-        let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
-        let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
-        let first = faces.last().map_or(0, Face::end);
-        let all = (deck, &geometry, &packs);
-        let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, first));
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |region: &Where| Region::new(region, &geometry.bounds, &names);
         let stresses = stresses(deck, &geometry, region)?;
@@ -90,6 +85,11 @@ impl Model {
             return Err(faults);
         }
         let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
+        let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
+        let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
+        let first = faces.last().map_or(0, Face::end);
+        let (all, start) = ((deck, &geometry, &packs), (first, in_situ.as_ref()));
+        let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
         Ok(Self {
             packs,
             assembly,
