@@ -1,4 +1,4 @@
-//! §12: blocks are taken out at the start of a stage.
+//! §13: blocks are taken out at the start of a stage.
 
 use super::Simulation;
 use crate::conditions::Applied;

@@ -155,6 +155,58 @@ fn blocks_fall_where_the_ones_below_are_gone() {
     }
 }
 
+/// Joints between faces that do not match go with their blocks: forces go on at first, energies balance, a
+/// resume is the same bits, and fragments are those of what is left.
+#[test]
+fn joints_of_faces_that_do_not_match_go_too() {
+    let springs =
+        Joint { normal_stiffness: Some(8e10), shear_stiffness: Some(3e10), ..Joint::default() };
+    let prepared = |release: f64| {
+        let mut deck = column(Some(release), StageKind::Dynamic);
+        deck.model.kinematics = Kinematics::Small;
+        deck.joints.insert("seam".into(), springs.clone());
+        let region = Where { z: Some(Extent::Range([1.0, 3.0])), ..Where::default() };
+        deck.refine.push(Refine { region, factor: 2 });
+        deck
+    };
+    let begun = |deck: &Deck| {
+        let mut simulation = simulation(deck);
+        simulation.enter(1);
+        let begun = simulation.start(Damping::None, TimeStep::Auto, Some(0.05));
+        begun.unwrap_or_else(|error| panic!("{error}"));
+        simulation
+    };
+    let go = |simulation: &mut Simulation, steps: usize| {
+        for _ in 0..steps {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+    };
+    // Points lie on faces in single precision.
+    let mut held = begun(&prepared(1e9));
+    held.forces();
+    assert!(held.unbalanced() < 1e-6, "{:e}", held.unbalanced());
+    let deck = prepared(0.002);
+    let mut whole = begun(&deck);
+    go(&mut whole, 200);
+    let mut half = begun(&deck);
+    go(&mut half, 90);
+    let again = Simulation::restore(model(&deck), Simd::default(), &half.save());
+    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    go(&mut again, 110);
+    assert_eq!(bits(&whole.displacements()), bits(&again.displacements()));
+    assert_eq!(bits(&whole.tractions()), bits(&again.tractions()));
+    let energy = whole.energy();
+    let size = energy.strain_bodies.abs() + energy.external.abs();
+    assert!(energy.kinetic > 0.01 && energy.balance.abs() < 1e-6 * size, "{energy:?}");
+    // One block, and the eight parts of the next.
+    let left: Vec<usize> = whole.fragments().into_iter().flat_map(|f| f.blocks).collect();
+    let there = (0..whole.model().n_blocks()).filter(|&block| !whole.model().is_removed(block));
+    assert_eq!(left.len(), 9);
+    assert_eq!(left, there.collect::<Vec<_>>());
+    let tractions = whole.tractions();
+    assert!(tractions.as_flattened().iter().all(|t| t.is_finite()), "{tractions:?}");
+}
+
 #[test]
 fn mistakes_are_said() {
     let faults = |change: &dyn Fn(&mut Deck)| {
