@@ -14,7 +14,7 @@ use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Stages, Vec3, no_node, nothing};
 use crate::history::{Course, Function};
 
-use release::released;
+use release::{released, without_walls};
 
 /// From the start of one stage up to the start of another.
 #[derive(Clone, Debug)]
@@ -126,6 +126,8 @@ impl Conditions {
                 Err(fault) => faults.push(fault),
             }
         }
+        let charges = conditions.charged.iter().enumerate();
+        faults.extend(charges.filter_map(|charge| without_walls((deck, stages), charge)));
         conditions.loaded.extend(deck.remove.iter().map(|remove| released(deck, remove)));
         let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
         for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {

@@ -89,7 +89,7 @@ impl Active {
             if entry.period.has(stage) {
                 // Forces are those of the present places, before each step.
                 let load = (conditions.loaded.len() + index) as u32;
-                for &node in &entry.charge.nodes {
+                for &node in entry.charge.nodes.iter().filter(|node| there(node)) {
                     let (pack, at, lane) = place(node);
                     loads.push((pack, NodalLoad { at, lane, load, force: [0.0; 3] }));
                 }

@@ -1,13 +1,31 @@
 //! The forces of blocks that are taken out, as loads that fade.
 
-use super::{Loaded, Period};
+use super::{Charged, Loaded, Period};
 use crate::deck::{Deck, History, Remove, StageKind};
+use crate::error::Fault;
+use crate::geometry::Stages;
 use crate::history::Course;
 
 impl Loaded {
     pub(super) fn acts(&self, stage: usize) -> bool {
         self.period.has(stage) && self.ends.is_none_or(|ends| stage < ends)
     }
+}
+
+/// What is wrong with a charge whose walls are taken out while it is in force.
+pub(super) fn without_walls(
+    (deck, stages): (&Deck, &Stages),
+    (index, charged): (usize, &Charged),
+) -> Option<Fault> {
+    let mut acts = deck.stage.iter().enumerate().filter(|(stage, _)| charged.period.has(*stage));
+    let (_, stage) = acts.find(|&(stage, _)| {
+        let geometry = stages.at(stage);
+        let gone = |node: &u32| geometry.is_gone(geometry.locate(*node as usize).0);
+        charged.charge.nodes.iter().any(gone)
+    })?;
+    let message = format!("blocks that it pushes are taken out in stage `{}`", stage.name);
+    let help = format!("`until = \"{}\"` ends it in time", stage.name);
+    Some(Fault::new(format!("charge[{index}]"), message).help(help))
 }
 
 /// The load in which the forces that blocks exerted go on when they are taken out: there are none before.

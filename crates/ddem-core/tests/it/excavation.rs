@@ -225,4 +225,16 @@ fn mistakes_are_said() {
     assert!(all.contains("nothing is left"), "{all}");
     let never = faults(&|deck| (deck.remove[0].from, deck.remove[0].release) = (None, Some(1.0)));
     assert!(never.contains("`release` needs `from`"), "{never}");
+    let charged = |until: Option<String>| {
+        let mut deck = column(None, StageKind::Dynamic);
+        let region = plane(2, 2.0);
+        deck.charge.push(Charge { region, pressure: Some(1e5), until, ..Charge::default() });
+        Model::new(&deck).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    let pushed = charged(None);
+    assert!(
+        pushed.contains("charge[0]") && pushed.contains("taken out in stage `dig`"),
+        "{pushed}"
+    );
+    assert_eq!(charged(Some("dig".into())), "");
 }
