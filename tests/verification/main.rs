@@ -19,6 +19,7 @@ mod collisions;
 mod convergence;
 mod energy;
 mod half_space;
+mod in_situ;
 mod incline;
 mod incline_contact;
 mod intact_planes;

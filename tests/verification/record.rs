@@ -83,6 +83,11 @@ pub(crate) const CASES: &[Case] = &[
     case("V15 convergence", "v15_time_2"),
     case("V15 convergence", "v15_time_4"),
     case("V15 convergence", "v15_time_reference"),
+    case("V16 overburden", "v16_overburden"),
+    case("V16 excavated face", "v16_face"),
+    case("V17 round tunnel", "v17_tunnel_4"),
+    case("V17 round tunnel", "v17_tunnel_8"),
+    case("V17 round tunnel", "v17_tunnel_refined"),
 ];
 
 /// The case of a deck.

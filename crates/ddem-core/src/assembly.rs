@@ -183,7 +183,8 @@ impl Assembly {
             let offsets = (0..8).filter(|&offset| tables[offset] != NO_TABLE);
             for (offset, lane) in offsets.flat_map(|o| (0..pack.filled).map(move |l| (o, l))) {
                 let table = &self.tables[tables[offset] as usize];
-                if let Some(element) = table.elements[lane] {
+                let gone = geometry.is_gone(pack.bodies[lane] as usize);
+                if let Some(element) = table.elements[lane].filter(|_| !gone) {
                     let element = &self.elements[element as usize];
                     scatter(geometry, packs, pack, (offset, lane), element, &mut nodes);
                 }
@@ -224,10 +225,13 @@ fn rigid_matter(geometry: &Geometry, pack: &Pack, nodes: &mut [[f64; 4]]) -> [Ma
         for node in &nodes[first..first + 8] {
             (0..4).for_each(|k| sum[k] += node[k]);
         }
-        Matter::new(sum[0], edges, Vector3::new(sum[1], sum[2], sum[3]))
+        // One that is gone never moves, whatever its mass.
+        let mass = if geometry.is_gone(body) { 1.0 } else { sum[0] };
+        Matter::new(mass, edges, Vector3::new(sum[1], sum[2], sum[3]))
     };
     let matter = pack.bodies.map(matter);
-    for (&body, matter) in pack.bodies[..pack.filled].iter().zip(&matter) {
+    let there = pack.bodies[..pack.filled].iter().zip(&matter);
+    for (&body, matter) in there.filter(|(body, _)| !geometry.is_gone(**body as usize)) {
         let first = geometry.bodies[body as usize].first_node as usize;
         nodes[first..first + 8].iter_mut().for_each(|node| node[0] = matter.mass / 8.0);
     }

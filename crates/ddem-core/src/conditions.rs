@@ -1,16 +1,20 @@
 //! Supports, loads and charges: from `where` to nodes, and which are in force in a stage.
 
 mod active;
+mod idle;
+mod release;
 
 pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
 
 use std::sync::Arc;
 
 use crate::charge::Charge;
-use crate::deck::{ChargeHistory, Deck, Where};
+use crate::deck::{ChargeHistory, Deck, Initial, Where};
 use crate::error::{Fault, RunError};
-use crate::geometry::{Geometry, Region, Vec3, no_node, nothing};
+use crate::geometry::{Geometry, Region, Stages, Vec3, no_node, nothing};
 use crate::history::{Course, Function};
+
+use release::{released, without_walls};
 
 /// From the start of one stage up to the start of another.
 #[derive(Clone, Debug)]
@@ -46,6 +50,8 @@ pub(crate) struct Loaded {
     pub(crate) forces: Vec<(u32, Vec3)>,
     history: Course,
     period: Period,
+    /// The first stage in which it is gone, whatever the time: relaxation has taken it back.
+    ends: Option<usize>,
 }
 
 /// One `[[charge]]`, and when it goes off.
@@ -66,12 +72,16 @@ pub(crate) struct Conditions {
 }
 
 impl Conditions {
-    pub(crate) fn new(deck: &Deck, geometry: &Geometry) -> Result<Self, Vec<Fault>> {
+    /// `geometry` is that at the start of each stage: faces that an excavation makes free can be loaded
+    /// and held from then on.
+    pub(crate) fn new(deck: &Deck, stages: &Stages) -> Result<Self, Vec<Fault>> {
+        let geometry = stages.at(0);
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |r: &Where| Region::new(r, &geometry.bounds, &names);
         let mut faults = Vec::new();
         let mut conditions = Self::default();
         for (index, fix) in deck.fix.iter().enumerate() {
+            let geometry = stages.from(deck, fix.from.as_ref());
             let nodes = region(&fix.region).nodes(geometry);
             if nodes.is_empty() {
                 let region = region(&fix.region);
@@ -86,11 +96,13 @@ impl Conditions {
             });
         }
         for (index, load) in deck.load.iter().enumerate() {
+            let geometry = stages.from(deck, load.from.as_ref());
             match nodal_forces(load, &region(&load.region), geometry) {
                 Ok(forces) => conditions.loaded.push(Loaded {
                     forces,
                     history: Course::new(load.history.as_ref()),
                     period: Period::new(deck, load.from.as_ref(), load.until.as_ref()),
+                    ends: None,
                 }),
                 Err("no node") => {
                     let region = region(&load.region);
@@ -100,6 +112,7 @@ impl Conditions {
             }
         }
         for (index, entry) in deck.charge.iter().enumerate() {
+            let geometry = stages.from(deck, entry.from.as_ref());
             match Charge::new(index, entry, &region(&entry.region), geometry) {
                 Ok(charge) => conditions.charged.push(Charged {
                     charge,
@@ -113,7 +126,11 @@ impl Conditions {
                 Err(fault) => faults.push(fault),
             }
         }
-        for (index, initial) in deck.initial.iter().enumerate() {
+        let charges = conditions.charged.iter().enumerate();
+        faults.extend(charges.filter_map(|charge| without_walls((deck, stages), charge)));
+        conditions.loaded.extend(deck.remove.iter().map(|remove| released(deck, remove)));
+        let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
+        for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {
             let region = region(&initial.region);
             if region.nodes(geometry).is_empty() {
                 faults.push(no_node(format!("initial[{index}].where"), &region, geometry));
@@ -168,7 +185,7 @@ impl Conditions {
     ) -> Result<Vec<f64>, RunError> {
         let mut factors = Vec::with_capacity(self.n_factors());
         for (index, load) in self.loaded.iter().enumerate() {
-            factors.push(match load.period.has(stage) {
+            factors.push(match load.acts(stage) {
                 true => load.period.factor(&load.history, time, starts).at("load", index)?,
                 false => 0.0,
             });
@@ -186,32 +203,10 @@ impl Conditions {
         Ok(factors)
     }
 
-    /// Loads in force in a stage whose history is 0 when the stage is the first to see them.
-    pub(crate) fn resting(&self, stage: usize) -> Vec<usize> {
-        let rests = |load: &Loaded| {
-            let first = load.period.from.unwrap_or(0) == stage;
-            let zero =
-                matches!(&load.history, Course::Given(history) if history.factor(0.0) == 0.0);
-            load.period.has(stage) && first && zero
-        };
-        (0..self.loaded.len()).filter(|&load| rests(&self.loaded[load])).collect()
-    }
-
     /// Supports that hold all directions of their nodes, by their numbers in the deck.
     pub(crate) fn clamped(&self) -> impl Iterator<Item = (usize, &[u32])> {
         let fixed = self.fixed.iter().enumerate();
         fixed.filter(|(_, fix)| fix.axes == [true; 3]).map(|(i, fix)| (i, fix.nodes.as_slice()))
-    }
-
-    /// Loads in force at a time whose history is 0 then.
-    pub(crate) fn idle(&self, stage: usize, time: f64, starts: &[f64]) -> Vec<usize> {
-        let factors = self.factors(stage, time, starts).unwrap_or_default();
-        let varies = |load: &Loaded| !matches!(load.history, Course::Constant);
-        let idle = |&index: &usize| {
-            let load = &self.loaded[index];
-            load.period.has(stage) && varies(load) && factors.get(index) == Some(&0.0)
-        };
-        (0..self.loaded.len()).filter(idle).collect()
     }
 
     /// Velocity of each fix at a time `[m/s]`.

@@ -11,6 +11,7 @@ use crate::geometry::{Face, Vec3};
 use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::pass::Workspace;
+use crate::seams::NO_JOINT;
 use crate::simulation::Simulation;
 use crate::step::{Pass, input};
 
@@ -259,7 +260,8 @@ impl Simulation {
             let pack = &packs.packs[index];
             for lane in 0..pack.filled {
                 let face = first[pack.bodies[lane] as usize][d];
-                let Some(face) = model.faces.get(face as usize) else { continue };
+                let there = seam.joints[lane] != NO_JOINT;
+                let Some(face) = model.faces.get(face as usize).filter(|_| there) else { continue };
                 let axes = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]) * seam.axes;
                 for (p, place) in packs.shape_of(pack).pairs[d].iter().enumerate() {
                     let force = |side: usize| {

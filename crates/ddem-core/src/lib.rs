@@ -29,6 +29,7 @@ mod frames;
 mod geometry;
 mod grid;
 mod history;
+mod in_situ;
 mod joints;
 mod kinematics;
 mod lanes;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix6, Vector6};
 use crate::conditions::{Active, Applied, Conditions};
 use crate::deck::{Deck, Stage, StageKind};
 use crate::error::Fault;
-use crate::geometry::{Geometry, Vec3};
+use crate::geometry::{Geometry, Stages, Vec3};
 use crate::pack::Packs;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -15,13 +15,13 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
 pub(crate) fn check(
     deck: &Deck,
-    geometry: &Geometry,
+    stages: &Stages,
     conditions: &Conditions,
     packs: &Packs,
 ) -> Vec<Fault> {
-    let stages = deck.stage.iter().enumerate();
-    let relax = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
+    let relax = deck.stage.iter().enumerate().filter(|(_, stage)| stage.kind == StageKind::Relax);
     let fault = |(stage, entry): (usize, &Stage)| {
+        let geometry = stages.at(stage);
         let active = Active::new(conditions, geometry, packs, stage, &Applied::default());
         let whose = format!("of relax stage `{}`", entry.name);
         free_motion(deck, geometry, &active, (stage, &whose))
@@ -92,7 +92,7 @@ fn groups(geometry: &Geometry, contacts: bool) -> Vec<usize> {
     let mut groups = vec![usize::MAX; n];
     let mut count = 0;
     for start in 0..n {
-        if groups[start] != usize::MAX {
+        if groups[start] != usize::MAX || geometry.is_gone(start) {
             continue;
         }
         let mut open = vec![start];
@@ -111,6 +111,8 @@ fn groups(geometry: &Geometry, contacts: bool) -> Vec<usize> {
         }
         count += 1;
     }
+    // Those that are gone move with nothing: with the first, so that they ask for no support.
+    groups.iter_mut().filter(|group| **group == usize::MAX).for_each(|group| *group = 0);
     if contacts || !geometry.abutments.is_empty() {
         unite(geometry, &mut groups, contacts);
     }
@@ -139,8 +141,8 @@ fn unite(geometry: &Geometry, groups: &mut [usize], contacts: bool) {
     let touching = if contacts { geometry.touching() } else { Vec::new() };
     touching.iter().for_each(|&(i, j)| join(i, j));
     let touches: HashSet<usize> = touching.into_iter().flat_map(|(i, j)| [i, j]).collect();
-    for (body, &group) in geometry.bodies.iter().zip(&*groups) {
-        if touches.contains(&(body.lattice as usize)) {
+    for (index, (body, &group)) in geometry.bodies.iter().zip(&*groups).enumerate() {
+        if !geometry.is_gone(index) && touches.contains(&(body.lattice as usize)) {
             join(body.lattice as usize, n_lattices + group);
         }
     }

@@ -235,16 +235,21 @@ impl Packs {
         for index in 0..geometry.lattices.len() {
             packs.add_lattice(geometry, index);
         }
-        for index in 0..packs.packs.len() {
+        packs.link(geometry);
+        packs
+    }
+
+    /// Finds who is whose neighbour.
+    pub(crate) fn link(&mut self, geometry: &Geometry) {
+        for index in 0..self.packs.len() {
             for offset in 1..8 {
-                let pack = &packs.packs[index];
-                let upper = packs.neighbours(geometry, pack, offset, 1);
-                let lower = packs.neighbours(geometry, pack, offset, -1);
-                let pack = &mut packs.packs[index];
+                let pack = &self.packs[index];
+                let upper = self.neighbours(geometry, pack, offset, 1);
+                let lower = self.neighbours(geometry, pack, offset, -1);
+                let pack = &mut self.packs[index];
                 (pack.upper[offset], pack.lower[offset]) = (upper, lower);
             }
         }
-        packs
     }
 
     fn add_lattice(&mut self, geometry: &Geometry, index: usize) {

@@ -5,6 +5,7 @@ use fearless_simd::{Simd, f64x4};
 use crate::assembly::Assembly;
 use crate::breaks::{Look, Losses};
 use crate::element::lattice::Planes;
+use crate::in_situ::{Borne, InSitu};
 use crate::kinematics::Moved;
 use crate::lanes::{LANES, Lanes, splat};
 use crate::pack::{Neighbours, PairPlace};
@@ -16,6 +17,8 @@ pub(crate) struct Input<'a> {
     pub(crate) moved: Moved<'a>,
     pub(crate) assembly: &'a Assembly,
     pub(crate) seams: &'a Seams,
+    /// The stress that was there at the start.
+    pub(crate) in_situ: Option<&'a InSitu>,
     pub(crate) look: Look<'a>,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
@@ -67,6 +70,12 @@ impl<'a> Input<'a> {
             Some((_, seam)) => &seam.edges,
             None => &self.assembly.tables[self.assembly.pack_tables[at.0][at.1] as usize].edges,
         }
+    }
+
+    /// The stress that was there at the start, in the bodies (0) or a joint lattice of a pack.
+    #[inline(always)]
+    pub(crate) fn borne(&self, (index, offset): (usize, usize)) -> Option<Borne<'a>> {
+        self.in_situ?.borne(self.moved.packs, index, offset)
     }
 
     /// Pairs and seam of a joint lattice, if it is a face joint.

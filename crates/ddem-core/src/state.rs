@@ -2,7 +2,7 @@
 
 mod peaks;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use crate::breaks::Breaks;
 use crate::conditions::Applied;
@@ -73,6 +73,8 @@ pub(crate) struct State {
     pub(crate) applied: Applied,
     /// What supports bore that ended where a boundary is, by node `[N]`.
     pub(crate) kept: Applied,
+    /// Forces of removed blocks that fade, by load and node `[N]`.
+    pub(crate) released: BTreeMap<usize, Applied>,
     /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
     pub(crate) columns: Vec<[Vec3; 2]>,
     /// Volumes with which the gas of charges has got out of its shells, charge by charge `[m³]`.
@@ -123,13 +125,14 @@ impl State {
             v: vec![Lanes::ZERO; n],
             poses: vec![[Pose::default(); LANES]; model.packs.rigid],
             whole: true,
-            breaks: Breaks::new(&model.packs, &model.assembly, &model.seams),
+            breaks: model.breaks(),
             contacts: model.contacts(),
             failed: [0; 2],
             work: Work::default(),
             load_factors: vec![0.0; model.conditions.n_factors()],
             applied: Applied::default(),
             kept: Applied::default(),
+            released: BTreeMap::new(),
             columns: vec![[Vec3::zeros(); 2]; model.borders.column_nodes()],
             vents: vec![None; model.conditions.n_shells()],
             way: 0.0,

@@ -1,7 +1,7 @@
 //! What is seen of a simulation.
 
 use ddem_core::deck::names;
-use ddem_core::{CONTACT_FIELDS, Contact, FIELDS, Field, Fragment, Model, On, Simulation};
+use ddem_core::{CONTACT_FIELDS, Contact, Field, Fragment, Model, On, Simulation};
 use ddem_io::run::Session;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -112,7 +112,9 @@ pub(crate) struct Pairs {
 }
 
 pub(crate) fn pairs(session: &mut Session) -> Pairs {
-    let fields = FIELDS.iter().filter(|field| field.on == On::Pair);
+    let here = |field: &&Field| field.on == On::Pair;
+    let fields: Vec<&'static Field> = fields(session).into_iter().filter(here).collect();
+    let fields = fields.into_iter();
     let fields = fields.map(|field| (field, (field.fill)(session.simulation_mut()))).collect();
     let model = model(session);
     Pairs {
@@ -135,7 +137,7 @@ pub(crate) fn pair_array<'py>(py: Python<'py>, pairs: Pairs) -> PyResult<Bound<'
     for (field, values) in pairs.fields {
         let kind = match field.name {
             "state" => "u1",
-            "open" | "released" => "?",
+            "open" | "released" | "removed" => "?",
             _ => "f8",
         };
         columns.push((field.name, kind, arrays::components(py, values, field.components)?));

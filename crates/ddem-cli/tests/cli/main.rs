@@ -2,6 +2,7 @@
 
 mod command_line;
 mod contacts;
+mod excavation;
 mod fragments;
 mod harness;
 mod runs;

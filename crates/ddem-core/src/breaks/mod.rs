@@ -11,7 +11,7 @@ mod tests;
 
 use nalgebra::Vector3;
 
-use crate::assembly::{Assembly, NO_TABLE};
+use crate::assembly::{Assembly, ElementPack, NO_TABLE};
 use crate::lanes::{LANES, Lanes};
 use crate::law::{Memory, Mode};
 use crate::pack::{Pack, Packs, PairPlace};
@@ -124,11 +124,6 @@ impl Losses {
 }
 
 impl Breaks {
-    /// At the start of a run: joints given by stiffnesses are springs.
-    pub(crate) fn new(packs: &Packs, assembly: &Assembly, seams: &Seams) -> Self {
-        Self::with(packs, assembly, seams, &|seam, lane| seam.springs[lane])
-    }
-
     /// With every joint that `broken` selects turned to springs, all its pairs bonded.
     pub(crate) fn with(
         packs: &Packs,
@@ -154,6 +149,32 @@ impl Breaks {
             }
         }
         breaks
+    }
+
+    /// Forgets the joints of a lattice that are no longer there: those without a seam, and strips and
+    /// corners without an element.
+    pub(crate) fn keep(
+        &mut self,
+        pack: usize,
+        offset: usize,
+        seam: Option<&Seam>,
+        table: Option<&ElementPack>,
+    ) {
+        let Some(lattices) = &mut self.packs[pack] else { return };
+        let there = |lane: usize| {
+            seam.is_some_and(|seam| seam.joints[lane] != NO_JOINT)
+                || table.is_some_and(|table| table.elements[lane].is_some())
+        };
+        if !(0..LANES).any(there) {
+            lattices[offset] = None;
+        }
+        let Some(broken) = &mut lattices[offset] else { return };
+        for lane in (0..LANES).filter(|&lane| !there(lane)) {
+            broken.alive.iter_mut().for_each(|alive| alive.0[lane] = 1.0);
+            broken.points.iter_mut().for_each(|points| points[lane] = Point::default());
+            broken.times.iter_mut().for_each(|times| times[lane] = 0.0);
+            broken.released[lane] = false;
+        }
     }
 
     /// The joint lattices of a pack.

@@ -34,6 +34,15 @@ pub(crate) struct Pull {
 }
 
 impl Broken {
+    /// The springs of a lane bear tractions, along the joint's own axes, where nothing has moved.
+    pub(crate) fn bear(&mut self, seam: &Seam, lane: usize, tractions: &[Vector3<f64>]) {
+        let k = seam.stiffness(lane);
+        for (points, &traction) in self.points.iter_mut().zip(tractions) {
+            let traction = split(traction);
+            points[lane].origin = -joined(traction.normal / k.normal, traction.shear / k.shear);
+        }
+    }
+
     /// Lets pairs fail under the forces `g` that the elements exert (`K u`) and those of the
     /// springs. Elements that hold a failed pair are no longer alive then. Returns whether any
     /// pair failed.

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::Broken;
 use super::strips::Cell;
-use super::{Breaks, Broken};
 use crate::assembly::NO_TABLE;
 use crate::deck::{BlockSet, Deck, Extent, Joint, JointChoice, Material, Remove, Where};
 use crate::lanes::LANES;
@@ -95,7 +95,7 @@ fn strips_and_corners_that_hold_both_nodes_go_with_a_pair() {
                     };
                     let expected: BTreeSet<Cell> =
                         all.iter().filter(holds).map(|(cell, _)| *cell).collect();
-                    let mut breaks = Breaks::new(packs, assembly, &model.seams);
+                    let mut breaks = model.breaks();
                     let tables = assembly.pack_tables[pack];
                     let mut lattice = Broken::intact(packs, &packs.packs[pack], tables, 1 << d);
                     lattice.set_failed(places, p, lane);

@@ -59,10 +59,11 @@ impl Active {
             let local = at[0] + n * (at[1] + n * at[2]);
             (pack, 3 * (packs.packs[pack].start + local) as u32, lane as u8)
         };
+        let there = |node: &u32| !geometry.is_gone(geometry.locate(*node as usize).0);
         let mut supports = Vec::new();
         for (fix, entry) in conditions.fixed.iter().enumerate() {
             if entry.period.has(stage) {
-                for &node in &entry.nodes {
+                for &node in entry.nodes.iter().filter(|node| there(node)) {
                     let (pack, at, lane) = place(node);
                     for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
                         let at = at + u32::from(axis);
@@ -77,7 +78,7 @@ impl Active {
         let mut loads = Vec::new();
         for (index, entry) in conditions.loaded.iter().enumerate() {
             if entry.period.has(stage) {
-                for &(node, force) in &entry.forces {
+                for &(node, force) in entry.forces.iter().filter(|(node, _)| there(node)) {
                     let (pack, at, lane) = place(node);
                     let force = force.into();
                     loads.push((pack, NodalLoad { at, lane, load: index as u32, force }));
@@ -88,13 +89,13 @@ impl Active {
             if entry.period.has(stage) {
                 // Forces are those of the present places, before each step.
                 let load = (conditions.loaded.len() + index) as u32;
-                for &node in &entry.charge.nodes {
+                for &node in entry.charge.nodes.iter().filter(|node| there(node)) {
                     let (pack, at, lane) = place(node);
                     loads.push((pack, NodalLoad { at, lane, load, force: [0.0; 3] }));
                 }
             }
         }
-        for (&node, &force) in applied {
+        for (&node, &force) in applied.iter().filter(|(node, _)| there(node)) {
             let (pack, at, lane) = place(node);
             let load = conditions.applied_factor() as u32;
             loads.push((pack, NodalLoad { at, lane, load, force }));

@@ -15,6 +15,7 @@ use crate::breaks::{self, Look, Losses};
 use crate::deck::Deck;
 use crate::element::corotation::Frame;
 use crate::geometry::{Abutment, Geometry, Vec3};
+use crate::in_situ::InSitu;
 use crate::lanes::Lanes;
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
 use crate::pack::Packs;
@@ -43,7 +44,12 @@ pub(crate) struct Pair {
 
 impl Fitting<'_> {
     /// The joint of two faces that lie on each other, at rest; its first pair is given.
-    fn bond(&self, abutment: &Abutment, [normal, shear]: [f64; 2]) -> Seated {
+    fn bond(
+        &self,
+        abutment: &Abutment,
+        [normal, shear]: [f64; 2],
+        in_situ: Option<&InSitu>,
+    ) -> Seated {
         let mut quads = Vec::new();
         let mut patch = self.abutting(abutment, &mut |corners| quads.extend(quads_of(corners)));
         patch.both = Both { stiffness: [normal, shear], ..Both::default() };
@@ -59,7 +65,16 @@ impl Fitting<'_> {
             let apart = self.placing.position(b, face_b, &y) - self.placing.position(a, face_a, &x);
             Pair { origin: axes.tr_mul(&apart), ..Pair::default() }
         };
-        let pairs = patch.points.iter().map(pair).collect();
+        let mut pairs: Box<[Pair]> = patch.points.iter().map(pair).collect();
+        // It bears the stress that is there at the start.
+        let at = |point: &Point| self.placing.position(a, face_a, &point.spots[0]);
+        let points: Vec<Vec3> = patch.points.iter().map(at).collect();
+        let across =
+            |stress: &InSitu| stress.across(patch.blocks, &patch.now[0], (&points, &quads));
+        for (pair, traction) in pairs.iter_mut().zip(in_situ.and_then(across).unwrap_or_default()) {
+            let own = axes.tr_mul(&traction);
+            pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
+        }
         let bond = Bond { joint: abutment.joint, release: Release::Holds, pairs };
         patch.bond = Some(Box::new(bond));
         Seated { patch, quads, first_pair: 0 }
@@ -80,7 +95,7 @@ pub(crate) struct Seated {
 pub(crate) fn seated(
     surfaces: &Surfaces,
     (deck, geometry, packs): (&Deck, &Geometry, &Packs),
-    first: usize,
+    (first, in_situ): (usize, Option<&InSitu>),
 ) -> Vec<Seated> {
     let joints = deck.joints.values().map(|joint| joint.stiffness(&deck.materials));
     let joints: Vec<[f64; 2]> = joints.map(Option::unwrap_or_default).collect();
@@ -94,7 +109,8 @@ pub(crate) fn seated(
         start: true,
     };
     let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
-    let bond = |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)]);
+    let bond =
+        |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)], in_situ);
     let mut seated: Vec<Seated> = geometry.abutments.par_iter().map(bond).collect();
     let mut next = first;
     for joint in &mut seated {
@@ -114,6 +130,9 @@ pub(crate) fn at_nodes(
     let mut at_nodes = Vec::new();
     for Seated { patch, .. } in seated {
         let Some(bond) = &patch.bond else { continue };
+        if patch.blocks.iter().any(|&block| geometry.is_gone(block as usize)) {
+            continue;
+        }
         let layer = 0.5 * layers[usize::from(bond.joint)];
         let [normal, shear] = patch.both.stiffness;
         let stiffness = patch.axes[0].map(|n| normal * n * n + shear * (1.0 - n * n));

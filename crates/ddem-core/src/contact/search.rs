@@ -240,6 +240,9 @@ impl Contacts {
     /// not moved, or by their own.
     fn joined(&self, geometry: &Geometry, [a, b]: [u32; 2]) -> bool {
         let (a, b) = (a as usize, b as usize);
+        if geometry.is_gone(a) || geometry.is_gone(b) {
+            return true;
+        }
         let (body_a, body_b) = (&geometry.bodies[a], &geometry.bodies[b]);
         if body_a.lattice == body_b.lattice {
             return in_lattice(geometry, &self.joints, [a, b]);

@@ -160,12 +160,16 @@ pub struct Remove {
     /// Blocks whose centroid lies inside, or a face of which lies on a plane given.
     #[serde(rename = "where")]
     pub region: Where,
-    /// Stage from whose start this is in force.
+    /// Stage at whose start they are taken out; without it they were never there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// Stage up to whose start this is in force.
+    /// Blocks do not come back: refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
+    /// Time over which the forces that they exerted on the rest go to zero `[s]`, in a relax stage
+    /// its increments; default 0, at once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub release: Option<f64>,
 }
 
 /// Blocks split `factor` times along each edge.

@@ -211,6 +211,28 @@ pub struct Initial {
     /// Point about which `spin` turns `[m]`; default the origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre: Option<[f64; 3]>,
+    /// Stress xx yy zz xy yz zx at the origin, tension positive `[Pa]`, in place before the first
+    /// step in the blocks whose centroid lies inside, and in their joints (§12).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<[f64; 6]>,
+    /// What `stress` changes by for each metre.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gradient: Option<Gradient>,
+}
+
+/// What a stress xx yy zz xy yz zx changes by for each metre `[Pa/m]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Gradient {
+    /// Along x.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<[f64; 6]>,
+    /// Along y.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<[f64; 6]>,
+    /// Along z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z: Option<[f64; 6]>,
 }
 
 /// Something recorded as the run goes.

@@ -22,8 +22,8 @@ pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use check::check;
 pub(crate) use check::doubts;
 pub use conditions::{
-    Boundary, BoundaryKind, Cylinder, Duvall, Extent, Fix, History, Initial, Load, Probe, Quantity,
-    Sphere, Triangle, Where,
+    Boundary, BoundaryKind, Cylinder, Duvall, Extent, Fix, Gradient, History, Initial, Load, Probe,
+    Quantity, Sphere, Triangle, Where,
 };
 pub use contact::ContactTable;
 pub use matter::{Joint, Material};

@@ -72,13 +72,13 @@ impl Simulation {
     /// never does, nor do contacts.
     pub fn fragments(&mut self) -> Vec<Fragment> {
         let mut fragments = self.bare_fragments();
-        let mut numbers = vec![0; self.model.n_blocks()];
+        let mut numbers = vec![fragments.len(); self.model.n_blocks()];
         for (number, fragment) in fragments.iter().enumerate() {
             fragment.blocks.iter().for_each(|&block| numbers[block] = number);
         }
         let mut sums = vec![(0.0, [Vec3::zeros(); 2]); fragments.len()];
         self.each_mass(|block, mass, x, v, _| {
-            let (all, [first, momentum]) = &mut sums[numbers[block]];
+            let Some((all, [first, momentum])) = sums.get_mut(numbers[block]) else { return };
             *all += mass;
             *first += x * mass;
             *momentum += v * mass;
@@ -91,10 +91,12 @@ impl Simulation {
         fragments
     }
 
-    /// The number of the fragment of each block, as [`fragments`](Self::fragments) counts them.
+    /// The number of the fragment of each block, as [`fragments`](Self::fragments) counts them; blocks
+    /// that have been taken out have the number after the last.
     pub fn block_fragments(&mut self) -> Vec<usize> {
-        let mut numbers = vec![0; self.model.n_blocks()];
-        for (number, fragment) in self.bare_fragments().into_iter().enumerate() {
+        let fragments = self.bare_fragments();
+        let mut numbers = vec![fragments.len(); self.model.n_blocks()];
+        for (number, fragment) in fragments.into_iter().enumerate() {
             fragment.blocks.into_iter().for_each(|block| numbers[block] = number);
         }
         numbers
@@ -111,7 +113,7 @@ impl Simulation {
             roots[a.max(b)] = a.min(b);
         }
         let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
-        for block in 0..n {
+        for block in (0..n).filter(|&block| !self.model.is_removed(block)) {
             let fragment = &mut fragments[root(&mut roots, block)];
             fragment.volume += self.model.volume(block);
             fragment.blocks.push(block);
@@ -143,7 +145,8 @@ impl Simulation {
             })
         });
         let bonded = bonded.map(|(face, _)| [face.a as usize, face.b as usize]);
-        bonded.chain(seated.map(|joint| joint.patch.blocks.map(|block| block as usize)))
+        let all = bonded.chain(seated.map(|joint| joint.patch.blocks.map(|block| block as usize)));
+        all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block)))
     }
 
     /// How much of the mass is in fragments that are no larger.

@@ -65,6 +65,37 @@ pub const FIELDS: [Field; 13] = [
     Field { name: "damage", unit: "1", on: On::Pair, components: 1, fill: damage },
 ];
 
+/// What a model with excavations has besides.
+const EXCAVATION_FIELDS: [Field; 2] = [
+    Field { name: "removed", unit: "1", on: On::Element, components: 1, fill: removed_elements },
+    Field { name: "removed", unit: "1", on: On::Pair, components: 1, fill: removed_pairs },
+];
+
+/// 1 in blocks that have been taken out.
+fn removed_elements(simulation: &mut Simulation) -> Vec<f64> {
+    let model = &simulation.model;
+    let of = |block: usize| {
+        let elements = model.geometry.lattice(block).divisions.pow(3);
+        std::iter::repeat_n(f64::from(u8::from(model.is_removed(block))), elements)
+    };
+    (0..model.n_blocks()).flat_map(of).collect()
+}
+
+/// 1 at joints one of whose blocks has been taken out.
+fn removed_pairs(simulation: &mut Simulation) -> Vec<f64> {
+    let model = &simulation.model;
+    let number = |blocks: [u32; 2], pairs: usize| {
+        let gone = blocks.iter().any(|&block| model.is_removed(block as usize));
+        std::iter::repeat_n(f64::from(u8::from(gone)), pairs)
+    };
+    let matching = model.faces().iter();
+    let matching =
+        matching.flat_map(|face| number([face.a, face.b], (face.divisions as usize + 1).pow(2)));
+    let seated = model.seated.iter();
+    let seated = seated.flat_map(|joint| number(joint.patch.blocks, joint.patch.points.len()));
+    matching.chain(seated).collect()
+}
+
 fn displacement(simulation: &mut Simulation) -> Vec<f64> {
     simulation.displacements().into_flattened()
 }
@@ -266,10 +297,11 @@ impl Simulation {
 
 impl crate::model::Model {
     /// All output fields that change with time: [`FIELDS`], and `peak_velocity`, `peak_tension` and
-    /// `peak_compression` where the deck has `peaks`.
+    /// `peak_compression` where the deck has `peaks`, `removed` where blocks are taken out.
     pub fn fields(&self) -> impl Iterator<Item = &'static Field> + use<> {
         let peaks: &[Field] = if self.deck.model.peaks { &PEAK_FIELDS } else { &[] };
-        FIELDS.iter().chain(peaks)
+        let removed: &[Field] = if self.has_excavations() { &EXCAVATION_FIELDS } else { &[] };
+        FIELDS.iter().chain(peaks).chain(removed)
     }
 
     /// A nodal field in the order of the nodes, shape `(n_nodes, 3)`.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::element::{Elastic, principal};
 use crate::geometry::Vec3;
+use crate::in_situ::Stress;
 use crate::lanes::Lanes;
 use crate::simulation::Simulation;
 
@@ -17,6 +18,9 @@ pub(crate) struct Strained<'a> {
     /// Of the matrix whose columns are the edges of an element.
     inverse: Matrix3<f64>,
     rotation: Matrix3<f64>,
+    /// The stress that is there at the start, and the centre of the first element.
+    in_place: Option<(Stress, Vec3)>,
+    edges: [Vec3; 3],
 }
 
 impl Simulation {
@@ -59,6 +63,11 @@ impl Simulation {
             elastic: &element.elastic,
             inverse: Matrix3::from_columns(&element.edges).try_inverse()?,
             rotation: self.rotation(pack, lane),
+            in_place: model.in_situ.as_ref().and_then(|in_situ| in_situ.of(block)).map(|stress| {
+                let far = model.geometry.position(block, [1; 3]);
+                (stress, (model.geometry.position(block, [0; 3]) + far) / 2.0)
+            }),
+            edges: element.edges,
         })
     }
 
@@ -86,7 +95,21 @@ impl Strained<'_> {
                 gradient += u * self.inverse.row(d) * sign;
             }
         }
-        rotated_stress(self.elastic, gradient, &self.rotation)
+        let own = self.own(at, &gradient);
+        let turned = self.rotation * own * self.rotation.transpose();
+        COMPONENTS.map(|at| turned[at])
+    }
+
+    /// `σ⁰ + C : sym(Rᵀ F − 1)` from `∂u/∂X`, in the frame of the block.
+    fn own(&self, at: [usize; 3], gradient: &Matrix3<f64>) -> Matrix3<f64> {
+        let local = self.rotation.tr_mul(&(Matrix3::identity() + gradient)) - Matrix3::identity();
+        let [xx, yy, zz, xy, yz, zx] =
+            self.elastic.stress(&[0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)])));
+        let own = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz);
+        self.in_place.map_or(own, |(stress, first)| {
+            let steps = self.edges.iter().zip(at).map(|(edge, steps)| edge * steps as f64);
+            own + stress.at(&(first + steps.sum::<Vec3>()))
+        })
     }
 
     /// The least and the largest principal stress there `[Pa]`, a third of the work of all of them:
@@ -108,18 +131,10 @@ impl Strained<'_> {
             let along = |d: usize| differences[d][i] * self.inverse[(d, k)];
             0.25 * (along(0) + along(1) + along(2))
         });
-        let r = &self.rotation;
-        let local = r.tr_mul(&(Matrix3::identity() + gradient)) - Matrix3::identity();
-        let local = [0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)]));
-        principal(&self.elastic.stress(&local))
+        let own = self.own(at, &gradient);
+        principal(&COMPONENTS.map(|at| own[at]))
     }
 }
 
-/// `σ = R (C : sym(Rᵀ F − 1)) Rᵀ` from `∂u/∂X`.
-fn rotated_stress(elastic: &Elastic, gradient: Matrix3<f64>, r: &Matrix3<f64>) -> [f64; 6] {
-    let local = r.transpose() * (Matrix3::identity() + gradient) - Matrix3::identity();
-    let [xx, yy, zz, xy, yz, zx] =
-        elastic.stress(&[0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)])));
-    let turned = r * Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz) * r.transpose();
-    [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|at| turned[at])
-}
+/// xx yy zz xy yz zx of a matrix.
+const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];

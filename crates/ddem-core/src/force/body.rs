@@ -1,9 +1,10 @@
 //! Elastic forces of the bodies, eq. (8), one pack at a time.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::element::lattice::force;
+use crate::in_situ::Borne;
 use crate::kinematics::turn;
 use crate::lanes::{
     Lanes, add, cross, load, load_at, scale, splat, store_at, sub, times, transposed_times, zero,
@@ -35,13 +36,17 @@ pub(crate) fn body<S: Simd>(
     work.reserve(3 * shape.nodes);
     let Workspace { planes, local, g, .. } = work;
     let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
+    let borne = input.borne((index, 0));
     let Some(frames) = input.moved.frames else {
         force(simd, dims, &table.table, u, g, planes);
+        if let Some(borne) = borne {
+            borne.add(simd, None, g);
+        }
         for (f, g) in out.f.iter_mut().zip(&*g) {
             *f = Lanes::from(-g.load(simd));
         }
         if let Some([bodies, _]) = &mut out.energy {
-            *bodies = Lanes::from(half_work(simd, u, g));
+            *bodies = Lanes::from(energy(simd, borne, u, g));
         }
         return resist(simd, input, index, out, work);
     };
@@ -50,6 +55,9 @@ pub(crate) fn body<S: Simd>(
     local.copy_from_slice(u);
     turn(simd, &rotation, load(simd, &frame.mean), &table.edges, dims, local);
     force(simd, dims, &table.table, local, g, planes);
+    if let Some(borne) = borne {
+        borne.add(simd, None, g);
+    }
     let mut torque = zero(simd);
     for node in 0..shape.nodes {
         let (ui, gi) = (load_at(simd, local, 3 * node), load_at(simd, g, 3 * node));
@@ -59,7 +67,7 @@ pub(crate) fn body<S: Simd>(
     let [x, y, z] = times(&rotation, torque);
     *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
     if let Some([bodies, _]) = &mut out.energy {
-        *bodies = Lanes::from(half_work(simd, local, g));
+        *bodies = Lanes::from(energy(simd, borne, local, g));
     }
     resist(simd, input, index, out, work);
 }
@@ -102,4 +110,11 @@ fn resist<S: Simd>(
         let [x, y, z] = add(load(simd, out.torque), times(rotation, torque));
         *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
     }
+}
+
+/// Energy of the elements of a lattice `[J]`.
+#[inline(always)]
+fn energy<S: Simd>(simd: S, borne: Option<Borne<'_>>, u: &[Lanes], g: &[Lanes]) -> f64x4<S> {
+    let work = half_work(simd, u, g);
+    borne.map_or(work, |borne| work + borne.energy(simd, None, u))
 }

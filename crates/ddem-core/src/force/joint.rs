@@ -8,7 +8,7 @@
 //! The part that comes of slip goes to the body that is held, if one is: the ground on which the
 //! other slides.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::breaks::{Broken, Losses, Pull};
@@ -42,7 +42,9 @@ pub(crate) fn joint<S: Simd>(
         fail(simd, input, (at, face), rotation.as_ref(), broken, out.losses, work)
     });
     if let Some([_, joints]) = &mut out.energy {
-        *joints = Lanes::from(joints.load(simd) + half_work(simd, &work.local[..n], &work.g[..n]));
+        let stored = half_work(simd, &work.local[..n], &work.g[..n])
+            + in_place(simd, input, at, broken.as_ref(), &work.local[..n]);
+        *joints = Lanes::from(joints.load(simd) + stored);
     }
     let mut pull = None;
     if let (Some(face), Some(broken)) = (face, broken) {
@@ -80,6 +82,23 @@ fn elements<S: Simd>(
         }
         _ => g.fill(Lanes::ZERO),
     }
+    if let Some(borne) = input.borne((index, offset)) {
+        borne.add(simd, broken.map(|broken| &broken.alive[..]), g);
+    }
+}
+
+/// Energy of the elements that are left, beyond half the work of their forces, that is there
+/// because of the stress at the start.
+#[inline(always)]
+fn in_place<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    at: (usize, usize),
+    broken: Option<&Broken>,
+    local: &[Lanes],
+) -> f64x4<S> {
+    let alive = broken.map(|broken| &broken.alive[..]);
+    input.borne(at).map_or(splat(simd, 0.0), |borne| borne.energy(simd, alive, local))
 }
 
 /// Lets pairs of a face joint fail, and hands the forces of elements that go over to springs.
@@ -104,6 +123,7 @@ fn fail<S: Simd>(
         Broken::intact(packs, &packs.packs[at.0], tables, at.1)
     });
     let n = 3 * packs.shape_of(&packs.packs[at.0]).joints[at.1].len();
+    let before = in_place(simd, input, at, Some(lattice), &work.local[..n]);
     let fails = lattice.fail(face, input.look, (&work.local[..n], &work.g[..n]), losses);
     if fails {
         work.before[..n].copy_from_slice(&work.g[..n]);
@@ -111,6 +131,8 @@ fn fail<S: Simd>(
         last_way(simd, input, at, rotation, &mut work.way[..n]);
         let forces = [&work.before[..n], &work.g[..n]];
         lattice.take_over(face, (&work.local[..n], &work.way[..n]), forces, losses);
+        let after = in_place(simd, input, at, Some(lattice), &work.local[..n]);
+        losses.fracture += Lanes::from(before - after).sum();
     } else if !was_broken {
         *broken = None;
     }
@@ -321,5 +343,6 @@ pub(crate) fn cell_energy<S: Simd>(
     let shape = input.moved.packs.shape_of(&input.moved.packs.packs[at.0]);
     let n = 3 * shape.joints[at.1].len();
     alone(simd, input, at, broken, work);
-    Lanes::from(half_work(simd, &work.local[..n], &work.g[..n])).sum()
+    let in_place = in_place(simd, input, at, broken, &work.local[..n]);
+    Lanes::from(half_work(simd, &work.local[..n], &work.g[..n]) + in_place).sum()
 }

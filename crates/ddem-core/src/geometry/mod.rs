@@ -21,6 +21,7 @@ mod nothing;
 mod overlap;
 mod refine;
 mod select;
+mod stages;
 mod surface;
 
 pub(crate) use abut::Abutment;
@@ -29,13 +30,14 @@ pub(crate) use face::faces;
 pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
 pub(crate) use nothing::{no_node, nothing};
 pub(crate) use select::Region;
+pub(crate) use stages::Stages;
 pub(crate) use surface::Surface;
 
 use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use crate::deck::Deck;
+use crate::deck::{Deck, Remove};
 use crate::error::Fault;
 
 /// Part of an edge within which a point lies on a face.
@@ -97,7 +99,8 @@ impl Geometry {
                 unused.push((index, region));
             }
         }
-        for (index, entry) in deck.remove.iter().enumerate() {
+        let never = |entry: &&Remove| entry.from.is_none();
+        for (index, entry) in deck.remove.iter().enumerate().filter(|(_, e)| never(e)) {
             let region = Region::new(&entry.region, &bounds, &set_names);
             let mut found = false;
             for lattice in &mut lattices {
@@ -159,6 +162,38 @@ impl Geometry {
         Ok(())
     }
 
+    /// Takes blocks out: they keep their numbers, and are nobody's neighbours.
+    pub(crate) fn take_out(&mut self, blocks: &[usize]) {
+        for &block in blocks {
+            let Body { lattice, cell, .. } = self.bodies[block];
+            let lattice = &mut self.lattices[lattice as usize];
+            let index = lattice.index(cell.map(|c| c as usize));
+            lattice.body[index] = NONE;
+        }
+        let mut abutments = std::mem::take(&mut self.abutments);
+        abutments.retain(|abutment| !abutment.blocks.iter().any(|&b| self.is_gone(b as usize)));
+        self.abutting = abut::abutting(&abutments);
+        self.abutments = abutments;
+    }
+
+    /// Whether a block has been taken out.
+    pub(crate) fn is_gone(&self, block: usize) -> bool {
+        let cell = self.bodies[block].cell.map(|c| c as usize);
+        let lattice = self.lattice(block);
+        lattice.body[lattice.index(cell)] == NONE
+    }
+
+    /// Blocks whose centroid lies in a region, or a face of which lies on a plane of it.
+    pub(crate) fn blocks_in(&self, region: &Region) -> Vec<usize> {
+        let inside = |&block: &usize| {
+            let cell = self.bodies[block].cell.map(|c| c as usize);
+            !self.is_gone(block)
+                && region.has_set(self.set(block))
+                && self.lattice(block).selects(region, cell)
+        };
+        (0..self.bodies.len()).filter(inside).collect()
+    }
+
     /// Sets that touch.
     pub(crate) fn touching(&self) -> Vec<(usize, usize)> {
         overlap::touching(&self.lattices)
@@ -175,6 +210,9 @@ impl Geometry {
 
     /// The body at an offset of −1, 0 or 1 cells from a body.
     pub(crate) fn neighbour(&self, body: usize, offset: [i32; 3]) -> Option<usize> {
+        if self.is_gone(body) {
+            return None;
+        }
         let lattice = self.lattice(body);
         let mut cell = [0; 3];
         for d in 0..3 {

@@ -107,7 +107,7 @@ impl Region {
     pub(crate) fn nodes(&self, geometry: &Geometry) -> Vec<u32> {
         let mut nodes = Vec::new();
         for body in 0..geometry.bodies.len() {
-            if !self.has_set(geometry.set(body)) {
+            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
                 continue;
             }
             let n = geometry.lattice(body).divisions + 1;
@@ -194,7 +194,7 @@ impl Region {
             let lattice = geometry.lattice(body);
             let along = (0..3).find(|&d| lattice.axes[d][free].abs() > 1.0 - 1e-9);
             let n = lattice.divisions + 1;
-            if !self.has_set(geometry.set(body)) {
+            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
                 continue;
             }
             let unbounded = Self { sphere: None, cylinder: None, ..self.without_range(free) };
@@ -266,7 +266,7 @@ impl Region {
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<Surface> {
         let mut surfaces = Vec::new();
         for body in 0..geometry.bodies.len() {
-            if !self.has_set(geometry.set(body)) {
+            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
                 continue;
             }
             for (normal, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {

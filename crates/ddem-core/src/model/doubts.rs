@@ -25,6 +25,7 @@ impl Model {
                 ));
             }
         }
+        warnings.extend(self.unbalanced());
         warnings.extend(self.glued());
         let charges = self.conditions.charged.iter();
         warnings.extend(charges.flat_map(|charged| charged.charge.doubts.iter().cloned()));

@@ -3,16 +3,20 @@
 mod computed;
 mod doubts;
 mod elements;
+mod excavation;
 mod meeting;
+mod unbalanced;
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Seated, Surfaces, at_nodes, seated};
-use crate::deck::{Deck, Kinematics};
+use crate::deck::{Deck, Joint, Kinematics, Where};
+use crate::element::Elastic;
 use crate::error::{Fault, ModelError};
-use crate::geometry::{Face, Geometry, Names, Region, Vec3, faces};
+use crate::geometry::{Face, Geometry, Names, Region, Stages, Vec3, faces};
+use crate::in_situ::{InSitu, met, stresses};
 use crate::lanes::Lanes;
 use crate::law::{Laws, laws};
 use crate::pack::Packs;
@@ -22,6 +26,8 @@ use crate::seams::{Seam, Seams};
 #[derive(Debug)]
 pub struct Model {
     pub(crate) geometry: Geometry,
+    /// The same in each stage.
+    stages: Stages,
     pub(crate) packs: Packs,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
@@ -30,6 +36,8 @@ pub struct Model {
     pub(crate) faces: Vec<Face>,
     pub(crate) seams: Seams,
     pub(crate) laws: Laws,
+    /// The stress that is there at the start; `None`: no block has one.
+    pub(crate) in_situ: Option<InSitu>,
     /// What contacts need; `None` where none are looked for.
     pub(crate) contact: Option<Surfaces>,
     /// Joints between faces that do not match, by their blocks.
@@ -57,9 +65,10 @@ impl Model {
     fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
         let geometry = Geometry::new(deck, &names)?;
-        let conditions = Conditions::new(deck, &geometry)?;
+        let stages = Stages::new(deck, geometry.clone())?;
+        let conditions = Conditions::new(deck, &stages)?;
         let packs = Packs::new(&geometry);
-        let faults = crate::mechanism::check(deck, &geometry, &conditions, &packs);
+        let faults = crate::mechanism::check(deck, &stages, &conditions, &packs);
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -69,18 +78,20 @@ impl Model {
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let mut assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
+        let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+        let region = |region: &Where| Region::new(region, &geometry.bounds, &names);
+        let stresses = stresses(deck, &geometry, region)?;
+        let faults = met(deck, &geometry, &stresses);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
         let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
         let first = faces.last().map_or(0, Face::end);
-        let all = (deck, &geometry, &packs);
-        let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, first));
-        let layers = deck.joints.values().zip(&constants.joints);
-        let layers: Vec<f64> = layers
-            .map(|(joint, layer)| joint.thickness * layer.map_or(0.0, |layer| layer.density))
-            .collect();
-        let bonds = contact.as_ref().map_or_else(Vec::new, |contact| {
-            at_nodes(&seated, (&contact.blocks, &geometry), &layers)
-        });
+        let (all, start) = ((deck, &geometry, &packs), (first, in_situ.as_ref()));
+        let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
+        let bonds = bonds((deck, &geometry, &constants), contact.as_ref(), &seated);
         assembly.assemble(&geometry, &packs, &seams, &bonds);
         Ok(Self {
             packs,
@@ -91,9 +102,11 @@ impl Model {
             faces,
             seams,
             laws: laws(&deck.joints),
+            in_situ,
             contact,
             seated,
             geometry,
+            stages,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
             deck: deck.clone(),
@@ -118,6 +131,24 @@ impl Model {
             seam.springs[lane] || (broken && self.laws[seam.joints[lane] as usize].is_some())
         };
         Breaks::with(&self.packs, &self.assembly, &self.seams, &springs)
+    }
+
+    /// Joints at the start of a run: those given by stiffnesses are springs, which bear the stress
+    /// that is there.
+    pub(crate) fn breaks(&self) -> Breaks {
+        let mut breaks = self.tangent(false);
+        let Some(in_situ) = &self.in_situ else { return breaks };
+        for (index, d) in (0..self.packs.packs.len()).flat_map(|i| [0, 1, 2].map(|d| (i, d))) {
+            let Some(seam) = self.seams.get(index, d) else { continue };
+            for lane in (0..self.packs.packs[index].filled).filter(|&lane| seam.springs[lane]) {
+                let of = (&self.geometry, &self.packs);
+                let tractions = in_situ.tractions(of, (index, d), (seam, lane));
+                if let Some(broken) = &mut breaks.at(index)[1 << d] {
+                    broken.bear(seam, lane, &tractions);
+                }
+            }
+        }
+        breaks
     }
 
     pub(crate) fn places(&self) -> Places<'_> {
@@ -166,7 +197,7 @@ impl Model {
     /// Number of loads.
     #[must_use]
     pub fn n_loads(&self) -> usize {
-        self.conditions.loaded.len()
+        self.deck.load.len()
     }
 
     /// Number of hex8 elements of the bodies.
@@ -264,6 +295,7 @@ impl Model {
             + self.assembly.elements.len() * size_of::<crate::assembly::Element>()
             + tables
             + inertia
+            + self.in_situ.as_ref().map_or(0, InSitu::bytes)
     }
 
     /// Lumped mass of a node `[kg]`, eq. (3).
@@ -322,4 +354,19 @@ impl Model {
             field[at + c].0[lane] = value[c];
         }
     }
+}
+
+/// Mass and stiffness at nodes of the joints between faces that do not match.
+fn bonds(
+    (deck, geometry, constants): (&Deck, &Geometry, &Constants),
+    contact: Option<&Surfaces>,
+    seated: &[Seated],
+) -> Vec<(usize, [f64; 4])> {
+    let Some(contact) = contact else { return Vec::new() };
+    let layers = deck.joints.values().zip(&constants.joints);
+    let by_area = |(joint, layer): (&Joint, &Option<Elastic>)| {
+        joint.thickness * layer.map_or(0.0, |layer| layer.density)
+    };
+    let layers: Vec<f64> = layers.map(by_area).collect();
+    at_nodes(seated, (&contact.blocks, geometry), &layers)
 }

@@ -55,6 +55,7 @@ impl Simulation {
             load_factors,
             applied,
             kept,
+            released,
             columns,
             vents,
             way,
@@ -72,6 +73,11 @@ impl Simulation {
         put("applied_forces", applied.values().flatten().copied().collect());
         put("kept_nodes", kept.keys().map(|&node| f64::from(node)).collect());
         put("kept_forces", kept.values().flatten().copied().collect());
+        for (load, forces) in released {
+            let nodes = forces.keys().map(|&node| f64::from(node)).collect();
+            put(&format!("released_{load}_nodes"), nodes);
+            put(&format!("released_{load}_forces"), forces.values().flatten().copied().collect());
+        }
         put("columns", columns.iter().flatten().flatten().copied().collect());
         put("vented", vents.iter().map(|vent| f64::from(u8::from(vent.is_some()))).collect());
         put("vent_volumes", vents.iter().map(|vent| vent.unwrap_or(0.0)).collect());
@@ -133,6 +139,19 @@ impl Simulation {
         }
         let stage = usize::try_from(count("stage")?).ok()?;
         let damping = damping(count("damping")?, *array("damping")?.first()?)?;
+        let mut model = model;
+        if model.excavates(0, stage) {
+            model.excavate(stage);
+        }
+        let mut released = BTreeMap::new();
+        for load in model.fading(0, stage) {
+            let array = |what: &str| array(&format!("released_{load}_{what}"));
+            if let (Some(nodes), Some(forces)) = (array("nodes"), array("forces")) {
+                let forces = applied(nodes, forces, n / 3)?;
+                model.set_released(load, &forces);
+                released.insert(load, forces);
+            }
+        }
         let mut simulation = Self::with_simd(model, simd);
         let state = &mut simulation.state;
         for node in 0..n / 3 {
@@ -153,6 +172,7 @@ impl Simulation {
         state.contacts = contacts::restore(&simulation.model, saved)?;
         state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;
         peaks::restore(&simulation.model, saved, &mut state.peaks)?;
+        state.released = released;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         state.kept = applied(array("kept_nodes")?, array("kept_forces")?, n / 3)?;
         let vents = array("vented")?.iter().zip(array("vent_volumes")?);

@@ -23,7 +23,7 @@ const ARRAYS: [(&str, usize); 8] = [
 
 /// Adds the broken joints, if there are any that a start would not have.
 pub(super) fn save(model: &Model, breaks: &Breaks, saved: &mut Saved) {
-    if *breaks == Breaks::new(&model.packs, &model.assembly, &model.seams) {
+    if *breaks == model.breaks() {
         return;
     }
     let mut arrays = ARRAYS.map(|(_, width)| vec![0.0; width * model.n_pairs()]);
@@ -44,7 +44,7 @@ pub(super) fn save(model: &Model, breaks: &Breaks, saved: &mut Saved) {
 /// The broken joints that were saved; `None` when the numbers are not those of this model.
 pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Option<Breaks> {
     let Model { packs, assembly, seams, .. } = model;
-    let mut breaks = Breaks::new(packs, assembly, seams);
+    let mut breaks = model.breaks();
     if !saved.arrays.contains_key(ARRAYS[0].0) {
         return Some(breaks);
     }

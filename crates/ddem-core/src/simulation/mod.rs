@@ -1,5 +1,6 @@
 //! A model in motion: the state, and what is done to it.
 
+mod excavation;
 mod measure;
 mod outside;
 mod pace;
@@ -167,7 +168,7 @@ impl Simulation {
     #[must_use]
     pub fn idle_loads(&self) -> Vec<usize> {
         let State { stage, time, stage_starts, .. } = &self.state;
-        self.model.conditions.idle(*stage, *time, stage_starts)
+        self.model.conditions.idle((*stage, *time), stage_starts, self.model.n_loads())
     }
 
     /// The stage of the deck whose supports and loads are in force.

@@ -14,6 +14,7 @@ impl Simulation {
     /// that end where a boundary is goes on as constant forces.
     pub fn enter(&mut self, stage: usize) {
         self.settle();
+        self.excavate(stage);
         let active = self.model.active(stage, &self.state.applied);
         if !self.model.borders.list.is_empty() {
             self.measure_once();
@@ -44,7 +45,9 @@ impl Simulation {
         let gases: Vec<_> = charged().filter_map(|c| Some((&c.nodes, c.stiffness()?))).collect();
         let own = |(nodes, (stiffness, areas)): &(&Vec<u32>, (f64, Vec<Vec3>))| {
             let mass = |node: &u32| self.model.mass(*node as usize);
-            let each = nodes.iter().zip(areas).map(|(node, a)| a.norm_squared() / mass(node));
+            // Walls that have been taken out have none; the charge is over then.
+            let each = nodes.iter().zip(areas).filter(|(node, _)| mass(node) > 0.0);
+            let each = each.map(|(node, a)| a.norm_squared() / mass(node));
             stiffness * each.sum::<f64>()
         };
         let alone: Vec<f64> = gases.iter().map(own).collect();

@@ -155,7 +155,7 @@ impl Simulation {
     /// automatic step becomes shorter when the first pairs are about to fail, while forces are
     /// still those of the intact model.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
-        self.state.breaks = self.model.tangent(false);
+        self.state.breaks = self.model.breaks();
         let safe = self.safe_step()?;
         let safe = self.resolved() * self.damping.stable_step(safe);
         if self.motion.time_step <= safe {

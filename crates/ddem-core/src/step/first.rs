@@ -131,6 +131,7 @@ pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
         moved: Moved { packs: &model.packs, u, frames },
         assembly: &model.assembly,
         seams: &model.seams,
+        in_situ: model.in_situ.as_ref().filter(|_| !linear),
         look: Look { failing, time, laws: &model.laws },
         last,
         viscous,

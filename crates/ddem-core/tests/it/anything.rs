@@ -84,7 +84,8 @@ fn random_deck(seed: u64) -> Deck {
         let velocity = Some((random.vector() * 10.0).into());
         let spin = Some((random.vector() * 4.0).into());
         let region = Where { set: Some("set 0".into()), ..Where::default() };
-        deck.initial.push(Initial { region, velocity, spin, centre: Some([0.5; 3]) });
+        let centre = Some([0.5; 3]);
+        deck.initial.push(Initial { region, velocity, spin, centre, ..Initial::default() });
     }
     deck
 }

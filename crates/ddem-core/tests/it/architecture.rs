@@ -15,7 +15,7 @@ const ROWS: [&[&str]; 19] = [
     &["state", "motion"],
     &["model"],
     &["contact"],
-    &["mechanism", "breaks", "kinematics", "boundary"],
+    &["mechanism", "breaks", "kinematics", "boundary", "in_situ"],
     &["conditions", "assembly", "parallel"],
     &["seams"],
     &["pack"],

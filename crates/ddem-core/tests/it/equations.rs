@@ -118,6 +118,8 @@ fn the_table_names_tests() {
         "tests/it/rigid.rs",
         "tests/it/corotation.rs",
         "tests/it/resume.rs",
+        "tests/it/in_situ.rs",
+        "tests/it/excavation.rs",
     ]
     .map(read);
     for row in table() {

@@ -61,6 +61,7 @@ pub(crate) fn add(deck: &mut Deck, piece: &Piece) {
             velocity: Some(velocity.into()),
             spin: Some(spin.into()),
             centre: Some(centre.into()),
+            ..Initial::default()
         });
     }
 }

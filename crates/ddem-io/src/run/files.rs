@@ -179,7 +179,7 @@ fn table(model: &Model, joints: bool) -> impl Iterator<Item = &'static Field> + 
 /// States and numbers of blocks are whole numbers in the files.
 fn kind(name: &str) -> Kind {
     match name {
-        "state" | "open" | "released" | "sliding" => Kind::U8,
+        "state" | "open" | "released" | "removed" | "sliding" => Kind::U8,
         "blocks" | "fragment" => Kind::I32,
         _ => Kind::F64,
     }

@@ -192,10 +192,26 @@ bad_decks! {
             velocity = [0.1, 0.0, 0.0]\n\n[[fix]]";
 }
 
+// Stress at the start, and excavation.
+bad_decks! {
+    stress_of_five: "spin = [0.0, 0.0, 1.0]" => "spin = [0.0, 0.0, 1.0]\nstress = [-1e6, -1e6, -2e6, 0, 0]";
+    gradient_without_stress: "spin = [0.0, 0.0, 1.0]"
+            => "spin = [0.0, 0.0, 1.0]\ngradient = { z = [1e4, 1e4, 2e4, 0, 0, 0] }";
+    gradient_along_w: "spin = [0.0, 0.0, 1.0]"
+            => "stress = [0, 0, 0, 0, 0, 0]\nspin = [0.0, 0.0, 1.0]\n\
+                gradient = { w = [1e4, 1e4, 2e4, 0, 0, 0] }";
+    excavation_in_the_first_stage: "[[remove]]" => "[[remove]]\nfrom = \"load\"";
+    excavation_in_no_stage: "[[remove]]" => "[[remove]]\nfrom = \"shaek\"";
+    excavation_that_ends: "[[remove]]" => "[[remove]]\nfrom = \"shake\"\nuntil = \"ring\"";
+    excavation_released_backwards: "[[remove]]" => "[[remove]]\nfrom = \"shake\"\nrelease = -0.1";
+    excavation_released_at_the_start: "[[remove]]" => "[[remove]]\nrelease = 0.1";
+    excavation_released_in_two_ways: "[[remove]]" => "[[remove]]\nfrom = \"shake\"\nrelease = 0.2\n\
+            where = { x = 12.0 }\n\n[[remove]]\nfrom = \"shake\"\nrelease = 0.1";
+}
+
 // Keys of later versions.
 bad_decks! {
-    not_yet: "[[fix]]" => "[[refine]]\nwhere = { x = [0.0, 1.0] }\nfactor = 2\n\n[[fix]]",
-        "material = \"soft rock\"\n\n[[remove]]"
+    not_yet: "material = \"soft rock\"\n\n[[remove]]"
             => "material = \"soft rock\"\nuntil = \"shake\"\n\n[[remove]]\nfrom = \"shake\"";
 }
 

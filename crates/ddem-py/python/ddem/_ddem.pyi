@@ -125,7 +125,7 @@ class Model:
         material: str | Material | None = None,
         **where: Unpack[When],
     ) -> None: ...
-    def remove(self, **where: Unpack[When]) -> None: ...
+    def remove(self, *, release: float | None = None, **where: Unpack[When]) -> None: ...
     def refine(self, *, factor: int, **where: Unpack[Where]) -> None: ...
     def fix(
         self,
@@ -170,6 +170,8 @@ class Model:
         velocity: Vector | None = None,
         spin: Vector | None = None,
         centre: Vector | None = None,
+        stress: Vector | None = None,
+        gradient: Mapping[str, Vector] | None = None,
         **where: Unpack[Where],
     ) -> None: ...
     def stage(

@@ -2,7 +2,7 @@
 
 use super::conditions::{force_time, region};
 use super::{Faults, Rule, shown};
-use crate::deck::{BlockSet, Deck, JointChoice};
+use crate::deck::{BlockSet, Deck, JointChoice, Remove};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -221,7 +221,8 @@ fn changes(deck: &Deck, faults: &mut Faults) {
     for (i, remove) in deck.remove.iter().enumerate() {
         let at = format!("remove[{i}]");
         region(deck, &format!("{at}.where"), &remove.region, faults);
-        force_time(deck, &at, remove.from.as_deref(), remove.until.as_deref(), faults);
+        force_time(deck, &at, remove.from.as_deref(), None, faults);
+        excavation(deck, &at, remove, faults);
     }
     for (i, refine) in deck.refine.iter().enumerate() {
         let at = format!("refine[{i}]");
@@ -230,5 +231,41 @@ fn changes(deck: &Deck, faults: &mut Faults) {
             let message = format!("{} parts leave blocks as they are", refine.factor);
             faults.add_help(format!("{at}.factor"), message, "at least 2");
         }
+    }
+}
+
+/// Blocks that are taken out at the start of a stage.
+fn excavation(deck: &Deck, at: &str, remove: &Remove, faults: &mut Faults) {
+    if remove.until.is_some() {
+        faults.add_help(
+            format!("{at}.until"),
+            "blocks that are taken out do not come back: `remove` has no `until`",
+            "leave it out",
+        );
+    }
+    faults.optional(format!("{at}.release"), remove.release, Rule::ZeroOrMore);
+    let same = |other: &&Remove| other.from == remove.from && other.release != remove.release;
+    if remove.from.is_some() && deck.remove.iter().any(|other| same(&other)) {
+        faults.add_help(
+            format!("{at}.release"),
+            "blocks that are taken out together have different `release`",
+            "give all entries of one stage the same, or take blocks out in several stages",
+        );
+    }
+    match &remove.from {
+        None if remove.release.is_some() => faults.add_help(
+            format!("{at}.release"),
+            "`release` needs `from`: blocks that were never there exerted no force",
+            "`from = \"stage\"` takes them out at the start of that stage",
+        ),
+        Some(from) if deck.stage.first().is_some_and(|stage| stage.name == *from) => {
+            faults.add_help(
+                format!("{at}.from"),
+                format!("`{from}` is the first stage: there is nothing before it"),
+                "leave `from` out for a cavity that was always there, or put a stage before it in \
+                 which the blocks are still in place",
+            );
+        }
+        _ => {}
     }
 }

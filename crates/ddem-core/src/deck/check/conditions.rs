@@ -1,7 +1,7 @@
 //! Where, supports, loads, boundaries and the state at the start.
 
 use super::{Faults, Rule, history, shown};
-use crate::deck::{Boundary, BoundaryKind, Deck, Extent, Fix, Initial, Load, Where};
+use crate::deck::{Boundary, BoundaryKind, Deck, Extent, Fix, Gradient, Initial, Load, Where};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.fix.iter().enumerate() {
@@ -220,8 +220,22 @@ fn initial(at: &str, initial: &Initial, faults: &mut Faults) {
             faults.finite(format!("{at}.{key}"), &vector);
         }
     }
-    if initial.velocity.is_none() && initial.spin.is_none() {
-        faults.add(at, "the entry sets nothing: it needs `velocity` or `spin`");
+    if let Some(stress) = initial.stress {
+        faults.finite(format!("{at}.stress"), &stress);
+    }
+    if let Some(Gradient { x, y, z }) = initial.gradient {
+        for (axis, slope) in [("x", x), ("y", y), ("z", z)] {
+            if let Some(slope) = slope {
+                faults.finite(format!("{at}.gradient.{axis}"), &slope);
+            }
+        }
+        if initial.stress.is_none() {
+            let message = "`gradient` needs `stress`: it is what the stress changes by for a metre";
+            faults.add_help(format!("{at}.gradient"), message, "`stress` is the one at the origin");
+        }
+    }
+    if initial.velocity.is_none() && initial.spin.is_none() && initial.stress.is_none() {
+        faults.add(at, "the entry sets nothing: it needs `velocity`, `spin` or `stress`");
     }
     if initial.centre.is_some() && initial.spin.is_none() {
         let message = "`centre` needs `spin`: it is the point about which the nodes turn";

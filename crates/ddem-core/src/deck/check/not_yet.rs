@@ -9,15 +9,13 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     };
     let leave_out = "leave this out";
 
-    let assign = deck.assign.iter().map(|entry| (&entry.from, &entry.until));
-    let remove = deck.remove.iter().map(|entry| (&entry.from, &entry.until));
-    let timed = assign.enumerate().map(|entry| ("assign", entry));
-    for (table, (i, (from, until))) in
-        timed.chain(remove.enumerate().map(|entry| ("remove", entry)))
-    {
-        for (key, _) in [("from", from), ("until", until)].iter().filter(|(_, n)| n.is_some()) {
-            let what = format!("`{table}` with `{key}`: blocks and joints stay as they start");
-            not_yet(format!("{table}[{i}].{key}"), &what, leave_out);
+    for (i, assign) in deck.assign.iter().enumerate() {
+        for (key, name) in [("from", &assign.from), ("until", &assign.until)] {
+            if name.is_some() {
+                let what =
+                    format!("`assign` with `{key}`: materials and joints stay as they start");
+                not_yet(format!("assign[{i}].{key}"), &what, leave_out);
+            }
         }
     }
 }

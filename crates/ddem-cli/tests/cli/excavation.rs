@@ -1,0 +1,97 @@
+//! Stress at the start and blocks that are taken out, as a user sees them.
+
+use super::harness::*;
+
+/// A column of four blocks under a stress; the upper two are taken out.
+const COLUMN: &str = "
+title = 'dug'
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[joints.seam]
+thickness = 0.01
+material = 'rock'
+[[blocks]]
+size = [1, 1, 4]
+count = [1, 1, 4]
+divisions = 2
+material = 'rock'
+joint = 'seam'
+[[initial]]
+stress = [-3e6, -3e6, -8e6, 0, 0, 0]
+[[fix]]
+where = { x = [0, 1], z = 0.0 }
+axes = 'xyz'
+[[fix]]
+axes = 'xy'
+[[fix]]
+where = { z = 4.0 }
+axes = 'z'
+[[remove]]
+where = { z = [2.0, 4.0] }
+from = 'dig'
+release = 1e-3
+[[stage]]
+name = 'before'
+kind = 'relax'
+[[stage]]
+name = 'dig'
+kind = 'dynamic'
+duration = 2e-3
+frames = 4
+";
+
+fn went(deck: &str) -> (Desk, Went) {
+    let desk = Desk::new();
+    desk.write("dug.toml", deck);
+    let went = desk.run("dug.toml --out a");
+    (desk, went)
+}
+
+#[test]
+fn a_stress_that_is_carried_and_an_excavation_run_without_a_word() {
+    let (desk, went) = went(COLUMN);
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    assert!(!went.stderr.contains("warning"), "{}", went.stderr);
+    let summary: serde_json::Value = serde_json::from_slice(&desk.read("a/summary.json")).unwrap();
+    assert_eq!(summary["stages"][0]["steps"], 0, "{summary}");
+    assert_eq!(summary["fragments"]["largest_volume"].as_f64().map(f64::round), Some(2.0));
+}
+
+#[test]
+fn faces_that_do_not_carry_the_stress_are_named() {
+    let (_, went) = went(&COLUMN.replace("where = { z = 4.0 }", "where = { z = 0.0 }"));
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let words = went.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    let expected = "the stress at the start is not carried by the outer faces at z = 4.000000 m, \
+                    looking along +z";
+    assert!(words.contains(expected), "{words}");
+    // -8 MPa on a square metre.
+    assert!(words.contains("-8.0000e6] N are missing, 100.00 %"), "{words}");
+    assert!(!words.contains("z = 0.000000 m"), "{words}");
+}
+
+#[test]
+fn mistakes_are_shown_and_nothing_runs() {
+    for (from, to, expected) in [
+        ("release = 1e-3", "release = -1e-3", "`release` is -0.001 but must be 0 or more"),
+        ("from = 'dig'", "from = 'digg'", "there is no stage named `digg`"),
+        ("from = 'dig'", "from = 'before'", "`before` is the first stage"),
+        ("from = 'dig'", "", "`release` needs `from`"),
+        ("{ z = [2.0, 4.0] }", "{ z = [8.0, 9.0] }", "remove[0].where"),
+        ("{ z = [2.0, 4.0] }", "{ z = [0.0, 4.0] }", "nothing is left"),
+        ("[-3e6, -3e6, -8e6, 0, 0, 0]", "[-3e6, -8e6]", "expected 6 numbers, found 2"),
+        ("stress = ", "velocity = [0, 0, 1]\ngradient = { z = ", "`gradient` needs `stress`"),
+    ] {
+        let mut deck = COLUMN.replacen(from, to, 1);
+        if to.contains("gradient") {
+            deck = deck.replacen("0, 0, 0]\n", "0, 0, 0] }\n", 1);
+        }
+        assert_ne!(deck, COLUMN, "{from}");
+        let (desk, went) = went(&deck);
+        assert_eq!(went.status, Some(2), "{to}: {}", went.stderr);
+        assert!(went.stderr.contains(expected), "{to}: {}", went.stderr);
+        assert_eq!(desk.names(), ["dug.toml"]);
+    }
+}

@@ -1,0 +1,69 @@
+//! Blocks that are taken out at the start of a stage.
+
+use super::{Geometry, Region, nothing};
+use crate::deck::{Deck, Where};
+use crate::error::Fault;
+
+/// What is where in each stage.
+#[derive(Clone, Debug)]
+pub(crate) struct Stages {
+    /// The first stage of each, in order.
+    first: Vec<usize>,
+    geometries: Vec<Geometry>,
+}
+
+impl Stages {
+    pub(crate) fn new(deck: &Deck, start: Geometry) -> Result<Self, Vec<Fault>> {
+        let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+        let region = |region: &Where| Region::new(region, &start.bounds, &names);
+        let (mut first, mut geometries, mut faults) = (vec![0], vec![start.clone()], Vec::new());
+        for (stage, entry) in deck.stage.iter().enumerate() {
+            let mut now: Option<Geometry> = None;
+            for (index, remove) in deck.remove.iter().enumerate() {
+                if remove.from.as_ref() != Some(&entry.name) {
+                    continue;
+                }
+                let before = now.as_ref().or(geometries.last()).unwrap_or(&start);
+                let blocks = before.blocks_in(&region(&remove.region));
+                if blocks.is_empty() {
+                    faults.push(nothing(format!("remove[{index}].where"), "no block"));
+                    continue;
+                }
+                let mut after = before.clone();
+                after.take_out(&blocks);
+                if (0..after.bodies.len()).all(|block| after.is_gone(block)) {
+                    let message = "every block is taken out: nothing is left";
+                    faults.push(Fault::new(format!("remove[{index}]"), message));
+                }
+                now = Some(after);
+            }
+            if let Some(now) = now {
+                first.push(stage);
+                geometries.push(now);
+            }
+        }
+        if faults.is_empty() { Ok(Self { first, geometries }) } else { Err(faults) }
+    }
+
+    /// In a stage.
+    pub(crate) fn at(&self, stage: usize) -> &Geometry {
+        let at = self.first.partition_point(|&first| first <= stage);
+        &self.geometries[at.max(1) - 1]
+    }
+
+    /// In the stage of a name, or at the start.
+    pub(crate) fn from(&self, deck: &Deck, name: Option<&String>) -> &Geometry {
+        let stage = name.and_then(|name| deck.stage.iter().position(|s| s.name == *name));
+        self.at(stage.unwrap_or(0))
+    }
+
+    /// Whether blocks are taken out on the way from one stage to another.
+    pub(crate) fn changes(&self, from: usize, to: usize) -> bool {
+        self.first.iter().any(|&first| from < first && first <= to)
+    }
+
+    /// Whether any are.
+    pub(crate) fn excavates(&self) -> bool {
+        self.first.len() > 1
+    }
+}

@@ -1,0 +1,142 @@
+//! The stress of a block, and what it does in an element.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Matrix3;
+
+use crate::assembly::Element;
+use crate::deck::{Deck, Where};
+use crate::element::Elastic;
+use crate::error::Fault;
+use crate::geometry::{Geometry, Region, Vec3, nothing};
+
+/// A stress xx yy zz xy yz zx that is linear in the position.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Stress {
+    /// At the origin `[Pa]`.
+    origin: [f64; 6],
+    /// For each metre along x, y and z `[Pa/m]`.
+    gradient: [[f64; 6]; 3],
+}
+
+/// Contacts begin without force: sets that touch cannot bear a stress together.
+pub(crate) fn met(deck: &Deck, geometry: &Geometry, stresses: &[Option<Stress>]) -> Vec<Fault> {
+    let set = |block: usize| geometry.set(block);
+    let stressed: Vec<usize> =
+        (0..stresses.len()).filter(|&block| stresses[block].is_some()).map(set).collect();
+    if stressed.is_empty() || !deck.finds_contacts() {
+        return Vec::new();
+    }
+    let index = deck.initial.iter().position(|entry| entry.stress.is_some()).unwrap_or_default();
+    let pair = |[a, b]: [usize; 2]| if a < b { (a, b) } else { (b, a) };
+    let joined =
+        geometry.abutments.iter().map(|joint| joint.blocks.map(|block| set(block as usize)));
+    let joined: BTreeSet<_> = joined.map(pair).collect();
+    let touching = geometry.touching().into_iter();
+    let touching = touching.map(|(i, j)| pair([i, j].map(|at| geometry.lattices[at].set)));
+    let alone: BTreeSet<_> =
+        touching.filter(|both| both.0 != both.1 && !joined.contains(both)).collect();
+    let fault = |(a, b): (usize, usize)| {
+        let message = format!(
+            "sets `{}` and `{}` touch without a joint: contacts begin without force, and do not bear \
+             a stress at the start",
+            deck.set_name(a),
+            deck.set_name(b)
+        );
+        let help = "give both a `joint`, or bring the stress on by loads in a relax stage";
+        Fault::new(format!("initial[{index}].stress"), message).help(help)
+    };
+    let alone = alone.into_iter();
+    alone.filter(|(a, b)| stressed.contains(a) || stressed.contains(b)).map(fault).collect()
+}
+
+/// The stress in each block that a deck gives one.
+pub(crate) fn stresses(
+    deck: &Deck,
+    geometry: &Geometry,
+    region: impl Fn(&Where) -> Region,
+) -> Result<Vec<Option<Stress>>, Vec<Fault>> {
+    let mut stresses = vec![None; geometry.bodies.len()];
+    let mut faults = Vec::new();
+    for (index, entry) in deck.initial.iter().enumerate() {
+        let Some(origin) = entry.stress else { continue };
+        let slope = entry.gradient.unwrap_or_default();
+        let gradient = [slope.x, slope.y, slope.z].map(Option::unwrap_or_default);
+        let blocks = geometry.blocks_in(&region(&entry.region));
+        let place = format!("initial[{index}].where");
+        if blocks.is_empty() {
+            faults.push(nothing(place, "no block"));
+        } else if let Some(&rigid) = blocks.iter().find(|&&block| geometry.lattice(block).rigid) {
+            let set = deck.set_name(geometry.set(rigid));
+            let message = format!("block {rigid} of set `{set}` is rigid: it has no stress");
+            let help = "select deformable blocks only, as in `where = { set = … }`";
+            faults.push(Fault::new(place, message).help(help));
+        }
+        for block in blocks {
+            stresses[block] = Some(Stress { origin, gradient });
+        }
+    }
+    if faults.is_empty() { Ok(stresses) } else { Err(faults) }
+}
+
+impl Stress {
+    pub(crate) fn at(&self, x: &Vec3) -> Matrix3<f64> {
+        matrix(&self.origin) + self.along(x)
+    }
+
+    /// What it changes by along a vector.
+    fn along(&self, x: &Vec3) -> Matrix3<f64> {
+        let [a, b, c] = self.gradient.each_ref().map(matrix);
+        a * x.x + b * x.y + c * x.z
+    }
+
+    /// Mean of several stresses.
+    pub(super) fn mean(of: &[Option<Self>]) -> Option<Self> {
+        let first = *of.first()?;
+        if of.iter().all(|stress| *stress == first) {
+            return first;
+        }
+        let mut mean = Self::default();
+        let part = 1.0 / of.len() as f64;
+        for stress in of.iter().flatten() {
+            let pairs = mean.origin.iter_mut().zip(&stress.origin);
+            let slopes = mean.gradient.iter_mut().flatten().zip(stress.gradient.iter().flatten());
+            pairs.chain(slopes).for_each(|(sum, x)| *sum += part * x);
+        }
+        Some(mean)
+    }
+
+    /// `∫ Bᵀσ⁰ dV` at the corners of an element, x fastest, and `½ ∫ σ⁰:C⁻¹:σ⁰ dV`.
+    pub(super) fn act(&self, centre: &Vec3, element: &Element) -> ([Vec3; 8], f64) {
+        let middle = self.at(centre);
+        // Over ξ, η, ζ from −1 to 1: σ = middle + Σ_d ξ_d slopes_d.
+        let slopes = element.edges.map(|edge| self.along(&(edge * 0.5)));
+        let inverse = Matrix3::from_columns(&element.edges).try_inverse().unwrap_or_default();
+        let normals = [0, 1, 2].map(|d| inverse.row(d).transpose() * (element.volume / 4.0));
+        let forces = std::array::from_fn(|corner| {
+            let sign = |d: usize| if corner >> d & 1 == 1 { 1.0 } else { -1.0 };
+            let mut force = Vec3::zeros();
+            for (d, normal) in normals.iter().enumerate() {
+                let [e, f] = [(d + 1) % 3, (d + 2) % 3];
+                let across = slopes[e] * (sign(e) / 3.0) + slopes[f] * (sign(f) / 3.0);
+                force += (middle + across) * normal * sign(d);
+            }
+            force
+        });
+        let density = |stress: &Matrix3<f64>| energy_density(&element.elastic, stress);
+        let varying = slopes.iter().map(density).sum::<f64>() / 3.0;
+        (forces, element.volume * (density(&middle) + varying))
+    }
+}
+
+/// `½ σ:C⁻¹:σ` `[J/m³]`.
+fn energy_density(elastic: &Elastic, stress: &Matrix3<f64>) -> f64 {
+    let &Elastic { lambda, shear, .. } = elastic;
+    let trace = stress.trace();
+    let square = stress.norm_squared() - lambda / (3.0 * lambda + 2.0 * shear) * trace * trace;
+    square / (4.0 * shear)
+}
+
+fn matrix(&[xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz)
+}

@@ -1,0 +1,66 @@
+//! Blocks that are taken out as a run goes.
+
+use super::{Model, bonds};
+use crate::assembly::Assembly;
+use crate::conditions::Applied;
+use crate::contact::Surfaces;
+use crate::geometry::Vec3;
+use crate::in_situ::InSitu;
+use crate::seams::Seams;
+
+impl Model {
+    /// Whether blocks are taken out on the way from one stage to another.
+    pub(crate) fn excavates(&self, from: usize, to: usize) -> bool {
+        self.stages.changes(from, to)
+    }
+
+    /// Whether blocks are taken out in any stage.
+    #[must_use]
+    pub fn has_excavations(&self) -> bool {
+        self.stages.excavates()
+    }
+
+    /// Whether a block has been taken out by the present stage.
+    #[must_use]
+    pub fn is_removed(&self, block: usize) -> bool {
+        self.geometry.is_gone(block)
+    }
+
+    /// Takes out the blocks that are gone in a stage, with their joints.
+    pub(crate) fn excavate(&mut self, stage: usize) {
+        self.geometry = self.stages.at(stage).clone();
+        let Self { geometry, packs, deck, constants, seated, .. } = self;
+        packs.link(geometry);
+        self.seams = Seams::new(deck, geometry, packs);
+        self.assembly = Assembly::new(geometry, packs, constants, deck.model.element);
+        if let Some(in_situ) = self.in_situ.take() {
+            let blocks = in_situ.without(geometry);
+            self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);
+        }
+        if let Some(surfaces) = &mut self.contact {
+            *surfaces = Surfaces::new(deck, geometry, packs);
+        }
+        let bonds = bonds((deck, geometry, constants), self.contact.as_ref(), seated);
+        self.assembly.assemble(geometry, packs, &self.seams, &bonds);
+    }
+
+    /// Entries of the deck that take blocks out on the way from one stage to another and let their forces
+    /// fade: their load, each.
+    pub(crate) fn fading(&self, from: usize, to: usize) -> Vec<usize> {
+        let stage = |name: &String| self.deck.stage.iter().position(|s| s.name == *name);
+        let removes = self.deck.remove.iter().enumerate();
+        let fades = removes.filter(|(_, remove)| {
+            let begins = remove.from.as_ref().and_then(stage);
+            remove.release.is_some_and(|time| time > 0.0)
+                && begins.is_some_and(|begins| from < begins && begins <= to)
+        });
+        fades.map(|(index, _)| self.deck.load.len() + index).collect()
+    }
+
+    /// Sets the forces that go on in a load when blocks are taken out.
+    pub(crate) fn set_released(&mut self, load: usize, forces: &Applied) {
+        if let Some(load) = self.conditions.loaded.get_mut(load) {
+            load.forces = forces.iter().map(|(&node, &f)| (node, Vec3::from(f))).collect();
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Outer faces that do not carry the stress at the start.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::Model;
+use crate::conditions::Applied;
+use crate::geometry::{Surface, Vec3};
+
+/// Part of the force on a plane that it may lack without a word.
+const SMALL: f64 = 1e-3;
+
+/// What the stress asks of the outer faces on one plane, and what it lacks there `[N]`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Plane {
+    normal: Vec3,
+    point: Vec3,
+    asked: f64,
+    lacking: Vec3,
+    /// Sum of the sizes.
+    lacks: f64,
+}
+
+impl Model {
+    /// Planes whose supports and loads in the first stage do not carry the stress at the start.
+    pub(super) fn unbalanced(&self) -> Vec<String> {
+        let Some(in_situ) = &self.in_situ else { return Vec::new() };
+        let mut given = self.given();
+        let mut planes: BTreeMap<[i64; 4], Plane> = BTreeMap::new();
+        let everywhere = self.region(&crate::deck::Where::default());
+        let surfaces = everywhere.surfaces(&self.geometry);
+        // What a node gets goes to its faces by what they ask for, so each node is looked at once.
+        let mut asks: HashMap<u32, Vec<(Surface, Vec3)>> = HashMap::new();
+        for surface in surfaces {
+            for (node, area) in everywhere.areas(&self.geometry, &surface) {
+                let x = Vec3::from(self.point(node as usize));
+                let Some(stress) = in_situ.of(surface.body) else { continue };
+                let force = stress.at(&x) * surface.outward(&self.geometry) * area;
+                asks.entry(node).or_default().push((surface, force));
+            }
+        }
+        let mut nodes: Vec<_> = asks.into_iter().collect();
+        nodes.sort_unstable_by_key(|(node, _)| *node);
+        for (node, asked) in nodes {
+            let (load, held) = given.remove(&node).unwrap_or_default();
+            let whole: Vec3 = asked.iter().map(|(_, force)| force).sum();
+            let mut lacking = whole - load;
+            (0..3).filter(|&c| held[c]).for_each(|c| lacking[c] = 0.0);
+            // Of each component a face lacks the part that it asks for.
+            let sizes: Vec3 = asked.iter().map(|(_, force)| force.abs()).sum();
+            for (surface, force) in asked {
+                let part = |c: usize| if sizes[c] > 0.0 { force[c].abs() / sizes[c] } else { 0.0 };
+                let lacking = Vec3::from([0, 1, 2].map(|c| lacking[c] * part(c)));
+                let plane = planes.entry(self.plane_of(&surface)).or_default();
+                plane.normal = surface.outward(&self.geometry);
+                plane.point = Vec3::from(self.point(node as usize));
+                plane.asked += force.norm();
+                plane.lacking += lacking;
+                plane.lacks += lacking.norm();
+            }
+        }
+        let wrong = planes.into_values().filter(|plane| plane.lacks > SMALL * plane.asked);
+        wrong.map(|plane| plane.words()).collect()
+    }
+
+    /// The same for all faces on one plane that look the same way.
+    fn plane_of(&self, surface: &Surface) -> [i64; 4] {
+        let [low, high] = self.geometry.bounds;
+        let normal = surface.outward(&self.geometry);
+        let along = normal.dot(&(surface.centre(&self.geometry) - low)) / (high - low).norm();
+        [normal.x, normal.y, normal.z, along].map(|x| (x * 1e6).round() as i64)
+    }
+
+    /// Loads in the first stage as it starts, and what is held, by node.
+    fn given(&self) -> HashMap<u32, (Vec3, [bool; 3])> {
+        let mut given: HashMap<u32, (Vec3, [bool; 3])> = HashMap::new();
+        let factors = self.conditions.factors(0, 0.0, &[0.0]).unwrap_or_default();
+        for (load, factor) in self.conditions.loaded.iter().zip(factors) {
+            for (node, force) in &load.forces {
+                given.entry(*node).or_default().0 += force * factor;
+            }
+        }
+        for (node, axis) in self.active(0, &Applied::new()).held() {
+            given.entry(node).or_default().1[axis] = true;
+        }
+        given
+    }
+}
+
+impl Plane {
+    fn words(&self) -> String {
+        let axes = ["x", "y", "z"];
+        let along = (0..3).find(|&c| self.normal[c].abs() > 1.0 - 1e-9);
+        let place = match along {
+            Some(axis) => format!(
+                "{} = {:.6} m, looking along {}{}",
+                axes[axis],
+                self.point[axis],
+                if self.normal[axis] > 0.0 { '+' } else { '-' },
+                axes[axis]
+            ),
+            None => format!("a plane through {:.4?} m", <[f64; 3]>::from(self.point)),
+        };
+        let [x, y, z] = self.lacking.into();
+        format!(
+            "the stress at the start is not carried by the outer faces at {place}: [{x:.4e}, {y:.4e}, \
+             {z:.4e}] N are missing, {:.2} % of what it asks for: hold them with [[fix]], or load them \
+             with the stress times the normal; otherwise the model moves to another equilibrium",
+            100.0 * self.lacks / self.asked
+        )
+    }
+}

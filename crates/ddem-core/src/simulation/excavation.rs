@@ -1,0 +1,114 @@
+//! §13: blocks are taken out at the start of a stage.
+
+use super::Simulation;
+use crate::conditions::Applied;
+use crate::contact::Release;
+use crate::lanes::Lanes;
+use crate::motion::Motion;
+use crate::rigid::Pose;
+
+impl Simulation {
+    /// Takes out the blocks that are gone in a stage. What they exerted on the rest goes on where it is
+    /// to fade; their energy is booked as work.
+    pub(super) fn excavate(&mut self, stage: usize) {
+        let present = self.state.stage;
+        if !self.model.excavates(present, stage) {
+            return;
+        }
+        // Nothing fails between the two measurements: the next step looks at the new state.
+        let held = std::mem::replace(&mut self.holds, true);
+        self.measured = None;
+        let fading = self.model.fading(present, stage);
+        let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
+        let before = self.energy().balance;
+        self.model.excavate(stage);
+        self.forget_removed();
+        self.active = self.model.active(present, &self.state.applied);
+        self.scratch.fit(&self.model, &self.state);
+        self.critical_steps = [None; 2];
+        let assembly = &self.model.assembly;
+        self.motion = if self.motion.fictitious {
+            Motion::relaxing(assembly)
+        } else {
+            Motion::dynamic(assembly, self.damping, self.motion.time_step)
+        };
+        self.started = false;
+        self.outside = super::outside(&self.model, &self.state, &self.active);
+        self.pushes = self.outside.kept();
+        self.measured = None;
+        let lost = self.energy().balance - before;
+        self.state.work.loads += lost;
+        if !fading.is_empty() {
+            let after = self.forces();
+            self.release(&fading, &forces, &after);
+        }
+        self.holds = held;
+        self.measured = None;
+    }
+
+    /// The forces that are missing go on as loads.
+    fn release(&mut self, fading: &[usize], before: &[[f64; 3]], after: &[[f64; 3]]) {
+        let mut missing = Applied::new();
+        for (node, (before, after)) in before.iter().zip(after).enumerate() {
+            let force = [0, 1, 2].map(|c| before[c] - after[c]);
+            if force != [0.0; 3] && !self.model.is_removed(self.model.block_of(node)) {
+                missing.insert(node as u32, force);
+            }
+        }
+        // Entries of one stage fade each with its own part of the blocks beside a node.
+        let part = 1.0 / fading.len() as f64;
+        missing.values_mut().flatten().for_each(|x| *x *= part);
+        for &load in fading {
+            self.model.set_released(load, &missing);
+            self.state.load_factors[load] = 1.0;
+            if let Some(factor) = self.factors.get_mut(load) {
+                *factor = 1.0;
+            }
+            self.state.released.insert(load, missing.clone());
+        }
+    }
+
+    /// Nothing is left of removed blocks in the state.
+    fn forget_removed(&mut self) {
+        let model = &self.model;
+        let packs = &model.packs;
+        for (index, pack) in packs.packs.iter().enumerate() {
+            for lane in 0..pack.filled {
+                let block = pack.bodies[lane] as usize;
+                if !model.is_removed(block) {
+                    continue;
+                }
+                let nodes = 3 * pack.start..3 * (pack.start + packs.shape_of(pack).nodes);
+                let clear = |field: &mut [Lanes]| {
+                    field[nodes.clone()].iter_mut().for_each(|lanes| lanes.0[lane] = 0.0);
+                };
+                clear(&mut self.state.u);
+                clear(&mut self.state.v);
+                if pack.rigid {
+                    self.state.poses[pack.rigid_start][lane] = Pose::default();
+                }
+            }
+            for offset in 1..8_usize {
+                let direction = offset.is_power_of_two().then(|| offset.trailing_zeros() as usize);
+                let seam = direction.and_then(|d| model.seams.get(index, d));
+                let table = model.assembly.pack_tables[index][offset] as usize;
+                let table = model.assembly.tables.get(table);
+                self.state.breaks.keep(index, offset, seam, table);
+            }
+        }
+        let contacts = &mut self.state.contacts;
+        for patch in &mut contacts.patches {
+            if patch.blocks.iter().any(|&block| model.is_removed(block as usize)) {
+                patch.points = Box::default();
+                if let Some(mut bond) = patch.bond.take() {
+                    bond.release = Release::Done;
+                    contacts.ended.push((patch.blocks, bond));
+                }
+            }
+        }
+        contacts.ended.sort_by_key(|(blocks, _)| *blocks);
+        contacts.near.clear();
+        contacts.known = false;
+        contacts.renew(Vec::new());
+    }
+}

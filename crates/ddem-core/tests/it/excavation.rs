@@ -1,0 +1,240 @@
+//! Blocks that are taken out at the start of a stage.
+
+use ddem_core::deck::*;
+use ddem_core::{Model, Simd, Simulation};
+
+use crate::decks::*;
+
+const STRESS: [f64; 6] = [-3e6, -3e6, -8e6, 0.0, 0.0, 0.0];
+
+/// A column of four blocks under stress, held at the sides and below; the upper two are taken out.
+fn column(release: Option<f64>, kind: StageKind) -> Deck {
+    let mut deck = deck([1, 1, 4], [1.0, 1.0, 4.0], 2, 0.02);
+    if let Some(seam) = deck.joints.get_mut("seam") {
+        seam.material = Some("rock".into());
+    }
+    deck.initial.push(Initial { stress: Some(STRESS), ..Initial::default() });
+    for (axis, name) in [(0, "x"), (1, "y")] {
+        deck.fix.push(fix(plane(axis, 0.0), name));
+        deck.fix.push(fix(plane(axis, 1.0), name));
+    }
+    deck.fix.push(fix(plane(2, 0.0), "z"));
+    deck.fix.push(fix(plane(2, 4.0), "z"));
+    let duration = (kind == StageKind::Dynamic).then_some(0.05);
+    deck.stage = vec![relax_stage("before"), Stage { kind, duration, ..relax_stage("dig") }];
+    let upper = Where { z: Some(Extent::Range([2.0, 4.0])), ..Where::default() };
+    let from = Some("dig".to_owned());
+    deck.remove.push(Remove { region: upper, from, release, ..Remove::default() });
+    deck
+}
+
+fn relax(simulation: &mut Simulation, increments: u32) {
+    simulation.start_relaxation(increments).unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..20_000 {
+        let relaxed = simulation.relax_step(1e-9).unwrap_or_else(|error| panic!("{error}"));
+        if relaxed == ddem_core::Relaxed::Done {
+            return simulation.finish_relaxation();
+        }
+    }
+    panic!("no equilibrium");
+}
+
+fn dug(release: Option<f64>, increments: u32) -> Simulation {
+    let mut simulation = simulation(&column(release, StageKind::Relax));
+    relax(&mut simulation, 1);
+    simulation.enter(1);
+    relax(&mut simulation, increments);
+    simulation
+}
+
+/// The face moves by σ⁰ H/(λ + 2G), at once or in steps, and what is left bears nothing along z.
+#[test]
+fn a_face_moves_as_a_column_that_is_unloaded() {
+    let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
+    // The face of the second block is half of a joint below the plane.
+    let exact = 8e6 * (2.0 - 0.01) / stiff;
+    for (release, increments) in [(None, 1), (Some(1.0), 1), (Some(1.0), 5)] {
+        let mut simulation = dug(release, increments);
+        let model = simulation.model();
+        let top = model.nearest_node([0.5, 0.5, 1.98]);
+        let found = simulation.displacement(top)[2];
+        assert!((found / exact - 1.0).abs() < 1e-6, "{release:?}: {found} {exact}");
+        let stress = simulation.stress(0, [0; 3]);
+        assert!(stress[2].abs() < 1e-5 * 8e6, "{stress:?}");
+        let drop = 8e6 / 3.0;
+        assert!((stress[0] - (-3e6 + drop)).abs() < 1e-5 * 8e6, "{stress:?}");
+        let energy = simulation.energy();
+        let size = energy.strain_bodies.abs() + energy.external.abs();
+        assert!(energy.balance.abs() < 1e-9 * size, "{energy:?}");
+        assert!(simulation.model().is_removed(3) && !simulation.model().is_removed(1));
+        assert_eq!(simulation.stress(3, [0; 3]), [0.0; 6]);
+    }
+}
+
+/// While nothing of a release has faded nothing moves.
+#[test]
+fn forces_go_on_at_first() {
+    let mut simulation = simulation(&column(Some(1e9), StageKind::Dynamic));
+    relax(&mut simulation, 1);
+    simulation.enter(1);
+    simulation.forces();
+    assert!(simulation.unbalanced() < 1e-12, "{}", simulation.unbalanced());
+    for _ in 0..50 {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+    assert!(largest(&simulation.displacements()) < 1e-12);
+}
+
+/// Of a release, and of what moves: the same bits after a resume in the middle, and energies that
+/// balance.
+#[test]
+fn a_dynamic_release_resumes_and_balances() {
+    let mut deck = column(Some(0.002), StageKind::Dynamic);
+    deck.model.kinematics = Kinematics::Small;
+    let run = |from: Option<Simulation>, steps: usize| {
+        let mut simulation = from.unwrap_or_else(|| {
+            let mut simulation = simulation(&deck);
+            simulation.enter(1);
+            let begun = simulation.start(Damping::None, TimeStep::Auto, Some(0.05));
+            begun.unwrap_or_else(|error| panic!("{error}"));
+            simulation
+        });
+        for _ in 0..steps {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+        simulation
+    };
+    let mut whole = run(None, 300);
+    let half = run(None, 120);
+    let again = Simulation::restore(model(&deck), Simd::default(), &half.save());
+    let mut again = run(Some(again.unwrap_or_else(|| panic!("not of this model"))), 180);
+    assert_eq!(bits(&whole.displacements()), bits(&again.displacements()));
+    assert_eq!(
+        whole.energy().values().map(f64::to_bits),
+        again.energy().values().map(f64::to_bits)
+    );
+    let energy = whole.energy();
+    assert!(energy.kinetic > 0.01, "{energy:?}");
+    let size = energy.strain_bodies.abs() + energy.external.abs();
+    assert!(energy.balance.abs() < 1e-10 * size, "{energy:?}");
+}
+
+/// What stands on blocks that are taken out falls, in joints that have failed and in contact too.
+#[test]
+fn blocks_fall_where_the_ones_below_are_gone() {
+    for body in [Body::Deformable, Body::Rigid] {
+        let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 1, 0.02);
+        deck.blocks[0].body = body;
+        deck.joints.insert(
+            "seam".into(),
+            Joint {
+                normal_stiffness: Some(1e9),
+                shear_stiffness: Some(1e9),
+                friction: Some(30.0),
+                ..Joint::default()
+            },
+        );
+        deck.model.gravity = [0.0, 0.0, -10.0];
+        deck.fix.push(fix(plane(2, 0.0), "xyz"));
+        let dig = Stage { kind: StageKind::Dynamic, duration: Some(0.3), ..relax_stage("dig") };
+        deck.stage = vec![relax_stage("before"), dig];
+        let middle = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
+        let from = Some("dig".to_owned());
+        deck.remove.push(Remove { region: middle, from, ..Remove::default() });
+        let mut simulation = simulation(&deck);
+        relax(&mut simulation, 1);
+        simulation.enter(1);
+        let steps = simulation.start(Damping::None, TimeStep::Auto, Some(0.3));
+        let steps = steps.unwrap_or_else(|error| panic!("{error}"));
+        for _ in 0..steps {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+        let top = simulation.model().nearest_node([0.0, 0.0, 3.0]);
+        let fallen = simulation.displacement(top)[2];
+        assert!((fallen / (-0.5 * 10.0 * 0.09) - 1.0).abs() < 0.01, "{body:?}: {fallen}");
+    }
+}
+
+/// Joints between faces that do not match go with their blocks: forces go on at first, energies balance, a
+/// resume is the same bits, and fragments are those of what is left.
+#[test]
+fn joints_of_faces_that_do_not_match_go_too() {
+    let springs =
+        Joint { normal_stiffness: Some(8e10), shear_stiffness: Some(3e10), ..Joint::default() };
+    let prepared = |release: f64| {
+        let mut deck = column(Some(release), StageKind::Dynamic);
+        deck.model.kinematics = Kinematics::Small;
+        deck.joints.insert("seam".into(), springs.clone());
+        let region = Where { z: Some(Extent::Range([1.0, 3.0])), ..Where::default() };
+        deck.refine.push(Refine { region, factor: 2 });
+        deck
+    };
+    let begun = |deck: &Deck| {
+        let mut simulation = simulation(deck);
+        simulation.enter(1);
+        let begun = simulation.start(Damping::None, TimeStep::Auto, Some(0.05));
+        begun.unwrap_or_else(|error| panic!("{error}"));
+        simulation
+    };
+    let go = |simulation: &mut Simulation, steps: usize| {
+        for _ in 0..steps {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+    };
+    // Points lie on faces in single precision.
+    let mut held = begun(&prepared(1e9));
+    held.forces();
+    assert!(held.unbalanced() < 1e-6, "{:e}", held.unbalanced());
+    let deck = prepared(0.002);
+    let mut whole = begun(&deck);
+    go(&mut whole, 200);
+    let mut half = begun(&deck);
+    go(&mut half, 90);
+    let again = Simulation::restore(model(&deck), Simd::default(), &half.save());
+    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    go(&mut again, 110);
+    assert_eq!(bits(&whole.displacements()), bits(&again.displacements()));
+    assert_eq!(bits(&whole.tractions()), bits(&again.tractions()));
+    let energy = whole.energy();
+    let size = energy.strain_bodies.abs() + energy.external.abs();
+    assert!(energy.kinetic > 0.01 && energy.balance.abs() < 1e-6 * size, "{energy:?}");
+    // One block, and the eight parts of the next.
+    let left: Vec<usize> = whole.fragments().into_iter().flat_map(|f| f.blocks).collect();
+    let there = (0..whole.model().n_blocks()).filter(|&block| !whole.model().is_removed(block));
+    assert_eq!(left.len(), 9);
+    assert_eq!(left, there.collect::<Vec<_>>());
+    let tractions = whole.tractions();
+    assert!(tractions.as_flattened().iter().all(|t| t.is_finite()), "{tractions:?}");
+}
+
+#[test]
+fn mistakes_are_said() {
+    let faults = |change: &dyn Fn(&mut Deck)| {
+        let mut deck = column(None, StageKind::Relax);
+        change(&mut deck);
+        let error = Model::new(&deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+        error.to_string()
+    };
+    let until = faults(&|deck| deck.remove[0].until = Some("dig".into()));
+    assert!(until.contains("do not come back"), "{until}");
+    let first = faults(&|deck| deck.remove[0].from = Some("before".into()));
+    assert!(first.contains("`before` is the first stage"), "{first}");
+    let nothing = faults(&|deck| deck.remove[0].region = plane(0, 55.0));
+    assert!(nothing.contains("remove[0].where") && nothing.contains("no block"), "{nothing}");
+    let all = faults(&|deck| deck.remove[0].region = Where::default());
+    assert!(all.contains("nothing is left"), "{all}");
+    let never = faults(&|deck| (deck.remove[0].from, deck.remove[0].release) = (None, Some(1.0)));
+    assert!(never.contains("`release` needs `from`"), "{never}");
+    let charged = |until: Option<String>| {
+        let mut deck = column(None, StageKind::Dynamic);
+        let region = plane(2, 2.0);
+        deck.charge.push(Charge { region, pressure: Some(1e5), until, ..Charge::default() });
+        Model::new(&deck).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    let pushed = charged(None);
+    assert!(
+        pushed.contains("charge[0]") && pushed.contains("taken out in stage `dig`"),
+        "{pushed}"
+    );
+    assert_eq!(charged(Some("dig".into())), "");
+}

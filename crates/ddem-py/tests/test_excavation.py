@@ -1,0 +1,79 @@
+"""Stress at the start, and blocks that are taken out: a column whose upper half goes."""
+
+from __future__ import annotations
+
+import ddem
+import numpy as np
+import pytest
+
+ROCK = ddem.Material(density=2400, young=18e9, poisson=0.25)
+SEAM = ddem.Joint(thickness=0.02, material=ROCK)
+STRESS = (-3e6, -3e6, -8e6, 0.0, 0.0, 0.0)
+
+
+def column(release: float | None = None, held: bool = True) -> ddem.Model:
+    model = ddem.Model(title="column")
+    model.add_blocks(size=(1, 1, 4), count=(1, 1, 4), divisions=2, material=ROCK, joint=SEAM)
+    model.initial(stress=STRESS)
+    model.fix("xy")
+    model.fix("z", z=0.0)
+    if held:
+        model.fix("z", z=4.0)
+    model.stage("before", kind="relax")
+    model.stage("dig", kind="relax", tolerance=1e-9)
+    model.remove(z=(2.0, 4.0), from_="dig", release=release)
+    return model
+
+
+@pytest.mark.parametrize("release", [None, 1.0])
+def test_a_face_moves_as_elasticity_says(release: float | None) -> None:
+    simulation = column(release).build()
+    assert simulation.stress == pytest.approx(np.tile(STRESS, (32, 1)), rel=1e-9)
+    assert not simulation.field("removed").any()
+    simulation.enter("dig")
+    simulation.relax(tolerance=1e-9, quiet=True)
+    removed = simulation.field("removed") == 1
+    assert removed.tolist() == [False] * 16 + [True] * 16
+    assert simulation.pairs["removed"].tolist() == [False] * 9 + [True] * 18
+    top = np.argmin(np.linalg.norm(simulation.points - (0.5, 0.5, 1.99), axis=1))
+    # H σ/(λ + 2G), below the joint at 2 m.
+    assert simulation.displacement[top, 2] == pytest.approx(8e6 * 1.99 / 21.6e9, rel=1e-6)
+    assert simulation.stress[0, 0] == pytest.approx(-3e6 + 8e6 / 3, rel=1e-5)
+    assert simulation.fragments["blocks"].tolist() == [2]
+    assert simulation.block_fragment.tolist() == [0, 0, 1, 1]
+
+
+def test_a_face_that_does_not_carry_the_stress_is_named() -> None:
+    with pytest.warns(UserWarning, match=r"not carried by the outer faces at z = 4\.0+ m"):
+        column(held=False).build()
+
+
+def test_a_gradient_is_weight() -> None:
+    model = ddem.Model(gravity=(0, 0, -10))
+    model.add_blocks(size=(1, 1, 2), count=(1, 1, 2), divisions=2, material=ROCK, joint=SEAM)
+    model.initial(stress=(-1e4, -1e4, -4.8e4, 0, 0, 0), gradient={"z": (0, 0, 2.4e4, 0, 0, 0)})
+    model.fix("xy")
+    model.fix("z", z=0.0)
+    simulation = model.build()
+    simulation.relax(tolerance=1e-9, quiet=True)
+    assert np.abs(simulation.displacement).max() < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"release": -1.0, "from_": "dig"}, "must be 0 or more"),
+        ({"from_": "dug"}, "no stage named `dug`"),
+        ({"from_": "before"}, "is the first stage"),
+        ({"release": 1.0}, "`release` needs `from`"),
+    ],
+)
+def test_mistakes_are_said(change: dict[str, object], said: str) -> None:
+    model = column()
+    model.remove(z=(1.0, 2.0), **change)  # type: ignore[arg-type]
+    with pytest.raises(ddem.ModelError, match=said):
+        model.build()
+    with pytest.raises(ddem.ModelError, match="`gradient` needs `stress`"):
+        other = column()
+        other.initial(gradient={"z": (0, 0, 1, 0, 0, 0)})
+        other.build()

@@ -1,0 +1,64 @@
+//! V16, V17: a stress that is there at the start, and what moves when blocks are taken out of it.
+
+use std::f64::consts::PI;
+
+use super::record::Tolerance::{Absolute, AtMost, Relative};
+use super::record::{check, of};
+use super::shared::{example, run};
+
+#[test]
+fn overburden_stays() {
+    let case = of("v16_overburden");
+    let run = run(&example(case.deck));
+    let unbalanced = run.summary.stages[0].unbalanced;
+    check(case, "unbalanced force ratio at the start", 1e-10, unbalanced, AtMost);
+    check(case, "steps to equilibrium", 0.0, run.steps() as f64, Absolute(0.0));
+    check(case, "way of the top, in motion [m]", 0.0, run.last("top.z"), Absolute(1e-15));
+    let weight = 3.0 * 2.0 * 2500.0 * 9.81 * 54.0;
+    check(case, "reaction of the foot [N]", weight, run.last("foot.z"), Relative(1e-9));
+    // Of the lowest element: half of what is between the foot and the first joint, in two.
+    let depth = 54.0 - 0.99 / 4.0;
+    check(case, "stress zz [Pa]", -2500.0 * 9.81 * depth, run.last("stress.zz"), Relative(1e-9));
+}
+
+#[test]
+fn a_face_is_unloaded() {
+    let case = of("v16_face");
+    let run = run(&example(case.deck));
+    let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 2.0 * 0.25));
+    let rise = 8e6 * 1.99 / stiff;
+    check(case, "rise of the face [m]", rise, run.last("face.z"), Relative(1e-6));
+    check(case, "stress xx [Pa]", -3e6 + 8e6 / 3.0, run.last("stress.xx"), Relative(1e-5));
+    check(case, "stress zz [Pa]", 0.0, run.last("stress.zz"), Absolute(8.0));
+}
+
+/// Way down of the rock above the crown that an excavation adds, at a distance from the centre (Kirsch 1898).
+fn kirsch(distance: f64) -> f64 {
+    let (along, across, shear) = (10e6, 4e6, 8e9);
+    // Of a circle with the area of the staircase.
+    let square = 4.0 * 0.8125 / PI;
+    let spread = 4.0 * (1.0 - 0.25) - square / (distance * distance);
+    -square / (2.0 * shear * distance) * (0.5 * (along + across) + 0.5 * (along - across) * spread)
+}
+
+#[test]
+fn a_round_tunnel_closes() {
+    let distances = [2.0, 3.0, 4.0];
+    let errors = |deck: &str, allowed: f64| {
+        let case = of(deck);
+        let run = run(&example(deck));
+        distances.map(|distance| {
+            let what = format!("u_z at {distance} m above the centre [m]");
+            let (exact, found) = (kirsch(distance), run.last(&format!("roof{distance}.z")));
+            check(case, &what, exact, found, Relative(allowed));
+            (found / exact - 1.0).abs()
+        })
+    };
+    let coarse = errors("v17_tunnel_4", 0.06);
+    for deck in ["v17_tunnel_8", "v17_tunnel_refined"] {
+        let fine = errors(deck, 0.04);
+        for (fine, coarse) in fine.into_iter().zip(coarse) {
+            check(of(deck), "error / error of blocks of 1/4 m", 0.7, fine / coarse, AtMost);
+        }
+    }
+}
