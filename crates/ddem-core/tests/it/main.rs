@@ -7,6 +7,7 @@
 mod anything;
 mod architecture;
 mod bad_input;
+mod blasts;
 mod boundaries;
 mod breaking;
 mod charges;
@@ -17,6 +18,7 @@ mod determinism;
 mod equations;
 mod filling;
 mod fragments;
+mod hinges;
 mod loose;
 mod mechanisms;
 mod meeting;
