@@ -90,6 +90,12 @@ impl Charge {
                      are there, and nothing bears what it does to the opening"
                 ));
             }
+            if cavity.beside {
+                doubts.push(format!(
+                    "charge {index}: its cavity borders on blocks that `[[refine]]` splits otherwise: the \
+                     gas does not push these; split all blocks around it alike"
+                ));
+            }
             parts.push((cavity.mesh, cavity.volume, cavity.reach));
         }
         let in_cavity = !parts.is_empty();
@@ -97,6 +103,13 @@ impl Charge {
             let joints = faces(geometry).into_iter().map(|face| sides(&face));
             let inside = joints.filter(|sides| selects(region, geometry, sides));
             parts.extend(inside.map(|sides| seam(geometry, &sides)));
+            let others = geometry.joins_at(region);
+            if others > 0 {
+                doubts.push(format!(
+                    "charge {index}: {others} of the joints there are between faces that do not match, \
+                     which gas does not push"
+                ));
+            }
         }
         if parts.is_empty() {
             return Err(no_face(index, region, geometry));
@@ -218,6 +231,12 @@ fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
 fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";
     let fault = Fault::new(format!("charge[{index}].where"), what);
+    if geometry.joins_at(region) > 0 {
+        return fault.help(
+            "there are joints between faces that do not match, which gas does not push: split the blocks on \
+             both sides alike",
+        );
+    }
     let in_sets = geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set));
     let cavity = in_sets.flat_map(walls);
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));

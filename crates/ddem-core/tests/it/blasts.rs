@@ -1,7 +1,7 @@
 //! Blasts in free space: blocks of several sizes that break, fly apart and meet others.
 
-use ddem_core::Simulation;
 use ddem_core::deck::*;
+use ddem_core::{Model, Simulation};
 
 use crate::decks::*;
 use crate::loose::{all_corners, deepest, momenta};
@@ -87,4 +87,31 @@ fn pieces_that_fly_apart_and_meet_keep_their_momentum() {
     assert!(worst[0] < 1e-12 && worst[1] < 1e-9, "{worst:?}");
     assert!(deep < 0.01, "{deep}");
     assert!(energy.balance.abs() < 1e-2 * energy.external, "{energy:?}");
+}
+
+/// What gas does not push is said.
+#[test]
+fn charges_beside_faces_that_do_not_match() {
+    let mut deck = two_charges();
+    deck.blocks.truncate(1);
+    deck.refine.truncate(2);
+    deck.remove.truncate(1);
+    deck.charge.truncate(1);
+    let warnings = |deck: &Deck| model(deck).warnings().join("\n");
+    assert_eq!(warnings(&deck), "");
+    // At the edge of the small blocks.
+    let cell = within([0.6, 0.7, 0.7], [0.7, 0.9, 0.9]);
+    deck.remove[0].region = cell;
+    deck.charge[0].region = within([0.55, 0.65, 0.65], [0.75, 0.95, 0.95]);
+    let said = warnings(&deck);
+    assert!(said.contains("borders on blocks") && !said.contains("outside"), "{said}");
+    // In joints, of which some match.
+    deck.remove.clear();
+    deck.charge[0].region = within([0.55, 0.71, 0.71], [0.75, 0.89, 0.89]);
+    let said = warnings(&deck);
+    assert!(said.contains("4 of the joints there are between faces that do not match"), "{said}");
+    deck.charge[0].region = within([0.59, 0.71, 0.71], [0.61, 0.79, 0.79]);
+    let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+    let help = faults.first().and_then(|fault| fault.help.as_deref()).unwrap_or_default();
+    assert!(help.contains("faces that do not match"), "{faults:?}");
 }
