@@ -142,7 +142,9 @@ impl Simulation {
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
         self.factors = memory.present_factors();
-        self.press();
+        // Nothing gets out while time stands still.
+        let began = self.press().into_iter().map(|fill| fill.began);
+        self.state.fills.iter_mut().zip(began).for_each(|(fill, began)| fill.began = began);
         let (context, state, scratch) = self.parts();
         let State { u, v, poses, breaks, contacts, .. } = state;
         let (mut sums, losses) =

@@ -5,6 +5,7 @@ mod peaks;
 use std::collections::{BTreeMap, VecDeque};
 
 use crate::breaks::Breaks;
+use crate::charge::Fill;
 use crate::conditions::Applied;
 use crate::contact::Contacts;
 use crate::geometry::Vec3;
@@ -77,8 +78,8 @@ pub(crate) struct State {
     pub(crate) released: BTreeMap<usize, Applied>,
     /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
     pub(crate) columns: Vec<[Vec3; 2]>,
-    /// Volumes with which the gas of charges has got out of its shells, charge by charge `[m³]`.
-    pub(crate) vents: Vec<Option<f64>>,
+    /// The gas in the shells of charges, charge by charge.
+    pub(crate) fills: Vec<Fill>,
     /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
     pub(crate) way: f64,
     /// The largest values so far.
@@ -134,7 +135,7 @@ impl State {
             kept: Applied::default(),
             released: BTreeMap::new(),
             columns: vec![[Vec3::zeros(); 2]; model.borders.column_nodes()],
-            vents: vec![None; model.conditions.n_shells()],
+            fills: vec![Fill::default(); model.conditions.n_shells()],
             way: 0.0,
             peaks: Peaks::new(model),
         };

@@ -12,6 +12,7 @@ use crate::conditions::Active;
 use crate::element::Elastic;
 use crate::error::Fault;
 use crate::geometry::{Region, Surface, Vec3};
+use crate::touch::FaceOf;
 
 /// Between two levels: tractions by difference of displacements `[Pa/m]`.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +23,8 @@ struct Segment {
     across: [f64; 2],
     /// `[kg/m²]`.
     mass: f64,
+    /// Of a block, not of a joint.
+    block: bool,
 }
 
 /// One column, from the foot up.
@@ -72,6 +75,8 @@ pub(crate) struct Pace<'a> {
     pub(crate) start: bool,
     /// α of local damping.
     pub(crate) local: f64,
+    /// β of damping by the stiffness of the blocks `[s]`.
+    pub(crate) stiffness: f64,
     /// Factor of each boundary's wave.
     pub(crate) factors: &'a [f64],
     /// Velocity of each fix.
@@ -117,7 +122,10 @@ impl Column {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];
         for (i, segment) in self.segments.iter().enumerate() {
             let at = self.first + i;
-            let stretch = u[at + 1] - u[at];
+            let mut stretch = u[at + 1] - u[at];
+            if segment.block {
+                stretch += (v[at + 1] - v[at]) * pace.stiffness;
+            }
             let [across, along] = segment.across;
             moving.above[at] = stretch.component_mul(&Vec3::new(along, along, across));
             let Segment { normal, shear, .. } = *segment;
@@ -150,6 +158,9 @@ impl Column {
         }
     }
 }
+
+/// What is wrong, and what would help.
+type Wrong = (&'static str, &'static str);
 
 /// Columns and sides as they are found, face by face.
 pub(crate) struct Ground<'a> {
@@ -194,7 +205,9 @@ impl<'a> Ground<'a> {
             let width = slant * (width[0] + width[1]);
             let [low, high] = height.map(|length| width * length);
             let areas = if raised { [low, high] } else { [high, low] };
-            let column = self.column(node, upright, raised);
+            let column = self
+                .column(node, upright, raised)
+                .map_err(|(what, help)| Fault::new(format!("{place}.where"), what).help(help))?;
             let found = self.columns[column].nodes.iter().position(|&other| other == node);
             let Some(level) = found.map(|level| self.columns[column].first + level) else {
                 continue;
@@ -206,7 +219,7 @@ impl<'a> Ground<'a> {
     }
 
     /// The upright edge of a face, or what is wrong with it.
-    fn upright(&self, surface: &Surface) -> Result<usize, (&'static str, &'static str)> {
+    fn upright(&self, surface: &Surface) -> Result<usize, Wrong> {
         let axes = &self.made.geometry.lattice(surface.body).axes;
         let is_upright = |d: &usize| axes[*d].z.abs() > 1.0 - 1e-12;
         let upright = (0..3).find(is_upright);
@@ -229,7 +242,7 @@ impl<'a> Ground<'a> {
     }
 
     /// The column behind a node.
-    fn column(&mut self, node: u32, upright: usize, raised: bool) -> usize {
+    fn column(&mut self, node: u32, upright: usize, raised: bool) -> Result<usize, Wrong> {
         let geometry = self.made.geometry;
         let (mut body, at) = geometry.locate(node as usize);
         let down = |up: i32| {
@@ -247,9 +260,13 @@ impl<'a> Ground<'a> {
             geometry.node(body, at) as u32
         };
         if let Some(&column) = self.by_foot.get(&on(body, 0)) {
-            return column;
+            return Ok(column);
         }
-        let foot = on(body, 0);
+        let goes_on = |body: usize, up: bool| {
+            let face = FaceOf { direction: upright, upper: raised == up };
+            geometry.abutting.contains_key(&(body as u32, face.number()))
+        };
+        let (lowest_body, foot) = (body, on(body, 0));
         let lowest = self.rock(body);
         let (mut nodes, mut segments) = (Vec::new(), Vec::new());
         loop {
@@ -261,12 +278,18 @@ impl<'a> Ground<'a> {
             segments.push(self.joint(if raised { body } else { above }, upright));
             body = above;
         }
+        if goes_on(lowest_body, false) || goes_on(body, true) {
+            return Err((
+                "a side that goes on in split blocks or in another set has no free field in this version",
+                "let the blocks along the side be of one set, and none of them split, from the base up",
+            ));
+        }
         let made = self.made;
         let column = Column::new(made, nodes, segments, &lowest, *self.first);
         *self.first += column.nodes.len();
         self.columns.push(column);
         self.by_foot.insert(foot, self.columns.len() - 1);
-        self.columns.len() - 1
+        Ok(self.columns.len() - 1)
     }
 
     /// The joint at the upper end of a body along an edge.
@@ -277,12 +300,12 @@ impl<'a> Ground<'a> {
         let joint = usize::from(lattice.joint_above(cell, d));
         let gap = lattice.gaps[d][cell[d] + 1];
         if let Some(layer) = constants.joints[joint].filter(|_| gap > 0.0) {
-            return Segment::layer(&layer, gap);
+            return Segment { block: false, ..Segment::layer(&layer, gap) };
         }
         let springs = deck.joints.values().nth(joint);
         let stiffness = springs.and_then(|joint| joint.stiffness(&deck.materials));
         let [normal, shear] = stiffness.unwrap_or_default();
-        Segment { normal, shear, across: [0.0; 2], mass: 0.0 }
+        Segment { normal, shear, across: [0.0; 2], mass: 0.0, block: false }
     }
 }
 
@@ -293,6 +316,7 @@ impl Segment {
             shear: rock.shear / length,
             across: [rock.lambda / length, rock.shear / length],
             mass: rock.density * length,
+            block: true,
         }
     }
 }

@@ -5,6 +5,7 @@
 //! come in with the velocity w is made by the traction `2 ρ c w`.
 
 mod column;
+mod faces;
 mod outside;
 
 use std::collections::{BTreeSet, HashSet};
@@ -23,6 +24,7 @@ use crate::pack::Packs;
 
 use column::{Column, Ground, Side};
 pub(crate) use column::{Moving, Pace};
+use faces::with_areas;
 pub(crate) use outside::{Dashpot, Outside};
 
 /// A matrix of damping `[N s/m]`, or of impedance `[Pa s/m]`.
@@ -42,6 +44,8 @@ pub(crate) struct Push {
 pub(crate) struct Border {
     /// Dashpots by face and node, a node as often as it has faces `[N s/m]`.
     pub(crate) dashpots: Vec<(u32, Resistance)>,
+    /// Faces that it takes, and how much of them `[m²]`.
+    faces: Vec<(Surface, f64)>,
     /// Nodes of faces that look down.
     under: BTreeSet<u32>,
     /// Velocity of the wave that comes in `[m/s]`.
@@ -82,7 +86,8 @@ impl Borders {
             return Err(faults);
         }
         let borders = Self { list };
-        let faults = borders.idle(made, conditions);
+        let mut faults = borders.twice(made);
+        faults.extend(borders.idle(made, conditions));
         if faults.is_empty() { Ok(borders) } else { Err(faults) }
     }
 
@@ -211,7 +216,7 @@ impl Borders {
 
     /// What is said of boundaries that are held in part.
     pub(crate) fn doubts(&self, made: Made<'_>, conditions: &Conditions) -> Vec<String> {
-        let mut doubts = Vec::new();
+        let mut doubts = self.in_cavities(made);
         for index in 0..self.list.len() {
             let stages = 0..made.deck.stage.len().max(1);
             for stage in stages.filter(|&stage| self.has(index, stage)) {
@@ -250,6 +255,7 @@ impl Border {
         let surfaces = surfaces(&region, geometry, &place)?;
         let mut border = Self {
             dashpots: Vec::new(),
+            faces: with_areas(&region, made, &surfaces),
             under: BTreeSet::new(),
             wave: entry.velocity.map(Vec3::from),
             history: Course::new(entry.history.as_ref()),

@@ -17,7 +17,7 @@ type Cell = [usize; 3];
 
 /// A wall, by the cell of the cavity that it looks into, the direction of its normal, and the side of
 /// the cell.
-type Wall = (Cell, usize, i32);
+pub(crate) type Wall = (Cell, usize, i32);
 
 /// One cavity.
 pub(super) struct Cavity {
@@ -55,7 +55,7 @@ fn empty_cells(lattice: &Lattice) -> impl Iterator<Item = Cell> + '_ {
 }
 
 /// All walls of cavities of a set.
-pub(super) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, Surface)> + '_ {
+pub(crate) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, Surface)> + '_ {
     let sides = |cell| (0..3).flat_map(move |d| [(cell, d, -1), (cell, d, 1)]);
     let walls = empty_cells(lattice).flat_map(sides);
     walls.filter_map(|wall| Some((wall, face(lattice, wall)?)))

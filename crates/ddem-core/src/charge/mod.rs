@@ -9,11 +9,21 @@ mod shell;
 
 use std::collections::BTreeSet;
 
-use self::cavity::{between, cavities, walls};
+pub(crate) use self::cavity::walls;
+use self::cavity::{between, cavities};
 use self::shell::{Mesh, Shell};
 use crate::deck;
 use crate::error::Fault;
 use crate::geometry::{Face, Geometry, Region, Surface, Vec3, faces};
+
+/// The gas in one shell of a charge.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Fill {
+    /// Volume of the shell when the charge went off, if it has `[m³]`.
+    pub(crate) began: Option<f64>,
+    /// Volume with which the gas got out, if it has `[m³]`.
+    pub(crate) left: Option<f64>,
+}
 
 /// The gas of a charge that expands.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +33,8 @@ struct Gas {
     own: f64,
     /// Volume that it has at the start `[m³]`.
     start: f64,
+    /// It makes its own room: its volume grows by what the shells grow by from when it goes off.
+    own_room: bool,
 }
 
 impl Gas {
@@ -70,8 +82,8 @@ pub(crate) struct Push {
     pub(crate) volume: f64,
     /// At factor 1, by node `[N]`.
     pub(crate) forces: Vec<Vec3>,
-    /// For each shell the volume with which its gas got out, if it has `[m³]`.
-    pub(crate) vents: Vec<Option<f64>>,
+    /// Of each shell.
+    pub(crate) fills: Vec<Fill>,
 }
 
 impl Charge {
@@ -145,7 +157,7 @@ impl Charge {
             }
             // Explosive in a joint makes its own room.
             let start = if in_cavity { own.max(room) } else { own };
-            let gas = Gas { gamma, own, start };
+            let gas = Gas { gamma, own, start, own_room: !in_cavity };
             let peak = explosive.pressure();
             (self.pressure, self.gas) = match entry.expands() {
                 true => (peak, Some(gas)),
@@ -155,14 +167,16 @@ impl Charge {
         }
         self.pressure = entry.pressure.unwrap_or(0.0);
         if entry.expands() {
-            if room <= 0.0 {
+            // Faces that coincide enclose rounding.
+            let size: f64 = self.shells.iter().map(|shell| shell.reach.powi(3)).sum();
+            if room <= 1e-9 * size {
                 return Err(Fault::new(
                     format!("charge[{index}].history"),
                     "\"gas\" in joints without thickness: there is no volume to expand from",
                 )
                 .help("give `mass` and `explosive`, whose own volume it expands from"));
             }
-            self.gas = Some(Gas { gamma, own: room, start: room });
+            self.gas = Some(Gas { gamma, own: room, start: room, own_room: false });
         }
         Ok(())
     }
@@ -177,23 +191,27 @@ impl Charge {
         Some((gas.gamma * self.pressure * gas.part(0.0) / gas.start, areas))
     }
 
-    /// What it does after these displacements of its nodes; `vents` are shells that the gas has left.
-    pub(crate) fn push(&self, u: &[Vec3], vents: &[Option<f64>]) -> Push {
+    /// What it does after these displacements of its nodes.
+    pub(crate) fn push(&self, u: &[Vec3], fills: &[Fill]) -> Push {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];
-        let (mut grown, mut now) = (0.0, Vec::with_capacity(self.shells.len()));
-        for (shell, vent) in self.shells.iter().zip(vents) {
-            let volume = vent.unwrap_or_else(|| shell.volume(&self.start, u));
-            let left = vent.is_some() || shell.is_open(u);
-            grown += volume - shell.volume;
-            now.push(left.then_some(volume));
+        let own_room = self.gas.is_some_and(|gas| gas.own_room);
+        let (mut all, mut grown, mut now) = (0.0, 0.0, Vec::with_capacity(self.shells.len()));
+        for (shell, fill) in self.shells.iter().zip(fills) {
+            let volume = fill.left.unwrap_or_else(|| shell.volume(&self.start, u));
+            let began = fill.began.unwrap_or(volume);
+            let left = fill.left.is_some() || shell.is_open(u);
+            all += volume;
+            grown += volume - if own_room { began } else { shell.volume };
+            now.push(Fill { began: Some(began), left: left.then_some(volume) });
             if !left {
                 shell.add_areas(&self.start, u, &mut forces);
             }
         }
+        // No joint is too narrow for the explosive that is in it.
+        let grown = if own_room { grown.max(0.0) } else { grown };
         let pressure = self.pressure * self.gas.map_or(1.0, |gas| gas.part(grown));
         forces.iter_mut().for_each(|force| *force *= pressure);
-        let volume = grown + self.shells.iter().map(|shell| shell.volume).sum::<f64>();
-        Push { pressure, volume, forces, vents: now }
+        Push { pressure, volume: all, forces, fills: now }
     }
 }
 

@@ -104,7 +104,7 @@ pub(crate) struct Shell {
     /// Volume within it at the start `[m³]`.
     pub(super) volume: f64,
     /// How far a wall may go from the others before the gas gets out `[m]`.
-    reach: f64,
+    pub(super) reach: f64,
 }
 
 impl Shell {

@@ -77,7 +77,7 @@ impl Fitting<'_> {
         }
         let bond = Bond { joint: abutment.joint, release: Release::Holds, pairs };
         patch.bond = Some(Box::new(bond));
-        Seated { patch, quads, first_pair: 0 }
+        Seated { patch, quads, first_pair: 0, gap: abutment.gap }
     }
 }
 
@@ -89,6 +89,8 @@ pub(crate) struct Seated {
     pub(crate) quads: Vec<[u32; 4]>,
     /// Number of its first pair.
     pub(crate) first_pair: usize,
+    /// Distance of the two faces `[m]`.
+    gap: f64,
 }
 
 /// All joints between faces that do not match; their pairs come after `first` others.
@@ -120,20 +122,21 @@ pub(crate) fn seated(
     seated
 }
 
-/// Mass `[kg]` and diagonal of the stiffness `[N/m]` that joints have at nodes; `layers` is the mass of each
-/// joint by area `[kg/m²]`, half of which goes to each side.
+/// Mass `[kg]` and diagonal of the stiffness `[N/m]` that joints have at nodes. `layers` are the thickness `[m]` and
+/// the density `[kg/m³]` of each joint: half of what there is room for goes to each side.
 pub(crate) fn at_nodes(
     seated: &[Seated],
     (blocks, geometry): (&[Placed], &Geometry),
-    layers: &[f64],
+    layers: &[[f64; 2]],
 ) -> Vec<(usize, [f64; 4])> {
     let mut at_nodes = Vec::new();
-    for Seated { patch, .. } in seated {
+    for Seated { patch, gap, .. } in seated {
         let Some(bond) = &patch.bond else { continue };
         if patch.blocks.iter().any(|&block| geometry.is_gone(block as usize)) {
             continue;
         }
-        let layer = 0.5 * layers[usize::from(bond.joint)];
+        let [thickness, density] = layers[usize::from(bond.joint)];
+        let layer = 0.5 * density * gap.clamp(0.0, thickness);
         let [normal, shear] = patch.both.stiffness;
         let stiffness = patch.axes[0].map(|n| normal * n * n + shear * (1.0 - n * n));
         for (side, face) in patch.faces().into_iter().enumerate() {

@@ -230,7 +230,7 @@ impl Simulation {
     }
 
     /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape
-    /// `(n_nodes, 3)`, eq. (8) and eq. (11).
+    /// `(n_nodes, 3)`, eq. (8) and eq. (11); of joints between faces that do not match there is nothing in it.
     pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
         self.measured = None;
         self.evaluate_forces();
@@ -246,6 +246,7 @@ impl Simulation {
         let mut trial = std::mem::take(&mut scratch.trial);
         trial.clone_from(&state.breaks);
         let pass = context.pass((&state.u, &state.v), false);
+        let pass = crate::step::Pass { viscous: None, ..pass };
         crate::step::forces(pass, &mut trial, None, scratch);
         scratch.trial = trial;
     }

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use super::lattice::NO_JOINT;
-use super::{Geometry, Names, Region, Vec3};
+use super::{Geometry, Names, Region, Surface, Vec3};
 use crate::deck::Deck;
 use crate::grid;
 use crate::touch::{self, FaceOf};
@@ -27,6 +27,8 @@ pub(crate) struct Abutment {
     pub(crate) joint: u16,
     /// Of the parts of their cells' faces that lie on each other, gaps around included `[m²]`.
     pub(crate) area: f64,
+    /// Distance of the two faces `[m]`.
+    pub(crate) gap: f64,
 }
 
 /// A face of a body where it is at rest.
@@ -93,6 +95,21 @@ impl Geometry {
         self.abutments.iter().filter(inside).count()
     }
 
+    /// Whether other blocks abut on a part of a face, and not on all of it.
+    pub(super) fn is_covered_in_part(&self, surface: &Surface) -> bool {
+        let face = FaceOf { direction: surface.normal, upper: surface.side > 0 };
+        let body = surface.body as u32;
+        if !self.abutting.contains_key(&(body, face.number())) {
+            return false;
+        }
+        let on = |abutment: &&Abutment| {
+            (0..2).any(|side| abutment.blocks[side] == body && abutment.faces[side] == face)
+        };
+        let covered: f64 = self.abutments.iter().filter(on).map(|abutment| abutment.area).sum();
+        let [a, b, _, d] = self.seat(surface.body, face).whole;
+        covered < (1.0 - SLIVER) * (b - a).cross(&(d - a)).norm()
+    }
+
     fn corners(&self, body: usize) -> [Vec3; 8] {
         let n = self.lattice(body).divisions;
         std::array::from_fn(|k| {
@@ -117,11 +134,16 @@ impl Geometry {
     /// Joint at a face of a block, whether another block is there or not.
     fn joint_at(&self, body: usize, face: FaceOf) -> Option<u16> {
         let lattice = self.lattice(body);
-        let mut cell = self.bodies[body].cell.map(|c| c as usize);
-        if !face.upper {
-            cell[face.direction] = cell[face.direction].saturating_sub(1);
-        }
-        Some(lattice.joint_above(cell, face.direction)).filter(|&joint| joint != NO_JOINT)
+        let (d, mut cell) = (face.direction, self.bodies[body].cell.map(|c| c as usize));
+        let joint = match (face.upper, cell[d]) {
+            (true, _) => lattice.joint_above(cell, d),
+            (false, 0) => lattice.own_joint[d],
+            (false, at) => {
+                cell[d] = at - 1;
+                lattice.joint_above(cell, d)
+            }
+        };
+        Some(joint).filter(|&joint| joint != NO_JOINT)
     }
 
     fn abut(
@@ -160,7 +182,7 @@ impl Geometry {
         };
         let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);
         let area = over(&own.whole, &other.whole);
-        some.then_some(Abutment { blocks, faces, joint, area })
+        some.then_some(Abutment { blocks, faces, joint, area, gap })
     }
 
     fn joint_between(

@@ -42,6 +42,8 @@ pub(crate) struct Lattice {
     pub(crate) material: Vec<u16>,
     /// Joint at the upper side of each cell, by the direction of its normal.
     pub(super) joint: [Vec<u16>; 3],
+    /// The joint that the set has by the direction of the normal: at its outer faces, too.
+    pub(super) own_joint: [u16; 3],
 }
 
 /// The lattices of all sets, before `assign` and `remove`.
@@ -93,13 +95,13 @@ impl Lattice {
         let count = [0, 1, 2].map(|d| cuts[d].count as usize);
         let cells = count.iter().product();
         let (positions, lengths): (Vec<_>, Vec<_>) = cuts.iter().map(positions).unzip();
-        let joint = [0, 1, 2].map(|d| {
+        let own_joint = [0, 1, 2].map(|d| {
             let name = match &set.joint {
                 Some(JointChoice::All(name)) => Some(name),
                 Some(JointChoice::ByNormal { x, y, z }) => [x, y, z][d].as_ref(),
                 None => None,
             };
-            vec![name.and_then(|name| names.joint(name)).unwrap_or(NO_JOINT); cells]
+            name.and_then(|name| names.joint(name)).unwrap_or(NO_JOINT)
         });
         Self {
             set: index,
@@ -114,7 +116,8 @@ impl Lattice {
             lengths: lengths.try_into().unwrap_or_default(),
             body: vec![0; cells],
             material: vec![names.material(&set.material).unwrap_or(0); cells],
-            joint,
+            joint: own_joint.map(|joint| vec![joint; cells]),
+            own_joint,
         }
     }
 

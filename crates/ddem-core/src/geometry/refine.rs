@@ -12,6 +12,9 @@ use crate::deck::Deck;
 use crate::deck::names::segment;
 use crate::error::Fault;
 
+/// Most cells of the lattice of one `[[refine]]`, whether split blocks are in them or not.
+const MOST_CELLS: f64 = 1e8;
+
 /// Times the thickness of the joint across it that a refined edge is at least.
 const THICKEST: f64 = 4.0;
 
@@ -45,6 +48,16 @@ pub(super) fn refine(
     if all >= MOST_NODES {
         return Err(too_many(format!("refine[{index}].factor"), all));
     }
+    let boxes = lattices.iter().zip(&selected).map(|(l, cells)| l.around(cells, factor as usize).2);
+    let boxes: f64 = boxes.map(|count| count.iter().map(|&n| n as f64).product::<f64>()).sum();
+    if boxes >= MOST_CELLS {
+        let message = format!(
+            "the box around what is split would have {boxes:.1e} cells, and {MOST_CELLS:e} is the most"
+        );
+        return Ok(Some(Fault::new(format!("refine[{index}].where"), message).help(
+            "split what is far apart, or aslant, in several `[[refine]]`, or by a lower `factor`",
+        )));
+    }
     for (at, cells) in selected.iter().enumerate().filter(|(_, cells)| !cells.is_empty()) {
         if lattices[at].joint.iter().flatten().any(|&joint| joint == NO_JOINT) {
             let message =
@@ -63,8 +76,12 @@ pub(super) fn refine(
 }
 
 impl Lattice {
-    /// The finer lattice of some cells, with one more cell around where there is one.
-    fn split(&self, cells: &[usize], factor: usize) -> Self {
+    /// The first cells and those after the last of the box around some cells, with one more around where
+    /// there is one, and how many cells they are when they are split.
+    fn around(&self, cells: &[usize], factor: usize) -> ([usize; 3], [usize; 3], [usize; 3]) {
+        if cells.is_empty() {
+            return ([0; 3], [0; 3], [0; 3]);
+        }
         let mut range = [[usize::MAX, 0]; 3];
         for cell in cells.iter().map(|&at| self.cell(at)) {
             for d in 0..3 {
@@ -73,7 +90,12 @@ impl Lattice {
         }
         let from = range.map(|[low, _]| low.saturating_sub(1));
         let to = [0, 1, 2].map(|d| (range[d][1] + 2).min(self.count[d]));
-        let count = [0, 1, 2].map(|d| (to[d] - from[d]) * factor);
+        (from, to, [0, 1, 2].map(|d| (to[d] - from[d]) * factor))
+    }
+
+    /// The finer lattice of some cells, with one more cell around where there is one.
+    fn split(&self, cells: &[usize], factor: usize) -> Self {
+        let (from, to, count) = self.around(cells, factor);
         let lengths = [0, 1, 2].map(|d| {
             let coarse = (from[d]..to[d]).map(|cell| self.lengths[d][cell] / factor as f64);
             coarse.flat_map(|length| std::iter::repeat_n(length, factor)).collect()

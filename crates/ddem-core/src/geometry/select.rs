@@ -264,6 +264,15 @@ impl Region {
     /// The outer faces selected: on every plane given, with something of them in the ranges, and with
     /// their centre in the sphere and the cylinder.
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<Surface> {
+        self.faces(geometry, |surface| surface.is_outer(geometry))
+    }
+
+    /// The faces that would be selected, but that another block abuts on a part of them.
+    pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<Surface> {
+        self.faces(geometry, |surface| geometry.is_covered_in_part(surface))
+    }
+
+    fn faces(&self, geometry: &Geometry, wanted: impl Fn(&Surface) -> bool) -> Vec<Surface> {
         let mut surfaces = Vec::new();
         for body in 0..geometry.bodies.len() {
             if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
@@ -276,7 +285,7 @@ impl Region {
                 if on_planes
                     && self.in_round(&surface.centre(geometry))
                     && self.ranges_meet(&surface.reach(geometry))
-                    && surface.is_outer(geometry)
+                    && wanted(&surface)
                 {
                     surfaces.push(surface);
                 }

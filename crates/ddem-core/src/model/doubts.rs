@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use super::Model;
+use crate::deck::Where;
 use crate::geometry::Face;
 
 impl Model {
@@ -27,6 +28,7 @@ impl Model {
         }
         warnings.extend(self.unbalanced());
         warnings.extend(self.glued());
+        warnings.extend(self.left_out());
         let charges = self.conditions.charged.iter();
         warnings.extend(charges.flat_map(|charged| charged.charge.doubts.iter().cloned()));
         warnings.extend(self.borders.doubts(self.made(), &self.conditions));
@@ -58,6 +60,26 @@ impl Model {
                 self.deck.set_name(j)
             )
         })
+    }
+
+    /// Faces that loads and boundaries leave out, because other blocks abut on a part of them.
+    fn left_out(&self) -> Vec<String> {
+        let loads = self.deck.load.iter().enumerate();
+        let loads = loads.filter(|(_, load)| load.traction.is_some() || load.pressure.is_some());
+        let loads = loads.map(|(index, load)| (format!("load {index}"), &load.region));
+        let boundaries = self.deck.boundary.iter().enumerate();
+        let boundaries =
+            boundaries.map(|(index, entry)| (format!("boundary {index}"), &entry.region));
+        let left_out = |(name, region): (String, &Where)| {
+            let faces = self.region(region).covered_in_part(&self.geometry);
+            let [x, y, z] = faces.first()?.centre(&self.geometry).into();
+            Some(format!(
+                "{name} leaves out {} faces on a part of which other blocks stand, first that at ({x:.4}, \
+                 {y:.4}, {z:.4}): cut the blocks so that their faces are free or covered as a whole",
+                faces.len()
+            ))
+        };
+        loads.chain(boundaries).filter_map(left_out).collect()
     }
 
     /// Supports that hold both sides of joints which can fail, where one of the blocks is free

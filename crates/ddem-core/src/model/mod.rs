@@ -364,9 +364,9 @@ fn bonds(
 ) -> Vec<(usize, [f64; 4])> {
     let Some(contact) = contact else { return Vec::new() };
     let layers = deck.joints.values().zip(&constants.joints);
-    let by_area = |(joint, layer): (&Joint, &Option<Elastic>)| {
-        joint.thickness * layer.map_or(0.0, |layer| layer.density)
+    let numbers = |(joint, layer): (&Joint, &Option<Elastic>)| {
+        [joint.thickness, layer.map_or(0.0, |layer| layer.density)]
     };
-    let layers: Vec<f64> = layers.map(by_area).collect();
+    let layers: Vec<[f64; 2]> = layers.map(numbers).collect();
     at_nodes(seated, (&contact.blocks, geometry), &layers)
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Quaternion, UnitQuaternion};
 
+use crate::charge::Fill;
 use crate::conditions::Applied;
 use crate::deck::Damping;
 use crate::geometry::Vec3;
@@ -57,7 +58,7 @@ impl Simulation {
             kept,
             released,
             columns,
-            vents,
+            fills,
             way,
             peaks,
         } = &self.state;
@@ -79,8 +80,11 @@ impl Simulation {
             put(&format!("released_{load}_forces"), forces.values().flatten().copied().collect());
         }
         put("columns", columns.iter().flatten().flatten().copied().collect());
-        put("vented", vents.iter().map(|vent| f64::from(u8::from(vent.is_some()))).collect());
-        put("vent_volumes", vents.iter().map(|vent| vent.unwrap_or(0.0)).collect());
+        let row = |volume: Option<f64>| [f64::from(volume.is_some()), volume.unwrap_or(0.0)];
+        put(
+            "gas",
+            fills.iter().flat_map(|fill| [row(fill.began), row(fill.left)]).flatten().collect(),
+        );
         put("way", vec![*way]);
         put("damping", vec![damping_number(self.damping)]);
         let Work { loads, supports, damping, friction, fracture, contact } = *work;
@@ -175,12 +179,14 @@ impl Simulation {
         state.released = released;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         state.kept = applied(array("kept_nodes")?, array("kept_forces")?, n / 3)?;
-        let vents = array("vented")?.iter().zip(array("vent_volumes")?);
-        let vents: Vec<_> = vents.map(|(open, volume)| (*open != 0.0).then_some(*volume)).collect();
-        if vents.len() != state.vents.len() {
+        let (fills, rest) = array("gas")?.as_chunks::<4>();
+        if !rest.is_empty() || fills.len() != state.fills.len() {
             return None;
         }
-        state.vents = vents;
+        let volume = |known: f64, volume: f64| (known != 0.0).then_some(volume);
+        for (fill, &[a, began, b, left]) in state.fills.iter_mut().zip(fills) {
+            *fill = Fill { began: volume(a, began), left: volume(b, left) };
+        }
         let (columns, rest) = array("columns")?.as_chunks::<6>();
         if !rest.is_empty() || columns.len() != state.columns.len() {
             return None;

@@ -212,7 +212,7 @@ impl Simulation {
         let ahead = if self.state.whole { self.measure_once().0.ahead } else { 0.0 };
         self.motion.start = self.state.whole;
         self.take_pushes()?;
-        self.state.vents = self.press();
+        self.state.fills = self.press();
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;

@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use crate::boundary::{Moving, Outside, Pace};
-use crate::charge::ChargeState;
+use crate::charge::{ChargeState, Fill};
 use crate::conditions::Active;
 use crate::error::RunError;
 use crate::geometry::Vec3;
@@ -69,32 +69,32 @@ impl Simulation {
     #[must_use]
     pub fn charge(&self, index: usize) -> Option<ChargeState> {
         let conditions = &self.model.conditions;
-        let State { stage, time, stage_starts, u, vents, .. } = &self.state;
+        let State { stage, time, stage_starts, u, fills, .. } = &self.state;
         let charge = &conditions.charged.get(index)?.charge;
         let first: usize = conditions.charged[..index].iter().map(|c| c.charge.shells.len()).sum();
         let u = |node: &u32| Vec3::from(self.model.get(u, *node as usize));
         let u: Vec<Vec3> = charge.nodes.iter().map(u).collect();
-        let push = charge.push(&u, &vents[first..][..charge.shells.len()]);
+        let push = charge.push(&u, &fills[first..][..charge.shells.len()]);
         let factors = conditions.factors(*stage, *time, stage_starts).unwrap_or_default();
         let factor = factors.get(conditions.loaded.len() + index).copied().unwrap_or(0.0);
         Some(ChargeState {
             pressure: push.pressure * factor,
             volume: push.volume,
-            vented: push.vents.iter().all(Option::is_some),
+            vented: push.fills.iter().all(|fill| fill.left.is_some()),
         })
     }
 
-    /// Gas of the charges in force pushes its walls where they are now. Returns from which shells it has
-    /// got out by now.
-    pub(crate) fn press(&mut self) -> Vec<Option<f64>> {
+    /// Gas of the charges in force pushes its walls where they are now. Returns what is in the shells by
+    /// now.
+    pub(crate) fn press(&mut self) -> Vec<Fill> {
         let Self { model, state, active, factors, .. } = self;
         let loads = model.conditions.loaded.len();
-        let mut vents = Vec::with_capacity(state.vents.len());
+        let mut fills = Vec::with_capacity(state.fills.len());
         for (index, charged) in model.conditions.charged.iter().enumerate() {
             let charge = &charged.charge;
-            let before = &state.vents[vents.len()..][..charge.shells.len()];
+            let before = &state.fills[fills.len()..][..charge.shells.len()];
             if factors.get(loads + index).is_none_or(|factor| *factor == 0.0) {
-                vents.extend(before);
+                fills.extend(before);
                 continue;
             }
             let u = |node: &u32| Vec3::from(model.get(&state.u, *node as usize));
@@ -108,9 +108,9 @@ impl Simulation {
                     *present = force.into();
                 }
             }
-            vents.extend(push.vents);
+            fills.extend(push.fills);
         }
-        vents
+        fills
     }
 
     /// Columns that come into force are at rest.
@@ -130,6 +130,7 @@ impl Simulation {
     /// What boundaries will do in the next step, and where that takes the columns.
     pub(super) fn take_pushes(&mut self) -> Result<(), RunError> {
         if self.outside.dashpots.is_empty() {
+            self.columns = Moving::default();
             return Ok(());
         }
         let State { stage, time, stage_starts, columns, .. } = &self.state;
@@ -146,6 +147,7 @@ impl Simulation {
             time_step: motion.time_step,
             start: motion.start,
             local: motion.local,
+            stiffness: motion.stiffness,
             factors: &factors,
             velocities: &self.velocities,
             rates: &rates,

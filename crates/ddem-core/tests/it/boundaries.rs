@@ -266,10 +266,13 @@ fn a_free_field_is_level_ground() {
         let [far_x, far_y] = [0, 1].map(|axis| side(axis, f64::from(count[axis])));
         let base = Boundary { velocity, history, ..viscous(plane(2, 0.0)) };
         deck.boundary = vec![base, side(0, 0.0), far_x, side(1, 0.0), far_y];
-        for damping in [Damping::None, Damping::Mass(100.0)] {
+        // Upright joints are not viscous, as blocks are.
+        let third = if level == "springs" { Damping::Stiffness(2e-5) } else { Damping::None };
+        for damping in [Damping::None, Damping::Mass(100.0), third] {
             let mut simulation = simulation(&deck);
             start(&mut simulation, damping, TimeStep::Auto);
-            steps(&mut simulation, 400);
+            // While the wave is there.
+            steps(&mut simulation, 40);
             let [most, size] = unevenness(&mut simulation);
             assert!(most < 1e-11 * size, "{level}, {damping:?}: {most} of {size}");
         }
@@ -324,6 +327,35 @@ fn boundaries_that_cannot_be() {
     let mut rigid = with(viscous(plane(0, 0.0)));
     rigid.blocks[0].body = Body::Rigid;
     refused(&rigid, &["rigid blocks"]);
+    // Two on one face, unless at other times or on other parts of it.
+    let half = |from: f64, to: f64| Where { x: Some(Extent::Range([from, to])), ..plane(2, 0.0) };
+    let mut two = with(viscous(half(0.0, 0.7)));
+    two.boundary.push(viscous(half(0.7, 2.0)));
+    model(&two);
+    two.boundary[1] = viscous(half(0.6, 2.0));
+    refused(&two, &["boundary[1].where", "that boundary 0 has", "(0.495, 0.495, 0)"]);
+    two.boundary = vec![viscous(Where::default()), viscous(plane(2, 0.0))];
+    refused(&two, &["boundary[1].where", "that boundary 0 has"]);
+    let dynamic =
+        |name: &str| Stage { kind: StageKind::Dynamic, duration: Some(1e-3), ..relax_stage(name) };
+    two.stage = vec![dynamic("a"), dynamic("b")];
+    two.boundary[0].until = Some("b".into());
+    two.boundary[1].from = Some("b".into());
+    model(&two);
+    let mut hollow = Deck { boundary: vec![viscous(Where::default())], ..plain.clone() };
+    let corner = Sphere { centre: [0.5; 3], radius: 0.1 };
+    let region = Where { sphere: Some(corner), ..Where::default() };
+    hollow.remove = vec![Remove { region, ..Remove::default() }];
+    let warnings = model(&hollow).warnings();
+    let walls = "boundary 0: 3 of its faces are where blocks have been removed";
+    assert!(warnings.iter().any(|w| w.starts_with(walls)), "{warnings:?}");
+    let lower = Where { z: Some(Extent::Range([0.0, 1.0])), ..Where::default() };
+    let mut split = with(free_field(plane(0, 0.0)));
+    split.boundary.push(viscous(plane(2, 0.0)));
+    split.fix = vec![fix(Where::default(), "y")];
+    model(&split);
+    split.refine = vec![Refine { region: lower, factor: 2 }];
+    refused(&split, &["boundary[0].where", "split blocks"]);
     let endless = Boundary { velocity: Some([f64::NAN; 3]), ..viscous(plane(0, 0.0)) };
     refused(&with(endless), &["boundary[0].velocity", "finite"]);
 }

@@ -1,32 +1,32 @@
 //! Charges: closed surfaces, momentum, energies, where the gas gets out, what is saved, bad input.
 
 use ddem_core::deck::*;
-use ddem_core::{ChargeState, Model, Simd, Simulation};
+use ddem_core::{ChargeState, Simd, Simulation};
 
 use crate::decks::*;
 
-fn ball(centre: [f64; 3], radius: f64) -> Where {
+pub(crate) fn ball(centre: [f64; 3], radius: f64) -> Where {
     Where { sphere: Some(Sphere { centre, radius }), ..Where::default() }
 }
 
-fn gas(region: Where, pressure: f64) -> Charge {
+pub(crate) fn gas(region: Where, pressure: f64) -> Charge {
     let history = Some(ChargeHistory::Gas(GasWord::Gas));
     Charge { region, pressure: Some(pressure), gamma: Some(3.0), history, ..Charge::default() }
 }
 
-fn given(region: Where, pressure: f64, history: History) -> Charge {
+pub(crate) fn given(region: Where, pressure: f64, history: History) -> Charge {
     let history = Some(ChargeHistory::Given(history));
     Charge { region, pressure: Some(pressure), history, ..Charge::default() }
 }
 
 const ALL: [f64; 2] = [-100.0, 100.0];
 
-fn everywhere() -> Where {
+pub(crate) fn everywhere() -> Where {
     Where { x: Some(Extent::Range(ALL)), ..Where::default() }
 }
 
 /// Blocks of a metre each in free space without some of them.
-fn hollow(axes: [[f64; 3]; 3], cells: &[[f64; 3]], thickness: f64) -> Deck {
+pub(crate) fn hollow(axes: [[f64; 3]; 3], cells: &[[f64; 3]], thickness: f64) -> Deck {
     let mut deck = with_axes(deck([4; 3], [4.0; 3], 2, thickness), axes);
     let directions = axes.map(|axis| Vec3::from(axis).normalize());
     deck.remove = cells
@@ -40,7 +40,7 @@ fn hollow(axes: [[f64; 3]; 3], cells: &[[f64; 3]], thickness: f64) -> Deck {
     deck
 }
 
-fn state(simulation: &Simulation, index: usize) -> ChargeState {
+pub(crate) fn state(simulation: &Simulation, index: usize) -> ChargeState {
     simulation.charge(index).unwrap_or_else(|| panic!("no charge {index}"))
 }
 
@@ -363,61 +363,4 @@ fn a_cavity_relaxes_under_its_gas() {
         displacements.iter().zip(&after).map(|(a, b)| (Vec3::from(*a) - Vec3::from(*b)).norm());
     assert!(apart.fold(0.0, f64::max) < 1e-5 * size);
     assert!(grown > 1.27, "{grown}");
-}
-
-fn refused(deck: &Deck, words: &[&str]) {
-    let Err(error) = Model::new(deck) else { panic!("accepted: {words:?}") };
-    let text = error.to_string();
-    for word in words {
-        assert!(text.contains(word), "`{word}` is not in: {text}");
-    }
-}
-
-#[test]
-fn charges_that_cannot_be() {
-    let hole = ball([1.5; 3], 0.7);
-    let plain = hollow(BOX, &[[1.0; 3]], 0.1);
-    let with = |charge: Charge| Deck { charge: vec![charge], ..plain.clone() };
-    let good = gas(hole.clone(), 1e6);
-    model(&with(good.clone()));
-    let mass =
-        Charge { mass: Some(1.0), pressure: None, gamma: None, history: None, ..good.clone() };
-    let named = |name: &str| Some(Explosive::Named(name.into()));
-    refused(&with(mass.clone()), &["charge[0].mass", "needs `explosive`", "anfo"]);
-    let wrong = Charge { explosive: named("amfo"), ..mass.clone() };
-    refused(&with(wrong), &["charge[0].explosive", "amfo", "did you mean `anfo`"]);
-    let flat = Detonation { density: 1000.0, detonation_velocity: 4e3, gamma: 1.0 };
-    let own = |numbers| Charge { explosive: Some(Explosive::Given(numbers)), ..mass.clone() };
-    refused(&with(own(flat)), &["charge[0].explosive.gamma", "above 1"]);
-    let light = Detonation { density: 1.6, gamma: 3.0, ..flat };
-    refused(&with(own(light)), &["charge[0].explosive.density", "kg/m³"]);
-    refused(&with(Charge { mass: Some(1.0), ..good.clone() }), &["charge[0].pressure", "`mass`"]);
-    refused(&with(Charge { pressure: None, ..good.clone() }), &["charge[0]", "no strength"]);
-    refused(&with(Charge { gamma: Some(0.9), ..good.clone() }), &["charge[0].gamma", "above 1"]);
-    refused(&with(Charge { gamma: None, ..good.clone() }), &["charge[0].history", "needs `gamma`"]);
-    refused(&with(Charge { delay: Some(-1.0), ..good.clone() }), &["charge[0].delay", "0 or more"]);
-    let everywhere = Charge { region: Where::default(), ..good.clone() };
-    refused(&with(everywhere), &["charge[0].where", "names no part"]);
-    let away = Charge { region: ball([9.0; 3], 0.5), ..good.clone() };
-    refused(&with(away), &["charge[0].where", "selects nothing", "nearest is a joint"]);
-    let beside = Charge { region: ball([1.5; 3], 0.2), ..good.clone() };
-    refused(&with(beside), &["nearest is a wall of a cavity"]);
-    let mut timed = with(Charge { delay: Some(1.0), ..good.clone() });
-    timed.stage =
-        vec![Stage { kind: StageKind::Dynamic, duration: Some(0.1), ..relax_stage("blast") }];
-    refused(&timed, &["charge[0].delay", "never goes off"]);
-    let slow = History::Duvall(Duvall { alpha: 2e3, beta: 1e3 });
-    refused(&with(given(hole.clone(), 1e6, slow)), &["charge[0].history.duvall.beta", "above"]);
-    let both = Triangle { rise: 1.0, fall: Some(1.0), duration: Some(3.0) };
-    refused(
-        &with(given(hole.clone(), 1e6, History::Triangle(both))),
-        &["charge[0].history.triangle.duration", "does not go with `fall`"],
-    );
-    let line = Cylinder { from: [1.0; 3], to: [1.0; 3], radius: 1.0 };
-    let region = Where { cylinder: Some(line), ..Where::default() };
-    refused(&with(gas(region, 1e6)), &["charge[0].where.cylinder.to", "no length"]);
-    let mut open = hollow(BOX, &[[0.0, 1.0, 1.0]], 0.1);
-    open.charge = vec![gas(ball([0.5, 1.5, 1.5], 0.7), 1e6)];
-    let warnings = model(&open).warnings();
-    assert!(warnings.iter().any(|w| w.contains("open to the outside")), "{warnings:?}");
 }

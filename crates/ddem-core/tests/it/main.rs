@@ -8,6 +8,7 @@ mod anything;
 mod architecture;
 mod bad_input;
 mod blasts;
+mod blown;
 mod boundaries;
 mod breaking;
 mod charges;

@@ -355,3 +355,60 @@ fn charges_say_what_they_do_not_push() {
     deck.refine = vec![refine(range(1, 1.0, 3.0), 2)];
     assert!(!warned(&mut deck, 1.2));
 }
+
+/// The joint between two sets is that of the later one, not that of a plane inside of it.
+#[test]
+fn an_inner_plane_is_none_of_the_interface() {
+    let mut deck = layers(0.0);
+    deck.refine.clear();
+    deck.blocks[0].count = Some([1, 1, 1]);
+    deck.blocks[0].size = Some([2.0, 2.0, 1.0]);
+    deck.blocks.push(BlockSet {
+        origin: [0.0, 0.0, 1.0],
+        count: Some([2, 2, 2]),
+        size: Some([2.0; 3]),
+        ..deck.blocks[0].clone()
+    });
+    let weak = Joint { tension: Some(1.0), ..deck.joints["seam"].clone() };
+    deck.joints.insert("weak".into(), weak);
+    let assign =
+        |z: f64| Assign { region: plane(2, z), joint: Some("weak".into()), ..Assign::default() };
+    let numbers = |deck: &Deck| {
+        let model = model(deck);
+        let level = |z: f64| {
+            let at = |pair: &ddem_core::PairAt| {
+                (pair.point[2] - z).abs() < 1e-9 && pair.normal[2].abs() > 0.5
+            };
+            let mut joints: Vec<u16> = model.pairs().filter(at).map(|pair| pair.joint).collect();
+            joints.dedup();
+            joints
+        };
+        [level(1.0), level(2.0)]
+    };
+    let (seam, weak) = (0, 1);
+    deck.assign = vec![assign(2.0)];
+    assert_eq!(numbers(&deck), [[seam], [weak]]);
+    deck.assign = vec![assign(1.0)];
+    assert_eq!(numbers(&deck), [[weak], [seam]]);
+}
+
+/// Sets that touch have no room for a layer, and a face on which another stands in part bears no load.
+#[test]
+fn sets_that_touch_have_their_own_mass_and_whole_faces() {
+    let mut deck = deck([2, 2, 1], [4.0, 4.0, 1.0], 2, 0.05);
+    deck.blocks.push(BlockSet {
+        origin: [0.5, 0.5, 1.0],
+        count: Some([1, 1, 1]),
+        size: Some([1.0; 3]),
+        ..deck.blocks[0].clone()
+    });
+    let density = deck.materials["rock"].density;
+    deck.materials.insert("clay".into(), Material { density, ..deck.materials["clay"] });
+    deck.load.push(Load { region: plane(2, 1.0), pressure: Some(1e5), ..Load::default() });
+    let model = model(&deck);
+    let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
+    assert!((mass / (density * 17.0) - 1.0).abs() < 1e-12, "{mass}");
+    let warnings = model.warnings();
+    let left_out = "load 0 leaves out 1 faces on a part of which other blocks stand";
+    assert!(warnings.iter().any(|w| w.starts_with(left_out)), "{warnings:?}");
+}

@@ -110,6 +110,16 @@ fn gas(at: &str, charge: &Charge, faults: &mut Faults) {
             );
         }
     }
+    if !charge.expands() && charge.mass.is_none() {
+        let keys = [("gamma", charge.gamma.is_some()), ("explosive", charge.explosive.is_some())];
+        for (key, _) in keys.into_iter().filter(|(_, given)| *given) {
+            faults.add_help(
+                format!("{at}.{key}"),
+                format!("`{key}` has no effect on a `pressure` that does not fall as gas expands"),
+                "give `history = \"gas\"`, or leave it out",
+            );
+        }
+    }
     // An unknown explosive has been said.
     if charge.expands() && charge.gamma.is_none() && charge.explosive.is_none() {
         faults.add_help(

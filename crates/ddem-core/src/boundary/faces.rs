@@ -1,0 +1,91 @@
+//! Which faces boundaries take: each part of a face one of them, and walls of cavities at best none.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Borders, Made};
+use crate::charge::walls;
+use crate::deck::Where;
+use crate::error::Fault;
+use crate::geometry::{Region, Surface};
+
+/// More of a face than this part of it cannot be taken by several boundaries.
+const WHOLE: f64 = 1.0 + 1e-6;
+
+/// Body, edge and side.
+type Key = (usize, usize, i32);
+
+fn key(surface: &Surface) -> Key {
+    (surface.body, surface.normal, surface.side)
+}
+
+fn shown(made: Made<'_>, surface: &Surface) -> String {
+    let [x, y, z] =
+        <[f64; 3]>::from(surface.centre(made.geometry)).map(|x| (x * 1e6).round() / 1e6);
+    format!("({x}, {y}, {z})")
+}
+
+impl Borders {
+    /// Faults of boundaries that have the same part of a face: their dashpots would add up.
+    pub(super) fn twice(&self, made: Made<'_>) -> Vec<Fault> {
+        let everywhere = Region::new(&Where::default(), &made.geometry.bounds, &[]);
+        let mut found: BTreeMap<(usize, usize), Surface> = BTreeMap::new();
+        for stage in 0..made.deck.stage.len().max(1) {
+            let mut taken: BTreeMap<Key, (usize, f64)> = BTreeMap::new();
+            for index in (0..self.list.len()).filter(|&index| self.has(index, stage)) {
+                for (surface, area) in &self.list[index].faces {
+                    let Some((before, sum)) = taken.get_mut(&key(surface)) else {
+                        taken.insert(key(surface), (index, *area));
+                        continue;
+                    };
+                    *sum += area;
+                    let all = everywhere.areas(made.geometry, surface);
+                    if *sum > WHOLE * all.iter().map(|(_, area)| area).sum::<f64>() {
+                        found.entry((*before, index)).or_insert(*surface);
+                    }
+                }
+            }
+        }
+        let fault = |((before, index), surface): ((usize, usize), Surface)| {
+            let at = shown(made, &surface);
+            let message = format!(
+                "takes faces that boundary {before} has, first that at {at}: their dashpots would add up"
+            );
+            Fault::new(format!("boundary[{index}].where"), message).help(
+                "give each part of the surface one boundary at a time, by `where`, `from` and `until`",
+            )
+        };
+        found.into_iter().map(fault).collect()
+    }
+
+    /// What is said of boundaries on the walls of cavities, behind which there is no rock.
+    pub(super) fn in_cavities(&self, made: Made<'_>) -> Vec<String> {
+        let lattices = made.geometry.lattices.iter();
+        let walls: BTreeSet<Key> =
+            lattices.flat_map(walls).map(|(_, surface)| key(&surface)).collect();
+        let mut doubts = Vec::new();
+        for (index, border) in self.list.iter().enumerate() {
+            let within = border.faces.iter().filter(|(surface, _)| walls.contains(&key(surface)));
+            let within: Vec<&Surface> = within.map(|(surface, _)| surface).collect();
+            if let Some(first) = within.first() {
+                doubts.push(format!(
+                    "boundary {index}: {} of its faces are where blocks have been removed, first that at {}: \
+                     no rock goes on behind them",
+                    within.len(),
+                    shown(made, first)
+                ));
+            }
+        }
+        doubts
+    }
+}
+
+/// Faces with their areas `[m²]`, as far as a region selects them.
+pub(super) fn with_areas(
+    region: &Region,
+    made: Made<'_>,
+    surfaces: &[Surface],
+) -> Vec<(Surface, f64)> {
+    let area =
+        |surface: &Surface| region.areas(made.geometry, surface).iter().map(|(_, area)| area).sum();
+    surfaces.iter().map(|surface| (*surface, area(surface))).collect()
+}

@@ -1,0 +1,124 @@
+//! Charges that cannot be, and those in joints that have closed.
+
+use ddem_core::deck::*;
+use ddem_core::{Model, Simulation};
+
+use crate::charges::*;
+use crate::decks::*;
+
+fn refused(deck: &Deck, words: &[&str]) {
+    let Err(error) = Model::new(deck) else { panic!("accepted: {words:?}") };
+    let text = error.to_string();
+    for word in words {
+        assert!(text.contains(word), "`{word}` is not in: {text}");
+    }
+}
+
+#[test]
+fn charges_that_cannot_be() {
+    let hole = ball([1.5; 3], 0.7);
+    let plain = hollow(BOX, &[[1.0; 3]], 0.1);
+    let with = |charge: Charge| Deck { charge: vec![charge], ..plain.clone() };
+    let good = gas(hole.clone(), 1e6);
+    model(&with(good.clone()));
+    let mass =
+        Charge { mass: Some(1.0), pressure: None, gamma: None, history: None, ..good.clone() };
+    let named = |name: &str| Some(Explosive::Named(name.into()));
+    refused(&with(mass.clone()), &["charge[0].mass", "needs `explosive`", "anfo"]);
+    let wrong = Charge { explosive: named("amfo"), ..mass.clone() };
+    refused(&with(wrong), &["charge[0].explosive", "amfo", "did you mean `anfo`"]);
+    let flat = Detonation { density: 1000.0, detonation_velocity: 4e3, gamma: 1.0 };
+    let own = |numbers| Charge { explosive: Some(Explosive::Given(numbers)), ..mass.clone() };
+    refused(&with(own(flat)), &["charge[0].explosive.gamma", "above 1"]);
+    let light = Detonation { density: 1.6, gamma: 3.0, ..flat };
+    refused(&with(own(light)), &["charge[0].explosive.density", "kg/m³"]);
+    refused(&with(Charge { mass: Some(1.0), ..good.clone() }), &["charge[0].pressure", "`mass`"]);
+    refused(&with(Charge { pressure: None, ..good.clone() }), &["charge[0]", "no strength"]);
+    refused(&with(Charge { gamma: Some(0.9), ..good.clone() }), &["charge[0].gamma", "above 1"]);
+    refused(&with(Charge { gamma: None, ..good.clone() }), &["charge[0].history", "needs `gamma`"]);
+    refused(&with(Charge { delay: Some(-1.0), ..good.clone() }), &["charge[0].delay", "0 or more"]);
+    let everywhere = Charge { region: Where::default(), ..good.clone() };
+    refused(&with(everywhere), &["charge[0].where", "names no part"]);
+    let away = Charge { region: ball([9.0; 3], 0.5), ..good.clone() };
+    refused(&with(away), &["charge[0].where", "selects nothing", "nearest is a joint"]);
+    let beside = Charge { region: ball([1.5; 3], 0.2), ..good.clone() };
+    refused(&with(beside), &["nearest is a wall of a cavity"]);
+    let mut timed = with(Charge { delay: Some(1.0), ..good.clone() });
+    timed.stage =
+        vec![Stage { kind: StageKind::Dynamic, duration: Some(0.1), ..relax_stage("blast") }];
+    refused(&timed, &["charge[0].delay", "never goes off"]);
+    let slow = History::Duvall(Duvall { alpha: 2e3, beta: 1e3 });
+    refused(&with(given(hole.clone(), 1e6, slow)), &["charge[0].history.duvall.beta", "above"]);
+    let both = Triangle { rise: 1.0, fall: Some(1.0), duration: Some(3.0) };
+    refused(
+        &with(given(hole.clone(), 1e6, History::Triangle(both))),
+        &["charge[0].history.triangle.duration", "does not go with `fall`"],
+    );
+    let line = Cylinder { from: [1.0; 3], to: [1.0; 3], radius: 1.0 };
+    let region = Where { cylinder: Some(line), ..Where::default() };
+    refused(&with(gas(region, 1e6)), &["charge[0].where.cylinder.to", "no length"]);
+    let mut open = hollow(BOX, &[[0.0, 1.0, 1.0]], 0.1);
+    open.charge = vec![gas(ball([0.5, 1.5, 1.5], 0.7), 1e6)];
+    let warnings = model(&open).warnings();
+    assert!(warnings.iter().any(|w| w.contains("open to the outside")), "{warnings:?}");
+}
+
+/// A gas that has no room, wherever its axes are; and one that would never expand.
+#[test]
+fn gas_needs_room_and_a_history() {
+    let mut deck = with_axes(deck([2, 2, 1], [2.0, 2.0, 1.0], 2, 0.0), BOX);
+    let stiff = Some(1e10);
+    let springs = Joint { normal_stiffness: stiff, shear_stiffness: stiff, ..Joint::default() };
+    deck.joints.insert("seam".into(), springs);
+    deck.charge = vec![gas(everywhere(), 1e8)];
+    for axes in [BOX, LEANING, OBLIQUE] {
+        refused(&with_axes(deck.clone(), axes), &["charge[0].history", "no volume to expand from"]);
+    }
+    let hole = hollow(BOX, &[[1.0; 3]], 0.1);
+    let constant = Charge { history: None, ..gas(ball([1.5; 3], 0.7), 1e6) };
+    refused(&Deck { charge: vec![constant], ..hole }, &["charge[0].gamma", "has no effect"]);
+}
+
+/// Explosive in a joint has the pressure of its detonation when it goes off, however much weight has
+/// closed the joint before.
+#[test]
+fn explosive_in_a_closed_joint_begins_with_its_own_pressure() {
+    let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 1, 0.0);
+    let springs =
+        Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() };
+    deck.joints.insert("seam".into(), springs);
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    let traction = Some([0.0, 0.0, -5e5]);
+    deck.load = vec![Load { region: plane(2, 2.0), traction, ..Load::default() }];
+    let dynamic =
+        |name: &str| Stage { kind: StageKind::Dynamic, duration: Some(1e-3), ..relax_stage(name) };
+    deck.stage = vec![relax_stage("weight"), dynamic("blast")];
+    // 0.5 mm of closure, and as much explosive as fills 0.1 mm.
+    deck.charge = vec![Charge {
+        mass: Some(0.16),
+        explosive: Some(Explosive::Named("tnt".into())),
+        region: plane(2, 1.0),
+        from: Some("blast".into()),
+        ..Charge::default()
+    }];
+    let mut simulation = Simulation::new(model(&deck));
+    simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{error}"));
+    simulation.enter(1);
+    let went_off = state(&simulation, 0).pressure;
+    let Some(tnt) = Explosive::Named("tnt".into()).detonation() else {
+        panic!("no such explosive")
+    };
+    assert!((went_off / tnt.pressure() - 1.0).abs() < 1e-12, "{went_off:e}");
+    simulation
+        .start(Damping::None, TimeStep::Seconds(1e-8), None)
+        .unwrap_or_else(|error| panic!("{error}"));
+    let start = state(&simulation, 0).volume;
+    for _ in 0..200 {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+    let now = state(&simulation, 0);
+    let own = 0.16 / tnt.density;
+    let exact = went_off * (own / (own + now.volume - start)).powf(tnt.gamma);
+    assert!(now.pressure < 0.999 * went_off, "{now:?}");
+    assert!((now.pressure / exact - 1.0).abs() < 1e-9, "{now:?} {exact:e}");
+}
