@@ -142,7 +142,7 @@ class Film:
             title=TITLES[self.view.by],
             mapper=actor.mapper,
             n_labels=5,
-            fmt="%.1f",
+            fmt="%.3g",
             color=INK,
             width=0.36,
             height=0.055,

@@ -1,6 +1,6 @@
 //! Explicit stepping in time, (M2).
 
-use super::System;
+use super::{Csr, System};
 
 /// A motion under a constant load, step by step:
 /// `v⁺ = [ (m/Δt − c/2) v⁻ + F ] / (m/Δt + c/2)`, `u⁺ = u + Δt v⁺`, `F = load − K u`.
@@ -9,6 +9,8 @@ pub struct Transient<'a> {
     system: &'a System,
     masses: Vec<f64>,
     damping: Vec<f64>,
+    /// A matrix C of which the force is `−C v⁻`, with the velocity half a step ago.
+    pub viscous: Option<Csr>,
     load: Vec<f64>,
     fixed: Vec<bool>,
     time_step: f64,
@@ -35,6 +37,7 @@ impl<'a> Transient<'a> {
             system,
             masses: system.dof_masses(),
             damping,
+            viscous: None,
             load,
             fixed,
             time_step,
@@ -48,6 +51,10 @@ impl<'a> Transient<'a> {
     /// The unbalanced force on every degree of freedom, zero on fixed ones.
     pub fn force(&self) -> Vec<f64> {
         let mut force = self.system.stiffness.multiply(&self.displacement);
+        if let Some(viscous) = &self.viscous {
+            let drag = viscous.multiply(&self.velocity);
+            force.iter_mut().zip(drag).for_each(|(force, drag)| *force += drag);
+        }
         for (dof, force) in force.iter_mut().enumerate() {
             *force = if self.fixed[dof] { 0.0 } else { self.load[dof] - *force };
         }

@@ -8,7 +8,7 @@ mod sample;
 
 use ddem_core::deck::{Damping, Kinematics, TimeStep};
 use ddem_core::{Model, Simulation};
-use fem::{Mesh, System, Transient};
+use fem::{ElementKind, Mesh, System, Transient};
 use sample::{Sample, samples};
 
 /// Model and independent matrices of a sample.
@@ -117,19 +117,28 @@ fn relaxation_ends_at_the_direct_solution() {
 #[test]
 fn damped_motion_is_the_scheme_on_the_assembled_matrix() {
     for sample in samples() {
-        for damping in [Damping::Ratio(0.03), Damping::Mass(200.0), Damping::None] {
+        let stiffness = Damping::Stiffness(2e-5);
+        for damping in [Damping::Ratio(0.03), Damping::Mass(200.0), stiffness, Damping::None] {
             let mut sample = sample.clone();
             sample.loaded = true;
             let (mut simulation, mesh, system) = both(&sample, Kinematics::Small);
             let (load, held) = sample.load_and_supports(&mesh, &system);
             let fixed: Vec<bool> = held.iter().map(Option::is_some).collect();
-            let step = 0.6 * simulation.critical_step().expect("a step");
+            let critical = simulation.critical_step().expect("a step");
+            let step = 0.6 * damping.stable_step(critical);
             let coefficients = match damping {
                 Damping::Ratio(ratio) => system.damping(ratio),
                 Damping::Mass(alpha) => system.dof_masses().iter().map(|m| alpha * m).collect(),
                 _ => vec![0.0; mesh.dofs()],
             };
             let mut motion = Transient::new(&system, load, coefficients, fixed, step);
+            if let Damping::Stiffness(beta) = damping {
+                let mut bodies = mesh.clone();
+                bodies.elements.retain(|element| element.kind == ElementKind::Body);
+                let mut stiffness = System::assemble(&bodies, sample.formulation()).stiffness;
+                stiffness.values.iter_mut().for_each(|value| *value *= beta);
+                motion.viscous = Some(stiffness);
+            }
             simulation.start(damping, TimeStep::Seconds(step), None).expect("a stable step");
             for _ in 0..400 {
                 simulation.step().expect("finite numbers");

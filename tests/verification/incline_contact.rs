@@ -77,6 +77,29 @@ fn it_stays_on_another_block() {
     }
 }
 
+/// Blocks without damping flutter, and do neither.
+#[test]
+fn near_the_limit_deformable_blocks_slide_and_stay() {
+    let case = of("v04_contact_steep");
+    let text = example(case.deck);
+    let slope = 35_f64.to_radians();
+    let down = |run: &Run| {
+        let [x, z] = ["block.x", "block.z"].map(|name| run.probes.series(name));
+        let both = x.into_iter().zip(z);
+        let along = both.map(move |([t, x], [_, z])| [t, x * slope.cos() - z * slope.sin()]);
+        along.collect::<Vec<_>>()
+    };
+    let run_34 = run(&text);
+    let exact = G * (slope.sin() - slope.cos() * 34_f64.to_radians().tan());
+    let late = down(&run_34).into_iter().filter(|[t, _]| *t >= 0.1);
+    check(case, "acceleration at 34° [m/s²]", exact, rate(late), Relative(1e-5));
+    closes(case, " at 34°", &run_34);
+    let run_36 = run(&edited(&text, "friction = 34.0", "friction = 36.0"));
+    let speed = down(&run_36).last().expect("a row")[1];
+    check(case, "speed at the end at 36° [m/s]", 1e-6, speed.abs(), AtMost);
+    closes(case, " at 36°", &run_36);
+}
+
 /// Runs a deck with the width on both sides of the limit. The probe is at a height of `level` half
 /// heights of the block.
 fn topples(case: Case, kind: &str, text: &str, level: f64) {

@@ -34,6 +34,7 @@ pub(crate) const CASES: &[Case] = &[
     case("V4 incline", "v04_stays"),
     case("V4 incline, in contact", "v04_contact_slides"),
     case("V4 incline, in contact", "v04_contact_stays"),
+    case("V4 incline, in contact", "v04_contact_steep"),
     case("V4 toppling", "v04_topples"),
     case("V4 toppling", "v04_topples_joint"),
     case("Blocks at rest", "v04_column"),

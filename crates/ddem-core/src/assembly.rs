@@ -83,10 +83,11 @@ impl Constants {
 }
 
 impl Assembly {
+    /// Tables; masses are there after [`assemble`](Self::assemble).
     pub(crate) fn new(
         geometry: &Geometry,
         packs: &Packs,
-        (constants, seams): (&Constants, &Seams),
+        constants: &Constants,
         kind: ElementKind,
     ) -> Self {
         let mut assembly = Self::default();
@@ -101,8 +102,6 @@ impl Assembly {
             });
             assembly.pack_tables.push(tables);
         }
-        assembly.assemble(geometry, packs, seams);
-        assembly.take_joints_out(packs);
         assembly
     }
 
@@ -169,8 +168,15 @@ impl Assembly {
         }
     }
 
-    /// Sums mass and stiffness over the elements at each node.
-    fn assemble(&mut self, geometry: &Geometry, packs: &Packs, seams: &Seams) {
+    /// Sums mass and stiffness over the elements at each node; `bonds` has those of joints between
+    /// faces that do not match, by node.
+    pub(crate) fn assemble(
+        &mut self,
+        geometry: &Geometry,
+        packs: &Packs,
+        seams: &Seams,
+        bonds: &[(usize, [f64; 4])],
+    ) {
         // Mass and the three numbers of the diagonal of each node.
         let mut nodes = vec![[0.0; 4]; geometry.n_nodes];
         for (pack, tables) in packs.packs.iter().zip(&self.pack_tables) {
@@ -187,6 +193,9 @@ impl Assembly {
         for at in 0..3 * packs.packs.len() {
             scatter_springs(geometry, packs, seams, (at / 3, at % 3), &mut nodes);
         }
+        for (node, more) in bonds {
+            (0..4).for_each(|k| nodes[*node][k] += more[k]);
+        }
         for pack in packs.packs.iter().filter(|pack| pack.rigid) {
             self.rigid.push(rigid_matter(geometry, pack, &mut nodes));
         }
@@ -200,6 +209,7 @@ impl Assembly {
                 list.len() as u32 - 1
             }));
         }
+        self.take_joints_out(packs);
     }
 }
 

@@ -51,6 +51,8 @@ pub(crate) struct Motion {
     /// One for each [`Inertia`], under the same number.
     pub(crate) classes: Vec<Coefficients>,
     damping: Damping,
+    /// β of damping by the stiffness of the blocks `[s]`.
+    pub(crate) stiffness: f64,
     /// α of local damping.
     pub(crate) local: f64,
     /// Velocities are at a whole step: the first half step of a stage.
@@ -70,7 +72,7 @@ impl Motion {
             let c = match damping {
                 Damping::Ratio(zeta) => 2.0 * zeta * (m * k).sqrt(),
                 Damping::Mass(alpha) => alpha * m,
-                Damping::Local(_) | Damping::None => 0.0,
+                Damping::Stiffness(_) | Damping::Local(_) | Damping::None => 0.0,
             };
             (m, c)
         };
@@ -82,6 +84,7 @@ impl Motion {
             time_step,
             classes: assembly.inertia.iter().map(class).collect(),
             damping,
+            stiffness: damping.stiffness(),
             local: if let Damping::Local(alpha) = damping { alpha } else { 0.0 },
             start: false,
             damped: damping != Damping::None,
@@ -103,7 +106,7 @@ impl Motion {
                 let [x, y, z] = [rate(0), rate(1), rate(2)];
                 [x, y, z, (x + y + z) / 3.0]
             }
-            Damping::Local(_) | Damping::None => [0.0; 4],
+            Damping::Stiffness(_) | Damping::Local(_) | Damping::None => [0.0; 4],
         }
     }
 

@@ -22,6 +22,8 @@ pub(crate) struct Input<'a> {
     pub(crate) look: Look<'a>,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
+    /// Velocities to which the bodies answer with β times their stiffness, and β `[s]`.
+    pub(crate) viscous: Option<(&'a [Lanes], f64)>,
     /// Bodies by pack and lane that have supports; empty: none.
     pub(crate) held: &'a [[bool; LANES]],
 }
@@ -46,6 +48,8 @@ pub(crate) struct Workspace {
 pub(crate) struct Output<'a> {
     /// Forces on the pack's own nodes `[N]`, overwritten.
     pub(crate) f: &'a mut [Lanes],
+    /// What of them is viscous, against the motion, overwritten; if the bodies are.
+    pub(crate) viscous: Option<&'a mut [Lanes]>,
     /// Forces on the upper neighbours' nodes `[N]` and torques `[N m]`, overwritten.
     pub(crate) shares: &'a mut [Lanes],
     /// Residual torque on the pack's own bodies `[N m]`, overwritten.

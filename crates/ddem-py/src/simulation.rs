@@ -103,7 +103,7 @@ impl Simulation {
     ///     Simulated time [s].
     /// damping : float, dict or "none", optional
     ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck
-    ///     ``{"mass": alpha}``, ``{"local": 0.8}``; none without it.
+    ///     ``{"mass": alpha}``, ``{"stiffness": beta}``, ``{"local": 0.8}``; none without it.
     /// time_step : float, optional
     ///     [s]; without it a part of the critical one that fills the duration.
     /// record : path, optional

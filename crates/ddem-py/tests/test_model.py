@@ -192,6 +192,7 @@ def test_where_may_be_written_as_in_the_deck() -> None:
         (np.float32(0.5), {"ratio": 0.5}),
         ({"ratio": 0.05}, {"ratio": 0.05}),
         ({"mass": 3}, {"mass": 3.0}),
+        ({"stiffness": 1e-5}, {"stiffness": 1e-5}),
         ({"local": 0.8}, {"local": 0.8}),
         ("none", "none"),
     ],

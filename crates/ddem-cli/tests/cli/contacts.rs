@@ -133,3 +133,16 @@ fn an_interrupted_slide_goes_on_bit_for_bit() {
         assert!(read("whole") == read("parts"), "{name}");
     }
 }
+
+/// Deformable blocks that slide are to have some damping; rigid ones need none.
+#[test]
+fn undamped_blocks_that_slide_are_warned_of() {
+    let soft = |text: &str| text.replacen("body = 'rigid'", "divisions = 1", 2);
+    let doubt = "deformable blocks have slid without damping";
+    for (damping, warned) in [("'none'", true), ("{ stiffness = 1e-5 }", false)] {
+        let went = said(|text| soft(text).replace("'none'", damping), "");
+        assert_eq!(went.status, Some(0), "{}", went.stderr);
+        assert_eq!(went.stderr.contains(doubt), warned, "{}", went.stderr);
+    }
+    assert!(!said(str::to_owned, "").stderr.contains(doubt));
+}

@@ -13,7 +13,7 @@ use self::cavity::{between, cavities, walls};
 use self::shell::{Mesh, Shell};
 use crate::deck;
 use crate::error::Fault;
-use crate::geometry::{Face, Geometry, Region, Surface, Vec3, faces};
+use crate::geometry::{Abutment, Face, Geometry, Region, Surface, Vec3, faces};
 
 /// The gas of a charge that expands.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +97,7 @@ impl Charge {
             let joints = faces(geometry).into_iter().map(|face| sides(&face));
             let inside = joints.filter(|sides| selects(region, geometry, sides));
             parts.extend(inside.map(|sides| seam(geometry, &sides)));
+            doubts.extend(beside(index, region, geometry));
         }
         if parts.is_empty() {
             return Err(no_face(index, region, geometry));
@@ -193,6 +194,28 @@ fn sides(face: &Face) -> [Surface; 2] {
 
 fn selects(region: &Region, geometry: &Geometry, sides: &[Surface; 2]) -> bool {
     region.has_set(geometry.set(sides[0].body)) && region.contains(&between(geometry, sides))
+}
+
+/// What is to be said of joints between faces that do not match, which no gas gets into.
+fn beside(index: usize, region: &Region, geometry: &Geometry) -> Option<String> {
+    let on = |abutment: &&Abutment| {
+        let side = |i: usize| {
+            let (body, face) = (abutment.blocks[i] as usize, abutment.faces[i]);
+            Surface { body, normal: face.direction, side: if face.upper { 1 } else { -1 } }
+        };
+        let [a, b] = [side(0), side(1)];
+        // The joint is where its smaller face is.
+        let edge = |side: &Surface| geometry.shortest_edge(side.body);
+        let finer = if edge(&b) < edge(&a) { b } else { a };
+        region.has_set(geometry.set(finer.body)) && region.contains(&finer.centre(geometry))
+    };
+    let number = geometry.abutments.iter().filter(on).count();
+    (number > 0).then(|| {
+        format!(
+            "charge {index}: gas does not get into joints between faces that do not match, {number} of \
+             which are in its region: refine as far as it reaches"
+        )
+    })
 }
 
 /// The surface of a gas in a joint: both faces, and what is between their edges.

@@ -10,12 +10,12 @@ use rayon::prelude::*;
 
 use super::fit::Fitting;
 use super::release::{LOOSE, Load, Release, SLID};
-use super::{Both, Patch, Placing, Point, Surfaces};
+use super::{Both, Patch, Placed, Placing, Point, Surfaces};
 use crate::breaks::{self, Look, Losses};
 use crate::deck::Deck;
 use crate::element::corotation::Frame;
 use crate::geometry::{Abutment, Geometry, Vec3};
-use crate::in_situ::InSitu;
+use crate::in_situ::{Stress, between};
 use crate::lanes::Lanes;
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
 use crate::pack::Packs;
@@ -48,7 +48,7 @@ impl Fitting<'_> {
         &self,
         abutment: &Abutment,
         [normal, shear]: [f64; 2],
-        in_situ: Option<&InSitu>,
+        stresses: &[Option<Stress>],
     ) -> Seated {
         let mut quads = Vec::new();
         let mut patch = self.abutting(abutment, &mut |corners| quads.extend(quads_of(corners)));
@@ -67,11 +67,14 @@ impl Fitting<'_> {
         };
         let mut pairs: Box<[Pair]> = patch.points.iter().map(pair).collect();
         // It bears the stress that is there at the start.
-        let at = |point: &Point| self.placing.position(a, face_a, &point.spots[0]);
-        let points: Vec<Vec3> = patch.points.iter().map(at).collect();
-        let across =
-            |stress: &InSitu| stress.across(patch.blocks, &patch.now[0], (&points, &quads));
-        for (pair, traction) in pairs.iter_mut().zip(in_situ.and_then(across).unwrap_or_default()) {
+        let middle = |point: &Point| {
+            let [x, y] = &point.spots;
+            (self.placing.position(a, face_a, x) + self.placing.position(b, face_b, y)) / 2.0
+        };
+        let points: Vec<Vec3> = patch.points.iter().map(middle).collect();
+        let both = patch.blocks.map(|block| stresses[block as usize]);
+        let tractions = between(both, &patch.now[0], (&points, &quads)).unwrap_or_default();
+        for (pair, traction) in pairs.iter_mut().zip(tractions) {
             let own = axes.tr_mul(&traction);
             pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
         }
@@ -95,7 +98,7 @@ pub(crate) struct Seated {
 pub(crate) fn seated(
     surfaces: &Surfaces,
     (deck, geometry, packs): (&Deck, &Geometry, &Packs),
-    (first, in_situ): (usize, Option<&InSitu>),
+    (first, stresses): (usize, &[Option<Stress>]),
 ) -> Vec<Seated> {
     let joints = deck.joints.values().map(|joint| joint.stiffness(&deck.materials));
     let joints: Vec<[f64; 2]> = joints.map(Option::unwrap_or_default).collect();
@@ -110,7 +113,7 @@ pub(crate) fn seated(
     };
     let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
     let bond =
-        |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)], in_situ);
+        |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)], stresses);
     let mut seated: Vec<Seated> = geometry.abutments.par_iter().map(bond).collect();
     let mut next = first;
     for joint in &mut seated {
@@ -118,6 +121,37 @@ pub(crate) fn seated(
         next += joint.patch.points.len();
     }
     seated
+}
+
+/// Mass `[kg]` and diagonal of the stiffness `[N/m]` that joints have at nodes; `layers` is the mass of each
+/// joint by area `[kg/m²]`, half of which goes to each side.
+pub(crate) fn at_nodes(
+    seated: &[Seated],
+    (blocks, geometry): (&[Placed], &Geometry),
+    layers: &[f64],
+) -> Vec<(usize, [f64; 4])> {
+    let mut at_nodes = Vec::new();
+    for Seated { patch, .. } in seated {
+        let Some(bond) = &patch.bond else { continue };
+        if patch.blocks.iter().any(|&block| geometry.is_gone(block as usize)) {
+            continue;
+        }
+        let layer = 0.5 * layers[usize::from(bond.joint)];
+        let [normal, shear] = patch.both.stiffness;
+        let stiffness = patch.axes[0].map(|n| normal * n * n + shear * (1.0 - n * n));
+        for (side, face) in patch.faces().into_iter().enumerate() {
+            let block = patch.blocks[side] as usize;
+            let first = geometry.bodies[block].first_node as usize;
+            for point in &patch.points {
+                for (node, weight) in blocks[block].shares(face, &point.spots[side]) {
+                    let part = weight * point.area;
+                    let [x, y, z] = <[f64; 3]>::from(stiffness * (weight * part));
+                    at_nodes.push((first + node, [layer * part, x, y, z]));
+                }
+            }
+        }
+    }
+    at_nodes
 }
 
 /// A polygon as quadrilaterals from its first corner; the last one may have two corners in one.

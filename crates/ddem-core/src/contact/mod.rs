@@ -48,7 +48,7 @@ pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};
 
 use act::act;
-pub(crate) use bond::{Bond, Pair, Seated, seated};
+pub(crate) use bond::{Bond, Pair, Seated, at_nodes, seated};
 use place::placed;
 use release::release;
 pub(crate) use skins::{Both, Skins};

@@ -166,6 +166,7 @@ impl<'de> Deserialize<'de> for Damping {
         enum Key {
             Ratio,
             Mass,
+            Stiffness,
             Local,
         }
 
@@ -176,7 +177,8 @@ impl<'de> Deserialize<'de> for Damping {
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(
-                    "`\"none\"`, `{ ratio = number }`, `{ mass = number }` or `{ local = number }`",
+                    "`\"none\"`, `{ ratio = number }`, `{ mass = number }`, `{ stiffness = number }` or \
+                     `{ local = number }`",
                 )
             }
 
@@ -193,6 +195,7 @@ impl<'de> Deserialize<'de> for Damping {
                     Ok(match key {
                         Key::Ratio => Damping::Ratio(number),
                         Key::Mass => Damping::Mass(number),
+                        Key::Stiffness => Damping::Stiffness(number),
                         Key::Local => Damping::Local(number),
                     })
                 })

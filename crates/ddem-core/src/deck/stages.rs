@@ -59,20 +59,34 @@ pub enum Damping {
     Ratio(f64),
     /// `c = α m`, α given `[1/s]`.
     Mass(f64),
+    /// `C = β K` with the stiffness K of the blocks, β given `[s]`: a vibration of a block at f Hz has
+    /// the ratio `π f β`. Motions of whole blocks are left alone.
+    Stiffness(f64),
     /// Cundall's local damping, `F_d = −α |F| sign v`, α in [0, 1).
     Local(f64),
 }
 
 impl Damping {
-    /// Part of the undamped critical step up to which steps are stable (§6). Local damping adds to a
-    /// force that slows a node down, as in the fastest mode every force does: that mode is
-    /// 1 + α times as stiff, `1/√(1 + α)`. The others are part of the scheme.
+    /// The longest stable step where `critical` is that without damping `[s]` (§6). Local damping adds
+    /// to a force that slows a node down, as in the fastest mode every force does: that mode is
+    /// 1 + α times as stiff, `1/√(1 + α)`. That of the stiffness works with velocities half a step old:
+    /// `√(1 + ξ²) − ξ` with `ξ = β/Δt_c`. The others are part of the scheme.
     #[must_use]
-    pub fn stable_part(self) -> f64 {
+    pub fn stable_step(self, critical: f64) -> f64 {
         match self {
-            Self::Local(alpha) => (1.0 + alpha).sqrt().recip(),
-            Self::None | Self::Ratio(_) | Self::Mass(_) => 1.0,
+            Self::Local(alpha) => critical / (1.0 + alpha).sqrt(),
+            // √(1 + ξ²) − ξ without the difference of large numbers.
+            Self::Stiffness(beta) => {
+                let xi = beta / critical;
+                critical / ((1.0 + xi * xi).sqrt() + xi)
+            }
+            Self::None | Self::Ratio(_) | Self::Mass(_) => critical,
         }
+    }
+
+    /// β of damping by the stiffness of the blocks `[s]`; 0: none.
+    pub(crate) fn stiffness(self) -> f64 {
+        if let Self::Stiffness(beta) = self { beta } else { 0.0 }
     }
 }
 

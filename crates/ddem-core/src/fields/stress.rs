@@ -25,7 +25,7 @@ pub(crate) struct Strained<'a> {
 
 impl Simulation {
     /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
-    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block.
+    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block. Rigid blocks have none: 0.
     #[must_use]
     pub fn stresses(&self) -> Vec<[f64; 6]> {
         (0..self.model.n_blocks())
@@ -49,6 +49,9 @@ impl Simulation {
     pub(crate) fn strained(&self, block: usize) -> Option<Strained<'_>> {
         let model = &self.model;
         let (pack, lane) = model.packs.slot(block);
+        if model.packs.packs[pack].rigid {
+            return None;
+        }
         let table = &model.assembly.tables[model.assembly.pack_tables[pack][0] as usize];
         let element = &model.assembly.elements[table.elements[lane]? as usize];
         let first = &model.packs.packs[pack];

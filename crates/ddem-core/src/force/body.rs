@@ -6,7 +6,9 @@ use fearless_simd_macros::simd;
 use crate::element::lattice::force;
 use crate::in_situ::Borne;
 use crate::kinematics::turn;
-use crate::lanes::{Lanes, add, cross, load, load_at, store_at, sub, times, zero};
+use crate::lanes::{
+    Lanes, add, cross, load, load_at, scale, splat, store_at, sub, times, transposed_times, zero,
+};
 use crate::pass::{Input, Output, Workspace, half_work};
 
 /// Forces of the bodies of one pack.
@@ -26,6 +28,9 @@ pub(crate) fn body<S: Simd>(
     *out.torque = [Lanes::ZERO; 3];
     if pack.rigid {
         out.f.fill(Lanes::ZERO);
+        if let Some(drag) = &mut out.viscous {
+            drag.fill(Lanes::ZERO);
+        }
         return;
     }
     work.reserve(3 * shape.nodes);
@@ -43,7 +48,7 @@ pub(crate) fn body<S: Simd>(
         if let Some([bodies, _]) = &mut out.energy {
             *bodies = Lanes::from(energy(simd, borne, u, g));
         }
-        return;
+        return resist(simd, input, index, out, work);
     };
     let frame = &frames[index];
     let rotation = frame.matrix(simd);
@@ -63,6 +68,47 @@ pub(crate) fn body<S: Simd>(
     *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
     if let Some([bodies, _]) = &mut out.energy {
         *bodies = Lanes::from(energy(simd, borne, local, g));
+    }
+    resist(simd, input, index, out, work);
+}
+
+/// §6: `f −= β R K Rᵀ v`, where the bodies are viscous. Whole motions of a block have no part in it, up to the
+/// turning of its strain. `work` holds the local displacements, whose arms the torque has.
+#[simd]
+fn resist<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    index: usize,
+    out: &mut Output<'_>,
+    work: &mut Workspace,
+) {
+    let (Some((v, beta)), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else { return };
+    let pack = &input.moved.packs.packs[index];
+    let shape = input.moved.packs.shape_of(pack);
+    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
+    let v = &v[3 * pack.start..3 * (pack.start + shape.nodes)];
+    let (dims, beta) = (shape.dims(0), splat(simd, beta));
+    let Workspace { planes, local, g, way, .. } = work;
+    let (g, way) = (&mut g[..v.len()], &mut way[..v.len()]);
+    let rotation = input.moved.frames.map(|frames| frames[index].matrix(simd));
+    for node in 0..shape.nodes {
+        let v = load_at(simd, v, 3 * node);
+        store_at(way, 3 * node, rotation.map_or(v, |r| transposed_times(&r, v)));
+    }
+    force(simd, dims, &table.table, way, g, planes);
+    let mut torque = zero(simd);
+    for node in 0..shape.nodes {
+        let mut force = scale(load_at(simd, g, 3 * node), beta);
+        if let Some(rotation) = &rotation {
+            torque = add(torque, cross(load_at(simd, local, 3 * node), force));
+            force = times(rotation, force);
+        }
+        store_at(drag, 3 * node, force);
+        store_at(out.f, 3 * node, sub(load_at(simd, out.f, 3 * node), force));
+    }
+    if let Some(rotation) = &rotation {
+        let [x, y, z] = add(load(simd, out.torque), times(rotation, torque));
+        *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
     }
 }
 

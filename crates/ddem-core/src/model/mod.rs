@@ -7,6 +7,8 @@ mod excavation;
 mod meeting;
 mod unbalanced;
 
+use meeting::at_bonds;
+
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
@@ -76,7 +78,6 @@ impl Model {
         let borders = Borders::new(made, &conditions)?;
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
-        let assembly = Assembly::new(&geometry, &packs, (&constants, &seams), deck.model.element);
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |region: &Where| Region::new(region, &geometry.bounds, &names);
         let stresses = stresses(deck, &geometry, region)?;
@@ -84,12 +85,15 @@ impl Model {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
+        let mut assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
         let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
         let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
         let first = faces.last().map_or(0, Face::end);
-        let (all, start) = ((deck, &geometry, &packs), (first, in_situ.as_ref()));
+        let (all, start) = ((deck, &geometry, &packs), (first, &stresses[..]));
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
+        let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
+        assembly.assemble(&geometry, &packs, &seams, &bonds);
+        let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         Ok(Self {
             packs,
             assembly,

@@ -303,13 +303,17 @@ fn damping_kind(damping: Damping) -> u64 {
         Damping::Ratio(_) => 1,
         Damping::Mass(_) => 2,
         Damping::Local(_) => 3,
+        Damping::Stiffness(_) => 4,
     }
 }
 
 fn damping_number(damping: Damping) -> f64 {
     match damping {
         Damping::None => 0.0,
-        Damping::Ratio(number) | Damping::Mass(number) | Damping::Local(number) => number,
+        Damping::Ratio(number)
+        | Damping::Mass(number)
+        | Damping::Stiffness(number)
+        | Damping::Local(number) => number,
     }
 }
 
@@ -319,6 +323,7 @@ fn damping(kind: u64, number: f64) -> Option<Damping> {
         1 => Damping::Ratio(number),
         2 => Damping::Mass(number),
         3 => Damping::Local(number),
+        4 => Damping::Stiffness(number),
         _ => return None,
     })
 }

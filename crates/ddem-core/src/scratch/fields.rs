@@ -1,11 +1,13 @@
 //! The fields that passes over the packs borrow, cut between tasks.
 
+use fearless_simd::{Simd, f64x4};
+
 use super::Spaces;
 use crate::boundary::Outside;
 use crate::breaks::{Losses, PackBreaks};
 use crate::conditions::Active;
 use crate::element::corotation::Frame;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::{LANES, Lanes, splat};
 use crate::pack::Packs;
 use crate::parallel::{Split, node_start, rigid_start, share_start};
 use crate::rigid::Pose;
@@ -48,6 +50,8 @@ impl Split for Relaxing<'_> {
 /// Fields of the first pass, of a run of packs.
 pub(crate) struct Forces<'a> {
     pub(crate) f: &'a mut [Lanes],
+    /// Empty where bodies are not viscous.
+    pub(crate) viscous: &'a mut [Lanes],
     pub(crate) shares: &'a mut [Lanes],
     pub(crate) torques: &'a mut [[Lanes; 3]],
     /// Empty when energies are not asked for.
@@ -62,6 +66,8 @@ pub(crate) struct Balancing<'a> {
     pub(super) active: &'a Active,
     pub(super) outside: &'a Outside,
     pub(super) f: &'a mut [Lanes],
+    /// Empty where bodies are not viscous.
+    pub(super) viscous: &'a [Lanes],
     pub(super) torques: &'a mut [[Lanes; 3]],
     pub(super) sums: &'a mut [Sums],
     pub(super) reactions: &'a mut [f64],
@@ -81,6 +87,8 @@ pub(crate) struct Moving<'a> {
 /// One pack of the two passes' borrowed fields.
 pub(crate) struct Part<'a> {
     pub(crate) f: &'a mut [Lanes],
+    /// Viscous forces of the bodies, against the motion; empty where they are not viscous.
+    viscous: &'a [Lanes],
     pub(crate) torque: &'a mut [Lanes; 3],
     pub(crate) sums: &'a mut Sums,
     pub(crate) reactions: &'a mut [f64],
@@ -89,6 +97,14 @@ pub(crate) struct Part<'a> {
     /// Loads; of no meaning unless `loaded`.
     pub(crate) q: &'a mut Vec<Lanes>,
     pub(crate) loaded: bool,
+}
+
+impl Part<'_> {
+    /// Viscous force on one component of one node.
+    #[inline(always)]
+    pub(crate) fn viscous<S: Simd>(&self, simd: S, at: usize) -> f64x4<S> {
+        self.viscous.get(at).map_or(splat(simd, 0.0), |lanes| lanes.load(simd))
+    }
 }
 
 impl Balancing<'_> {
@@ -108,6 +124,7 @@ impl Balancing<'_> {
         let drag = self.outside.first(first);
         let drags = self.outside.first(index) - drag..self.outside.first(index + 1) - drag;
         Part {
+            viscous: self.viscous.get(nodes.clone()).unwrap_or(&[]),
             f: &mut self.f[nodes],
             torque: &mut self.torques[index - first],
             sums: &mut self.sums[index - first],
@@ -124,6 +141,7 @@ impl Split for Forces<'_> {
         let nodes = node_start(packs, at) - node_start(packs, first);
         let shares = share_start(packs, at) - share_start(packs, first);
         let (f, f_high) = self.f.split_at_mut(nodes);
+        let (viscous, viscous_high) = self.viscous.split_at_mut(nodes.min(self.viscous.len()));
         let (shares, shares_high) = self.shares.split_at_mut(shares);
         let (torques, torques_high) = self.torques.split_at_mut(at - first);
         let (energies, energies_high) =
@@ -132,9 +150,10 @@ impl Split for Forces<'_> {
         let (losses, losses_high) = self.losses.split_at_mut(at - first);
         let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
         (
-            Self { f, shares, torques, energies, breaks, losses, workspaces },
+            Self { f, viscous, shares, torques, energies, breaks, losses, workspaces },
             Self {
                 f: f_high,
+                viscous: viscous_high,
                 shares: shares_high,
                 torques: torques_high,
                 energies: energies_high,
@@ -152,6 +171,7 @@ impl Split for Balancing<'_> {
         let nodes = node_start(packs, at) - node_start(packs, first);
         let supports = active.first_support(at) - active.first_support(first);
         let (f, f_high) = self.f.split_at_mut(nodes);
+        let (viscous, viscous_high) = self.viscous.split_at(nodes.min(self.viscous.len()));
         let (torques, torques_high) = self.torques.split_at_mut(at - first);
         let (sums, sums_high) = self.sums.split_at_mut(at - first);
         let (reactions, reactions_high) = self.reactions.split_at_mut(supports);
@@ -159,11 +179,12 @@ impl Split for Balancing<'_> {
         let (drags, drags_high) = self.drags.split_at_mut(drags);
         let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
         (
-            Self { active, outside, f, torques, sums, reactions, drags, workspaces },
+            Self { active, outside, f, viscous, torques, sums, reactions, drags, workspaces },
             Self {
                 active,
                 outside,
                 f: f_high,
+                viscous: viscous_high,
                 torques: torques_high,
                 sums: sums_high,
                 reactions: reactions_high,

@@ -29,6 +29,8 @@ pub(crate) use fields::{Balancing, Forces, Moving, Part, Relaxing};
 pub(crate) struct Scratch {
     /// Forces on the nodes `[N]`.
     pub(crate) f: Vec<Lanes>,
+    /// Viscous forces of the bodies against the motion `[N]`; empty where they are not viscous.
+    viscous: Vec<Lanes>,
     /// What joint cells do to upper neighbours.
     shares: Vec<Lanes>,
     /// Residual torques of the packs `[N m]`.
@@ -72,6 +74,7 @@ impl Scratch {
         let runs = runs(packs);
         let mut scratch = Self {
             f: vec![Lanes::ZERO; 3 * packs.nodes],
+            viscous: Vec::new(),
             shares: vec![Lanes::ZERO; 3 * packs.shares],
             torques: vec![[Lanes::ZERO; 3]; n],
             frames: vec![Frame::REST; n],
@@ -92,7 +95,7 @@ impl Scratch {
 
     /// Memory in use `[bytes]`, the working spaces of the tasks aside.
     pub(crate) fn bytes(&self) -> usize {
-        let lanes = self.f.len() + self.shares.len() + 5 * self.torques.len();
+        let lanes = self.f.len() + self.viscous.len() + self.shares.len() + 5 * self.torques.len();
         lanes * size_of::<Lanes>()
             + self.frames.len() * size_of::<Frame>()
             + self.sums.len() * (size_of::<Sums>() + size_of::<Losses>())
@@ -160,9 +163,12 @@ impl Scratch {
         &'a mut self,
         breaks: &'a mut Breaks,
         energies: bool,
+        viscous: bool,
     ) -> (Forces<'a>, &'a [Frame], &'a [Range<usize>]) {
+        self.viscous.resize(if viscous { self.f.len() } else { 0 }, Lanes::ZERO);
         let fields = Forces {
             f: &mut self.f,
+            viscous: &mut self.viscous,
             shares: &mut self.shares,
             torques: &mut self.torques,
             energies: if energies { &mut self.energies } else { &mut [] },
@@ -184,6 +190,7 @@ impl Scratch {
             active,
             outside,
             f: &mut self.f,
+            viscous: &self.viscous,
             torques: &mut self.torques,
             sums: &mut self.sums,
             reactions: &mut self.reactions,

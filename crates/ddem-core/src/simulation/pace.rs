@@ -96,7 +96,7 @@ impl Simulation {
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
     /// critical step, 0.8 once pairs have failed, a quarter of that where rigid blocks may meet, and of a
-    /// shorter one with local damping ([`Damping::stable_part`]); with a `duration` `[s]` it is shrunk
+    /// shorter one with some damping ([`Damping::stable_step`]); with a `duration` `[s]` it is shrunk
     /// so that whole steps fill it. Returns the number of steps that fill the duration (0 without one).
     ///
     /// # Errors
@@ -109,9 +109,8 @@ impl Simulation {
         time_step: TimeStep,
         duration: Option<f64>,
     ) -> Result<u64, RunError> {
-        let part = damping.stable_part();
-        let critical = part * self.critical_step()?;
-        let largest = part * self.critical(false)?;
+        let critical = damping.stable_step(self.critical_step()?);
+        let largest = damping.stable_step(self.critical(false)?);
         self.settle();
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
@@ -157,7 +156,8 @@ impl Simulation {
     /// still those of the intact model.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.breaks();
-        let safe = self.damping.stable_part() * self.resolved() * self.safe_step()?;
+        let safe = self.safe_step()?;
+        let safe = self.resolved() * self.damping.stable_step(safe);
         if self.motion.time_step <= safe {
             return Ok(());
         }

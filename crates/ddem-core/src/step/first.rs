@@ -34,6 +34,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Velocities and the time step that they are of, for the way of the last step.
     pub(crate) way: (&'a [Lanes], f64),
+    /// Velocities to which the bodies answer with β times their stiffness, and β `[s]`.
+    pub(crate) viscous: Option<(&'a [Lanes], f64)>,
     /// Bodies by pack and lane that have supports.
     pub(crate) held: &'a [[bool; LANES]],
     /// Without the rotations of the blocks, whatever the kinematics.
@@ -52,6 +54,7 @@ impl<'a> Pass<'a> {
             time: 0.0,
             last: None,
             way: (u, 0.0),
+            viscous: None,
             held: &[],
             linear: true,
             energies: false,
@@ -77,7 +80,7 @@ pub(crate) fn forces(
         }
         None => 0.0,
     };
-    let (fields, frames, runs) = scratch.forces(breaks, pass.energies);
+    let (fields, frames, runs) = scratch.forces(breaks, pass.energies, pass.viscous.is_some());
     let input = input(pass, frames);
     spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
         dispatch!(level, simd => run_forces(simd, input, &run, fields));
@@ -122,7 +125,7 @@ fn meeting<'a>(
 }
 
 pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
-    let Pass { model, u, failing, time, last, held, linear, .. } = pass;
+    let Pass { model, u, failing, time, last, viscous, held, linear, .. } = pass;
     let frames = (model.corotational() && !linear).then_some(frames);
     Input {
         moved: Moved { packs: &model.packs, u, frames },
@@ -131,6 +134,7 @@ pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
         in_situ: model.in_situ.as_ref().filter(|_| !linear),
         look: Look { failing, time, laws: &model.laws },
         last,
+        viscous,
         held,
     }
 }
@@ -172,6 +176,7 @@ fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Fo
         let shares =
             share_start(packs, pack) - first_share..share_start(packs, pack + 1) - first_share;
         let mut out = Output {
+            viscous: fields.viscous.get_mut(nodes.clone()),
             f: &mut fields.f[nodes],
             shares: &mut fields.shares[shares],
             torque: &mut fields.torques[pack - run.start],

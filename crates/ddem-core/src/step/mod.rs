@@ -205,7 +205,7 @@ fn run_balance<S: Simd>(
             }
             if context.motion.damped {
                 let mean = if start { old } else { (old + new) * 0.5 };
-                tally.damped(local + c * mean, old, new);
+                tally.damped(local + c * mean + part.viscous(simd, at), old, new);
             }
         }
         tally.give(part.sums);
@@ -305,7 +305,7 @@ fn advance_pack<S: Simd>(
         }
         if motion.damped {
             let mean = if motion.start { old } else { (old + new) * 0.5 };
-            tally.damped(local + c * mean, old, new);
+            tally.damped(local + c * mean + part.viscous(simd, at), old, new);
         }
         *v = Lanes::from(new);
     }
@@ -351,6 +351,7 @@ impl<'a> Context<'a> {
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
             way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
+            viscous: (self.motion.stiffness > 0.0).then_some((v, self.motion.stiffness)),
             held: &self.active.held_bodies,
             linear: false,
             energies,

@@ -357,3 +357,24 @@ fn doubts_about_supports_on_both_sides_of_a_joint() {
     // With both blocks held nothing is lost.
     assert!(!glued(weak(), 2.0));
 }
+
+#[test]
+fn doubts_about_units() {
+    let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.01);
+    let stuff = Material { density: 2.4, young: 18.0, poisson: 0.25 };
+    deck.materials.insert("light".into(), stuff);
+    let joint = Joint { friction: Some(0.6), ..spring_with_tension() };
+    deck.joints.insert("smooth".into(), joint);
+    (deck.contact.friction, deck.contact.restitution) = (Some(1.0), Some(0.0));
+    deck.model.contact = Some(true);
+    let warnings = model(&deck).warnings();
+    let expected = [
+        "material `light`: `young` is 18 Pa: 18 GPa would be written 1.8e10",
+        "material `light`: `density` is 2.4 kg/m³: 2.4 t/m³ would be written 2400",
+        "joint `smooth`: `friction` is an angle, 0.6 degrees: a coefficient of 0.6 would be written 31.0",
+        "[contact]: `friction` is an angle, 1 degrees: a coefficient of 1 would be written 45.0",
+        "[contact]: no `restitution` below 0.135 can be had, and 0 gives that: what is to come to \
+         rest wants a stage with `damping = { local = 0.8 }`",
+    ];
+    assert_eq!(warnings, expected);
+}

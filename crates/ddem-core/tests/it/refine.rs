@@ -1,8 +1,8 @@
 //! Blocks that are split, sets that touch, and the joints between faces that do not match.
 
 use ddem_core::deck::{
-    Assign, BlockSet, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load, Refine,
-    TimeStep, Where,
+    Assign, BlockSet, Charge, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load,
+    Material, Refine, TimeStep, Where,
 };
 use ddem_core::{FIELDS, Model, Relaxed, Saved, Simd, Simulation};
 
@@ -319,4 +319,34 @@ fn what_cannot_be_split_is_said() {
         deck.refine.truncate(1);
     });
     assert!(bare.contains("have no joint"), "{bare}");
+}
+
+/// Layers between faces that do not match have their mass: of one density, a body has that of its volume.
+#[test]
+fn layers_of_joints_have_their_mass() {
+    for factor in [2, 3] {
+        let mut deck = deck([2, 3, 2], [2.0, 3.0, 2.0], 2, 0.06);
+        let density = deck.materials["rock"].density;
+        deck.materials.insert("clay".into(), Material { density, ..deck.materials["clay"] });
+        deck.refine = vec![refine(range(1, 1.0, 2.0), factor)];
+        let model = model(&deck);
+        let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
+        assert!((mass / (density * 12.0) - 1.0).abs() < 1e-12, "{mass}");
+    }
+}
+
+/// Gas pushes joints, and says so of those that it does not.
+#[test]
+fn charges_say_what_they_do_not_push() {
+    let mut deck = deck([2, 3, 2], [2.0, 3.0, 2.0], 2, 0.02);
+    deck.refine = vec![refine(range(1, 1.0, 2.0), 2)];
+    let warned = |deck: &mut Deck, from: f64| {
+        let region = range(1, from, 2.5);
+        deck.charge = vec![Charge { region, pressure: Some(1e6), ..Charge::default() }];
+        let warnings = model(deck).warnings();
+        warnings.iter().any(|text| text.contains("16 of which are in its region"))
+    };
+    assert!(warned(&mut deck, 1.2));
+    deck.refine = vec![refine(range(1, 1.0, 3.0), 2)];
+    assert!(!warned(&mut deck, 1.2));
 }

@@ -77,3 +77,14 @@ fn forces_follow_from_the_energy() {
         assert!((slope - work).abs() < 2.0, "{block} {k}: {slope} {work}");
     }
 }
+
+/// Rounding of the corners of a block that has turned is no strain.
+#[test]
+fn rigid_blocks_have_no_stress() {
+    let mut simulation = Simulation::new(Model::new(&pair()).unwrap());
+    let model = simulation.model();
+    let motion = (Vector3::new(1e3, -2e3, 5.0), Vector3::new(1.0, 0.5, -0.7));
+    let u = displacements(model, &vec![motion; model.n_blocks()]);
+    simulation.set_displacements(&u);
+    assert!(simulation.stresses().iter().all(|stress| *stress == [0.0; 6]));
+}

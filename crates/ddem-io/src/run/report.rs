@@ -194,7 +194,7 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
     }
     let mut faults = Vec::new();
     for (index, stage) in stages.iter().enumerate().filter(|(_, stage)| dynamic(stage)) {
-        let critical = stage.damping.unwrap_or_default().stable_part() * critical;
+        let critical = stage.damping.unwrap_or_default().stable_step(critical);
         if let Some(TimeStep::Seconds(step)) = stage.time_step
             && step > critical
         {
@@ -244,13 +244,13 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
     let near = simulation.contact_counts().near as u64;
     let model = simulation.model();
     let deck = model.deck();
-    let automatic = simulation.automatic_part() * critical_step;
+    let part = simulation.automatic_part();
     let stages = deck.stage.iter().map(|stage| match stage.kind {
         StageKind::Relax => (stage.name.clone(), stage.max_steps.unwrap_or(200_000), 0.0, 0.0),
         StageKind::Dynamic => {
             let step = match stage.time_step {
                 Some(TimeStep::Seconds(step)) => step,
-                _ => automatic * stage.damping.unwrap_or_default().stable_part(),
+                _ => part * stage.damping.unwrap_or_default().stable_step(critical_step),
             };
             let steps = (stage.duration.unwrap_or(0.0) / step - 1e-9).ceil().max(1.0);
             (stage.name.clone(), steps as u64, step, 0.0)
@@ -284,7 +284,7 @@ pub(super) fn unsafe_steps(simulation: &mut Simulation, stages: &[Stage]) -> Vec
     let mut warnings = Vec::new();
     for (stage, step) in given {
         let Ok(safe) = simulation.safe_step() else { break };
-        let safe = stage.damping.unwrap_or_default().stable_part() * safe;
+        let safe = stage.damping.unwrap_or_default().stable_step(safe);
         let name = &stage.name;
         if simulation.model().can_fail() && step > safe {
             warnings.push(format!(

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ddem_core::deck::{Stage, StageKind};
+use ddem_core::deck::{Damping, Stage, StageKind};
 use ddem_core::{Relaxed, RunError, Simulation};
 
 use super::record::{Recorder, Schedule};
@@ -15,6 +15,9 @@ const PROGRESS: Duration = Duration::from_millis(100);
 
 /// Part of the energy out of balance above which something is said.
 const MUCH: f64 = 0.01;
+
+/// Part of the energy that friction has taken above which blocks have slid.
+const SLID: f64 = 0.1;
 
 /// What a stage moves.
 #[derive(Debug)]
@@ -211,8 +214,9 @@ impl<'a> Running<'a> {
             unbalanced,
             imbalance: simulation.energy().imbalance(),
         };
-        if let Some(doubt) = unbalanced_energy(summary.imbalance, relax) {
-            self.observer.event(Event::Warning(&doubt));
+        let doubts = [unbalanced_energy(summary.imbalance, relax), flutter(simulation, self.stage)];
+        for doubt in doubts.iter().flatten() {
+            self.observer.event(Event::Warning(doubt));
         }
         self.observer.event(Event::StageDone(&summary));
         cursor.done.push(summary);
@@ -305,6 +309,26 @@ impl Moved {
 fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     let stage = stage.name.clone();
     move |source| RunFailure::Stage { stage: stage.clone(), source }
+}
+
+/// What is to be said of deformable blocks that slide without any damping.
+fn flutter(simulation: &mut Simulation, stage: &Stage) -> Option<String> {
+    let undamped = stage.damping.unwrap_or_default() == Damping::None;
+    if stage.kind == StageKind::Relax || !undamped {
+        return None;
+    }
+    let energy = simulation.energy();
+    let most = energy.kinetic.max(energy.external.abs());
+    let model = simulation.model();
+    let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
+    (!rigid && energy.friction > SLID * most).then(|| {
+        let beta = 0.5 * simulation.time_step() / simulation.automatic_part();
+        format!(
+            "deformable blocks have slid without damping, and such blocks may flutter and slide too \
+             easily: look whether `damping = {{ stiffness = {beta:.0e} }}`, and `damping = 0.5` in \
+             `[contact]`, change the answer"
+        )
+    })
 }
 
 /// What is to be said of energy that is out of balance.

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,8 @@ from ._scene import UNITS, VECTOR, Source, one_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Histories: TypeAlias = "Source | Mapping[str, npt.NDArray[np.void]]"
 
 
 def read_probes(folder: str | os.PathLike[str]) -> dict[str, npt.NDArray[np.void]]:
@@ -63,7 +65,7 @@ def read_probes(folder: str | os.PathLike[str]) -> dict[str, npt.NDArray[np.void
 
 
 def plot_probes(
-    probes: Source,
+    probes: Histories,
     names: str | Iterable[str] | None = None,
     *,
     component: str | None = None,
@@ -73,8 +75,8 @@ def plot_probes(
 
     Parameters
     ----------
-    probes : Simulation, str or os.PathLike
-        A simulation, or a folder of results.
+    probes : Simulation, str, os.PathLike or mapping
+        A simulation, a folder of results, or histories by name, as `read_probes` gives them.
     names : str or sequence of str, optional
         Probes to draw; by default all.
     component : str, optional
@@ -90,6 +92,8 @@ def plot_probes(
 
     Raises
     ------
+    TypeError
+        If `probes` is something else.
     ValueError
         If there are no probes, or none of that name or component.
     FileNotFoundError
@@ -107,8 +111,13 @@ def plot_probes(
         raise ImportError('plots need matplotlib: pip install "ddem[plot]"') from missing
     if isinstance(probes, (str, os.PathLike)):
         histories, deck = read_probes(probes), _deck(Path(probes))
-    else:
+    elif isinstance(probes, Mapping):
+        histories, deck = probes, None
+    elif hasattr(probes, "probes"):
         histories, deck = probes.probes, probes.summary.get("deck")
+    else:
+        kind = type(probes).__name__
+        raise TypeError(f"probes: a Simulation, a folder or histories are needed, not {kind}")
     chosen = [names] if isinstance(names, str) else list(histories if names is None else names)
     if not histories or not chosen:
         raise ValueError("probes: there are none")

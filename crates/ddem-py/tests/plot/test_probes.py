@@ -59,6 +59,11 @@ def test_histories_over_time_or_steps(probed, simulation, tmp_path):
     assert axes.get_xlabel() == "step"
     assert axes.get_ylabel() == "velocity (m/s)"
     assert axes.lines[0].get_xdata().tolist() == [0, 10, 20, 30, 40]
+
+    first, _ = plot_probes(read_probes(probed)).axes
+    assert first.lines[1].get_ydata().tolist() == [-2e-300, 2.0]
+    with pytest.raises(TypeError, match="histories are needed, not list"):
+        plot_probes([1.0, 2.0])
     plt.close("all")
 
 

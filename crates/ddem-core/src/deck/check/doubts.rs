@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::shown;
+use super::units::units;
 use crate::deck::{BlockSet, Body, Deck, Joint};
 
 /// What is to be said of contacts, of rigid blocks, and of the joints that a model uses, by their
@@ -15,7 +16,7 @@ pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
         })
         .map(|(_, (name, joint))| (name.as_str(), joint))
         .collect();
-    let mut doubts = Vec::new();
+    let mut doubts = units(deck);
     doubts.extend(contact_without_effect(deck));
     doubts.extend(divisions_without_effect(deck));
     for (name, joint) in breaking {

@@ -12,6 +12,7 @@ mod stages;
 mod strength;
 #[cfg(test)]
 mod tests;
+mod units;
 
 pub(crate) use doubts::doubts;
 

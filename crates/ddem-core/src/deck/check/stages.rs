@@ -50,6 +50,7 @@ fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
     match stage.damping {
         Some(Damping::Ratio(ratio)) => faults.number(place("ratio"), ratio, Rule::ZeroOrMore),
         Some(Damping::Mass(alpha)) => faults.number(place("mass"), alpha, Rule::ZeroOrMore),
+        Some(Damping::Stiffness(beta)) => faults.number(place("stiffness"), beta, Rule::ZeroOrMore),
         Some(Damping::Local(alpha)) => faults.number(place("local"), alpha, Rule::From(0.0, 1.0)),
         Some(Damping::None) | None => true,
     };

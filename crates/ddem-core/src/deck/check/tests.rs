@@ -79,6 +79,8 @@ fn values_have_rules() {
     assert_eq!(shake(|s| s.time_step = Some(TimeStep::Seconds(0.0))), ["stage[1].time_step"]);
     assert_eq!(shake(|s| s.damping = Some(Damping::Ratio(-0.1))), ["stage[1].damping.ratio"]);
     assert_eq!(shake(|s| s.damping = Some(Damping::Mass(-0.1))), ["stage[1].damping.mass"]);
+    let viscous = shake(|s| s.damping = Some(Damping::Stiffness(-1e-5)));
+    assert_eq!(viscous, ["stage[1].damping.stiffness"]);
     assert_eq!(shake(|s| s.frames = Some(0)), ["stage[1].frames"]);
     assert_eq!(shake(|s| s.fields_every = Some(0.0)), ["stage[1].fields_every"]);
     let probe = |change: fn(&mut Probe)| places(|deck| change(&mut deck.probe[0]));
