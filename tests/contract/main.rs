@@ -7,6 +7,7 @@
 mod shared;
 
 mod bits;
+mod blasts;
 mod breaking;
 mod contacts;
 mod decks;

@@ -18,6 +18,7 @@ mod cantilever;
 mod collisions;
 mod convergence;
 mod energy;
+mod explosion;
 mod half_space;
 mod in_situ;
 mod incline;

@@ -136,6 +136,13 @@ impl Seam {
         &self.edges[self.direction]
     }
 
+    /// Shortest distance of its pairs `[m]`.
+    pub(crate) fn spacing(&self, lane: usize) -> f64 {
+        let edge = |e: usize| self.edges[(self.direction + e) % 3].map(|c| c.0[lane]);
+        let length = |edge: [f64; 3]| nalgebra::Vector3::from(edge).norm();
+        length(edge(1)).min(length(edge(2)))
+    }
+
     /// Stiffness of the springs of a quarter of an element along the axes `[N/m]`.
     pub(crate) fn diagonal(&self, lane: usize) -> [f64; 3] {
         let Stiffness { normal, shear } = self.stiffness(lane);

@@ -132,6 +132,33 @@ def test_build_says_where_the_script_is_wrong() -> None:
     assert "selects nothing" in message
 
 
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda m: m.refine(factor=2, x=(3, 4)), "that of the nearest is at [0.5, 0.5, "),
+        (lambda m: m.refine(factor=1, z=(0, 2)), "1 parts leave blocks as they are (at least 2)"),
+        (lambda m: m.refine(factor=40, z=(0, 2)), "less than four times the thickness of joint"),
+        (lambda m: m.charge(x=(3, 4), pressure=1e6), "the nearest is a joint with its centre at"),
+        (lambda m: m.charge(z=(0, 2), mass=1.0), "`mass` needs `explosive`"),
+        (lambda m: m.charge(z=(0, 2), mass=1.0, explosive="tn"), "did you mean `tnt`?"),
+        (lambda m: m.charge(z=(0, 2), pressure=1e6, delay=-1.0), "`delay` is -1 but must be 0 or"),
+    ],
+)
+def test_blasts_that_cannot_be(call: Any, message: str) -> None:
+    model = column()
+    call(model)
+    assert message in refused(model.build, ddem.ModelError)
+
+
+def test_doubts_about_a_charge_are_warned_of() -> None:
+    model = ddem.Model()
+    model.add_blocks(size=(3, 3, 3), count=(3, 3, 3), divisions=1, material=ROCK, joint=SEAM)
+    model.remove(x=(1, 2), y=(1, 2), z=(1, 3))
+    model.charge(x=(1, 2), y=(1, 2), z=(1, 3), pressure=1e6)
+    with pytest.warns(UserWarning, match="open to the outside"):
+        model.build()
+
+
 def test_all_mistakes_at_once() -> None:
     model = ddem.Model()
     chalk = ddem.Material(density=-1, young=0, poisson=0.5)

@@ -19,6 +19,10 @@ use crate::seams::{NO_JOINT, Seam, Seams};
 
 pub(crate) use springs::{Look, Pull};
 
+/// Part of the spacing of its pairs that a failed pair has slid or opened when all others of its joint
+/// fail with it: the joint has turned about them, farther than pairs of points can follow.
+const TURNED: f64 = 0.5;
+
 /// A pair of a joint that is no longer, or never was, elements alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Point {
@@ -30,6 +34,14 @@ pub(crate) struct Point {
     pub(crate) mode: Option<Mode>,
     /// Of the springs.
     pub(crate) memory: Memory,
+}
+
+impl Point {
+    /// Whether it has gone so far from its partner that its joint has turned about the others, whose
+    /// spacing is given.
+    pub(crate) fn turned(&self, spacing: f64) -> bool {
+        self.memory.gap.max(self.memory.slip.norm()) > TURNED * spacing
+    }
 }
 
 /// A joint lattice of a pack that is not all elements.
@@ -223,6 +235,12 @@ impl Broken {
     /// Whether the lattice exerts any force.
     pub(crate) fn acts(&self) -> bool {
         self.any_alive || !self.points.is_empty()
+    }
+
+    /// Whether a lane's joint has turned so far that no pair of it is bonded any more.
+    fn turned(&self, seam: &Seam, lane: usize) -> bool {
+        let points = self.points.iter().map(|points| &points[lane]);
+        points.filter(|point| point.mode.is_some()).any(|point| point.turned(seam.spacing(lane)))
     }
 
     /// Takes the springs of a lane's joint out, for good.

@@ -28,6 +28,8 @@ pub(super) struct Cavity {
     pub(super) reach: f64,
     /// It has cells at the outside of the set.
     pub(super) outside: bool,
+    /// It borders on blocks that are split otherwise.
+    pub(super) beside: bool,
 }
 
 /// The cell on a side of a cell, if the lattice has it.
@@ -127,15 +129,16 @@ impl Space<'_> {
         self.close_corners(&mut mesh);
         let (volume, reach) = self.extent();
         let lattice = self.lattice;
+        let beyond = |is: &dyn Fn(Option<Cell>) -> bool| {
+            let sides = || (0..3).flat_map(|d| [(d, -1), (d, 1)]);
+            let beside = |cell: &Cell| sides().any(|(d, s)| is(beside(lattice, *cell, d, s)));
+            !mesh.is_closed() && self.cells.iter().any(beside)
+        };
+        let outside = beyond(&|cell| cell.is_none());
         // What is elsewhere bounds nothing here.
-        let is_out = |cell: Option<Cell>| {
-            cell.is_none_or(|cell| lattice.body[lattice.index(cell)] == ELSEWHERE)
-        };
-        let at_outside = |cell: &Cell| {
-            (0..3).any(|d| [-1, 1].iter().any(|&s| is_out(beside(lattice, *cell, d, s))))
-        };
-        let outside = !mesh.is_closed() && self.cells.iter().any(at_outside);
-        Some(Cavity { mesh, volume, reach, outside })
+        let beside =
+            beyond(&|cell| cell.is_some_and(|cell| lattice.body[lattice.index(cell)] == ELSEWHERE));
+        Some(Cavity { mesh, volume, reach, outside, beside })
     }
 
     /// Volume of the cells, up to the walls, and their shortest extent.

@@ -13,7 +13,7 @@ use self::cavity::{between, cavities, walls};
 use self::shell::{Mesh, Shell};
 use crate::deck;
 use crate::error::Fault;
-use crate::geometry::{Abutment, Face, Geometry, Region, Surface, Vec3, faces};
+use crate::geometry::{Face, Geometry, Region, Surface, Vec3, faces};
 
 /// The gas of a charge that expands.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +90,12 @@ impl Charge {
                      are there, and nothing bears what it does to the opening"
                 ));
             }
+            if cavity.beside {
+                doubts.push(format!(
+                    "charge {index}: its cavity borders on blocks that `[[refine]]` splits otherwise: the \
+                     gas does not push these; split all blocks around it alike"
+                ));
+            }
             parts.push((cavity.mesh, cavity.volume, cavity.reach));
         }
         let in_cavity = !parts.is_empty();
@@ -97,7 +103,13 @@ impl Charge {
             let joints = faces(geometry).into_iter().map(|face| sides(&face));
             let inside = joints.filter(|sides| selects(region, geometry, sides));
             parts.extend(inside.map(|sides| seam(geometry, &sides)));
-            doubts.extend(beside(index, region, geometry));
+            let others = geometry.joins_at(region);
+            if others > 0 {
+                doubts.push(format!(
+                    "charge {index}: {others} of the joints there are between faces that do not match, \
+                     which gas does not push"
+                ));
+            }
         }
         if parts.is_empty() {
             return Err(no_face(index, region, geometry));
@@ -196,28 +208,6 @@ fn selects(region: &Region, geometry: &Geometry, sides: &[Surface; 2]) -> bool {
     region.has_set(geometry.set(sides[0].body)) && region.contains(&between(geometry, sides))
 }
 
-/// What is to be said of joints between faces that do not match, which no gas gets into.
-fn beside(index: usize, region: &Region, geometry: &Geometry) -> Option<String> {
-    let on = |abutment: &&Abutment| {
-        let side = |i: usize| {
-            let (body, face) = (abutment.blocks[i] as usize, abutment.faces[i]);
-            Surface { body, normal: face.direction, side: if face.upper { 1 } else { -1 } }
-        };
-        let [a, b] = [side(0), side(1)];
-        // The joint is where its smaller face is.
-        let edge = |side: &Surface| geometry.shortest_edge(side.body);
-        let finer = if edge(&b) < edge(&a) { b } else { a };
-        region.has_set(geometry.set(finer.body)) && region.contains(&finer.centre(geometry))
-    };
-    let number = geometry.abutments.iter().filter(on).count();
-    (number > 0).then(|| {
-        format!(
-            "charge {index}: gas does not get into joints between faces that do not match, {number} of \
-             which are in its region: refine as far as it reaches"
-        )
-    })
-}
-
 /// The surface of a gas in a joint: both faces, and what is between their edges.
 fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
     let [a, b] = sides;
@@ -241,6 +231,12 @@ fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
 fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";
     let fault = Fault::new(format!("charge[{index}].where"), what);
+    if geometry.joins_at(region) > 0 {
+        return fault.help(
+            "there are joints between faces that do not match, which gas does not push: split the blocks on \
+             both sides alike",
+        );
+    }
     let in_sets = geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set));
     let cavity = in_sets.flat_map(walls);
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));

@@ -190,16 +190,25 @@ impl Patch {
         (apart, own - pair.origin)
     }
 
+    /// Whether the joint has turned so far that no pair of it is bonded any more.
+    fn turned(&self, placing: &Placing<'_>, bond: &Bond) -> bool {
+        let spacing = self.spacing(placing);
+        let points = bond.pairs.iter().enumerate().zip(&self.points);
+        let mut failed = points.filter(|((_, pair), _)| pair.mode.is_some());
+        failed.any(|((i, _), point)| bond.point(i, Some(point)).turned(spacing))
+    }
+
     /// How many pairs would fail now, in shear and in tension.
     pub(super) fn failing(&self, placing: &Placing<'_>, look: Look<'_>) -> [u64; 2] {
         let mut failing = [0; 2];
         let Some(bond) = self.bond.as_deref() else { return failing };
         let (Some(law), Some(factor)) = (bond.law(look), look.failing) else { return failing };
         let [normal, shear] = self.both.stiffness;
+        let turned = self.turned(placing, bond).then_some(Mode::Shear);
         for (i, pair) in bond.pairs.iter().enumerate().filter(|(_, pair)| pair.mode.is_none()) {
             let (_, own) = self.opening(placing, i, pair);
             let mode = law.failure(normal * own.x / factor, shear * own.yz().norm() / factor);
-            if let Some(mode) = mode {
+            if let Some(mode) = mode.or(turned) {
                 failing[usize::from(mode == Mode::Tension)] += 1;
             }
         }
@@ -214,13 +223,15 @@ impl Patch {
         let [normal, shear] = self.both.stiffness;
         let stiffness = Stiffness { normal, shear };
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
+        let turned = self.turned(placing, &bond);
         for (i, pair) in bond.pairs.iter_mut().enumerate() {
             let (apart, own) = self.opening(placing, i, pair);
             let elastic = Traction { normal: normal * own.x, shear: own.yz() * shear };
             let mut fresh = None;
             if let (None, Some(law), Some(factor)) = (pair.mode, law, look.failing) {
                 let size = elastic.shear.norm();
-                pair.mode = law.failure(elastic.normal / factor, size / factor);
+                let failure = law.failure(elastic.normal / factor, size / factor);
+                pair.mode = failure.or(turned.then_some(Mode::Shear));
                 if let Some(mode) = pair.mode {
                     (pair.time, fresh) = (look.time, Some(elastic));
                     losses.failed[usize::from(mode == Mode::Tension)] += 1;
@@ -273,8 +284,7 @@ impl Patch {
     /// How far the joint has come.
     pub(super) fn moved(&self, placing: &Placing<'_>, look: Look<'_>) -> Option<Release> {
         let bond = self.bond.as_deref()?;
-        let [a, b] = self.blocks.map(|block| placing.blocks[block as usize].spacing);
-        let spacing = a.min(b);
+        let spacing = self.spacing(placing);
         let bonds = bond.law(look).is_none_or(|law| law.bonds());
         let held = !bond.failed() && bonds;
         let slid = self.points.iter().map(|point| point.slip.norm()).fold(0.0, f64::max);

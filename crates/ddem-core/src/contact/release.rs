@@ -56,7 +56,7 @@ impl Contacts {
                 }
                 let law = laws[usize::from(seam.joints[lane])].as_ref();
                 let bonds = law.is_none_or(|law| law.bonds());
-                let found = broken.release(seam, (d, lane), (pack.rigid, bonds));
+                let found = broken.release(seam, lane, (pack.rigid, bonds));
                 if found > *known {
                     *known = found;
                     self.known = false;
@@ -78,16 +78,10 @@ fn joint<'a>(
 }
 
 impl Broken {
-    fn release(
-        &self,
-        seam: &Seam,
-        (d, lane): (usize, usize),
-        (rigid, bonds): (bool, bool),
-    ) -> Release {
-        let edge = |e: usize| Vec3::from([0, 1, 2].map(|c| seam.edges[e % 3][c].0[lane])).norm();
+    fn release(&self, seam: &Seam, lane: usize, (rigid, bonds): (bool, bool)) -> Release {
         // Rigid blocks have their pairs at the quarters of an edge.
         let part = if rigid { 0.5 } else { 1.0 };
-        let spacing = part * edge(d + 1).min(edge(d + 2));
+        let spacing = part * seam.spacing(lane);
         // They are not at the corners on which a block turns, so that the contact comes at once.
         let open = if rigid { 0.0 } else { LOOSE * spacing };
         let (mut slid, mut opened, mut bonded) = (0.0_f64, 0.0_f64, false);

@@ -83,13 +83,14 @@ pub(super) fn abutting(abutments: &[Abutment]) -> HashMap<(u32, u8), u16> {
 }
 
 impl Geometry {
-    /// Whether a region has the centre of a face that lies on another.
-    pub(super) fn joins_at(&self, region: &Region) -> bool {
-        self.abutments.iter().any(|abutment| {
+    /// How many joints between faces that do not match have the centre of one of the two in a region.
+    pub(crate) fn joins_at(&self, region: &Region) -> usize {
+        let inside = |abutment: &&Abutment| {
             let seats =
                 [0, 1].map(|side| self.seat(abutment.blocks[side] as usize, abutment.faces[side]));
             seats.iter().any(|seat| region.contains(&(seat.corners.iter().sum::<Vec3>() / 4.0)))
-        })
+        };
+        self.abutments.iter().filter(inside).count()
     }
 
     fn corners(&self, body: usize) -> [Vec3; 8] {

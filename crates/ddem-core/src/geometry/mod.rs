@@ -28,6 +28,7 @@ pub(crate) use abut::Abutment;
 pub use face::Face;
 pub(crate) use face::faces;
 pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
+use nothing::no_block;
 pub(crate) use nothing::{no_node, nothing};
 pub(crate) use select::Region;
 pub(crate) use stages::Stages;
@@ -107,7 +108,7 @@ impl Geometry {
                 found |= region.has_set(lattice.set) && lattice.remove(&region);
             }
             if !found {
-                faults.push(nothing(format!("remove[{index}].where"), "no block"));
+                faults.push(no_block(format!("remove[{index}].where"), &region, &lattices));
             }
         }
         for lattice in &mut lattices {
@@ -125,7 +126,7 @@ impl Geometry {
         geometry.number()?;
         geometry.abutments = abut::abutments(&geometry, (deck, names), &set_names);
         geometry.abutting = abut::abutting(&geometry.abutments);
-        let unused = unused.into_iter().filter(|(_, region)| !geometry.joins_at(region));
+        let unused = unused.into_iter().filter(|(_, region)| geometry.joins_at(region) == 0);
         let faults: Vec<Fault> = unused
             .map(|(index, _)| nothing(format!("assign[{index}].where"), "no joint and no block"))
             .collect();

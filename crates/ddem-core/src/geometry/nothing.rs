@@ -1,5 +1,6 @@
 //! What is said of a `where` that selects nothing.
 
+use super::lattice::Lattice;
 use super::select::Region;
 use super::{Geometry, Vec3};
 use crate::deck::Extent;
@@ -12,6 +13,25 @@ pub(crate) fn nothing(place: String, what: &str) -> Fault {
 
 /// What planes and ranges take.
 const RULES: &str = "planes are met within 1e-6 of the region's size; ranges include their ends";
+
+/// A selection without any block in it, and what would be nearest.
+pub(super) fn no_block(place: String, region: &Region, lattices: &[Lattice]) -> Fault {
+    let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
+        let bodies = (0..l.body.len()).filter(|&at| l.has_body(at));
+        bodies.map(|at| l.centre(l.cell(at)))
+    });
+    let far = |x: &Vec3| region.distance(x, x);
+    let fault = nothing(place, "no block");
+    match centres.min_by(|a, b| far(a).total_cmp(&far(b))) {
+        Some(at) => {
+            let [x, y, z] = <[f64; 3]>::from(at).map(|x| (x * 1e6).round() / 1e6);
+            fault.help(format!(
+                "{RULES}; blocks count by their centroid: that of the nearest is at [{x}, {y}, {z}]"
+            ))
+        }
+        None => fault,
+    }
+}
 
 /// A selection without any node in it, and what would be nearest.
 pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fault {

@@ -4,9 +4,10 @@
 //! keep the gaps of the joints between them. What is not split is elsewhere for it, as what is split is for
 //! the coarser one.
 
+use super::Names;
 use super::lattice::{ELSEWHERE, Lattice, MOST_NODES, NO_JOINT, too_many};
+use super::nothing::no_block;
 use super::select::Region;
-use super::{Names, nothing};
 use crate::deck::Deck;
 use crate::deck::names::segment;
 use crate::error::Fault;
@@ -31,7 +32,7 @@ pub(super) fn refine(
         })
         .collect();
     if selected.iter().all(Vec::is_empty) {
-        return Ok(Some(nothing(format!("refine[{index}].where"), "no block")));
+        return Ok(Some(no_block(format!("refine[{index}].where"), region, lattices)));
     }
     let nodes = |lattice: &Lattice, cells: f64| cells * lattice.nodes_per_body() as f64;
     let kept = lattices

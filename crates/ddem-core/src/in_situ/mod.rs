@@ -119,10 +119,11 @@ impl InSitu {
         (index, offset): (usize, usize),
     ) -> Option<Field> {
         let table = assembly.pack_tables[index][offset];
-        if table == NO_TABLE {
+        let pack = &packs.packs[index];
+        // The joints of rigid bodies are springs.
+        if table == NO_TABLE || (pack.rigid && offset != 0) {
             return None;
         }
-        let pack = &packs.packs[index];
         let shape = packs.shape_of(pack);
         let dims = shape.dims(offset);
         let nodes = if offset == 0 { shape.nodes } else { shape.joints[offset].len() };

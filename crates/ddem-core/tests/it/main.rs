@@ -7,6 +7,7 @@
 mod anything;
 mod architecture;
 mod bad_input;
+mod blasts;
 mod boundaries;
 mod breaking;
 mod charges;
@@ -18,6 +19,7 @@ mod equations;
 mod excavation;
 mod filling;
 mod fragments;
+mod hinges;
 mod in_situ;
 mod loose;
 mod mechanisms;

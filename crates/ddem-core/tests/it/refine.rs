@@ -4,7 +4,7 @@ use ddem_core::deck::{
     Assign, BlockSet, Charge, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load,
     Material, Refine, TimeStep, Where,
 };
-use ddem_core::{FIELDS, Model, Relaxed, Saved, Simd, Simulation};
+use ddem_core::{FIELDS, Fault, Model, Relaxed, Saved, Simd, Simulation};
 
 use crate::decks::*;
 
@@ -303,10 +303,13 @@ fn what_cannot_be_split_is_said() {
         let mut deck = layers(0.05);
         change(&mut deck);
         let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
-        faults.iter().map(|fault| format!("{}: {}\n", fault.place, fault.message)).collect()
+        let help = |fault: &Fault| fault.help.clone().unwrap_or_default();
+        let line = |fault: &Fault| format!("{}: {}, {}\n", fault.place, fault.message, help(fault));
+        faults.iter().map(line).collect()
     };
     let nowhere = said(&|deck| deck.refine[0].region = range(2, 7.0, 9.0));
     assert!(nowhere.starts_with("refine[0].where: selects nothing"), "{nowhere}");
+    assert!(nowhere.contains("centroid: that of the nearest is at [0.5, 0.5, 2.5]"), "{nowhere}");
     let one = said(&|deck| deck.refine[0].factor = 1);
     assert!(one.starts_with("refine[0].factor: 1 parts leave blocks as they are"), "{one}");
     let fine = said(&|deck| deck.refine[1].factor = 7);
@@ -344,7 +347,9 @@ fn charges_say_what_they_do_not_push() {
         let region = range(1, from, 2.5);
         deck.charge = vec![Charge { region, pressure: Some(1e6), ..Charge::default() }];
         let warnings = model(deck).warnings();
-        warnings.iter().any(|text| text.contains("16 of which are in its region"))
+        warnings
+            .iter()
+            .any(|text| text.contains("16 of the joints there are between faces that do not match"))
     };
     assert!(warned(&mut deck, 1.2));
     deck.refine = vec![refine(range(1, 1.0, 3.0), 2)];

@@ -1,0 +1,117 @@
+//! Blasts in free space: blocks of several sizes that break, fly apart and meet others.
+
+use ddem_core::deck::*;
+use ddem_core::{Model, Simulation};
+
+use crate::decks::*;
+use crate::loose::{all_corners, deepest, momenta};
+
+fn within(from: [f64; 3], to: [f64; 3]) -> Where {
+    let [x, y, z] = [0, 1, 2].map(|d| Some(Extent::Range([from[d], to[d]])));
+    Where { x, y, z, ..Where::default() }
+}
+
+/// Two cubes of 1.6 m beside each other, not in one line, with small blocks around a charge each.
+fn two_charges() -> Deck {
+    let mut deck = deck([4; 3], [1.6; 3], 1, 0.004);
+    deck.model.kinematics = Kinematics::Corotational;
+    let crack = Joint {
+        cohesion: Some(10e6),
+        tension: Some(5e6),
+        friction: Some(45.0),
+        residual_friction: Some(35.0),
+        ..deck.joints["seam"].clone()
+    };
+    deck.joints.insert("seam".into(), crack);
+    let shift = [1.63, 0.3, 0.1];
+    // Another name for the same rock tells them apart.
+    deck.materials.insert("other".into(), deck.materials["rock"]);
+    let material = "other".into();
+    deck.blocks.push(BlockSet { origin: shift, material, ..deck.blocks[0].clone() });
+    for ([x, y, z], delay) in [([0.0; 3], 0.0), (shift, 1e-3)] {
+        let around = |reach: f64| {
+            let at = [x, y, z].map(|c| c + 0.8);
+            within(at.map(|c| c - reach), at.map(|c| c + reach))
+        };
+        deck.refine.extend([0.4, 0.2].map(|reach| Refine { region: around(reach), factor: 2 }));
+        deck.remove.push(Remove { region: around(0.1), ..Remove::default() });
+        deck.charge.push(Charge {
+            region: around(0.15),
+            pressure: Some(2e8),
+            gamma: Some(1.5),
+            history: Some(ChargeHistory::Gas(GasWord::Gas)),
+            delay: Some(delay),
+            ..Charge::default()
+        });
+    }
+    deck
+}
+
+/// Momentum and its moment by the sum of what blocks have.
+fn left_over(simulation: &mut Simulation) -> [f64; 2] {
+    let (sums, sizes) = momenta(simulation);
+    [0, 1].map(|k| sums[k].norm() / sizes[k])
+}
+
+#[test]
+fn pieces_that_fly_apart_and_meet_keep_their_momentum() {
+    let deck = two_charges();
+    let mut simulation = simulation(&deck);
+    let warnings = simulation.model().warnings();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    simulation
+        .start(Damping::None, TimeStep::Auto, Some(0.012))
+        .unwrap_or_else(|error| panic!("{error}"));
+    let (mut worst, mut deep, mut across) = ([0.0_f64; 2], f64::NEG_INFINITY, 0);
+    while simulation.steps_left() != Some(0) {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        if !simulation.steps().is_multiple_of(50) {
+            continue;
+        }
+        let now = left_over(&mut simulation);
+        worst = [0, 1].map(|k| worst[k].max(now[k]));
+        deep = deep.max(deepest(&all_corners(&simulation), 0).0);
+        let contacts = simulation.contacts();
+        let cube = |block: usize| simulation.model().material(block);
+        across += contacts.iter().filter(|c| cube(c.blocks[0]) != cube(c.blocks[1])).count();
+    }
+    let fragments = simulation.fragments();
+    let energy = simulation.energy();
+    println!(
+        "{} blocks, {} steps, {} fragments, left over {worst:?}, deepest {deep}, {across} across, {energy:?}",
+        simulation.model().n_blocks(),
+        simulation.steps(),
+        fragments.len()
+    );
+    assert!(fragments.len() > 100 && across > 10, "{} {across}", fragments.len());
+    assert!(worst[0] < 1e-12 && worst[1] < 1e-9, "{worst:?}");
+    assert!(deep < 0.01, "{deep}");
+    assert!(energy.balance.abs() < 1e-2 * energy.external, "{energy:?}");
+}
+
+/// What gas does not push is said.
+#[test]
+fn charges_beside_faces_that_do_not_match() {
+    let mut deck = two_charges();
+    deck.blocks.truncate(1);
+    deck.refine.truncate(2);
+    deck.remove.truncate(1);
+    deck.charge.truncate(1);
+    let warnings = |deck: &Deck| model(deck).warnings().join("\n");
+    assert_eq!(warnings(&deck), "");
+    // At the edge of the small blocks.
+    let cell = within([0.6, 0.7, 0.7], [0.7, 0.9, 0.9]);
+    deck.remove[0].region = cell;
+    deck.charge[0].region = within([0.55, 0.65, 0.65], [0.75, 0.95, 0.95]);
+    let said = warnings(&deck);
+    assert!(said.contains("borders on blocks") && !said.contains("outside"), "{said}");
+    // In joints, of which some match.
+    deck.remove.clear();
+    deck.charge[0].region = within([0.55, 0.71, 0.71], [0.75, 0.89, 0.89]);
+    let said = warnings(&deck);
+    assert!(said.contains("4 of the joints there are between faces that do not match"), "{said}");
+    deck.charge[0].region = within([0.59, 0.71, 0.71], [0.61, 0.79, 0.79]);
+    let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+    let help = faults.first().and_then(|fault| fault.help.as_deref()).unwrap_or_default();
+    assert!(help.contains("faces that do not match"), "{faults:?}");
+}

@@ -1,0 +1,210 @@
+//! V12: a block of rock that is blasted from its centre.
+
+use ddem_core::deck::TimeStep;
+use ddem_core::{Fragment, Simulation};
+use nalgebra::Vector3;
+
+use super::record::Tolerance::{Absolute, AtMost, Between, Relative};
+use super::record::{Case, check, of};
+use super::shared::{deck, example, simulation};
+
+type Corners = [Vector3<f64>; 8];
+
+/// Where the charge is [m].
+const CENTRE: [f64; 3] = [1.2; 3];
+
+fn position(simulation: &Simulation, node: u32) -> Vector3<f64> {
+    let at = Vector3::from(simulation.model().point(node as usize));
+    at + Vector3::from(simulation.displacement(node as usize))
+}
+
+/// Where the corners of the blocks are, which are one element each.
+fn corners(simulation: &Simulation) -> Vec<Corners> {
+    let model = simulation.model();
+    let hexes = (0..model.n_blocks()).flat_map(|block| model.hexes(block));
+    hexes.map(|hex| hex.map(|node| position(simulation, node))).collect()
+}
+
+/// How far two hexahedra of VTK reach into each other: the least overlap along the normals of their
+/// faces and across their edges; below zero where they are apart.
+fn overlap(a: &Corners, b: &Corners) -> f64 {
+    let edges = |x: &Corners| [x[1] - x[0], x[3] - x[0], x[4] - x[0]];
+    let (of_a, of_b) = (edges(a), edges(b));
+    let normals = |e: [Vector3<f64>; 3]| [(0, 1), (1, 2), (2, 0)].map(|(i, k)| e[i].cross(&e[k]));
+    let crossed = of_a.iter().flat_map(|x| of_b.iter().map(move |y| x.cross(y)));
+    let axes = normals(of_a).into_iter().chain(normals(of_b)).chain(crossed);
+    let along = |axis: Vector3<f64>| {
+        let range = |x: &Corners| {
+            let places = x.map(|x| axis.dot(&x));
+            (
+                places.iter().copied().fold(f64::INFINITY, f64::min),
+                places.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            )
+        };
+        let ((low_a, high_a), (low_b, high_b)) = (range(a), range(b));
+        (high_a - low_b).min(high_b - low_a)
+    };
+    axes.filter_map(|axis| axis.try_normalize(1e-9)).map(along).fold(f64::INFINITY, f64::min)
+}
+
+/// The deepest overlap of all blocks, as a part of the shorter edge of the two.
+fn deepest(simulation: &Simulation) -> f64 {
+    let all = corners(simulation);
+    let middle = |x: &Corners| x.iter().sum::<Vector3<f64>>() / 8.0;
+    let size = |x: &Corners| x.iter().map(|y| (y - middle(x)).norm()).fold(0.0, f64::max);
+    let edge = |x: &Corners| (x[1] - x[0]).norm();
+    let balls: Vec<_> = all.iter().map(|x| (middle(x), size(x))).collect();
+    let mut worst = f64::NEG_INFINITY;
+    for (i, (at, radius)) in balls.iter().enumerate() {
+        for (k, (other, more)) in balls.iter().enumerate().skip(i + 1) {
+            if (at - other).norm() < radius + more {
+                let shorter = edge(&all[i]).min(edge(&all[k]));
+                worst = worst.max(overlap(&all[i], &all[k]) / shorter);
+            }
+        }
+    }
+    worst
+}
+
+/// A run that is looked at on its way.
+struct Watched {
+    simulation: Simulation,
+    /// What the support has done so far [N s].
+    impulse: Vector3<f64>,
+    /// Largest difference of the momentum from it [N s].
+    left_over: f64,
+    /// Deepest overlap so far.
+    deepest: f64,
+}
+
+impl Watched {
+    /// Starts the first stage of a deck.
+    fn start(text: &str) -> Self {
+        let stage = deck(text).stage[0].clone();
+        let mut simulation = simulation(text);
+        let damping = stage.damping.unwrap_or_default();
+        simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");
+        Self { simulation, impulse: Vector3::zeros(), left_over: 0.0, deepest: f64::MIN }
+    }
+
+    /// A step, and a look every fifty.
+    fn step(&mut self) -> bool {
+        self.simulation.step().expect("finite numbers");
+        let look = self.simulation.steps().is_multiple_of(50);
+        if look {
+            self.deepest = self.deepest.max(deepest(&self.simulation));
+        }
+        look
+    }
+
+    /// Goes on to a time while all that the support does is added up.
+    fn add_up(&mut self, time: f64) {
+        let model = self.simulation.model();
+        let base: Vec<u32> =
+            (0..model.n_nodes() as u32).filter(|&i| model.point(i as usize)[2] == 0.0).collect();
+        let mut before = Vector3::from(self.simulation.reaction(&base));
+        while self.simulation.time() < time - 1e-9 {
+            let look = self.step();
+            let now = Vector3::from(self.simulation.reaction(&base));
+            self.impulse += 0.5 * self.simulation.time_step() * (before + now);
+            before = now;
+            if look {
+                let momentum = Vector3::from(self.simulation.momentum());
+                self.left_over = self.left_over.max((momentum - self.impulse).norm());
+            }
+        }
+    }
+}
+
+/// What flies: fragments that the support does not hold.
+struct Flying {
+    /// How far from the charge it was [m].
+    away: f64,
+    mass: f64,
+    size: f64,
+    /// Outward [m/s].
+    speed: f64,
+}
+
+fn flying(simulation: &mut Simulation) -> Vec<Flying> {
+    let fragments = simulation.fragments();
+    let model = simulation.model();
+    let find = |fragment: &Fragment| {
+        let nodes: Vec<u32> =
+            fragment.blocks.iter().flat_map(|&block| model.hexes(block)).flatten().collect();
+        let place = |node: &u32| Vector3::from(model.point(*node as usize));
+        let held = nodes.iter().any(|node| place(node).z == 0.0);
+        let middle = nodes.iter().map(place).sum::<Vector3<f64>>() / nodes.len() as f64;
+        let way = middle - Vector3::from(CENTRE);
+        let speed = Vector3::from(fragment.velocity).dot(&way.normalize());
+        let (away, mass, size) = (way.norm(), fragment.mass, fragment.size());
+        (!held).then_some(Flying { away, mass, size, speed })
+    };
+    fragments.iter().filter_map(find).collect()
+}
+
+/// Distances from the charge, the size of most blocks there, and what fragments may have on average: the
+/// joints take some of the size, and fragments may be of several blocks [m].
+const SHELLS: [([f64; 2], f64, [f64; 2]); 4] = [
+    ([0.0, 0.2], 0.1, [0.04, 0.15]),
+    ([0.2, 0.4], 0.2, [0.15, 0.25]),
+    ([0.4, 0.8], 0.4, [0.25, 0.5]),
+    ([0.8, 3.0], 0.4, [0.38, 0.8]),
+];
+
+/// Checks what flies at a time.
+fn checked(case: Case, simulation: &mut Simulation) {
+    let time = format!("{:.2} s", simulation.time());
+    let all = flying(simulation);
+    let mean = |part: &[&Flying], of: fn(&Flying) -> f64| {
+        part.iter().map(|f| f.mass * of(f)).sum::<f64>() / part.iter().map(|f| f.mass).sum::<f64>()
+    };
+    for ([from, to], block, [least, most]) in SHELLS {
+        let part: Vec<&Flying> = all.iter().filter(|f| (from..to).contains(&f.away)).collect();
+        let place = format!("{from} to {to} m from the charge, {time}");
+        let size = mean(&part, |f| f.size);
+        let what = format!("size of fragments {place} [m]");
+        check(case, &what, block, size, Between(least, most));
+        let speed = mean(&part, |f| f.speed);
+        check(case, &format!("speed outward {place} [m/s]"), 0.0, speed, Between(0.5, 50.0));
+    }
+    let momentum = |f: &Flying| f.mass * f.speed;
+    let outward: f64 = all.iter().map(|f| momentum(f).max(0.0)).sum();
+    let both: f64 = all.iter().map(|f| momentum(f).abs()).sum();
+    let what = format!("outward part of the momentum to and from the charge, {time}");
+    check(case, &what, 1.0, outward / both, Between(0.95, 1.0));
+}
+
+#[test]
+fn a_block_of_rock_is_blasted() {
+    let case = of("v12_blast");
+    let mut watched = Watched::start(&example(case.deck));
+    let start = watched.simulation.charge(0).expect("a charge");
+    watched.add_up(0.005);
+    while watched.simulation.time() < 0.01 {
+        watched.step();
+    }
+    let simulation = &mut watched.simulation;
+    checked(case, simulation);
+    let size = |f: &Fragment| f.mass * Vector3::from(f.velocity).norm();
+    let off = watched.left_over / simulation.fragments().iter().map(size).sum::<f64>();
+    let what = "largest difference of momentum and impulse of the support / sum of m v, to 0.005 s";
+    check(case, what, 0.0, off, Absolute(1e-12));
+    while watched.simulation.steps_left() != Some(0) {
+        watched.step();
+    }
+    let simulation = &mut watched.simulation;
+    checked(case, simulation);
+    let end = simulation.charge(0).expect("a charge");
+    assert!(end.vented, "the gas is still in the cavity: {end:?}");
+    let gamma = 2.727;
+    let part = (start.volume / end.volume).powf(gamma - 1.0);
+    let exact = start.pressure * start.volume / (gamma - 1.0) * (1.0 - part);
+    let energy = simulation.energy();
+    check(case, "work of the gas [J]", exact, energy.external, Relative(1e-2));
+    let kept = energy.kinetic + energy.strain_bodies + energy.strain_joints;
+    let found = kept + energy.friction + energy.fracture + energy.contact;
+    check(case, "motion, strain, friction and fracture [J]", exact, found, Relative(1e-2));
+    let deep = watched.deepest;
+    check(case, "deepest overlap / shorter edge of two blocks", 0.05, deep, AtMost);
+}
