@@ -57,8 +57,9 @@ fn a_round_tunnel_closes() {
     let coarse = errors("v17_tunnel_4", 0.06);
     for deck in ["v17_tunnel_8", "v17_tunnel_refined"] {
         let fine = errors(deck, 0.04);
-        for (fine, coarse) in fine.into_iter().zip(coarse) {
-            check(of(deck), "error / error of blocks of 1/4 m", 0.7, fine / coarse, AtMost);
+        for (distance, (fine, coarse)) in distances.iter().zip(fine.into_iter().zip(coarse)) {
+            let what = format!("error at {distance} m / that with blocks of 1/4 m");
+            check(of(deck), &what, 0.7, fine / coarse, AtMost);
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::breaks::{self, Look, Losses};
 use crate::deck::Deck;
 use crate::element::corotation::Frame;
 use crate::geometry::{Abutment, Geometry, Vec3};
-use crate::in_situ::InSitu;
+use crate::in_situ::{Stress, between};
 use crate::lanes::Lanes;
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
 use crate::pack::Packs;
@@ -48,7 +48,7 @@ impl Fitting<'_> {
         &self,
         abutment: &Abutment,
         [normal, shear]: [f64; 2],
-        in_situ: Option<&InSitu>,
+        stresses: &[Option<Stress>],
     ) -> Seated {
         let mut quads = Vec::new();
         let mut patch = self.abutting(abutment, &mut |corners| quads.extend(quads_of(corners)));
@@ -67,11 +67,14 @@ impl Fitting<'_> {
         };
         let mut pairs: Box<[Pair]> = patch.points.iter().map(pair).collect();
         // It bears the stress that is there at the start.
-        let at = |point: &Point| self.placing.position(a, face_a, &point.spots[0]);
-        let points: Vec<Vec3> = patch.points.iter().map(at).collect();
-        let across =
-            |stress: &InSitu| stress.across(patch.blocks, &patch.now[0], (&points, &quads));
-        for (pair, traction) in pairs.iter_mut().zip(in_situ.and_then(across).unwrap_or_default()) {
+        let middle = |point: &Point| {
+            let [x, y] = &point.spots;
+            (self.placing.position(a, face_a, x) + self.placing.position(b, face_b, y)) / 2.0
+        };
+        let points: Vec<Vec3> = patch.points.iter().map(middle).collect();
+        let both = patch.blocks.map(|block| stresses[block as usize]);
+        let tractions = between(both, &patch.now[0], (&points, &quads)).unwrap_or_default();
+        for (pair, traction) in pairs.iter_mut().zip(tractions) {
             let own = axes.tr_mul(&traction);
             pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
         }
@@ -97,7 +100,7 @@ pub(crate) struct Seated {
 pub(crate) fn seated(
     surfaces: &Surfaces,
     (deck, geometry, packs): (&Deck, &Geometry, &Packs),
-    (first, in_situ): (usize, Option<&InSitu>),
+    (first, stresses): (usize, &[Option<Stress>]),
 ) -> Vec<Seated> {
     let joints = deck.joints.values().map(|joint| joint.stiffness(&deck.materials));
     let joints: Vec<[f64; 2]> = joints.map(Option::unwrap_or_default).collect();
@@ -112,7 +115,7 @@ pub(crate) fn seated(
     };
     let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
     let bond =
-        |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)], in_situ);
+        |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)], stresses);
     let mut seated: Vec<Seated> = geometry.abutments.par_iter().map(bond).collect();
     let mut next = first;
     for joint in &mut seated {

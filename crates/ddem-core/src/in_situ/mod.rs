@@ -17,7 +17,7 @@ use crate::lanes::{Lanes, splat};
 use crate::pack::{Pack, Packs};
 use crate::seams::{NO_JOINT, Seam};
 
-pub(crate) use stress::{Stress, met, stresses};
+pub(crate) use stress::{Stress, between, met, stresses};
 
 /// What the stress does in one lattice of elements of a pack.
 #[derive(Debug)]
@@ -178,40 +178,6 @@ impl InSitu {
             }
         }
         tractions
-    }
-}
-
-impl InSitu {
-    /// Traction at the points between two faces that do not match, where they are at rest, on the block
-    /// that `normal` leaves `[Pa]`: what both faces ask for, of which the quadrilaterals are the common
-    /// parts.
-    pub(crate) fn across(
-        &self,
-        blocks: [u32; 2],
-        normal: &Vec3,
-        (points, quads): (&[Vec3], &[[u32; 4]]),
-    ) -> Option<Vec<Vec3>> {
-        let stress = Stress::mean(&blocks.map(|block| self.blocks[block as usize]))?;
-        let mut sums = vec![(0.0, Vec3::zeros()); points.len()];
-        for quad in quads {
-            // The last corner of a triangle is there twice.
-            let corners = if quad[2] == quad[3] { &quad[..3] } else { &quad[..] };
-            let at = |corner: &u32| points[*corner as usize];
-            let centre = corners.iter().map(at).sum::<Vec3>() / corners.len() as f64;
-            let [a, b, c] = [0, 1, 2].map(|k| at(&corners[k]));
-            let area = (b - a).cross(&(c - a)).norm();
-            for corner in corners {
-                // ∫ N σ dA over the part, N linear in a triangle and bilinear in a parallelogram.
-                let there = centre + (at(corner) - centre) / (7 - corners.len()) as f64;
-                let (weight, sum) = &mut sums[*corner as usize];
-                *weight += area;
-                *sum += stress.at(&there) * normal * area;
-            }
-        }
-        let mean = |(point, (weight, sum)): (&Vec3, (f64, Vec3))| {
-            if weight > 0.0 { sum / weight } else { stress.at(point) * normal }
-        };
-        Some(points.iter().zip(sums).map(mean).collect())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Blocks that are taken out as a run goes.
 
-use super::{Model, bonds};
+use super::Model;
+use super::meeting::at_bonds;
 use crate::assembly::Assembly;
 use crate::conditions::Applied;
 use crate::contact::Surfaces;
@@ -29,19 +30,20 @@ impl Model {
     /// Takes out the blocks that are gone in a stage, with their joints.
     pub(crate) fn excavate(&mut self, stage: usize) {
         self.geometry = self.stages.at(stage).clone();
-        let Self { geometry, packs, deck, constants, seated, .. } = self;
+        let Self { geometry, packs, deck, constants, .. } = self;
         packs.link(geometry);
         self.seams = Seams::new(deck, geometry, packs);
+        if let Some(surfaces) = &mut self.contact {
+            *surfaces = Surfaces::new(deck, geometry, packs);
+        }
         self.assembly = Assembly::new(geometry, packs, constants, deck.model.element);
+        let met = (self.contact.as_ref(), &self.seated[..]);
+        let bonds = at_bonds((deck, constants), geometry, met);
+        self.assembly.assemble(geometry, packs, &self.seams, &bonds);
         if let Some(in_situ) = self.in_situ.take() {
             let blocks = in_situ.without(geometry);
             self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);
         }
-        if let Some(surfaces) = &mut self.contact {
-            *surfaces = Surfaces::new(deck, geometry, packs);
-        }
-        let bonds = bonds((deck, geometry, constants), self.contact.as_ref(), seated);
-        self.assembly.assemble(geometry, packs, &self.seams, &bonds);
     }
 
     /// Entries of the deck that take blocks out on the way from one stage to another and let their forces

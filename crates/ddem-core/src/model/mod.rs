@@ -7,13 +7,14 @@ mod excavation;
 mod meeting;
 mod unbalanced;
 
+use meeting::at_bonds;
+
 use crate::assembly::{Assembly, Constants, NO_TABLE};
 use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{Places, Seated, Surfaces, at_nodes, seated};
-use crate::deck::{Deck, Joint, Kinematics, Where};
-use crate::element::Elastic;
+use crate::contact::{Places, Seated, Surfaces, seated};
+use crate::deck::{Deck, Kinematics, Where};
 use crate::error::{Fault, ModelError};
 use crate::geometry::{Face, Geometry, Names, Region, Stages, Vec3, faces};
 use crate::in_situ::{InSitu, met, stresses};
@@ -77,7 +78,6 @@ impl Model {
         let borders = Borders::new(made, &conditions)?;
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
-        let mut assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |region: &Where| Region::new(region, &geometry.bounds, &names);
         let stresses = stresses(deck, &geometry, region)?;
@@ -85,14 +85,15 @@ impl Model {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
+        let mut assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
         let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
         let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
         let first = faces.last().map_or(0, Face::end);
-        let (all, start) = ((deck, &geometry, &packs), (first, in_situ.as_ref()));
+        let (all, start) = ((deck, &geometry, &packs), (first, &stresses[..]));
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
-        let bonds = bonds((deck, &geometry, &constants), contact.as_ref(), &seated);
+        let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
         assembly.assemble(&geometry, &packs, &seams, &bonds);
+        let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         Ok(Self {
             packs,
             assembly,
@@ -354,19 +355,4 @@ impl Model {
             field[at + c].0[lane] = value[c];
         }
     }
-}
-
-/// Mass and stiffness at nodes of the joints between faces that do not match.
-fn bonds(
-    (deck, geometry, constants): (&Deck, &Geometry, &Constants),
-    contact: Option<&Surfaces>,
-    seated: &[Seated],
-) -> Vec<(usize, [f64; 4])> {
-    let Some(contact) = contact else { return Vec::new() };
-    let layers = deck.joints.values().zip(&constants.joints);
-    let numbers = |(joint, layer): (&Joint, &Option<Elastic>)| {
-        [joint.thickness, layer.map_or(0.0, |layer| layer.density)]
-    };
-    let layers: Vec<[f64; 2]> = layers.map(numbers).collect();
-    at_nodes(seated, (&contact.blocks, geometry), &layers)
 }

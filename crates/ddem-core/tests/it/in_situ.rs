@@ -136,6 +136,37 @@ fn it_crosses_faces_that_do_not_match() {
     }
 }
 
+/// Overburden on a level joint whose upper face is finer: its layer has weight as well. One block beside
+/// another has strips, so there is one on each side.
+#[test]
+fn overburden_crosses_faces_that_do_not_match() {
+    let weight = 2400.0 * 9.81;
+    let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.02);
+    if let Some(clay) = deck.materials.get_mut("clay") {
+        clay.density = 2400.0;
+    }
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    deck.blocks.push(BlockSet {
+        origin: [0.0, 0.0, 2.02],
+        size: Some([1.0, 1.0, 1.0]),
+        count: Some([1, 1, 1]),
+        divisions: 3,
+        ..deck.blocks[0].clone()
+    });
+    let slope = [0.6 * weight, 0.6 * weight, weight, 0.0, 0.0, 0.0];
+    let gradient = Gradient { z: Some(slope), ..Gradient::default() };
+    deck.initial.push(in_place(slope.map(|s| -3.02 * s), Some(gradient)));
+    for (axis, far, name) in [(0, 1.0, "x"), (1, 1.0, "y")] {
+        deck.fix.push(fix(plane(axis, 0.0), name));
+        deck.fix.push(fix(plane(axis, far), name));
+    }
+    deck.fix.push(fix(plane(2, 0.0), "z"));
+    let mut simulation = simulation(&deck);
+    assert!(simulation.model().n_pairs() > 9);
+    simulation.forces();
+    assert!(simulation.unbalanced() < 1e-7, "{:e}", simulation.unbalanced());
+}
+
 /// `½ σ:C⁻¹:σ` of the blocks; the joints have theirs.
 #[test]
 fn energy_is_that_of_the_stress() {
