@@ -49,7 +49,7 @@ impl Broken {
         self.bonded = false;
         let turned: [bool; LANES] = std::array::from_fn(|lane| self.turned(seam, lane));
         for (p, place) in places.iter().enumerate() {
-            for lane in 0..LANES {
+            for (lane, turned) in turned.into_iter().enumerate() {
                 let point = &mut self.points[p][lane];
                 let Some(law) = law_of(look.laws, seam, lane).filter(|_| point.mode.is_none())
                 else {
@@ -60,7 +60,7 @@ impl Broken {
                     element_force(g, seam, place, lane) + point.force(seam, lane, place, local);
                 let traction = split(force / area);
                 let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
-                let Some(mode) = failure.or(turned[lane].then_some(Mode::Shear)) else {
+                let Some(mode) = failure.or(turned.then_some(Mode::Shear)) else {
                     self.bonded = true;
                     continue;
                 };
