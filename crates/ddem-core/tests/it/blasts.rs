@@ -25,7 +25,7 @@ fn two_charges() -> Deck {
     deck.joints.insert("seam".into(), crack);
     let shift = [1.63, 0.3, 0.1];
     // Another name for the same rock tells them apart.
-    deck.materials.insert("other".into(), deck.materials["rock"].clone());
+    deck.materials.insert("other".into(), deck.materials["rock"]);
     let material = "other".into();
     deck.blocks.push(BlockSet { origin: shift, material, ..deck.blocks[0].clone() });
     for ([x, y, z], delay) in [([0.0; 3], 0.0), (shift, 1e-3)] {
