@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A block of rock that is blasted from its middle: at 0.01 and 0.02 s, from outside and cut open, and the sizes
-of its fragments.
+"""A block of rock that is blasted from its middle: at two times, from outside and cut open, and the
+sizes of its fragments.
 
     cargo run --release -- examples/blast.toml
     python examples/pictures/blast.py
@@ -25,7 +25,7 @@ FOCUS = np.array((1.2, 1.2, 1.4))
 
 
 def blocks_at(frames, time, behind):
-    """Blocks where they are at a time, with their speed; all, or those behind a cut through the charge."""
+    """Blocks where they are at a time, with their speed: all, or those behind the charge."""
     frame = int(np.abs(frames.times - time).argmin())
     hexes = frames.cells.reshape(-1, 8)
     if behind:
@@ -34,6 +34,11 @@ def blocks_at(frames, time, behind):
     grid = pv.UnstructuredGrid({pv.CellType.HEXAHEDRON: hexes}, moved)
     grid["speed"] = np.linalg.norm(frames.point_field("velocity", frame), axis=1)
     return grid.extract_surface(algorithm="dataset_surface")
+
+
+def label(plotter, text, height, size, colour=INK):
+    """A line of text at the left."""
+    plotter.add_text(text, position=(0.06, height), viewport=True, font_size=size, color=colour)
 
 
 def draw(frames, file):
@@ -60,13 +65,10 @@ def draw(frames, file):
             plotter.camera.parallel_scale = 2.2
             plotter.reset_camera_clipping_range()
             if not behind:
-                text = f"{time * 1e3:.0f} ms"
-                plotter.add_text(text, position=(0.06, 0.82), viewport=True, font_size=17, color=INK)
+                label(plotter, f"{time * 1e3:.0f} ms", 0.82, 17)
     plotter.subplot(0, 0)
-    title = "1 kg of TNT in the middle of a block of rock"
-    plotter.add_text(title, position=(0.06, 0.94), viewport=True, font_size=19, color=INK)
-    about = f"below cut open; blocks by speed, to {FASTEST:.0f} m/s"
-    plotter.add_text(about, position=(0.06, 0.895), viewport=True, font_size=12, color=FAINT)
+    label(plotter, "1 kg of TNT in the middle of a block of rock", 0.94, 19)
+    label(plotter, f"below cut open; blocks by speed, to {FASTEST:.0f} m/s", 0.895, 12, FAINT)
     plotter.screenshot(file)
     plotter.close()
     print(file)

@@ -83,7 +83,8 @@ impl Watched {
         let stage = deck(text).stage[0].clone();
         let mut simulation = simulation(text);
         let damping = stage.damping.unwrap_or_default();
-        simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");
+        let step = stage.time_step.unwrap_or(TimeStep::Auto);
+        simulation.start(damping, step, stage.duration).expect("a stable step");
         Self { simulation, impulse: Vector3::zeros(), left_over: 0.0, deepest: f64::MIN }
     }
 

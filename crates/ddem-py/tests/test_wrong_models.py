@@ -154,7 +154,7 @@ def test_doubts_about_a_charge_are_warned_of() -> None:
     model = ddem.Model()
     model.add_blocks(size=(3, 3, 3), count=(3, 3, 3), divisions=1, material=ROCK, joint=SEAM)
     model.remove(x=(1, 2), y=(1, 2), z=(1, 3))
-    model.charge(x=(1, 2), y=(1, 2), z=(1, 3), pressure=1e6)
+    model.charge(x=(0.9, 2.1), y=(0.9, 2.1), z=(0.9, 3), pressure=1e6)
     with pytest.warns(UserWarning, match="open to the outside"):
         model.build()
 

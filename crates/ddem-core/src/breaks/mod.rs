@@ -239,8 +239,9 @@ impl Broken {
 
     /// Whether a lane's joint has turned so far that no pair of it is bonded any more.
     fn turned(&self, seam: &Seam, lane: usize) -> bool {
-        let points = self.points.iter().map(|points| &points[lane]);
-        points.filter(|point| point.mode.is_some()).any(|point| point.turned(seam.spacing(lane)))
+        let mut failed =
+            self.points.iter().map(|points| &points[lane]).filter(|p| p.mode.is_some());
+        !self.released[lane] && failed.any(|point| point.turned(seam.spacing(lane)))
     }
 
     /// Takes the springs of a lane's joint out, for good.

@@ -69,7 +69,7 @@ impl Broken {
                     element_force(g, seam, place, lane) + point.force(seam, lane, place, local);
                 let traction = split(force / area);
                 let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
-                let Some(mode) = failure.or(turned.then_some(Mode::Shear)) else {
+                let Some(mode) = failure.or((turned && law.bonds()).then_some(Mode::Shear)) else {
                     self.bonded = true;
                     continue;
                 };

@@ -207,7 +207,7 @@ impl Patch {
         let Some(bond) = self.bond.as_deref() else { return failing };
         let (Some(law), Some(factor)) = (bond.law(look), look.failing) else { return failing };
         let [normal, shear] = self.both.stiffness;
-        let turned = self.turned(placing, bond).then_some(Mode::Shear);
+        let turned = (law.bonds() && self.turned(placing, bond)).then_some(Mode::Shear);
         for (i, pair) in bond.pairs.iter().enumerate().filter(|(_, pair)| pair.mode.is_none()) {
             let (_, own) = self.opening(placing, i, pair);
             let mode = law.failure(normal * own.x / factor, shear * own.yz().norm() / factor);
@@ -226,7 +226,7 @@ impl Patch {
         let [normal, shear] = self.both.stiffness;
         let stiffness = Stiffness { normal, shear };
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
-        let turned = self.turned(placing, &bond);
+        let turned = law.is_some_and(|law| law.bonds()) && self.turned(placing, &bond);
         for (i, pair) in bond.pairs.iter_mut().enumerate() {
             let (apart, own) = self.opening(placing, i, pair);
             let elastic = Traction { normal: normal * own.x, shear: own.yz() * shear };
