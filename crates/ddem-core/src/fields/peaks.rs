@@ -43,7 +43,7 @@ impl Simulation {
     }
 
     /// Largest principal tension and compression at the centre of every element since the start of the
-    /// run, both counted from 0 up `[Pa]`: four times at least while a wave crosses an element, and in
+    /// run, both counted from 0 up `[Pa]`: four times at least while a wave crosses an element or in every step, and in
     /// every equilibrium. Empty where the deck has no `peaks`.
     #[must_use]
     pub fn peak_stresses(&self) -> Vec<[f64; 2]> {
