@@ -59,10 +59,12 @@ impl Simulation {
         self.settle();
         self.stop();
         let state = &self.state;
+        // What is there at the start bears all loads at once, not a part of them.
+        let all = self.model.in_situ.is_some() && state.steps == 0;
         let memory = Memory {
             increments: u64::from(increments.max(1)),
             increment: 1,
-            from: state.load_factors.clone(),
+            from: if all { to.clone() } else { state.load_factors.clone() },
             way: state.way,
             apart: self.farthest_apart().map_or(0.0, |(distance, _)| distance),
             to,

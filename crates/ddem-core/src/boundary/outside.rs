@@ -82,7 +82,7 @@ pub(super) struct Clamped {
 
 impl Clamped {
     pub(super) fn all(&self) -> bool {
-        self.count == self.nodes
+        self.nodes > 0 && self.count == self.nodes
     }
 
     /// The fixes, for a message.
@@ -101,7 +101,10 @@ impl Outside {
     ) -> Self {
         let here = || borders.list.iter().enumerate().filter(|(_, b)| b.period.has(stage));
         let mut sums: BTreeMap<u32, Resistance> = BTreeMap::new();
-        for (node, resistance) in here().flat_map(|(_, border)| &border.dashpots) {
+        // What has been taken out answers nothing.
+        let there = |node: u32| !made.geometry.is_gone(made.geometry.locate(node as usize).0);
+        let dashpots = here().flat_map(|(_, border)| &border.dashpots);
+        for (node, resistance) in dashpots.filter(|(node, _)| there(*node)) {
             *sums.entry(*node).or_insert_with(Resistance::zeros) += resistance;
         }
         let mut dashpots: Vec<(usize, Dashpot)> = Vec::with_capacity(sums.len());
@@ -121,7 +124,7 @@ impl Outside {
         for (index, border) in here() {
             let Some(wave) = border.wave else { continue };
             for (node, resistance) in &border.dashpots {
-                let dashpot = outside.by_node[node];
+                let Some(&dashpot) = outside.by_node.get(node) else { continue };
                 let force = 2.0 * (resistance * wave);
                 outside.waves.push(Wave { dashpot, border: index, force });
             }
@@ -166,8 +169,9 @@ impl Outside {
                 continue;
             }
             for side in &border.sides {
+                let Some(&dashpot) = self.by_node.get(&side.node) else { continue };
                 let push = columns.push(side);
-                let sum = &mut pushes[self.by_node[&side.node]];
+                let sum = &mut pushes[dashpot];
                 sum.force += push.force;
                 sum.wave += push.wave;
             }
@@ -177,7 +181,8 @@ impl Outside {
 
     pub(super) fn clamped(&self, made: Made<'_>, border: &Border) -> Clamped {
         let mut blocks: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
-        for (node, _) in &border.dashpots {
+        let there = |node: &u32| self.by_node.contains_key(node);
+        for (node, _) in border.dashpots.iter().filter(|(node, _)| there(node)) {
             let (block, _) = made.geometry.locate(*node as usize);
             blocks.entry(block).or_default().insert(*node);
         }

@@ -48,7 +48,7 @@ impl Fitting<'_> {
         &self,
         abutment: &Abutment,
         [normal, shear]: [f64; 2],
-        stresses: &[Option<Stress>],
+        both: [Option<Stress>; 2],
     ) -> Seated {
         let mut quads = Vec::new();
         let mut patch = self.abutting(abutment, &mut |corners| quads.extend(quads_of(corners)));
@@ -72,7 +72,6 @@ impl Fitting<'_> {
             (self.placing.position(a, face_a, x) + self.placing.position(b, face_b, y)) / 2.0
         };
         let points: Vec<Vec3> = patch.points.iter().map(middle).collect();
-        let both = patch.blocks.map(|block| stresses[block as usize]);
         let tractions = between(both, &patch.now[0], (&points, &quads)).unwrap_or_default();
         for (pair, traction) in pairs.iter_mut().zip(tractions) {
             let own = axes.tr_mul(&traction);
@@ -114,8 +113,14 @@ pub(crate) fn seated(
         start: true,
     };
     let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
-    let bond =
-        |abutment: &Abutment| fitting.bond(abutment, joints[usize::from(abutment.joint)], stresses);
+    let bond = |abutment: &Abutment| {
+        let [a, b] = abutment.blocks.map(|block| stresses[block as usize]);
+        // A rigid block has no stress, and bears that of the other.
+        let [rigid_a, rigid_b] =
+            abutment.blocks.map(|block| geometry.lattice(block as usize).rigid);
+        let both = [if rigid_a { b } else { a }, if rigid_b { a } else { b }];
+        fitting.bond(abutment, joints[usize::from(abutment.joint)], both)
+    };
     let mut seated: Vec<Seated> = geometry.abutments.par_iter().map(bond).collect();
     let mut next = first;
     for joint in &mut seated {

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 use super::lattice::NO_JOINT;
 use super::{Geometry, Names, Region, Surface, Vec3};
-use crate::deck::Deck;
+use crate::deck::{Deck, Joint};
 use crate::grid;
 use crate::touch::{self, FaceOf};
 
@@ -29,6 +29,8 @@ pub(crate) struct Abutment {
     pub(crate) area: f64,
     /// Distance of the two faces `[m]`.
     pub(crate) gap: f64,
+    /// Normal stiffness of the joint `[Pa/m]`.
+    stiffness: f64,
 }
 
 /// A face of a body where it is at rest.
@@ -49,8 +51,12 @@ pub(super) fn abutments(
     if geometry.lattices.len() < 2 {
         return Vec::new();
     }
-    let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
-    let thickest = thickness.iter().copied().fold(0.0, f64::max);
+    // Thickness and normal stiffness.
+    let of = |joint: &Joint| {
+        [joint.thickness, joint.stiffness(&deck.materials).map_or(0.0, |[normal, _]| normal)]
+    };
+    let joints: Vec<[f64; 2]> = deck.joints.values().map(of).collect();
+    let thickest = joints.iter().map(|joint| joint[0]).fold(0.0, f64::max);
     let boxes: Vec<_> = (0..geometry.bodies.len())
         .map(|body| {
             let margin = thickest + MISSES * geometry.shortest_edge(body);
@@ -71,17 +77,24 @@ pub(super) fn abutments(
     };
     let abut = |blocks: [u32; 2]| {
         let all = (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number));
-        all.into_iter().find_map(|faces| geometry.abut(blocks, faces, (&thickness, &assigned)))
+        all.into_iter().find_map(|faces| geometry.abut(blocks, faces, (&joints, &assigned)))
     };
     grid::meeting(&boxes).into_iter().filter(other).filter_map(abut).collect()
 }
 
-/// The joint at each face, by block and number.
+/// The joint at each face, by block and number: of several the stiffest, which bounds what the others do.
 pub(super) fn abutting(abutments: &[Abutment]) -> HashMap<(u32, u8), u16> {
-    let sides = abutments.iter().flat_map(|Abutment { blocks, faces, joint, .. }| {
-        [0, 1].map(|side| ((blocks[side], faces[side].number()), *joint))
-    });
-    sides.collect()
+    let mut stiffest: HashMap<(u32, u8), &Abutment> = HashMap::new();
+    for abutment in abutments {
+        for side in 0..2 {
+            let face = (abutment.blocks[side], abutment.faces[side].number());
+            let known = stiffest.entry(face).or_insert(abutment);
+            if abutment.stiffness > known.stiffness {
+                *known = abutment;
+            }
+        }
+    }
+    stiffest.into_iter().map(|(face, abutment)| (face, abutment.joint)).collect()
 }
 
 impl Geometry {
@@ -150,7 +163,7 @@ impl Geometry {
         &self,
         blocks: [u32; 2],
         faces: [FaceOf; 2],
-        (thickness, assigned): (&[f64], &[(Region, u16)]),
+        (joints, assigned): (&[[f64; 2]], &[(Region, u16)]),
     ) -> Option<Abutment> {
         let bodies = blocks.map(|block| block as usize);
         let normals = [0, 1].map(|side| {
@@ -169,7 +182,7 @@ impl Geometry {
         let gap = (middle(&seats[1]) - middle(&seats[0])).dot(&seats[0].normal);
         let misses = MISSES
             * bodies.map(|body| self.shortest_edge(body)).into_iter().fold(f64::INFINITY, f64::min);
-        if gap < -misses || gap > thickness[joint as usize] + misses {
+        if gap < -misses || gap > joints[joint as usize][0] + misses {
             return None;
         }
         // Seen along the normal.
@@ -182,7 +195,8 @@ impl Geometry {
         };
         let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);
         let area = over(&own.whole, &other.whole);
-        some.then_some(Abutment { blocks, faces, joint, area, gap })
+        let stiffness = joints[joint as usize][1];
+        some.then_some(Abutment { blocks, faces, joint, area, gap, stiffness })
     }
 
     fn joint_between(

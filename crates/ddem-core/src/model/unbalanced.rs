@@ -58,7 +58,10 @@ impl Model {
                 plane.lacks += lacking.norm();
             }
         }
-        let wrong = planes.into_values().filter(|plane| plane.lacks > SMALL * plane.asked);
+        // On a free surface rounding is all that is asked for.
+        let most = planes.values().fold(0.0, |most: f64, plane| most.max(plane.asked));
+        let much = |plane: &Plane| plane.lacks > SMALL * plane.asked.max(SMALL * most);
+        let wrong = planes.into_values().filter(much);
         wrong.map(|plane| plane.words()).collect()
     }
 

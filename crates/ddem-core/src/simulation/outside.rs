@@ -141,7 +141,9 @@ impl Simulation {
             let inertia = assembly.pack_inertia[pack] as usize;
             let at = at as usize - 3 * self.model.packs.packs[pack].start;
             let mass = assembly.inertia[inertia].mass[at / 3].0[usize::from(lane)];
-            [0, 1, 2].map(|c| motion.classes[inertia].at(at + c, usize::from(lane))[2] / mass)
+            let rate = |c: usize| motion.classes[inertia].at(at + c, usize::from(lane))[2] / mass;
+            // Beside what has been taken out the ground has no damping of nodes.
+            [0, 1, 2].map(|c| if mass > 0.0 { rate(c) } else { 0.0 })
         };
         let pace = Pace {
             time_step: motion.time_step,

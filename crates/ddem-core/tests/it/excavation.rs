@@ -238,3 +238,37 @@ fn mistakes_are_said() {
     );
     assert_eq!(charged(Some("dig".into())), "");
 }
+
+/// What is taken out beside a boundary answers nothing there any more, and the rest goes on.
+#[test]
+fn boundaries_lose_what_is_taken_out() {
+    let boundary = |axis: usize, at: f64, kind: BoundaryKind| Boundary {
+        region: plane(axis, at),
+        kind,
+        velocity: None,
+        history: None,
+        from: Some("dig".into()),
+        until: None,
+    };
+    for (kind, damping) in [
+        (BoundaryKind::Viscous, Damping::Local(0.3)),
+        (BoundaryKind::Viscous, Damping::None),
+        (BoundaryKind::FreeField, Damping::None),
+    ] {
+        let mut deck = column(None, StageKind::Dynamic);
+        deck.fix.iter_mut().for_each(|fix| fix.until = Some("dig".into()));
+        deck.boundary.push(boundary(2, 0.0, BoundaryKind::Viscous));
+        deck.boundary.extend([0.0, 1.0].map(|at| boundary(0, at, kind)));
+        let mut simulation = simulation(&deck);
+        relax(&mut simulation, 1);
+        simulation.enter(1);
+        simulation.start(damping, TimeStep::Auto, None).unwrap_or_else(|error| panic!("{error}"));
+        for _ in 0..100 {
+            simulation.step().unwrap_or_else(|error| panic!("{kind:?}, {damping:?}: {error}"));
+        }
+        let top = simulation.model().nearest_node([0.5, 0.5, 1.98]);
+        let rises = simulation.displacement(top)[2];
+        assert!(rises > 1e-5 && rises < 1e-2, "{kind:?}, {damping:?}: {rises}");
+        assert!(simulation.unbalanced().is_finite());
+    }
+}

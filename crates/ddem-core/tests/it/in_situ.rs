@@ -354,3 +354,56 @@ fn faces_that_do_not_carry_it_are_named() {
     deck.fix.push(fix(plane(0, 3.0), "x"));
     assert_eq!(unbalanced(&deck), Vec::<String>::new());
 }
+
+/// What bears the stress comes at once, however many parts the loads are brought in.
+#[test]
+fn parts_of_loads_leave_the_stress_in_place() {
+    let mut deck = loaded(0, BOX, STRESS);
+    deck.fix = vec![fix(plane(0, 0.0), "xyz")];
+    deck.stage = vec![relax_stage("rock")];
+    let mut simulation = simulation(&deck);
+    simulation.start_relaxation(4).unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..1000 {
+        let relaxed = simulation.relax_step(1e-6).unwrap_or_else(|error| panic!("{error}"));
+        let moved = largest(&simulation.displacements());
+        assert!(moved < 1e-12, "{moved:e}");
+        if relaxed == ddem_core::Relaxed::Done {
+            return;
+        }
+    }
+    panic!("no equilibrium");
+}
+
+/// Rock under stress on a rigid bed: the joint between them bears all of it. And a free surface at
+/// which rounding is left of a gradient is no mistake.
+#[test]
+fn a_rigid_bed_bears_the_stress_of_the_rock() {
+    let mut deck = deck([2, 2, 3], [2.0, 2.0, 0.9], 2, 0.0);
+    deck.joints.insert("seam".into(), joint(2));
+    let density = 2400.0;
+    deck.materials.insert("rock".into(), Material { density, ..deck.materials["rock"] });
+    let bed = BlockSet {
+        name: Some("bed".into()),
+        origin: [0.0, 0.0, -1.0],
+        size: Some([2.0, 2.0, 1.0]),
+        count: Some([1, 1, 1]),
+        divisions: 1,
+        body: Body::Rigid,
+        ..deck.blocks[0].clone()
+    };
+    deck.blocks.push(bed);
+    let weight = density * 9.81;
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    let slope = [0.0, 0.0, weight, 0.0, 0.0, 0.0];
+    let rock = Where { z: Some(Extent::Range([0.0, 0.9])), ..Where::default() };
+    let stress = [0.0, 0.0, -weight * 0.9, 0.0, 0.0, 0.0];
+    let gradient = Some(Gradient { z: Some(slope), ..Gradient::default() });
+    deck.initial = vec![Initial { region: rock, ..in_place(stress, gradient) }];
+    let region = Where { set: Some("bed".into()), ..Where::default() };
+    deck.fix = vec![fix(region, "xyz")];
+    let warnings = model(&deck).warnings();
+    assert!(!warnings.iter().any(|w| w.contains("carried")), "{warnings:?}");
+    let mut simulation = simulation(&deck);
+    let unbalanced = simulation.unbalanced();
+    assert!(unbalanced < 1e-5, "{unbalanced:e}");
+}

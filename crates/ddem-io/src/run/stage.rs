@@ -30,6 +30,8 @@ pub(super) struct Moved {
 /// A stage that is running.
 pub(super) struct Running<'a> {
     stage: &'a Stage,
+    /// Taken by friction before it began or went on `[J]`.
+    friction: f64,
     /// How many stages there are.
     stages: usize,
     pub(super) moved: &'a mut Moved,
@@ -73,8 +75,10 @@ impl<'a> Running<'a> {
         };
         let steps_before = cursor.step.unwrap_or(0);
         let now = Instant::now();
+        let friction = moved.simulation.energy().friction;
         let mut running = Self {
             stage,
+            friction,
             stages,
             moved,
             observer,
@@ -214,7 +218,10 @@ impl<'a> Running<'a> {
             unbalanced,
             imbalance: simulation.energy().imbalance(),
         };
-        let doubts = [unbalanced_energy(summary.imbalance, relax), flutter(simulation, self.stage)];
+        let doubts = [
+            unbalanced_energy(summary.imbalance, relax),
+            flutter(simulation, self.stage, self.friction),
+        ];
         for doubt in doubts.iter().flatten() {
             self.observer.event(Event::Warning(doubt));
         }
@@ -311,8 +318,9 @@ fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     move |source| RunFailure::Stage { stage: stage.clone(), source }
 }
 
-/// What is to be said of deformable blocks that slide without any damping.
-fn flutter(simulation: &mut Simulation, stage: &Stage) -> Option<String> {
+/// What is to be said of deformable blocks that slide without any damping, where friction had taken so
+/// much before `[J]`.
+fn flutter(simulation: &mut Simulation, stage: &Stage, before: f64) -> Option<String> {
     let undamped = stage.damping.unwrap_or_default() == Damping::None;
     if stage.kind == StageKind::Relax || !undamped {
         return None;
@@ -321,7 +329,7 @@ fn flutter(simulation: &mut Simulation, stage: &Stage) -> Option<String> {
     let most = energy.kinetic.max(energy.external.abs());
     let model = simulation.model();
     let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
-    (!rigid && energy.friction > SLID * most).then(|| {
+    (!rigid && energy.friction - before > SLID * most).then(|| {
         let beta = 0.5 * simulation.time_step() / simulation.automatic_part();
         format!(
             "deformable blocks have slid without damping, and such blocks may flutter and slide too \
