@@ -3,7 +3,7 @@
 //! Where blocks are refined the joint is that of the finer side. Two block sets that touch are joined
 //! where both have a joint across the face: by that of the later one, or the one that is assigned there.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::lattice::NO_JOINT;
 use super::{Geometry, Names, Region, Surface, Vec3};
@@ -57,13 +57,6 @@ pub(super) fn abutments(
     };
     let joints: Vec<[f64; 2]> = deck.joints.values().map(of).collect();
     let thickest = joints.iter().map(|joint| joint[0]).fold(0.0, f64::max);
-    let boxes: Vec<_> = (0..geometry.bodies.len())
-        .map(|body| {
-            let margin = thickest + MISSES * geometry.shortest_edge(body);
-            let [low, high] = super::lattice::bounds_of(&geometry.corners(body));
-            [low.add_scalar(-margin), high.add_scalar(margin)]
-        })
-        .collect();
     let assigned: Vec<(Region, u16)> = deck
         .assign
         .iter()
@@ -76,10 +69,14 @@ pub(super) fn abutments(
         geometry.bodies[a as usize].lattice != geometry.bodies[b as usize].lattice
     };
     let abut = |blocks: [u32; 2]| {
-        let all = (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number));
-        all.into_iter().find_map(|faces| geometry.abut(blocks, faces, (&joints, &assigned)))
+        faces().find_map(|faces| geometry.abut(blocks, faces, (&joints, &assigned)))
     };
-    grid::meeting(&boxes).into_iter().filter(other).filter_map(abut).collect()
+    geometry.near(thickest).into_iter().filter(other).filter_map(abut).collect()
+}
+
+/// A face of each of two bodies.
+fn faces() -> impl Iterator<Item = [FaceOf; 2]> {
+    (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number))
 }
 
 /// The joint at each face, by block and number: of several the stiffest, which bounds what the others do.
@@ -166,27 +163,66 @@ impl Geometry {
         (joints, assigned): (&[[f64; 2]], &[(Region, u16)]),
     ) -> Option<Abutment> {
         let bodies = blocks.map(|block| block as usize);
+        let seats = self.opposed(bodies, faces)?;
+        let fine = usize::from(seats[1].area <= seats[0].area);
+        let joint = self.joint_between(bodies, faces, fine, (&seats[fine], assigned))?;
+        let [thickness, stiffness] = joints[joint as usize];
+        let [gap, area] = self.lie_on(bodies, &seats, thickness)?;
+        Some(Abutment { blocks, faces, joint, area, gap, stiffness })
+    }
+
+    /// Blocks whose boxes are no farther apart than this, with what they miss by rounding.
+    fn near(&self, reach: f64) -> Vec<[u32; 2]> {
+        let boxes: Vec<_> = (0..self.bodies.len())
+            .map(|body| {
+                let margin = reach + MISSES * self.shortest_edge(body);
+                let [low, high] = super::lattice::bounds_of(&self.corners(body));
+                [low.add_scalar(-margin), high.add_scalar(margin)]
+            })
+            .collect();
+        grid::meeting(&boxes)
+    }
+
+    /// Blocks of two sets whose faces touch without a joint between them.
+    pub(crate) fn unjoined(&self) -> Vec<[u32; 2]> {
+        let joined: BTreeSet<[u32; 2]> =
+            self.abutments.iter().map(|abutment| abutment.blocks).collect();
+        let alone = |blocks: &[u32; 2]| {
+            let bodies = blocks.map(|block| block as usize);
+            let touch = |faces: [FaceOf; 2]| {
+                let seats = self.opposed(bodies, faces)?;
+                self.lie_on(bodies, &seats, 0.0)
+            };
+            self.set(bodies[0]) != self.set(bodies[1])
+                && !joined.contains(blocks)
+                && faces().any(|faces| touch(faces).is_some())
+        };
+        self.near(0.0).into_iter().filter(alone).collect()
+    }
+
+    /// Two faces, if they look at each other.
+    fn opposed(&self, bodies: [usize; 2], faces: [FaceOf; 2]) -> Option<[Seat; 2]> {
         let normals = [0, 1].map(|side| {
             let out = if faces[side].upper { 1.0 } else { -1.0 };
             self.lattice(bodies[side]).normal(faces[side].direction) * out
         });
-        if normals[0].dot(&normals[1]) > 0.0
-            || normals[0].cross(&normals[1]).norm_squared() > PARALLEL
-        {
-            return None;
-        }
-        let seats = [0, 1].map(|side| self.seat(bodies[side], faces[side]));
-        let fine = usize::from(seats[1].area <= seats[0].area);
-        let joint = self.joint_between(bodies, faces, fine, (&seats[fine], assigned))?;
+        let opposed = normals[0].dot(&normals[1]) <= 0.0
+            && normals[0].cross(&normals[1]).norm_squared() <= PARALLEL;
+        opposed.then(|| [0, 1].map(|side| self.seat(bodies[side], faces[side])))
+    }
+
+    /// Distance of two faces `[m]` and the area with which they lie on each other `[m²]`, up to a gap as
+    /// wide as the thickness of their joint.
+    fn lie_on(&self, bodies: [usize; 2], seats: &[Seat; 2], thickness: f64) -> Option<[f64; 2]> {
         let middle = |seat: &Seat| seat.corners.iter().sum::<Vec3>() / 4.0;
         let gap = (middle(&seats[1]) - middle(&seats[0])).dot(&seats[0].normal);
         let misses = MISSES
             * bodies.map(|body| self.shortest_edge(body)).into_iter().fold(f64::INFINITY, f64::min);
-        if gap < -misses || gap > joints[joint as usize][0] + misses {
+        if gap < -misses || gap > thickness + misses {
             return None;
         }
         // Seen along the normal.
-        let [own, other] = &seats;
+        let [own, other] = seats;
         let along = (own.corners[1] - own.corners[0]).normalize();
         let across = own.normal.cross(&along);
         let flat = |corners: &[Vec3; 4]| corners.map(|x| [along.dot(&x), across.dot(&x)]);
@@ -194,9 +230,7 @@ impl Geometry {
             touch::overlap(&flat(a), &flat(b)).as_slice().iter().map(|v| v.area).sum()
         };
         let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);
-        let area = over(&own.whole, &other.whole);
-        let stiffness = joints[joint as usize][1];
-        some.then_some(Abutment { blocks, faces, joint, area, gap, stiffness })
+        some.then(|| [gap, over(&own.whole, &other.whole)])
     }
 
     fn joint_between(

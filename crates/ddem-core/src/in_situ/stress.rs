@@ -21,22 +21,20 @@ pub(crate) struct Stress {
 
 /// Contacts begin without force: sets that touch cannot bear a stress together.
 pub(crate) fn met(deck: &Deck, geometry: &Geometry, stresses: &[Option<Stress>]) -> Vec<Fault> {
-    let set = |block: usize| geometry.set(block);
-    let stressed: Vec<usize> =
-        (0..stresses.len()).filter(|&block| stresses[block].is_some()).map(set).collect();
-    if stressed.is_empty() || !deck.finds_contacts() {
+    if stresses.iter().all(Option::is_none) || !deck.finds_contacts() {
         return Vec::new();
     }
     let index = deck.initial.iter().position(|entry| entry.stress.is_some()).unwrap_or_default();
-    let pair = |[a, b]: [usize; 2]| if a < b { (a, b) } else { (b, a) };
-    let joined =
-        geometry.abutments.iter().map(|joint| joint.blocks.map(|block| set(block as usize)));
-    let joined: BTreeSet<_> = joined.map(pair).collect();
-    let touching = geometry.touching().into_iter();
-    let touching = touching.map(|(i, j)| pair([i, j].map(|at| geometry.lattices[at].set)));
-    let alone: BTreeSet<_> =
-        touching.filter(|both| both.0 != both.1 && !joined.contains(both)).collect();
-    let fault = |(a, b): (usize, usize)| {
+    let stressed = |blocks: &[u32; 2]| blocks.iter().any(|&b| stresses[b as usize].is_some());
+    let sets = |blocks: [u32; 2]| blocks.map(|block| geometry.set(block as usize));
+    let alone: BTreeSet<[usize; 2]> = geometry
+        .unjoined()
+        .into_iter()
+        .filter(stressed)
+        .map(sets)
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    let fault = |[a, b]: [usize; 2]| {
         let message = format!(
             "sets `{}` and `{}` touch without a joint: contacts begin without force, and do not bear \
              a stress at the start",
@@ -46,8 +44,7 @@ pub(crate) fn met(deck: &Deck, geometry: &Geometry, stresses: &[Option<Stress>])
         let help = "give both a `joint`, or bring the stress on by loads in a relax stage";
         Fault::new(format!("initial[{index}].stress"), message).help(help)
     };
-    let alone = alone.into_iter();
-    alone.filter(|(a, b)| stressed.contains(a) || stressed.contains(b)).map(fault).collect()
+    alone.into_iter().map(fault).collect()
 }
 
 /// The stress in each block that a deck gives one.

@@ -403,7 +403,32 @@ fn a_rigid_bed_bears_the_stress_of_the_rock() {
     deck.fix = vec![fix(region, "xyz")];
     let warnings = model(&deck).warnings();
     assert!(!warnings.iter().any(|w| w.contains("carried")), "{warnings:?}");
-    let mut simulation = simulation(&deck);
+    let simulation = simulation(&deck);
     let unbalanced = simulation.unbalanced();
     assert!(unbalanced < 1e-5, "{unbalanced:e}");
+}
+
+/// Four jointed sets around an edge: those on the diagonal touch at an edge alone, and that is nothing.
+#[test]
+fn sets_around_an_edge_bear_a_stress() {
+    let mut deck = deck([1, 1, 1], [1.0; 3], 2, 0.0);
+    deck.joints.insert("seam".into(), joint(2));
+    for (x, y) in [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+        let origin = [x, y, 0.0];
+        deck.blocks.push(BlockSet { origin, ..deck.blocks[0].clone() });
+    }
+    deck.initial = vec![in_place([-1e6, -1e6, 0.0, 0.0, 0.0, 0.0], None)];
+    for (axis, at) in [(0, 0.0), (0, 2.0), (1, 0.0), (1, 2.0)] {
+        deck.fix.push(fix(plane(axis, at), ["x", "y"][axis]));
+    }
+    let simulation = simulation(&deck);
+    assert!(simulation.unbalanced() < 1e-6, "{:e}", simulation.unbalanced());
+    // One of them without a joint bears nothing.
+    deck.blocks[3].joint = None;
+    deck.model.contact = Some(true);
+    let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+    assert!(
+        faults.iter().any(|fault| fault.message.contains("touch without a joint")),
+        "{faults:?}"
+    );
 }
