@@ -186,10 +186,10 @@ fn figures(progress: &Progress) -> Vec<String> {
     // Relaxation has no time of its own.
     if progress.relax {
         let Progress { unbalanced, tolerance, .. } = progress;
-        figures.push(format!("unbalanced {unbalanced:.1e} → {tolerance:e}"));
+        figures.push(format!("unbalanced {} → {tolerance:e}", ratio(*unbalanced)));
     } else {
         figures.push(format!("t {:.4e} s", progress.time));
-        figures.push(format!("unbalanced {:.1e}", progress.unbalanced));
+        figures.push(format!("unbalanced {}", ratio(progress.unbalanced)));
     }
     if progress.failed_pairs > 0 {
         figures.push(format!("{} failed", progress.failed_pairs));
@@ -218,13 +218,18 @@ fn beginning(progress: &Progress) -> String {
     format!("{}: {what}{from}", label(progress))
 }
 
+/// An unbalanced ratio; there is none where nothing is applied.
+fn ratio(unbalanced: f64) -> String {
+    if unbalanced.is_finite() { format!("{unbalanced:.1e}") } else { "–".to_owned() }
+}
+
 /// The line at the end of a stage; `failed` are the pairs that have failed since the run began.
 fn end(stage: &StageSummary, failed: u64) -> String {
     let mut line = format!("{}: done in {} steps", stage.name, stage.steps);
     if let Some(time) = clock(stage.wall_seconds) {
         line += &format!(" and {time}");
     }
-    line += &format!(", unbalanced {:.1e}", stage.unbalanced);
+    line += &format!(", unbalanced {}", ratio(stage.unbalanced));
     if stage.imbalance > 0.0 {
         line += &format!(", energy off by {:.0e}", stage.imbalance);
     }

@@ -77,3 +77,16 @@ def test_mistakes_are_said(change: dict[str, object], said: str) -> None:
         other = column()
         other.initial(gradient={"z": (0, 0, 1, 0, 0, 0)})
         other.build()
+
+
+def test_what_is_removed_is_not_drawn() -> None:
+    from ddem._layers import blocks
+    from ddem._scene import frame_of
+
+    simulation = column().build()
+    for stage, top in (("before", 4.0), ("dig", 1.99)):
+        simulation.enter(stage)
+        frame = frame_of(simulation, -1, joints=False)
+        (layer,) = blocks(frame, "stress", "zz", None, (None, None), 0.0, "none", 1.0)
+        assert layer.points[:, 2].max() == pytest.approx(top)
+        assert layer.values is not None and (layer.values < -1e6).all()

@@ -119,6 +119,13 @@ impl Stress {
     }
 
     /// Mean of several stresses.
+    /// `∂σ_ij/∂x_j`, what bears a weight `[N/m³]`.
+    pub(crate) fn divergence(&self) -> Vec3 {
+        let [x, y, z] = &self.gradient;
+        let [xx, yy, zz, xy, yz, zx] = [0, 1, 2, 3, 4, 5];
+        Vec3::new(x[xx] + y[xy] + z[zx], x[xy] + y[yy] + z[yz], x[zx] + y[yz] + z[zz])
+    }
+
     pub(super) fn mean(of: &[Option<Self>]) -> Option<Self> {
         let first = *of.first()?;
         if of.iter().all(|stress| *stress == first) {

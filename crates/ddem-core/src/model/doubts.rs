@@ -27,6 +27,7 @@ impl Model {
             }
         }
         warnings.extend(self.unbalanced());
+        warnings.extend(self.unborne());
         warnings.extend(self.glued());
         warnings.extend(self.left_out());
         let charges = self.conditions.charged.iter();

@@ -69,6 +69,35 @@ impl Model {
         wrong.map(|plane| plane.words()).collect()
     }
 
+    /// What is said of blocks whose stress at the start does not bear their weight.
+    pub(super) fn unborne(&self) -> Option<String> {
+        let in_situ = self.in_situ.as_ref()?;
+        let wrong = |&block: &usize| {
+            let Some(stress) = in_situ.of(block) else { return false };
+            let weight = self.gravity * self.density(block);
+            let borne = stress.divergence();
+            (borne + weight).norm() > SMALL * borne.norm().max(weight.norm())
+        };
+        let wrong: Vec<usize> = (0..self.n_blocks()).filter(wrong).collect();
+        let first = *wrong.first()?;
+        let [x, y, z] = (-self.gravity * self.density(first)).into();
+        let borne = in_situ.of(first)?.divergence();
+        Some(format!(
+            "the stress at the start does not bear the weight of {} blocks, first of block {first} of set \
+             `{}`: its gradient gives ({:.4e}, {:.4e}, {:.4e}) N/m³ and the weight wants ({x:.4e}, {y:.4e}, \
+             {z:.4e}), as `gradient.z` with zz = density x gravity",
+            wrong.len(),
+            self.set_name(first),
+            borne.x,
+            borne.y,
+            borne.z
+        ))
+    }
+
+    fn density(&self, block: usize) -> f64 {
+        self.constants.materials[self.geometry.bodies[block].material as usize].density
+    }
+
     /// The same for all faces on one plane that look the same way.
     fn plane_of(&self, surface: &Surface) -> [i64; 4] {
         let [low, high] = self.geometry.bounds;

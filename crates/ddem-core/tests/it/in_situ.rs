@@ -432,3 +432,25 @@ fn sets_around_an_edge_bear_a_stress() {
         "{faults:?}"
     );
 }
+
+/// A stress that does not bear the weight is said, and what would.
+#[test]
+fn the_weight_wants_a_gradient() {
+    let mut deck = loaded(2, BOX, [0.0; 6]);
+    deck.load.clear();
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    deck.model.gravity = [0.0, 0.0, -10.0];
+    let slope =
+        |zz: f64| Some(Gradient { z: Some([0.0, 0.0, zz, 0.0, 0.0, 0.0]), ..Gradient::default() });
+    let said = |gradient: Option<Gradient>| {
+        let mut deck = deck.clone();
+        deck.initial = vec![in_place([0.0, 0.0, -4.8e4, 0.0, 0.0, 0.0], gradient)];
+        let warnings = model(&deck).warnings();
+        warnings.into_iter().find(|text| text.contains("does not bear the weight"))
+    };
+    assert_eq!(said(slope(2.4e4)), None);
+    for gradient in [None, slope(2.5e4), slope(-2.4e4)] {
+        let text = said(gradient).unwrap_or_default();
+        assert!(text.contains("of 12 blocks") && text.contains("2.4000e4"), "{text}");
+    }
+}

@@ -71,7 +71,9 @@ def blocks(
     opacity: float,
 ) -> list[Layer]:
     """Outer faces of the blocks where they are now, and their lines."""
-    faces, owners = skin(frame.elements)
+    kept = np.flatnonzero(~frame.removed)
+    faces, owners = skin(frame.elements[kept])
+    owners = kept[owners]
     nodes, cells = np.unique(faces, return_inverse=True)
     points = (frame.points + scale * frame.displacement)[nodes]
     layer = Layer("blocks", points, cells.reshape(-1, 4), opacity, PLAIN)
@@ -102,6 +104,8 @@ def joints(
     if len(frame.quads) == 0:
         raise ValueError("joints: the model has no joints")
     pairs, quads = frame.pairs, frame.quads
+    if "removed" in frame.pair_fields:
+        quads = quads[~(np.asarray(pairs["removed"]).reshape(-1)[quads] != 0).any(axis=1)]
     state = np.asarray(pairs["state"]).astype(int)
     if name not in ("slip", "traction") and component is not None:
         raise ValueError(f"joint_component: {name!r} has none")

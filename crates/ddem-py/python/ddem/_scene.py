@@ -67,6 +67,7 @@ class Frame:
     points: Floats  # (n_nodes, 3) m, reference positions
     displacement: Floats  # (n_nodes, 3) m
     elements: Integers  # (n_elements, 8) in the order of VTK
+    removed: npt.NDArray[np.bool_]  # (n_elements,) whether they have been taken out
     fields: Sequence[str]
     values: Callable[[str], npt.NDArray[Any]]
     pairs: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void]
@@ -99,12 +100,17 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
             one_of("field", name, (*NODAL, *ELEMENTAL, *PEAKS))
             raise
 
+    try:
+        removed = np.asarray(source.field("removed")) != 0
+    except (ValueError, KeyError):
+        removed = np.zeros(len(source.elements), np.bool_)
     return Frame(
         title=source.title,
         time=source.time,
         points=source.points,
         displacement=source.displacement,
         elements=source.elements,
+        removed=removed,
         fields=(*NODAL, *ELEMENTAL),
         values=values,
         pairs=pairs,
@@ -146,6 +152,7 @@ def _recorded(folder: Path, index: int, joints: bool, contacts: bool) -> Frame:
         points=points,
         displacement=fields["displacement"].astype(np.float64),
         elements=cells.reshape(-1, 8),
+        removed=fields.get("removed", np.zeros(len(cells) // 8)).reshape(-1) != 0,
         fields=tuple(fields),
         values=values,
         pairs=pairs,
