@@ -26,6 +26,8 @@ pub(super) struct Cavity {
     pub(super) volume: f64,
     /// Its shortest extent `[m]`.
     pub(super) reach: f64,
+    /// How many of its walls are selected, and how many it has.
+    pub(super) walls: [usize; 2],
     /// It has cells at the outside of the set.
     pub(super) outside: bool,
     /// It borders on blocks that are split otherwise.
@@ -127,6 +129,8 @@ impl Space<'_> {
             edges.into_iter().for_each(|edge| self.close_edge(&mut mesh, d, edge));
         }
         self.close_corners(&mut mesh);
+        let all = walls(self.lattice).filter(|((cell, ..), _)| self.cells.contains(cell)).count();
+        let walls = [own().count(), all];
         let (volume, reach) = self.extent();
         let lattice = self.lattice;
         let beyond = |is: &dyn Fn(Option<Cell>) -> bool| {
@@ -138,7 +142,7 @@ impl Space<'_> {
         // What is elsewhere bounds nothing here.
         let beside =
             beyond(&|cell| cell.is_some_and(|cell| lattice.body[lattice.index(cell)] == ELSEWHERE));
-        Some(Cavity { mesh, volume, reach, outside, beside })
+        Some(Cavity { mesh, volume, reach, outside, beside, walls })
     }
 
     /// Volume of the cells, up to the walls, and their shortest extent.

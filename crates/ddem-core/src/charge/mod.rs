@@ -108,6 +108,13 @@ impl Charge {
                      gas does not push these; split all blocks around it alike"
                 ));
             }
+            let [own, all] = cavity.walls;
+            if own < all {
+                doubts.push(format!(
+                    "charge {index}: it pushes {own} of the {all} walls of its cavity: its `where` has to \
+                     reach the centres of the others, too"
+                ));
+            }
             parts.push((cavity.mesh, cavity.volume, cavity.reach));
         }
         let in_cavity = !parts.is_empty();

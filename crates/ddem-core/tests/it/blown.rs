@@ -122,3 +122,14 @@ fn explosive_in_a_closed_joint_begins_with_its_own_pressure() {
     assert!(now.pressure < 0.999 * went_off, "{now:?}");
     assert!((now.pressure / exact - 1.0).abs() < 1e-9, "{now:?} {exact:e}");
 }
+
+/// A `where` that does not reach all walls of a hole is said.
+#[test]
+fn walls_that_are_not_reached_are_counted() {
+    let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
+    let line = Cylinder { from: [1.5, 1.5, 0.9], to: [1.5, 1.5, 2.1], radius: 0.2 };
+    let region = Where { cylinder: Some(line), ..Where::default() };
+    deck.charge = vec![gas(region, 1e6)];
+    let warnings = model(&deck).warnings();
+    assert!(warnings.iter().any(|w| w.contains("pushes 2 of the 6 walls")), "{warnings:?}");
+}
