@@ -1,18 +1,10 @@
 //! Charges that cannot be, and those in joints that have closed.
 
+use ddem_core::Simulation;
 use ddem_core::deck::*;
-use ddem_core::{Model, Simulation};
 
 use crate::charges::*;
 use crate::decks::*;
-
-fn refused(deck: &Deck, words: &[&str]) {
-    let Err(error) = Model::new(deck) else { panic!("accepted: {words:?}") };
-    let text = error.to_string();
-    for word in words {
-        assert!(text.contains(word), "`{word}` is not in: {text}");
-    }
-}
 
 #[test]
 fn charges_that_cannot_be() {

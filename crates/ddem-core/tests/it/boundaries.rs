@@ -279,15 +279,6 @@ fn a_free_field_is_level_ground() {
     }
 }
 
-/// What it says that is wrong with a deck.
-fn refused(deck: &Deck, words: &[&str]) {
-    let Err(error) = Model::new(deck) else { panic!("accepted: {words:?}") };
-    let text = error.to_string();
-    for word in words {
-        assert!(text.contains(word), "`{word}` is not in: {text}");
-    }
-}
-
 #[test]
 fn boundaries_that_cannot_be() {
     let plain = deck([2, 2, 2], [2.0, 2.0, 2.0], 2, 0.02);

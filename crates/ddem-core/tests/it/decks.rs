@@ -111,3 +111,12 @@ pub(crate) fn largest(values: &[[f64; 3]]) -> f64 {
 pub(crate) fn bits(values: &[[f64; 3]]) -> Vec<u64> {
     values.iter().flatten().map(|x| x.to_bits()).collect()
 }
+
+/// What it says that is wrong with a deck.
+pub(crate) fn refused(deck: &Deck, words: &[&str]) {
+    let Err(error) = Model::new(deck) else { panic!("accepted: {words:?}") };
+    let text = error.to_string();
+    for word in words {
+        assert!(text.contains(word), "`{word}` is not in: {text}");
+    }
+}

@@ -9,6 +9,7 @@ mod architecture;
 mod bad_input;
 mod blasts;
 mod blown;
+mod borne;
 mod boundaries;
 mod breaking;
 mod charges;

@@ -1,0 +1,107 @@
+//! What bears a stress at the start: loads, rigid beds, other sets, and a gradient the weight.
+
+use ddem_core::Model;
+use ddem_core::deck::*;
+
+use crate::decks::*;
+use crate::in_situ::{STRESS, in_place, joint, loaded};
+
+/// What bears the stress comes at once, however many parts the loads are brought in.
+#[test]
+fn parts_of_loads_leave_the_stress_in_place() {
+    let mut deck = loaded(0, BOX, STRESS);
+    deck.fix = vec![fix(plane(0, 0.0), "xyz")];
+    deck.stage = vec![relax_stage("rock")];
+    let mut simulation = simulation(&deck);
+    simulation.start_relaxation(4).unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..1000 {
+        let relaxed = simulation.relax_step(1e-6).unwrap_or_else(|error| panic!("{error}"));
+        let moved = largest(&simulation.displacements());
+        assert!(moved < 1e-12, "{moved:e}");
+        if relaxed == ddem_core::Relaxed::Done {
+            return;
+        }
+    }
+    panic!("no equilibrium");
+}
+
+/// Rock under stress on a rigid bed: the joint between them bears all of it. And a free surface at
+/// which rounding is left of a gradient is no mistake.
+#[test]
+fn a_rigid_bed_bears_the_stress_of_the_rock() {
+    let mut deck = deck([2, 2, 3], [2.0, 2.0, 0.9], 2, 0.0);
+    deck.joints.insert("seam".into(), joint(2));
+    let density = 2400.0;
+    deck.materials.insert("rock".into(), Material { density, ..deck.materials["rock"] });
+    let bed = BlockSet {
+        name: Some("bed".into()),
+        origin: [0.0, 0.0, -1.0],
+        size: Some([2.0, 2.0, 1.0]),
+        count: Some([1, 1, 1]),
+        divisions: 1,
+        body: Body::Rigid,
+        ..deck.blocks[0].clone()
+    };
+    deck.blocks.push(bed);
+    let weight = density * 9.81;
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    let slope = [0.0, 0.0, weight, 0.0, 0.0, 0.0];
+    let rock = Where { z: Some(Extent::Range([0.0, 0.9])), ..Where::default() };
+    let stress = [0.0, 0.0, -weight * 0.9, 0.0, 0.0, 0.0];
+    let gradient = Some(Gradient { z: Some(slope), ..Gradient::default() });
+    deck.initial = vec![Initial { region: rock, ..in_place(stress, gradient) }];
+    let region = Where { set: Some("bed".into()), ..Where::default() };
+    deck.fix = vec![fix(region, "xyz")];
+    let warnings = model(&deck).warnings();
+    assert!(!warnings.iter().any(|w| w.contains("carried")), "{warnings:?}");
+    let simulation = simulation(&deck);
+    let unbalanced = simulation.unbalanced();
+    assert!(unbalanced < 1e-5, "{unbalanced:e}");
+}
+
+/// Four jointed sets around an edge: those on the diagonal touch at an edge alone, and that is nothing.
+#[test]
+fn sets_around_an_edge_bear_a_stress() {
+    let mut deck = deck([1, 1, 1], [1.0; 3], 2, 0.0);
+    deck.joints.insert("seam".into(), joint(2));
+    for (x, y) in [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+        let origin = [x, y, 0.0];
+        deck.blocks.push(BlockSet { origin, ..deck.blocks[0].clone() });
+    }
+    deck.initial = vec![in_place([-1e6, -1e6, 0.0, 0.0, 0.0, 0.0], None)];
+    for (axis, at) in [(0, 0.0), (0, 2.0), (1, 0.0), (1, 2.0)] {
+        deck.fix.push(fix(plane(axis, at), ["x", "y"][axis]));
+    }
+    let simulation = simulation(&deck);
+    assert!(simulation.unbalanced() < 1e-6, "{:e}", simulation.unbalanced());
+    // One of them without a joint bears nothing.
+    deck.blocks[3].joint = None;
+    deck.model.contact = Some(true);
+    let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+    assert!(
+        faults.iter().any(|fault| fault.message.contains("touch without a joint")),
+        "{faults:?}"
+    );
+}
+
+/// A stress that does not bear the weight is said, and what would.
+#[test]
+fn the_weight_wants_a_gradient() {
+    let mut deck = loaded(2, BOX, [0.0; 6]);
+    deck.load.clear();
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    deck.model.gravity = [0.0, 0.0, -10.0];
+    let slope =
+        |zz: f64| Some(Gradient { z: Some([0.0, 0.0, zz, 0.0, 0.0, 0.0]), ..Gradient::default() });
+    let said = |gradient: Option<Gradient>| {
+        let mut deck = deck.clone();
+        deck.initial = vec![in_place([0.0, 0.0, -4.8e4, 0.0, 0.0, 0.0], gradient)];
+        let warnings = model(&deck).warnings();
+        warnings.into_iter().find(|text| text.contains("does not bear the weight"))
+    };
+    assert_eq!(said(slope(2.4e4)), None);
+    for gradient in [None, slope(2.5e4), slope(-2.4e4)] {
+        let text = said(gradient).unwrap_or_default();
+        assert!(text.contains("of 12 blocks") && text.contains("2.4000e4"), "{text}");
+    }
+}
