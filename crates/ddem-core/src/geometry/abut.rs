@@ -105,17 +105,27 @@ impl Geometry {
         self.abutments.iter().filter(inside).count()
     }
 
+    /// Areas on which other blocks abut, by block and number of the face `[m²]`.
+    pub(super) fn covered(&self) -> HashMap<(u32, u8), f64> {
+        let mut covered = HashMap::new();
+        for abutment in &self.abutments {
+            for side in 0..2 {
+                let face = (abutment.blocks[side], abutment.faces[side].number());
+                *covered.entry(face).or_insert(0.0) += abutment.area;
+            }
+        }
+        covered
+    }
+
     /// Whether other blocks abut on a part of a face, and not on all of it.
-    pub(super) fn is_covered_in_part(&self, surface: &Surface) -> bool {
+    pub(super) fn is_covered_in_part(
+        &self,
+        surface: &Surface,
+        covered: &HashMap<(u32, u8), f64>,
+    ) -> bool {
         let face = FaceOf { direction: surface.normal, upper: surface.side > 0 };
         let body = surface.body as u32;
-        if !self.abutting.contains_key(&(body, face.number())) {
-            return false;
-        }
-        let on = |abutment: &&Abutment| {
-            (0..2).any(|side| abutment.blocks[side] == body && abutment.faces[side] == face)
-        };
-        let covered: f64 = self.abutments.iter().filter(on).map(|abutment| abutment.area).sum();
+        let Some(&covered) = covered.get(&(body, face.number())) else { return false };
         let [a, b, _, d] = self.seat(surface.body, face).whole;
         covered < (1.0 - SLIVER) * (b - a).cross(&(d - a)).norm()
     }

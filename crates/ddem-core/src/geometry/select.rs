@@ -269,7 +269,8 @@ impl Region {
 
     /// The faces that would be selected, but that another block abuts on a part of them.
     pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<Surface> {
-        self.faces(geometry, |surface| geometry.is_covered_in_part(surface))
+        let covered = geometry.covered();
+        self.faces(geometry, |surface| geometry.is_covered_in_part(surface, &covered))
     }
 
     fn faces(&self, geometry: &Geometry, wanted: impl Fn(&Surface) -> bool) -> Vec<Surface> {
