@@ -68,3 +68,31 @@ fn it_stays_where_friction_is_larger() {
     check(case, "base, x [N]", -weight * slope.sin(), run.last("base.x"), Relative(1e-4));
     check(case, "base, z [N]", weight * slope.cos(), run.last("base.z"), Relative(1e-4));
 }
+
+/// The joint has another friction in each stage, as a joint and as the contact that it becomes.
+#[test]
+fn it_slides_with_the_friction_of_the_stage() {
+    let case = of("v04_stages");
+    let slope = 20_f64.to_radians();
+    let resisting = |friction: f64| G * slope.cos() * friction.to_radians().tan();
+    for kind in ["deformable", "rigid"] {
+        let run = run(&edited(&example(case.deck), "divisions = 2", &format!("body = \"{kind}\"")));
+        let velocities = run.probes.series("block.x");
+        let between = |from: f64, to: f64| {
+            rate(velocities.clone().into_iter().filter(move |[t, _]| from <= *t && *t <= to))
+        };
+        let slides = G * slope.sin() - resisting(10.0);
+        let what = |what: &str| format!("acceleration, {what}, {kind} [m/s²]");
+        check(case, &what("a joint"), slides, between(0.02, 0.25), Relative(5e-3));
+        check(case, &what("a contact"), slides, between(0.6, 0.8), Relative(5e-3));
+        let brakes = G * slope.sin() - resisting(40.0);
+        check(case, &what("braked"), brakes, between(0.82, 1.1), Relative(5e-3));
+        let ways = run.probes.series("way.x");
+        let slid = ways.iter().filter(|[time, _]| *time <= 0.8).fold(0.0, |_, [_, way]| *way);
+        let braked = run.last("way.x") - slid;
+        let work = MASS * (resisting(10.0) * slid + resisting(40.0) * braked);
+        let taken = *run.energy.column("friction").last().expect("a row");
+        check(case, &format!("taken by friction, {kind} [J]"), work, taken, Relative(1e-2));
+        closes(case, &format!(", {kind}"), &run);
+    }
+}

@@ -32,6 +32,7 @@ pub(crate) const CASES: &[Case] = &[
     case("V3 beam", "v03_beam_t005"),
     case("V4 incline", "v04_slides"),
     case("V4 incline", "v04_stays"),
+    case("V4 incline", "v04_stages"),
     case("V4 incline, in contact", "v04_contact_slides"),
     case("V4 incline, in contact", "v04_contact_stays"),
     case("V4 incline, in contact", "v04_contact_steep"),

@@ -9,30 +9,12 @@ pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
 use std::sync::Arc;
 
 use crate::charge::Charge;
-use crate::deck::{ChargeHistory, Deck, Initial, Where};
+use crate::deck::{ChargeHistory, Deck, Initial, Period, Where};
 use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Stages, Vec3, no_node, nothing};
 use crate::history::{Course, Function};
 
 use release::{released, without_walls};
-
-/// From the start of one stage up to the start of another.
-#[derive(Clone, Debug)]
-pub(crate) struct Period {
-    from: Option<usize>,
-    until: Option<usize>,
-}
-
-impl Period {
-    pub(crate) fn new(deck: &Deck, from: Option<&String>, until: Option<&String>) -> Self {
-        let stage = |name: &String| deck.stage.iter().position(|s| s.name == *name);
-        Self { from: from.and_then(stage), until: until.and_then(stage) }
-    }
-
-    pub(crate) fn has(&self, stage: usize) -> bool {
-        self.from.is_none_or(|from| stage >= from) && self.until.is_none_or(|until| stage < until)
-    }
-}
 
 /// One `[[fix]]`.
 #[derive(Clone, Debug)]

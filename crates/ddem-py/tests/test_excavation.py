@@ -59,6 +59,26 @@ def test_a_gradient_is_weight() -> None:
     assert np.abs(simulation.displacement).max() < 1e-15
 
 
+def test_materials_and_joints_change_from_stage_to_stage() -> None:
+    model = ddem.Model(gravity=(0, 0, -10))
+    soft = ddem.Material(name="soft", density=ROCK.density, young=ROCK.young / 2, poisson=ROCK.poisson)
+    model.add_blocks(size=(1, 1, 2), divisions=2, material=ROCK)
+    model.fix("xyz", z=0.0)
+    model.stage("dry", kind="relax", tolerance=1e-10)
+    model.stage("wet", kind="relax", tolerance=1e-10)
+    model.assign(material=soft, from_="wet")
+    simulation = model.build()
+    settled = []
+    for stage in ("dry", "wet"):
+        simulation.enter(stage)
+        simulation.relax(tolerance=1e-10, quiet=True)
+        settled.append(simulation.displacement[:, 2].min())
+    assert settled[1] == pytest.approx(2 * settled[0], rel=1e-8)
+    model.assign(joint=ddem.Joint(name="stiff", normal_stiffness=1e9, shear_stiffness=1e9), from_="wet")
+    with pytest.raises(ddem.ModelError, match="no joint and no block"):
+        model.build()
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

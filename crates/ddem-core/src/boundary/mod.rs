@@ -14,8 +14,8 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use crate::assembly::Constants;
-use crate::conditions::{Active, Applied, Conditions, Period};
-use crate::deck::{Boundary, BoundaryKind, Deck};
+use crate::conditions::{Active, Applied, Conditions};
+use crate::deck::{Boundary, BoundaryKind, Deck, Period};
 use crate::element::Elastic;
 use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Surface, Vec3, nothing};

@@ -189,6 +189,12 @@ impl Breaks {
         }
     }
 
+    /// Strengths have changed: pairs that are bonded may fail where none could.
+    pub(crate) fn look_again(&mut self) {
+        let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
+        lattices.for_each(|broken| broken.bonded = true);
+    }
+
     /// The joint lattices of a pack.
     pub(crate) fn at(&mut self, pack: usize) -> &mut [Option<Broken>; 8] {
         self.packs[pack].get_or_insert_with(Box::default)

@@ -1,7 +1,7 @@
 //! The forces of blocks that are taken out, as loads that fade.
 
-use super::{Charged, Loaded, Period};
-use crate::deck::{Deck, History, Remove, StageKind};
+use super::{Charged, Loaded};
+use crate::deck::{Deck, History, Period, Remove, StageKind};
 use crate::error::Fault;
 use crate::geometry::Stages;
 use crate::history::Course;

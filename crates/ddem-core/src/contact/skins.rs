@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::Contacts;
+use super::{Contacts, Patch};
 use crate::deck::{Deck, Material};
 use crate::element::Elastic;
 use crate::geometry::Geometry;
@@ -216,12 +216,15 @@ impl Skins {
 
 impl Contacts {
     /// Supports have come or gone on some blocks: their contacts are made anew, as dashpots have another
-    /// mass now. They are as if the blocks had moved by more than they are valid for.
+    /// mass now.
     pub(crate) fn hold_anew(&mut self, changed: impl Fn(usize) -> bool) {
-        let damped = self.patches.iter_mut().filter(|patch| patch.both.dashpot > 0.0);
-        for patch in
-            damped.filter(|patch| patch.blocks.iter().any(|&block| changed(block as usize)))
-        {
+        let damped = |patch: &Patch| patch.both.dashpot > 0.0;
+        self.make_anew(|patch| damped(patch) && patch.blocks.iter().any(|&b| changed(b as usize)));
+    }
+
+    /// Contacts are made anew: as if the blocks had moved by more than they are valid for.
+    pub(crate) fn make_anew(&mut self, chosen: impl Fn(&Patch) -> bool) {
+        for patch in self.patches.iter_mut().filter(|patch| chosen(patch)) {
             patch.apart.x += 3.0 * f64::from(patch.limit);
         }
     }

@@ -139,7 +139,8 @@ pub struct Assign {
     /// a plane given.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Name of the joint for the joints inside.
+    /// Name of the joint for the joints inside. From a later stage on it can have other strengths than the
+    /// one before, and must have its thickness, stiffness and density.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
     /// Name of the material for the blocks inside.

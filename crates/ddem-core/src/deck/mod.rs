@@ -28,6 +28,7 @@ pub use conditions::{
 pub use contact::ContactTable;
 pub use matter::{Joint, Material};
 pub use size::Size;
+pub(crate) use stages::Period;
 pub use stages::{Damping, Stage, StageKind, TimeStep};
 
 use std::collections::BTreeMap;

@@ -100,3 +100,21 @@ pub enum TimeStep {
     /// Taken as given `[s]`.
     Seconds(f64),
 }
+
+/// From the start of one stage up to the start of another.
+#[derive(Clone, Debug)]
+pub(crate) struct Period {
+    pub(crate) from: Option<usize>,
+    until: Option<usize>,
+}
+
+impl Period {
+    pub(crate) fn new(deck: &super::Deck, from: Option<&String>, until: Option<&String>) -> Self {
+        let stage = |name: &String| deck.stage.iter().position(|s| s.name == *name);
+        Self { from: from.and_then(stage), until: until.and_then(stage) }
+    }
+
+    pub(crate) fn has(&self, stage: usize) -> bool {
+        self.from.is_none_or(|from| stage >= from) && self.until.is_none_or(|until| stage < until)
+    }
+}

@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use super::assign::in_force;
 use super::lattice::NO_JOINT;
 use super::{Geometry, Names, Region, Surface, Vec3};
 use crate::deck::{Deck, Joint};
@@ -42,10 +43,10 @@ struct Seat {
     whole: [Vec3; 4],
 }
 
-/// All faces of bodies of different lattices that lie on each other, sorted.
+/// All faces of bodies of different lattices that lie on each other, sorted, with the joints of a stage.
 pub(super) fn abutments(
     geometry: &Geometry,
-    (deck, names): (&Deck, &Names),
+    (deck, names, stage): (&Deck, &Names, usize),
     set_names: &[Option<&str>],
 ) -> Vec<Abutment> {
     if geometry.lattices.len() < 2 {
@@ -57,14 +58,11 @@ pub(super) fn abutments(
     };
     let joints: Vec<[f64; 2]> = deck.joints.values().map(of).collect();
     let thickest = joints.iter().map(|joint| joint[0]).fold(0.0, f64::max);
-    let assigned: Vec<(Region, u16)> = deck
-        .assign
-        .iter()
-        .filter_map(|entry| {
-            let joint = names.joint(entry.joint.as_ref()?)?;
-            Some((Region::new(&entry.region, &geometry.bounds, set_names), joint))
-        })
-        .collect();
+    let assigned = in_force(deck, stage).filter_map(|(_, entry)| {
+        let joint = names.joint(entry.joint.as_ref()?)?;
+        Some((Region::new(&entry.region, &geometry.bounds, set_names), joint))
+    });
+    let assigned: Vec<(Region, u16)> = assigned.collect();
     let other = |&[a, b]: &[u32; 2]| {
         geometry.bodies[a as usize].lattice != geometry.bodies[b as usize].lattice
     };
@@ -152,7 +150,7 @@ impl Geometry {
     }
 
     /// Joint at a face of a block, whether another block is there or not.
-    fn joint_at(&self, body: usize, face: FaceOf) -> Option<u16> {
+    pub(super) fn joint_at(&self, body: usize, face: FaceOf) -> Option<u16> {
         let lattice = self.lattice(body);
         let (d, mut cell) = (face.direction, self.bodies[body].cell.map(|c| c as usize));
         let joint = match (face.upper, cell[d]) {

@@ -15,6 +15,7 @@
 //! ```
 
 mod abut;
+mod assign;
 mod face;
 mod lattice;
 mod nothing;
@@ -38,7 +39,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use crate::deck::{Deck, Remove};
+use crate::deck::{Assign, Deck, Remove};
 use crate::error::Fault;
 
 /// Part of an edge within which a point lies on a face.
@@ -77,29 +78,11 @@ pub(crate) struct Geometry {
 impl Geometry {
     /// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
     pub(crate) fn new(deck: &Deck, names: &Names) -> Result<Self, Vec<Fault>> {
-        let mut lattices = lattices(deck, names)?;
+        let (mut lattices, mut faults) = refined(deck, names)?;
         let bounds = lattice::bounds(&lattices);
         let set_names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        let (mut faults, mut unused) = (Vec::new(), Vec::new());
-        for (index, entry) in deck.refine.iter().enumerate() {
-            let region = Region::new(&entry.region, &bounds, &set_names);
-            faults.extend(refine::refine(&mut lattices, &region, (index, entry.factor))?);
-        }
-        for (index, entry) in deck.assign.iter().enumerate() {
-            let region = Region::new(&entry.region, &bounds, &set_names);
-            let mut found = false;
-            for lattice in lattices.iter_mut().filter(|lattice| region.has_set(lattice.set)) {
-                if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
-                    found |= lattice.assign_joint(&region, joint);
-                }
-                if let Some(material) = entry.material.as_ref().and_then(|n| names.material(n)) {
-                    found |= lattice.assign_material(&region, material);
-                }
-            }
-            if !found {
-                unused.push((index, region));
-            }
-        }
+        let of = |entry: &Assign| Region::new(&entry.region, &bounds, &set_names);
+        let unused = assign::assign(&mut lattices, (deck, names), 0, &of);
         let never = |entry: &&Remove| entry.from.is_none();
         for (index, entry) in deck.remove.iter().enumerate().filter(|(_, e)| never(e)) {
             let region = Region::new(&entry.region, &bounds, &set_names);
@@ -124,12 +107,9 @@ impl Geometry {
         let (bodies, abutments, abutting) = (Vec::new(), Vec::new(), HashMap::new());
         let mut geometry = Self { lattices, bodies, n_nodes: 0, abutments, abutting, bounds };
         geometry.number()?;
-        geometry.abutments = abut::abutments(&geometry, (deck, names), &set_names);
+        geometry.abutments = abut::abutments(&geometry, (deck, names, 0), &set_names);
         geometry.abutting = abut::abutting(&geometry.abutments);
-        let unused = unused.into_iter().filter(|(_, region)| geometry.joins_at(region) == 0);
-        let faults: Vec<Fault> = unused
-            .map(|(index, _)| nothing(format!("assign[{index}].where"), "no joint and no block"))
-            .collect();
+        let faults = geometry.unused(deck, &unused, &of);
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -279,6 +259,19 @@ impl Geometry {
         let cell = self.bodies[body].cell;
         lattice.point([0, 1, 2].map(|d| lattice.line(d, cell[d] as usize, at[d])))
     }
+}
+
+/// The lattices of all sets, refined, before anything is assigned or removed; and what is wrong with that.
+fn refined(deck: &Deck, names: &Names) -> Result<(Vec<Lattice>, Vec<Fault>), Vec<Fault>> {
+    let mut lattices = lattices(deck, names)?;
+    let bounds = lattice::bounds(&lattices);
+    let set_names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+    let mut faults = Vec::new();
+    for (index, entry) in deck.refine.iter().enumerate() {
+        let region = Region::new(&entry.region, &bounds, &set_names);
+        faults.extend(refine::refine(&mut lattices, &region, (index, entry.factor))?);
+    }
+    Ok((lattices, faults))
 }
 
 /// Names of materials and joints as indices, in sorted order.

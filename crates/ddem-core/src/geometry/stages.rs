@@ -1,6 +1,6 @@
-//! Blocks that are taken out at the start of a stage.
+//! Blocks that are taken out, and joints and materials that are assigned, at the start of a stage.
 
-use super::{Geometry, Region, nothing};
+use super::{Geometry, Names, Region, assign, nothing, refined};
 use crate::deck::{Deck, Where};
 use crate::error::Fault;
 
@@ -13,7 +13,7 @@ pub(crate) struct Stages {
 }
 
 impl Stages {
-    pub(crate) fn new(deck: &Deck, start: Geometry) -> Result<Self, Vec<Fault>> {
+    pub(crate) fn new(deck: &Deck, all: &Names, start: Geometry) -> Result<Self, Vec<Fault>> {
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |region: &Where| Region::new(region, &start.bounds, &names);
         let (mut first, mut geometries, mut faults) = (vec![0], vec![start.clone()], Vec::new());
@@ -37,6 +37,16 @@ impl Stages {
                 }
                 now = Some(after);
             }
+            if assign::changes(deck, stage) {
+                let mut after = now.or(geometries.last().cloned()).unwrap_or_else(|| start.clone());
+                let (lattices, _) = refined(deck, all)?;
+                let wrong = after.assign_anew(lattices, (deck, all), stage).into_iter();
+                // What is wrong from a stage on is so up to another.
+                let known = |fault: &Fault| faults.iter().any(|other| other.place == fault.place);
+                let wrong: Vec<Fault> = wrong.filter(|fault| !known(fault)).collect();
+                faults.extend(wrong);
+                now = Some(after);
+            }
             if let Some(now) = now {
                 first.push(stage);
                 geometries.push(now);
@@ -57,13 +67,8 @@ impl Stages {
         self.at(stage.unwrap_or(0))
     }
 
-    /// Whether blocks are taken out on the way from one stage to another.
+    /// Whether blocks are taken out, or joints or materials change, on the way from one stage to another.
     pub(crate) fn changes(&self, from: usize, to: usize) -> bool {
         self.first.iter().any(|&first| from < first && first <= to)
-    }
-
-    /// Whether any are.
-    pub(crate) fn excavates(&self) -> bool {
-        self.first.len() > 1
     }
 }

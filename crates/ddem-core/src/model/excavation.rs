@@ -1,16 +1,16 @@
-//! Blocks that are taken out as a run goes.
+//! Blocks that are taken out, and joints and materials that change, as a run goes.
 
 use super::Model;
 use super::meeting::at_bonds;
 use crate::assembly::Assembly;
 use crate::conditions::Applied;
 use crate::contact::Surfaces;
-use crate::geometry::Vec3;
+use crate::geometry::{Geometry, Vec3};
 use crate::in_situ::InSitu;
 use crate::seams::Seams;
 
 impl Model {
-    /// Whether blocks are taken out on the way from one stage to another.
+    /// Whether blocks are taken out, or joints or materials change, on the way from one stage to another.
     pub(crate) fn excavates(&self, from: usize, to: usize) -> bool {
         self.stages.changes(from, to)
     }
@@ -18,7 +18,7 @@ impl Model {
     /// Whether blocks are taken out in any stage.
     #[must_use]
     pub fn has_excavations(&self) -> bool {
-        self.stages.excavates()
+        self.deck.remove.iter().any(|remove| remove.from.is_some())
     }
 
     /// Whether a block has been taken out by the present stage.
@@ -27,10 +27,20 @@ impl Model {
         self.geometry.is_gone(block)
     }
 
-    /// Takes out the blocks that are gone in a stage, with their joints.
-    pub(crate) fn excavate(&mut self, stage: usize) {
-        self.geometry = self.stages.at(stage).clone();
+    /// Takes out the blocks that are gone in a stage, with their joints; the others have the joints and
+    /// materials of that stage. Returns what was where before.
+    pub(crate) fn excavate(&mut self, stage: usize) -> Geometry {
+        let before = std::mem::replace(&mut self.geometry, self.stages.at(stage).clone());
         let Self { geometry, packs, deck, constants, .. } = self;
+        for face in &mut self.faces {
+            face.joint = face.at(geometry);
+        }
+        for joint in &mut self.seated {
+            let number = geometry.joint_of(joint.patch.blocks);
+            if let (Some(bond), Some(number)) = (&mut joint.patch.bond, number) {
+                bond.joint = number;
+            }
+        }
         packs.link(geometry);
         self.seams = Seams::new(deck, geometry, packs);
         if let Some(surfaces) = &mut self.contact {
@@ -44,6 +54,7 @@ impl Model {
             let blocks = in_situ.without(geometry);
             self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);
         }
+        before
     }
 
     /// Entries of the deck that take blocks out on the way from one stage to another and let their forces

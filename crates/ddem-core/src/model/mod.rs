@@ -66,7 +66,7 @@ impl Model {
     fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
         let geometry = Geometry::new(deck, &names)?;
-        let stages = Stages::new(deck, geometry.clone())?;
+        let stages = Stages::new(deck, &names, geometry.clone())?;
         let conditions = Conditions::new(deck, &stages)?;
         let packs = Packs::new(&geometry);
         let faults = crate::mechanism::check(deck, &stages, &conditions, &packs);

@@ -1,8 +1,9 @@
 //! §13: blocks are taken out at the start of a stage.
 
-use super::Simulation;
+use super::{Simulation, peaks};
 use crate::conditions::Applied;
 use crate::contact::Release;
+use crate::geometry::Geometry;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::rigid::Pose;
@@ -21,8 +22,9 @@ impl Simulation {
         let fading = self.model.fading(present, stage);
         let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
         let before = self.energy().balance;
-        self.model.excavate(stage);
+        let geometry = self.model.excavate(stage);
         self.forget_removed();
+        self.take_joints(&geometry);
         self.active = self.model.active(present, &self.state.applied);
         self.scratch.fit(&self.model, &self.state);
         self.critical_steps = [None; 2];
@@ -44,6 +46,22 @@ impl Simulation {
         }
         self.holds = held;
         self.measured = None;
+    }
+
+    /// Joints that have others' strengths now: what has not failed yet is looked at again, and contacts
+    /// have another friction. `before` is what was where.
+    fn take_joints(&mut self, before: &Geometry) {
+        let Self { model, state, .. } = self;
+        state.breaks.look_again();
+        let contacts = &mut state.contacts;
+        let bonds = contacts.patches.iter_mut().filter_map(|p| Some((p.blocks, p.bond.as_mut()?)));
+        let ended = contacts.ended.iter_mut().map(|(blocks, bond)| (*blocks, bond));
+        for (blocks, bond) in bonds.chain(ended) {
+            bond.joint = model.geometry.joint_of(blocks).unwrap_or(bond.joint);
+        }
+        let differs = |&block: &u32| model.geometry.differs(before, block as usize);
+        contacts.make_anew(|patch| patch.bond.is_none() && patch.blocks.iter().any(differs));
+        self.look = peaks::look(model);
     }
 
     /// The forces that are missing go on as loads.

@@ -6,6 +6,7 @@
 
 mod anything;
 mod architecture;
+mod assigned;
 mod bad_input;
 mod blasts;
 mod blown;

@@ -209,12 +209,6 @@ bad_decks! {
             where = { x = 12.0 }\n\n[[remove]]\nfrom = \"shake\"\nrelease = 0.1";
 }
 
-// Keys of later versions.
-bad_decks! {
-    not_yet: "material = \"soft rock\"\n\n[[remove]]"
-            => "material = \"soft rock\"\nuntil = \"shake\"\n\n[[remove]]\nfrom = \"shake\"";
-}
-
 #[test]
 fn single_brackets() {
     let deck = "[stage]\nname = \"a\"\nkind = \"relax\"\n";

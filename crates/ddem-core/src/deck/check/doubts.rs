@@ -10,9 +10,12 @@ use crate::deck::{BlockSet, Body, Deck, Joint};
 /// numbers in sorted order of the names.
 pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
     let numbered = deck.joints.iter().enumerate();
+    let later = |name: &String| {
+        deck.assign.iter().any(|entry| entry.joint.as_ref() == Some(name) && entry.from.is_some())
+    };
     let breaking: Vec<(&str, &Joint)> = numbered
-        .filter(|(i, (_, joint))| {
-            joint.breaks() && u16::try_from(*i).is_ok_and(|i| used.contains(&i))
+        .filter(|(i, (name, joint))| {
+            joint.breaks() && (u16::try_from(*i).is_ok_and(|i| used.contains(&i)) || later(name))
         })
         .map(|(_, (name, joint))| (name.as_str(), joint))
         .collect();

@@ -7,7 +7,6 @@ mod contact;
 mod doubts;
 mod history;
 mod matter;
-mod not_yet;
 mod stages;
 mod strength;
 #[cfg(test)]
@@ -34,7 +33,6 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
     conditions::check(deck, &mut faults);
     charge::check(deck, &mut faults);
     stages::check(deck, &mut faults);
-    not_yet::check(deck, &mut faults);
     faults.0
 }
 

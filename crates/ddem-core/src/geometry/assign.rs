@@ -1,0 +1,169 @@
+//! `[[assign]]`: the joints and materials that a part of the model has, in each stage.
+
+use super::lattice::{Lattice, NO_JOINT};
+use super::{Abutment, Geometry, Names, Region, abut, nothing};
+use crate::deck::names::segment;
+use crate::deck::{Assign, Deck, Joint, Period};
+use crate::error::Fault;
+use crate::touch::FaceOf;
+
+/// The entries in force in a stage, with their numbers.
+pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize, &Assign)> {
+    let now = move |entry: &Assign| {
+        Period::new(deck, entry.from.as_ref(), entry.until.as_ref()).has(stage)
+    };
+    deck.assign.iter().enumerate().filter(move |(_, entry)| now(entry))
+}
+
+/// Whether other entries are in force in a stage than in the one before.
+pub(super) fn changes(deck: &Deck, stage: usize) -> bool {
+    let name = deck.stage.get(stage).map(|entry| &entry.name);
+    let at = |entry: &&Assign| [entry.from.as_ref(), entry.until.as_ref()].contains(&name);
+    stage > 0 && deck.assign.iter().any(|entry| at(&entry))
+}
+
+/// Gives lattices the joints and materials that are in force in a stage. Returns the entries that found
+/// neither a joint nor a block in them.
+pub(super) fn assign(
+    lattices: &mut [Lattice],
+    (deck, names): (&Deck, &Names),
+    stage: usize,
+    region: &dyn Fn(&Assign) -> Region,
+) -> Vec<usize> {
+    let mut unused = Vec::new();
+    for (index, entry) in in_force(deck, stage) {
+        let region = region(entry);
+        let mut found = false;
+        for lattice in lattices.iter_mut().filter(|lattice| region.has_set(lattice.set)) {
+            if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
+                found |= lattice.assign_joint(&region, joint);
+            }
+            if let Some(material) = entry.material.as_ref().and_then(|n| names.material(n)) {
+                found |= lattice.assign_material(&region, material);
+            }
+        }
+        if !found {
+            unused.push(index);
+        }
+    }
+    unused
+}
+
+impl Geometry {
+    /// Takes the joints and materials of a stage from `lattices`, which have none assigned yet. `self`
+    /// has what was taken out by then.
+    pub(super) fn assign_anew(
+        &mut self,
+        mut lattices: Vec<Lattice>,
+        (deck, names): (&Deck, &Names),
+        stage: usize,
+    ) -> Vec<Fault> {
+        let sets: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+        let bounds = self.bounds;
+        let region = |entry: &Assign| Region::new(&entry.region, &bounds, &sets);
+        let unused = assign(&mut lattices, (deck, names), stage, &region);
+        let before = self.clone();
+        for (own, new) in self.lattices.iter_mut().zip(lattices) {
+            (own.joint, own.material) = (new.joint, new.material);
+        }
+        for body in &mut self.bodies {
+            let lattice = &self.lattices[body.lattice as usize];
+            body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
+        }
+        self.abutments = abut::abutments(self, (deck, names, stage), &sets);
+        let gone = |a: &Abutment| a.blocks.iter().any(|&block| before.is_gone(block as usize));
+        self.abutments.retain(|abutment| !gone(abutment));
+        self.abutting = abut::abutting(&self.abutments);
+        let mut faults = self.unused(deck, &unused, &region);
+        faults.extend(self.changed(&before, (deck, names), stage));
+        faults
+    }
+
+    /// Whether a block has another material or other joints than before.
+    pub(crate) fn differs(&self, before: &Self, block: usize) -> bool {
+        let joints = |geometry: &Self| {
+            let number = |k: u8| {
+                let abutting = geometry.abutting.get(&(block as u32, k)).copied();
+                abutting.or_else(|| geometry.joint_at(block, FaceOf::of_number(k)))
+            };
+            [0, 1, 2, 3, 4, 5].map(number)
+        };
+        self.bodies[block].material != before.bodies[block].material
+            || joints(self) != joints(before)
+    }
+
+    /// The joint of two blocks whose faces do not match, if there is one.
+    pub(crate) fn joint_of(&self, blocks: [u32; 2]) -> Option<u16> {
+        let at = self.abutments.binary_search_by_key(&blocks, |abutment| abutment.blocks);
+        at.ok().map(|at| self.abutments[at].joint)
+    }
+
+    /// Faults of entries that found nothing in the lattices, nor between two of them.
+    pub(super) fn unused(
+        &self,
+        deck: &Deck,
+        unused: &[usize],
+        region: &dyn Fn(&Assign) -> Region,
+    ) -> Vec<Fault> {
+        let alone = |&&index: &&usize| self.joins_at(&region(&deck.assign[index])) == 0;
+        let fault =
+            |index: &usize| nothing(format!("assign[{index}].where"), "no joint and no block");
+        unused.iter().filter(alone).map(fault).collect()
+    }
+
+    /// A fault where a joint becomes one of another thickness or elasticity: blocks, layers and springs
+    /// stay what they are.
+    fn changed(
+        &self,
+        before: &Self,
+        (deck, names): (&Deck, &Names),
+        stage: usize,
+    ) -> Option<Fault> {
+        let lattices = self.lattices.iter().zip(&before.lattices);
+        let inside = lattices.flat_map(|(new, old)| {
+            (0..3).flat_map(|d| old.joint[d].iter().copied().zip(new.joint[d].iter().copied()))
+        });
+        let number = |geometry: &Self, blocks| geometry.joint_of(blocks).unwrap_or(NO_JOINT);
+        let blocks = self.abutments.iter().chain(&before.abutments).map(|a| a.blocks);
+        let between = blocks.map(|blocks| (number(before, blocks), number(self, blocks)));
+        let joint = |number: u16| deck.joints.values().nth(number.into());
+        let (old, new) = inside.chain(between).find(|&(old, new)| {
+            let same = |(a, b): (&Joint, &Joint)| is_as_stiff(deck, a, b);
+            old != new && !joint(old).zip(joint(new)).is_some_and(same)
+        })?;
+        let of = |key: &Option<String>| *key == Some(deck.stage[stage].name.clone());
+        let entry = deck.assign.iter().position(|entry| of(&entry.from) || of(&entry.until))?;
+        let place = format!("assign[{entry}].joint");
+        let [Some(old), Some(new)] = [old, new].map(|joint| (joint != NO_JOINT).then_some(joint))
+        else {
+            let message =
+                "there is no joint where this one is to be: joints do not come and go in a run";
+            return Some(Fault::new(place, message));
+        };
+        let said = |number: u16| {
+            let (thickness, stiffness, density, _) = matter(deck, joint(number)?);
+            let [normal, shear] = stiffness.unwrap_or_default();
+            let density = density.map_or_else(String::new, |density| format!(", {density} kg/m³"));
+            let name = segment(names.joint_name(number));
+            Some(format!("`{name}` ({thickness} m, {normal:e} and {shear:e} Pa/m{density})"))
+        };
+        let [old, new] = [old, new].map(|number| said(number).unwrap_or_default());
+        let stage = &deck.stage[stage].name;
+        let message = format!("{new} takes the place of {old} as stage `{stage}` begins");
+        let help =
+            "only strengths of joints change as a run goes: thickness, stiffness and density stay";
+        Some(Fault::new(place, message).help(help))
+    }
+}
+
+/// Whether two joints differ in their strengths at most.
+fn is_as_stiff(deck: &Deck, a: &Joint, b: &Joint) -> bool {
+    matter(deck, a) == matter(deck, b)
+}
+
+/// Thickness `[m]`, stiffnesses `[Pa/m]` and density `[kg/m³]` of a joint, and whether it is springs.
+fn matter(deck: &Deck, joint: &Joint) -> (f64, Option<[f64; 2]>, Option<f64>, bool) {
+    let named = joint.material.as_ref().and_then(|name| deck.materials.get(name));
+    let density = named.map(|material| material.density).or(joint.density);
+    (joint.thickness, joint.stiffness(&deck.materials), density, joint.normal_stiffness.is_some())
+}

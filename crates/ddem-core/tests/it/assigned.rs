@@ -1,0 +1,216 @@
+//! Joints and materials that change at the start of a stage.
+
+use ddem_core::deck::*;
+use ddem_core::{Simd, Simulation};
+
+use crate::decks::*;
+
+const G: f64 = 9.81;
+
+fn dynamic(name: &str) -> Stage {
+    Stage { kind: StageKind::Dynamic, duration: Some(1.0), ..relax_stage(name) }
+}
+
+/// Springs with friction alone.
+fn dry(friction: f64) -> Joint {
+    Joint {
+        normal_stiffness: Some(1e9),
+        shear_stiffness: Some(1e9),
+        friction: Some(friction),
+        ..Joint::default()
+    }
+}
+
+/// A slab on a bed at 20 degrees that holds at 40 degrees of friction, then slides at 10, and is braked
+/// at 40 again; of one set, or of two whose faces do not match.
+fn slab(sets: bool, body: Body) -> Deck {
+    let mut deck = deck([1, 1, if sets { 1 } else { 2 }], [2.0, 2.0, 1.0], 1, 0.0);
+    deck.joints = [("seam".to_owned(), dry(40.0)), ("wet".to_owned(), dry(10.0))].into();
+    deck.blocks[0].body = body;
+    if sets {
+        deck.blocks[0].size = Some([2.0, 2.0, 0.5]);
+        let bed =
+            BlockSet { origin: [0.0, 0.0, -0.5], count: Some([2, 2, 1]), ..deck.blocks[0].clone() };
+        deck.blocks.push(bed);
+    }
+    let bed = if sets { [-0.5, 0.0] } else { [0.0, 0.5] };
+    let level = if sets { 0.0 } else { 0.5 };
+    deck.fix.push(fix(Where { z: Some(Extent::Range(bed)), ..Where::default() }, "xyz"));
+    if body == Body::Deformable {
+        // The slab's own lower nodes are not held.
+        let [low, high] = bed;
+        deck.fix[0].region.z = Some(Extent::Range([low, high - 0.1]));
+    }
+    let angle = 20.0_f64.to_radians();
+    deck.model.gravity = [G * angle.sin(), 0.0, -G * angle.cos()];
+    deck.stage = vec![relax_stage("rest"), dynamic("slide"), dynamic("brake")];
+    let (from, until) = (Some("slide".to_owned()), Some("brake".to_owned()));
+    let joint = Some("wet".to_owned());
+    deck.assign.push(Assign { region: plane(2, level), joint, from, until, ..Assign::default() });
+    deck
+}
+
+fn relax(simulation: &mut Simulation) {
+    simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..100_000 {
+        let relaxed = simulation.relax_step(1e-9).unwrap_or_else(|error| panic!("{error}"));
+        if relaxed == ddem_core::Relaxed::Done {
+            return simulation.finish_relaxation();
+        }
+    }
+    panic!("no equilibrium");
+}
+
+/// Mean velocity along x of the upper face, after a time.
+fn after(simulation: &mut Simulation, time: f64) -> f64 {
+    let steps = (time / simulation.time_step()).round() as u64;
+    for _ in 0..steps {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+    let model = simulation.model();
+    let top = points(model).iter().map(|x| x.z).fold(f64::NEG_INFINITY, f64::max);
+    let nodes = model.nodes_in(&plane(2, top));
+    let sum: f64 = nodes.iter().map(|&node| simulation.velocity(node as usize)[0]).sum();
+    sum / nodes.len() as f64
+}
+
+fn start(simulation: &mut Simulation) {
+    let damping = Damping::None;
+    let started = simulation.start(damping, TimeStep::Seconds(1e-4), None);
+    started.unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// v = g (sin β − cos β tan φ) t with the friction of each stage, whether the joint is still one or has
+/// become a contact.
+#[test]
+fn a_slab_slides_with_the_friction_of_the_stage() {
+    let angle = 20.0_f64.to_radians();
+    let pull = |friction: f64| G * (angle.sin() - angle.cos() * friction.to_radians().tan());
+    for sets in [false, true] {
+        let mut simulation = simulation(&slab(sets, Body::Rigid));
+        relax(&mut simulation);
+        let failed = simulation.failed_pairs();
+        assert_eq!(failed, [0, 0], "{sets}");
+        simulation.enter(1);
+        start(&mut simulation);
+        let fast = after(&mut simulation, 0.5);
+        // It begins with the way that the springs give.
+        let exact = 0.5 * pull(10.0);
+        assert!((fast / exact - 1.0).abs() < 0.01, "{sets}: {fast} {exact}");
+        simulation.enter(2);
+        start(&mut simulation);
+        let braked = after(&mut simulation, 0.1);
+        let exact = fast + 0.1 * pull(40.0);
+        assert!((braked - exact).abs() < 0.01 * (fast - exact), "{sets}: {braked} {exact}");
+        let still = after(&mut simulation, 1.0);
+        assert!(still.abs() < 1e-2, "{sets}: {still}");
+        let energy = simulation.energy();
+        assert!(energy.balance.abs() < 1e-3 * energy.friction, "{sets}: {energy:?}");
+    }
+}
+
+/// From a state saved in any stage: the same bits.
+#[test]
+fn it_resumes() {
+    for (sets, body) in [(false, Body::Deformable), (true, Body::Deformable), (true, Body::Rigid)] {
+        let deck = slab(sets, body);
+        let run = |save: [bool; 3]| {
+            let mut simulation = simulation(&deck);
+            for (stage, save) in save.into_iter().enumerate() {
+                simulation.enter(stage);
+                start(&mut simulation);
+                after(&mut simulation, 0.02);
+                if save {
+                    let saved = simulation.save();
+                    let again = Simulation::restore(model(&deck), Simd::default(), &saved);
+                    simulation = again.unwrap_or_else(|| panic!("not of this model"));
+                }
+                after(&mut simulation, 0.02);
+            }
+            let mut seen = bits(&simulation.displacements());
+            seen.extend(bits(&simulation.tractions()));
+            seen.extend(simulation.energy().values().map(f64::to_bits));
+            seen
+        };
+        let whole = run([false; 3]);
+        for save in [[true, false, false], [false, true, false], [false, false, true], [true; 3]] {
+            assert_eq!(whole, run(save), "{sets} {body:?} {save:?}");
+        }
+    }
+}
+
+/// A block hangs from a layer of rock until that has no strength any more; then it falls.
+#[test]
+fn a_layer_that_loses_its_strength_fails() {
+    let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.01);
+    let strong = deck.joints["seam"].clone();
+    let weak = Joint { tension: Some(1.0), ..strong };
+    deck.joints.insert("weak".into(), weak);
+    deck.fix.push(fix(plane(2, 2.0), "xyz"));
+    deck.model.gravity = [0.0, 0.0, -10.0];
+    deck.stage = vec![relax_stage("hang"), dynamic("fall")];
+    let (joint, from) = (Some("weak".to_owned()), Some("fall".to_owned()));
+    deck.assign.push(Assign { joint, from, ..Assign::default() });
+    let mut simulation = simulation(&deck);
+    relax(&mut simulation);
+    assert_eq!(simulation.failed_pairs(), [0, 0]);
+    simulation.enter(1);
+    let started = simulation.start(Damping::None, TimeStep::Auto, Some(0.2));
+    started.unwrap_or_else(|error| panic!("{error}"));
+    // Springs want shorter steps than the layer.
+    while simulation.time() < 0.2 - 1e-9 {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+    assert_eq!(simulation.failed_pairs(), [0, 9]);
+    let lower = 0..simulation.model().n_nodes() / 2;
+    let mean = lower.clone().map(|node| simulation.displacement(node)[2]).sum::<f64>();
+    let mean = mean / lower.len() as f64;
+    assert!((mean / (-0.5 * 10.0 * 0.04) - 1.0).abs() < 1e-3, "{mean}");
+}
+
+/// A column under its weight settles by ρ g H²/(2 E) of what it is made of in each stage.
+#[test]
+fn a_column_settles_with_the_material_of_the_stage() {
+    let mut deck = deck([1, 1, 1], [1.0, 1.0, 2.0], 4, 0.01);
+    let rock = Material { density: 2000.0, young: 1e9, poisson: 0.0 };
+    let soaked = Material { density: 2500.0, young: 5e8, poisson: 0.0 };
+    deck.materials.insert("rock".into(), rock);
+    deck.materials.insert("soaked".into(), soaked);
+    deck.fix.push(fix(plane(2, 0.0), "xyz"));
+    deck.model.gravity = [0.0, 0.0, -10.0];
+    deck.stage = vec![relax_stage("dry"), relax_stage("wet"), relax_stage("dry again")];
+    let (from, until) = (Some("wet".to_owned()), Some("dry again".to_owned()));
+    let material = Some("soaked".to_owned());
+    deck.assign.push(Assign { material, from, until, ..Assign::default() });
+    let mut simulation = simulation(&deck);
+    for (stage, of) in [rock, soaked, rock].into_iter().enumerate() {
+        simulation.enter(stage);
+        relax(&mut simulation);
+        let top = simulation.model().nearest_node([0.0, 0.0, 2.0]);
+        let exact = -of.density * 10.0 * 4.0 / (2.0 * of.young);
+        let found = simulation.displacement(top)[2];
+        assert!((found / exact - 1.0).abs() < 1e-6, "{stage}: {found} {exact}");
+        let energy = simulation.energy();
+        assert!(energy.balance.abs() < 1e-9 * energy.strain_bodies, "{energy:?}");
+    }
+}
+
+#[test]
+fn mistakes_are_said() {
+    let change = |change: &dyn Fn(&mut Deck)| {
+        let mut deck = slab(true, Body::Rigid);
+        change(&mut deck);
+        deck
+    };
+    let wet = |joint: Joint| change(&|deck| drop(deck.joints.insert("wet".into(), joint.clone())));
+    let stiffer = Joint { normal_stiffness: Some(2e9), ..dry(10.0) };
+    let words = ["assign[0].joint", "`wet`", "`seam`", "stage `slide`", "only strengths"];
+    refused(&wet(stiffer), &words);
+    refused(&wet(Joint { thickness: 0.001, ..dry(10.0) }), &words);
+    let nowhere = change(&|deck| deck.assign[0].region = plane(2, 7.0));
+    refused(&nowhere, &["assign[0].where", "no joint and no block"]);
+    let never = change(&|deck| deck.assign[0].until = Some("slide".into()));
+    refused(&never, &["assign[0].until", "never in force"]);
+    let without = change(&|deck| deck.blocks[0].joint = None);
+    refused(&without, &["assign[0].joint", "there is no joint where"]);
+}
