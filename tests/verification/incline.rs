@@ -76,7 +76,8 @@ fn it_slides_with_the_friction_of_the_stage() {
     let slope = 20_f64.to_radians();
     let resisting = |friction: f64| G * slope.cos() * friction.to_radians().tan();
     for kind in ["deformable", "rigid"] {
-        let run = run(&edited(&example(case.deck), "divisions = 2", &format!("body = \"{kind}\"")));
+        let body = format!("divisions = 2\nbody = \"{kind}\"");
+        let run = run(&edited(&example(case.deck), "divisions = 2", &body));
         let velocities = run.probes.series("block.x");
         let between = |from: f64, to: f64| {
             rate(velocities.clone().into_iter().filter(move |[t, _]| from <= *t && *t <= to))
