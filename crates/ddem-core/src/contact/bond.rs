@@ -50,8 +50,13 @@ impl Fitting<'_> {
         [normal, shear]: [f64; 2],
         both: [Option<Stress>; 2],
     ) -> Seated {
-        let mut quads = Vec::new();
-        let mut patch = self.abutting(abutment, &mut |corners| quads.extend(quads_of(corners)));
+        let (mut quads, mut summed) = (Vec::new(), Vec::new());
+        let mut patch = self.abutting(abutment, &mut |corners, inside| {
+            quads.extend(quads_of(corners));
+            if inside.is_empty() {
+                summed.extend(quads_of(corners));
+            }
+        });
         patch.both = Both { stiffness: [normal, shear], ..Both::default() };
         // There are no strips beside it: it reaches to the middle of the gaps around.
         let own: f64 = patch.points.iter().map(|point| point.area).sum();
@@ -72,7 +77,7 @@ impl Fitting<'_> {
             (self.placing.position(a, face_a, x) + self.placing.position(b, face_b, y)) / 2.0
         };
         let points: Vec<Vec3> = patch.points.iter().map(middle).collect();
-        let tractions = between(both, &patch.now[0], (&points, &quads)).unwrap_or_default();
+        let tractions = between(both, &patch.now[0], (&points, &summed)).unwrap_or_default();
         for (pair, traction) in pairs.iter_mut().zip(tractions) {
             let own = axes.tr_mul(&traction);
             pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);

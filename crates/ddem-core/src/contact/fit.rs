@@ -13,10 +13,12 @@ use super::skins::sides_of;
 use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
 use crate::geometry::{Abutment, Vec3};
 use crate::law::Traction;
-use crate::touch::{self, Cell, EdgeOf, FaceOf, Meeting, Separation};
+use crate::touch::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
 
 /// Part of the area of an element's face below which a point of it is nothing.
 const NOTHING: f64 = 1e-9;
+/// Sine of the angle between edges that count as parallel.
+const PARALLEL: f64 = 1e-9;
 /// Part of the reach that a patch is valid at least.
 const SHORTEST: f64 = 0.01;
 
@@ -104,8 +106,8 @@ impl Fitting<'_> {
     }
 
     /// The patch of two faces that lie on each other, its points with nothing to remember. `seen` gets the
-    /// polygons that they are the corners of.
-    pub(super) fn abutting(&self, abutment: &Abutment, seen: &mut dyn FnMut(&[u32])) -> Patch {
+    /// polygons that they are the corners of, and those inside.
+    pub(super) fn abutting(&self, abutment: &Abutment, seen: Polygons<'_>) -> Patch {
         let Abutment { blocks, faces, .. } = *abutment;
         let cells = blocks.map(|block| self.cell(block));
         // The normal is that of the finer side, which has more to say.
@@ -176,8 +178,8 @@ impl Fitting<'_> {
     }
 
     /// Pairs of points of two faces, over the outline of the coarser one. With `seen` over each of its
-    /// elements, so that shape functions of both sides are summed exactly; it gets the polygons that the
-    /// points are the corners of.
+    /// elements, so that shape functions of both sides are summed exactly; it gets the polygons of which
+    /// the points are the corners, and those inside.
     fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], mut seen: Option<Polygons<'_>>) {
         let faces = patch.faces();
         let sides = [0, 1]
@@ -198,9 +200,11 @@ impl Fitting<'_> {
             };
             for element in (0..m).flat_map(|l| (0..m).map(move |j| [j, l])) {
                 let outline = coarse.quad(element);
-                if !apart(&quad, &outline) {
-                    seen(&over.add([i, k], &quad, &outline));
+                if apart(&quad, &outline) {
+                    continue;
                 }
+                let (corners, inside) = over.add_inside([i, k], &quad, &outline);
+                seen(&corners, &inside);
             }
         }
         patch.points = over.points.into();
@@ -264,8 +268,8 @@ impl Fitting<'_> {
     }
 }
 
-/// What gets the corners of polygons.
-type Polygons<'a> = &'a mut dyn FnMut(&[u32]);
+/// What gets the corners of polygons, and the points inside.
+type Polygons<'a> = &'a mut dyn FnMut(&[u32], &[u32]);
 
 /// The part of the finer one of two faces over the other.
 struct Over<'a> {
@@ -279,36 +283,64 @@ struct Over<'a> {
 }
 
 impl Over<'_> {
-    /// Adds the part of an element that is over an outline. Returns its corners.
-    fn add(
+    /// Adds the part of an element that is over an outline.
+    fn add(&mut self, element: [usize; 2], quad: &[[f64; 2]; 4], outline: &[[f64; 2]; 4]) {
+        for vertex in touch::overlap(quad, outline).as_slice() {
+            self.put(element, vertex);
+        }
+    }
+
+    /// The same, with points inside where areas at the corners do not sum shape functions of both sides
+    /// exactly. Returns the corners and those points.
+    fn add_inside(
         &mut self,
-        [i, k]: [usize; 2],
+        element: [usize; 2],
         quad: &[[f64; 2]; 4],
         outline: &[[f64; 2]; 4],
-    ) -> Vec<u32> {
+    ) -> (Vec<u32>, Vec<u32>) {
+        let part = touch::overlap(quad, outline);
+        if are_parallel(quad, outline) {
+            let corners = part.as_slice().iter().filter_map(|vertex| self.put(element, vertex));
+            return (corners.collect(), Vec::new());
+        }
+        let (corners, inside) = part.squares();
+        let mut put = |vertices: &[Vertex]| {
+            vertices.iter().filter_map(|vertex| self.put(element, vertex)).collect()
+        };
+        (put(&corners), put(&inside))
+    }
+
+    /// Adds a point of an element, or its area to that at the same node. Returns its number.
+    fn put(&mut self, [i, k]: [usize; 2], vertex: &Vertex) -> Option<u32> {
         let [fine, coarse] = self.sides;
         let n = fine.placed.divisions;
-        let mut corners = Vec::new();
-        for vertex in touch::overlap(quad, outline).as_slice() {
-            if vertex.area <= NOTHING * fine.element {
-                continue;
-            }
-            let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
-            if let Some(known) = node.map(|node| self.at_node[node]).filter(|&p| p != usize::MAX) {
-                self.points[known].area += vertex.area;
-                corners.push(known as u32);
-                continue;
-            }
-            if let Some(node) = node {
-                self.at_node[node] = self.points.len();
-            }
-            corners.push(self.points.len() as u32);
-            let mut spots = [Spot::new([i, k], vertex.on); 2];
-            spots[1 - self.fine] = coarse.spot(vertex.at);
-            self.points.push(Point { spots, area: vertex.area, ..Point::default() });
+        if vertex.area <= NOTHING * fine.element {
+            return None;
         }
-        corners
+        let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
+        if let Some(known) = node.map(|node| self.at_node[node]).filter(|&p| p != usize::MAX) {
+            self.points[known].area += vertex.area;
+            return Some(known as u32);
+        }
+        if let Some(node) = node {
+            self.at_node[node] = self.points.len();
+        }
+        let mut spots = [Spot::new([i, k], vertex.on); 2];
+        spots[1 - self.fine] = coarse.spot(vertex.at);
+        self.points.push(Point { spots, area: vertex.area, ..Point::default() });
+        Some(self.points.len() as u32 - 1)
     }
+}
+
+/// Whether the edges of two parallelograms have the same directions.
+fn are_parallel(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
+    let edge = |quad: &[[f64; 2]; 4], to: usize| [0, 1].map(|c| quad[to][c] - quad[0][c]);
+    let sine = |x: [f64; 2], y: [f64; 2]| {
+        let cross = x[0] * y[1] - x[1] * y[0];
+        cross.abs() / (x[0].hypot(x[1]) * y[0].hypot(y[1]))
+    };
+    let same = |along: usize, other: usize| sine(edge(a, along), edge(b, other)) < PARALLEL;
+    (same(1, 1) && same(3, 3)) || (same(1, 3) && same(3, 1))
 }
 
 /// Way of a corner of one cell over the plane of any face of the other, for each unit of travel of

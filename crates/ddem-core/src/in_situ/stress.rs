@@ -77,8 +77,8 @@ pub(crate) fn stresses(
 }
 
 /// Traction at the points between two faces that do not match, where they are at rest, on the block
-/// that `normal` leaves `[Pa]`: what both faces ask for, of which the quadrilaterals are the common
-/// parts.
+/// that `normal` leaves `[Pa]`: what both faces ask for. The quadrilaterals are the common parts that have
+/// points at their corners alone.
 pub(crate) fn between(
     both: [Option<Stress>; 2],
     normal: &Vec3,

@@ -12,5 +12,5 @@ mod separation;
 mod tests;
 
 pub(crate) use edges::nearest;
-pub(crate) use overlap::{bilinear, overlap, weights};
+pub(crate) use overlap::{Vertex, bilinear, overlap, weights};
 pub(crate) use separation::{Cell, EdgeOf, FaceOf, Meeting, Separation, separation};

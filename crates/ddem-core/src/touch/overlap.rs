@@ -59,6 +59,25 @@ impl Polygon {
         &self.vertices[..self.len]
     }
 
+    /// Its corners, and points inside, with areas that sum quadratic functions exactly: of a triangle
+    /// 1/12 at the corners and 3/4 at the centroid.
+    pub(crate) fn squares(&self) -> (Vec<Vertex>, Vec<Vertex>) {
+        let mut corners: Vec<Vertex> =
+            self.as_slice().iter().map(|vertex| Vertex { area: 0.0, ..*vertex }).collect();
+        let mut inside = Vec::new();
+        for i in 1..corners.len().saturating_sub(1) {
+            let triangle = [0, i, i + 1];
+            let [a, b, c] = triangle.map(|k| corners[k]);
+            let area = 0.5 * cross(minus(b.at, a.at), minus(c.at, a.at)).abs();
+            let mean = |of: &dyn Fn(&Vertex) -> Point| {
+                [0, 1].map(|k| (of(&a)[k] + of(&b)[k] + of(&c)[k]) / 3.0)
+            };
+            inside.push(Vertex { at: mean(&|v| v.at), on: mean(&|v| v.on), area: 0.75 * area });
+            triangle.into_iter().for_each(|k| corners[k].area += area / 12.0);
+        }
+        (corners, inside)
+    }
+
     /// Its area `[m²]`.
     #[cfg(test)]
     pub(crate) fn area(&self) -> f64 {

@@ -2,6 +2,7 @@
 
 use ddem_core::Model;
 use ddem_core::deck::*;
+use nalgebra::Rotation3;
 
 use crate::decks::*;
 use crate::in_situ::{STRESS, in_place, joint, loaded};
@@ -103,5 +104,40 @@ fn the_weight_wants_a_gradient() {
     for gradient in [None, slope(2.5e4), slope(-2.4e4)] {
         let text = said(gradient).unwrap_or_default();
         assert!(text.contains("of 12 blocks") && text.contains("2.4000e4"), "{text}");
+    }
+}
+
+/// A uniform stress from one set to another that is turned about the normal of both: no node of the upper
+/// one is pushed, and none of the lower one that is covered all around.
+#[test]
+fn it_crosses_faces_that_are_turned() {
+    for degrees in [15.0_f64, 30.0, 45.0, 77.0] {
+        let turn = Rotation3::from_axis_angle(&Vec3::z_axis(), degrees.to_radians());
+        let stress = [0.0, 0.0, -9e6, 0.0, 0.0, 0.0];
+        let mut deck = deck([1, 1, 1], [4.0, 4.0, 1.0], 16, 0.0);
+        deck.joints.insert("seam".into(), joint(2));
+        let corner = Vec3::new(2.0, 2.0, 1.0) - turn * Vec3::new(0.75, 0.75, 0.0);
+        deck.blocks.push(BlockSet {
+            origin: corner.into(),
+            size: Some([1.5, 1.5, 1.0]),
+            divisions: 3,
+            axes: [0, 1, 2].map(|d| (turn * Vec3::ith(d, 1.0)).into()),
+            ..deck.blocks[0].clone()
+        });
+        deck.initial.push(in_place(stress, None));
+        deck.load.push(Load { region: plane(2, 2.0), pressure: Some(9e6), ..Load::default() });
+        let mut simulation = simulation(&deck);
+        let forces = simulation.forces();
+        let (lower, mut seen) = (17_usize.pow(3), 0);
+        for (node, (x, force)) in points(simulation.model()).iter().zip(&forces).enumerate() {
+            // As far as the four elements around are in the circle that the upper face has in any turn.
+            let around = (x.x - 2.0).hypot(x.y - 2.0) + 0.25_f64.hypot(0.25);
+            if node >= lower || (x.z == 1.0 && around < 0.75) {
+                let size = Vec3::from(*force).norm();
+                assert!(size < 1e-6 * 9e6 * 0.0625, "{degrees}: {x:?} {force:?}");
+                seen += 1;
+            }
+        }
+        assert_eq!(seen, 64 + 9, "{degrees}");
     }
 }
