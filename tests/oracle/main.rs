@@ -2,6 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "errors that were found, shown by --nocapture")]
 
+mod cavity;
 #[path = "../fem/mod.rs"]
 mod fem;
 mod sample;

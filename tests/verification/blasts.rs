@@ -2,7 +2,7 @@
 
 use super::record::Tolerance::{AtMost, Relative};
 use super::record::{check, of};
-use super::shared::{Run, deck, example, run, simulation};
+use super::shared::{example, run};
 
 #[test]
 fn a_piston() {
@@ -47,63 +47,4 @@ fn a_pulse_in_a_column() {
     let away = |[t, v]: &[f64; 2]| (v / exact - pulse(t - 7.5 / 3000.0, [100.0, 300.0])).abs();
     let most = seen.iter().map(away).fold(0.0, f64::max);
     check(case, "largest difference from p(t - x/c)/(rho c) / peak", 2e-2, most, AtMost);
-}
-
-/// Radial velocity from a cavity of radius a under the pressure p(t), by the equation of Sharpe and
-/// steps of fourth order: largest value at each radius.
-fn sharpe(a: f64, pressure: impl Fn(f64) -> f64, radii: &[f64]) -> Vec<f64> {
-    let (c, shear, density) = (3000.0, 7.2e9_f64 / 2400.0, 2400.0);
-    let second = |t: f64, [f, g]: [f64; 2]| {
-        -a * pressure(t) / density - 4.0 * shear / (a * c) * g - 4.0 * shear / (a * a) * f
-    };
-    let step = 1e-6;
-    let (mut state, mut most) = ([0.0; 2], vec![0.0_f64; radii.len()]);
-    for i in 0..10_000 {
-        let t = f64::from(i) * step;
-        let slope = |t: f64, s: [f64; 2]| [s[1], second(t, s)];
-        let on = |k: [f64; 2], part: f64| [0, 1].map(|i| state[i] + part * step * k[i]);
-        let k1 = slope(t, state);
-        let k2 = slope(t + 0.5 * step, on(k1, 0.5));
-        let k3 = slope(t + 0.5 * step, on(k2, 0.5));
-        let k4 = slope(t + step, on(k3, 1.0));
-        for (r, most) in radii.iter().zip(&mut most) {
-            *most = most.max(-k1[1] / (c * r) - k1[0] / (r * r));
-        }
-        state = [0, 1].map(|i| state[i] + step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
-    }
-    most
-}
-
-#[test]
-fn waves_from_a_sphere() {
-    let case = of("blast_sphere");
-    let text = example(case.deck);
-    let volume = simulation(&text).charge(0).expect("a charge").volume;
-    let radius = (6.0 * volume / std::f64::consts::PI).cbrt();
-    assert_eq!(deck(&text).charge.len(), 1);
-    let run: Run = run(&text);
-    let radii = [4.0, 6.0, 8.0];
-    let exact = sharpe(radius, |t| 1e7 * pulse(t, [500.0, 1500.0]), &radii);
-    let along = |name: &str, axes: &[&str]| {
-        let parts: Vec<_> =
-            axes.iter().map(|axis| run.probes.series(&format!("{name}.{axis}"))).collect();
-        let part = (axes.len() as f64).sqrt();
-        let sum = |i: usize| parts.iter().map(|s| s[i][1]).sum::<f64>() / part;
-        (0..parts[0].len()).map(sum).fold(0.0, f64::max)
-    };
-    let mean = |r: f64| {
-        let parts = [
-            along(&format!("axis{r}"), &["x"]),
-            along(&format!("edge{r}"), &["x", "y"]),
-            along(&format!("corner{r}"), &["x", "y", "z"]),
-        ];
-        parts.iter().sum::<f64>() / 3.0
-    };
-    for (r, exact) in radii.iter().zip(&exact) {
-        check(case, &format!("peak velocity at {r} m [m/s]"), *exact, mean(*r), Relative(0.3));
-    }
-    for (i, r) in radii.iter().enumerate().skip(1) {
-        let what = format!("peak velocity at {r} m / at 4 m");
-        check(case, &what, exact[i] / exact[0], mean(*r) / mean(4.0), Relative(0.08));
-    }
 }

@@ -33,6 +33,7 @@ mod rocking;
 mod rotation;
 mod shear_box;
 mod shear_planes;
+mod sphere;
 mod stacks;
 mod three_point_beam;
 mod vtk_reader;

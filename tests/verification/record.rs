@@ -72,6 +72,7 @@ pub(crate) const CASES: &[Case] = &[
     case("Blast", "blast_piston"),
     case("Blast", "blast_column"),
     case("Blast", "blast_sphere"),
+    case("Blast", "blast_sphere_fine"),
     case("V12 blast", "v12_blast"),
     case("V13 half space", "v13_half_space"),
     case("V14 waves that leave", "v14_p"),

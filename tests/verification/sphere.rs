@@ -1,0 +1,188 @@
+//! Waves from a cavity: a staircase of blocks for a sphere.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use ddem_core::Deck;
+use ddem_core::deck::History;
+use nalgebra::Vector3;
+
+use super::ROCK;
+use super::fem::{Formulation, Lattice, Mesh, System};
+use super::record::Tolerance::{AtMost, Relative};
+use super::record::{check, of};
+use super::shared::{deck, example, run, simulation};
+
+type Vec3 = Vector3<f64>;
+
+/// How far out the independent model reaches `[m]`; farther out a source is as good as a point.
+const OUT: f64 = 3.5;
+/// Faces of an element, whose nodes are in VTK order.
+const FACES: [[usize; 4]; 6] =
+    [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [3, 2, 6, 7], [0, 3, 7, 4], [1, 2, 6, 5]];
+
+/// The independent mesh of the blocks of a deck near its cavity.
+fn around(deck: &Deck) -> (Mesh, f64) {
+    let edges = deck.blocks[0].edges.as_ref().and_then(|edges| edges.x.clone()).expect("edges");
+    let cuts: Vec<f64> = edges.into_iter().take_while(|cut| *cut < OUT + 1e-9).collect();
+    let (n, size) = (cuts.len() - 1, cuts[cuts.len() - 1]);
+    let mut lattice = Lattice::boxed([size; 3], [n; 3], 1, deck.joints["seam"].thickness, ROCK);
+    let ball = deck.remove[0].region.sphere.expect("a ball");
+    let middle = |cell: usize| 0.5 * (cuts[cell] + cuts[cell + 1]);
+    let far = |i: &usize| Vec3::from([i % n, i / n % n, i / n / n].map(middle)).norm();
+    lattice.removed = (0..n.pow(3)).filter(|i| far(i) < ball.radius).collect();
+    lattice.cuts = [0, 1, 2].map(|_| cuts.clone());
+    (lattice.mesh(), size)
+}
+
+/// A pressure of 1 Pa on all faces that belong to one element, but for those on the planes of symmetry and
+/// the outer ones.
+fn pushed(mesh: &Mesh, size: f64) -> Vec<f64> {
+    let mut faces: BTreeMap<[usize; 4], (Vec3, u32)> = BTreeMap::new();
+    for element in &mesh.elements {
+        let corners = mesh.corners(element);
+        let middle = corners.iter().sum::<Vec3>() / 8.0;
+        for face in FACES {
+            let [a, b, c, d] = face.map(|i| corners[i]);
+            let area = (c - a).cross(&(d - b)) / 2.0;
+            let mut nodes = face.map(|i| element.nodes[i]);
+            nodes.sort_unstable();
+            let into_it = area * (middle - a).dot(&area).signum();
+            faces.entry(nodes).or_insert((into_it, 0)).1 += 1;
+        }
+    }
+    let mut load = vec![0.0; mesh.dofs()];
+    for (nodes, (area, _)) in faces.iter().filter(|(_, (_, count))| *count == 1) {
+        let on = |d: usize, x: f64| nodes.iter().all(|&i| (mesh.nodes[i][d] - x).abs() < 1e-9);
+        if (0..3).any(|d| on(d, 0.0) || on(d, size)) {
+            continue;
+        }
+        for node in nodes {
+            (0..3).for_each(|d| load[3 * node + d] += area[d] / 4.0);
+        }
+    }
+    load
+}
+
+/// Radius of the sphere that at rest moves what is far away as much as the cavity of a deck does. By the
+/// theorem of Betti for the outside of a cube: the work of what acts on it on the displacement of a
+/// point source, `w = x/r³`, is that of the tractions of w on the displacement, `C w` there.
+fn effective_radius(deck: &Deck) -> f64 {
+    let (mesh, size) = around(deck);
+    let system = System::assemble(&mesh, Formulation::Standard);
+    let w = |node: usize| mesh.nodes[node] / mesh.nodes[node].norm().powi(3);
+    let outer = mesh.select(|at| at.iter().any(|x| *x > size - 1e-9));
+    let mut held = vec![None; mesh.dofs()];
+    for dof in 0..mesh.dofs() {
+        held[dof] = (mesh.nodes[dof / 3][dof % 3] < 1e-9).then_some(0.0);
+    }
+    // Work on w of what holds the cube, where it moves by a multiple of w.
+    let work = |times: f64, load: &[f64]| {
+        let mut held = held.clone();
+        for &node in &outer {
+            (0..3).for_each(|d| held[3 * node + d] = Some(times * w(node)[d]));
+        }
+        let reactions = system.solve(load, &held).reactions;
+        let of = |&node: &usize| Vec3::from_column_slice(&reactions[3 * node..][..3]).dot(&w(node));
+        outer.iter().map(of).sum::<f64>()
+    };
+    let (still, alone) = (work(0.0, &pushed(&mesh, size)), work(1.0, &vec![0.0; mesh.dofs()]));
+    // The tractions of w do -4 G L/r⁶ on it on each side of a cube with the edge L.
+    let (steps, shear) = (400, ROCK.shear());
+    let h = size / f64::from(steps);
+    let place = |i: i32| (f64::from(i) + 0.5) * h;
+    let at = |i: i32, k: i32| (size * size + place(i).powi(2) + place(k).powi(2)).powi(-3);
+    let sum: f64 =
+        (0..steps).flat_map(|i| (0..steps).map(move |k| (i, k))).map(|(i, k)| at(i, k)).sum();
+    let own = -12.0 * shear * size * sum * h * h;
+    // still + C alone = C own, and C = a³/(4 G).
+    (4.0 * shear * still / (own - alone)).cbrt()
+}
+
+/// Radial velocity `[s, m/s]` at a distance from a cavity of radius a under the pressure p(t), by the
+/// equation of Sharpe and steps of fourth order.
+fn sharpe(a: f64, pressure: impl Fn(f64) -> f64, r: f64) -> Vec<[f64; 2]> {
+    let (c, shear, density) = (3000.0, 7.2e9_f64 / 2400.0, 2400.0);
+    let second = |t: f64, [f, g]: [f64; 2]| {
+        -a * pressure(t) / density - 4.0 * shear / (a * c) * g - 4.0 * shear / (a * a) * f
+    };
+    let step = 1e-6;
+    let mut state = [0.0; 2];
+    let mut series = Vec::new();
+    for i in 0..4000 {
+        let t = f64::from(i) * step;
+        let slope = |t: f64, s: [f64; 2]| [s[1], second(t, s)];
+        let on = |k: [f64; 2], part: f64| [0, 1].map(|i| state[i] + part * step * k[i]);
+        let k1 = slope(t, state);
+        let k2 = slope(t + 0.5 * step, on(k1, 0.5));
+        let k3 = slope(t + 0.5 * step, on(k2, 0.5));
+        let k4 = slope(t + step, on(k3, 1.0));
+        series.push([t + (r - a) / c, -k1[1] / (c * r) - k1[0] / (r * r)]);
+        state = [0, 1].map(|i| state[i] + step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
+    }
+    series
+}
+
+/// A value between those of a series; 0 before it.
+fn at(series: &[[f64; 2]], time: f64) -> f64 {
+    let next = series.partition_point(|[t, _]| *t <= time);
+    match (next.checked_sub(1).map(|i| series[i]), series.get(next)) {
+        (Some([t, v]), Some([later, then])) => v + (then - v) * (time - t) / (later - t),
+        (Some([_, v]), None) => v,
+        (None, _) => 0.0,
+    }
+}
+
+fn largest(series: &[[f64; 2]]) -> f64 {
+    series.iter().fold(0.0, |most: f64, [_, v]| most.max(*v))
+}
+
+/// Checks the peaks of a deck; returns by which part they differ on average. `step` is half the edge of
+/// a block of the staircase `[m]`.
+fn peaks(name: &str, step: f64) -> f64 {
+    let case = of(name);
+    let text = example(name);
+    let (deck, run, simulation) = (deck(&text), run(&text), simulation(&text));
+    let a = effective_radius(&deck);
+    let volume = simulation.charge(0).expect("a charge").volume;
+    println!("a = {a} m, of the volume {} m", (6.0 * volume / PI).cbrt());
+    let charge = &deck.charge[0];
+    let Some(ddem_core::deck::ChargeHistory::Given(History::Table(table))) = &charge.history else {
+        panic!("a table: {:?}", charge.history)
+    };
+    let peak = charge.pressure.expect("a pressure");
+    let (mut off, mut worst) = (0.0, 0.0_f64);
+    for probe in &deck.probe {
+        let node = simulation.model().nearest_node(probe.at.expect("a place"));
+        let x = Vec3::from(simulation.model().point(node));
+        let r = x.norm();
+        let exact = sharpe(a, |t| peak * at(table, t), r);
+        let part = |axis: usize| {
+            let column = ["x", "y", "z"][axis];
+            run.probes.series(&format!("{}.{column}", probe.name))
+        };
+        let parts = [0, 1, 2].map(part);
+        let radial = |i: usize| {
+            let v = Vec3::from([0, 1, 2].map(|axis| parts[axis][i][1]));
+            [parts[0][i][0], v.dot(&x) / r]
+        };
+        let found: Vec<[f64; 2]> = (0..parts[0].len()).map(radial).collect();
+        let (exact_peak, found_peak) = (largest(&exact), largest(&found));
+        let what = format!("peak velocity, {} at {r:.3} m [m/s]", probe.name);
+        check(case, &what, exact_peak, found_peak, Relative(0.06));
+        off += (found_peak / exact_peak - 1.0).abs() / deck.probe.len() as f64;
+        let away = found.iter().map(|[t, v]| (v - at(&exact, *t)).abs() / exact_peak);
+        worst = away.fold(worst, f64::max);
+    }
+    let most = 0.06 + step / 3000.0 * PI / 3e-3;
+    check(case, "largest difference from Sharpe / peak, at any time", most, worst, AtMost);
+    off
+}
+
+#[test]
+fn waves_from_a_sphere() {
+    let coarse = peaks("blast_sphere", 0.25);
+    let fine = peaks("blast_sphere_fine", 0.125);
+    let what = "mean error of the peaks / that with blocks of 1/2 m";
+    check(of("blast_sphere_fine"), what, 0.7, fine / coarse, AtMost);
+}
