@@ -28,8 +28,8 @@ pub(crate) use abut::Abutment;
 pub use face::Face;
 pub(crate) use face::faces;
 pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
-use nothing::no_block;
-pub(crate) use nothing::{no_node, nothing};
+use nothing::{no_block, no_joint};
+pub(crate) use nothing::{no_node, nothing, place};
 pub(crate) use select::Region;
 pub(crate) use stages::Stages;
 pub(crate) use surface::Surface;
@@ -38,7 +38,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use crate::deck::{Deck, Remove};
+use crate::deck::{Assign, Deck, Remove};
 use crate::error::Fault;
 
 /// Part of an edge within which a point lies on a face.
@@ -108,7 +108,8 @@ impl Geometry {
                 found |= region.has_set(lattice.set) && lattice.remove(&region);
             }
             if !found {
-                faults.push(no_block(format!("remove[{index}].where"), &region, &lattices));
+                let fault = nothing(format!("remove[{index}].where"), "no block");
+                faults.push(no_block(fault, &region, &lattices));
             }
         }
         for lattice in &mut lattices {
@@ -128,12 +129,24 @@ impl Geometry {
         geometry.abutting = abut::abutting(&geometry.abutments);
         let unused = unused.into_iter().filter(|(_, region)| geometry.joins_at(region) == 0);
         let faults: Vec<Fault> = unused
-            .map(|(index, _)| nothing(format!("assign[{index}].where"), "no joint and no block"))
+            .map(|(index, region)| geometry.assigns_nothing(index, &deck.assign[index], &region))
             .collect();
         if !faults.is_empty() {
             return Err(faults);
         }
         Ok(geometry)
+    }
+
+    /// What is said of an entry of `assign` without anything in its region.
+    fn assigns_nothing(&self, index: usize, entry: &Assign, region: &Region) -> Fault {
+        let place = format!("assign[{index}].where");
+        match (&entry.joint, &entry.material) {
+            (Some(_), Some(_)) => {
+                no_block(nothing(place, "no joint and no block"), region, &self.lattices)
+            }
+            (Some(_), None) => no_joint(nothing(place, "no joint"), region, &self.lattices),
+            _ => no_block(nothing(place, "no block"), region, &self.lattices),
+        }
     }
 
     fn number(&mut self) -> Result<(), Vec<Fault>> {
@@ -265,6 +278,13 @@ impl Geometry {
         let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
         let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
         edge(0).min(edge(1)).min(edge(2))
+    }
+
+    /// Longest edge of a body `[m]`.
+    pub(crate) fn longest_edge(&self, body: usize) -> f64 {
+        let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
+        let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
+        edge(0).max(edge(1)).max(edge(2))
     }
 
     /// Number of the node at lattice steps `at` of a body.

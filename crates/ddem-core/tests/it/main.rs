@@ -32,6 +32,7 @@ mod programs;
 mod refine;
 mod resume;
 mod rigid;
+mod said;
 mod selection;
 mod sets;
 mod starts;
