@@ -95,7 +95,7 @@ impl Conditions {
         }
         for (index, entry) in deck.charge.iter().enumerate() {
             let geometry = stages.from(deck, entry.from.as_ref());
-            match Charge::new(index, entry, &region(&entry.region), geometry) {
+            match Charge::new(index, deck, &region(&entry.region), geometry) {
                 Ok(charge) => conditions.charged.push(Charged {
                     charge,
                     history: match &entry.history {

@@ -52,7 +52,7 @@ mod sums;
 mod timestep;
 mod touch;
 
-pub use charge::ChargeState;
+pub use charge::{ChargeSize, ChargeState};
 pub use deck::{Deck, Size};
 pub use energy::Energy;
 pub use error::{Fault, ModelError, RunError};

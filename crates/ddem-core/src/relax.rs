@@ -17,7 +17,7 @@ use crate::motion::Motion;
 use crate::simulation::Simulation;
 use crate::state::{Memory, State};
 use crate::step::{advance_relaxing, balance};
-use crate::timestep::largest_clustered;
+use crate::timestep::{largest_clustered, largest_of_gases};
 
 /// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
 const LARGEST: f64 = 3.6;
@@ -108,9 +108,24 @@ impl Simulation {
                 largest_clustered(&self.model, &clusters, &mut breaks, &mut self.scratch, stop)?;
             largest = largest.max(found);
         }
+        largest += self.gas(&clusters)?;
         // Contacts are at most as stiff as what they have put into the masses, and add to the rest.
         clusters.scale(LARGEST / (largest + if meeting.any { 1.0 } else { 0.0 }));
         Ok(clusters)
+    }
+
+    /// What the gas of charges in force adds to the largest eigenvalue: it is stiffest at the start.
+    fn gas(&mut self, clusters: &Clusters) -> Result<f64, RunError> {
+        let State { stage, time, stage_starts, .. } = &self.state;
+        let conditions = &self.model.conditions;
+        let factors = conditions.factors(*stage, *time, stage_starts)?;
+        let charges = conditions.charged.iter().zip(&factors[conditions.loaded.len()..]);
+        let gases = charges.filter(|(_, factor)| **factor > 0.0).filter_map(|(charged, factor)| {
+            let (stiffness, areas) = charged.charge.stiffness()?;
+            Some((charged.charge.nodes.as_slice(), factor * stiffness, areas))
+        });
+        let gases: Vec<_> = gases.collect();
+        Ok(largest_of_gases(&self.model, clusters, &gases, &mut self.scratch))
     }
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.

@@ -11,6 +11,7 @@ use crate::assembly::Inertia;
 use crate::breaks::Breaks;
 use crate::cluster::{Clusters, accelerations};
 use crate::error::RunError;
+use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::pack::Pack;
@@ -247,4 +248,36 @@ pub(crate) fn largest_clustered(
         x.iter_mut().for_each(|x| x.0.iter_mut().for_each(|x| *x /= size));
     }
     Ok(largest)
+}
+
+/// Bound of the largest eigenvalue of `M⁻¹K` for the stiffnesses `k A Aᵀ` of gases, given as nodes, k and
+/// the areas A, and the clustered masses of relaxation: Gershgorin's, of the matrix of one row a gas that
+/// has the same eigenvalues.
+pub(crate) fn largest_of_gases(
+    model: &Model,
+    clusters: &Clusters,
+    gases: &[(&[u32], f64, Vec<Vec3>)],
+    scratch: &mut Scratch,
+) -> f64 {
+    let mut largest: f64 = 0.0;
+    for (nodes, k, areas) in gases {
+        scratch.f.fill(Lanes::ZERO);
+        for (node, area) in nodes.iter().zip(areas) {
+            model.set(&mut scratch.f, *node as usize, (*area).into());
+        }
+        let mut way = vec![Lanes::ZERO; 3 * model.packs.nodes];
+        for pack in 0..model.packs.packs.len() {
+            let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
+            dispatch!(scratch.level, simd => {
+                accelerations(simd, (model, None), clusters, pack, &scratch.f, &mut way[range.clone()])
+            });
+        }
+        let with = |(nodes, other, areas): &(&[u32], f64, Vec<Vec3>)| {
+            let work =
+                |(node, area): (&u32, &Vec3)| Vec3::from(model.get(&way, *node as usize)).dot(area);
+            (k * other).sqrt() * nodes.iter().zip(areas).map(work).sum::<f64>().abs()
+        };
+        largest = largest.max(gases.iter().map(with).sum());
+    }
+    largest
 }

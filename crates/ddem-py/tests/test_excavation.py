@@ -75,7 +75,7 @@ def test_materials_and_joints_change_from_stage_to_stage() -> None:
         settled.append(simulation.displacement[:, 2].min())
     assert settled[1] == pytest.approx(2 * settled[0], rel=1e-8)
     model.assign(joint=ddem.Joint(name="stiff", normal_stiffness=1e9, shear_stiffness=1e9), from_="wet")
-    with pytest.raises(ddem.ModelError, match="no joint and no block"):
+    with pytest.raises(ddem.ModelError, match="no joint"):
         model.build()
 
 

@@ -28,10 +28,25 @@ pub(super) struct Cavity {
     pub(super) reach: f64,
     /// How many of its walls are selected, and how many it has.
     pub(super) walls: [usize; 2],
-    /// It has cells at the outside of the set.
-    pub(super) outside: bool,
-    /// It borders on blocks that are split otherwise.
-    pub(super) beside: bool,
+    /// Area of those that are selected `[m²]`.
+    pub(super) area: f64,
+    /// Where its surface ends at the side of a cell, and at what.
+    pub(super) ends: Vec<(Vec3, End)>,
+    /// Blocks of other sets that stand in it.
+    pub(super) within: Vec<usize>,
+}
+
+/// What is behind a side of a cavity where there is no wall.
+#[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
+pub(super) enum End {
+    /// Nothing.
+    Open,
+    /// A cavity among blocks of the set that are split otherwise.
+    GoesOn,
+    /// Such blocks.
+    Split,
+    /// Blocks of another set.
+    Set(usize),
 }
 
 /// The cell on a side of a cell, if the lattice has it.
@@ -131,18 +146,71 @@ impl Space<'_> {
         self.close_corners(&mut mesh);
         let all = walls(self.lattice).filter(|((cell, ..), _)| self.cells.contains(cell)).count();
         let walls = [own().count(), all];
+        let area = own().map(|(_, surface)| surface.area(self.geometry)).sum();
         let (volume, reach) = self.extent();
+        let ends = if mesh.is_closed() { Vec::new() } else { self.ends() };
+        Some(Cavity { mesh, volume, reach, walls, area, ends, within: self.within() })
+    }
+
+    /// Sides of the cells behind which the lattice has nothing, and what is there.
+    fn ends(&self) -> Vec<(Vec3, End)> {
+        let Self { lattice, .. } = self;
+        let mut ends = Vec::new();
+        for &cell in &self.cells {
+            for (d, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
+                let next = beside(lattice, cell, d, side);
+                let elsewhere = next.map(|next| lattice.body[lattice.index(next)] == ELSEWHERE);
+                if elsewhere != Some(false) {
+                    ends.push(self.end(cell, d, side));
+                }
+            }
+        }
+        ends
+    }
+
+    fn end(&self, cell: Cell, d: usize, side: i32) -> (Vec3, End) {
         let lattice = self.lattice;
-        let beyond = |is: &dyn Fn(Option<Cell>) -> bool| {
-            let sides = || (0..3).flat_map(|d| [(d, -1), (d, 1)]);
-            let beside = |cell: &Cell| sides().any(|(d, s)| is(beside(lattice, *cell, d, s)));
-            !mesh.is_closed() && self.cells.iter().any(beside)
+        let (e, f) = ((d + 1) % 3, (d + 2) % 3);
+        // Beyond the joint between sets, and in the quarters: smaller blocks may meet in the middle.
+        let place = |beyond: f64, [i, k]: [f64; 2]| {
+            let mut along = [0.0; 3];
+            let between = |d: usize, part: f64| {
+                let [low, high] = [0, 1].map(|end| lattice.cuts[d][cell[d] + end]);
+                low + part * (high - low)
+            };
+            along[d] = between(d, 0.5 + f64::from(side) * (0.5 + beyond));
+            (along[e], along[f]) = (between(e, i), between(f, k));
+            lattice.point(along)
         };
-        let outside = beyond(&|cell| cell.is_none());
-        // What is elsewhere bounds nothing here.
-        let beside =
-            beyond(&|cell| cell.is_some_and(|cell| lattice.body[lattice.index(cell)] == ELSEWHERE));
-        Some(Cavity { mesh, volume, reach, outside, beside, walls })
+        let quarters = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
+        let seen = quarters.map(|quarter| self.behind(&place(1e-3, quarter)));
+        (place(0.0, [0.5; 2]), seen.into_iter().max().unwrap_or(End::Open))
+    }
+
+    /// What other lattices have at a place; what pushes back comes last in the order of ends.
+    fn behind(&self, x: &Vec3) -> End {
+        let set = self.lattice.set;
+        let at = |lattice: &Lattice| {
+            let content = lattice.body[lattice.index(lattice.cell_at(x)?)];
+            match content {
+                ELSEWHERE => None,
+                NONE => (lattice.set == set).then_some(End::GoesOn),
+                _ if lattice.set == set => Some(End::Split),
+                _ => Some(End::Set(lattice.set)),
+            }
+        };
+        self.geometry.lattices.iter().filter_map(at).max().unwrap_or(End::Open)
+    }
+
+    /// Blocks of other sets whose centre is in one of the cells.
+    fn within(&self) -> Vec<usize> {
+        let Self { geometry, lattice, .. } = self;
+        let other = |&block: &usize| {
+            geometry.set(block) != lattice.set
+                && !geometry.is_gone(block)
+                && lattice.cell_at(&geometry.centre(block)).is_some_and(|c| self.cells.contains(&c))
+        };
+        (0..geometry.bodies.len()).filter(other).collect()
     }
 
     /// Volume of the cells, up to the walls, and their shortest extent.

@@ -5,16 +5,19 @@
 //! force and no moment are left, and the work is `p dV`.
 
 mod cavity;
+mod doubts;
 mod shell;
+mod size;
 
 use std::collections::BTreeSet;
 
 pub(crate) use self::cavity::walls;
 use self::cavity::{between, cavities};
 use self::shell::{Mesh, Shell};
-use crate::deck;
+pub use self::size::ChargeSize;
+use crate::deck::{self, Deck};
 use crate::error::Fault;
-use crate::geometry::{Face, Geometry, Region, Surface, Vec3, faces};
+use crate::geometry::{Face, Geometry, Region, Surface, Vec3, faces, place};
 
 /// The gas in one shell of a charge.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,6 +60,8 @@ pub(crate) struct Charge {
     /// Pressure `[Pa]`: of the gas in its own volume, or at factor 1.
     pressure: f64,
     gas: Option<Gas>,
+    /// What there is of it at the start.
+    pub(crate) size: ChargeSize,
     /// What is doubtful about it.
     pub(crate) doubts: Vec<String>,
 }
@@ -89,77 +94,64 @@ pub(crate) struct Push {
 impl Charge {
     pub(crate) fn new(
         index: usize,
-        entry: &deck::Charge,
+        deck: &Deck,
         region: &Region,
         geometry: &Geometry,
     ) -> Result<Self, Fault> {
-        let mut doubts = Vec::new();
-        let mut parts: Vec<(Mesh, f64, f64)> = Vec::new();
-        for cavity in cavities(region, geometry) {
-            if cavity.outside {
-                doubts.push(format!(
-                    "charge {index}: its cavity is open to the outside: the gas pushes the walls that \
-                     are there, and nothing bears what it does to the opening"
-                ));
-            }
-            if cavity.beside {
-                doubts.push(format!(
-                    "charge {index}: its cavity borders on blocks that `[[refine]]` splits otherwise: the \
-                     gas does not push these; split all blocks around it alike"
-                ));
-            }
-            let [own, all] = cavity.walls;
-            if own < all {
-                doubts.push(format!(
-                    "charge {index}: it pushes {own} of the {all} walls of its cavity: its `where` has to \
-                     reach the centres of the others, too"
-                ));
-            }
-            parts.push((cavity.mesh, cavity.volume, cavity.reach));
-        }
+        let cavities = cavities(region, geometry);
+        let mut doubts = doubts::of_cavities(&cavities, deck, geometry);
+        let mut size = ChargeSize {
+            walls: cavities.iter().map(|cavity| cavity.walls[0]).sum(),
+            area: cavities.iter().map(|cavity| cavity.area).sum(),
+            ..ChargeSize::default()
+        };
+        let mut parts: Vec<(Mesh, f64, f64)> =
+            cavities.into_iter().map(|cavity| (cavity.mesh, cavity.volume, cavity.reach)).collect();
         let in_cavity = !parts.is_empty();
         if !in_cavity {
             let joints = faces(geometry).into_iter().map(|face| sides(&face));
-            let inside = joints.filter(|sides| selects(region, geometry, sides));
-            parts.extend(inside.map(|sides| seam(geometry, &sides)));
-            let others = geometry.joins_at(region);
-            if others > 0 {
-                doubts.push(format!(
-                    "charge {index}: {others} of the joints there are between faces that do not match, \
-                     which gas does not push"
-                ));
-            }
+            let inside: Vec<_> = joints.filter(|s| selects(region, geometry, s)).collect();
+            doubts.extend(doubts::of_joints(inside.len(), region, geometry));
+            size.joints = inside.len();
+            size.area = inside.iter().map(|sides| sides[0].area(geometry)).sum();
+            parts.extend(inside.iter().map(|sides| seam(geometry, sides)));
         }
         if parts.is_empty() {
             return Err(no_face(index, region, geometry));
         }
         let all: BTreeSet<u32> = parts.iter().flat_map(|(mesh, ..)| mesh.nodes()).collect();
         let nodes: Vec<u32> = all.into_iter().collect();
-        let place = |node: &u32| {
+        let position = |node: &u32| {
             let (body, at) = geometry.locate(*node as usize);
             geometry.position(body, at)
         };
-        let start: Vec<Vec3> = nodes.iter().map(place).collect();
+        let start: Vec<Vec3> = nodes.iter().map(position).collect();
         let shell = |(mesh, volume, reach): &(Mesh, f64, f64)| {
             mesh.shell(&nodes, &start, (*volume, *reach))
         };
         let shells: Vec<Shell> = parts.iter().map(shell).collect();
-        let mut charge = Self { nodes, start, shells, pressure: 0.0, gas: None, doubts };
-        charge.fill(index, entry, in_cavity)?;
+        let mut charge = Self { nodes, start, shells, pressure: 0.0, gas: None, size, doubts };
+        charge.fill(index, &deck.charge[index], in_cavity)?;
+        let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(0.0));
+        charge.size.pressure = first;
+        let room = charge.size.volume;
+        charge.doubts.extend(doubts::of_little(charge.size.mass, room, first));
         Ok(charge)
     }
 
     /// Takes in what is in the cavity: pressure, and gas if it expands.
     fn fill(&mut self, index: usize, entry: &deck::Charge, in_cavity: bool) -> Result<(), Fault> {
         let room: f64 = self.shells.iter().map(|shell| shell.volume).sum();
+        self.size.volume = room;
         let explosive = entry.explosive.as_ref().and_then(deck::Explosive::detonation);
         let gamma = entry.index().unwrap_or(1.0);
         if let (Some(mass), Some(explosive)) = (entry.mass, explosive) {
             let own = mass / explosive.density;
+            (self.size.mass, self.size.density) = (Some(mass), Some(explosive.density));
             if in_cavity && own > room * (1.0 + 1e-9) {
                 self.doubts.push(format!(
-                    "charge {index}: {own:.4e} m³ of explosive in a cavity of {room:.4e} m³: it begins \
-                     with the pressure of detonation"
+                    "{own:.4e} m³ of explosive in a cavity of {room:.4e} m³: it begins with the pressure \
+                     of detonation"
                 ));
             }
             // Explosive in a joint makes its own room.
@@ -196,6 +188,23 @@ impl Charge {
         let mut areas = still.clone();
         self.shells.iter().for_each(|shell| shell.add_areas(&self.start, &still, &mut areas));
         Some((gas.gamma * self.pressure * gas.part(0.0) / gas.start, areas))
+    }
+
+    /// The most work that it can have done once it has gone off, after these displacements `[J]`: all that
+    /// is in a gas that expands, and of a history in time its pressure at factor 1 on what the walls have
+    /// swept.
+    pub(crate) fn most_work(&self, u: &[Vec3], fills: &[Fill]) -> f64 {
+        match self.gas {
+            Some(gas) => self.pressure * gas.part(0.0) * gas.start / (gas.gamma - 1.0),
+            None => {
+                let shells = self.shells.iter().zip(fills);
+                let swept = shells.filter_map(|(shell, fill)| {
+                    let now = fill.left.unwrap_or_else(|| shell.volume(&self.start, u));
+                    Some(now - fill.began?)
+                });
+                self.pressure * swept.sum::<f64>().max(0.0)
+            }
+        }
     }
 
     /// What it does after these displacements of its nodes.
@@ -272,8 +281,7 @@ fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
     let nearest = cavity.chain(joints).min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)));
     match nearest {
         Some((kind, at)) => {
-            let [x, y, z] = <[f64; 3]>::from(at).map(|x| (x * 1e6).round() / 1e6);
-            fault.help(format!("the nearest is a {kind} with its centre at [{x}, {y}, {z}]"))
+            fault.help(format!("the nearest is a {kind} with its centre at {}", place(at)))
         }
         None => fault.help(
             "the model has neither cavities nor joints; a pressure on outer faces is a `[[load]]`",

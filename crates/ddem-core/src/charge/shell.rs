@@ -155,13 +155,16 @@ impl Shell {
     }
 
     /// Whether the centre of a wall has moved so far from where the walls have gone on average that
-    /// the gas gets out.
+    /// the gas gets out; of a single wall, from its own start.
     pub(super) fn is_open(&self, u: &[Vec3]) -> bool {
         let mean = |wall: &Vec<u32>| {
             wall.iter().map(|node| u[*node as usize]).sum::<Vec3>() / wall.len() as f64
         };
         let moved: Vec<Vec3> = self.walls.iter().map(mean).collect();
-        let all = moved.iter().sum::<Vec3>() / moved.len().max(1) as f64;
+        let all = match moved.len() {
+            0 | 1 => Vec3::zeros(),
+            walls => moved.iter().sum::<Vec3>() / walls as f64,
+        };
         moved.iter().any(|moved| (moved - all).norm() > self.reach)
     }
 }

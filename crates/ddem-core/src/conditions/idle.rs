@@ -1,7 +1,11 @@
-//! Loads that are in force and do not act.
+//! Loads that are in force and do not act, and charges that act where nothing moves.
 
-use super::{Conditions, Loaded};
+use super::{Charged, Conditions, Loaded};
+use crate::deck::{Deck, StageKind};
 use crate::history::Course;
+
+/// A pressure above which no gas is stored `[Pa]`.
+const BLAST: f64 = 1e8;
 
 impl Conditions {
     /// Loads in force in a stage whose history is 0 when the stage is the first to see them.
@@ -32,5 +36,33 @@ impl Conditions {
             load.period.has(stage) && varies(load) && factors.get(index) == Some(&0.0)
         };
         (0..deck_loads).filter(idle).collect()
+    }
+
+    /// Blasts that are in force from the start and act in a relax stage before anything moves: each with
+    /// the first such stage.
+    pub(crate) fn in_statics(&self, deck: &Deck) -> Vec<(usize, usize)> {
+        let moves = |stage: &usize| deck.stage[*stage].kind == StageKind::Dynamic;
+        let last = (0..deck.stage.len()).rfind(moves).unwrap_or(0);
+        let time = |stage: usize| {
+            let before = (0..stage).filter(moves);
+            before.filter_map(|stage| deck.stage[stage].duration).sum::<f64>()
+        };
+        let acts = |charged: &Charged, stage: usize| {
+            let since = time(stage) - charged.delay;
+            let factor = match &charged.history {
+                Course::Constant => 1.0,
+                Course::Given(history) => history.factor(since),
+                Course::Computed(_) => 0.0,
+            };
+            charged.period.has(stage) && since >= 0.0 && factor != 0.0
+        };
+        let first = |(index, charged): (usize, &Charged)| {
+            let size = &charged.charge.size;
+            let blast = size.mass.is_some() || size.pressure >= BLAST;
+            let still = (0..last).filter(|stage| !moves(stage));
+            let found = still.into_iter().find(|&stage| acts(charged, stage));
+            found.filter(|_| blast && charged.period.from.is_none()).map(|stage| (index, stage))
+        };
+        self.charged.iter().enumerate().filter_map(first).collect()
     }
 }

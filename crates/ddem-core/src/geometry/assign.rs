@@ -1,6 +1,7 @@
 //! `[[assign]]`: the joints and materials that a part of the model has, in each stage.
 
 use super::lattice::{Lattice, NO_JOINT};
+use super::nothing::{no_block, no_joint};
 use super::{Abutment, Geometry, Names, Region, abut, nothing};
 use crate::deck::names::segment;
 use crate::deck::{Assign, Deck, Joint, Period};
@@ -105,10 +106,23 @@ impl Geometry {
         unused: &[usize],
         region: &dyn Fn(&Assign) -> Region,
     ) -> Vec<Fault> {
-        let alone = |&&index: &&usize| self.joins_at(&region(&deck.assign[index])) == 0;
-        let fault =
-            |index: &usize| nothing(format!("assign[{index}].where"), "no joint and no block");
-        unused.iter().filter(alone).map(fault).collect()
+        let fault = |&index: &usize| {
+            let (entry, region) = (&deck.assign[index], region(&deck.assign[index]));
+            (self.joins_at(&region) == 0).then(|| self.assigns_nothing(index, entry, &region))
+        };
+        unused.iter().filter_map(fault).collect()
+    }
+
+    /// What is said of an entry of `assign` without anything in its region.
+    fn assigns_nothing(&self, index: usize, entry: &Assign, region: &Region) -> Fault {
+        let place = format!("assign[{index}].where");
+        match (&entry.joint, &entry.material) {
+            (Some(_), Some(_)) => {
+                no_block(nothing(place, "no joint and no block"), region, &self.lattices)
+            }
+            (Some(_), None) => no_joint(nothing(place, "no joint"), region, &self.lattices),
+            _ => no_block(nothing(place, "no block"), region, &self.lattices),
+        }
     }
 
     /// A fault where a joint becomes one of another thickness or elasticity: blocks, layers and springs

@@ -30,7 +30,7 @@ pub use face::Face;
 pub(crate) use face::faces;
 pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
 use nothing::no_block;
-pub(crate) use nothing::{no_node, nothing};
+pub(crate) use nothing::{no_node, nothing, place};
 pub(crate) use select::Region;
 pub(crate) use stages::Stages;
 pub(crate) use surface::Surface;
@@ -91,7 +91,8 @@ impl Geometry {
                 found |= region.has_set(lattice.set) && lattice.remove(&region);
             }
             if !found {
-                faults.push(no_block(format!("remove[{index}].where"), &region, &lattices));
+                let fault = nothing(format!("remove[{index}].where"), "no block");
+                faults.push(no_block(fault, &region, &lattices));
             }
         }
         for lattice in &mut lattices {
@@ -245,6 +246,13 @@ impl Geometry {
         let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
         let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
         edge(0).min(edge(1)).min(edge(2))
+    }
+
+    /// Longest edge of a body `[m]`.
+    pub(crate) fn longest_edge(&self, body: usize) -> f64 {
+        let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
+        let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
+        edge(0).max(edge(1)).max(edge(2))
     }
 
     /// Number of the node at lattice steps `at` of a body.

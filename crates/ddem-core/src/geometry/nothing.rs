@@ -14,21 +14,43 @@ pub(crate) fn nothing(place: String, what: &str) -> Fault {
 /// What planes and ranges take.
 const RULES: &str = "planes are met within 1e-6 of the region's size; ranges include their ends";
 
+/// A place for people, as a deck writes it.
+pub(crate) fn place(x: Vec3) -> String {
+    // What is no more than rounding is 0, not -0.
+    let [x, y, z] = <[f64; 3]>::from(x).map(|x| (x * 1e6).round() / 1e6 + 0.0);
+    format!("[{x}, {y}, {z}]")
+}
+
 /// A selection without any block in it, and what would be nearest.
-pub(super) fn no_block(place: String, region: &Region, lattices: &[Lattice]) -> Fault {
+pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Lattice]) -> Fault {
     let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
         let bodies = (0..l.body.len()).filter(|&at| l.has_body(at));
         bodies.map(|at| l.centre(l.cell(at)))
     });
+    let what = "blocks count by their centroid: that of the nearest is";
+    nearest(fault, region, centres, what)
+}
+
+/// A selection without any joint in it, and what would be nearest.
+pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Lattice]) -> Fault {
+    let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
+        let cells = (0..l.body.len()).filter(|&at| l.has_body(at)).map(|at| l.cell(at));
+        let sides = cells.flat_map(|cell| (0..3).map(move |d| (cell, d)));
+        let next = |cell: [usize; 3], d: usize| {
+            let mut next = cell;
+            next[d] += 1;
+            next[d] < l.count[d] && l.has_body(l.index(next))
+        };
+        let inner = sides.filter(move |(cell, d)| next(*cell, *d));
+        inner.map(|(cell, d)| l.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0)
+    });
+    nearest(fault, region, centres, "joints count by their centre: that of the nearest is")
+}
+
+fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what: &str) -> Fault {
     let far = |x: &Vec3| region.distance(x, x);
-    let fault = nothing(place, "no block");
-    match centres.min_by(|a, b| far(a).total_cmp(&far(b))) {
-        Some(at) => {
-            let [x, y, z] = <[f64; 3]>::from(at).map(|x| (x * 1e6).round() / 1e6);
-            fault.help(format!(
-                "{RULES}; blocks count by their centroid: that of the nearest is at [{x}, {y}, {z}]"
-            ))
-        }
+    match all.min_by(|a, b| far(a).total_cmp(&far(b))) {
+        Some(at) => fault.help(format!("{RULES}; {what} at {}", place(at))),
         None => fault,
     }
 }

@@ -6,7 +6,7 @@
 
 use super::Names;
 use super::lattice::{ELSEWHERE, Lattice, MOST_NODES, NO_JOINT, too_many};
-use super::nothing::no_block;
+use super::nothing::{no_block, nothing};
 use super::select::Region;
 use crate::deck::Deck;
 use crate::deck::names::segment;
@@ -35,7 +35,8 @@ pub(super) fn refine(
         })
         .collect();
     if selected.iter().all(Vec::is_empty) {
-        return Ok(Some(no_block(format!("refine[{index}].where"), region, lattices)));
+        let fault = nothing(format!("refine[{index}].where"), "no block");
+        return Ok(Some(no_block(fault, region, lattices)));
     }
     let nodes = |lattice: &Lattice, cells: f64| cells * lattice.nodes_per_body() as f64;
     let kept = lattices

@@ -57,6 +57,11 @@ impl Region {
         }
     }
 
+    /// Whether a sphere or a cylinder is given.
+    pub(crate) fn is_round(&self) -> bool {
+        self.sphere.is_some() || self.cylinder.is_some()
+    }
+
     /// Axes on which a plane is given.
     pub(crate) fn planes(&self) -> usize {
         (0..3).filter(|&axis| self.plane(axis).is_some()).count()

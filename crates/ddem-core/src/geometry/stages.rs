@@ -1,6 +1,6 @@
 //! Blocks that are taken out, and joints and materials that are assigned, at the start of a stage.
 
-use super::{Geometry, Names, Region, assign, nothing, refined};
+use super::{Geometry, Names, Region, assign, no_block, nothing, refined};
 use crate::deck::{Deck, Where};
 use crate::error::Fault;
 
@@ -24,9 +24,11 @@ impl Stages {
                     continue;
                 }
                 let before = now.as_ref().or(geometries.last()).unwrap_or(&start);
-                let blocks = before.blocks_in(&region(&remove.region));
+                let region = region(&remove.region);
+                let blocks = before.blocks_in(&region);
                 if blocks.is_empty() {
-                    faults.push(nothing(format!("remove[{index}].where"), "no block"));
+                    let fault = nothing(format!("remove[{index}].where"), "no block");
+                    faults.push(no_block(fault, &region, &before.lattices));
                     continue;
                 }
                 let mut after = before.clone();

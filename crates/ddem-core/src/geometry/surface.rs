@@ -28,6 +28,12 @@ impl Surface {
         corners.iter().sum::<Vec3>() / 4.0
     }
 
+    /// Area of the face `[m²]`.
+    pub(crate) fn area(&self, geometry: &Geometry) -> f64 {
+        let [a, b, c, _] = self.corners(geometry).map(|at| geometry.position(self.body, at));
+        (b - a).cross(&(c - a)).norm()
+    }
+
     /// Corners, moved across the gaps beside the face, over which its nodes have areas too.
     pub(super) fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
         self.corners(geometry).map(|at| {

@@ -3,8 +3,9 @@
 use std::collections::{BTreeSet, HashSet};
 
 use super::Model;
+use crate::charge::ChargeSize;
 use crate::deck::Where;
-use crate::geometry::Face;
+use crate::geometry::{Face, Vec3, place};
 
 impl Model {
     /// What is allowed but perhaps not meant.
@@ -31,7 +32,12 @@ impl Model {
         warnings.extend(self.glued());
         warnings.extend(self.left_out());
         let charges = self.conditions.charged.iter();
-        warnings.extend(charges.flat_map(|charged| charged.charge.doubts.iter().cloned()));
+        warnings.extend(charges.enumerate().flat_map(|(index, charged)| {
+            let doubts = charged.charge.doubts.iter();
+            doubts.map(move |doubt| format!("charge {index}: {doubt}"))
+        }));
+        warnings.extend(self.blasts_at_rest());
+        warnings.extend(self.far_probes());
         warnings.extend(self.borders.doubts(self.made(), &self.conditions));
         let of = (&self.geometry, &self.packs, &self.assembly);
         let contact = self.contact.iter().filter(|contact| contact.search);
@@ -39,6 +45,44 @@ impl Model {
         let used = self.joint_numbers().collect();
         warnings.extend(crate::deck::doubts(&self.deck, &used));
         warnings
+    }
+
+    /// Blasts in relax stages that only want to bring the weight on.
+    fn blasts_at_rest(&self) -> impl Iterator<Item = String> {
+        self.conditions.in_statics(&self.deck).into_iter().map(|(index, stage)| {
+            let pressure = self.conditions.charged[index].charge.size.pressure;
+            format!(
+                "charge {index} pushes with {pressure:.3e} Pa in relax stage `{}` already: `from` names the \
+                 stage at whose start it goes off",
+                self.deck.stage[stage].name
+            )
+        })
+    }
+
+    /// Probes at places where nothing is.
+    fn far_probes(&self) -> impl Iterator<Item = String> {
+        self.deck.probe.iter().filter_map(|probe| {
+            let at = Vec3::from(probe.at?);
+            let node = self.nearest_node(at.into());
+            let found = Vec3::from(self.point(node));
+            let (distance, edge) =
+                ((found - at).norm(), self.geometry.longest_edge(self.block_of(node)));
+            (distance > edge).then(|| {
+                format!(
+                    "probe `{}`: there is nothing at {}: it looks at the nearest node, at {}, {distance:.4} m \
+                     away",
+                    probe.name,
+                    place(at),
+                    place(found)
+                )
+            })
+        })
+    }
+
+    /// What there is of each charge before it goes off, in the order of the deck.
+    #[must_use]
+    pub fn charges(&self) -> Vec<ChargeSize> {
+        self.conditions.charged.iter().map(|charged| charged.charge.size).collect()
     }
 
     /// Sets that touch where no contacts are found.

@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use crate::boundary::{Moving, Outside, Pace};
-use crate::charge::{ChargeState, Fill};
+use crate::charge::{Charge, ChargeState, Fill};
 use crate::conditions::Active;
 use crate::error::RunError;
 use crate::geometry::Vec3;
@@ -69,12 +69,9 @@ impl Simulation {
     #[must_use]
     pub fn charge(&self, index: usize) -> Option<ChargeState> {
         let conditions = &self.model.conditions;
-        let State { stage, time, stage_starts, u, fills, .. } = &self.state;
-        let charge = &conditions.charged.get(index)?.charge;
-        let first: usize = conditions.charged[..index].iter().map(|c| c.charge.shells.len()).sum();
-        let u = |node: &u32| Vec3::from(self.model.get(u, *node as usize));
-        let u: Vec<Vec3> = charge.nodes.iter().map(u).collect();
-        let push = charge.push(&u, &fills[first..][..charge.shells.len()]);
+        let State { stage, time, stage_starts, .. } = &self.state;
+        let (charge, fills) = self.charged().nth(index)?;
+        let push = charge.push(&self.moved(charge), fills);
         let factors = conditions.factors(*stage, *time, stage_starts).unwrap_or_default();
         let factor = factors.get(conditions.loaded.len() + index).copied().unwrap_or(0.0);
         Some(ChargeState {
@@ -82,6 +79,29 @@ impl Simulation {
             volume: push.volume,
             vented: push.fills.iter().all(|fill| fill.left.is_some()),
         })
+    }
+
+    /// The most work that the charges which have gone off can have done `[J]`.
+    #[must_use]
+    pub fn most_work_of_charges(&self) -> f64 {
+        let off = self.charged().filter(|(_, fills)| fills.iter().any(|f| f.began.is_some()));
+        off.map(|(charge, fills)| charge.most_work(&self.moved(charge), fills)).sum()
+    }
+
+    /// Charges with what is in their shells.
+    fn charged(&self) -> impl Iterator<Item = (&Charge, &[Fill])> {
+        let mut fills = self.state.fills.as_slice();
+        self.model.conditions.charged.iter().map(move |charged| {
+            let (own, others) = fills.split_at(charged.charge.shells.len());
+            fills = others;
+            (&charged.charge, own)
+        })
+    }
+
+    /// Displacements of the nodes that a charge pushes.
+    fn moved(&self, charge: &Charge) -> Vec<Vec3> {
+        let u = |node: &u32| Vec3::from(self.model.get(&self.state.u, *node as usize));
+        charge.nodes.iter().map(u).collect()
     }
 
     /// Gas of the charges in force pushes its walls where they are now. Returns what is in the shells by

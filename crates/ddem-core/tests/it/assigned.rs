@@ -208,7 +208,7 @@ fn mistakes_are_said() {
     refused(&wet(stiffer), &words);
     refused(&wet(Joint { thickness: 0.001, ..dry(10.0) }), &words);
     let nowhere = change(&|deck| deck.assign[0].region = plane(2, 7.0));
-    refused(&nowhere, &["assign[0].where", "no joint and no block"]);
+    refused(&nowhere, &["assign[0].where", "no joint"]);
     let never = change(&|deck| deck.assign[0].until = Some("slide".into()));
     refused(&never, &["assign[0].until", "never in force"]);
     let without = change(&|deck| deck.blocks[0].joint = None);

@@ -125,3 +125,42 @@ fn walls_that_are_not_reached_are_counted() {
     let warnings = model(&deck).warnings();
     assert!(warnings.iter().any(|w| w.contains("pushes 2 of the 6 walls")), "{warnings:?}");
 }
+
+/// Gas that is much stiffer than the joint it is in: `p₀ (1 + x)^−γ = (E_j + E t/2L) x`, with x the opening
+/// by the thickness t and L the length of each block.
+#[test]
+fn a_joint_relaxes_under_gas_that_is_stiffer_than_it() {
+    let t = 1e-3;
+    for parts in [1, 4] {
+        let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, t);
+        for (name, young) in [("rock", 18e9), ("clay", 1e8)] {
+            let stuff = Material { density: 2400.0, young, poisson: 0.0 };
+            deck.materials.insert(name.into(), stuff);
+        }
+        deck.model.kinematics = Kinematics::Small;
+        deck.fix = vec![fix(Where::default(), "xy")];
+        deck.fix.extend([0.0, 2.0].map(|z| fix(plane(2, z), "z")));
+        deck.charge = vec![gas(plane(2, 1.0), 2e8)];
+        let mut simulation = simulation(&deck);
+        simulation.start_relaxation(parts).unwrap_or_else(|error| panic!("{error}"));
+        let done = (0..20_000).find(|_| {
+            let relaxed = simulation.relax_step(1e-9).unwrap_or_else(|error| panic!("{error}"));
+            relaxed == ddem_core::Relaxed::Done
+        });
+        assert!(done.is_some(), "no equilibrium");
+        let (mut low, mut high) = (0.0_f64, 2.0_f64);
+        for _ in 0..60 {
+            let x = 0.5 * (low + high);
+            let pressed = 2e8 * (1.0 + x).powi(-3);
+            let borne = (1e8 + 18e9 * t / (2.0 * (1.0 - t / 2.0))) * x;
+            (low, high) = if pressed > borne { (x, high) } else { (low, x) };
+        }
+        let ways = [[0.5, 0.5, 0.9995], [0.5, 0.5, 1.0005]].map(|at| {
+            let node = simulation.model().nearest_node(at);
+            simulation.displacement(node)[2]
+        });
+        let found = (ways[1] - ways[0]) / t;
+        println!("{parts} parts: opening {found}, exact {low}, {done:?} steps");
+        assert!((found / low - 1.0).abs() < 1e-6, "{found} {low}");
+    }
+}

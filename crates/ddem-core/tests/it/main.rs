@@ -33,6 +33,7 @@ mod programs;
 mod refine;
 mod resume;
 mod rigid;
+mod said;
 mod selection;
 mod sets;
 mod starts;

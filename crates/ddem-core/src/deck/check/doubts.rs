@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::shown;
 use super::units::units;
-use crate::deck::{BlockSet, Body, Deck, Joint};
+use crate::deck::{BlockSet, Body, Deck, Joint, Stage, StageKind};
 
 /// What is to be said of contacts, of rigid blocks, and of the joints that a model uses, by their
 /// numbers in sorted order of the names.
@@ -22,6 +22,7 @@ pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
     let mut doubts = units(deck);
     doubts.extend(contact_without_effect(deck));
     doubts.extend(divisions_without_effect(deck));
+    doubts.extend(releases(deck));
     for (name, joint) in breaking {
         doubts.extend(tension_out_of_reach(name, joint));
         doubts.extend(steep_dilation(name, joint));
@@ -53,6 +54,41 @@ fn divisions_without_effect(deck: &Deck) -> impl Iterator<Item = String> {
     let rigid = sets.filter(move |(_, set)| set.body == Body::Rigid && said(set));
     rigid.map(|(i, _)| {
         format!("set `{}`: `divisions` has no effect on rigid blocks", deck.set_name(i))
+    })
+}
+
+/// Forces of removed blocks that go at once although they are to fade, or have not gone in the end.
+fn releases(deck: &Deck) -> impl Iterator<Item = String> {
+    deck.remove.iter().enumerate().filter_map(|(index, remove)| {
+        let release = remove.release.filter(|&time| time > 0.0)?;
+        let first = deck.stage.iter().position(|stage| remove.from.as_ref() == Some(&stage.name))?;
+        let relax = |stage: &&Stage| stage.kind == StageKind::Relax;
+        let stages = &deck.stage[first..];
+        if let Some(stage) = stages.first().filter(relax) {
+            return (stage.increments.unwrap_or(1) == 1).then(|| {
+                format!(
+                    "remove {index}: `release` has no effect: relax stage `{}` has one increment; more \
+                     `increments` there let the forces go little by little",
+                    stage.name
+                )
+            });
+        }
+        let moving = stages.iter().take_while(|stage| !relax(stage));
+        let time: f64 = moving.filter_map(|stage| stage.duration).sum();
+        let left = 100.0 * (1.0 - time / release);
+        let then = match stages.iter().find(relax) {
+            Some(stage) => format!("go at once in relax stage `{}`", stage.name),
+            None => "never go".to_owned(),
+        };
+        (time < release * (1.0 - 1e-9)).then(|| {
+            format!(
+                "remove {index}: `release` is {} s, and the dynamic stages from `{}` on take {} s: \
+                 {left:.0} % of the forces {then}",
+                shown(release),
+                deck.stage[first].name,
+                shown(time)
+            )
+        })
     })
 }
 

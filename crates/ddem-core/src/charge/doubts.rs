@@ -1,0 +1,97 @@
+//! What is said of charges that are perhaps not meant.
+
+use std::collections::BTreeMap;
+
+use super::cavity::{Cavity, End};
+use crate::deck::Deck;
+use crate::geometry::{Geometry, Region, Vec3, place};
+
+/// Pressure of the air `[Pa]`.
+const AIR: f64 = 1e5;
+
+pub(super) fn of_cavities(cavities: &[Cavity], deck: &Deck, geometry: &Geometry) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for cavity in cavities {
+        let mut ends: BTreeMap<End, (usize, Vec3)> = BTreeMap::new();
+        for (at, end) in &cavity.ends {
+            ends.entry(*end).or_insert((0, *at)).0 += 1;
+        }
+        doubts.extend(ends.into_iter().map(|(end, (_, at))| ended(end, at, deck)));
+        let [own, all] = cavity.walls;
+        if own < all {
+            doubts.push(format!(
+                "it pushes {own} of the {all} walls of its cavity: its `where` has to reach the centres \
+                 of the others, too"
+            ));
+        }
+        if let Some(&first) = cavity.within.first() {
+            doubts.push(format!(
+                "{} blocks of set `{}` stand in its cavity, first that with its centre at {}: the gas does \
+                 not push them, and has their room, too",
+                cavity.within.len(),
+                deck.set_name(geometry.set(first)),
+                place(geometry.centre(first))
+            ));
+        }
+    }
+    doubts
+}
+
+/// A cavity whose surface ends there.
+fn ended(end: End, at: Vec3, deck: &Deck) -> String {
+    let at = place(at);
+    match end {
+        End::Open => format!(
+            "its cavity is open to the outside at {at}: the gas pushes the walls that are there, and \
+             nothing bears what it does to the opening"
+        ),
+        End::GoesOn => format!(
+            "its cavity goes on at {at} among blocks that `[[refine]]` splits otherwise, where the gas does \
+             not get: split all blocks around it alike"
+        ),
+        End::Split => format!(
+            "its cavity borders on blocks that `[[refine]]` splits otherwise, at {at}: the gas does not \
+             push these; split all blocks around it alike"
+        ),
+        End::Set(set) => format!(
+            "its cavity borders on blocks of set `{}` at {at}: the gas does not push these; all blocks around \
+             it want to be of one set",
+            deck.set_name(set)
+        ),
+    }
+}
+
+/// Of a charge in so many joints that match.
+pub(super) fn of_joints(joints: usize, region: &Region, geometry: &Geometry) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let others = geometry.joins_at(region);
+    if others > 0 {
+        doubts.push(format!(
+            "{others} of the joints there are between faces that do not match, which gas does not push"
+        ));
+    }
+    // A sphere or a cylinder around the middle of a block is a hole; joints are named by planes.
+    let hole = region.is_round() && region.planes() == 0;
+    let inside = |&block: &usize| {
+        !geometry.is_gone(block)
+            && region.has_set(geometry.set(block))
+            && region.in_ranges(&geometry.centre(block))
+    };
+    if hole && let Some(block) = (0..geometry.bodies.len()).find(inside) {
+        doubts.push(format!(
+            "it pushes {joints} joints apart, for there is no cavity: the block at {} has not been taken \
+             out; was a `[[remove]]` forgotten?",
+            place(geometry.centre(block))
+        ));
+    }
+    doubts
+}
+
+/// Of explosive whose gas has hardly any pressure.
+pub(super) fn of_little(mass: Option<f64>, room: f64, pressure: f64) -> Option<String> {
+    let mass = mass.filter(|_| pressure < AIR)?;
+    Some(format!(
+        "{mass} kg of explosive begin with {pressure:.3e} Pa in a cavity of {room:.4e} m³, less than the air \
+         has"
+    ))
+}

@@ -1,0 +1,275 @@
+//! What is said before a run: how much there is of each charge, and what is perhaps not meant.
+
+use ddem_core::Model;
+use ddem_core::deck::*;
+
+use crate::charges::*;
+use crate::decks::*;
+
+fn within(from: [f64; 3], to: [f64; 3]) -> Where {
+    let [x, y, z] = [0, 1, 2].map(|k| Some(Extent::Range([from[k], to[k]])));
+    Where { x, y, z, ..Where::default() }
+}
+
+fn tnt(region: Where, mass: f64) -> Charge {
+    let explosive = Some(Explosive::Named("tnt".into()));
+    Charge { region, mass: Some(mass), explosive, ..Charge::default() }
+}
+
+fn dynamic(name: &str, duration: f64) -> Stage {
+    Stage { kind: StageKind::Dynamic, duration: Some(duration), ..relax_stage(name) }
+}
+
+/// Blocks of a metre without joints' thickness: cavities are boxes.
+fn boxes(cells: &[[f64; 3]]) -> Deck {
+    let mut deck = hollow(BOX, cells, 0.0);
+    let stiff = Some(1e10);
+    let springs = Joint { normal_stiffness: stiff, shear_stiffness: stiff, ..Joint::default() };
+    deck.joints.insert("seam".into(), springs);
+    deck
+}
+
+fn one_of(deck: &Deck, part: &str) -> String {
+    let warnings = model(deck).warnings();
+    let found: Vec<_> = warnings.iter().filter(|w| w.contains(part)).collect();
+    assert_eq!(found.len(), 1, "{part}: {warnings:?}");
+    found[0].clone()
+}
+
+fn faults(deck: &Deck) -> String {
+    let error = Model::new(deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+    error.faults.iter().map(|f| format!("{f} {}", f.help.as_deref().unwrap_or_default())).collect()
+}
+
+/// By hand: 500 kg of TNT in two cubic metres, whose pressure of detonation is
+/// 1630 · 6930²/(2 · 3.727) = 10.5016 GPa and which has expanded 2 · 1630/500 = 6.52 times.
+#[test]
+fn charges_have_walls_volumes_and_pressures() {
+    let mut deck = boxes(&[[1.0; 3], [2.0, 1.0, 1.0]]);
+    deck.charge = vec![
+        tnt(within([0.9; 3], [3.1, 2.1, 2.1]), 500.0),
+        gas(within([0.9; 3], [3.1, 2.1, 2.1]), 3e6),
+    ];
+    let model_of = |deck: &Deck| {
+        let model = model(deck);
+        assert!(model.warnings().is_empty(), "{:?}", model.warnings());
+        model.charges()
+    };
+    let [mass, pressure]: [_; 2] =
+        model_of(&deck).try_into().unwrap_or_else(|all| panic!("{all:?}"));
+    assert_eq!((mass.walls, mass.joints), (10, 0));
+    assert!((mass.area - 10.0).abs() < 1e-12 && (mass.volume - 2.0).abs() < 1e-12, "{mass:?}");
+    assert_eq!((mass.mass, mass.density), (Some(500.0), Some(1630.0)));
+    assert!(mass.filling().is_some_and(|f| (f - 250.0).abs() < 1e-9), "{mass:?}");
+    // exp(−2.727 ln 6.52) = 0.0060192
+    assert!((mass.pressure / (10.5016e9 * 0.0060192) - 1.0).abs() < 1e-4, "{mass:?}");
+    assert_eq!((pressure.pressure, pressure.mass, pressure.filling()), (3e6, None, None));
+    // Four joints of a square metre each.
+    let mut deck = boxes(&[]);
+    deck.charge = vec![tnt(Where { x: Some(Extent::Range([0.9, 2.1])), ..plane(2, 2.0) }, 2.0)];
+    let [joints]: [_; 1] = model_of(&deck).try_into().unwrap_or_else(|all| panic!("{all:?}"));
+    assert_eq!((joints.walls, joints.joints), (0, 4), "{joints:?}");
+    assert!((joints.area - 4.0).abs() < 1e-12 && joints.volume.abs() < 1e-12, "{joints:?}");
+    assert!(joints.filling().is_none(), "{joints:?}");
+    assert!((joints.pressure / 10.5016e9 - 1.0).abs() < 1e-4, "{joints:?}");
+}
+
+#[test]
+fn a_charge_is_warned_of_whose_hole_was_forgotten() {
+    let mut deck = boxes(&[]);
+    let line = Cylinder { from: [1.5, 1.5, 0.0], to: [1.5, 1.5, 4.0], radius: 0.2 };
+    let hole = Where { cylinder: Some(line), ..Where::default() };
+    deck.charge = vec![tnt(hole.clone(), 1.0)];
+    let said = one_of(&deck, "forgotten");
+    assert!(said.starts_with("charge 0: it pushes 3 joints apart"), "{said}");
+    assert!(said.contains("the block at [1.5, 1.5, 0.5]"), "{said}");
+    // Around joints alone, or on a plane of joints, it is meant.
+    for region in [ball([2.0, 1.5, 1.5], 0.4), Where { z: Some(Extent::Plane(1.0)), ..hole }] {
+        deck.charge = vec![tnt(region, 1.0)];
+        assert_eq!(model(&deck).warnings(), [""; 0]);
+    }
+}
+
+#[test]
+fn a_charge_that_hardly_pushes_is_warned_of() {
+    let mut deck = boxes(&[[1.0; 3]]);
+    let region = ball([1.5; 3], 0.7);
+    // In a cubic metre 10.5016e9 (m/1630)^2.727 is 0.1 MPa at 23.5 kg.
+    deck.charge = vec![tnt(region.clone(), 23.0)];
+    let said = one_of(&deck, "less than the air");
+    assert!(said.starts_with("charge 0: 23 kg of explosive begin with 9.4"), "{said}");
+    deck.charge = vec![tnt(region.clone(), 24.0)];
+    assert_eq!(model(&deck).warnings(), [""; 0]);
+    deck.charge = vec![gas(region, 10.0)];
+    assert_eq!(model(&deck).warnings(), [""; 0]);
+}
+
+#[test]
+fn a_blast_in_statics_is_warned_of() {
+    let mut deck = boxes(&[[1.0; 3]]);
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    deck.stage = vec![relax_stage("weight"), dynamic("blast", 0.1), relax_stage("rest")];
+    let region = ball([1.5; 3], 0.7);
+    let said = |charge: &Charge| {
+        let deck = Deck { charge: vec![charge.clone()], ..deck.clone() };
+        model(&deck).warnings().join("\n")
+    };
+    let charge = tnt(region.clone(), 500.0);
+    let warned = said(&charge);
+    assert!(warned.contains("in relax stage `weight` already: `from`"), "{warned}");
+    let strong = gas(region.clone(), 2e8);
+    assert!(said(&strong).contains("charge 0 pushes with 2.000e8 Pa"), "{}", said(&strong));
+    let from = Some("blast".to_owned());
+    assert_eq!(said(&Charge { from, ..charge.clone() }), "");
+    assert_eq!(said(&Charge { delay: Some(0.05), ..charge.clone() }), "");
+    let pulse = History::Triangle(Triangle { rise: 1e-4, fall: Some(1e-4), duration: None });
+    assert_eq!(said(&given(region.clone(), 2e8, pulse)), "");
+    // Gas that is stored.
+    assert_eq!(said(&gas(region, 1e7)), "");
+    // Nothing moves afterwards: an equilibrium is what is wanted.
+    let still = Deck { charge: vec![charge], stage: vec![relax_stage("weight")], ..deck.clone() };
+    assert_eq!(model(&still).warnings(), [""; 0]);
+}
+
+#[test]
+fn stemming_of_another_set_is_warned_of() {
+    let mut deck = boxes(&[[1.0, 1.0, 1.0], [1.0, 1.0, 2.0]]);
+    deck.charge = vec![gas(within([0.9; 3], [2.1, 2.1, 3.1]), 1e6)];
+    assert_eq!(model(&deck).warnings(), [""; 0]);
+    deck.blocks[0].name = Some("rock".into());
+    deck.remove.iter_mut().for_each(|remove| remove.region.set = Some("rock".into()));
+    deck.blocks.push(BlockSet {
+        name: Some("stemming".into()),
+        origin: [1.0, 1.0, 2.0],
+        size: Some([1.0; 3]),
+        count: Some([1; 3]),
+        joint: None,
+        ..deck.blocks[0].clone()
+    });
+    let said = one_of(&deck, "stand in its cavity");
+    assert!(said.starts_with("charge 0: 1 blocks of set `stemming`"), "{said}");
+    assert!(said.contains("at [1.5, 1.5, 2.5]"), "{said}");
+}
+
+/// Whether nothing is there, blocks of another set, or of another size; and where.
+#[test]
+fn it_is_said_where_a_cavity_ends_and_at_what() {
+    let mut deck = boxes(&[[1.0, 1.0, 3.0]]);
+    deck.charge = vec![gas(within([0.9, 0.9, 2.9], [2.1, 2.1, 4.1]), 1e6)];
+    let said = one_of(&deck, "charge 0");
+    assert!(said.contains("open to the outside at [1.5, 1.5, 4]"), "{said}");
+    let mut lid = deck.clone();
+    lid.blocks.push(BlockSet {
+        name: Some("lid".into()),
+        origin: [0.0, 0.0, 4.0],
+        size: Some([4.0, 4.0, 1.0]),
+        count: Some([2, 2, 1]),
+        ..deck.blocks[0].clone()
+    });
+    let said = one_of(&lid, "charge 0");
+    assert!(said.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"), "{said}");
+    assert!(!said.contains("open"), "{said}");
+    // Finer blocks below, and beside them a hole in these.
+    let mut split = boxes(&[[1.0; 3]]);
+    split.refine = vec![Refine { region: within([0.0; 3], [4.0, 4.0, 1.0]), factor: 2 }];
+    split.charge = vec![gas(within([0.9; 3], [2.1; 3]), 1e6)];
+    let said = one_of(&split, "charge 0");
+    assert!(said.contains("splits otherwise, at [1.5, 1.5, 1]"), "{said}");
+    split
+        .remove
+        .push(Remove { region: within([1.0, 1.0, 0.5], [2.0, 2.0, 1.0]), ..Remove::default() });
+    let said = one_of(&split, "charge 0");
+    assert!(said.contains("goes on at [1.5, 1.5, 1] among blocks"), "{said}");
+}
+
+/// A single wall is measured against its own start: the others' mean would be its own way.
+#[test]
+fn gas_behind_a_single_wall_gets_out() {
+    let mut deck = boxes(&[[1.0; 3]]);
+    deck.charge = vec![given(within([1.9, 1.1, 1.1], [2.1, 1.9, 1.9]), 1e6, History::Ramp(0.0))];
+    let mut simulation = simulation(&deck);
+    let nodes = simulation.model().nodes_in(&ball([2.5, 1.5, 1.5], 0.88));
+    let mut moved = simulation.displacements();
+    for (far, vented) in [(0.99, false), (1.01, true)] {
+        nodes.iter().for_each(|node| moved[*node as usize] = [far, 0.0, 0.0]);
+        simulation.set_displacements(&moved);
+        assert_eq!(state(&simulation, 0).vented, vented, "{far}");
+    }
+}
+
+#[test]
+fn a_release_that_has_no_end_or_no_effect_is_warned_of() {
+    let mut deck = deck([1, 1, 4], [1.0, 1.0, 4.0], 1, 0.02);
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    let (region, from) = (within([0.0, 0.0, 2.0], [1.0, 1.0, 4.0]), Some("dig".to_owned()));
+    let mut said = |release: f64, stages: Vec<Stage>| {
+        let release = Some(release);
+        deck.remove =
+            vec![Remove { region: region.clone(), from: from.clone(), release, until: None }];
+        deck.stage = vec![relax_stage("weight")];
+        deck.stage.extend(stages);
+        model(&deck).warnings().join("\n")
+    };
+    let slow = || vec![dynamic("dig", 0.3), dynamic("on", 0.2)];
+    assert_eq!(said(0.5, slow()), "");
+    assert_eq!(
+        said(2.0, slow()),
+        "remove 0: `release` is 2 s, and the dynamic stages from `dig` on take 0.5 s: 75 % of the forces \
+         never go"
+    );
+    let ended = [slow(), vec![relax_stage("rest")]].concat();
+    assert!(said(1.0, ended).ends_with("50 % of the forces go at once in relax stage `rest`"));
+    let still = |increments: Option<u32>| Stage { increments, ..relax_stage("dig") };
+    assert!(said(1.0, vec![still(None)]).contains("relax stage `dig` has one increment"));
+    assert_eq!(said(1.0, vec![still(Some(5))]), "");
+    assert_eq!(said(0.0, vec![still(None)]), "");
+}
+
+#[test]
+fn where_nothing_is_selected_the_nearest_is_said() {
+    let plain = boxes(&[[3.0; 3]]);
+    let beyond = within([3.6, 3.6, 3.6], [9.0; 3]);
+    let mut deck = plain.clone();
+    deck.stage = vec![relax_stage("weight"), relax_stage("dig")];
+    let from = Some("dig".to_owned());
+    deck.remove.push(Remove { region: beyond.clone(), from, ..Remove::default() });
+    let said = faults(&deck);
+    assert!(said.contains("remove[1].where") && said.contains("no block there"), "{said}");
+    // That at [3.5, 3.5, 3.5] is gone: one of those beside it.
+    assert!(said.contains("that of the nearest is at [3.5, 3.5, 2.5]"), "{said}");
+    let beyond = within([3.6, 3.6, 2.1], [9.0, 9.0, 2.45]);
+    let assign = |joint: bool, material: bool| {
+        let name = |wanted: bool, name: &str| wanted.then(|| name.to_owned());
+        let (joint, material) = (name(joint, "seam"), name(material, "clay"));
+        let entry = Assign { region: beyond.clone(), joint, material, ..Assign::default() };
+        faults(&Deck { assign: vec![entry], ..plain.clone() })
+    };
+    let said = assign(false, true);
+    assert!(
+        said.contains("no block there") && said.contains("nearest is at [3.5, 3.5, 2.5]"),
+        "{said}"
+    );
+    let said = assign(true, false);
+    assert!(
+        said.contains("no joint there") && said.contains("joints count by their centre"),
+        "{said}"
+    );
+    assert!(said.contains("that of the nearest is at [3.5, 3.5, 2]"), "{said}");
+    assert!(assign(true, true).contains("no joint and no block there"));
+}
+
+#[test]
+fn a_probe_where_nothing_is_is_warned_of() {
+    let mut deck = boxes(&[]);
+    let probe = |at: [f64; 3]| Probe { name: "top".into(), at: Some(at), ..Probe::default() };
+    deck.probe = vec![probe([4.0, 4.0, 4.9])];
+    assert_eq!(model(&deck).warnings(), [""; 0]);
+    // In millimetres, say.
+    deck.probe = vec![probe([4.0, 4.0, 14.0])];
+    assert_eq!(
+        model(&deck).warnings(),
+        [
+            "probe `top`: there is nothing at [4, 4, 14]: it looks at the nearest node, at [4, 4, 4], 10.0000 m away"
+        ]
+    );
+}
