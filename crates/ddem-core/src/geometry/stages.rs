@@ -62,6 +62,11 @@ impl Stages {
         self.first.iter().any(|&first| from < first && first <= to)
     }
 
+    /// The stages in which they are.
+    pub(crate) fn digs(&self, from: usize, to: usize) -> Vec<usize> {
+        self.first.iter().copied().filter(|&first| from < first && first <= to).collect()
+    }
+
     /// Whether any are.
     pub(crate) fn excavates(&self) -> bool {
         self.first.len() > 1

@@ -34,6 +34,7 @@ mod resume;
 mod rigid;
 mod selection;
 mod sets;
+mod stages;
 mod starts;
 mod tiling;
 mod touching;
