@@ -74,8 +74,11 @@ impl Model {
             return Err(faults);
         }
         let constants = Constants::new(deck);
-        let made = Made { deck, geometry: &geometry, packs: &packs, constants: &constants };
-        let borders = Borders::new(made, &conditions)?;
+        let borders = {
+            let (geometry, stages) = (&geometry, &stages);
+            let made = Made { deck, geometry, stages, packs: &packs, constants: &constants };
+            Borders::new(made, &conditions)?
+        };
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
@@ -168,8 +171,8 @@ impl Model {
     }
 
     pub(crate) fn made(&self) -> Made<'_> {
-        let Self { deck, geometry, packs, constants, .. } = self;
-        Made { deck, geometry, packs, constants }
+        let Self { deck, geometry, stages, packs, constants, .. } = self;
+        Made { deck, geometry, stages, packs, constants }
     }
 
     pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {

@@ -27,6 +27,7 @@ mod loose;
 mod mechanisms;
 mod meeting;
 mod mixture;
+mod opened;
 mod peaks;
 mod programs;
 mod refine;
