@@ -1,5 +1,7 @@
 //! Blocks that are taken out at the start of a stage.
 
+use std::sync::Arc;
+
 use super::{Geometry, Region, nothing};
 use crate::deck::{Deck, Where};
 use crate::error::Fault;
@@ -9,11 +11,11 @@ use crate::error::Fault;
 pub(crate) struct Stages {
     /// The first stage of each, in order.
     first: Vec<usize>,
-    geometries: Vec<Geometry>,
+    geometries: Vec<Arc<Geometry>>,
 }
 
 impl Stages {
-    pub(crate) fn new(deck: &Deck, start: Geometry) -> Result<Self, Vec<Fault>> {
+    pub(crate) fn new(deck: &Deck, start: Arc<Geometry>) -> Result<Self, Vec<Fault>> {
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |region: &Where| Region::new(region, &start.bounds, &names);
         let (mut first, mut geometries, mut faults) = (vec![0], vec![start.clone()], Vec::new());
@@ -23,7 +25,7 @@ impl Stages {
                 if remove.from.as_ref() != Some(&entry.name) {
                     continue;
                 }
-                let before = now.as_ref().or(geometries.last()).unwrap_or(&start);
+                let before = now.as_ref().or(geometries.last().map(Arc::as_ref)).unwrap_or(&start);
                 let blocks = before.blocks_in(&region(&remove.region));
                 if blocks.is_empty() {
                     faults.push(nothing(format!("remove[{index}].where"), "no block"));
@@ -39,16 +41,21 @@ impl Stages {
             }
             if let Some(now) = now {
                 first.push(stage);
-                geometries.push(now);
+                geometries.push(Arc::new(now));
             }
         }
         if faults.is_empty() { Ok(Self { first, geometries }) } else { Err(faults) }
     }
 
     /// In a stage.
-    pub(crate) fn at(&self, stage: usize) -> &Geometry {
+    pub(crate) fn at(&self, stage: usize) -> &Arc<Geometry> {
         let at = self.first.partition_point(|&first| first <= stage);
         &self.geometries[at.max(1) - 1]
+    }
+
+    /// Memory of all of them `[bytes]`.
+    pub(crate) fn bytes(&self) -> usize {
+        self.geometries.iter().map(|geometry| geometry.bytes()).sum()
     }
 
     /// In the stage of a name, or at the start.

@@ -33,7 +33,7 @@ impl Model {
         let charges = self.conditions.charged.iter();
         warnings.extend(charges.flat_map(|charged| charged.charge.doubts.iter().cloned()));
         warnings.extend(self.borders.doubts(self.made(), &self.conditions));
-        let of = (&self.geometry, &self.packs, &self.assembly);
+        let of = (&*self.geometry, &self.packs, &self.assembly);
         let contact = self.contact.iter().filter(|contact| contact.search);
         warnings.extend(contact.flat_map(|contact| contact.doubts(&self.deck, of)));
         let used = self.joint_numbers().collect();

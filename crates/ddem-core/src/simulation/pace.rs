@@ -84,7 +84,7 @@ impl Simulation {
     fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
         let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
-        let of = (&model.geometry, &model.packs, &model.assembly);
+        let of = (&*model.geometry, &model.packs, &model.assembly);
         let Some(surfaces) = surfaces else {
             // Rigid blocks without any joint have no stiffness: they step as if they met others.
             let alone = || bound(&Skins::new(&model.deck, &model.geometry), of)[1];
