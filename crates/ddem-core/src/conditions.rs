@@ -14,7 +14,8 @@ use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Stages, Vec3, no_node, nothing};
 use crate::history::{Course, Function};
 
-use release::{released, without_walls};
+pub(crate) use release::Released;
+use release::{Fading, released, without_walls};
 
 /// One `[[fix]]`.
 #[derive(Clone, Debug)]
@@ -32,8 +33,8 @@ pub(crate) struct Loaded {
     pub(crate) forces: Vec<(u32, Vec3)>,
     history: Course,
     period: Period,
-    /// The first stage in which it is gone, whatever the time: relaxation has taken it back.
-    ends: Option<usize>,
+    /// Of forces of removed blocks that fade.
+    fading: Option<Fading>,
 }
 
 /// One `[[charge]]`, and when it goes off.
@@ -84,7 +85,7 @@ impl Conditions {
                     forces,
                     history: Course::new(load.history.as_ref()),
                     period: Period::new(deck, load.from.as_ref(), load.until.as_ref()),
-                    ends: None,
+                    fading: None,
                 }),
                 Err("no node") => {
                     let region = region(&load.region);
@@ -132,7 +133,10 @@ impl Conditions {
         function: Arc<Function>,
     ) -> Result<(), Fault> {
         let course = match section {
-            "load" => self.loaded.get_mut(index).map(|load| &mut load.history),
+            "load" => {
+                let load = self.loaded.get_mut(index).filter(|load| load.fading.is_none());
+                load.map(|load| &mut load.history)
+            }
             "charge" => self.charged.get_mut(index).map(|charged| &mut charged.history),
             _ => self.fixed.get_mut(index).map(|fix| &mut fix.history),
         };
@@ -168,7 +172,7 @@ impl Conditions {
         let mut factors = Vec::with_capacity(self.n_factors());
         for (index, load) in self.loaded.iter().enumerate() {
             factors.push(match load.acts(stage) {
-                true => load.period.factor(&load.history, time, starts).at("load", index)?,
+                true => load.factor(time, starts).at("load", index)?,
                 false => 0.0,
             });
         }
@@ -205,6 +209,10 @@ impl Conditions {
 pub(crate) struct Factor(Result<f64, (f64, String)>);
 
 impl Factor {
+    fn of(history: &Course, since: f64) -> Self {
+        Self(history.factor(since).map_err(|message| (since, message)))
+    }
+
     pub(crate) fn at(self, section: &str, index: usize) -> Result<f64, RunError> {
         self.0.map_err(|(time, message)| RunError::History {
             entry: format!("{section}[{index}]"),
@@ -222,8 +230,7 @@ impl Period {
 
     /// Factor of a history that counts time from the start of the stage named in `from`.
     pub(crate) fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
-        let since = self.since(time, starts);
-        Factor(history.factor(since).map_err(|message| (since, message)))
+        Factor::of(history, self.since(time, starts))
     }
 }
 

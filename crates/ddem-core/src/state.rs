@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use crate::breaks::Breaks;
 use crate::charge::Fill;
-use crate::conditions::Applied;
+use crate::conditions::{Applied, Released};
 use crate::contact::Contacts;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
@@ -50,6 +50,8 @@ pub(crate) struct State {
     pub(crate) steps: u64,
     /// The stage that is running, by its number in the deck.
     pub(crate) stage: usize,
+    /// The furthest stage that has been entered: what is taken out by then is gone.
+    pub(crate) dug: usize,
     /// Times at which the stages so far began `[s]`.
     pub(crate) stage_starts: Vec<f64>,
     /// Displacements `[m]`.
@@ -74,8 +76,8 @@ pub(crate) struct State {
     pub(crate) applied: Applied,
     /// What supports bore that ended where a boundary is, by node `[N]`.
     pub(crate) kept: Applied,
-    /// Forces of removed blocks that fade, by load and node `[N]`.
-    pub(crate) released: BTreeMap<usize, Applied>,
+    /// Forces of removed blocks that fade, by load.
+    pub(crate) released: BTreeMap<usize, Released>,
     /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
     pub(crate) columns: Vec<[Vec3; 2]>,
     /// The gas in the shells of charges, charge by charge.
@@ -121,6 +123,7 @@ impl State {
             automatic: false,
             steps: 0,
             stage: 0,
+            dug: 0,
             stage_starts: vec![0.0],
             u: vec![Lanes::ZERO; n],
             v: vec![Lanes::ZERO; n],

@@ -244,13 +244,15 @@ impl<'a> Ground<'a> {
     /// The column behind a node.
     fn column(&mut self, node: u32, upright: usize, raised: bool) -> Result<usize, Wrong> {
         let geometry = self.made.geometry;
+        // The ground outside goes on beside holes that have been dug.
+        let start = self.made.stages.at(0);
         let (mut body, at) = geometry.locate(node as usize);
         let down = |up: i32| {
             let mut offset = [0; 3];
             offset[upright] = if raised { up } else { -up };
             offset
         };
-        while let Some(below) = geometry.neighbour(body, down(-1)) {
+        while let Some(below) = start.neighbour(body, down(-1)) {
             body = below;
         }
         let n = geometry.lattice(body).divisions;
@@ -269,16 +271,23 @@ impl<'a> Ground<'a> {
         let (lowest_body, foot) = (body, on(body, 0));
         let lowest = self.rock(body);
         let (mut nodes, mut segments) = (Vec::new(), Vec::new());
+        let mut top = (body, 0, 0);
         loop {
             nodes.extend((0..=n).map(|level| on(body, level)));
             let lattice = geometry.lattice(body);
             let length = lattice.spacing(upright, geometry.bodies[body].cell[upright] as usize);
             segments.extend((0..n).map(|_| Segment::layer(&self.rock(body), length)));
-            let Some(above) = geometry.neighbour(body, down(1)) else { break };
+            if !geometry.is_gone(body) {
+                top = (body, nodes.len(), segments.len());
+            }
+            let Some(above) = start.neighbour(body, down(1)) else { break };
             segments.push(self.joint(if raised { body } else { above }, upright));
             body = above;
         }
-        if goes_on(lowest_body, false) || goes_on(body, true) {
+        // It ends where nothing of the model is left above.
+        nodes.truncate(top.1);
+        segments.truncate(top.2);
+        if goes_on(lowest_body, false) || goes_on(top.0, true) {
             return Err((
                 "a side that goes on in split blocks or in another set has no free field in this version",
                 "let the blocks along the side be of one set, and none of them split, from the base up",

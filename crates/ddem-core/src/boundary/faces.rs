@@ -27,19 +27,20 @@ fn shown(made: Made<'_>, surface: &Surface) -> String {
 impl Borders {
     /// Faults of boundaries that have the same part of a face: their dashpots would add up.
     pub(super) fn twice(&self, made: Made<'_>) -> Vec<Fault> {
-        let everywhere = Region::new(&Where::default(), &made.geometry.bounds, &[]);
         let mut found: BTreeMap<(usize, usize), Surface> = BTreeMap::new();
         for stage in 0..made.deck.stage.len().max(1) {
-            let mut taken: BTreeMap<Key, (usize, f64)> = BTreeMap::new();
+            let mut taken: BTreeMap<Key, (usize, [f64; 2])> = BTreeMap::new();
             for index in (0..self.list.len()).filter(|&index| self.has(index, stage)) {
-                for (surface, area) in &self.list[index].faces {
-                    let Some((before, sum)) = taken.get_mut(&key(surface)) else {
-                        taken.insert(key(surface), (index, *area));
+                for (surface, areas) in &self.list[index].faces {
+                    let Some((before, [sum, whole])) = taken.get_mut(&key(surface)) else {
+                        taken.insert(key(surface), (index, *areas));
                         continue;
                     };
+                    let [area, all] = areas;
                     *sum += area;
-                    let all = everywhere.areas(made.geometry, surface);
-                    if *sum > WHOLE * all.iter().map(|(_, area)| area).sum::<f64>() {
+                    // Beside what is taken out there is less of a face: half of the joint is gone.
+                    *whole = whole.max(*all);
+                    if *sum > WHOLE * *whole {
                         found.entry((*before, index)).or_insert(*surface);
                     }
                 }
@@ -59,11 +60,12 @@ impl Borders {
 
     /// What is said of boundaries on the walls of cavities, behind which there is no rock.
     pub(super) fn in_cavities(&self, made: Made<'_>) -> Vec<String> {
-        let lattices = made.geometry.lattices.iter();
-        let walls: BTreeSet<Key> =
-            lattices.flat_map(walls).map(|(_, surface)| key(&surface)).collect();
         let mut doubts = Vec::new();
         for (index, border) in self.list.iter().enumerate() {
+            let made = made.for_border(index);
+            let lattices = made.geometry.lattices.iter();
+            let walls: BTreeSet<Key> =
+                lattices.flat_map(walls).map(|(_, surface)| key(&surface)).collect();
             let within = border.faces.iter().filter(|(surface, _)| walls.contains(&key(surface)));
             let within: Vec<&Surface> = within.map(|(surface, _)| surface).collect();
             if let Some(first) = within.first() {
@@ -79,13 +81,16 @@ impl Borders {
     }
 }
 
-/// Faces with their areas `[m²]`, as far as a region selects them.
+/// Faces with their areas `[m²]`, as far as a region selects them and as a whole.
 pub(super) fn with_areas(
     region: &Region,
     made: Made<'_>,
     surfaces: &[Surface],
-) -> Vec<(Surface, f64)> {
-    let area =
-        |surface: &Surface| region.areas(made.geometry, surface).iter().map(|(_, area)| area).sum();
-    surfaces.iter().map(|surface| (*surface, area(surface))).collect()
+) -> Vec<(Surface, [f64; 2])> {
+    let everywhere = Region::new(&Where::default(), &made.geometry.bounds, &[]);
+    let area = |region: &Region, surface: &Surface| {
+        region.areas(made.geometry, surface).iter().map(|(_, area)| area).sum()
+    };
+    let areas = |surface: &Surface| [area(region, surface), area(&everywhere, surface)];
+    surfaces.iter().map(|surface| (*surface, areas(surface))).collect()
 }

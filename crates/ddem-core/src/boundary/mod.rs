@@ -18,7 +18,7 @@ use crate::conditions::{Active, Applied, Conditions};
 use crate::deck::{Boundary, BoundaryKind, Deck, Period};
 use crate::element::Elastic;
 use crate::error::{Fault, RunError};
-use crate::geometry::{Geometry, Region, Surface, Vec3, nothing};
+use crate::geometry::{Geometry, Region, Stages, Surface, Vec3, nothing};
 use crate::history::{Course, Function};
 use crate::pack::Packs;
 
@@ -44,8 +44,8 @@ pub(crate) struct Push {
 pub(crate) struct Border {
     /// Dashpots by face and node, a node as often as it has faces `[N s/m]`.
     pub(crate) dashpots: Vec<(u32, Resistance)>,
-    /// Faces that it takes, and how much of them `[m²]`.
-    faces: Vec<(Surface, f64)>,
+    /// Faces that it takes, how much of them and how much there is `[m²]`.
+    faces: Vec<(Surface, [f64; 2])>,
     /// Nodes of faces that look down.
     under: BTreeSet<u32>,
     /// Velocity of the wave that comes in `[m/s]`.
@@ -68,8 +68,22 @@ pub(crate) struct Borders {
 pub(crate) struct Made<'a> {
     pub(crate) deck: &'a Deck,
     pub(crate) geometry: &'a Geometry,
+    pub(crate) stages: &'a Stages,
     pub(crate) packs: &'a Packs,
     pub(crate) constants: &'a Constants,
+}
+
+impl Made<'_> {
+    /// What there is in a stage.
+    fn at(self, stage: usize) -> Self {
+        Self { geometry: self.stages.at(stage), ..self }
+    }
+
+    /// What there is where a boundary of the deck comes into force.
+    fn for_border(self, index: usize) -> Self {
+        let from = self.deck.boundary[index].from.as_ref();
+        Self { geometry: self.stages.from(self.deck, from), ..self }
+    }
 }
 
 impl Borders {
@@ -77,7 +91,7 @@ impl Borders {
         let (mut faults, mut list) = (Vec::new(), Vec::new());
         let mut first = 0;
         for (index, entry) in made.deck.boundary.iter().enumerate() {
-            match Border::new(made, index, entry, &mut first) {
+            match Border::new(made.for_border(index), index, entry, &mut first) {
                 Ok(border) => list.push(border),
                 Err(fault) => faults.push(fault),
             }
@@ -168,7 +182,7 @@ impl Borders {
             return faults;
         }
         for stage in 0..made.deck.stage.len().max(1) {
-            let none = Applied::default();
+            let (made, none) = (made.at(stage), Applied::default());
             let active = Active::new(conditions, made.geometry, made.packs, stage, &none);
             let outside = Outside::new(self, made, (stage, &active), &none);
             let name = made.deck.stage.get(stage).map_or("", |stage| &stage.name);
@@ -220,7 +234,7 @@ impl Borders {
         for index in 0..self.list.len() {
             let stages = 0..made.deck.stage.len().max(1);
             for stage in stages.filter(|&stage| self.has(index, stage)) {
-                let none = Applied::default();
+                let (made, none) = (made.at(stage), Applied::default());
                 let active = Active::new(conditions, made.geometry, made.packs, stage, &none);
                 let outside = Outside::new(self, made, (stage, &active), &none);
                 let held = outside.clamped(made, &self.list[index]);

@@ -11,7 +11,7 @@ impl Conditions {
     /// Loads in force in a stage whose history is 0 when the stage is the first to see them.
     pub(crate) fn resting(&self, stage: usize) -> Vec<usize> {
         let rests = |load: &Loaded| {
-            if load.ends.is_some() {
+            if load.fading.is_some() {
                 return false;
             }
             let first = load.period.from.unwrap_or(0) == stage;

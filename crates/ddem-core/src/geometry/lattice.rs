@@ -339,6 +339,16 @@ impl Lattice {
         .help("the joints on both sides must leave a body between them")
     }
 
+    /// Memory `[bytes]`.
+    pub(super) fn bytes(&self) -> usize {
+        let numbers = [&self.cuts, &self.lengths, &self.gaps].into_iter().flatten();
+        let joints = self.joint.iter().map(|joint| size_of_val(&joint[..])).sum::<usize>();
+        numbers.map(|numbers| size_of_val(&numbers[..])).sum::<usize>()
+            + joints
+            + size_of_val(&self.body[..])
+            + size_of_val(&self.material[..])
+    }
+
     /// Shortest edge of a cell `[m]`.
     pub(super) fn shortest(&self) -> f64 {
         self.lengths.iter().flatten().copied().fold(f64::INFINITY, f64::min)

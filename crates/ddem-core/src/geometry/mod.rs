@@ -176,6 +176,14 @@ impl Geometry {
         (0..self.bodies.len()).filter(inside).collect()
     }
 
+    /// Memory `[bytes]`.
+    pub(crate) fn bytes(&self) -> usize {
+        self.lattices.iter().map(Lattice::bytes).sum::<usize>()
+            + size_of_val(&self.bodies[..])
+            + size_of_val(&self.abutments[..])
+            + self.abutting.capacity() * (size_of::<((u32, u8), u16)>() + 1)
+    }
+
     /// Sets that touch.
     pub(crate) fn touching(&self) -> Vec<(usize, usize)> {
         overlap::touching(&self.lattices)

@@ -1,5 +1,7 @@
 //! Blocks that are taken out, and joints and materials that are assigned, at the start of a stage.
 
+use std::sync::Arc;
+
 use super::{Geometry, Names, Region, assign, no_block, nothing, refined};
 use crate::deck::{Deck, Where};
 use crate::error::Fault;
@@ -9,11 +11,11 @@ use crate::error::Fault;
 pub(crate) struct Stages {
     /// The first stage of each, in order.
     first: Vec<usize>,
-    geometries: Vec<Geometry>,
+    geometries: Vec<Arc<Geometry>>,
 }
 
 impl Stages {
-    pub(crate) fn new(deck: &Deck, all: &Names, start: Geometry) -> Result<Self, Vec<Fault>> {
+    pub(crate) fn new(deck: &Deck, all: &Names, start: Arc<Geometry>) -> Result<Self, Vec<Fault>> {
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |region: &Where| Region::new(region, &start.bounds, &names);
         let (mut first, mut geometries, mut faults) = (vec![0], vec![start.clone()], Vec::new());
@@ -23,7 +25,7 @@ impl Stages {
                 if remove.from.as_ref() != Some(&entry.name) {
                     continue;
                 }
-                let before = now.as_ref().or(geometries.last()).unwrap_or(&start);
+                let before = now.as_ref().or(geometries.last().map(Arc::as_ref)).unwrap_or(&start);
                 let region = region(&remove.region);
                 let blocks = before.blocks_in(&region);
                 if blocks.is_empty() {
@@ -40,7 +42,8 @@ impl Stages {
                 now = Some(after);
             }
             if assign::changes(deck, stage) {
-                let mut after = now.or(geometries.last().cloned()).unwrap_or_else(|| start.clone());
+                let last = || geometries.last().map_or(&start, |last| last).as_ref().clone();
+                let mut after = now.unwrap_or_else(last);
                 let (lattices, _) = refined(deck, all)?;
                 let wrong = after.assign_anew(lattices, (deck, all), stage).into_iter();
                 // What is wrong from a stage on is so up to another.
@@ -51,16 +54,21 @@ impl Stages {
             }
             if let Some(now) = now {
                 first.push(stage);
-                geometries.push(now);
+                geometries.push(Arc::new(now));
             }
         }
         if faults.is_empty() { Ok(Self { first, geometries }) } else { Err(faults) }
     }
 
     /// In a stage.
-    pub(crate) fn at(&self, stage: usize) -> &Geometry {
+    pub(crate) fn at(&self, stage: usize) -> &Arc<Geometry> {
         let at = self.first.partition_point(|&first| first <= stage);
         &self.geometries[at.max(1) - 1]
+    }
+
+    /// Memory of all of them `[bytes]`.
+    pub(crate) fn bytes(&self) -> usize {
+        self.geometries.iter().map(|geometry| geometry.bytes()).sum()
     }
 
     /// In the stage of a name, or at the start.
@@ -72,5 +80,10 @@ impl Stages {
     /// Whether blocks are taken out, or joints or materials change, on the way from one stage to another.
     pub(crate) fn changes(&self, from: usize, to: usize) -> bool {
         self.first.iter().any(|&first| from < first && first <= to)
+    }
+
+    /// The stages in which they are.
+    pub(crate) fn digs(&self, from: usize, to: usize) -> Vec<usize> {
+        self.first.iter().copied().filter(|&first| from < first && first <= to).collect()
     }
 }

@@ -39,7 +39,7 @@ impl Model {
         warnings.extend(self.blasts_at_rest());
         warnings.extend(self.far_probes());
         warnings.extend(self.borders.doubts(self.made(), &self.conditions));
-        let of = (&self.geometry, &self.packs, &self.assembly);
+        let of = (&*self.geometry, &self.packs, &self.assembly);
         let contact = self.contact.iter().filter(|contact| contact.search);
         warnings.extend(contact.flat_map(|contact| contact.doubts(&self.deck, of)));
         let used = self.joint_numbers().collect();
@@ -87,7 +87,7 @@ impl Model {
 
     /// Sets that touch where no contacts are found.
     fn apart(&self) -> impl Iterator<Item = String> {
-        let geometry = &self.geometry;
+        let geometry = self.stages.at(0);
         let sets = |[a, b]: [u32; 2]| [a, b].map(|block| geometry.set(block as usize));
         let joined: HashSet<[usize; 2]> =
             geometry.abutments.iter().map(|abutment| sets(abutment.blocks)).collect();
@@ -111,13 +111,16 @@ impl Model {
     fn left_out(&self) -> Vec<String> {
         let loads = self.deck.load.iter().enumerate();
         let loads = loads.filter(|(_, load)| load.traction.is_some() || load.pressure.is_some());
-        let loads = loads.map(|(index, load)| (format!("load {index}"), &load.region));
+        let loads =
+            loads.map(|(index, load)| (format!("load {index}"), &load.region, load.from.as_ref()));
         let boundaries = self.deck.boundary.iter().enumerate();
-        let boundaries =
-            boundaries.map(|(index, entry)| (format!("boundary {index}"), &entry.region));
-        let left_out = |(name, region): (String, &Where)| {
-            let faces = self.region(region).covered_in_part(&self.geometry);
-            let [x, y, z] = faces.first()?.centre(&self.geometry).into();
+        let boundaries = boundaries.map(|(index, entry)| {
+            (format!("boundary {index}"), &entry.region, entry.from.as_ref())
+        });
+        let left_out = |(name, region, from): (String, &Where, Option<&String>)| {
+            let geometry = self.stages.from(&self.deck, from);
+            let faces = self.region(region).covered_in_part(geometry);
+            let [x, y, z] = faces.first()?.centre(geometry).into();
             Some(format!(
                 "{name} leaves out {} faces on a part of which other blocks stand, first that at ({x:.4}, \
                  {y:.4}, {z:.4}): cut the blocks so that their faces are free or covered as a whole",

@@ -1,11 +1,13 @@
 //! Blocks that are taken out, and joints and materials that change, as a run goes.
 
+use std::sync::Arc;
+
 use super::Model;
 use super::meeting::at_bonds;
 use crate::assembly::Assembly;
-use crate::conditions::Applied;
+use crate::conditions::Released;
 use crate::contact::Surfaces;
-use crate::geometry::{Geometry, Vec3};
+use crate::geometry::Geometry;
 use crate::in_situ::InSitu;
 use crate::seams::Seams;
 
@@ -13,6 +15,11 @@ impl Model {
     /// Whether blocks are taken out, or joints or materials change, on the way from one stage to another.
     pub(crate) fn excavates(&self, from: usize, to: usize) -> bool {
         self.stages.changes(from, to)
+    }
+
+    /// Stages at whose start blocks are taken out, on the way from one stage to another.
+    pub(crate) fn digs(&self, from: usize, to: usize) -> Vec<usize> {
+        self.stages.digs(from, to)
     }
 
     /// Whether blocks are taken out in any stage.
@@ -27,9 +34,15 @@ impl Model {
         self.geometry.is_gone(block)
     }
 
+    /// Numbers and values of the nodes of blocks that have not been taken out, of values of all nodes.
+    pub(crate) fn there<'a, T>(&'a self, values: &'a [T]) -> impl Iterator<Item = (usize, &'a T)> {
+        let values = values.iter().enumerate().take(self.n_nodes());
+        values.filter(|(node, _)| !self.is_removed(self.block_of(*node)))
+    }
+
     /// Takes out the blocks that are gone in a stage, with their joints; the others have the joints and
     /// materials of that stage. Returns what was where before.
-    pub(crate) fn excavate(&mut self, stage: usize) -> Geometry {
+    pub(crate) fn excavate(&mut self, stage: usize) -> Arc<Geometry> {
         let before = std::mem::replace(&mut self.geometry, self.stages.at(stage).clone());
         let Self { geometry, packs, deck, constants, .. } = self;
         for face in &mut self.faces {
@@ -71,9 +84,14 @@ impl Model {
     }
 
     /// Sets the forces that go on in a load when blocks are taken out.
-    pub(crate) fn set_released(&mut self, load: usize, forces: &Applied) {
+    pub(crate) fn set_released(&mut self, load: usize, released: &Released) {
         if let Some(load) = self.conditions.loaded.get_mut(load) {
-            load.forces = forces.iter().map(|(&node, &f)| (node, Vec3::from(f))).collect();
+            load.release(released);
         }
+    }
+
+    /// Whether the forces that go on in a load are gone in a stage, whatever the time.
+    pub(crate) fn takes_back(&self, load: usize, stage: usize) -> bool {
+        self.conditions.loaded.get(load).is_some_and(|load| load.ends(stage))
     }
 }

@@ -7,6 +7,8 @@ mod excavation;
 mod meeting;
 mod unbalanced;
 
+use std::sync::Arc;
+
 use meeting::at_bonds;
 
 use crate::assembly::{Assembly, Constants, NO_TABLE};
@@ -26,7 +28,7 @@ use crate::seams::{Seam, Seams};
 /// A model: what is where, its elements, supports and loads.
 #[derive(Debug)]
 pub struct Model {
-    pub(crate) geometry: Geometry,
+    pub(crate) geometry: Arc<Geometry>,
     /// The same in each stage.
     stages: Stages,
     pub(crate) packs: Packs,
@@ -65,7 +67,7 @@ impl Model {
 
     fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
-        let geometry = Geometry::new(deck, &names)?;
+        let geometry = Arc::new(Geometry::new(deck, &names)?);
         let stages = Stages::new(deck, &names, geometry.clone())?;
         let conditions = Conditions::new(deck, &stages)?;
         let packs = Packs::new(&geometry);
@@ -74,8 +76,11 @@ impl Model {
             return Err(faults);
         }
         let constants = Constants::new(deck);
-        let made = Made { deck, geometry: &geometry, packs: &packs, constants: &constants };
-        let borders = Borders::new(made, &conditions)?;
+        let borders = {
+            let (geometry, stages) = (&geometry, &stages);
+            let made = Made { deck, geometry, stages, packs: &packs, constants: &constants };
+            Borders::new(made, &conditions)?
+        };
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs);
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
@@ -89,7 +94,7 @@ impl Model {
         let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
         let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
         let first = faces.last().map_or(0, Face::end);
-        let (all, start) = ((deck, &geometry, &packs), (first, &stresses[..]));
+        let (all, start) = ((deck, &*geometry, &packs), (first, &stresses[..]));
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
         let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
         assembly.assemble(&geometry, &packs, &seams, &bonds);
@@ -142,7 +147,7 @@ impl Model {
         for (index, d) in (0..self.packs.packs.len()).flat_map(|i| [0, 1, 2].map(|d| (i, d))) {
             let Some(seam) = self.seams.get(index, d) else { continue };
             for lane in (0..self.packs.packs[index].filled).filter(|&lane| seam.springs[lane]) {
-                let of = (&self.geometry, &self.packs);
+                let of = (&*self.geometry, &self.packs);
                 let tractions = in_situ.tractions(of, (index, d), (seam, lane));
                 if let Some(broken) = &mut breaks.at(index)[1 << d] {
                     broken.bear(seam, lane, &tractions);
@@ -168,8 +173,8 @@ impl Model {
     }
 
     pub(crate) fn made(&self) -> Made<'_> {
-        let Self { deck, geometry, packs, constants, .. } = self;
-        Made { deck, geometry, packs, constants }
+        let Self { deck, geometry, stages, packs, constants, .. } = self;
+        Made { deck, geometry, stages, packs, constants }
     }
 
     pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {
@@ -291,7 +296,8 @@ impl Model {
         let tables: usize = self.assembly.tables.iter().map(|table| table.bytes()).sum();
         let inertia: usize = self.assembly.inertia.iter().map(|i| i.bytes()).sum();
         self.packs.packs.len() * (size_of::<crate::pack::Pack>() + 36)
-            + self.geometry.bodies.len() * (size_of::<crate::geometry::Body>() + 16)
+            + self.geometry.bodies.len() * size_of::<u32>()
+            + self.stages.bytes()
             + self.faces.len() * size_of::<Face>()
             + self.assembly.elements.len() * size_of::<crate::assembly::Element>()
             + tables

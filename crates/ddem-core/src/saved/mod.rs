@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::charge::Fill;
-use crate::conditions::Applied;
+use crate::conditions::{Applied, Released};
 use crate::deck::Damping;
 use crate::geometry::Vec3;
 use crate::lanes::LANES;
@@ -44,6 +44,7 @@ impl Simulation {
             automatic,
             steps,
             stage,
+            dug,
             stage_starts,
             u,
             v,
@@ -74,10 +75,11 @@ impl Simulation {
         put("applied_forces", applied.values().flatten().copied().collect());
         put("kept_nodes", kept.keys().map(|&node| f64::from(node)).collect());
         put("kept_forces", kept.values().flatten().copied().collect());
-        for (load, forces) in released {
+        for (load, Released { began, over, forces }) in released {
             let nodes = forces.keys().map(|&node| f64::from(node)).collect();
             put(&format!("released_{load}_nodes"), nodes);
             put(&format!("released_{load}_forces"), forces.values().flatten().copied().collect());
+            put(&format!("released_{load}"), vec![*began, f64::from(u8::from(*over))]);
         }
         put("columns", columns.iter().flatten().flatten().copied().collect());
         let row = |volume: Option<f64>| [f64::from(volume.is_some()), volume.unwrap_or(0.0)];
@@ -100,6 +102,7 @@ impl Simulation {
         count("origin_step", origin.1);
         count("damping", damping_kind(self.damping));
         count("stage", *stage as u64);
+        count("dug", *dug as u64);
         count("whole", u64::from(*whole));
         count("last_step", *last_step);
         count("automatic", u64::from(*automatic));
@@ -143,18 +146,16 @@ impl Simulation {
         }
         let stage = usize::try_from(count("stage")?).ok()?;
         let damping = damping(count("damping")?, *array("damping")?.first()?)?;
+        let dug = usize::try_from(count("dug")?).ok()?;
         let mut model = model;
-        if model.excavates(0, stage) {
-            model.excavate(stage);
+        if model.excavates(0, dug) {
+            model.excavate(dug);
         }
-        let mut released = BTreeMap::new();
-        for load in model.fading(0, stage) {
-            let array = |what: &str| array(&format!("released_{load}_{what}"));
-            if let (Some(nodes), Some(forces)) = (array("nodes"), array("forces")) {
-                let forces = applied(nodes, forces, n / 3)?;
-                model.set_released(load, &forces);
-                released.insert(load, forces);
-            }
+        let mut fading = BTreeMap::new();
+        for load in model.fading(0, dug) {
+            let released = released(saved, load, n / 3)?;
+            model.set_released(load, &released);
+            fading.insert(load, released);
         }
         let mut simulation = Self::with_simd(model, simd);
         let state = &mut simulation.state;
@@ -163,7 +164,8 @@ impl Simulation {
             simulation.model.set(&mut state.u, node, at(u));
             simulation.model.set(&mut state.v, node, at(v));
         }
-        (state.time, state.steps, state.stage) = (time, count("steps")?, stage);
+        (state.time, state.steps) = (time, count("steps")?);
+        (state.stage, state.dug) = (stage, dug);
         state.origin = (origin, count("origin_step")?);
         state.stage_starts = array("stage_starts")?.to_vec();
         state.load_factors = array("load_factors")?.to_vec();
@@ -176,7 +178,7 @@ impl Simulation {
         state.contacts = contacts::restore(&simulation.model, saved)?;
         state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;
         peaks::restore(&simulation.model, saved, &mut state.peaks)?;
-        state.released = released;
+        state.released = fading;
         state.applied = applied(array("applied_nodes")?, array("applied_forces")?, n / 3)?;
         state.kept = applied(array("kept_nodes")?, array("kept_forces")?, n / 3)?;
         let (fills, rest) = array("gas")?.as_chunks::<4>();
@@ -253,7 +255,8 @@ impl Saved {
         let finite = [time, time_step, initial].iter().all(|x| x.is_finite());
         let times = finite && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
         let stage = count("stage")? as usize;
-        let stages = stage < model.deck.stage.len().max(1)
+        let dug = count("dug")? as usize;
+        let stages = (stage..model.deck.stage.len().max(1)).contains(&dug)
             && array("stage_starts")?.len() == stage.saturating_add(1);
         let steps = count("steps")? <= MOST_STEPS && count("origin_step")? <= count("steps")?;
         let pairs = model.n_pairs() as u64;
@@ -291,6 +294,15 @@ fn pose(numbers: &[f64; POSE]) -> Pose {
 fn is_sound(pose: &Pose) -> bool {
     let turns = (pose.turn.coords.norm_squared() - 1.0).abs() < 1e-9;
     turns && numbers(pose).iter().all(|x| x.is_finite())
+}
+
+/// The forces of removed blocks that fade in a load.
+fn released(saved: &Saved, load: usize, n_nodes: usize) -> Option<Released> {
+    let array = |name: String| saved.arrays.get(&name).map(Vec::as_slice);
+    let of = |what: &str| array(format!("released_{load}_{what}"));
+    let forces = applied(of("nodes")?, of("forces")?, n_nodes)?;
+    let &[began, over] = array(format!("released_{load}"))? else { return None };
+    began.is_finite().then_some(Released { began, over: over != 0.0, forces })
 }
 
 /// `None` when a node is not one of `n_nodes`.

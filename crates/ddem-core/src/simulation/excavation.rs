@@ -1,7 +1,7 @@
 //! §13: blocks are taken out at the start of a stage.
 
 use super::{Simulation, peaks};
-use crate::conditions::Applied;
+use crate::conditions::{Applied, Released};
 use crate::contact::Release;
 use crate::geometry::Geometry;
 use crate::lanes::Lanes;
@@ -9,24 +9,41 @@ use crate::motion::Motion;
 use crate::rigid::Pose;
 
 impl Simulation {
-    /// Takes out the blocks that are gone in a stage. What they exerted on the rest goes on where it is
-    /// to fade; their energy is booked as work.
+    /// Takes out what is gone in the stage that begins and has not been taken out, one excavation after
+    /// the other, so that each lets its own forces fade.
     pub(super) fn excavate(&mut self, stage: usize) {
-        let present = self.state.stage;
-        if !self.model.excavates(present, stage) {
-            return;
+        let digs = self.model.digs(self.state.dug, stage);
+        self.state.dug = self.state.dug.max(stage);
+        if !digs.is_empty() {
+            self.finish_relaxation();
+            digs.into_iter().for_each(|dig| self.dig(dig));
+            let model = &self.model;
+            self.state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
+            self.active = self.model.active(stage, &self.state.applied);
         }
+        for (&load, released) in &mut self.state.released {
+            if !released.over && self.model.takes_back(load, stage) {
+                released.over = true;
+                self.model.set_released(load, released);
+            }
+        }
+    }
+
+    /// Takes out the blocks that go at the start of a stage. What they exerted on the rest, where that is
+    /// not held now, goes on where it is to fade; their energy is booked as work.
+    fn dig(&mut self, stage: usize) {
         // Nothing fails between the two measurements: the next step looks at the new state.
         let held = std::mem::replace(&mut self.holds, true);
         self.measured = None;
-        let fading = self.model.fading(present, stage);
+        let fading = self.model.fading(stage - 1, stage);
         let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
         let before = self.energy().balance;
         let geometry = self.model.excavate(stage);
         self.forget_removed();
         self.take_joints(&geometry);
-        self.active = self.model.active(present, &self.state.applied);
+        self.active = self.model.active(self.state.stage, &self.state.applied);
         self.scratch.fit(&self.model, &self.state);
+        // The next step looks whether it is too long now.
         self.critical_steps = [None; 2];
         let assembly = &self.model.assembly;
         self.motion = if self.motion.fictitious {
@@ -34,7 +51,6 @@ impl Simulation {
         } else {
             Motion::dynamic(assembly, self.damping, self.motion.time_step)
         };
-        self.started = false;
         self.outside = super::outside(&self.model, &self.state, &self.active);
         self.pushes = self.outside.kept();
         self.measured = None;
@@ -76,13 +92,14 @@ impl Simulation {
         // Entries of one stage fade each with its own part of the blocks beside a node.
         let part = 1.0 / fading.len() as f64;
         missing.values_mut().flatten().for_each(|x| *x *= part);
+        let released = Released { began: self.state.time, over: false, forces: missing };
         for &load in fading {
-            self.model.set_released(load, &missing);
+            self.model.set_released(load, &released);
             self.state.load_factors[load] = 1.0;
             if let Some(factor) = self.factors.get_mut(load) {
                 *factor = 1.0;
             }
-            self.state.released.insert(load, missing.clone());
+            self.state.released.insert(load, released.clone());
         }
     }
 

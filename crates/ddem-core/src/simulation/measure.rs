@@ -150,11 +150,11 @@ impl Simulation {
         energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
     }
 
-    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`. Energies balance from here on, and
-    /// contacts begin anew.
+    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`; those of blocks that have been taken
+    /// out stay where they were. Energies balance from here on, and contacts begin anew.
     pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
         let before = self.energy().balance;
-        for (node, u) in displacements.iter().enumerate().take(self.model.n_nodes()) {
+        for (node, u) in self.model.there(displacements) {
             self.model.set(&mut self.state.u, node, *u);
         }
         self.state.place_rigid(&self.model);
@@ -163,12 +163,12 @@ impl Simulation {
         self.account_from(before);
     }
 
-    /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`. Energies
-    /// balance from here on.
+    /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; those of blocks
+    /// that have been taken out stay at rest. Energies balance from here on.
     pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
         self.settle();
         let before = self.energy().balance;
-        for (node, v) in velocities.iter().enumerate().take(self.model.n_nodes()) {
+        for (node, v) in self.model.there(velocities) {
             self.model.set(&mut self.state.v, node, *v);
         }
         self.state.move_rigid(&self.model);

@@ -189,6 +189,9 @@ impl Simulation {
         if !self.started {
             self.start(self.damping, TimeStep::Auto, None)?;
         }
+        if self.critical_steps[0].is_none() {
+            self.check_step()?;
+        }
         // An automatic step becomes shorter before the first failure.
         let waits = self.state.automatic && self.state.failed == [0; 2];
         let done = match self.try_step(waits)? {

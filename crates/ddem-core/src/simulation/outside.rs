@@ -10,12 +10,13 @@ use crate::model::Model;
 use crate::state::State;
 
 impl Simulation {
-    /// Begins stage `stage` of the deck: its supports and loads come into force. What supports bore
-    /// that end where a boundary is goes on as constant forces.
+    /// Begins stage `stage` of the deck: its supports and loads come into force, and what is taken out
+    /// by then is. Blocks do not come back in an earlier stage, and a release that has begun goes on
+    /// whatever is entered. What supports bore that end where a boundary is goes on as constant forces.
     pub fn enter(&mut self, stage: usize) {
         self.settle();
-        self.excavate(stage);
         let active = self.model.active(stage, &self.state.applied);
+        // What they bore, they bore with the blocks that are taken out now.
         if !self.model.borders.list.is_empty() {
             self.measure_once();
             let borne = (&self.active, &self.scratch.reactions[..], &self.state.kept);
@@ -30,6 +31,7 @@ impl Simulation {
         let before = std::mem::replace(&mut self.active, active);
         self.outside = outside(&self.model, &self.state, &self.active);
         self.pushes = self.outside.kept();
+        self.excavate(stage);
         let (packs, now) = (&self.model.packs, &self.active.held_bodies);
         self.state.contacts.hold_anew(|block| {
             let (pack, lane) = packs.slot(block);

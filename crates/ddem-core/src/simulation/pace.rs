@@ -84,7 +84,7 @@ impl Simulation {
     fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
         let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
-        let of = (&model.geometry, &model.packs, &model.assembly);
+        let of = (&*model.geometry, &model.packs, &model.assembly);
         let Some(surfaces) = surfaces else {
             // Rigid blocks without any joint have no stiffness: they step as if they met others.
             let alone = || bound(&Skins::new(&model.deck, &model.geometry), of)[1];
@@ -157,9 +157,32 @@ impl Simulation {
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.breaks();
         let safe = self.safe_step()?;
-        let safe = self.resolved() * self.damping.stable_step(safe);
+        self.slow_down(self.resolved() * self.damping.stable_step(safe));
+        Ok(())
+    }
+
+    /// After an excavation: whether the step that was set is stable in what is left. One that was chosen
+    /// becomes shorter where need be.
+    pub(super) fn check_step(&mut self) -> Result<(), RunError> {
+        let critical = self.damping.stable_step(self.critical_step()?);
+        let largest = self.damping.stable_step(self.critical(false)?);
+        let time_step = self.motion.time_step;
+        if self.state.automatic {
+            let broken = self.state.failed != [0; 2];
+            let part = if broken { BROKEN_SAFETY * self.resolved() } else { self.automatic_part() };
+            self.slow_down(part * critical);
+        } else if time_step > largest {
+            // To be said at the next step, too.
+            self.critical_steps = [None; 2];
+            return Err(RunError::TimeStep { time_step, critical: largest });
+        }
+        Ok(())
+    }
+
+    /// Steps of this length, unless they are that short.
+    fn slow_down(&mut self, safe: f64) {
         if self.motion.time_step <= safe {
-            return Ok(());
+            return;
         }
         self.holds = true;
         // A measurement before lets pairs fail, and forces now are those of the step that waits.
@@ -182,7 +205,6 @@ impl Simulation {
         }
         self.holds = false;
         self.measured = None;
-        Ok(())
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it

@@ -272,3 +272,19 @@ fn boundaries_lose_what_is_taken_out() {
         assert!(simulation.unbalanced().is_finite());
     }
 }
+
+/// What is there is held once, and once more for each stage in which something goes.
+#[test]
+fn memory_grows_with_each_excavation() {
+    let mut deck = column(None, StageKind::Relax);
+    let removes = std::mem::take(&mut deck.remove);
+    let bytes = |deck: &Deck| simulation(deck).bytes() as f64;
+    let none = bytes(&deck);
+    deck.remove = removes;
+    // Of each block and each cell more than 16 and 12 bytes, and the cuts along three edges.
+    let more = bytes(&deck) - none;
+    assert!((4.0 * 28.0..500.0).contains(&more), "{more}");
+    let mut simulation = simulation(&deck);
+    simulation.enter(1);
+    assert!(simulation.bytes() as f64 <= none + more, "{}", simulation.bytes());
+}

@@ -1,0 +1,139 @@
+//! Boundaries and loads on what is there from the stage on in which they come into force.
+
+use ddem_core::deck::*;
+use ddem_core::{Model, Simulation};
+
+use crate::decks::*;
+
+fn dynamic(name: &str) -> Stage {
+    Stage { kind: StageKind::Dynamic, duration: Some(0.05), ..relax_stage(name) }
+}
+
+fn within(x: [f64; 2], z: [f64; 2]) -> Where {
+    Where { x: Some(Extent::Range(x)), z: Some(Extent::Range(z)), ..Where::default() }
+}
+
+fn boundary(region: Where, kind: BoundaryKind, from: Option<&str>) -> Boundary {
+    let from = from.map(str::to_owned);
+    Boundary { region, kind, velocity: None, history: None, from, until: None }
+}
+
+/// Blocks of 1 m³ that nothing holds, some of which go in the stage `dig`.
+fn dug(count: [u32; 3], removed: Option<Where>) -> Deck {
+    let mut deck = deck(count, count.map(f64::from), 2, 0.02);
+    if let Some(seam) = deck.joints.get_mut("seam") {
+        seam.material = Some("rock".into());
+    }
+    deck.stage = vec![dynamic("before"), dynamic("dig")];
+    let from = Some("dig".to_owned());
+    deck.remove.extend(removed.map(|region| Remove { region, from, ..Remove::default() }));
+    deck
+}
+
+/// A face that an excavation opens answers the velocity v by −ρ c_P v from that stage on: 3 km/s of
+/// 2400 kg/m³ on a square metre.
+#[test]
+fn a_face_that_is_opened_has_its_boundary() {
+    let mut deck = dug([1, 1, 4], Some(within([0.0, 1.0], [2.0, 4.0])));
+    deck.boundary.push(boundary(plane(2, 1.99), BoundaryKind::Viscous, Some("dig")));
+    let mut simulation = simulation(&deck);
+    simulation.enter(1);
+    let moving = vec![[0.0, 0.0, 1.0]; simulation.model().n_nodes()];
+    simulation.set_velocities(&moving);
+    let answer: f64 = simulation.forces().iter().map(|force| force[2]).sum();
+    assert!((answer / (-2400.0 * 3000.0) - 1.0).abs() < 1e-12, "{answer}");
+    // It is not there before, and the old top not any more.
+    deck.boundary[0].from = None;
+    refused(&deck, &["boundary[0].where", "no outer face"]);
+    deck.boundary[0] = boundary(plane(2, 4.0), BoundaryKind::Viscous, Some("dig"));
+    refused(&deck, &["boundary[0].where", "no outer face"]);
+    deck.boundary[0].from = None;
+    model(&deck);
+}
+
+/// A wall of the hole has no rock behind it, and dashpots that another entry keeps from moving are said.
+#[test]
+fn what_is_said_is_of_that_stage() {
+    let mut deck = dug([3, 1, 3], Some(within([1.0, 2.0], [1.0, 2.0])));
+    deck.boundary.push(boundary(Where::default(), BoundaryKind::Viscous, None));
+    assert_eq!(model(&deck).warnings(), Vec::<String>::new());
+    deck.boundary[0].from = Some("dig".into());
+    let warnings = model(&deck).warnings();
+    let walls = "boundary 0: 4 of its faces are where blocks have been removed";
+    assert!(warnings.len() == 1 && warnings[0].starts_with(walls), "{warnings:?}");
+    // Half of the nodes are held, but those are gone.
+    let mut deck = dug([2, 1, 1], Some(within([0.0, 1.0], [0.0, 1.0])));
+    deck.boundary.push(boundary(plane(2, 0.0), BoundaryKind::Viscous, Some("dig")));
+    deck.fix.push(fix(within([0.0, 0.99], [0.0, 1.0]), "xyz"));
+    assert_eq!(model(&deck).warnings(), Vec::<String>::new());
+    deck.remove.clear();
+    let warnings = model(&deck).warnings();
+    assert!(warnings.len() == 1 && warnings[0].contains("9 of its 18 nodes"), "{warnings:?}");
+}
+
+/// A boundary of before has half of a joint that goes later: the rest of the face may still be taken.
+#[test]
+fn parts_of_faces_beside_a_hole_are_taken_once() {
+    let mut deck = dug([2, 1, 1], Some(within([1.0, 2.0], [0.0, 1.0])));
+    let part = |from: f64, to: f64| Where { x: Some(Extent::Range([from, to])), ..plane(2, 0.0) };
+    deck.boundary.push(boundary(part(0.3, 1.0), BoundaryKind::Viscous, None));
+    deck.boundary.push(boundary(part(0.0, 0.3), BoundaryKind::Viscous, Some("dig")));
+    model(&deck);
+    deck.boundary[1].region = part(0.0, 0.4);
+    refused(&deck, &["boundary[1].where", "that boundary 0 has"]);
+}
+
+/// Free ground behind a side goes on beside a hole, and ends where the model does.
+#[test]
+fn columns_of_free_ground_pass_holes() {
+    let columns = |removed: Option<Where>| {
+        let mut deck = dug([2, 1, 4], removed);
+        let velocity = Some([1.0, 0.0, 0.5]);
+        let base = boundary(plane(2, 0.0), BoundaryKind::Viscous, Some("dig"));
+        deck.boundary.push(Boundary { velocity, ..base });
+        deck.boundary.push(boundary(plane(0, 0.0), BoundaryKind::FreeField, Some("dig")));
+        let mut simulation: Simulation = simulation(&deck);
+        simulation.enter(1);
+        let begun = simulation.start(Damping::None, TimeStep::Seconds(2e-6), None);
+        begun.unwrap_or_else(|error| panic!("{error}"));
+        for _ in 0..600 {
+            simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        }
+        assert!(largest(&simulation.displacements()) > 1e-4);
+        simulation.save().arrays.remove("columns").unwrap_or_default()
+    };
+    let level = columns(None);
+    // Three lines of twelve levels, a displacement and a velocity each.
+    assert_eq!(level.len(), 3 * 12 * 6);
+    let hole = columns(Some(within([0.0, 1.0], [2.0, 3.0])));
+    assert_eq!(level, hole);
+    assert_eq!(columns(Some(within([0.0, 2.0], [2.0, 4.0]))).len(), 3 * 6 * 6);
+}
+
+/// A face on a part of which a block stands is whole when that is gone.
+#[test]
+fn loads_find_faces_that_are_whole_by_then() {
+    let mut deck = dug([1, 1, 1], None);
+    let small = BlockSet {
+        name: Some("small".into()),
+        size: Some([0.5; 3]),
+        origin: [0.25, 0.25, 1.0],
+        ..deck.blocks[0].clone()
+    };
+    deck.blocks.push(small);
+    deck.joints.insert(
+        "seam".into(),
+        Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() },
+    );
+    let region = Where { set: Some("small".into()), ..Where::default() };
+    deck.remove.push(Remove { region, from: Some("dig".into()), ..Remove::default() });
+    let load = Load { region: plane(2, 1.5), pressure: Some(1.0), ..Load::default() };
+    let until = Some("dig".to_owned());
+    deck.load.push(Load { until, ..load.clone() });
+    let said = |deck: &Deck| Model::warnings(&model(deck)).join("\n");
+    assert_eq!(said(&deck), "");
+    deck.load[0] = Load { region: Where::default(), ..load };
+    assert!(said(&deck).contains("load 0 leaves out 1 faces"), "{}", said(&deck));
+    deck.load[0].from = Some("dig".into());
+    assert_eq!(said(&deck), "");
+}

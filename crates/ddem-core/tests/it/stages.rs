@@ -1,0 +1,293 @@
+//! Stages that programs enter in any order, and supports that end where blocks are taken out.
+
+use ddem_core::deck::*;
+use ddem_core::{Model, Relaxed, RunError, Simd, Simulation};
+
+use crate::decks::*;
+
+const STRESS: [f64; 6] = [-3e6, -3e6, -8e6, 0.0, 0.0, 0.0];
+
+fn layer(from: f64, to: f64) -> Where {
+    Where { z: Some(Extent::Range([from, to])), ..Where::default() }
+}
+
+fn dynamic(name: &str) -> Stage {
+    Stage { kind: StageKind::Dynamic, duration: Some(0.05), ..relax_stage(name) }
+}
+
+fn remove(region: Where, from: &str, release: Option<f64>) -> Remove {
+    Remove { region, from: Some(from.into()), release, ..Remove::default() }
+}
+
+/// A column of four blocks under stress, held all around, with these stages.
+fn column(stages: Vec<Stage>) -> Deck {
+    let mut deck = deck([1, 1, 4], [1.0, 1.0, 4.0], 2, 0.02);
+    if let Some(seam) = deck.joints.get_mut("seam") {
+        seam.material = Some("rock".into());
+    }
+    deck.initial.push(Initial { stress: Some(STRESS), ..Initial::default() });
+    deck.fix = vec![fix(plane(2, 0.0), "xyz"), fix(plane(2, 4.0), "z")];
+    deck.fix.extend([0.0, 1.0].map(|at| fix(plane(0, at), "xyz")));
+    deck.fix.extend([0.0, 1.0].map(|at| fix(plane(1, at), "y")));
+    deck.stage = stages;
+    deck
+}
+
+fn relax(simulation: &mut Simulation) {
+    simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..20_000 {
+        let relaxed = simulation.relax_step(1e-10).unwrap_or_else(|error| panic!("{error}"));
+        if relaxed == Relaxed::Done {
+            return simulation.finish_relaxation();
+        }
+    }
+    panic!("no equilibrium");
+}
+
+fn step(simulation: &mut Simulation, steps: usize) {
+    for _ in 0..steps {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+fn begin(simulation: &mut Simulation, time_step: TimeStep, duration: Option<f64>) {
+    let begun = simulation.start(Damping::None, time_step, duration);
+    begun.unwrap_or_else(|error| panic!("{error}"));
+}
+
+/// Sides that are held until the upper half goes, and boundaries from then on.
+fn handed_over(release: Option<f64>) -> Simulation {
+    let mut deck = column(vec![relax_stage("before"), relax_stage("dig")]);
+    for at in [0.0, 1.0] {
+        deck.boundary.push(Boundary {
+            region: plane(0, at),
+            kind: BoundaryKind::Viscous,
+            velocity: None,
+            history: None,
+            from: Some("dig".into()),
+            until: None,
+        });
+    }
+    deck.fix[2].until = Some("dig".into());
+    deck.fix[3].until = Some("dig".into());
+    deck.remove.push(remove(layer(2.0, 4.0), "dig", release));
+    let mut simulation = simulation(&deck);
+    relax(&mut simulation);
+    simulation.enter(1);
+    simulation
+}
+
+/// Share of a node in a length of 1 m that is cut in two.
+fn share(x: f64) -> f64 {
+    if x == 0.5 { 0.5 } else { 0.25 }
+}
+
+/// What a fix bore goes on where a boundary takes its place, and what the blocks did that go in the same
+/// stage does not: σ⁰ n of the joint above and of half of its sides are missing at the rim.
+#[test]
+fn what_a_fix_bore_goes_on_without_what_is_taken_out() {
+    let mut simulation = handed_over(None);
+    let forces = simulation.forces();
+    for (node, found) in forces.into_iter().enumerate().take(27 * 2) {
+        let [x, y, z] = simulation.model().point(node);
+        let mut exact = [0.0; 3];
+        if (z - 1.99).abs() < 1e-9 {
+            exact[2] = 8e6 * share(x) * share(y);
+            exact[0] = match x {
+                0.5 => 0.0,
+                x => 3e6 * 0.01 * share(y) * if x < 0.5 { 1.0 } else { -1.0 },
+            };
+        }
+        for c in 0..3 {
+            assert!((found[c] - exact[c]).abs() < 1.0, "({x}, {y}, {z}): {found:?} {exact:?}");
+        }
+    }
+}
+
+/// With a release nothing moves at first, at the sides as within, and the end is the same.
+#[test]
+fn a_release_beside_a_boundary_ends_where_none_does() {
+    let mut released = handed_over(Some(1.0));
+    assert!(largest(&released.forces()[..54]) < 1.0, "{:?}", &released.forces()[..54]);
+    let mut at_once = handed_over(None);
+    relax(&mut released);
+    relax(&mut at_once);
+    let (a, b) = (released.displacements(), at_once.displacements());
+    let size = largest(&b);
+    assert!(size > 1e-4, "{size}");
+    for (a, b) in a.as_flattened().iter().zip(b.as_flattened()) {
+        assert!((a - b).abs() < 1e-6 * size, "{a} {b}");
+    }
+}
+
+/// A column whose upper half goes in a dynamic stage, between stages in which nothing does.
+fn dug(release: Option<f64>) -> Deck {
+    let stages = vec![relax_stage("before"), dynamic("dig"), relax_stage("rest"), dynamic("on")];
+    let mut deck = column(stages);
+    deck.fix[2..4].iter_mut().for_each(|fix| fix.axes = "x".into());
+    deck.remove.push(remove(layer(2.0, 4.0), "dig", release));
+    deck
+}
+
+/// Blocks do not come back in an earlier stage, nor from a checkpoint of it.
+#[test]
+fn going_back_leaves_blocks_out() {
+    let deck = dug(Some(0.001));
+    let mut simulation = simulation(&deck);
+    relax(&mut simulation);
+    simulation.enter(1);
+    begin(&mut simulation, TimeStep::Auto, None);
+    step(&mut simulation, 30);
+    simulation.enter(0);
+    assert_eq!(simulation.stage(), 0);
+    assert!(simulation.model().is_removed(3) && !simulation.model().is_removed(1));
+    let saved = simulation.save();
+    let again = Simulation::restore(model(&deck), Simd::default(), &saved);
+    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    assert!(again.model().is_removed(3) && !again.model().is_removed(1));
+    for simulation in [&mut simulation, &mut again] {
+        step(simulation, 30);
+        simulation.enter(3);
+        step(simulation, 30);
+    }
+    assert!(largest(&simulation.displacements()) > 1e-5);
+    assert_eq!(bits(&simulation.displacements()), bits(&again.displacements()));
+    assert_eq!(bits(&simulation.forces()), bits(&again.forces()));
+    let energies = [&mut simulation, &mut again].map(|s| s.energy().values().map(f64::to_bits));
+    assert_eq!(energies[0], energies[1]);
+    // A furthest stage that the deck does not have, or one before that in force.
+    for wrong in [4, 0] {
+        let mut saved = again.save();
+        saved.counters.insert("dug".into(), wrong);
+        assert!(Simulation::restore(model(&deck), Simd::default(), &saved).is_none(), "{wrong}");
+    }
+}
+
+/// A release goes on from where it is, whichever stage is entered, until a relaxation takes it back.
+#[test]
+fn a_release_does_not_begin_again() {
+    let mut simulation = simulation(&dug(Some(0.002)));
+    relax(&mut simulation);
+    simulation.enter(1);
+    begin(&mut simulation, TimeStep::Auto, None);
+    while simulation.time() < 0.001 {
+        step(&mut simulation, 1);
+    }
+    simulation.settle();
+    let forces = simulation.forces();
+    let left = 8e6 * (1.0 - simulation.time() / 0.002) / 4.0;
+    // It is no small thing.
+    assert!(left > 0.9e6, "{left}");
+    for stage in [1, 0, 1] {
+        simulation.enter(stage);
+        assert!(bits(&simulation.forces()) == bits(&forces), "{stage}");
+    }
+    simulation.enter(2);
+    relax(&mut simulation);
+    for stage in [1, 3] {
+        simulation.enter(stage);
+        simulation.forces();
+        assert!(simulation.unbalanced() < 1e-8, "{stage}: {}", simulation.unbalanced());
+    }
+}
+
+/// Of two excavations that are entered at once each lets its own forces fade, or not.
+#[test]
+fn stages_that_are_skipped_keep_their_forces_apart() {
+    let mut deck = column(vec![relax_stage("before"), dynamic("top"), dynamic("bottom")]);
+    deck.fix[2..4].iter_mut().for_each(|fix| fix.axes = "x".into());
+    deck.remove =
+        vec![remove(layer(3.0, 4.0), "top", None), remove(layer(0.0, 1.0), "bottom", Some(1.0))];
+    let mut both = simulation(&deck);
+    relax(&mut both);
+    let mut one_by_one = Simulation::restore(model(&deck), Simd::default(), &both.save());
+    let one_by_one = one_by_one.as_mut().unwrap_or_else(|| panic!("not of this model"));
+    both.enter(2);
+    one_by_one.enter(1);
+    one_by_one.enter(2);
+    assert_eq!(bits(&both.forces()), bits(&one_by_one.forces()));
+    let forces = both.forces();
+    for (node, found) in forces.into_iter().enumerate().take(27 * 3).skip(27) {
+        let [x, y, z] = both.model().point(node);
+        let exact = if (z - 2.99).abs() < 1e-9 { 8e6 * share(x) * share(y) } else { 0.0 };
+        assert!((found[2] - exact).abs() < 1.0, "({x}, {y}, {z}): {found:?}");
+    }
+}
+
+/// A time step and a duration that were set stay.
+#[test]
+fn an_excavation_leaves_the_time_step() {
+    let mut simulation = simulation(&dug(None));
+    begin(&mut simulation, TimeStep::Seconds(1e-6), Some(5e-5));
+    simulation.enter(1);
+    assert_eq!(simulation.time_step(), 1e-6);
+    step(&mut simulation, 10);
+    assert_eq!((simulation.time_step(), simulation.steps_left()), (1e-6, Some(40)));
+    assert!((simulation.time() / 1e-5 - 1.0).abs() < 1e-12);
+}
+
+/// What is left can be too stiff for it: heavy joints were what made it slow.
+#[test]
+fn a_step_that_is_too_long_after_an_excavation_is_said_or_shortened() {
+    let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 1, 0.02);
+    let soft = Material { density: 2400.0, young: 18e4, poisson: 0.25 };
+    deck.materials.insert("soft".into(), soft);
+    deck.materials.insert("clay".into(), Material { density: 1e6, young: 3e3, poisson: 0.3 });
+    for z in [[0.0, 1.0], [2.0, 3.0]] {
+        let (region, material) = (layer(z[0], z[1]), Some("soft".to_owned()));
+        deck.assign.push(Assign { region: region.clone(), material, ..Assign::default() });
+        deck.remove.push(remove(region, "dig", None));
+    }
+    deck.stage = vec![dynamic("before"), dynamic("dig")];
+    let critical = simulation(&deck).critical_step().unwrap_or(f64::NAN);
+    let dig = |time_step: TimeStep| {
+        let mut simulation = simulation(&deck);
+        begin(&mut simulation, time_step, None);
+        simulation.enter(1);
+        simulation
+    };
+    let mut given = dig(TimeStep::Seconds(critical));
+    for _ in 0..2 {
+        let Err(RunError::TimeStep { time_step, critical: now }) = given.step() else {
+            panic!("a step of {critical} s is taken")
+        };
+        assert!(time_step == critical && now < 0.5 * critical, "{time_step} {now}");
+    }
+    let mut automatic = dig(TimeStep::Auto);
+    step(&mut automatic, 1);
+    let now = automatic.critical_step().unwrap_or(f64::NAN);
+    assert!((automatic.time_step() / (0.9 * now) - 1.0).abs() < 1e-12);
+}
+
+/// Nodes of removed blocks stay at rest whatever is set.
+#[test]
+fn what_is_set_leaves_removed_blocks_alone() {
+    let (mut a, mut b) = (simulation(&dug(None)), simulation(&dug(None)));
+    let n = a.model().n_nodes();
+    let mut random = Random::new(3);
+    let field: Vec<[f64; 3]> = (0..n).map(|_| (random.vector() * 1e-4).into()).collect();
+    let mut cut = field.clone();
+    cut[n / 2..].fill([0.0; 3]);
+    for (simulation, field) in [(&mut a, &field), (&mut b, &cut)] {
+        simulation.enter(1);
+        simulation.set_displacements(field);
+        simulation.set_velocities(field);
+    }
+    assert_eq!(bits(&a.displacements()), bits(&cut));
+    assert_eq!(bits(&a.velocities()), bits(&cut));
+    let energies = [&mut a, &mut b].map(|s| s.energy().values().map(f64::to_bits));
+    assert_eq!(energies[0], energies[1]);
+    a.forces();
+    b.forces();
+    assert_eq!(a.unbalanced().to_bits(), b.unbalanced().to_bits());
+}
+
+/// The loads in which forces fade are none of the deck's.
+#[test]
+fn a_release_has_no_history_to_be_set() {
+    let mut model: Model = model(&dug(Some(1.0)));
+    let fault = model.set_load_history(0, std::sync::Arc::new(|_| Ok(1.0)));
+    let fault = fault.err().unwrap_or_else(|| panic!("set"));
+    assert!(fault.to_string().contains("the deck has no such entry"), "{fault}");
+    assert!(model.computed().is_empty());
+}
