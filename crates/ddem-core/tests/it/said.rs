@@ -122,6 +122,10 @@ fn a_blast_in_statics_is_warned_of() {
     let from = Some("blast".to_owned());
     assert_eq!(said(&Charge { from, ..charge.clone() }), "");
     assert_eq!(said(&Charge { delay: Some(0.05), ..charge.clone() }), "");
+    // It has gone off before that stage.
+    let again = vec![dynamic("blast", 0.1), relax_stage("rest"), dynamic("more", 0.1)];
+    let later = Deck { charge: vec![charge.clone()], stage: again, ..deck.clone() };
+    assert_eq!(model(&later).warnings(), [""; 0]);
     let pulse = History::Triangle(Triangle { rise: 1e-4, fall: Some(1e-4), duration: None });
     assert_eq!(said(&given(region.clone(), 2e8, pulse)), "");
     // Gas that is stored.
