@@ -167,7 +167,8 @@ def test_what_a_charge_begins_with_is_known() -> None:
     own = {"density": 1000.0, "detonation_velocity": 4000.0, "gamma": 3.0}
     model.charge(**hole, mass=100.0, explosive=own)
     (charge,) = model.build().summary["charges"]
-    assert (charge["walls"], charge["joints"], charge["mass"], charge["density"]) == (6, 0, 100, 1000)
+    assert (charge["walls"], charge["joints"]) == (6, 0)
+    assert (charge["mass"], charge["density"]) == (100, 1000)
     assert charge["filling"] == pytest.approx(100.0 / charge["volume"], rel=1e-12)
     # 1000 · 4000²/(2 · 4) Pa, expanded from a tenth of a cubic metre.
     assert charge["pressure"] == pytest.approx(2e9 * (0.1 / charge["volume"]) ** 3, rel=1e-12)

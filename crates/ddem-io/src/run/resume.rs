@@ -75,7 +75,8 @@ pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
     let checkpoint = Checkpoint::load(path)?;
     let read = || {
         let count = |name: &str| checkpoint.counters.get(name).copied();
-        let &[seconds, begun, time_step, last_frame, friction] =
+        // Those of before have no friction.
+        let &[seconds, begun, time_step, last_frame, ref friction @ ..] =
             checkpoint.arrays.get("run")?.as_slice()
         else {
             return None;
@@ -86,7 +87,7 @@ pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
             steps: count("run_steps")?,
             begun,
             time_step,
-            friction,
+            friction: friction.first().copied().unwrap_or(0.0),
             seconds,
             done: serde_json::from_str(checkpoint.texts.get("stages")?).ok()?,
         };

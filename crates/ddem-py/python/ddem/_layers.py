@@ -123,7 +123,9 @@ def _tell_apart(frame: Frame, layer: Layer, fragments: Floats) -> None:
     layer.legend = f"the largest of {len(np.unique(there))} fragments"
     if there.max(initial=0) == 0:
         layer.legend = "one fragment"
-    layer.bar = Bar("colour of the fragment", listed(FRAGMENTS), (-0.5, len(FRAGMENTS) - 0.5), shown=False)
+    layer.bar = Bar(
+        "colour of the fragment", listed(FRAGMENTS), (-0.5, len(FRAGMENTS) - 0.5), shown=False
+    )
 
 
 def joints(

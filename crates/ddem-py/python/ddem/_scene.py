@@ -294,7 +294,7 @@ _FINEST = 200
 
 
 def neighbours(frame: Frame, fragments: Integers) -> Integers:
-    """Pairs of fragments (n, 2), by their numbers at elements, that are beside each other at the start."""
+    """Pairs of fragments (n, 2) that are beside each other at the start, from those of elements."""
     kept = np.flatnonzero(~frame.removed)
     corners = frame.points[frame.elements[kept]]
     blocks, one, block = np.unique(
@@ -324,8 +324,10 @@ def neighbours(frame: Frame, fragments: Integers) -> Integers:
 
 
 def apart(frame: Frame, fragments: Integers, colours: int) -> Integers:
-    """A colour of each fragment by its number: 0 the largest, which is the first, and 1 to `colours` the
-    others, so that neighbours differ and all are used alike."""
+    """A colour of each fragment by its number: 0 of the first, which is the largest.
+
+    The others have 1 to `colours`, so that neighbours differ and all are used alike.
+    """
     around: dict[int, list[int]] = {}
     for a, b in neighbours(frame, fragments).tolist():
         # Only those with lower numbers have a colour when it is looked for.
