@@ -147,15 +147,19 @@ impl Observer for Watcher {
     }
 }
 
-/// The line at the start of a run.
+/// The lines at the start of a run.
 fn model(report: &Report) -> String {
-    let Report { blocks, nodes, pairs, breakable_pairs, .. } = report;
+    let Report { blocks, nodes, pairs, breakable_pairs, charges, .. } = report;
     let line = format!("model: {blocks} blocks, {nodes} nodes, {pairs} pairs");
-    match breakable_pairs {
+    let mut lines = match breakable_pairs {
         0 => line,
         all if all == pairs => line + ", which can all fail",
         some => format!("{line}, of which {some} can fail"),
+    };
+    for (index, charge) in charges.iter().enumerate() {
+        lines += &format!("\ncharge {index}: {charge}");
     }
+    lines
 }
 
 /// The stage, and which it is of several.

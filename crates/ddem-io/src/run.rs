@@ -4,6 +4,7 @@ mod drive;
 mod failure;
 mod files;
 mod mesh;
+mod plan;
 mod probe;
 mod record;
 mod report;
@@ -13,6 +14,7 @@ mod stage;
 
 pub use drive::run;
 pub use failure::RunFailure;
+pub use plan::Plan;
 pub use report::{Report, inspect};
 pub use session::Session;
 

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
+use ddem_core::ChargeSize;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::output_error::OutputError;
@@ -32,6 +33,9 @@ pub struct Summary {
     /// Fragments at the end.
     #[serde(default)]
     pub fragments: FragmentSummary,
+    /// Charges before they go off, in the order of the deck.
+    #[serde(default)]
+    pub charges: Vec<ChargeSummary>,
     /// Largest memory the process had, `[B]`; 0 where the system does not tell.
     pub peak_memory_bytes: u64,
     /// The stages done, in order.
@@ -68,6 +72,42 @@ pub struct FragmentSummary {
     pub number: u64,
     /// Volume of the largest `[m³]`.
     pub largest_volume: f64,
+}
+
+/// One charge before it goes off, where blocks are in their reference positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ChargeSummary {
+    /// Walls of cavities that it pushes; 0 where it pushes joints.
+    pub walls: u64,
+    /// Joints that it pushes; 0 where it pushes walls.
+    pub joints: u64,
+    /// Area of the walls, or of one side of the joints `[m²]`.
+    pub area: f64,
+    /// Volume of the cavities, or of what the joints are wide `[m³]`.
+    pub volume: f64,
+    /// Mass of the explosive `[kg]`.
+    pub mass: Option<f64>,
+    /// Its mass by the volume of the cavities `[kg/m³]`.
+    pub filling: Option<f64>,
+    /// Its density `[kg/m³]`.
+    pub density: Option<f64>,
+    /// First pressure, of a history in time at factor 1 `[Pa]`.
+    pub pressure: f64,
+}
+
+impl From<ChargeSize> for ChargeSummary {
+    fn from(size: ChargeSize) -> Self {
+        Self {
+            walls: size.walls as u64,
+            joints: size.joints as u64,
+            area: size.area,
+            volume: size.volume,
+            mass: size.mass,
+            filling: size.filling(),
+            density: size.density,
+            pressure: size.pressure,
+        }
+    }
 }
 
 /// How one stage went.

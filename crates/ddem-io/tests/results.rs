@@ -6,7 +6,7 @@ use std::path::Path;
 use ddem_io::OutputError;
 use ddem_io::checkpoint::{self, Checkpoint};
 use ddem_io::folder::{FolderError, prepare};
-use ddem_io::summary::{FailedPairs, StageSummary, Summary, peak_memory_bytes};
+use ddem_io::summary::{ChargeSummary, FailedPairs, StageSummary, Summary, peak_memory_bytes};
 use ddem_io::tables::{EnergyTable, ProbeTable};
 use tempfile::tempdir;
 
@@ -72,8 +72,13 @@ fn summary_has_the_documented_keys() {
     let path = folder.path().join("summary.json");
     let stage = StageSummary { name: "gravity".into(), steps: 7, ..StageSummary::default() };
     let failed_pairs = FailedPairs { shear: 1, tension: 2 };
-    let summary =
-        Summary { title: "beam".into(), failed_pairs, stages: vec![stage], ..Summary::default() };
+    let summary = Summary {
+        title: "beam".into(),
+        failed_pairs,
+        stages: vec![stage],
+        charges: vec![ChargeSummary::default()],
+        ..Summary::default()
+    };
     summary.write(&path).unwrap();
     assert_eq!(Summary::read(&path).unwrap(), summary);
     let json: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
@@ -89,12 +94,18 @@ fn summary_has_the_documented_keys() {
         "failed_pairs",
         "contacts",
         "fragments",
+        "charges",
         "peak_memory_bytes",
         "stages",
         "deck",
     ];
     documented.sort_unstable();
     assert_eq!(top, documented);
+    let charge: Vec<String> = keys(&json["charges"][0]);
+    let mut documented =
+        ["walls", "joints", "area", "volume", "mass", "filling", "density", "pressure"];
+    documented.sort_unstable();
+    assert_eq!(charge, documented);
     let stage: Vec<String> = keys(&json["stages"][0]);
     let mut documented = [
         "name",

@@ -119,3 +119,30 @@ def test_sizes_are_drawn(tmp_path: Path) -> None:
         ddem.plot_sizes(simulation, stage="pull")
     with pytest.raises(FileNotFoundError):
         ddem.plot_sizes(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "sizes", [(0.05, 1.4), (0.3, 0.9), (0.195, 0.246), (1.4, 1.4), (1e-4, 7.0), (3e-3, 3.3e-3)]
+)
+def test_marks_of_sizes_stand_apart(sizes: tuple[float, float]) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    rows = np.zeros(2, [("size", "f8"), ("mass", "f8")])
+    rows["size"], rows["mass"] = sorted(sizes, reverse=True), 1.0
+    figure = ddem.plot_sizes(rows)
+    (axes,) = figure.axes
+    figure.canvas.draw()
+    low, high = axes.get_xlim()
+    assert low < min(sizes) <= max(sizes) < high
+    marks = [*axes.xaxis.get_major_ticks(), *axes.xaxis.get_minor_ticks()]
+    named = [m for m in marks if low <= m.get_loc() <= high and m.label1.get_text()]
+    named.sort(key=lambda mark: mark.get_loc())
+    assert len(named) >= 2
+    for mark in named:
+        assert float(mark.label1.get_text()) == pytest.approx(mark.get_loc(), rel=1e-5)
+    places = [mark.label1.get_window_extent() for mark in named]
+    for left, right in zip(places, places[1:]):
+        assert left.x1 + 5 < right.x0, [mark.label1.get_text() for mark in named]
+    plt.close("all")

@@ -159,6 +159,31 @@ def test_doubts_about_a_charge_are_warned_of() -> None:
         model.build()
 
 
+def test_what_a_charge_begins_with_is_known() -> None:
+    model = ddem.Model()
+    model.add_blocks(size=(3, 3, 3), count=(3, 3, 3), divisions=1, material=ROCK, joint=SEAM)
+    model.remove(x=(1, 2), y=(1, 2), z=(1, 2))
+    hole = {"x": (0.9, 2.1), "y": (0.9, 2.1), "z": (0.9, 2.1)}
+    own = {"density": 1000.0, "detonation_velocity": 4000.0, "gamma": 3.0}
+    model.charge(**hole, mass=100.0, explosive=own)
+    (charge,) = model.build().summary["charges"]
+    assert (charge["walls"], charge["joints"]) == (6, 0)
+    assert (charge["mass"], charge["density"]) == (100, 1000)
+    assert charge["filling"] == pytest.approx(100.0 / charge["volume"], rel=1e-12)
+    # 1000 · 4000²/(2 · 4) Pa, expanded from a tenth of a cubic metre.
+    assert charge["pressure"] == pytest.approx(2e9 * (0.1 / charge["volume"]) ** 3, rel=1e-12)
+    model.charge(**hole, mass=0.01, explosive=own)
+    with pytest.warns(UserWarning, match="charge 1: 0.01 kg of explosive begin with"):
+        model.build()
+
+
+def test_a_probe_far_from_everything_is_warned_of() -> None:
+    model = column()
+    model.probe("off", at=(500, 500, 3000))
+    with pytest.warns(UserWarning, match="probe `off`: there is nothing at"):
+        model.build()
+
+
 def test_all_mistakes_at_once() -> None:
     model = ddem.Model()
     chalk = ddem.Material(density=-1, young=0, poisson=0.5)

@@ -146,3 +146,51 @@ fn undamped_blocks_that_slide_are_warned_of() {
     }
     assert!(!said(str::to_owned, "").stderr.contains(doubt));
 }
+
+/// What an explosive throws rubs with a third of its energy, but does not slide steadily.
+#[test]
+fn a_blast_is_not_warned_of_as_sliding() {
+    let desk = Desk::new();
+    let blast = "
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[joints.seam]
+normal_stiffness = 1e10
+shear_stiffness = 1e10
+cohesion = 1e6
+tension = 1e6
+friction = 50
+[[blocks]]
+size = [5, 5, 5]
+count = [5, 5, 5]
+divisions = 1
+material = 'rock'
+joint = 'seam'
+[[remove]]
+where = { x = [2, 3], y = [2, 3], z = [2, 3] }
+[[fix]]
+where = { z = 0.0 }
+axes = 'xyz'
+[[charge]]
+where = { x = [1.9, 3.1], y = [1.9, 3.1], z = [1.9, 3.1] }
+mass = 500
+explosive = 'tnt'
+[[stage]]
+name = 'blast'
+kind = 'dynamic'
+duration = 2e-2
+";
+    desk.write("blast.toml", blast);
+    let went = desk.run("blast.toml");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    assert!(!went.stderr.contains("slid without damping"), "{}", went.stderr);
+    let table = String::from_utf8(desk.read("results/blast/energy.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    let last = |name: &str| -> f64 {
+        let column = rows[0].iter().position(|own| *own == name).unwrap();
+        rows.last().unwrap()[column].parse().unwrap()
+    };
+    assert!(last("friction") > 0.2 * last("kinetic"), "{table}");
+}

@@ -218,3 +218,89 @@ fn a_quiet_run_is_interrupted_in_silence() {
     assert_eq!((child.wait().unwrap().code(), stderr.as_str()), (Some(130), ""));
     assert!(desk.path("a/checkpoint.h5").exists());
 }
+
+/// A hole of two cubic metres, and half a metre of a joint: what is in them is in the report, in the log and
+/// in the summary.
+#[test]
+fn charges_are_said_before_they_go_off() {
+    let desk = Desk::new();
+    let blast = "
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[joints.seam]
+normal_stiffness = 1e10
+shear_stiffness = 1e10
+[[blocks]]
+size = [4, 4, 3]
+count = [4, 4, 3]
+divisions = 1
+material = 'rock'
+joint = 'seam'
+[[remove]]
+where = { x = [1, 3], y = [1, 2], z = [1, 2] }
+[[charge]]
+where = { x = [0.9, 3.1], y = [0.9, 2.1], z = [0.9, 2.1] }
+mass = 500
+explosive = 'tnt'
+[[charge]]
+where = { x = [0, 1], y = [0, 1], z = 1.0 }
+pressure = 2e6
+history = { ramp = 1e-3 }
+[[stage]]
+name = 'blast'
+kind = 'dynamic'
+duration = 1e-6
+";
+    desk.write("blast.toml", blast);
+    let went = desk.run("blast.toml --check");
+    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    // 10.50 GPa (250/1630)^2.727
+    let charges = [
+        "10 walls, 2.0000e0 m³, 500 kg (250.0 of 1630 kg/m³), begins with 6.321e7 Pa",
+        "1 joints, 1.0000e0 m², history of 2.000e6 Pa",
+    ];
+    for (index, charge) in charges.iter().enumerate() {
+        let line = format!("charge {index}       {charge}");
+        assert!(went.stdout.lines().any(|other| other == line), "{}", went.stdout);
+    }
+    let went = desk.run("blast.toml");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let log: Vec<&str> = went.stderr.lines().collect();
+    assert_eq!(log[1..3], [0, 1].map(|i| format!("charge {i}: {}", charges[i])));
+    let summary: serde_json::Value =
+        serde_json::from_slice(&desk.read("results/blast/summary.json")).unwrap();
+    let charge = &summary["charges"][0];
+    assert_eq!((&charge["walls"], &charge["mass"]), (&10.into(), &500.0.into()));
+    assert!((charge["filling"].as_f64().unwrap() - 250.0).abs() < 1e-9, "{charge}");
+    assert_eq!(summary["charges"][1]["mass"], serde_json::Value::Null);
+}
+
+/// What the first step does once, as where all joints of a model fail in it, is not done in each.
+#[test]
+fn the_estimate_counts_the_first_step_once() {
+    let desk = Desk::new();
+    let stage = "[[stage]]\nname = 'apart'\nkind = 'dynamic'\nduration = 2e-3\n";
+    let text = COLUMN
+        .replace("contact = false", "")
+        .replace("[1, 1, 3]", "[10, 10, 10]")
+        .replace("z = 3.0", "z = 10.0")
+        .replace("material = 'rock'\n[[blocks]]", "material = 'rock'\ntension = 1.0\n[[blocks]]")
+        .replace("[1e5, 0.0, -1e6]", "[0.0, 0.0, 1e8]");
+    desk.write("apart.toml", &(text + stage));
+    let went = desk.run("apart.toml --check");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let line = went.stdout.lines().find(|line| line.starts_with("stage apart: "));
+    let line = line.unwrap_or_else(|| panic!("{}", went.stdout));
+    let estimate = line.split(" once they fail), about ").nth(1);
+    let estimate = estimate.and_then(|rest| rest.strip_suffix(" s while joints hold"));
+    let estimate: f64 = estimate.and_then(|s| s.parse().ok()).unwrap_or_else(|| panic!("{line}"));
+    let start = std::time::Instant::now();
+    let went = desk.run("apart.toml");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let took = start.elapsed().as_secs_f64();
+    println!("{line}; was {took:.1} s");
+    // With the first step in each it is thirty times as long.
+    assert!(estimate < 5.0 * took, "{line}: {took} s");
+}

@@ -15,7 +15,7 @@ pub(crate) use self::cavity::walls;
 use self::cavity::{between, cavities};
 use self::shell::{Mesh, Shell};
 pub use self::size::ChargeSize;
-use crate::deck::{self, Deck};
+use crate::deck::{self, ChargeHistory, Deck};
 use crate::error::Fault;
 use crate::geometry::{Face, Geometry, Region, Surface, Vec3, faces, place};
 
@@ -134,6 +134,7 @@ impl Charge {
         charge.fill(index, &deck.charge[index], in_cavity)?;
         let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(0.0));
         charge.size.pressure = first;
+        charge.size.timed = matches!(deck.charge[index].history, Some(ChargeHistory::Given(_)));
         let room = charge.size.volume;
         charge.doubts.extend(doubts::of_little(charge.size.mass, room, first));
         Ok(charge)

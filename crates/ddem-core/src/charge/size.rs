@@ -1,5 +1,7 @@
 //! What there is of a charge before it goes off.
 
+use std::fmt;
+
 /// One `[[charge]]` before it goes off, where blocks are in their reference positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChargeSize {
@@ -17,6 +19,25 @@ pub struct ChargeSize {
     pub density: Option<f64>,
     /// First pressure on them, of a history in time at factor 1 `[Pa]`.
     pub pressure: f64,
+    /// Its pressure goes with time by a history, and not by the volume.
+    pub timed: bool,
+}
+
+impl fmt::Display for ChargeSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.joints {
+            0 => write!(f, "{} walls, {:.4e} m³", self.walls, self.volume)?,
+            joints => write!(f, "{joints} joints, {:.4e} m²", self.area)?,
+        }
+        if let Some(mass) = self.mass {
+            write!(f, ", {mass} kg")?;
+        }
+        if let (Some(filling), Some(density)) = (self.filling(), self.density) {
+            write!(f, " ({filling:.1} of {density} kg/m³)")?;
+        }
+        let how = if self.timed { "history of" } else { "begins with" };
+        write!(f, ", {how} {:.3e} Pa", self.pressure)
+    }
 }
 
 impl ChargeSize {

@@ -38,8 +38,8 @@ impl Conditions {
         (0..deck_loads).filter(idle).collect()
     }
 
-    /// Blasts that are in force from the start and act in a relax stage before anything moves: each with
-    /// the first such stage.
+    /// Blasts that are in force from the start and go off in a relax stage before a dynamic one: each with
+    /// that stage.
     pub(crate) fn in_statics(&self, deck: &Deck) -> Vec<(usize, usize)> {
         let moves = |stage: &usize| deck.stage[*stage].kind == StageKind::Dynamic;
         let last = (0..deck.stage.len()).rfind(moves).unwrap_or(0);
@@ -47,20 +47,20 @@ impl Conditions {
             let before = (0..stage).filter(moves);
             before.filter_map(|stage| deck.stage[stage].duration).sum::<f64>()
         };
-        let acts = |charged: &Charged, stage: usize| {
-            let since = time(stage) - charged.delay;
-            let factor = match &charged.history {
-                Course::Constant => 1.0,
-                Course::Given(history) => history.factor(since),
-                Course::Computed(_) => 0.0,
+        // One that has gone off before has done so in motion.
+        let goes_off = |charged: &Charged, stage: usize| {
+            let acts = match &charged.history {
+                Course::Constant => true,
+                Course::Given(history) => history.factor(0.0) != 0.0,
+                Course::Computed(_) => false,
             };
-            charged.period.has(stage) && since >= 0.0 && factor != 0.0
+            charged.period.has(stage) && time(stage) == charged.delay && acts
         };
         let first = |(index, charged): (usize, &Charged)| {
             let size = &charged.charge.size;
             let blast = size.mass.is_some() || size.pressure >= BLAST;
-            let still = (0..last).filter(|stage| !moves(stage));
-            let found = still.into_iter().find(|&stage| acts(charged, stage));
+            let mut still = (0..last).filter(|stage| !moves(stage));
+            let found = still.find(|&stage| goes_off(charged, stage));
             found.filter(|_| blast && charged.period.from.is_none()).map(|stage| (index, stage))
         };
         self.charged.iter().enumerate().filter_map(first).collect()

@@ -38,8 +38,7 @@ impl Simulation {
         Ok(if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)?) })
     }
 
-    /// Time step `[s]` up to which the model stays stable however its joints fail: what an
-    /// automatic step is not longer than from the first failure on.
+    /// Time step `[s]` up to which the model stays stable however its joints fail.
     ///
     /// # Errors
     ///
@@ -50,6 +49,15 @@ impl Simulation {
             return Ok(intact);
         }
         Ok(BROKEN_SAFETY * intact.min(self.critical(true)?))
+    }
+
+    /// What an automatic step is not longer than from the first failure on `[s]`.
+    ///
+    /// # Errors
+    ///
+    /// As [`critical_step`](Self::critical_step).
+    pub fn broken_step(&mut self, damping: Damping) -> Result<f64, RunError> {
+        Ok(self.resolved() * damping.stable_step(self.safe_step()?))
     }
 
     /// Part of the critical step that `"auto"` takes before anything has failed.
@@ -156,8 +164,8 @@ impl Simulation {
     /// still those of the intact model.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.breaks();
-        let safe = self.safe_step()?;
-        self.slow_down(self.resolved() * self.damping.stable_step(safe));
+        let safe = self.broken_step(self.damping)?;
+        self.slow_down(safe);
         Ok(())
     }
 

@@ -1,12 +1,12 @@
 //! What `--check` says of a model.
 
 use std::fmt;
-use std::time::Instant;
 
 use ddem_core::deck::{Joint, Stage, StageKind, TimeStep};
-use ddem_core::{Deck, Fault, Model, ModelError, SHORTEST_STEP, Simulation, Size};
+use ddem_core::{ChargeSize, Deck, Fault, Model, ModelError, SHORTEST_STEP, Simulation, Size};
 
 use super::RunFailure;
+use super::plan::{Plan, estimate};
 use super::probe::Sampler;
 use crate::{DeckError, Source};
 
@@ -36,9 +36,10 @@ pub struct Report {
     pub critical_step: f64,
     /// Memory that a run needs `[bytes]`.
     pub bytes: u64,
-    /// For each stage: its name, steps (the most, in relaxation), time step `[s]` and an estimate
-    /// of its wall time `[s]`.
-    pub stages: Vec<(String, u64, f64, f64)>,
+    /// What there is of each charge before it goes off.
+    pub charges: Vec<ChargeSize>,
+    /// What each stage will take.
+    pub stages: Vec<Plan>,
     /// What is allowed but perhaps not meant.
     pub warnings: Vec<String>,
 }
@@ -56,16 +57,6 @@ pub(crate) fn bytes(n: u64) -> String {
         (value, unit) = (value / 1000.0, next);
     }
     if unit == "B" { format!("{n} B") } else { format!("{value:.1} {unit}") }
-}
-
-/// A wall time for people.
-fn wall_time(seconds: f64) -> String {
-    match seconds {
-        s if s < 10.0 => format!("{s:.1} s"),
-        s if s < 120.0 => format!("{s:.0} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
-    }
 }
 
 impl fmt::Display for Report {
@@ -89,12 +80,12 @@ impl fmt::Display for Report {
             writeln!(f, "critical step  {:.6e} s", self.critical_step)?;
         }
         writeln!(f, "memory         {}", bytes(self.bytes))?;
-        for (name, steps, time_step, seconds) in &self.stages {
-            let step =
-                if *time_step > 0.0 { format!(" of {time_step:.4e} s") } else { String::new() };
-            let most = if *time_step > 0.0 { "" } else { "at most " };
-            let seconds = wall_time(*seconds);
-            writeln!(f, "stage {name}: {most}{steps} steps{step}, {most}about {seconds}")?;
+        for (index, charge) in self.charges.iter().enumerate() {
+            writeln!(f, "{:<15}{charge}", format!("charge {index}"))?;
+        }
+        for stage in &self.stages {
+            let holds = if self.breakable_pairs > 0 { " while joints hold" } else { "" };
+            writeln!(f, "{stage}{holds}")?;
         }
         Ok(())
     }
@@ -111,10 +102,7 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     check_steps(&mut simulation, &deck.stage).map_err(|failure| located(failure, source))?;
     let mut report = report(&mut simulation);
     report.critical_step = simulation.critical_step().unwrap_or(f64::NAN);
-    let rate = speed(&mut simulation);
-    for stage in &mut report.stages {
-        stage.3 = stage.1 as f64 / rate;
-    }
+    estimate(&mut simulation, &deck.stage, &mut report.stages);
     Ok(report)
 }
 
@@ -245,17 +233,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
     let model = simulation.model();
     let deck = model.deck();
     let part = simulation.automatic_part();
-    let stages = deck.stage.iter().map(|stage| match stage.kind {
-        StageKind::Relax => (stage.name.clone(), stage.max_steps.unwrap_or(200_000), 0.0, 0.0),
-        StageKind::Dynamic => {
-            let step = match stage.time_step {
-                Some(TimeStep::Seconds(step)) => step,
-                _ => part * stage.damping.unwrap_or_default().stable_step(critical_step),
-            };
-            let steps = (stage.duration.unwrap_or(0.0) / step - 1e-9).ceil().max(1.0);
-            (stage.name.clone(), steps as u64, step, 0.0)
-        }
-    });
+    let stages = deck.stage.iter().map(|stage| Plan::new(stage, part, critical_step));
     let [breakable_joints, breakable_pairs] = breakable(model);
     Report {
         title: deck.title.clone(),
@@ -269,6 +247,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
         near: model.can_meet().then_some(near),
         critical_step,
         bytes: grown(Size::of(deck), model).bytes as u64,
+        charges: model.charges(),
         stages: stages.collect(),
         warnings,
     }
@@ -303,16 +282,6 @@ fn breakable(model: &Model) -> [u64; 2] {
     let joints = model.joint_numbers().filter(|&joint| can(joint)).count();
     let pairs = model.pairs().filter(|pair| can(pair.joint)).count();
     [joints as u64, pairs as u64]
-}
-
-/// Steps per second, from a few of them.
-fn speed(simulation: &mut Simulation) -> f64 {
-    let start = Instant::now();
-    let mut steps = 0;
-    while start.elapsed().as_secs_f64() < 0.2 && simulation.step().is_ok() {
-        steps += 1;
-    }
-    f64::from(steps.max(1)) / start.elapsed().as_secs_f64()
 }
 
 /// Memory that this process may still take `[bytes]`.

@@ -23,6 +23,8 @@ pub(super) struct Cursor {
     /// Time at which it begins, and its first time step `[s]`.
     pub(super) begun: f64,
     pub(super) time_step: f64,
+    /// What friction had taken when it began `[J]`.
+    pub(super) friction: f64,
     /// Wall time that it has taken `[s]`.
     pub(super) seconds: f64,
     /// Stages that are done.
@@ -37,7 +39,8 @@ pub(super) fn save(
     position: Position,
 ) -> Result<(), crate::OutputError> {
     let saved = simulation.save();
-    let run = [cursor.seconds, cursor.begun, cursor.time_step, position.last_frame];
+    let Cursor { seconds, begun, time_step, friction, .. } = *cursor;
+    let run = [seconds, begun, time_step, position.last_frame, friction];
     let mut arrays: Vec<(&str, &[f64])> =
         saved.arrays.iter().map(|(name, v)| (name.as_str(), v.as_slice())).collect();
     arrays.push(("run", &run));
@@ -72,7 +75,9 @@ pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
     let checkpoint = Checkpoint::load(path)?;
     let read = || {
         let count = |name: &str| checkpoint.counters.get(name).copied();
-        let &[seconds, begun, time_step, last_frame] = checkpoint.arrays.get("run")?.as_slice()
+        // Those of before have no friction.
+        let &[seconds, begun, time_step, last_frame, ref friction @ ..] =
+            checkpoint.arrays.get("run")?.as_slice()
         else {
             return None;
         };
@@ -82,6 +87,7 @@ pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
             steps: count("run_steps")?,
             begun,
             time_step,
+            friction: friction.first().copied().unwrap_or(0.0),
             seconds,
             done: serde_json::from_str(checkpoint.texts.get("stages")?).ok()?,
         };

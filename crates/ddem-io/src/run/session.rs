@@ -15,7 +15,9 @@ use super::resume::{self, Cursor};
 use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, RunFailure};
 use crate::folder::{self, Folder};
-use crate::summary::{ContactSummary, FailedPairs, FragmentSummary, Summary, peak_memory_bytes};
+use crate::summary::{
+    ChargeSummary, ContactSummary, FailedPairs, FragmentSummary, Summary, peak_memory_bytes,
+};
 
 /// What frames in which nothing moves are put apart by, where no stage of the deck moves `[s]`.
 const STILL: f64 = 1e-9;
@@ -260,6 +262,7 @@ impl Session {
             failed_pairs: FailedPairs { shear, tension },
             contacts,
             fragments,
+            charges: model.charges().into_iter().map(ChargeSummary::from).collect(),
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.moved.cursor.done.clone(),
             deck: self.text.clone(),

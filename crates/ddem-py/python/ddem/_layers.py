@@ -14,6 +14,7 @@ from ._scene import (
     Floats,
     Frame,
     Integers,
+    apart,
     lines_of,
     measure,
     one_of,
@@ -24,6 +25,21 @@ from ._scene import (
 
 INK, PLAIN = "#1f2933", "#aab4be"
 STATES = (("bonded", "#8a94a0"), ("failed in shear", "#1f6fb4"), ("failed in tension", "#c0392b"))
+# The largest fragment, and the others.
+FRAGMENTS = (
+    "#d9480f",
+    "#a6cee3",
+    "#b2df8a",
+    "#cab2d6",
+    "#ffe08a",
+    "#5b9bd0",
+    "#66b08a",
+    "#8d7ab8",
+    "#d8c3a5",
+    "#9aa5b1",
+    "#7fcdbb",
+    "#f3c6d8",
+)
 # Enough to see where joints are, too little to hide what lies behind many of them.
 HOLDING = 0.04
 # Half of the thickness of the largest force of contacts, as a part of a bar's length.
@@ -41,6 +57,8 @@ class Bar:
     label: str
     cmap: Any
     clim: tuple[float, float]
+    # False where colours only tell things apart.
+    shown: bool = True
 
 
 @dataclass
@@ -83,6 +101,8 @@ def blocks(
         layer.on_points = values.on_nodes
         layer.values = values.scalars[nodes if values.on_nodes else owners]
         layer.bar = _bar(values.label, layer.values, *bar)
+        if isinstance(field, str) and (field, bar, label) == ("fragment", (None, None), None):
+            _tell_apart(frame, layer, values.scalars)
     if edges == "none":
         return [layer]
     # By the reference positions: a bent block has the edges that it had.
@@ -91,6 +111,21 @@ def blocks(
     drawn = (frame.points + scale * frame.displacement)[ends]
     faint = 1.0 if opacity == 1.0 else 0.45
     return [layer, Layer("edges", drawn, lines.reshape(-1, 2), faint, INK)]
+
+
+def _tell_apart(frame: Frame, layer: Layer, fragments: Floats) -> None:
+    """Fragments in colours of which no two neighbours have the same; the largest has its own."""
+    number = fragments.astype(np.int64)
+    there = number[~frame.removed]
+    colour = apart(frame, number, len(FRAGMENTS) - 1)
+    layer.values = colour[np.asarray(layer.values, np.int64)].astype(np.float64)
+    layer.colour = FRAGMENTS[0]
+    layer.legend = f"the largest of {len(np.unique(there))} fragments"
+    if there.max(initial=0) == 0:
+        layer.legend = "one fragment"
+    layer.bar = Bar(
+        "colour of the fragment", listed(FRAGMENTS), (-0.5, len(FRAGMENTS) - 0.5), shown=False
+    )
 
 
 def joints(
@@ -218,6 +253,13 @@ def ticks(clim: tuple[float, float]) -> list[tuple[float, str]]:
     steps = max(abs(low), abs(high)) / (0.25 * (high - low))
     digits = max(3, math.ceil(math.log10(steps)) + 1)
     return [(float(tick), f"{tick:.{digits}g}") for tick in np.linspace(low, high, 5)]
+
+
+def listed(names: tuple[str, ...]) -> Any:
+    """A colour map of these colours."""
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(list(names))
 
 
 def colours(cmap: Any) -> Any:

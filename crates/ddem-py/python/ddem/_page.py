@@ -76,7 +76,7 @@ def _figure(
     ink = INK if sum(background) > 1.5 else "white"
     paper = "rgb({:.0f}, {:.0f}, {:.0f})".format(*(255 * part for part in background))
 
-    bars = [layer.bar for layer in drawn if layer.bar is not None]
+    bars = [layer.bar for layer in drawn if layer.bar is not None and layer.bar.shown]
     figure = go.Figure()
     for layer in drawn:
         if layer.cells.shape[1] == 2:
@@ -84,7 +84,8 @@ def _figure(
             figure.add_trace(_lines(layer, origin, colour))
             continue
         for part in _numbers_apart(layer):
-            bar = None if part.bar is None else (part.bar, bars.index(part.bar), len(bars))
+            place = bars.index(part.bar) if part.bar in bars else 0
+            bar = None if part.bar is None else (part.bar, place, len(bars))
             figure.add_trace(_faces(part, origin, bar))
     for layer in layers:
         if layer.legend is not None:
@@ -197,20 +198,24 @@ def _faces(layer: Layer, origin: Floats, bar: tuple[Bar, int, int] | None) -> di
             "cmin": low,
             "cmax": high,
             "colorscale": _colours(about),
-            "hoverinfo": "all",
-            "hovertemplate": f"{_plain(about.label)}: %{{intensity:.4g}}<extra></extra>",
-            "colorbar": {
-                "orientation": "h",
-                "title": {"text": _plain(about.label), "side": "top"},
-                "tickvals": [tick for tick, _ in marks],
-                "ticktext": [text for _, text in marks],
-                "len": 0.36,
-                "thickness": 14,
-                "x": (number + 0.5) / count,
-                "y": 0.0,
-                "yanchor": "top",
-            },
+            "showscale": about.shown,
         }
+        if about.shown:
+            trace |= {
+                "hoverinfo": "all",
+                "hovertemplate": f"{_plain(about.label)}: %{{intensity:.4g}}<extra></extra>",
+                "colorbar": {
+                    "orientation": "h",
+                    "title": {"text": _plain(about.label), "side": "top"},
+                    "tickvals": [tick for tick, _ in marks],
+                    "ticktext": [text for _, text in marks],
+                    "len": 0.36,
+                    "thickness": 14,
+                    "x": (number + 0.5) / count,
+                    "y": 0.0,
+                    "yanchor": "top",
+                },
+            }
     return trace
 
 

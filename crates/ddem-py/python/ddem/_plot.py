@@ -68,7 +68,8 @@ def plot(
         model with ``peaks=True``, ``"peak_velocity"`` (m/s), ``"peak_tension"`` and
         ``"peak_compression"`` (Pa); of a folder, what its ``blocks.vtkhdf`` holds. Or numbers of your own: an array of shape ``(n,)``, ``(n, 3)`` or
         ``(n, 6)`` with n = n_nodes or n_elements. By default the displacement; blocks are plain
-        where joints are drawn.
+        where joints are drawn. Fragments have colours that tell neighbours apart, the largest its own;
+        with `cmap`, `clim` or `label` those of their numbers.
     component : str, optional
         Of vectors ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default). Of stresses ``"xx"``,
         ``"yy"``, ``"zz"``, ``"xy"``, ``"yz"``, ``"zx"``, ``"von_mises"`` (default) or the principal
@@ -263,7 +264,7 @@ def _fill(plotter: Any, layers: list[Layer], about: list[str], view: str, backgr
         actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
         back = 2.0 if layer.name == "blocks" else 1.0
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(back, back)
-        if layer.bar is not None:
+        if layer.bar is not None and layer.bar.shown:
             drawn.append((layer.bar, actor.mapper))
     for number, (bar, mapper) in enumerate(drawn):
         left = 0.32 if len(drawn) == 1 else 0.12 + 0.45 * number

@@ -289,6 +289,60 @@ def skin(elements: Integers) -> tuple[Integers, Integers]:
     return faces[outer], owner[outer]
 
 
+# Most cells along the longest edge of a grid in which neighbours are looked for.
+_FINEST = 200
+
+
+def neighbours(frame: Frame, fragments: Integers) -> Integers:
+    """Pairs of fragments (n, 2) that are beside each other at the start, from those of elements."""
+    kept = np.flatnonzero(~frame.removed)
+    corners = frame.points[frame.elements[kept]]
+    blocks, one, block = np.unique(
+        np.asarray(frame.values("block"), np.int64).reshape(-1)[kept],
+        return_index=True,
+        return_inverse=True,
+    )
+    low, high = np.full((len(blocks), 3), np.inf), np.full((len(blocks), 3), -np.inf)
+    np.minimum.at(low, block.reshape(-1), corners.min(axis=1))
+    np.maximum.at(high, block.reshape(-1), corners.max(axis=1))
+    start = low.min(axis=0)
+    size = high.max(axis=0) - start
+    # Cells a little smaller than the smallest block, so that each has one and joints have none.
+    edge = max(0.9 * float((high - low).min()), float(size.max()) / _FINEST)
+    grid = np.full(np.ceil(size / edge).astype(int) + 1, -1, np.int64)
+    first = np.floor((low - start) / edge).astype(int)
+    last = np.floor((high - start) / edge).astype(int)
+    for number, at, to in zip(fragments[kept][one], first, last):
+        grid[at[0] : to[0] + 1, at[1] : to[1] + 1, at[2] : to[2] + 1] = number
+    pairs = []
+    for axis in range(3):
+        a, b = (np.moveaxis(grid, axis, 0)[part] for part in (slice(None, -1), slice(1, None)))
+        meet = (a != b) & (a >= 0) & (b >= 0)
+        pairs.append(np.stack([a[meet], b[meet]], axis=1))
+    both = np.sort(np.concatenate(pairs), axis=1)
+    return np.unique(both, axis=0)
+
+
+def apart(frame: Frame, fragments: Integers, colours: int) -> Integers:
+    """A colour of each fragment by its number: 0 of the first, which is the largest.
+
+    The others have 1 to `colours`, so that neighbours differ and all are used alike.
+    """
+    around: dict[int, list[int]] = {}
+    for a, b in neighbours(frame, fragments).tolist():
+        # Only those with lower numbers have a colour when it is looked for.
+        around.setdefault(b, []).append(a)
+    chosen = np.zeros(int(fragments.max(initial=0)) + 1, np.int64)
+    used = np.zeros(colours + 1)
+    for number in range(1, len(chosen)):
+        near = np.bincount(chosen[around.get(number, [])], minlength=colours + 1)[1:]
+        # Where there are more neighbours than colours, the one that the fewest of them have.
+        colour = int(np.lexsort((used[1:], near))[0]) + 1
+        chosen[number] = colour
+        used[colour] += 1
+    return chosen
+
+
 def lines_of(points: Floats, faces: Integers, every: bool) -> Integers:
     """Pairs of nodes to draw lines between: where faces meet at more than 30°, or `every` edge."""
     normals = np.cross(

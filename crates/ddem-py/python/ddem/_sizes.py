@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -130,6 +130,7 @@ def plot_sizes(
     figure, axes = plt.subplots(figsize=(7.0, 4.5), layout="constrained")
     axes.plot(rows["size"], passing, marker="o", markersize=4, linewidth=1.4)
     axes.set_xscale("log")
+    _mark(axes, rows["size"])
     axes.set_ylim(0.0, 102.0)
     axes.set_xlabel("size (m)")
     axes.set_ylabel("passing by mass (%)")
@@ -139,3 +140,23 @@ def plot_sizes(
     if file is not None:
         figure.savefig(os.fspath(file), dpi=150)
     return figure
+
+
+def _mark(axes: Any, sizes: npt.NDArray[np.float64]) -> None:
+    """Marks a logarithmic axis with so few plain numbers that they stand apart."""
+    from matplotlib import ticker
+
+    low, high = float(sizes.min()), float(sizes.max())
+    if high < 1.05 * low:
+        # All of one size: it needs something around it.
+        low, high = 0.5 * low, 2.0 * high
+        axes.set_xlim(low, high)
+    marks: Any = ticker.MaxNLocator(7, steps=[1, 2, 2.5, 5, 10])
+    if high > 4.0 * low:
+        decades = np.log10(high / low)
+        marks = ticker.LogLocator(subs=(1.0, 2.0, 5.0) if decades < 3.0 else (1.0,))
+    else:
+        axes.xaxis.set_minor_locator(ticker.NullLocator())
+    axes.xaxis.set_major_locator(marks)
+    axes.xaxis.set_major_formatter(ticker.FuncFormatter(lambda size, _: f"{size:g}"))
+    axes.xaxis.set_minor_formatter(ticker.NullFormatter())

@@ -53,6 +53,50 @@ def test_automatic_scale(most, scale):
 # --- what colours mean ---
 
 
+def test_fragments_differ_from_their_neighbours_and_the_largest_from_all():
+    import ddem
+
+    rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+    stiff = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
+    holds, fails = ddem.Joint(**stiff), ddem.Joint(**stiff, friction=30)
+    model = ddem.Model(contact=False)
+    n = 6
+    model.add_blocks(
+        size=(n, n, n), count=(n, n, n), divisions=2, material=rock, joint=fails, name="rock"
+    )
+    model.assign(joint=holds, x=(0, n), y=(0, n), z=(0.1, 1.9))
+    model.fix("xyz", z=0.0)
+    simulation = model.build()
+    fragment = simulation.block_fragment
+    assert len(simulation.fragments) == 1 + 4 * n * n
+    plotter = plot(simulation, "fragment", show=False)
+    mesh = plotter.actors["blocks"].mapper.dataset
+    colour = np.full(n**3, -1.0)
+    block = simulation.element_block[mesh["element"]]
+    colour[block] = mesh.cell_data["colour of the fragment"]
+    assert not plotter.scalar_bars
+    plotter.close()
+    outside = colour >= 0
+    assert ((colour == 0) == (fragment == 0))[outside].all()
+    # Blocks inside have no face that is drawn: all are asked for.
+    frame = _scene.frame_of(simulation, -1, False)
+    number = simulation.block_fragment[simulation.element_block]
+    all_colours = _scene.apart(frame, number, 11)
+    assert np.array_equal(all_colours[fragment][outside], colour[outside])
+    cube = all_colours[fragment].reshape(n, n, n)
+    which = fragment.reshape(n, n, n)
+    for axis in range(3):
+        apart = np.diff(which, axis=axis) != 0
+        assert apart.any() and (np.diff(cube, axis=axis)[apart] != 0).all()
+    # None is left out.
+    assert set(np.unique(cube)) == set(range(12))
+    # By their numbers where that is wanted.
+    plotter = plot(simulation, "fragment", cmap="viridis", show=False)
+    mesh = plotter.actors["blocks"].mapper.dataset
+    assert np.array_equal(mesh.cell_data["fragment"], number[mesh["element"]])
+    plotter.close()
+
+
 @pytest.mark.parametrize("name", ["displacement", "velocity", "force"])
 def test_nodal_values_are_those_of_the_field_to_the_last_bit(drawn, simulation, name):
     unit = {"displacement": "m", "velocity": "m/s", "force": "N"}[name]

@@ -1,0 +1,97 @@
+//! How many steps stages will take, and how long that is.
+
+use std::fmt;
+use std::time::Instant;
+
+use ddem_core::Simulation;
+use ddem_core::deck::{Stage, StageKind, TimeStep};
+
+/// What a stage will take.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Plan {
+    /// Name of the stage.
+    pub name: String,
+    /// Steps; the most, in relaxation.
+    pub steps: u64,
+    /// Time step `[s]`; 0 in relaxation.
+    pub time_step: f64,
+    /// Steps and time step `[s]` if joints fail in the first step: automatic ones may be shorter then.
+    pub broken: Option<(u64, f64)>,
+    /// Estimate of the wall time, with joints that hold `[s]`.
+    pub seconds: f64,
+}
+
+impl Plan {
+    /// With joints that hold. An automatic step is this part of the critical one.
+    pub(super) fn new(stage: &Stage, part: f64, critical_step: f64) -> Self {
+        let name = stage.name.clone();
+        if stage.kind == StageKind::Relax {
+            return Self { name, steps: stage.max_steps.unwrap_or(200_000), ..Self::default() };
+        }
+        let time_step = match stage.time_step {
+            Some(TimeStep::Seconds(step)) => step,
+            _ => part * stage.damping.unwrap_or_default().stable_step(critical_step),
+        };
+        Self { name, steps: steps(stage, time_step), time_step, ..Self::default() }
+    }
+}
+
+fn steps(stage: &Stage, time_step: f64) -> u64 {
+    (stage.duration.unwrap_or(0.0) / time_step - 1e-9).ceil().max(1.0) as u64
+}
+
+/// Takes in what stages become once joints fail, and how long a step takes.
+pub(super) fn estimate(simulation: &mut Simulation, stages: &[Stage], plans: &mut [Plan]) {
+    for (stage, plan) in stages.iter().zip(&mut *plans) {
+        let given = matches!(stage.time_step, Some(TimeStep::Seconds(_)));
+        if stage.kind == StageKind::Dynamic && !given && simulation.model().can_fail() {
+            let damping = stage.damping.unwrap_or_default();
+            let step = simulation.broken_step(damping).unwrap_or(f64::NAN);
+            plan.broken = (step < plan.time_step).then(|| (steps(stage, step), step));
+        }
+    }
+    let [once, each] = pace(simulation);
+    plans.iter_mut().for_each(|plan| plan.seconds = plan.steps as f64 * each);
+    plans.iter_mut().take(1).for_each(|plan| plan.seconds += once);
+}
+
+/// What the first step takes more than others, for what is done once is done in it, as for the joints that
+/// fail at once; and what others take, from a few of them `[s]`.
+fn pace(simulation: &mut Simulation) -> [f64; 2] {
+    let start = Instant::now();
+    if simulation.step().is_err() {
+        return [0.0, f64::NAN];
+    }
+    let (first, start) = (start.elapsed().as_secs_f64(), Instant::now());
+    let mut steps = 0;
+    while start.elapsed().as_secs_f64() < 0.2 && simulation.step().is_ok() {
+        steps += 1;
+    }
+    let each = start.elapsed().as_secs_f64() / f64::from(steps.max(1));
+    [(first - each).max(0.0), each]
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, steps, time_step, broken, seconds } = self;
+        let most = if *time_step > 0.0 { "" } else { "at most " };
+        write!(f, "stage {name}: {most}{steps} steps")?;
+        if *time_step > 0.0 {
+            write!(f, " of {time_step:.4e} s")?;
+        }
+        if let Some((steps, time_step)) = broken {
+            write!(f, " ({steps} of {time_step:.4e} s once they fail)")?;
+        }
+        write!(f, ", {most}about {}", wall_time(*seconds))
+    }
+}
+
+/// A wall time for people.
+fn wall_time(seconds: f64) -> String {
+    match seconds {
+        s if s < 10.0 => format!("{s:.1} s"),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
