@@ -72,10 +72,8 @@ fn effective_radius(deck: &Deck) -> f64 {
     let system = System::assemble(&mesh, Formulation::Standard);
     let w = |node: usize| mesh.nodes[node] / mesh.nodes[node].norm().powi(3);
     let outer = mesh.select(|at| at.iter().any(|x| *x > size - 1e-9));
-    let mut held = vec![None; mesh.dofs()];
-    for dof in 0..mesh.dofs() {
-        held[dof] = (mesh.nodes[dof / 3][dof % 3] < 1e-9).then_some(0.0);
-    }
+    let on_plane = |dof: usize| mesh.nodes[dof / 3][dof % 3] < 1e-9;
+    let held: Vec<Option<f64>> = (0..mesh.dofs()).map(|dof| on_plane(dof).then_some(0.0)).collect();
     // Work on w of what holds the cube, where it moves by a multiple of w.
     let work = |times: f64, load: &[f64]| {
         let mut held = held.clone();

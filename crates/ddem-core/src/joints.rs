@@ -240,6 +240,25 @@ impl Simulation {
         most
     }
 
+    /// Whether a joint has turned about pairs that still hold, so far that it is to let go of them.
+    pub(crate) fn hinges(&self) -> bool {
+        let model = &self.model;
+        let Some(surfaces) = model.searched() else { return false };
+        let bonds = |joint: u16| model.laws[usize::from(joint)].as_ref().is_some_and(|l| l.bonds());
+        let matching = model.faces.iter().zip(face_places(model)).any(|(face, place)| {
+            let ((pack, d), lane, _) = place;
+            let broken = self.state.breaks.get(pack, 1 << d).zip(model.seams.get(pack, d));
+            bonds(face.joint)
+                && broken
+                    .is_some_and(|(broken, seam)| broken.holds(lane) && broken.turned(seam, lane))
+        });
+        matching
+            || self.state.contacts.patches.iter().any(|patch| {
+                patch.bond.as_ref().is_some_and(|bond| bonds(bond.joint))
+                    && patch.hinges(&surfaces.blocks)
+            })
+    }
+
     fn see(&self, (breaks, contacts): (&Breaks, &Contacts), mut see: impl FnMut(usize, Seen<'_>)) {
         let model = &self.model;
         let packs = &model.packs;

@@ -239,7 +239,7 @@ impl Simulation {
 
     /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks
     /// anything, and what is loaded most fails first: the rest is looked at again when the forces
-    /// have found their new way.
+    /// have found their new way. Joints that have turned let go when nothing is overloaded.
     fn fails_now(&mut self, memory: &mut Memory, tolerance: f64) -> bool {
         let near = tolerance.max(if memory.looked { 0.0 } else { NEAR });
         if self.last.ratio() > near || !memory.has_stopped(near) || !self.model.can_fail() {
@@ -247,7 +247,8 @@ impl Simulation {
         }
         memory.looked = true;
         let overload = self.overload();
-        if overload <= 1.0 {
+        let turning = overload <= 1.0;
+        if turning && !self.hinges() {
             return false;
         }
         // Relaxation starts anew, from rest.
@@ -255,6 +256,7 @@ impl Simulation {
         let failed = self.state.failed;
         let (mut context, state, scratch) = self.parts();
         context.failing = Some((MOST_LOADED * overload).max(1.0));
+        context.turning &= turning;
         let State { u, v, poses, breaks, contacts, .. } = state;
         let (_, losses) = balance(context, (u, v, poses), (breaks, contacts), scratch, false);
         self.book_losses(losses);

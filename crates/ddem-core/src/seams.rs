@@ -24,6 +24,8 @@ pub(crate) struct Seam {
     pub(crate) springs: [bool; LANES],
     /// The joint's own axes as columns: the unit normal, from a to b, and two in its plane.
     pub(crate) axes: Matrix3<f64>,
+    /// Between rigid blocks, whose pairs are at the quarters of an edge.
+    rigid: bool,
     /// Direction across the joint.
     direction: usize,
     /// Edges of one joint element; the one across the joint goes from side a to side b `[m]`.
@@ -88,6 +90,7 @@ impl Seam {
             joints: [NO_JOINT; LANES],
             springs: [false; LANES],
             axes: own_axes(lattice.normal(d), lattice.axes[(d + 1) % 3]),
+            rigid: lattice.rigid,
             direction: d,
             edges: [[Lanes::ZERO; 3]; 3],
             quarter: Lanes::ZERO,
@@ -128,7 +131,7 @@ impl Seam {
             self.joints.iter().zip(&self.springs).map(|(j, s)| u64::from(*j) << 1 | u64::from(*s));
         let lanes = self.edges.iter().flatten().chain(&self.stiffness);
         let numbers = lanes.flat_map(|lanes| lanes.0).chain(self.axes.iter().copied());
-        flags.chain(numbers.map(f64::to_bits)).collect()
+        flags.chain([u64::from(self.rigid)]).chain(numbers.map(f64::to_bits)).collect()
     }
 
     /// From side a to side b at rest `[m]`.
@@ -140,7 +143,8 @@ impl Seam {
     pub(crate) fn spacing(&self, lane: usize) -> f64 {
         let edge = |e: usize| self.edges[(self.direction + e) % 3].map(|c| c.0[lane]);
         let length = |edge: [f64; 3]| nalgebra::Vector3::from(edge).norm();
-        length(edge(1)).min(length(edge(2)))
+        let part = if self.rigid { 0.5 } else { 1.0 };
+        part * length(edge(1)).min(length(edge(2)))
     }
 
     /// Stiffness of the springs of a quarter of an element along the axes `[N/m]`.

@@ -243,11 +243,16 @@ impl Broken {
         self.any_alive || !self.points.is_empty()
     }
 
-    /// Whether a lane's joint has turned so far that no pair of it is bonded any more.
-    fn turned(&self, seam: &Seam, lane: usize) -> bool {
+    /// Whether a lane's joint has turned so far that it lets go of the pairs that are still bonded.
+    pub(crate) fn turned(&self, seam: &Seam, lane: usize) -> bool {
         let mut failed =
             self.points.iter().map(|points| &points[lane]).filter(|p| p.mode.is_some());
         !self.released[lane] && failed.any(|point| point.turned(seam.spacing(lane)))
+    }
+
+    /// Whether any pair of a lane's joint is bonded.
+    pub(crate) fn holds(&self, lane: usize) -> bool {
+        self.points.iter().any(|points| points[lane].mode.is_none())
     }
 
     /// Takes the springs of a lane's joint out, for good.

@@ -16,6 +16,8 @@ use crate::seams::{NO_JOINT, Seam};
 pub(crate) struct Look<'a> {
     /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
     pub(crate) failing: Option<f64>,
+    /// Whether joints that have turned about the pairs that hold let go of these: a contact takes over.
+    pub(crate) turning: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
     /// Laws of the joints.
@@ -56,7 +58,8 @@ impl Broken {
         let Some(factor) = look.failing.filter(|_| self.bonded) else { return false };
         let before = self.fresh.len();
         self.bonded = false;
-        let turned: [bool; LANES] = std::array::from_fn(|lane| self.turned(seam, lane));
+        let turned: [bool; LANES] =
+            std::array::from_fn(|lane| look.turning && self.turned(seam, lane));
         for (p, place) in places.iter().enumerate() {
             for (lane, turned) in turned.into_iter().enumerate() {
                 let point = &mut self.points[p][lane];

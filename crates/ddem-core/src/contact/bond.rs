@@ -203,12 +203,17 @@ impl Patch {
         (apart, own - pair.origin)
     }
 
-    /// Whether the joint has turned so far that no pair of it is bonded any more.
-    fn turned(&self, placing: &Placing<'_>, bond: &Bond) -> bool {
-        let spacing = self.spacing(placing);
+    /// Whether the joint has turned so far that it lets go of the pairs that are still bonded.
+    fn turned(&self, spacing: f64, bond: &Bond) -> bool {
         let points = bond.pairs.iter().enumerate().zip(&self.points);
         let mut failed = points.filter(|((_, pair), _)| pair.mode.is_some());
         failed.any(|((i, _), point)| bond.point(i, Some(point)).turned(spacing))
+    }
+
+    /// Whether it is a joint that has turned so far and still has pairs that are bonded; the blocks are given.
+    pub(crate) fn hinges(&self, blocks: &[Placed]) -> bool {
+        let [a, b] = self.blocks.map(|block| blocks[block as usize].spacing);
+        self.bond.as_ref().is_some_and(|bond| !bond.failed() && self.turned(a.min(b), bond))
     }
 
     /// How many pairs would fail now, in shear and in tension.
@@ -217,7 +222,8 @@ impl Patch {
         let Some(bond) = self.bond.as_deref() else { return failing };
         let (Some(law), Some(factor)) = (bond.law(look), look.failing) else { return failing };
         let [normal, shear] = self.both.stiffness;
-        let turned = (law.bonds() && self.turned(placing, bond)).then_some(Mode::Shear);
+        let turned = look.turning && law.bonds() && self.turned(self.spacing(placing), bond);
+        let turned = turned.then_some(Mode::Shear);
         for (i, pair) in bond.pairs.iter().enumerate().filter(|(_, pair)| pair.mode.is_none()) {
             let (_, own) = self.opening(placing, i, pair);
             let mode = law.failure(normal * own.x / factor, shear * own.yz().norm() / factor);
@@ -236,7 +242,8 @@ impl Patch {
         let [normal, shear] = self.both.stiffness;
         let stiffness = Stiffness { normal, shear };
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
-        let turned = law.is_some_and(|law| law.bonds()) && self.turned(placing, &bond);
+        let turns = look.turning && law.is_some_and(|law| law.bonds());
+        let turned = turns && self.turned(self.spacing(placing), &bond);
         for (i, pair) in bond.pairs.iter_mut().enumerate() {
             let (apart, own) = self.opening(placing, i, pair);
             let elastic = Traction { normal: normal * own.x, shear: own.yz() * shear };

@@ -79,10 +79,8 @@ fn joint<'a>(
 
 impl Broken {
     fn release(&self, seam: &Seam, lane: usize, (rigid, bonds): (bool, bool)) -> Release {
-        // Rigid blocks have their pairs at the quarters of an edge.
-        let part = if rigid { 0.5 } else { 1.0 };
-        let spacing = part * seam.spacing(lane);
-        // They are not at the corners on which a block turns, so that the contact comes at once.
+        let spacing = seam.spacing(lane);
+        // Pairs of rigid blocks are not at the corners on which a block turns, so that the contact comes at once.
         let open = if rigid { 0.0 } else { LOOSE * spacing };
         let (mut slid, mut opened, mut bonded) = (0.0_f64, 0.0_f64, false);
         for point in self.points.iter().map(|points| &points[lane]) {

@@ -225,6 +225,8 @@ fn let_loose(
         return (Losses::default(), Some(None));
     }
     bond.release = Release::Done;
+    // Its axes are those of the last step, which a run that has just been resumed does not know.
+    patch.turn(&fitting.placing);
     let load = patch.load(&fitting.placing);
     let before = patch.stored();
     let mut contact = fitting.patch(patch.blocks, None).unwrap_or_default();

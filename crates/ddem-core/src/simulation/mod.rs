@@ -337,6 +337,7 @@ impl Simulation {
             gravity: (self.model.gravity * gravity).into(),
             velocities: &self.velocities,
             failing: (!self.motion.fictitious && !self.holds).then_some(1.0),
+            turning: self.model.can_meet(),
             waits: false,
             time: self.state.time,
         };

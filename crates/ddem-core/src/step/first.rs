@@ -26,6 +26,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) u: &'a [Lanes],
     /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
     pub(crate) failing: Option<f64>,
+    /// Whether joints that have turned let go.
+    pub(crate) turning: bool,
     /// Whether a step in which pairs fail is not taken: contacts stay as they are then.
     pub(crate) waits: bool,
     /// Present time `[s]`.
@@ -50,6 +52,7 @@ impl<'a> Pass<'a> {
             model,
             u,
             failing: None,
+            turning: false,
             waits: false,
             time: 0.0,
             last: None,
@@ -59,6 +62,12 @@ impl<'a> Pass<'a> {
             linear: true,
             energies: false,
         }
+    }
+
+    /// How pairs are looked at.
+    fn look(&self) -> Look<'a> {
+        let Self { model, failing, turning, time, .. } = *self;
+        Look { failing, turning, time, laws: &model.laws }
     }
 }
 
@@ -116,7 +125,7 @@ fn meeting<'a>(
     surfaces: &'a Surfaces,
     frames: &'a [Frame],
 ) -> (Ground<'a>, Placing<'a>) {
-    let look = Look { failing: pass.failing, time: pass.time, laws: &pass.model.laws };
+    let look = pass.look();
     let ground = Ground { places: pass.model.places(), surfaces, held: pass.held, look };
     let small = !pass.model.corotational();
     let start = pass.last.is_none();
@@ -125,14 +134,14 @@ fn meeting<'a>(
 }
 
 pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
-    let Pass { model, u, failing, time, last, viscous, held, linear, .. } = pass;
+    let Pass { model, u, last, viscous, held, linear, .. } = pass;
     let frames = (model.corotational() && !linear).then_some(frames);
     Input {
         moved: Moved { packs: &model.packs, u, frames },
         assembly: &model.assembly,
         seams: &model.seams,
         in_situ: model.in_situ.as_ref().filter(|_| !linear),
-        look: Look { failing, time, laws: &model.laws },
+        look: pass.look(),
         last,
         viscous,
         held,

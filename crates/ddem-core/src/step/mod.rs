@@ -60,6 +60,8 @@ pub(crate) struct Context<'a> {
     pub(crate) velocities: &'a [[f64; 3]],
     /// As in [`Pass`].
     pub(crate) failing: Option<f64>,
+    /// As in [`Pass`].
+    pub(crate) turning: bool,
     /// Whether a step in which pairs fail is not taken.
     pub(crate) waits: bool,
     /// Present time `[s]`.
@@ -347,6 +349,7 @@ impl<'a> Context<'a> {
             model: self.model,
             u,
             failing: self.failing,
+            turning: self.turning,
             waits: self.waits,
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),

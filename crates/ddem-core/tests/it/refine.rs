@@ -1,8 +1,8 @@
 //! Blocks that are split, sets that touch, and the joints between faces that do not match.
 
 use ddem_core::deck::{
-    Assign, BlockSet, Charge, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load,
-    Material, Refine, TimeStep, Where,
+    Assign, BlockSet, Body, Charge, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics,
+    Load, Material, Refine, TimeStep, Where,
 };
 use ddem_core::{FIELDS, Fault, Model, Relaxed, Saved, Simd, Simulation};
 
@@ -269,10 +269,45 @@ fn state(simulation: &mut Simulation) -> (Vec<u64>, Vec<u64>, [u64; 2]) {
     (bits(simulation.displacements()), bits(simulation.tractions()), simulation.failed_pairs())
 }
 
-/// Looked at, saved and gone on with at any step while it breaks and slides: the same bits.
+/// One block on four of another set, which lie otherwise; a weak joint between the sets.
+fn sets(body: Body) -> Deck {
+    let mut deck = deck([2, 2, 1], [2.0, 2.0, 1.0], 1, 0.0);
+    let spring = |strength: f64| Joint {
+        normal_stiffness: Some(1e11),
+        shear_stiffness: Some(4e10),
+        cohesion: Some(2.0 * strength),
+        tension: Some(strength),
+        friction: Some(30.0),
+        ..Joint::default()
+    };
+    deck.joints = [("seam".to_owned(), spring(1e9)), ("weak".to_owned(), spring(5e4))].into();
+    deck.blocks[0].body = body;
+    deck.blocks.push(BlockSet {
+        origin: [0.3, 0.4, 1.0],
+        size: Some([1.4, 1.2, 0.8]),
+        count: None,
+        joint: Some(JointChoice::All("weak".into())),
+        ..deck.blocks[0].clone()
+    });
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    deck
+}
+
+/// Looked at, saved and gone on with at any step while it breaks and slides: the same bits. Where blocks are
+/// split, and between sets, of deformable and of rigid blocks.
 #[test]
 fn it_goes_on_bit_for_bit() {
-    let mut deck = halves();
+    let rigid = || {
+        let mut deck = halves();
+        (deck.blocks[0].body, deck.blocks[0].divisions) = (Body::Rigid, 1);
+        deck
+    };
+    for deck in [halves(), rigid(), sets(Body::Deformable), sets(Body::Rigid)] {
+        goes_on(deck);
+    }
+}
+
+fn goes_on(mut deck: Deck) {
     deck.model.gravity = [0.0, 0.0, -10.0];
     let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
     deck.load.push(Load { region, force: Some([2e6, 0.0, 3e5]), ..Load::default() });
