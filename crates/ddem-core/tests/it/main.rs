@@ -19,6 +19,7 @@ mod decks;
 mod determinism;
 mod equations;
 mod excavation;
+mod fallen;
 mod filling;
 mod fragments;
 mod hinges;
