@@ -206,6 +206,9 @@ fn stages_that_are_skipped_keep_their_forces_apart() {
     one_by_one.enter(1);
     one_by_one.enter(2);
     assert_eq!(bits(&both.forces()), bits(&one_by_one.forces()));
+    let again = Simulation::restore(model(&deck), Simd::default(), &both.save());
+    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    assert_eq!(bits(&both.forces()), bits(&again.forces()));
     let forces = both.forces();
     for (node, found) in forces.into_iter().enumerate().take(27 * 3).skip(27) {
         let [x, y, z] = both.model().point(node);
