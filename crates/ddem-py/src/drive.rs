@@ -64,7 +64,7 @@ pub(crate) fn assembled(
         RunFailure::Model(error) => located(error),
         failure => errors::failure(py, failure),
     })?;
-    for warning in session.simulation().model().warnings() {
+    for warning in session.warnings() {
         warn(py, &warning)?;
     }
     Ok(Simulation::new(session, Vec::new(), pool, called))

@@ -75,7 +75,7 @@ impl Simulation {
     }
 
     /// Displacements [m], shape (n_nodes, 3). May be set: an initial state, in which nothing has
-    /// failed that has not failed before.
+    /// failed that has not failed before. Blocks that have been removed stay where they were.
     #[getter]
     fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "displacement", None, None)
@@ -91,7 +91,7 @@ impl Simulation {
     }
 
     /// Velocities at the present time [m/s], with the forces that act now, shape (n_nodes, 3). May
-    /// be set.
+    /// be set; blocks that have been removed stay at rest.
     #[getter]
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "velocity", None, None)

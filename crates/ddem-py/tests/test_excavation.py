@@ -110,3 +110,28 @@ def test_what_is_removed_is_not_drawn() -> None:
         (layer,) = blocks(frame, "stress", "zz", None, (None, None), 0.0, "none", 1.0)
         assert layer.points[:, 2].max() == pytest.approx(top)
         assert layer.values is not None and (layer.values < -1e6).all()
+
+
+def test_probes_leave_out_what_is_removed() -> None:
+    model = column()
+    model.probe("gone", at=(0.5, 0.5, 3.0), quantity="stress")
+    model.probe("all", x=0.5, quantity="stress")
+    with pytest.warns(UserWarning, match="probe `gone` looks at blocks that are taken out by stage `dig`"):
+        simulation = model.build()
+    for stage in ("before", "dig"):
+        simulation.relax(name=stage, tolerance=1e-9, quiet=True)
+    probes = simulation.probes
+    assert probes["gone"]["zz"][0] == pytest.approx(-8e6)
+    assert np.isnan(probes["gone"]["zz"][-1])
+    assert probes["all"]["zz"][0] == pytest.approx(-8e6)
+    assert probes["all"]["xx"][-1] == pytest.approx(-3e6 + 8e6 / 3, rel=1e-5)
+
+
+def test_blocks_do_not_come_back() -> None:
+    simulation = column().build()
+    simulation.enter("dig")
+    simulation.enter("before")
+    assert simulation.field("removed").any()
+    simulation.displacement = np.ones_like(simulation.displacement)
+    assert not simulation.displacement[54:].any()
+    assert simulation.displacement[:54].all()

@@ -95,3 +95,53 @@ fn mistakes_are_shown_and_nothing_runs() {
         assert_eq!(desk.names(), ["dug.toml"]);
     }
 }
+
+/// Probes look at what is there: a mean over what is left, no number where nothing is, and that is said
+/// before anything runs.
+#[test]
+fn probes_leave_out_what_is_taken_out() {
+    // A block above the hole bears itself on the sides.
+    let deck =
+        COLUMN.replace("where = { z = 4.0 }\naxes = 'z'", "where = { z = [1.0, 4.0] }\naxes = 'z'");
+    let probe = |name: &str, place: &str, quantity: &str| {
+        format!("[[probe]]\nname = '{name}'\n{place}\nquantity = '{quantity}'\nevery = 1e-3\n")
+    };
+    let deck = [
+        deck,
+        probe("gone", "at = [0.5, 0.5, 2.5]", "stress"),
+        probe("top", "where = { z = 4.0 }", "velocity"),
+        probe("stays", "at = [0.5, 0.5, 1.5]", "stress"),
+        probe("all", "where = { x = 0.5 }", "stress"),
+        probe("held", "where = { z = 4.0 }", "reaction"),
+    ];
+    let (desk, went) = went(&deck.concat());
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let words = went.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    for name in ["gone", "top"] {
+        let said = format!(
+            "probe `{name}` looks at blocks that are taken out by stage `dig`: it has no values"
+        );
+        assert!(words.contains(&said), "{words}");
+    }
+    assert_eq!(words.matches("probe `").count(), 2, "{words}");
+    let table = String::from_utf8(desk.read("a/probes.csv")).unwrap();
+    let mut lines = table.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let at = |name: &str| header.iter().position(|column| *column == name).unwrap();
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+    assert_eq!((first[0], last[0]), ("before", "dig"));
+    let number = |row: &Vec<&str>, name: &str| row[at(name)].parse::<f64>().unwrap();
+    for name in ["gone.zz", "stays.zz", "all.zz"] {
+        assert!((number(first, name) / -8e6 - 1.0).abs() < 1e-9, "{name}: {first:?}");
+    }
+    for name in ["gone.zz", "gone.xy", "top.x", "top.z"] {
+        assert_eq!(last[at(name)], "NaN", "{name}");
+    }
+    // All nodes are held: what is left is as it was, and so is the mean over it.
+    for name in ["stays.zz", "all.zz"] {
+        assert!((number(last, name) / -8e6 - 1.0).abs() < 1e-9, "{name}: {last:?}");
+    }
+    assert!((number(first, "held.z") / -8e6 - 1.0).abs() < 1e-9, "{first:?}");
+    assert_eq!(number(last, "held.z"), 0.0);
+}

@@ -66,6 +66,12 @@ impl Stages {
         &self.geometries[at.max(1) - 1]
     }
 
+    /// The stage at whose start a block is taken out.
+    pub(crate) fn removes(&self, block: usize) -> Option<usize> {
+        let gone = |(_, geometry): &(&usize, &Arc<Geometry>)| geometry.is_gone(block);
+        self.first.iter().zip(&self.geometries).find(gone).map(|(&first, _)| first)
+    }
+
     /// Memory of all of them `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
         self.geometries.iter().map(|geometry| geometry.bytes()).sum()

@@ -15,8 +15,9 @@ impl Model {
     }
 
     /// The element that a reference position lies in, as block and lattice steps; on faces between
-    /// elements or blocks the lower one, and where no block is the one nearest to it among the elements
-    /// that have the nearest node.
+    /// elements the lower one, on faces between blocks that of the one that is not taken out, or later, or
+    /// the lower one, and where no block is the one nearest to it among the elements that have the
+    /// nearest node.
     #[must_use]
     pub fn element_at(&self, point: [f64; 3]) -> (usize, [usize; 3]) {
         let at = Vec3::from(point);
@@ -24,7 +25,11 @@ impl Model {
         for block in 0..self.n_blocks() {
             let (inside, element) = self.geometry.inside(block, &at);
             // Blocks of sets that reach into each other: the one it is deeper in.
-            if inside >= -ON_FACE && most.is_none_or(|(other, _)| inside > other + ON_FACE) {
+            let better = |(other, (before, _)): (f64, (usize, _))| {
+                let as_deep = inside >= other - ON_FACE;
+                inside > other + ON_FACE || (as_deep && self.stays(block) > self.stays(before))
+            };
+            if inside >= -ON_FACE && most.is_none_or(better) {
                 most = Some((inside, (block, element)));
             }
         }

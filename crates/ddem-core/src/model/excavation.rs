@@ -34,6 +34,17 @@ impl Model {
         self.geometry.is_gone(block)
     }
 
+    /// The stage at whose start a block is taken out, by its number in the deck.
+    #[must_use]
+    pub fn removed_in(&self, block: usize) -> Option<usize> {
+        self.stages.removes(block)
+    }
+
+    /// How long a block is there: of several that are as near, the one that stays.
+    pub(super) fn stays(&self, block: usize) -> usize {
+        self.removed_in(block).unwrap_or(usize::MAX)
+    }
+
     /// Numbers and values of the nodes of blocks that have not been taken out, of values of all nodes.
     pub(crate) fn there<'a, T>(&'a self, values: &'a [T]) -> impl Iterator<Item = (usize, &'a T)> {
         let values = values.iter().enumerate().take(self.n_nodes());

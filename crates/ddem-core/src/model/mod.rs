@@ -7,6 +7,7 @@ mod excavation;
 mod meeting;
 mod unbalanced;
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 
 use meeting::at_bonds;
@@ -276,19 +277,17 @@ impl Model {
         crate::geometry::no_node(place, &self.region(region), &self.geometry)
     }
 
-    /// The node nearest to a reference position; on a tie the lower number.
+    /// The node nearest to a reference position; on a tie that of a block that is not taken out, or later,
+    /// and of these the lower number.
     #[must_use]
     pub fn nearest_node(&self, at: [f64; 3]) -> usize {
         let at = Vec3::from(at);
         let tie = 1e-12 * (self.geometry.bounds[1] - self.geometry.bounds[0]).norm();
-        let mut best = (f64::INFINITY, 0);
-        for node in 0..self.n_nodes() {
-            let distance = (Vec3::from(self.point(node)) - at).norm();
-            if distance < best.0 - tie {
-                best = (distance, node);
-            }
-        }
-        best.1
+        let distance = |node: usize| (Vec3::from(self.point(node)) - at).norm();
+        let nearest = (0..self.n_nodes()).map(distance).fold(f64::INFINITY, f64::min);
+        let near = (0..self.n_nodes()).filter(|&node| distance(node) <= nearest + tie);
+        let best = near.min_by_key(|&node| (Reverse(self.stays(self.block_of(node))), node));
+        best.unwrap_or(0)
     }
 
     /// Memory of everything whose size grows with the model `[bytes]`.

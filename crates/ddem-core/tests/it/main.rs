@@ -20,6 +20,7 @@ mod decks;
 mod determinism;
 mod equations;
 mod excavation;
+mod fallen;
 mod filling;
 mod fragments;
 mod hinges;

@@ -206,6 +206,9 @@ fn stages_that_are_skipped_keep_their_forces_apart() {
     one_by_one.enter(1);
     one_by_one.enter(2);
     assert_eq!(bits(&both.forces()), bits(&one_by_one.forces()));
+    let again = Simulation::restore(model(&deck), Simd::default(), &both.save());
+    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    assert_eq!(bits(&both.forces()), bits(&again.forces()));
     let forces = both.forces();
     for (node, found) in forces.into_iter().enumerate().take(27 * 3).skip(27) {
         let [x, y, z] = both.model().point(node);
@@ -290,4 +293,30 @@ fn a_release_has_no_history_to_be_set() {
     let fault = fault.err().unwrap_or_else(|| panic!("set"));
     assert!(fault.to_string().contains("the deck has no such entry"), "{fault}");
     assert!(model.computed().is_empty());
+}
+
+/// Where several nodes or elements are as near, those that stay are taken: lower and upper face of a joint
+/// without thickness.
+#[test]
+fn what_stays_is_nearer() {
+    let mut deck = dug(None);
+    let joint =
+        Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() };
+    deck.joints.insert("seam".into(), joint);
+    let at = [0.5, 0.5, 2.0];
+    let found = |remove: [(f64, &str); 2]| {
+        let mut deck = deck.clone();
+        let entry = |(from, stage): (f64, &str)| self::remove(layer(from, from + 1.0), stage, None);
+        deck.remove = remove.map(entry).into();
+        let model = model(&deck);
+        [model.block_of(model.nearest_node(at)), model.element_at(at).0]
+    };
+    // Of two that go the later, of others the lower one.
+    assert_eq!(found([(2.0, "dig"), (3.0, "dig")]), [1, 1]);
+    assert_eq!(found([(0.0, "dig"), (1.0, "dig")]), [2, 2]);
+    assert_eq!(found([(1.0, "dig"), (2.0, "on")]), [2, 2]);
+    assert_eq!(found([(2.0, "dig"), (1.0, "on")]), [1, 1]);
+    assert_eq!(found([(0.0, "dig"), (3.0, "on")]), [1, 1]);
+    let model = model(&dug(None));
+    assert_eq!([0, 1, 2, 3].map(|block| model.removed_in(block)), [None, None, Some(1), Some(1)]);
 }

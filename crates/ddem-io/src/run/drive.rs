@@ -81,7 +81,8 @@ impl<'a> Drive<'a> {
             session = Session::assemble(fresh, recorder, text);
         }
         let mut drive = Self { options, observer, folder, session };
-        let report = report(drive.session.simulation_mut());
+        let Moved { simulation, recorder, .. } = &mut drive.session.moved;
+        let report = report(simulation, &recorder.samplers);
         for warning in &report.warnings {
             drive.observer.event(Event::Warning(warning));
         }

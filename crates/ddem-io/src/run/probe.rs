@@ -12,6 +12,8 @@ pub(super) struct Sampler {
     nodes: Vec<u32>,
     /// Block and lattice steps of each element, for stresses.
     elements: Vec<(usize, [usize; 3])>,
+    /// What is allowed but perhaps not meant.
+    pub(super) doubt: Option<String>,
     pub(super) every: Option<f64>,
     pub(super) every_steps: u64,
     pub(super) columns: Vec<String>,
@@ -41,6 +43,7 @@ impl Sampler {
             name: probe.name.clone(),
             components,
             quantity: probe.quantity,
+            doubt: goes(probe, (&nodes, &elements), model),
             nodes,
             elements,
             every: probe.every,
@@ -49,20 +52,49 @@ impl Sampler {
         })
     }
 
+    /// Its numbers now: means over what is there, and none where nothing is left.
     pub(super) fn sample(&self, simulation: &mut Simulation) -> Vec<f64> {
+        let model = simulation.model();
+        let there = |&node: &u32| !model.is_removed(model.block_of(node as usize));
         match self.quantity {
             Quantity::Reaction => simulation.reaction(&self.nodes).to_vec(),
             Quantity::Displacement => {
-                mean(self.nodes.iter().map(|&node| simulation.displacement(node as usize)))
+                let nodes = self.nodes.iter().filter(|node| there(node));
+                mean(nodes.map(|&node| simulation.displacement(node as usize)))
             }
             Quantity::Velocity => {
-                mean(self.nodes.iter().map(|&node| simulation.velocity(node as usize)))
+                let nodes: Vec<u32> = self.nodes.iter().copied().filter(there).collect();
+                mean(nodes.into_iter().map(|node| simulation.velocity(node as usize)))
             }
             Quantity::Stress => {
-                mean(self.elements.iter().map(|&(block, at)| simulation.stress(block, at)))
+                let there = |(block, _): &(usize, _)| !model.is_removed(*block);
+                let elements: Vec<_> = self.elements.iter().copied().filter(there).collect();
+                mean(elements.into_iter().map(|(block, at)| simulation.stress(block, at)))
             }
         }
     }
+}
+
+/// What is said of a probe that has nothing left to look at from some stage on. Of supports it has: their
+/// sum is 0.
+fn goes(
+    probe: &Probe,
+    (nodes, elements): (&[u32], &[(usize, [usize; 3])]),
+    model: &Model,
+) -> Option<String> {
+    let mut blocks: Vec<usize> = match probe.quantity {
+        Quantity::Reaction => return None,
+        Quantity::Stress => elements.iter().map(|&(block, _)| block).collect(),
+        _ => nodes.iter().map(|&node| model.block_of(node as usize)).collect(),
+    };
+    blocks.dedup();
+    let stages: Option<Vec<usize>> = blocks.iter().map(|&block| model.removed_in(block)).collect();
+    let last = stages?.into_iter().max()?;
+    let stage = &model.deck().stage.get(last)?.name;
+    Some(format!(
+        "probe `{}` looks at blocks that are taken out by stage `{stage}`: it has no values from then on",
+        probe.name
+    ))
 }
 
 /// Rigid blocks have none.
@@ -80,11 +112,12 @@ fn stress_is_there(
     ))
 }
 
-fn mean<const N: usize>(values: impl ExactSizeIterator<Item = [f64; N]>) -> Vec<f64> {
-    let count = values.len() as f64;
-    let mut sum = [0.0; N];
+/// Not a number where there is nothing.
+fn mean<const N: usize>(values: impl Iterator<Item = [f64; N]>) -> Vec<f64> {
+    let (mut sum, mut count) = ([0.0; N], 0.0);
     for value in values {
         sum.iter_mut().zip(value).for_each(|(sum, x)| *sum += x);
+        count += 1.0;
     }
     sum.iter().map(|sum| sum / count).collect()
 }

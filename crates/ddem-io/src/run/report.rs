@@ -97,10 +97,10 @@ impl fmt::Display for Report {
 ///
 /// What is wrong with the deck, or a model that does not fit in memory.
 pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
-    let (model, _) = prepare(deck, source, available_memory())?;
+    let (model, samplers) = prepare(deck, source, available_memory())?;
     let mut simulation = Simulation::new(model);
     check_steps(&mut simulation, &deck.stage).map_err(|failure| located(failure, source))?;
-    let mut report = report(&mut simulation);
+    let mut report = report(&mut simulation, &samplers);
     report.critical_step = simulation.critical_step().unwrap_or(f64::NAN);
     estimate(&mut simulation, &deck.stage, &mut report.stages);
     Ok(report)
@@ -218,7 +218,7 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
 }
 
 /// Size, critical step and stages of a model.
-pub(super) fn report(simulation: &mut Simulation) -> Report {
+pub(super) fn report(simulation: &mut Simulation, samplers: &[Sampler]) -> Report {
     let moves = |stage: &Stage| stage.kind == StageKind::Dynamic;
     let dynamic = simulation.model().deck().stage.iter().any(moves);
     // A large model spends seconds on it.
@@ -227,6 +227,7 @@ pub(super) fn report(simulation: &mut Simulation) -> Report {
         false => f64::NAN,
     };
     let mut warnings = simulation.model().warnings();
+    warnings.extend(samplers.iter().filter_map(|sampler| sampler.doubt.clone()));
     let stages = simulation.model().deck().stage.clone();
     warnings.extend(unsafe_steps(simulation, &stages));
     let near = simulation.contact_counts().near as u64;

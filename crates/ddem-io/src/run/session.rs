@@ -79,6 +79,13 @@ impl Session {
         &mut self.moved.simulation
     }
 
+    /// What is allowed but perhaps not meant, of the model and its probes.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let doubts = self.moved.recorder.samplers.iter().filter_map(|s| s.doubt.clone());
+        self.simulation().model().warnings().into_iter().chain(doubts).collect()
+    }
+
     /// Names and columns of the probes, in the order of
     /// [`Event::Sample`](super::Event::Sample).
     #[must_use]

@@ -1,0 +1,107 @@
+//! Runs that are saved after an excavation, when joints have failed and blocks have met.
+
+use ddem_core::deck::*;
+use ddem_core::{FIELDS, Simd, Simulation};
+
+use crate::decks::*;
+
+fn region(x: [f64; 2], z: [f64; 2]) -> Where {
+    Where { x: Some(Extent::Range(x)), z: Some(Extent::Range(z)), ..Where::default() }
+}
+
+/// Two columns on a floor, the upper block of the second one in eight parts. It is pushed off the first,
+/// and then the layer of 2 cm below both goes, on which they stand.
+fn undermined() -> Deck {
+    let mut deck = deck([2, 1, 3], [2.0, 1.0, 2.02], 2, 0.0);
+    deck.materials.insert("rock".into(), Material { density: 2000.0, young: 1e8, poisson: 0.2 });
+    let set = &mut deck.blocks[0];
+    (set.size, set.count) = (None, None);
+    set.edges = Some(Edges {
+        x: Some(vec![0.0, 1.0, 2.0]),
+        y: Some(vec![0.0, 1.0]),
+        z: Some(vec![0.0, 1.0, 1.02, 2.02]),
+    });
+    deck.joints.insert(
+        "seam".into(),
+        Joint {
+            normal_stiffness: Some(2e8),
+            shear_stiffness: Some(1e8),
+            cohesion: Some(2e4),
+            tension: Some(1e4),
+            friction: Some(30.0),
+            ..Joint::default()
+        },
+    );
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    deck.contact.damping = Some(0.1);
+    deck.refine.push(Refine { region: region([1.0, 2.0], [1.02, 2.02]), factor: 2 });
+    deck.fix.push(fix(plane(2, 0.0), "xyz"));
+    // The outer four parts alone: of the joints beside the others some hold.
+    deck.initial.push(Initial {
+        region: region([1.5, 2.0], [1.5, 2.02]),
+        velocity: Some([0.3, 0.1, 0.0]),
+        ..Initial::default()
+    });
+    let stage =
+        |name: &str| Stage { kind: StageKind::Dynamic, duration: Some(0.2), ..relax_stage(name) };
+    deck.stage = vec![stage("before"), stage("dig")];
+    let (region, from) = (region([0.0, 2.0], [1.0, 1.02]), Some("dig".to_owned()));
+    deck.remove.push(Remove { region, from, release: Some(0.01), ..Remove::default() });
+    deck
+}
+
+/// All fields, energies and counts, as bits.
+fn seen(simulation: &mut Simulation) -> Vec<u64> {
+    let mut seen: Vec<u64> = simulation.energy().values().map(f64::to_bits).into();
+    for field in FIELDS {
+        seen.extend((field.fill)(simulation).into_iter().map(f64::to_bits));
+    }
+    let counts = simulation.contact_counts();
+    seen.extend([counts.points as u64, counts.block_pairs as u64, simulation.steps()]);
+    seen.extend(simulation.failed_pairs());
+    seen
+}
+
+fn go(simulation: &mut Simulation, until: f64) {
+    while simulation.time() < until {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+fn again(simulation: &Simulation) -> Simulation {
+    let restored = Simulation::restore(model(&undermined()), Simd::default(), &simulation.save());
+    restored.unwrap_or_else(|| panic!("not of this model"))
+}
+
+#[test]
+fn what_has_failed_and_met_after_an_excavation_resumes() {
+    let mut whole = simulation(&undermined());
+    let begun = whole.start(Damping::None, TimeStep::Auto, None);
+    begun.unwrap_or_else(|error| panic!("{error}"));
+    go(&mut whole, 0.02);
+    let failed: u64 = whole.failed_pairs().iter().sum();
+    assert!(failed > 0);
+    whole.enter(1);
+    let mut at_once = again(&whole);
+    go(&mut whole, 0.03);
+    let mut falling = again(&whole);
+    // The free fall of 2 cm takes 64 ms from when the release has ended.
+    go(&mut whole, 0.1);
+    let mut met = again(&whole);
+    assert!(whole.failed_pairs().iter().sum::<u64>() > failed);
+    assert!(whole.contact_counts().points > 0);
+    // Of the pairs of faces that do not match some hold and some do not.
+    let states = whole.model().fields().find(|field| field.name == "state");
+    let states = states.map(|field| (field.fill)(&mut whole)).unwrap_or_default();
+    let matching: usize =
+        whole.model().faces().iter().map(|f| (f.divisions as usize + 1).pow(2)).sum();
+    let bonds = &states[matching..];
+    assert!(bonds.contains(&0.0) && bonds.iter().any(|state| *state > 0.0), "{bonds:?}");
+    go(&mut whole, 0.12);
+    let seen_whole = seen(&mut whole);
+    for (when, resumed) in [&mut at_once, &mut falling, &mut met].into_iter().enumerate() {
+        go(resumed, 0.12);
+        assert!(seen(resumed) == seen_whole, "saved at {when}");
+    }
+    assert!(whole.energy().imbalance() < 0.01, "{}", whole.energy().imbalance());
+}
