@@ -4,6 +4,7 @@
 
 #![allow(clippy::print_stdout)]
 
+mod abutments;
 mod anything;
 mod architecture;
 mod assigned;
