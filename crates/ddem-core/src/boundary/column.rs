@@ -268,26 +268,13 @@ impl<'a> Ground<'a> {
             let face = FaceOf { direction: upright, upper: raised == up };
             geometry.abutting.contains_key(&(body as u32, face.number()))
         };
-        let (lowest_body, foot) = (body, on(body, 0));
-        let lowest = self.rock(body);
-        let (mut nodes, mut segments) = (Vec::new(), Vec::new());
-        let mut top = (body, 0, 0);
-        loop {
-            nodes.extend((0..=n).map(|level| on(body, level)));
-            let lattice = geometry.lattice(body);
-            let length = lattice.spacing(upright, geometry.bodies[body].cell[upright] as usize);
-            segments.extend((0..n).map(|_| Segment::layer(&self.rock(body), length)));
-            if !geometry.is_gone(body) {
-                top = (body, nodes.len(), segments.len());
-            }
-            let Some(above) = start.neighbour(body, down(1)) else { break };
-            segments.push(self.joint(if raised { body } else { above }, upright));
-            body = above;
-        }
-        // It ends where nothing of the model is left above.
-        nodes.truncate(top.1);
-        segments.truncate(top.2);
-        if goes_on(lowest_body, false) || goes_on(top.0, true) {
+        let (foot, lowest) = (on(body, 0), self.rock(body));
+        let levels = |body: usize| (0..=n).map(move |level| (body, level));
+        let (bodies, segments) = self.stack(body, upright, &down);
+        let nodes: Vec<u32> =
+            bodies.iter().flat_map(|&body| levels(body)).map(|(b, level)| on(b, level)).collect();
+        let top = bodies.last().copied().unwrap_or(body);
+        if goes_on(body, false) || goes_on(top, true) {
             return Err((
                 "a side that goes on in split blocks or in another set has no free field in this version",
                 "let the blocks along the side be of one set, and none of them split, from the base up",
@@ -299,6 +286,36 @@ impl<'a> Ground<'a> {
         self.columns.push(column);
         self.by_foot.insert(foot, self.columns.len() - 1);
         Ok(self.columns.len() - 1)
+    }
+
+    /// The bodies of a column from the lowest one up, and what is between its levels.
+    fn stack(
+        &self,
+        lowest: usize,
+        upright: usize,
+        down: &dyn Fn(i32) -> [i32; 3],
+    ) -> (Vec<usize>, Vec<Segment>) {
+        let (geometry, start) = (self.made.geometry, self.made.stages.at(0));
+        let raised = down(1)[upright] > 0;
+        let (mut bodies, mut segments, mut end) = (Vec::new(), Vec::new(), (0, 0));
+        let mut body = lowest;
+        loop {
+            bodies.push(body);
+            let lattice = geometry.lattice(body);
+            let length = lattice.spacing(upright, geometry.bodies[body].cell[upright] as usize);
+            let layer = |_| Segment::layer(&self.rock(body), length);
+            segments.extend((0..lattice.divisions).map(layer));
+            if !geometry.is_gone(body) {
+                end = (bodies.len(), segments.len());
+            }
+            let Some(above) = start.neighbour(body, down(1)) else { break };
+            segments.push(self.joint(if raised { body } else { above }, upright));
+            body = above;
+        }
+        // It ends where nothing of the model is left above.
+        bodies.truncate(end.0);
+        segments.truncate(end.1);
+        (bodies, segments)
     }
 
     /// The joint at the upper end of a body along an edge.
