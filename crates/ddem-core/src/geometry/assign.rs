@@ -2,7 +2,7 @@
 
 use super::lattice::{Lattice, NO_JOINT};
 use super::nothing::{no_block, no_joint};
-use super::{Abutment, Geometry, Names, Region, abut, nothing};
+use super::{Geometry, Names, Region, abut, nothing};
 use crate::deck::names::segment;
 use crate::deck::{Assign, Deck, Joint, Period};
 use crate::error::Fault;
@@ -72,8 +72,8 @@ impl Geometry {
             body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
         }
         self.abutments = abut::abutments(self, (deck, names, stage), &sets);
-        let gone = |a: &Abutment| a.blocks.iter().any(|&block| before.is_gone(block as usize));
-        self.abutments.retain(|abutment| !gone(abutment));
+        // Joints do not come, nor back, in a run: what is in contact stays so.
+        self.abutments.retain(|abutment| before.joint_of(abutment.blocks).is_some());
         self.abutting = abut::abutting(&self.abutments);
         let mut faults = self.unused(deck, &unused, &region);
         faults.extend(self.changed(&before, (deck, names), stage));
@@ -97,6 +97,20 @@ impl Geometry {
     pub(crate) fn joint_of(&self, blocks: [u32; 2]) -> Option<u16> {
         let at = self.abutments.binary_search_by_key(&blocks, |abutment| abutment.blocks);
         at.ok().map(|at| self.abutments[at].joint)
+    }
+
+    /// Takes joints and materials from what is where in another stage.
+    pub(super) fn assign_as(&mut self, other: &Self) {
+        for (own, other) in self.lattices.iter_mut().zip(&other.lattices) {
+            (own.joint, own.material) = (other.joint.clone(), other.material.clone());
+        }
+        for (own, other) in self.bodies.iter_mut().zip(&other.bodies) {
+            own.material = other.material;
+        }
+        for abutment in &mut self.abutments {
+            abutment.joint = other.joint_of(abutment.blocks).unwrap_or(abutment.joint);
+        }
+        self.abutting = abut::abutting(&self.abutments);
     }
 
     /// Faults of entries that found nothing in the lattices, nor between two of them.
@@ -142,17 +156,29 @@ impl Geometry {
         let between = blocks.map(|blocks| (number(before, blocks), number(self, blocks)));
         let joint = |number: u16| deck.joints.values().nth(number.into());
         let (old, new) = inside.chain(between).find(|&(old, new)| {
-            let same = |(a, b): (&Joint, &Joint)| is_as_stiff(deck, a, b);
+            let same = |(a, b): (&Joint, &Joint)| {
+                matter(deck, a) == matter(deck, b) && (b.breaks() || !a.breaks())
+            };
             old != new && !joint(old).zip(joint(new)).is_some_and(same)
         })?;
-        let of = |key: &Option<String>| *key == Some(deck.stage[stage].name.clone());
-        let entry = deck.assign.iter().position(|entry| of(&entry.from) || of(&entry.until))?;
-        let place = format!("assign[{entry}].joint");
+        let now = Some(&deck.stage[stage].name);
+        let changes = |entry: &Assign, joint: u16| {
+            let number = entry.joint.as_ref().and_then(|name| names.joint(name));
+            let begins = entry.from.as_ref() == now && number == Some(new);
+            begins || (entry.until.as_ref() == now && number == Some(joint))
+        };
+        let any = |entry: &Assign| {
+            entry.joint.is_some() && (entry.from.as_ref() == now || entry.until.as_ref() == now)
+        };
+        let all = || deck.assign.iter();
+        let entry = all().position(|entry| changes(entry, old)).or_else(|| all().position(any));
+        let place = entry.map_or("assign".to_owned(), |entry| format!("assign[{entry}].joint"));
         let [Some(old), Some(new)] = [old, new].map(|joint| (joint != NO_JOINT).then_some(joint))
         else {
-            let message =
-                "there is no joint where this one is to be: joints do not come and go in a run";
-            return Some(Fault::new(place, message));
+            let message = "joints do not come and go in a run: blocks that touch without one of their own \
+                           are in contact";
+            let help = "give the sets a `joint`, or assign one without `until`";
+            return Some(Fault::new(place, message).help(help));
         };
         let said = |number: u16| {
             let (thickness, stiffness, density, _) = matter(deck, joint(number)?);
@@ -161,18 +187,19 @@ impl Geometry {
             let name = segment(names.joint_name(number));
             Some(format!("`{name}` ({thickness} m, {normal:e} and {shear:e} Pa/m{density})"))
         };
+        let [old_number, new_number] = [old, new];
         let [old, new] = [old, new].map(|number| said(number).unwrap_or_default());
         let stage = &deck.stage[stage].name;
         let message = format!("{new} takes the place of {old} as stage `{stage}` begins");
-        let help =
-            "only strengths of joints change as a run goes: thickness, stiffness and density stay";
+        let stay = joint(old_number).zip(joint(new_number));
+        let help = if stay.is_some_and(|(a, b)| matter(deck, a) == matter(deck, b)) {
+            "a joint that can fail cannot become one that never does: give that one a cohesion, a friction and \
+             a tension, so that it is known what failed pairs bear"
+        } else {
+            "only strengths of joints change as a run goes: thickness, stiffness and density stay"
+        };
         Some(Fault::new(place, message).help(help))
     }
-}
-
-/// Whether two joints differ in their strengths at most.
-fn is_as_stiff(deck: &Deck, a: &Joint, b: &Joint) -> bool {
-    matter(deck, a) == matter(deck, b)
 }
 
 /// Thickness `[m]`, stiffnesses `[Pa/m]` and density `[kg/m³]` of a joint, and whether it is springs.

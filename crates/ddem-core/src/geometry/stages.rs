@@ -6,26 +6,24 @@ use super::{Geometry, Names, Region, assign, no_block, nothing, refined};
 use crate::deck::{Deck, Where};
 use crate::error::Fault;
 
-/// What is where in each stage.
+/// What is where from which stage on, in order. Where blocks are taken out and joints or materials change in
+/// one stage, that is one after the other.
 #[derive(Clone, Debug)]
-pub(crate) struct Stages {
-    /// The first stage of each, in order.
-    first: Vec<usize>,
-    geometries: Vec<Arc<Geometry>>,
-}
+pub(crate) struct Stages(Vec<(usize, Arc<Geometry>)>);
 
 impl Stages {
     pub(crate) fn new(deck: &Deck, all: &Names, start: Arc<Geometry>) -> Result<Self, Vec<Fault>> {
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |region: &Where| Region::new(region, &start.bounds, &names);
-        let (mut first, mut geometries, mut faults) = (vec![0], vec![start.clone()], Vec::new());
+        let (mut geometries, mut faults) = (vec![(0, start.clone())], Vec::new());
         for (stage, entry) in deck.stage.iter().enumerate() {
             let mut now: Option<Geometry> = None;
             for (index, remove) in deck.remove.iter().enumerate() {
                 if remove.from.as_ref() != Some(&entry.name) {
                     continue;
                 }
-                let before = now.as_ref().or(geometries.last().map(Arc::as_ref)).unwrap_or(&start);
+                let last = geometries.last().map(|(_, geometry)| geometry.as_ref());
+                let before = now.as_ref().or(last).unwrap_or(&start);
                 let region = region(&remove.region);
                 let blocks = before.blocks_in(&region);
                 if blocks.is_empty() {
@@ -41,40 +39,51 @@ impl Stages {
                 }
                 now = Some(after);
             }
-            if assign::changes(deck, stage) {
-                let last = || geometries.last().map_or(&start, |last| last).as_ref().clone();
-                let mut after = now.unwrap_or_else(last);
+            let dug = now.map(Arc::new);
+            let last = geometries.last().map_or(&start, |(_, geometry)| geometry);
+            let last = dug.as_ref().unwrap_or(last).clone();
+            let assigned = assign::changes(deck, stage).then(|| Geometry::clone(&last));
+            geometries.extend(dug.map(|geometry| (stage, geometry)));
+            if let Some(mut after) = assigned {
                 let (lattices, _) = refined(deck, all)?;
                 let wrong = after.assign_anew(lattices, (deck, all), stage).into_iter();
                 // What is wrong from a stage on is so up to another.
                 let known = |fault: &Fault| faults.iter().any(|other| other.place == fault.place);
                 let wrong: Vec<Fault> = wrong.filter(|fault| !known(fault)).collect();
                 faults.extend(wrong);
-                now = Some(after);
-            }
-            if let Some(now) = now {
-                first.push(stage);
-                geometries.push(Arc::new(now));
+                geometries.push((stage, Arc::new(after)));
             }
         }
-        if faults.is_empty() { Ok(Self { first, geometries }) } else { Err(faults) }
+        if faults.is_empty() { Ok(Self(geometries)) } else { Err(faults) }
     }
 
     /// In a stage.
     pub(crate) fn at(&self, stage: usize) -> &Arc<Geometry> {
-        let at = self.first.partition_point(|&first| first <= stage);
-        &self.geometries[at.max(1) - 1]
+        let at = self.0.partition_point(|(first, _)| *first <= stage);
+        &self.0[at.max(1) - 1].1
+    }
+
+    /// In a stage that is entered when what goes up to another one has been taken out: that stays away, and
+    /// joints and materials are those of the stage.
+    pub(crate) fn back(&self, deck: &Deck, stage: usize, dug: usize) -> Arc<Geometry> {
+        let last = self.at(dug);
+        if !(stage + 1..=dug).any(|stage| assign::changes(deck, stage)) {
+            return last.clone();
+        }
+        let mut back = Geometry::clone(last);
+        back.assign_as(self.at(stage));
+        Arc::new(back)
     }
 
     /// The stage at whose start a block is taken out.
     pub(crate) fn removes(&self, block: usize) -> Option<usize> {
-        let gone = |(_, geometry): &(&usize, &Arc<Geometry>)| geometry.is_gone(block);
-        self.first.iter().zip(&self.geometries).find(gone).map(|(&first, _)| first)
+        let gone = |(_, geometry): &&(usize, Arc<Geometry>)| geometry.is_gone(block);
+        self.0.iter().find(gone).map(|(first, _)| *first)
     }
 
     /// Memory of all of them `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
-        self.geometries.iter().map(|geometry| geometry.bytes()).sum()
+        self.0.iter().map(|(_, geometry)| geometry.bytes()).sum()
     }
 
     /// In the stage of a name, or at the start.
@@ -83,13 +92,8 @@ impl Stages {
         self.at(stage.unwrap_or(0))
     }
 
-    /// Whether blocks are taken out, or joints or materials change, on the way from one stage to another.
-    pub(crate) fn changes(&self, from: usize, to: usize) -> bool {
-        self.first.iter().any(|&first| from < first && first <= to)
-    }
-
-    /// The stages in which they are.
-    pub(crate) fn digs(&self, from: usize, to: usize) -> Vec<usize> {
-        self.first.iter().copied().filter(|&first| from < first && first <= to).collect()
+    /// What changes on the way from one stage to another.
+    pub(crate) fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
+        self.0.iter().filter(|(first, _)| from < *first && *first <= to).cloned().collect()
     }
 }

@@ -12,14 +12,14 @@ use crate::in_situ::InSitu;
 use crate::seams::Seams;
 
 impl Model {
-    /// Whether blocks are taken out, or joints or materials change, on the way from one stage to another.
-    pub(crate) fn excavates(&self, from: usize, to: usize) -> bool {
-        self.stages.changes(from, to)
+    /// What changes on the way from one stage to another: blocks that are taken out, joints, materials.
+    pub(crate) fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
+        self.stages.steps(from, to)
     }
 
-    /// Stages at whose start blocks are taken out, on the way from one stage to another.
-    pub(crate) fn digs(&self, from: usize, to: usize) -> Vec<usize> {
-        self.stages.digs(from, to)
+    /// What is where in a stage, when what goes up to another one has been taken out.
+    pub(crate) fn back(&self, stage: usize, dug: usize) -> Arc<Geometry> {
+        self.stages.back(&self.deck, stage, dug)
     }
 
     /// Whether blocks are taken out in any stage.
@@ -51,10 +51,10 @@ impl Model {
         values.filter(|(node, _)| !self.is_removed(self.block_of(*node)))
     }
 
-    /// Takes out the blocks that are gone in a stage, with their joints; the others have the joints and
-    /// materials of that stage. Returns what was where before.
-    pub(crate) fn excavate(&mut self, stage: usize) -> Arc<Geometry> {
-        let before = std::mem::replace(&mut self.geometry, self.stages.at(stage).clone());
+    /// Takes out the blocks that are gone, with their joints; the others have the joints and materials that
+    /// are there now. Returns what was where before.
+    pub(crate) fn excavate(&mut self, now: Arc<Geometry>) -> Arc<Geometry> {
+        let before = std::mem::replace(&mut self.geometry, now);
         let Self { geometry, packs, deck, constants, .. } = self;
         for face in &mut self.faces {
             face.joint = face.at(geometry);

@@ -148,8 +148,8 @@ impl Simulation {
         let damping = damping(count("damping")?, *array("damping")?.first()?)?;
         let dug = usize::try_from(count("dug")?).ok()?;
         let mut model = model;
-        if model.excavates(0, dug) {
-            model.excavate(dug);
+        if !model.steps(0, dug).is_empty() {
+            model.excavate(model.back(stage, dug));
         }
         let mut fading = BTreeMap::new();
         for load in model.fading(0, dug) {

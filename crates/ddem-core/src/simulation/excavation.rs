@@ -1,22 +1,39 @@
 //! §13: blocks are taken out at the start of a stage.
 
+use std::sync::Arc;
+
 use super::{Simulation, peaks};
 use crate::conditions::{Applied, Released};
 use crate::contact::Release;
 use crate::geometry::Geometry;
-use crate::lanes::Lanes;
+use crate::lanes::{LANES, Lanes};
 use crate::motion::Motion;
-use crate::rigid::Pose;
+use crate::rigid::{Matter, Pose};
 
 impl Simulation {
     /// Takes out what is gone in the stage that begins and has not been taken out, one excavation after
-    /// the other, so that each lets its own forces fade.
+    /// the other, so that each lets its own forces fade. Joints and materials become those of the stage.
     pub(super) fn excavate(&mut self, stage: usize) {
-        let digs = self.model.digs(self.state.dug, stage);
-        self.state.dug = self.state.dug.max(stage);
-        if !digs.is_empty() {
+        let from = self.state.dug;
+        self.state.dug = from.max(stage);
+        let mut last = from;
+        let mut steps = Vec::new();
+        for (first, geometry) in self.model.steps(from, stage) {
+            // Where joints change in the same stage, that is after the blocks have gone.
+            let fading = if first > last { self.model.fading(last, first) } else { Vec::new() };
+            steps.push((geometry, fading));
+            last = first;
+        }
+        // Entered backwards, or forwards from there.
+        let now = self.model.back(stage, self.state.dug);
+        let before = steps.last().map_or(&self.model.geometry, |(geometry, _)| geometry);
+        let differs = |block| now.differs(before, block);
+        if !Arc::ptr_eq(&now, before) && (0..self.model.n_blocks()).any(differs) {
+            steps.push((now, Vec::new()));
+        }
+        if !steps.is_empty() {
             self.finish_relaxation();
-            digs.into_iter().for_each(|dig| self.dig(dig));
+            steps.into_iter().for_each(|(geometry, fading)| self.dig(geometry, &fading));
             let model = &self.model;
             self.state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
             self.active = self.model.active(stage, &self.state.applied);
@@ -29,16 +46,18 @@ impl Simulation {
         }
     }
 
-    /// Takes out the blocks that go at the start of a stage. What they exerted on the rest, where that is
-    /// not held now, goes on where it is to fade; their energy is booked as work.
-    fn dig(&mut self, stage: usize) {
+    /// Takes out the blocks that are gone now, and gives the others their joints and materials. What was exerted
+    /// on the rest before, where that is not held now, goes on where it is to fade; the energy that goes or
+    /// comes is booked as work.
+    fn dig(&mut self, now: Arc<Geometry>, fading: &[usize]) {
         // Nothing fails between the two measurements: the next step looks at the new state.
         let held = std::mem::replace(&mut self.holds, true);
         self.measured = None;
-        let fading = self.model.fading(stage - 1, stage);
         let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
         let before = self.energy().balance;
-        let geometry = self.model.excavate(stage);
+        let matter = self.model.assembly.rigid.clone();
+        let geometry = self.model.excavate(now);
+        self.spin_on(&matter);
         self.forget_removed();
         self.take_joints(&geometry);
         self.active = self.model.active(self.state.stage, &self.state.applied);
@@ -58,10 +77,21 @@ impl Simulation {
         self.state.work.loads += lost;
         if !fading.is_empty() {
             let after = self.forces();
-            self.release(&fading, &forces, &after);
+            self.release(fading, &forces, &after);
         }
         self.holds = held;
         self.measured = None;
+    }
+
+    /// Rigid blocks with another inertia go on turning as they did: `before` is what resisted.
+    fn spin_on(&mut self, before: &[[Matter; LANES]]) {
+        let matter =
+            before.iter().zip(&self.model.assembly.rigid).flat_map(|(a, b)| a.iter().zip(b));
+        for (pose, (old, new)) in self.state.poses.iter_mut().flatten().zip(matter) {
+            if old.inertia != new.inertia {
+                pose.momentum = new.momentum(&pose.turn, old.spin(&pose.turn, pose.momentum));
+            }
+        }
     }
 
     /// Joints that have others' strengths now: what has not failed yet is looked at again, and contacts

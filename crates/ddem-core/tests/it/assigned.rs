@@ -168,23 +168,35 @@ fn a_layer_that_loses_its_strength_fails() {
     assert!((mean / (-0.5 * 10.0 * 0.04) - 1.0).abs() < 1e-3, "{mean}");
 }
 
-/// A column under its weight settles by ρ g H²/(2 E) of what it is made of in each stage.
-#[test]
-fn a_column_settles_with_the_material_of_the_stage() {
+const ROCK: Material = Material { density: 2000.0, young: 1e9, poisson: 0.0 };
+const SOAKED: Material = Material { density: 2500.0, young: 5e8, poisson: 0.0 };
+
+/// A column that is soaked in the second of three stages.
+fn column() -> Deck {
     let mut deck = deck([1, 1, 1], [1.0, 1.0, 2.0], 4, 0.01);
-    let rock = Material { density: 2000.0, young: 1e9, poisson: 0.0 };
-    let soaked = Material { density: 2500.0, young: 5e8, poisson: 0.0 };
-    deck.materials.insert("rock".into(), rock);
-    deck.materials.insert("soaked".into(), soaked);
+    deck.materials.insert("rock".into(), ROCK);
+    deck.materials.insert("soaked".into(), SOAKED);
     deck.fix.push(fix(plane(2, 0.0), "xyz"));
     deck.model.gravity = [0.0, 0.0, -10.0];
     deck.stage = vec![relax_stage("dry"), relax_stage("wet"), relax_stage("dry again")];
     let (from, until) = (Some("wet".to_owned()), Some("dry again".to_owned()));
     let material = Some("soaked".to_owned());
     deck.assign.push(Assign { material, from, until, ..Assign::default() });
+    deck
+}
+
+/// A column under its weight settles by ρ g H²/(2 E) of what it is made of in each stage, in any order of
+/// the stages, and after a resume.
+#[test]
+fn a_column_settles_with_the_material_of_the_stage() {
+    let deck = column();
+    let stages =
+        [(0, ROCK), (1, SOAKED), (2, ROCK), (1, SOAKED), (0, ROCK), (2, ROCK), (1, SOAKED)];
     let mut simulation = simulation(&deck);
-    for (stage, of) in [rock, soaked, rock].into_iter().enumerate() {
+    for (stage, of) in stages {
         simulation.enter(stage);
+        let again = Simulation::restore(model(&deck), Simd::default(), &simulation.save());
+        simulation = again.unwrap_or_else(|| panic!("not of this model"));
         relax(&mut simulation);
         let top = simulation.model().nearest_node([0.0, 0.0, 2.0]);
         let exact = -of.density * 10.0 * 4.0 / (2.0 * of.young);
@@ -193,6 +205,95 @@ fn a_column_settles_with_the_material_of_the_stage() {
         let energy = simulation.energy();
         assert!(energy.balance.abs() < 1e-9 * energy.strain_bodies, "{energy:?}");
     }
+}
+
+/// What an excavation lets fade is what its blocks exerted, and not what a new material does elsewhere.
+#[test]
+fn a_release_is_that_of_the_blocks() {
+    let mut deck = column();
+    let beside = BlockSet {
+        origin: [5.0, 0.0, 0.0],
+        count: Some([1, 1, 2]),
+        name: Some("dug".into()),
+        ..deck.blocks[0].clone()
+    };
+    deck.blocks.push(beside);
+    deck.joints.insert(
+        "seam".into(),
+        Joint { thickness: 0.01, material: Some("rock".into()), ..Joint::default() },
+    );
+    deck.assign[0].region.x = Some(Extent::Range([0.0, 1.0]));
+    let upper = Where {
+        x: Some(Extent::Range([5.0, 6.0])),
+        z: Some(Extent::Range([1.0, 2.0])),
+        ..Where::default()
+    };
+    let (from, release) = (Some("wet".to_owned()), Some(1e9));
+    deck.remove.push(Remove { region: upper, from, release, ..Remove::default() });
+    deck.stage[1] = dynamic("wet");
+    let mut simulation = simulation(&deck);
+    relax(&mut simulation);
+    simulation.enter(1);
+    let forces = simulation.forces();
+    let (mut soaked, mut dug) = (0.0, 0.0);
+    for (x, force) in points(simulation.model()).iter().zip(&forces) {
+        let size = if x.z > 0.0 { force[2].abs() } else { 0.0 };
+        *(if x.x < 2.0 { &mut soaked } else { &mut dug }) += size;
+    }
+    // The stress halves from ρ g (H − z), and the weight grows by a quarter.
+    let exact = 10.0 * (2000.0 * 0.5 + 500.0) * 2.0 * (1.0 - 0.125);
+    assert!((soaked / exact - 1.0).abs() < 1e-6, "{soaked} {exact}");
+    assert!(dug < 1e-5 * exact, "{dug}");
+}
+
+/// Blocks keep their velocities when their mass changes, those that turn as well.
+#[test]
+fn what_moves_goes_on() {
+    for body in [Body::Rigid, Body::Deformable] {
+        let mut deck = column();
+        deck.blocks[0].body = body;
+        (deck.model.gravity, deck.fix) = ([0.0; 3], Vec::new());
+        deck.stage = vec![dynamic("dry"), dynamic("wet")];
+        deck.assign[0].until = None;
+        let velocity = Some([1.0, -2.0, 0.5]);
+        let spin = Some([3.0, 1.0, -2.0]);
+        deck.initial.push(Initial { velocity, spin, ..Initial::default() });
+        let mut simulation = simulation(&deck);
+        let started = simulation.start(Damping::None, TimeStep::Seconds(1e-4), None);
+        started.unwrap_or_else(|error| panic!("{error}"));
+        after(&mut simulation, 0.01);
+        let nodes = 0..simulation.model().n_nodes();
+        let velocities = |simulation: &mut Simulation| -> Vec<[f64; 3]> {
+            nodes.clone().map(|node| simulation.velocity(node)).collect()
+        };
+        simulation.settle();
+        let before = velocities(&mut simulation);
+        simulation.enter(1);
+        let energy = simulation.energy();
+        for (a, b) in before.iter().zip(velocities(&mut simulation)) {
+            assert!((Vec3::from(*a) - Vec3::from(b)).norm() < 1e-12, "{body:?}: {a:?} {b:?}");
+        }
+        after(&mut simulation, 0.01);
+        let later = simulation.energy();
+        assert!(
+            (later.kinetic / energy.kinetic - 1.0).abs() < 1e-2,
+            "{body:?}: {energy:?} {later:?}"
+        );
+        assert!(later.balance.abs() < 1e-6 * later.kinetic, "{body:?}: {later:?}");
+    }
+}
+
+/// Sets in contact only stay so, whatever joint is assigned everywhere from a later stage on.
+#[test]
+fn contacts_become_no_joints() {
+    let mut deck = slab(true, Body::Rigid);
+    deck.blocks[0].joint = None;
+    deck.assign[0].region = Where::default();
+    let mut simulation = simulation(&deck);
+    assert_eq!(simulation.model().n_pairs(), 4 * 4);
+    relax(&mut simulation);
+    simulation.enter(1);
+    assert_eq!(simulation.model().pairs().map(|pair| pair.joint).collect::<Vec<_>>(), [1; 16]);
 }
 
 #[test]
@@ -212,5 +313,16 @@ fn mistakes_are_said() {
     let never = change(&|deck| deck.assign[0].until = Some("slide".into()));
     refused(&never, &["assign[0].until", "never in force"]);
     let without = change(&|deck| deck.blocks[0].joint = None);
-    refused(&without, &["assign[0].joint", "there is no joint where"]);
+    refused(&without, &["assign[0].where", "no joint"]);
+    let ends = change(&|deck| (deck.blocks[0].joint, deck.assign[0].from) = (None, None));
+    refused(&ends, &["assign[0].joint", "do not come and go"]);
+    let stays = wet(Joint { friction: None, ..dry(10.0) });
+    refused(&stays, &["assign[0].joint", "never does"]);
+    // Others that change in the same stage have nothing to do with it.
+    let other = change(&|deck| {
+        let (material, from) = (Some("clay".to_owned()), Some("slide".to_owned()));
+        deck.assign.insert(0, Assign { material, from, ..Assign::default() });
+        deck.joints.insert("wet".into(), Joint { thickness: 0.001, ..dry(10.0) });
+    });
+    refused(&other, &["assign[1].joint"]);
 }
