@@ -143,11 +143,3 @@ fn what_a_removed_block_leaves_is_a_free_face() {
     let found = resultant(&deck(&extra));
     assert_is("half of the end is gone", found, [-1e5 * 0.99, 0.0, 0.0]);
 }
-
-#[test]
-fn what_cannot_be_computed_is_refused_and_not_left_out() {
-    let text = deck("[[assign]]\njoint = \"joint\"\nuntil = \"load\"\n");
-    let faults = ddem_core::Model::new(&super::shared::deck(&text)).expect_err("a refusal").faults;
-    assert!(faults.iter().any(|fault| fault.place == "assign[0].until"), "{faults:?}");
-    assert!(faults.iter().any(|fault| fault.message.contains("does not have")), "{faults:?}");
-}

@@ -88,6 +88,20 @@ impl Model {
         self.faces.iter().map(|face| face.joint).chain(abutting)
     }
 
+    /// Numbers of joints and of pairs that can fail in some stage.
+    #[must_use]
+    pub fn n_breakable(&self) -> [usize; 2] {
+        let breaks = |joint: Option<u16>| joint.is_some_and(|at| self.laws[at as usize].is_some());
+        let matching = self.faces.iter().map(|face| {
+            (self.stages.any(|at| breaks(Some(face.at(at)))), (face.divisions as usize + 1).pow(2))
+        });
+        let others = self.seated.iter().map(|Seated { patch, .. }| {
+            (self.stages.any(|at| breaks(at.joint_of(patch.blocks))), patch.points.len())
+        });
+        let breakable = matching.chain(others).filter(|(breaks, _)| *breaks);
+        breakable.fold([0, 0], |[joints, pairs], (_, more)| [joints + 1, pairs + more])
+    }
+
     /// Number of joints between two blocks.
     #[must_use]
     pub fn n_joints(&self) -> usize {

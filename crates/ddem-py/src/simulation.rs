@@ -216,7 +216,8 @@ impl Simulation {
     /// Begins a stage of the model: the supports and loads with `from_` and `until` follow, and what is
     /// removed by then goes. Nothing moves.
     ///
-    /// Blocks that are gone do not come back in an earlier stage, and a `release` that has begun goes on.
+    /// Joints and materials become those of the stage. Blocks that are gone do not come back in an earlier
+    /// one, and a `release` that has begun goes on.
     /// The time step stays, unless it was chosen and is too long for what is left.
     ///
     /// Parameters

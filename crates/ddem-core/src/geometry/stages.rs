@@ -92,6 +92,11 @@ impl Stages {
         self.at(stage.unwrap_or(0))
     }
 
+    /// Whether something is so in any.
+    pub(crate) fn any(&self, so: impl Fn(&Geometry) -> bool) -> bool {
+        self.0.iter().any(|(_, geometry)| so(geometry))
+    }
+
     /// What changes on the way from one stage to another.
     pub(crate) fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
         self.0.iter().filter(|(first, _)| from < *first && *first <= to).cloned().collect()

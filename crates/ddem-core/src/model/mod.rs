@@ -31,7 +31,7 @@ use crate::seams::{Seam, Seams};
 pub struct Model {
     pub(crate) geometry: Arc<Geometry>,
     /// The same in each stage.
-    stages: Stages,
+    pub(crate) stages: Stages,
     pub(crate) packs: Packs,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,

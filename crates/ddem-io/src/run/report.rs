@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ddem_core::deck::{Joint, Stage, StageKind, TimeStep};
+use ddem_core::deck::{Stage, StageKind, TimeStep};
 use ddem_core::{ChargeSize, Deck, Fault, Model, ModelError, SHORTEST_STEP, Simulation, Size};
 
 use super::RunFailure;
@@ -235,7 +235,7 @@ pub(super) fn report(simulation: &mut Simulation, samplers: &[Sampler]) -> Repor
     let deck = model.deck();
     let part = simulation.automatic_part();
     let stages = deck.stage.iter().map(|stage| Plan::new(stage, part, critical_step));
-    let [breakable_joints, breakable_pairs] = breakable(model);
+    let [breakable_joints, breakable_pairs] = model.n_breakable().map(|count| count as u64);
     Report {
         title: deck.title.clone(),
         blocks: model.n_blocks() as u64,
@@ -274,15 +274,6 @@ pub(super) fn unsafe_steps(simulation: &mut Simulation, stages: &[Stage]) -> Vec
         }
     }
     warnings
-}
-
-/// Joint faces that can fail, and their pairs.
-fn breakable(model: &Model) -> [u64; 2] {
-    let breaks: Vec<bool> = model.deck().joints.values().map(Joint::breaks).collect();
-    let can = |joint: u16| breaks.get(usize::from(joint)) == Some(&true);
-    let joints = model.joint_numbers().filter(|&joint| can(joint)).count();
-    let pairs = model.pairs().filter(|pair| can(pair.joint)).count();
-    [joints as u64, pairs as u64]
 }
 
 /// Memory that this process may still take `[bytes]`.
