@@ -21,6 +21,8 @@ use release::{Fading, released, without_walls};
 #[derive(Clone, Debug)]
 pub(crate) struct Fixed {
     nodes: Vec<u32>,
+    /// Those that it would hold if their blocks had not been taken out before it came into force.
+    gone: Vec<u32>,
     axes: [bool; 3],
     velocity: [f64; 3],
     history: Course,
@@ -72,6 +74,7 @@ impl Conditions {
             }
             conditions.fixed.push(Fixed {
                 nodes,
+                gone: region(&fix.region).nodes_gone(stages.at(0), geometry),
                 axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
                 velocity: fix.velocity.unwrap_or_default(),
                 history: Course::new(fix.history.as_ref()),

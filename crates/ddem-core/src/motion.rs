@@ -97,6 +97,15 @@ impl Motion {
         Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0) }
     }
 
+    /// Damping `c/m` of a degree of freedom with the stiffness k and the mass m, from `k/m` `[1/s]`.
+    pub(crate) fn rate(&self, square: f64) -> f64 {
+        match self.damping {
+            Damping::Mass(alpha) => alpha,
+            Damping::Ratio(zeta) => 2.0 * zeta * square.sqrt(),
+            Damping::Stiffness(_) | Damping::Local(_) | Damping::None => 0.0,
+        }
+    }
+
     /// Damping `c/m` of the shift of a rigid body along each axis, and of its turning `[1/s]`.
     pub(crate) fn rates(&self, matter: &Matter) -> [f64; 4] {
         match self.damping {

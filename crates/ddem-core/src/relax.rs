@@ -64,7 +64,10 @@ impl Simulation {
         let memory = Memory {
             increments: u64::from(increments.max(1)),
             increment: 1,
-            from: if all { to.clone() } else { state.load_factors.clone() },
+            from: match all {
+                true => self.model.conditions.at_once(&to, &state.load_factors),
+                false => state.load_factors.clone(),
+            },
             way: state.way,
             apart: self.farthest_apart().map_or(0.0, |(distance, _)| distance),
             to,
@@ -76,7 +79,7 @@ impl Simulation {
 
     /// Goes on with a relaxation that a checkpoint has kept.
     pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
-        // It does not stop, so it does not fail.
+        // It does not stop and asks for no history, so it does not fail.
         let _ = self.go_on_relaxing(memory, &|| false);
     }
 
@@ -87,13 +90,14 @@ impl Simulation {
         if memory.way != 0.0 || !memory.last.is_empty() {
             self.factors = memory.present_factors();
         }
-        let clusters = self.masses(stop)?;
+        let clusters = self.masses(&memory.to, stop)?;
         self.relaxation = Some(Relaxation { memory, clusters });
         Ok(())
     }
 
-    /// Masses with which Δt = 1 is stable: once pairs have failed, whatever breaks; with contacts as they are.
-    fn masses(&mut self, stop: &dyn Fn() -> bool) -> Result<Clusters, RunError> {
+    /// Masses with which Δt = 1 is stable: once pairs have failed, whatever breaks; with contacts as they are, and
+    /// with the gas of charges of these factors.
+    fn masses(&mut self, to: &[f64], stop: &dyn Fn() -> bool) -> Result<Clusters, RunError> {
         let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
         for (node, axis) in self.active.held() {
             held.entry(node).or_default()[axis] = true;
@@ -108,24 +112,23 @@ impl Simulation {
                 largest_clustered(&self.model, &clusters, &mut breaks, &mut self.scratch, stop)?;
             largest = largest.max(found);
         }
-        largest += self.gas(&clusters)?;
+        largest += self.gas(&clusters, to);
         // Contacts are at most as stiff as what they have put into the masses, and add to the rest.
         clusters.scale(LARGEST / (largest + if meeting.any { 1.0 } else { 0.0 }));
         Ok(clusters)
     }
 
     /// What the gas of charges in force adds to the largest eigenvalue: it is stiffest at the start.
-    fn gas(&mut self, clusters: &Clusters) -> Result<f64, RunError> {
-        let State { stage, time, stage_starts, .. } = &self.state;
+    fn gas(&mut self, clusters: &Clusters, factors: &[f64]) -> f64 {
         let conditions = &self.model.conditions;
-        let factors = conditions.factors(*stage, *time, stage_starts)?;
-        let charges = conditions.charged.iter().zip(&factors[conditions.loaded.len()..]);
+        let factors = factors.iter().skip(conditions.loaded.len());
+        let charges = conditions.charged.iter().zip(factors);
         let gases = charges.filter(|(_, factor)| **factor > 0.0).filter_map(|(charged, factor)| {
             let (stiffness, areas) = charged.charge.stiffness()?;
             Some((charged.charge.nodes.as_slice(), factor * stiffness, areas))
         });
         let gases: Vec<_> = gases.collect();
-        Ok(largest_of_gases(&self.model, clusters, &gases, &mut self.scratch))
+        largest_of_gases(&self.model, clusters, &gases, &mut self.scratch)
     }
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
@@ -180,7 +183,7 @@ impl Simulation {
         self.state.whole = false;
         if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
             // The forces are gone with it: the step is not taken, and the next begins from rest.
-            *clusters = self.masses(&|| false)?;
+            *clusters = self.masses(&memory.to, &|| false)?;
             self.state.v.fill(Lanes::ZERO);
             memory.rest();
             return Ok(Relaxed::Moving);
@@ -189,7 +192,7 @@ impl Simulation {
         if self.fails_now(memory, tolerance) {
             if !had_failed {
                 // Half way through what happens here there is no stopping.
-                *clusters = self.masses(&|| false)?;
+                *clusters = self.masses(&memory.to, &|| false)?;
             }
             memory.rest();
             return Ok(Relaxed::Moving);

@@ -6,9 +6,8 @@
 
 use std::collections::BTreeMap;
 
-use super::outside::{Standing, held, place};
+use super::outside::{Standing, place};
 use super::{Made, Push, Resistance, resistance};
-use crate::conditions::Active;
 use crate::element::Elastic;
 use crate::error::Fault;
 use crate::geometry::{Region, Surface, Vec3};
@@ -41,6 +40,8 @@ pub(crate) struct Column {
     pub(super) impedance: Vec3,
     /// Place of its lowest level among those of all columns.
     pub(crate) first: usize,
+    /// Stiffness by mass of the nodes as the run starts, each axis `[1/s²]`.
+    pub(crate) squares: Vec<[f64; 3]>,
 }
 
 /// A node of a side, and the level of a column that it hangs on.
@@ -81,8 +82,8 @@ pub(crate) struct Pace<'a> {
     pub(crate) factors: &'a [f64],
     /// Velocity of each fix.
     pub(crate) velocities: &'a [[f64; 3]],
-    /// Damping `c/m` at a place of the model, by axis `[1/s]`.
-    pub(crate) rates: &'a dyn Fn((usize, u32, u8)) -> [f64; 3],
+    /// Damping `c/m` at a level of a column, which is dug or not, by axis `[1/s]`.
+    pub(crate) rates: &'a dyn Fn(&Column, usize, bool) -> [f64; 3],
 }
 
 impl Moving {
@@ -105,12 +106,6 @@ impl Moving {
 }
 
 impl Column {
-    /// Fixes that hold the axes of the nodes it stands behind.
-    pub(super) fn held(&self, made: Made<'_>, active: &Active) -> Vec<[Option<usize>; 3]> {
-        let of = |node: &u32| held(active, place(made, *node)).map(|fix| fix.map(|f| f as usize));
-        self.nodes.iter().map(of).collect()
-    }
-
     /// One step, (M2), from displacements and velocities of all columns.
     pub(crate) fn step(
         &self,
@@ -137,7 +132,7 @@ impl Column {
         let wave: Vec3 = waves.map(|(border, wave)| wave * pace.factors[*border]).sum();
         for (i, force) in forces.into_iter().enumerate() {
             let at = self.first + i;
-            let rates = (pace.rates)(self.places[i]);
+            let rates = (pace.rates)(self, i, standing.dug[i]);
             let zero = (Vec3::zeros(), Vec3::zeros());
             let (dashpot, wave) = if i == 0 { (standing.foot.impedance, wave) } else { zero };
             for k in 0..3 {
@@ -362,6 +357,7 @@ impl Column {
         }
         let [p, s] = [foot.p_speed(), foot.s_speed()].map(|speed| foot.density * speed);
         let places = nodes.iter().map(|&node| place(made, node)).collect();
-        Self { nodes, places, segments, mass, impedance: Vec3::new(s, s, p), first }
+        let (impedance, squares) = (Vec3::new(s, s, p), Vec::new());
+        Self { nodes, places, segments, mass, impedance, first, squares }
     }
 }

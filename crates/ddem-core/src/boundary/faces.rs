@@ -1,9 +1,9 @@
 //! Which faces boundaries take: each part of a face one of them, and walls of cavities at best none.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::{Borders, Made};
-use crate::charge::walls;
+use crate::charge::is_wall;
 use crate::deck::Where;
 use crate::error::Fault;
 use crate::geometry::{Region, Surface};
@@ -63,11 +63,8 @@ impl Borders {
         let mut doubts = Vec::new();
         for (index, border) in self.list.iter().enumerate() {
             let made = made.for_border(index);
-            let lattices = made.geometry.lattices.iter();
-            let walls: BTreeSet<Key> =
-                lattices.flat_map(walls).map(|(_, surface)| key(&surface)).collect();
-            let within = border.faces.iter().filter(|(surface, _)| walls.contains(&key(surface)));
-            let within: Vec<&Surface> = within.map(|(surface, _)| surface).collect();
+            let faces = border.faces.iter().map(|(surface, _)| surface);
+            let within: Vec<&Surface> = faces.filter(|face| is_wall(made.geometry, face)).collect();
             if let Some(first) = within.first() {
                 doubts.push(format!(
                     "boundary {index}: {} of its faces are where blocks have been removed, first that at {}: \

@@ -4,6 +4,7 @@
 //! rock with the traction `−ρ c_P v_n n − ρ c_S v_s`. A wave that meets it head-on leaves; one that is to
 //! come in with the velocity w is made by the traction `2 ρ c w`.
 
+mod beside;
 mod column;
 mod faces;
 mod outside;
@@ -13,7 +14,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::assembly::Constants;
+use crate::assembly::{Assembly, Constants};
 use crate::conditions::{Active, Applied, Conditions};
 use crate::deck::{Boundary, BoundaryKind, Deck, Period};
 use crate::element::Elastic;
@@ -22,8 +23,8 @@ use crate::geometry::{Geometry, Region, Stages, Surface, Vec3, nothing};
 use crate::history::{Course, Function};
 use crate::pack::Packs;
 
-use column::{Column, Ground, Side};
-pub(crate) use column::{Moving, Pace};
+pub(crate) use column::{Column, Moving, Pace};
+use column::{Ground, Side};
 use faces::with_areas;
 pub(crate) use outside::{Dashpot, Outside};
 
@@ -116,6 +117,12 @@ impl Borders {
         self.list[border].period.has(stage)
     }
 
+    /// Takes down what damping needs of the ground that columns are made of, before anything is taken out.
+    pub(crate) fn note_ground(&mut self, packs: &Packs, assembly: &Assembly) {
+        let columns = self.list.iter_mut().flat_map(|border| &mut border.columns);
+        columns.for_each(|column| column.note_ground(packs, assembly));
+    }
+
     /// Factor of each boundary's wave at a time, given the times at which stages began.
     pub(crate) fn factors(
         &self,
@@ -184,7 +191,7 @@ impl Borders {
         for stage in 0..made.deck.stage.len().max(1) {
             let (made, none) = (made.at(stage), Applied::default());
             let active = Active::new(conditions, made.geometry, made.packs, stage, &none);
-            let outside = Outside::new(self, made, (stage, &active), &none);
+            let outside = Outside::new(self, made, (conditions, stage, &active), &none);
             let name = made.deck.stage.get(stage).map_or("", |stage| &stage.name);
             for index in (0..self.list.len()).filter(|&index| self.has(index, stage)) {
                 let held = outside.clamped(made, &self.list[index]);
@@ -236,7 +243,7 @@ impl Borders {
             for stage in stages.filter(|&stage| self.has(index, stage)) {
                 let (made, none) = (made.at(stage), Applied::default());
                 let active = Active::new(conditions, made.geometry, made.packs, stage, &none);
-                let outside = Outside::new(self, made, (stage, &active), &none);
+                let outside = Outside::new(self, made, (conditions, stage, &active), &none);
                 let held = outside.clamped(made, &self.list[index]);
                 if let Some(first) = held.first {
                     let [x, y, z] = point(made, first);
@@ -263,6 +270,7 @@ impl Border {
         first: &mut usize,
     ) -> Result<Self, Fault> {
         let Made { deck, geometry, constants, .. } = made;
+        let start = made.stages.at(0);
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = Region::new(&entry.region, &geometry.bounds, &names);
         let place = format!("boundary[{index}]");
@@ -287,13 +295,15 @@ impl Border {
                 border.sides.iter().map(|side| (side.node, side.resistance)).collect();
             return Ok(border);
         }
+        // Columns go on below what has been taken out.
+        for (ground, surfaces) in [(geometry, &surfaces), (start, &region.surfaces(start))] {
+            let below = surfaces.iter().filter(|face| face.outward(ground).z < 1e-9 - 1.0);
+            let areas = below.flat_map(|face| region.areas(ground, face));
+            border.under.extend(areas.map(|(node, _)| node));
+        }
         for surface in &surfaces {
             let impedance = impedance(geometry, constants, surface);
-            let areas = region.areas(geometry, surface);
-            if surface.outward(geometry).z < 1e-9 - 1.0 {
-                border.under.extend(areas.iter().map(|(node, _)| *node));
-            }
-            let areas = areas.into_iter();
+            let areas = region.areas(geometry, surface).into_iter();
             border.dashpots.extend(areas.map(|(node, area)| (node, impedance * area)));
         }
         Ok(border)

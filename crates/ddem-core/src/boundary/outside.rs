@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::{Border, Borders, Column, Made, Moving, Push, Resistance};
-use crate::conditions::{Active, Applied, starts};
+use crate::conditions::{Active, Applied, Conditions, starts};
 use crate::geometry::Vec3;
 
 /// No fix.
@@ -57,6 +57,8 @@ pub(crate) struct Standing {
     pub(crate) foot: Foot,
     /// The fix that holds each axis of each of its nodes.
     pub(crate) held: Vec<[Option<usize>; 3]>,
+    /// Levels at and beside blocks that have been taken out.
+    pub(crate) dug: Vec<bool>,
 }
 
 /// What is in force in one stage.
@@ -96,7 +98,7 @@ impl Outside {
     pub(crate) fn new(
         borders: &Borders,
         made: Made<'_>,
-        (stage, active): (usize, &Active),
+        (conditions, stage, active): (&Conditions, usize, &Active),
         kept: &Applied,
     ) -> Self {
         let here = || borders.list.iter().enumerate().filter(|(_, b)| b.period.has(stage));
@@ -135,7 +137,8 @@ impl Outside {
                     border: index,
                     column,
                     foot: foot(borders, stage, standing),
-                    held: standing.held(made, active),
+                    held: standing.held(made, (conditions, stage, active)),
+                    dug: standing.dug(made),
                 });
             }
         }

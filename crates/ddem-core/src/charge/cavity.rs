@@ -15,6 +15,9 @@ use crate::geometry::{ELSEWHERE, Geometry, Lattice, NONE, Region, Surface, Vec3}
 
 type Cell = [usize; 3];
 
+/// How far behind a side of a cell it is looked for what is there, by its edge.
+const BEYOND: [f64; 3] = [1e-3, 1e-2, 5e-2];
+
 /// A wall, by the cell of the cavity that it looks into, the direction of its normal, and the side of
 /// the cell.
 pub(crate) type Wall = (Cell, usize, i32);
@@ -76,6 +79,14 @@ pub(crate) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, Surface)> 
     let sides = |cell| (0..3).flat_map(move |d| [(cell, d, -1), (cell, d, 1)]);
     let walls = empty_cells(lattice).flat_map(sides);
     walls.filter_map(|wall| Some((wall, face(lattice, wall)?)))
+}
+
+/// Whether a face of a block is a wall of a cavity.
+pub(crate) fn is_wall(geometry: &Geometry, surface: &Surface) -> bool {
+    let lattice = geometry.lattice(surface.body);
+    let cell = geometry.bodies[surface.body].cell.map(|c| c as usize);
+    let next = beside(lattice, cell, surface.normal, surface.side);
+    next.is_some_and(|next| lattice.body[lattice.index(next)] == NONE)
 }
 
 /// The cavities of which a region selects walls.
@@ -144,7 +155,9 @@ impl Space<'_> {
             edges.into_iter().for_each(|edge| self.close_edge(&mut mesh, d, edge));
         }
         self.close_corners(&mut mesh);
-        let all = walls(self.lattice).filter(|((cell, ..), _)| self.cells.contains(cell)).count();
+        let sides = |cell: &Cell| [0, 1, 2].map(|d| [-1, 1].map(|side| (*cell, d, side)));
+        let all = self.cells.iter().flat_map(sides).flatten();
+        let all = all.filter(|wall| face(self.lattice, *wall).is_some()).count();
         let walls = [own().count(), all];
         let area = own().map(|(_, surface)| surface.area(self.geometry)).sum();
         let (volume, reach) = self.extent();
@@ -183,8 +196,12 @@ impl Space<'_> {
             lattice.point(along)
         };
         let quarters = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
-        let seen = quarters.map(|quarter| self.behind(&place(1e-3, quarter)));
-        (place(0.0, [0.5; 2]), seen.into_iter().max().unwrap_or(End::Open))
+        // A lid may have a seam below it.
+        let seen = BEYOND.iter().flat_map(|&beyond| quarters.map(|quarter| (beyond, quarter)));
+        let mut seen = seen.map(|(beyond, quarter)| self.behind(&place(beyond, quarter)));
+        let first = seen.by_ref().take(quarters.len()).max();
+        let end = first.filter(|end| *end != End::Open).or_else(|| seen.max());
+        (place(0.0, [0.5; 2]), end.unwrap_or(End::Open))
     }
 
     /// What other lattices have at a place; what pushes back comes last in the order of ends.
@@ -205,12 +222,31 @@ impl Space<'_> {
     /// Blocks of other sets whose centre is in one of the cells.
     fn within(&self) -> Vec<usize> {
         let Self { geometry, lattice, .. } = self;
-        let other = |&block: &usize| {
-            geometry.set(block) != lattice.set
-                && !geometry.is_gone(block)
-                && lattice.cell_at(&geometry.centre(block)).is_some_and(|c| self.cells.contains(&c))
+        let corners: Vec<Vec3> = self.corners().collect();
+        let here = |x: &Vec3| lattice.cell_at(x).is_some_and(|c| self.cells.contains(&c));
+        let mut blocks = Vec::new();
+        for other in geometry.lattices.iter().filter(|other| other.set != lattice.set) {
+            // There may be many blocks, and many cavities: those around this one are looked at.
+            let [x, y, z] = other.cells_among(&corners);
+            let cells = z.flat_map(|k| y.clone().map(move |j| (j, k)));
+            let cells = cells.flat_map(|(j, k)| x.clone().map(move |i| [i, j, k]));
+            let there = cells.filter_map(|cell| body(other, cell));
+            blocks.extend(there.filter(|&block| here(&geometry.centre(block))));
+        }
+        blocks.sort_unstable();
+        blocks
+    }
+
+    /// Corners of what is around all of the cells, along the edges of the lattice.
+    fn corners(&self) -> impl Iterator<Item = Vec3> {
+        let cuts = &self.lattice.cuts;
+        let end = |d: usize| {
+            let cells = self.cells.iter().map(|cell| cell[d]);
+            let (first, last) = cells.fold((usize::MAX, 0), |(a, b), c| (a.min(c), b.max(c)));
+            [cuts[d][first], cuts[d][last + 1]]
         };
-        (0..geometry.bodies.len()).filter(other).collect()
+        let ends = [0, 1, 2].map(end);
+        (0..8).map(move |i| self.lattice.point([0, 1, 2].map(|d| ends[d][i >> d & 1])))
     }
 
     /// Volume of the cells, up to the walls, and their shortest extent.

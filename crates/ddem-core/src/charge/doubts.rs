@@ -70,12 +70,15 @@ pub(super) fn of_joints(joints: usize, region: &Region, geometry: &Geometry) -> 
             "{others} of the joints there are between faces that do not match, which gas does not push"
         ));
     }
-    // A sphere or a cylinder around the middle of a block is a hole; joints are named by planes.
+    // A sphere or a cylinder around the middle of a block is a hole, unless it is wider than two blocks:
+    // then it may as well take the joints of a part of the model. Joints are also named by planes.
     let hole = region.is_round() && region.planes() == 0;
     let inside = |&block: &usize| {
+        let (centre, edge) = (geometry.centre(block), geometry.shortest_edge(block));
         !geometry.is_gone(block)
             && region.has_set(geometry.set(block))
-            && region.in_ranges(&geometry.centre(block))
+            && region.in_ranges(&centre)
+            && region.off_middle(&centre).is_some_and(|[off, r]| off < 0.25 * edge && r <= edge)
     };
     if hole && let Some(block) = (0..geometry.bodies.len()).find(inside) {
         doubts.push(format!(

@@ -11,8 +11,8 @@ mod size;
 
 use std::collections::BTreeSet;
 
-pub(crate) use self::cavity::walls;
 use self::cavity::{between, cavities};
+pub(crate) use self::cavity::{is_wall, walls};
 use self::shell::{Mesh, Shell};
 pub use self::size::ChargeSize;
 use crate::deck::{self, ChargeHistory, Deck};

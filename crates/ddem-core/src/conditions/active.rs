@@ -155,6 +155,21 @@ impl Active {
     }
 }
 
+impl Conditions {
+    /// The fixes that hold the axes of a node in a stage, or would if its block were still there.
+    pub(crate) fn holds(&self, node: u32, stage: usize) -> [Option<u32>; 3] {
+        let mut held = [None; 3];
+        for (index, fix) in self.fixed.iter().enumerate().filter(|(_, f)| f.period.has(stage)) {
+            if [&fix.nodes, &fix.gone].iter().any(|nodes| nodes.binary_search(&node).is_ok()) {
+                // The later one has the last word, as among supports.
+                let axes = held.iter_mut().zip(fix.axes).filter(|(_, axis)| *axis);
+                axes.for_each(|(held, _)| *held = Some(index as u32));
+            }
+        }
+        held
+    }
+}
+
 /// Where each pack's entries begin in a list sorted by pack, shape `(n + 1)`.
 pub(crate) fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
     let mut starts = vec![0; n + 1];

@@ -1,6 +1,6 @@
 //! The forces of blocks that are taken out, as loads that fade.
 
-use super::{Applied, Charged, Factor, Loaded};
+use super::{Applied, Charged, Conditions, Factor, Loaded};
 use crate::deck::{Deck, History, Period, Remove, StageKind};
 use crate::error::Fault;
 use crate::geometry::{Stages, Vec3};
@@ -20,8 +20,10 @@ pub(crate) struct Released {
 /// How the forces of removed blocks go.
 #[derive(Clone, Debug)]
 pub(super) struct Fading {
-    /// The first stage in which they are gone, whatever the time: relaxation takes them back.
-    ends: Option<usize>,
+    /// The stage at whose start they begin to.
+    from: usize,
+    /// Relax stages, which take them back whatever the time.
+    relaxing: Vec<usize>,
     /// When they began to `[s]`; the stage at whose start that was may begin anew.
     began: f64,
     /// A relaxation has taken them back.
@@ -43,8 +45,11 @@ impl Loaded {
 
     /// Whether its forces are gone in a stage, whatever the time.
     pub(crate) fn ends(&self, stage: usize) -> bool {
-        let ends = self.fading.as_ref().and_then(|fading| fading.ends);
-        ends.is_some_and(|ends| ends <= stage)
+        // Programs may enter a stage from before, and leave out those between.
+        let ends = |fading: &Fading, relax: usize| {
+            relax == stage || (fading.from..=stage).contains(&relax)
+        };
+        self.fading.as_ref().is_some_and(|f| f.relaxing.iter().any(|&relax| ends(f, relax)))
     }
 
     /// Sets the forces, and how far they are.
@@ -54,6 +59,17 @@ impl Loaded {
         if let Some(fading) = &mut self.fading {
             (fading.began, fading.over) = (*began, *over);
         }
+    }
+}
+
+impl Conditions {
+    /// Factors from which loads go to those of the first relaxation where there is a stress at the start,
+    /// which bears all of them at once: only what removed blocks exerted goes from where it is `now`.
+    pub(crate) fn at_once(&self, to: &[f64], now: &[f64]) -> Vec<f64> {
+        let mut from = to.to_vec();
+        let loads = self.loaded.iter().zip(from.iter_mut().zip(now));
+        loads.filter(|(load, _)| load.fading.is_some()).for_each(|(_, (from, now))| *from = *now);
+        from
     }
 }
 
@@ -78,13 +94,13 @@ pub(super) fn released(deck: &Deck, remove: &Remove) -> Loaded {
     let from = Period::new(deck, remove.from.as_ref(), None).from.unwrap_or(0);
     let fades = remove.release.filter(|&time| time > 0.0);
     let table = fades.map_or(vec![[0.0, 0.0]], |time| vec![[0.0, 1.0], [time, 0.0]]);
-    let stages = deck.stage.iter().enumerate().skip(from);
-    let mut relaxing = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
-    let ends = relaxing.next().map(|(stage, _)| stage);
+    let stages = deck.stage.iter().enumerate();
+    let relaxing = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
+    let relaxing = relaxing.map(|(stage, _)| stage).collect();
     Loaded {
         forces: Vec::new(),
         history: Course::Given(History::Table(table)),
         period: Period::new(deck, None, None),
-        fading: Some(Fading { ends, began: 0.0, over: false }),
+        fading: Some(Fading { from, relaxing, began: 0.0, over: false }),
     }
 }

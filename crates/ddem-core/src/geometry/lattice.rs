@@ -191,18 +191,6 @@ impl Lattice {
         self.point([0, 1, 2].map(|d| (self.cuts[d][cell[d]] + self.cuts[d][cell[d] + 1]) / 2.0))
     }
 
-    /// The cell that a point lies in.
-    pub(crate) fn cell_at(&self, x: &Vec3) -> Option<[usize; 3]> {
-        let mut cell = [0; 3];
-        for (d, at) in cell.iter_mut().enumerate() {
-            let normal = self.normal(d);
-            let along = (x - self.origin).dot(&normal) / normal.dot(&self.axes[d]);
-            let above = self.cuts[d].partition_point(|cut| *cut <= along);
-            *at = above.checked_sub(1).filter(|&at| at < self.count[d])?;
-        }
-        Some(cell)
-    }
-
     /// Corners of the lower (0) and upper (1) nominal faces of a cell along d.
     pub(super) fn faces(&self, cell: [usize; 3], d: usize) -> [[Vec3; 4]; 2] {
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);

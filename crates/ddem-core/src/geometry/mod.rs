@@ -16,6 +16,7 @@
 
 mod abut;
 mod assign;
+mod cells;
 mod face;
 mod lattice;
 mod nothing;

@@ -112,4 +112,14 @@ impl Region {
         };
         Vec3::from([0, 1, 2].map(out)).norm().hypot(self.beyond_round(place))
     }
+
+    /// How far a point is from the centre of the sphere or the axis of the cylinder, and the radius `[m]`.
+    pub(crate) fn off_middle(&self, x: &Vec3) -> Option<[f64; 2]> {
+        let sphere = self.sphere.map(|(centre, radius)| [(x - centre).norm(), radius]);
+        let cylinder = self.cylinder.map(|([from, to], radius)| {
+            let axis = (to - from).normalize();
+            [(x - from - axis * (x - from).dot(&axis)).norm(), radius]
+        });
+        sphere.or(cylinder)
+    }
 }

@@ -126,6 +126,16 @@ impl Region {
         nodes
     }
 
+    /// Nodes that it selected at the start and whose blocks have been taken out by now.
+    pub(crate) fn nodes_gone(&self, start: &Geometry, now: &Geometry) -> Vec<u32> {
+        if std::ptr::eq(start, now) {
+            return Vec::new();
+        }
+        let mut nodes = self.nodes(start);
+        nodes.retain(|&node| now.is_gone(now.locate(node as usize).0));
+        nodes
+    }
+
     /// Weight of each selected node by the extent it stands for: lengths of the selected line,
     /// areas of the selected face, volumes, or 1 at a single point. Sides of a gap share.
     pub(crate) fn weights(&self, geometry: &Geometry) -> Vec<(u32, f64)> {

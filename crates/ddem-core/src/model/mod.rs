@@ -77,7 +77,7 @@ impl Model {
             return Err(faults);
         }
         let constants = Constants::new(deck);
-        let borders = {
+        let mut borders = {
             let (geometry, stages) = (&geometry, &stages);
             let made = Made { deck, geometry, stages, packs: &packs, constants: &constants };
             Borders::new(made, &conditions)?
@@ -99,6 +99,7 @@ impl Model {
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
         let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
         assembly.assemble(&geometry, &packs, &seams, &bonds);
+        borders.note_ground(&packs, &assembly);
         let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         Ok(Self {
             packs,

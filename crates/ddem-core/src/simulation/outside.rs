@@ -1,7 +1,7 @@
 //! Stages come into force; and what boundaries and charges do from outside.
 
 use super::Simulation;
-use crate::boundary::{Moving, Outside, Pace};
+use crate::boundary::{Column, Moving, Outside, Pace};
 use crate::charge::{Charge, ChargeState, Fill};
 use crate::conditions::Active;
 use crate::error::RunError;
@@ -160,13 +160,16 @@ impl Simulation {
         let Model { borders, assembly, .. } = &self.model;
         let factors = borders.factors(*stage, *time, stage_starts)?;
         let motion = &self.motion;
-        let rates = |(pack, at, lane): (usize, u32, u8)| {
+        let rates = |column: &Column, level: usize, dug: bool| {
+            // Beside what has been taken out the ground has the damping that it had.
+            if dug {
+                return column.squares[level].map(|square| motion.rate(square));
+            }
+            let (pack, at, lane) = column.places[level];
             let inertia = assembly.pack_inertia[pack] as usize;
             let at = at as usize - 3 * self.model.packs.packs[pack].start;
             let mass = assembly.inertia[inertia].mass[at / 3].0[usize::from(lane)];
-            let rate = |c: usize| motion.classes[inertia].at(at + c, usize::from(lane))[2] / mass;
-            // Beside what has been taken out the ground has no damping of nodes.
-            [0, 1, 2].map(|c| if mass > 0.0 { rate(c) } else { 0.0 })
+            [0, 1, 2].map(|c| motion.classes[inertia].at(at + c, usize::from(lane))[2] / mass)
         };
         let pace = Pace {
             time_step: motion.time_step,
@@ -213,5 +216,6 @@ impl Simulation {
 
 /// Boundaries in force in the present stage.
 pub(crate) fn outside(model: &Model, state: &State, active: &Active) -> Outside {
-    Outside::new(&model.borders, model.made(), (state.stage, active), &state.kept)
+    let now = (&model.conditions, state.stage, active);
+    Outside::new(&model.borders, model.made(), now, &state.kept)
 }

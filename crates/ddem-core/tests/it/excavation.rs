@@ -273,18 +273,71 @@ fn boundaries_lose_what_is_taken_out() {
     }
 }
 
-/// What is there is held once, and once more for each stage in which something goes.
+/// What is there is held once, and once more for each stage in which something goes, the numbers of nodes
+/// not.
 #[test]
 fn memory_grows_with_each_excavation() {
     let mut deck = column(None, StageKind::Relax);
-    let removes = std::mem::take(&mut deck.remove);
-    let bytes = |deck: &Deck| simulation(deck).bytes() as f64;
-    let none = bytes(&deck);
-    deck.remove = removes;
+    deck.stage.push(relax_stage("again"));
+    deck.stage.push(relax_stage("third"));
+    let [removed] = &std::mem::take(&mut deck.remove)[..] else { panic!("one entry") };
+    let bytes = |digs: &[[f64; 2]]| {
+        let mut deck = deck.clone();
+        for (z, stage) in digs.iter().zip(&deck.stage[1..]) {
+            let region = Where { z: Some(Extent::Range(*z)), ..Where::default() };
+            let from = Some(stage.name.clone());
+            deck.remove.push(Remove { region, from, ..removed.clone() });
+        }
+        let mut simulation = simulation(&deck);
+        let before = simulation.bytes();
+        simulation.enter(digs.len());
+        assert!(simulation.bytes() <= before, "{}", simulation.bytes());
+        before
+    };
+    let all = [[3.0, 4.0], [2.0, 3.0], [1.0, 2.0]];
+    let [none, one, two, three] = [0, 1, 2, 3].map(|n| bytes(&all[..n]));
     // Of each block and each cell more than 16 and 12 bytes, and the cuts along three edges.
-    let more = bytes(&deck) - none;
-    assert!((4.0 * 28.0..500.0).contains(&more), "{more}");
-    let mut simulation = simulation(&deck);
+    let more = one - none;
+    assert!(more >= 4 * 28, "{more}");
+    // A displacement of each of the 27 nodes of a block would be more than all of it.
+    assert!(more < 4 * 27 * 24, "{more}");
+    assert_eq!([two - one, three - two], [more; 2]);
+}
+
+/// A stress at the start bears all loads at once, but not what a first stage takes out by parts.
+#[test]
+fn a_release_at_the_start_of_a_run_goes_by_increments() {
+    let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
+    let exact = 8e6 * (2.0 - 0.01) / stiff;
+    let mut simulation = simulation(&column(Some(1.0), StageKind::Relax));
     simulation.enter(1);
-    assert!(simulation.bytes() as f64 <= none + more, "{}", simulation.bytes());
+    simulation.start_relaxation(4).unwrap_or_else(|error| panic!("{error}"));
+    let top = simulation.model().nearest_node([0.5, 0.5, 1.98]);
+    let mut found = Vec::new();
+    while found.len() < 4 {
+        let relaxed = simulation.relax_step(1e-9).unwrap_or_else(|error| panic!("{error}"));
+        if relaxed != ddem_core::Relaxed::Moving {
+            found.push(simulation.displacement(top)[2] / exact);
+        }
+    }
+    for (found, part) in found.iter().zip([0.25, 0.5, 0.75, 1.0]) {
+        assert!((found / part - 1.0).abs() < 1e-6, "{found} {part}");
+    }
+}
+
+/// A relax stage ends a release, one of before that a program enters again, too.
+#[test]
+fn every_relaxation_takes_a_release_back() {
+    let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
+    let exact = 8e6 * (2.0 - 0.01) / stiff;
+    let mut simulation = simulation(&column(Some(1e9), StageKind::Dynamic));
+    relax(&mut simulation, 1);
+    simulation.enter(1);
+    simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    let top = simulation.model().nearest_node([0.5, 0.5, 1.98]);
+    assert!(simulation.displacement(top)[2].abs() < 1e-6 * exact);
+    simulation.enter(0);
+    relax(&mut simulation, 1);
+    let found = simulation.displacement(top)[2];
+    assert!((found / exact - 1.0).abs() < 1e-6, "{found} {exact}");
 }

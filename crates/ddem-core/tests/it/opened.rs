@@ -83,31 +83,95 @@ fn parts_of_faces_beside_a_hole_are_taken_once() {
     refused(&deck, &["boundary[1].where", "that boundary 0 has"]);
 }
 
+/// What stands under a free field.
+#[derive(Clone, Copy, PartialEq)]
+enum Base {
+    /// Dashpots, and a wave.
+    Viscous,
+    /// Moved by a support.
+    Driven,
+    /// The same, and everything with it along y.
+    Slab,
+}
+
+/// Displacements and velocities of free-field columns that are shaken from below for a while.
+fn columns(base: Base, from: Option<&str>, damping: Damping, removed: Option<Where>) -> Vec<f64> {
+    let mut deck = dug([2, 1, 4], removed);
+    let velocity = Some([1.0, 0.4, 0.5]);
+    let driven = |region: Where, axes: &str| Fix {
+        velocity: Some(
+            [("x", 1.0), ("y", 0.4), ("z", 0.5)].map(
+                |(axis, v)| {
+                    if axes.contains(axis) { v } else { 0.0 }
+                },
+            ),
+        ),
+        from: from.map(str::to_owned),
+        ..fix(region, axes)
+    };
+    match base {
+        Base::Viscous => {
+            let base = boundary(plane(2, 0.0), BoundaryKind::Viscous, from);
+            deck.boundary.push(Boundary { velocity, ..base });
+        }
+        Base::Driven => deck.fix.push(driven(plane(2, 0.0), "xyz")),
+        Base::Slab => {
+            deck.fix = vec![driven(plane(2, 0.0), "xz"), driven(Where::default(), "y")];
+        }
+    }
+    deck.boundary.push(boundary(plane(0, 0.0), BoundaryKind::FreeField, Some("dig")));
+    let mut simulation: Simulation = simulation(&deck);
+    simulation.enter(1);
+    let begun = simulation.start(damping, TimeStep::Seconds(2e-6), None);
+    begun.unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..600 {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+    assert!(largest(&simulation.displacements()) > 1e-4);
+    simulation.save().arrays.remove("columns").unwrap_or_default()
+}
+
 /// Free ground behind a side goes on beside a hole, and ends where the model does.
 #[test]
 fn columns_of_free_ground_pass_holes() {
-    let columns = |removed: Option<Where>| {
-        let mut deck = dug([2, 1, 4], removed);
-        let velocity = Some([1.0, 0.0, 0.5]);
-        let base = boundary(plane(2, 0.0), BoundaryKind::Viscous, Some("dig"));
-        deck.boundary.push(Boundary { velocity, ..base });
-        deck.boundary.push(boundary(plane(0, 0.0), BoundaryKind::FreeField, Some("dig")));
-        let mut simulation: Simulation = simulation(&deck);
-        simulation.enter(1);
-        let begun = simulation.start(Damping::None, TimeStep::Seconds(2e-6), None);
-        begun.unwrap_or_else(|error| panic!("{error}"));
-        for _ in 0..600 {
-            simulation.step().unwrap_or_else(|error| panic!("{error}"));
-        }
-        assert!(largest(&simulation.displacements()) > 1e-4);
-        simulation.save().arrays.remove("columns").unwrap_or_default()
-    };
+    let columns = |removed| columns(Base::Viscous, Some("dig"), Damping::None, removed);
     let level = columns(None);
     // Three lines of twelve levels, a displacement and a velocity each.
     assert_eq!(level.len(), 3 * 12 * 6);
     let hole = columns(Some(within([0.0, 1.0], [2.0, 3.0])));
     assert_eq!(level, hole);
     assert_eq!(columns(Some(within([0.0, 2.0], [2.0, 4.0]))).len(), 3 * 6 * 6);
+}
+
+/// Beside a hole the ground is damped and held as it was, and at its foot, too; whenever what does it came
+/// into force.
+#[test]
+fn columns_are_damped_and_held_beside_holes_as_they_were() {
+    let (middle, foot) = (within([0.0, 1.0], [1.0, 2.0]), within([0.0, 1.0], [0.0, 1.0]));
+    for (base, damping, undamped) in [
+        (Base::Viscous, Damping::None, false),
+        (Base::Viscous, Damping::Mass(2000.0), true),
+        (Base::Viscous, Damping::Ratio(0.1), true),
+        (Base::Driven, Damping::Ratio(0.1), true),
+        (Base::Slab, Damping::None, false),
+    ] {
+        for from in [None, Some("dig")] {
+            let of = |damping, removed| columns(base, from, damping, removed);
+            let level = of(damping, None);
+            let size = level.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let differs = |other: &[f64]| {
+                assert_eq!(level.len(), other.len());
+                let away = level.iter().zip(other).map(|(a, b)| (a - b).abs());
+                away.fold(0.0, f64::max) / size
+            };
+            for removed in [&middle, &foot] {
+                let off = differs(&of(damping, Some(removed.clone())));
+                assert!(off < 1e-11, "{damping:?}, {from:?}: {off}");
+            }
+            // The damping is seen.
+            assert!(!undamped || differs(&of(Damping::None, None)) > 0.01, "{damping:?}");
+        }
+    }
 }
 
 /// A face on a part of which a block stands is whole when that is gone.

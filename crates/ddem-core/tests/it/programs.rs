@@ -2,11 +2,12 @@
 //! compute, stopping what takes long.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use ddem_core::deck::*;
-use ddem_core::{Function, Model, RunError, Simd, Simulation};
+use ddem_core::{Function, Model, Relaxed, RunError, Simd, Simulation};
 
+use crate::charges::{everywhere, gas, hollow};
 use crate::decks::*;
 
 /// A pillar of three blocks on a rough floor, and a push at its top.
@@ -164,4 +165,47 @@ fn steps_out_of_all_proportion_are_refused() {
     assert!(is_short(start(TimeStep::Seconds(1e-320), None)));
     assert!(is_short(start(TimeStep::Auto, Some(1e-300))));
     assert!(start(TimeStep::Seconds(1e-7), None).is_ok());
+}
+
+/// What a relaxation knows is not asked for again: one that a checkpoint has goes on when the program has no
+/// more factors.
+#[test]
+fn a_relaxation_goes_on_without_asking_for_histories() {
+    let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    deck.charge = vec![gas(everywhere(), 1e6)];
+    let mute = Arc::new(AtomicBool::new(false));
+    let computed = || {
+        let mut model = model(&deck);
+        let mute = mute.clone();
+        let function: Arc<Function> = Arc::new(move |_| match mute.load(Ordering::Relaxed) {
+            true => Err("no factor any more".to_owned()),
+            false => Ok(0.5),
+        });
+        let set = model.set_charge_history(0, function);
+        set.unwrap_or_else(|fault| panic!("{fault}"));
+        model
+    };
+    let on = |simulation: &mut Simulation| {
+        for _ in 0..5000 {
+            let relaxed = simulation.relax_step(1e-6).unwrap_or_else(|error| panic!("{error}"));
+            if relaxed != Relaxed::Moving {
+                return relaxed;
+            }
+        }
+        panic!("no equilibrium")
+    };
+    let mut whole = Simulation::new(computed());
+    whole.start_relaxation(3).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(on(&mut whole), Relaxed::Increment(1));
+    let saved = whole.save();
+    let model = computed();
+    mute.store(true, Ordering::Relaxed);
+    let parts = Simulation::restore(model, Simd::default(), &saved);
+    let mut parts = parts.unwrap_or_else(|| panic!("not restored"));
+    for simulation in [&mut whole, &mut parts] {
+        assert_eq!(on(simulation), Relaxed::Increment(2));
+        assert_eq!(on(simulation), Relaxed::Done);
+    }
+    assert_eq!(bits(&whole.displacements()), bits(&parts.displacements()));
 }

@@ -83,8 +83,18 @@ fn a_charge_is_warned_of_whose_hole_was_forgotten() {
     let said = one_of(&deck, "forgotten");
     assert!(said.starts_with("charge 0: it pushes 3 joints apart"), "{said}");
     assert!(said.contains("the block at [1.5, 1.5, 0.5]"), "{said}");
-    // Around joints alone, or on a plane of joints, it is meant.
-    for region in [ball([2.0, 1.5, 1.5], 0.4), Where { z: Some(Extent::Plane(1.0)), ..hole }] {
+    let reaches = Cylinder { radius: 0.6, ..line };
+    deck.charge = vec![tnt(Where { cylinder: Some(reaches), ..Where::default() }, 1.0)];
+    assert!(one_of(&deck, "forgotten").contains("the block at [1.5, 1.5, 0.5]"));
+    // Around joints alone, or on a plane of joints, it is meant; also where it takes those of several
+    // blocks: along a line of joints, and all in a part of the model.
+    let joints = Cylinder { from: [2.0, 1.5, 0.0], to: [2.0, 1.5, 4.0], radius: 0.8 };
+    for region in [
+        ball([2.0, 1.5, 1.5], 0.4),
+        Where { z: Some(Extent::Plane(1.0)), ..hole },
+        Where { cylinder: Some(joints), ..Where::default() },
+        ball([1.5; 3], 1.6),
+    ] {
         deck.charge = vec![tnt(region, 1.0)];
         assert_eq!(model(&deck).warnings(), [""; 0]);
     }
@@ -153,6 +163,24 @@ fn stemming_of_another_set_is_warned_of() {
     let said = one_of(&deck, "stand in its cavity");
     assert!(said.starts_with("charge 0: 1 blocks of set `stemming`"), "{said}");
     assert!(said.contains("at [1.5, 1.5, 2.5]"), "{said}");
+    // Many small ones, oblique to the cavity, are counted as one by one.
+    deck.blocks[1] = BlockSet {
+        origin: [1.45, 1.15, 2.2],
+        size: Some([0.6; 3]),
+        count: Some([3; 3]),
+        axes: [[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]],
+        joint: deck.blocks[0].joint.clone(),
+        ..deck.blocks[1].clone()
+    };
+    let said = one_of(&deck, "stand in its cavity");
+    assert!(said.starts_with("charge 0: 27 blocks of set `stemming`"), "{said}");
+    let set = Some("stemming".to_owned());
+    deck.remove.push(Remove {
+        region: Where { set, ..ball([1.47, 1.29, 2.3], 0.02) },
+        ..Remove::default()
+    });
+    let said = one_of(&deck, "stand in its cavity");
+    assert!(said.starts_with("charge 0: 26 blocks of set `stemming`"), "{said}");
 }
 
 /// Whether nothing is there, blocks of another set, or of another size; and where.
@@ -173,6 +201,17 @@ fn it_is_said_where_a_cavity_ends_and_at_what() {
     let said = one_of(&lid, "charge 0");
     assert!(said.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"), "{said}");
     assert!(!said.contains("open"), "{said}");
+    // Over a seam, and farther away.
+    for (seam, closed) in [(4e-3, true), (0.04, true), (0.2, false)] {
+        lid.blocks[1].origin[2] = 4.0 + seam;
+        let said = one_of(&lid, "charge 0");
+        assert_eq!(
+            said.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"),
+            closed,
+            "{said}"
+        );
+        assert_eq!(said.contains("open to the outside"), !closed, "{said}");
+    }
     // Finer blocks below, and beside them a hole in these.
     let mut split = boxes(&[[1.0; 3]]);
     split.refine = vec![Refine { region: within([0.0; 3], [4.0, 4.0, 1.0]), factor: 2 }];

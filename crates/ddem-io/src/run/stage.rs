@@ -214,10 +214,8 @@ impl<'a> Running<'a> {
             unbalanced,
             imbalance: simulation.energy().imbalance(),
         };
-        let doubts = [
-            unbalanced_energy(summary.imbalance, relax),
-            flutter(simulation, self.stage, cursor.friction),
-        ];
+        let doubts =
+            [unbalanced_energy(summary.imbalance, relax), flutter(simulation, self.stage, cursor)];
         for doubt in doubts.iter().flatten() {
             self.observer.event(Event::Warning(doubt));
         }
@@ -286,7 +284,9 @@ impl Moved {
         };
         cursor.step = Some(0);
         cursor.begun = simulation.time();
-        cursor.friction = simulation.energy().friction;
+        let energy = simulation.energy();
+        cursor.friction = energy.friction;
+        cursor.spent = (simulation.most_work_of_charges() - energy.kinetic).max(0.0);
         cursor.time_step = simulation.time_step();
         Ok(())
     }
@@ -315,10 +315,10 @@ fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     move |source| RunFailure::Stage { stage: stage.clone(), source }
 }
 
-/// What is to be said of deformable blocks that slide without any damping, where friction had taken so
-/// much before `[J]`. Friction that takes no more than explosives have given is theirs: blocks are thrown
+/// What is to be said of deformable blocks that slide without any damping. Friction that takes no more than
+/// explosives have given, in this stage or to the motion with which it began, is theirs: blocks are thrown
 /// then, and shaken by waves, and do not slide steadily.
-fn flutter(simulation: &mut Simulation, stage: &Stage, before: f64) -> Option<String> {
+fn flutter(simulation: &mut Simulation, stage: &Stage, begun: &Cursor) -> Option<String> {
     let undamped = stage.damping.unwrap_or_default() == Damping::None;
     if stage.kind == StageKind::Relax || !undamped {
         return None;
@@ -327,8 +327,8 @@ fn flutter(simulation: &mut Simulation, stage: &Stage, before: f64) -> Option<St
     let most = energy.kinetic.max(energy.external.abs());
     let model = simulation.model();
     let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
-    let slid = (SLID * most).max(simulation.most_work_of_charges());
-    (!rigid && energy.friction - before > slid).then(|| {
+    let slid = (SLID * most).max(simulation.most_work_of_charges() - begun.spent);
+    (!rigid && energy.friction - begun.friction > slid).then(|| {
         let beta = 0.5 * simulation.time_step() / simulation.automatic_part();
         format!(
             "deformable blocks have slid without damping, and such blocks may flutter and slide too \
