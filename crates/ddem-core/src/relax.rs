@@ -275,8 +275,8 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached; a number that
-    /// is not finite.
+    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached;
+    /// [`RunError::OutOfReach`] where rounding keeps it above the tolerance; a number that is not finite.
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
         self.start_relaxation(1)?;
         for step in 0..=max_steps {

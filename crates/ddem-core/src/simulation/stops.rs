@@ -7,9 +7,9 @@ use crate::geometry::Vec3;
 use crate::model::Model;
 use crate::sums::Sums;
 
-/// What is out of balance is rounding up to this many times that of the displacements: a force has several
-/// of them in it.
-const ROUNDED: f64 = 4.0;
+/// What is out of balance is rounding up to this many times that of the displacements: a force is the sum of
+/// several products with them. One half to three are seen.
+const ROUNDED: f64 = 8.0;
 
 impl Simulation {
     /// Looks at the sums of a step, or of a measurement, and at the contacts there.
@@ -143,7 +143,8 @@ impl Simulation {
     fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
         let Model { geometry, packs, seams, deck, .. } = &self.model;
         let below = |d: usize| [0, 1, 2].map(|e| -i32::from(e == d));
-        let owners = (0..3).flat_map(|d| [(Some(block), d), (geometry.neighbour(block, below(d)), d)]);
+        let owners =
+            (0..3).flat_map(|d| [(Some(block), d), (geometry.neighbour(block, below(d)), d)]);
         let stiffest = owners.filter_map(|(owner, d)| {
             let (pack, lane) = packs.slot(owner?);
             let seam = seams.get(pack, d)?;

@@ -56,7 +56,8 @@ fn a_relaxation_does_not_feel_how_thin_joints_are() {
             // What bulges has modes of larger eigenvalues than the joints that open.
             let mut free = cube(thickness, divisions, false);
             free.model.kinematics = kinematics;
-            let steps = simulation(&free).relax(1e-5, 2000).unwrap_or_else(|error| panic!("{error}"));
+            let steps =
+                simulation(&free).relax(1e-5, 2000).unwrap_or_else(|error| panic!("{error}"));
             println!("  free: {steps} steps");
             assert!(steps < 500, "{thickness} {kinematics:?}: {steps}");
         }
