@@ -190,6 +190,24 @@ pub enum RunError {
         /// The block that moves most, its set, and its way in the last step `[m]`.
         fastest: Option<(usize, String, f64)>,
     },
+    /// Relaxation has come as near to equilibrium as rounding lets it.
+    #[error(
+        "the unbalanced ratio stays at {ratio:.1e}, wanted {tolerance:.1e}: the rest is rounding, most of it \
+         at block {block}{}; a tolerance of {:.0e} can be reached{}",
+        stiff(joint.as_ref(), *force), 3.0 * ratio, thicker(joint.as_ref(), ratio / tolerance)
+    )]
+    OutOfReach {
+        /// Unbalanced ratio reached.
+        ratio: f64,
+        /// Unbalanced ratio wanted.
+        tolerance: f64,
+        /// Where rounding makes the largest force.
+        block: usize,
+        /// That force `[N]`.
+        force: f64,
+        /// The stiffest joint of that block, and its thickness `[m]`, 0 if it is springs.
+        joint: Option<(String, f64)>,
+    },
 }
 
 /// What moves a block too fast.
@@ -220,6 +238,24 @@ fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String {
         None => "a contact as soft as this does not stop what is as fast or as heavy: a larger \
                  `normal_stiffness` in [contact] does"
             .to_owned(),
+    }
+}
+
+/// The joint whose stiffness makes forces of the last digits of displacements.
+fn stiff(joint: Option<&(String, f64)>, force: f64) -> String {
+    let what = joint.map_or_else(String::new, |(name, thickness)| match thickness {
+        0.0 => format!(" with its springs of joint `{name}`"),
+        _ => format!(" with its joint `{name}`, {thickness:e} m thick"),
+    });
+    format!("{what}, where the last digit of a displacement is {force:.0e} N")
+}
+
+/// What a joint would have to be for a ratio that is `missing` times smaller.
+fn thicker(joint: Option<&(String, f64)>, missing: f64) -> String {
+    let Some((_, thickness)) = joint.filter(|_| missing.is_finite()) else { return String::new() };
+    match thickness {
+        0.0 => format!(", or this one with springs {:.0e} times as soft", 3.0 * missing),
+        _ => format!(", or this one with a thickness of {:.0e} m", 3.0 * missing * thickness),
     }
 }
 

@@ -29,7 +29,10 @@ const NEAR: f64 = 1e-4;
 /// Pairs that are loaded this part as much as the most loaded one fail together with it.
 const MOST_LOADED: f64 = 0.95;
 
-/// Steps after which it is looked whether blocks have gone.
+/// Displacements whose last steps are this part of the whole way have only rounding left.
+const AT_REST: f64 = 1e-12;
+
+/// Steps after which it is looked whether blocks have gone, and whether more can be reached.
 const LOOK_AROUND: u64 = 200;
 
 /// Where a relaxation is.
@@ -208,8 +211,13 @@ impl Simulation {
             memory.next_increment();
             return Ok(Relaxed::Increment(done));
         }
-        if self.state.steps.is_multiple_of(LOOK_AROUND) && had_failed {
-            self.check_collapse(memory.apart)?;
+        if self.state.steps.is_multiple_of(LOOK_AROUND) {
+            if had_failed {
+                self.check_collapse(memory.apart)?;
+            }
+            if sums.ratio() > tolerance && memory.has_stopped(AT_REST) {
+                self.check_rounding(tolerance)?;
+            }
         }
         let restart = memory.since_restart == 0 || sums.power < 0.0;
         if restart {
@@ -270,8 +278,8 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached; a number that
-    /// is not finite.
+    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached;
+    /// [`RunError::OutOfReach`] where rounding keeps it above the tolerance; a number that is not finite.
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
         self.start_relaxation(1)?;
         for step in 0..=max_steps {

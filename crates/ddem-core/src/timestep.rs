@@ -207,6 +207,11 @@ fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
 
 /// Largest eigenvalue of `M⁻¹K` for the clustered masses of relaxation, by power iteration: the
 /// inverse masses of held degrees of freedom are zero, so they stay out.
+///
+/// The quotient weighs modes by their energy, of which those that open a joint have `h/t` times as much
+/// as the others: where joints are very thin it takes them, whose eigenvalue is at most 9/4, for the
+/// largest until the others have outgrown them. The displacements tell: they grow by the largest
+/// eigenvalue at every product, whatever the thickness.
 pub(crate) fn largest_clustered(
     model: &Model,
     clusters: &Clusters,
@@ -215,10 +220,15 @@ pub(crate) fn largest_clustered(
     stop: &dyn Fn() -> bool,
 ) -> Result<f64, RunError> {
     const STEPS: usize = 40;
+    const MOST_STEPS: usize = 200;
+    const GROWS: f64 = 1.05;
     let n = 3 * model.packs.nodes;
     let mut x = start(model, n);
-    let mut largest = 0.0;
-    for _ in 0..STEPS {
+    let (mut largest, mut growth) = (0.0, 0.0);
+    for step in 0..MOST_STEPS {
+        if step >= STEPS && growth <= GROWS * largest {
+            break;
+        }
         if stop() {
             return Err(RunError::Stopped);
         }
@@ -245,6 +255,7 @@ pub(crate) fn largest_clustered(
             break;
         }
         largest = f64::max(largest, above / below);
+        growth = size;
         x.iter_mut().for_each(|x| x.0.iter_mut().for_each(|x| *x /= size));
     }
     Ok(largest)

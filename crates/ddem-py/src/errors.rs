@@ -100,7 +100,9 @@ fn python_place(place: &str) -> String {
 pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr {
     let message = format!("{stage}{error}");
     match *error {
-        RunError::NotConverged { ratio, .. } => raise!(py, "NotConverged", (message, ratio)),
+        RunError::NotConverged { ratio, .. } | RunError::OutOfReach { ratio, .. } => {
+            raise!(py, "NotConverged", (message, ratio))
+        }
         RunError::Collapsed { blocks: [a, b], distance, ratio, .. } => {
             raise!(py, "Collapsed", (message, ratio, (a, b), distance))
         }

@@ -41,6 +41,7 @@ mod selection;
 mod sets;
 mod stages;
 mod starts;
+mod thin;
 mod tiling;
 mod touching;
 mod tumbling;

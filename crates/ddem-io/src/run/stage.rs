@@ -144,7 +144,7 @@ impl<'a> Running<'a> {
     fn relax_step(&mut self) -> Result<bool, RunFailure> {
         let tolerance = self.tolerance();
         let relaxed = self.moved.simulation.relax_step(tolerance);
-        if let Err(RunError::Collapsed { .. }) = relaxed {
+        if let Err(RunError::Collapsed { .. } | RunError::OutOfReach { .. }) = relaxed {
             // What was reached is worth looking at.
             self.frame()?;
         }

@@ -1,0 +1,76 @@
+//! Joints that are very thin, or very stiff, beside the size of their blocks: relaxation finds the same
+//! equilibrium, in as many steps, down to what rounding leaves of the forces.
+
+use ddem_core::deck::*;
+use ddem_core::{RunError, Simulation};
+
+use crate::decks::*;
+
+const TALL: f64 = 4.0;
+
+/// A cube of 8 × 8 × 8 blocks under its own weight, held below and, if it is to be `sideways`, at its sides.
+fn cube(thickness: f64, divisions: u32, sideways: bool) -> Deck {
+    let mut deck = deck([8; 3], [TALL; 3], divisions, thickness);
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    deck.joints.insert("seam".into(), layer(thickness));
+    deck.fix.push(fix(plane(2, 0.0), if sideways { "z" } else { "xyz" }));
+    for (axis, name) in [(0, "x"), (1, "y")].into_iter().filter(|_| sideways) {
+        deck.fix.push(fix(plane(axis, 0.0), name));
+        deck.fix.push(fix(plane(axis, TALL), name));
+    }
+    deck
+}
+
+fn layer(thickness: f64) -> Joint {
+    Joint { thickness, material: Some("rock".into()), ..Joint::default() }
+}
+
+/// How far the top goes down where the sides are held, `ρ g H² / 2(λ + 2G)`; layers are of the same rock.
+fn settlement(deck: &Deck) -> f64 {
+    let Material { density, young, poisson, .. } = deck.materials["rock"];
+    let modulus = young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+    density * 9.81 * TALL * TALL / (2.0 * modulus)
+}
+
+fn top(simulation: &Simulation) -> f64 {
+    let u = simulation.displacements();
+    let at_top = points(simulation.model());
+    let on = at_top.iter().zip(u).filter(|(x, _)| x.z > TALL - 1e-12);
+    let down: Vec<f64> = on.map(|(_, u)| -u[2]).collect();
+    down.iter().sum::<f64>() / down.len() as f64
+}
+
+/// Down to a millionth of a millimetre: the exact settlement, whatever the thickness, in as many steps.
+#[test]
+fn a_relaxation_does_not_feel_how_thin_joints_are() {
+    for (thickness, divisions) in [(1e-3, 1), (1e-5, 1), (1e-7, 1), (1e-9, 1), (1e-7, 2)] {
+        for kinematics in [Kinematics::Small, Kinematics::Corotational] {
+            let mut deck = cube(thickness, divisions, true);
+            deck.model.kinematics = kinematics;
+            let exact = settlement(&deck);
+            let mut held = simulation(&deck);
+            let steps = held.relax(1e-5, 2000).unwrap_or_else(|error| panic!("{error}"));
+            let off = top(&held) / exact - 1.0;
+            println!("{thickness} {divisions} {kinematics:?}: {steps} steps, {off:e}");
+            assert!(off.abs() < 1e-4 && steps < 500, "{thickness} {kinematics:?}: {steps} {off:e}");
+            // What bulges has modes of larger eigenvalues than the joints that open.
+            let mut free = cube(thickness, divisions, false);
+            free.model.kinematics = kinematics;
+            let steps =
+                simulation(&free).relax(1e-5, 2000).unwrap_or_else(|error| panic!("{error}"));
+            println!("  free: {steps} steps");
+            assert!(steps < 500, "{thickness} {kinematics:?}: {steps}");
+        }
+    }
+}
+
+#[test]
+fn a_tolerance_below_rounding_is_refused_with_what_can_be_reached() {
+    let mut simulation = simulation(&cube(1e-7, 1, false));
+    let Err(error) = simulation.relax(1e-10, 20_000) else { panic!("it was reached") };
+    println!("{error}");
+    let RunError::OutOfReach { ratio, ref joint, .. } = error else { panic!("{error}") };
+    assert_eq!(joint, &Some(("seam".to_owned(), 1e-7)));
+    // What it says can be reached.
+    simulation.relax(3.0 * ratio, 1000).unwrap_or_else(|error| panic!("{error}"));
+}
