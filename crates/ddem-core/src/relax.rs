@@ -121,14 +121,13 @@ impl Simulation {
         Ok(clusters)
     }
 
-    /// What the gas of charges in force adds to the largest eigenvalue: it is stiffest at the start.
+    /// What the gas of charges in force adds to the largest eigenvalue.
     fn gas(&mut self, clusters: &Clusters, factors: &[f64]) -> f64 {
-        let conditions = &self.model.conditions;
-        let factors = factors.iter().skip(conditions.loaded.len());
-        let charges = conditions.charged.iter().zip(factors);
-        let gases = charges.filter(|(_, factor)| **factor > 0.0).filter_map(|(charged, factor)| {
-            let (stiffness, areas) = charged.charge.stiffness()?;
-            Some((charged.charge.nodes.as_slice(), factor * stiffness, areas))
+        let factors = factors.iter().skip(self.model.conditions.loaded.len());
+        let charges = self.charged().zip(factors).filter(|(_, factor)| **factor > 0.0);
+        let gases = charges.filter_map(|((charge, fills), factor)| {
+            let (stiffness, areas) = charge.stiffness(&self.moved(charge), fills)?;
+            Some((charge.nodes.clone(), factor * stiffness, areas))
         });
         let gases: Vec<_> = gases.collect();
         largest_of_gases(&self.model, clusters, &gases, &mut self.scratch)

@@ -267,7 +267,7 @@ pub(crate) fn largest_clustered(
 pub(crate) fn largest_of_gases(
     model: &Model,
     clusters: &Clusters,
-    gases: &[(&[u32], f64, Vec<Vec3>)],
+    gases: &[(Vec<u32>, f64, Vec<Vec3>)],
     scratch: &mut Scratch,
 ) -> f64 {
     let mut largest: f64 = 0.0;
@@ -283,7 +283,7 @@ pub(crate) fn largest_of_gases(
                 accelerations(simd, (model, None), clusters, pack, &scratch.f, &mut way[range.clone()])
             });
         }
-        let with = |(nodes, other, areas): &(&[u32], f64, Vec<Vec3>)| {
+        let with = |(nodes, other, areas): &(Vec<u32>, f64, Vec<Vec3>)| {
             let work =
                 |(node, area): (&u32, &Vec3)| Vec3::from(model.get(&way, *node as usize)).dot(area);
             (k * other).sqrt() * nodes.iter().zip(areas).map(work).sum::<f64>().abs()

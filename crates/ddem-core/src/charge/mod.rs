@@ -38,14 +38,21 @@ struct Gas {
     start: f64,
     /// It makes its own room: its volume grows by what the shells grow by from when it goes off.
     own_room: bool,
+    /// It has the pressure of the charge in the volume that there is when it goes off.
+    given: bool,
 }
 
 impl Gas {
-    /// Its pressure as a part of the charge's, when the volume has grown by so much.
-    fn part(&self, grown: f64) -> f64 {
-        // Walls that have met leave no gas of no volume.
-        let volume = (self.start + grown).max(1e-6 * self.start);
-        (self.own / volume).powf(self.gamma)
+    /// Its volume, from one at first that has grown by so much. Explosive is in no less than its own, and
+    /// walls that have met leave no gas of no volume.
+    fn volume(&self, first: f64, grown: f64) -> f64 {
+        (first + grown).max(if self.given { 1e-6 * first } else { self.own })
+    }
+
+    /// Its pressure as a part of the charge's.
+    fn part(&self, first: f64, grown: f64) -> f64 {
+        let own = if self.given { first } else { self.own };
+        (own / self.volume(first, grown)).powf(self.gamma)
     }
 }
 
@@ -76,6 +83,8 @@ pub struct ChargeState {
     pub volume: f64,
     /// Whether the gas has got out everywhere.
     pub vented: bool,
+    /// Volume of the cavity, or of the joints, when it went off; `None` before `[m³]`.
+    pub began: Option<f64>,
 }
 
 /// What a charge does to its nodes.
@@ -132,7 +141,7 @@ impl Charge {
         let shells: Vec<Shell> = parts.iter().map(shell).collect();
         let mut charge = Self { nodes, start, shells, pressure: 0.0, gas: None, size, doubts };
         charge.fill(index, &deck.charge[index], in_cavity)?;
-        let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(0.0));
+        let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(gas.start, 0.0));
         charge.size.pressure = first;
         charge.size.timed = matches!(deck.charge[index].history, Some(ChargeHistory::Given(_)));
         let room = charge.size.volume;
@@ -157,11 +166,11 @@ impl Charge {
             }
             // Explosive in a joint makes its own room.
             let start = if in_cavity { own.max(room) } else { own };
-            let gas = Gas { gamma, own, start, own_room: !in_cavity };
+            let gas = Gas { gamma, own, start, own_room: !in_cavity, given: false };
             let peak = explosive.pressure();
             (self.pressure, self.gas) = match entry.expands() {
                 true => (peak, Some(gas)),
-                false => (peak * gas.part(0.0), None),
+                false => (peak * gas.part(start, 0.0), None),
             };
             return Ok(());
         }
@@ -176,19 +185,48 @@ impl Charge {
                 )
                 .help("give `mass` and `explosive`, whose own volume it expands from"));
             }
-            self.gas = Some(Gas { gamma, own: room, start: room, own_room: false });
+            self.gas = Some(Gas { gamma, own: room, start: room, own_room: false, given: true });
         }
         Ok(())
     }
 
-    /// Pressure by volume of a gas that expands, `γ p/V` at the start `[Pa/m³]`, and the areas that it
-    /// has then `[m²]`: gas is a spring of the stiffness `γ p/V A Aᵀ`.
-    pub(crate) fn stiffness(&self) -> Option<(f64, Vec<Vec3>)> {
+    /// Pressure by volume of a gas that expands, `γ p/V` `[Pa/m³]`, and the areas that it has then `[m²]`: gas is a
+    /// spring of the stiffness `γ p/V A Aᵀ`. It is stiffest at the start, or when it went off in less room.
+    pub(crate) fn stiffness(&self, u: &[Vec3], fills: &[Fill]) -> Option<(f64, Vec<Vec3>)> {
         let gas = self.gas?;
         let still = vec![Vec3::zeros(); self.nodes.len()];
+        let off = fills.iter().any(|fill| fill.began.is_some());
+        let [first, grown] = if off { self.room(u, fills) } else { [gas.start, 0.0] };
+        let narrow = gas.volume(first, grown) < gas.start;
+        let (volume, at) = match (narrow, gas.given) {
+            (false, _) => (gas.start, &still[..]),
+            (true, true) => (gas.volume(first, grown), u),
+            // It may become narrower still.
+            (true, false) => (gas.own, u),
+        };
         let mut areas = still.clone();
-        self.shells.iter().for_each(|shell| shell.add_areas(&self.start, &still, &mut areas));
-        Some((gas.gamma * self.pressure * gas.part(0.0) / gas.start, areas))
+        self.shells.iter().for_each(|shell| shell.add_areas(&self.start, at, &mut areas));
+        let own = if gas.given { first } else { gas.own };
+        Some((gas.gamma * self.pressure * (own / volume).powf(gas.gamma) / volume, areas))
+    }
+
+    /// Volume that its gas has at first, and by how much that has grown `[m³]`.
+    fn room(&self, u: &[Vec3], fills: &[Fill]) -> [f64; 2] {
+        let Some(gas) = self.gas else { return [0.0; 2] };
+        let (mut all, mut began) = (0.0, 0.0);
+        for (shell, fill) in self.shells.iter().zip(fills) {
+            let volume = fill.left.unwrap_or_else(|| shell.volume(&self.start, u));
+            all += volume;
+            began += fill.began.unwrap_or(volume);
+        }
+        let grown = all - began;
+        match (gas.given, gas.own_room) {
+            (true, _) => [began, grown],
+            // No joint is too narrow for the explosive that is in it,
+            (_, true) => [gas.own, grown.max(0.0)],
+            // and where rock has moved into its cavity it makes its room.
+            _ => [began.max(gas.own), grown],
+        }
     }
 
     /// The most work that it can have done once it has gone off, after these displacements `[J]`: all that
@@ -196,7 +234,7 @@ impl Charge {
     /// swept.
     pub(crate) fn most_work(&self, u: &[Vec3], fills: &[Fill]) -> f64 {
         match self.gas {
-            Some(gas) => self.pressure * gas.part(0.0) * gas.start / (gas.gamma - 1.0),
+            Some(gas) => self.pressure * gas.part(gas.start, 0.0) * gas.start / (gas.gamma - 1.0),
             None => {
                 let shells = self.shells.iter().zip(fills);
                 let swept = shells.filter_map(|(shell, fill)| {
@@ -211,22 +249,18 @@ impl Charge {
     /// What it does after these displacements of its nodes.
     pub(crate) fn push(&self, u: &[Vec3], fills: &[Fill]) -> Push {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];
-        let own_room = self.gas.is_some_and(|gas| gas.own_room);
-        let (mut all, mut grown, mut now) = (0.0, 0.0, Vec::with_capacity(self.shells.len()));
+        let (mut all, mut now) = (0.0, Vec::with_capacity(self.shells.len()));
         for (shell, fill) in self.shells.iter().zip(fills) {
             let volume = fill.left.unwrap_or_else(|| shell.volume(&self.start, u));
-            let began = fill.began.unwrap_or(volume);
             let left = fill.left.is_some() || shell.is_open(u);
             all += volume;
-            grown += volume - if own_room { began } else { shell.volume };
-            now.push(Fill { began: Some(began), left: left.then_some(volume) });
+            now.push(Fill { began: fill.began.or(Some(volume)), left: left.then_some(volume) });
             if !left {
                 shell.add_areas(&self.start, u, &mut forces);
             }
         }
-        // No joint is too narrow for the explosive that is in it.
-        let grown = if own_room { grown.max(0.0) } else { grown };
-        let pressure = self.pressure * self.gas.map_or(1.0, |gas| gas.part(grown));
+        let [first, grown] = self.room(u, &now);
+        let pressure = self.pressure * self.gas.map_or(1.0, |gas| gas.part(first, grown));
         forces.iter_mut().for_each(|force| *force *= pressure);
         Push { pressure, volume: all, forces, fills: now }
     }

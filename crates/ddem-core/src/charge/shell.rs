@@ -102,7 +102,7 @@ pub(crate) struct Shell {
     /// Nodes of the faces of blocks that it has.
     walls: Vec<Vec<u32>>,
     /// Volume within it at the start `[m³]`.
-    pub(super) volume: f64,
+    pub(crate) volume: f64,
     /// How far a wall may go from the others before the gas gets out `[m]`.
     pub(super) reach: f64,
 }

@@ -215,7 +215,9 @@ impl Simulation {
         let ahead = if self.state.whole { self.measure_once().0.ahead } else { 0.0 };
         self.motion.start = self.state.whole;
         self.take_pushes()?;
-        self.state.fills = self.press();
+        let fills = self.press();
+        let before = std::mem::replace(&mut self.state.fills, fills);
+        self.look_at_new_gas(&before);
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;

@@ -9,6 +9,9 @@ use crate::geometry::Vec3;
 use crate::model::Model;
 use crate::state::State;
 
+/// Part of its volume at the start with which a cavity is narrower than it was.
+const NARROW: f64 = 0.999;
+
 impl Simulation {
     /// Begins stage `stage` of the deck: its supports and loads come into force, and what is taken out
     /// by then is. Joints and materials become those of the stage; blocks do not come back in an earlier
@@ -41,11 +44,13 @@ impl Simulation {
         self.measured = None;
     }
 
-    /// The critical step with the gas of charges, which is stiffest at the start, beside the springs that
+    /// The critical step with the gas of charges, as stiff as it is at the start or more, beside the springs that
     /// a critical step is given for `[s]`.
     pub(super) fn with_gas(&self, step: f64) -> f64 {
-        let charged = || self.model.conditions.charged.iter().map(|charged| &charged.charge);
-        let gases: Vec<_> = charged().filter_map(|c| Some((&c.nodes, c.stiffness()?))).collect();
+        let gases = self.charged().filter_map(|(charge, fills)| {
+            Some((&charge.nodes, charge.stiffness(&self.moved(charge), fills)?))
+        });
+        let gases: Vec<_> = gases.collect();
         let own = |(nodes, (stiffness, areas)): &(&Vec<u32>, (f64, Vec<Vec3>))| {
             let mass = |node: &u32| self.model.mass(*node as usize);
             // Walls that have been taken out have none; the charge is over then.
@@ -81,6 +86,7 @@ impl Simulation {
             pressure: push.pressure * factor,
             volume: push.volume,
             vented: push.fills.iter().all(|fill| fill.left.is_some()),
+            began: fills.iter().map(|fill| fill.began).sum(),
         })
     }
 
@@ -91,8 +97,20 @@ impl Simulation {
         off.map(|(charge, fills)| charge.most_work(&self.moved(charge), fills)).sum()
     }
 
+    /// Gas that has gone off where there is less room than at the start is stiffer: the next step looks
+    /// whether it is too long.
+    pub(super) fn look_at_new_gas(&mut self, before: &[Fill]) {
+        let shells = self.charged().flat_map(|(charge, fills)| charge.shells.iter().zip(fills));
+        let narrow = shells.zip(before).any(|((shell, now), before)| {
+            before.began.is_none() && now.began.is_some_and(|began| began < NARROW * shell.volume)
+        });
+        if narrow {
+            self.critical_steps = [None; 2];
+        }
+    }
+
     /// Charges with what is in their shells.
-    fn charged(&self) -> impl Iterator<Item = (&Charge, &[Fill])> {
+    pub(crate) fn charged(&self) -> impl Iterator<Item = (&Charge, &[Fill])> {
         let mut fills = self.state.fills.as_slice();
         self.model.conditions.charged.iter().map(move |charged| {
             let (own, others) = fills.split_at(charged.charge.shells.len());
@@ -102,7 +120,7 @@ impl Simulation {
     }
 
     /// Displacements of the nodes that a charge pushes.
-    fn moved(&self, charge: &Charge) -> Vec<Vec3> {
+    pub(crate) fn moved(&self, charge: &Charge) -> Vec<Vec3> {
         let u = |node: &u32| Vec3::from(self.model.get(&self.state.u, *node as usize));
         charge.nodes.iter().map(u).collect()
     }

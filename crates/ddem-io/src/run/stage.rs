@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ddem_core::deck::{Damping, Stage, StageKind};
-use ddem_core::{Relaxed, RunError, Simulation};
+use ddem_core::{ChargeState, Relaxed, RunError, Simulation};
 
 use super::record::{Recorder, Schedule};
 use super::resume::Cursor;
@@ -16,6 +16,8 @@ const PROGRESS: Duration = Duration::from_millis(100);
 /// Part of the energy out of balance above which something is said.
 const MUCH: f64 = 0.01;
 
+/// Part of the volume of a cavity by which it may change until its charge goes off.
+const CHANGED: f64 = 0.1;
 /// Part of the energy that friction has taken above which blocks have slid.
 const SLID: f64 = 0.1;
 
@@ -40,6 +42,8 @@ pub(super) struct Running<'a> {
     recording: Duration,
     steps_before: u64,
     last_progress: Instant,
+    /// Charges that had gone off by then.
+    off: Vec<bool>,
 }
 
 /// Why a stage halts.
@@ -73,6 +77,7 @@ impl<'a> Running<'a> {
         };
         let steps_before = cursor.step.unwrap_or(0);
         let now = Instant::now();
+        let off = charges(&moved.simulation).map(|(_, charge)| charge.began.is_some()).collect();
         let mut running = Self {
             stage,
             stages,
@@ -83,6 +88,7 @@ impl<'a> Running<'a> {
             recording: Duration::ZERO,
             steps_before,
             last_progress: now,
+            off,
         };
         // Not by the step: a run may be interrupted, or a relaxation be done, before the first one.
         running.recorded(|recorder, simulation, observer| {
@@ -216,7 +222,8 @@ impl<'a> Running<'a> {
         };
         let doubts =
             [unbalanced_energy(summary.imbalance, relax), flutter(simulation, self.stage, cursor)];
-        for doubt in doubts.iter().flatten() {
+        let went_off = gone_off(simulation, &self.off);
+        for doubt in doubts.iter().flatten().chain(&went_off) {
             self.observer.event(Event::Warning(doubt));
         }
         self.observer.event(Event::StageDone(&summary));
@@ -336,6 +343,35 @@ fn flutter(simulation: &mut Simulation, stage: &Stage, begun: &Cursor) -> Option
              `[contact]`, change the answer"
         )
     })
+}
+
+/// The charges of a deck at the present time, by their numbers.
+fn charges(simulation: &Simulation) -> impl Iterator<Item = (usize, ChargeState)> {
+    (0..).map_while(|index| Some((index, simulation.charge(index)?)))
+}
+
+/// What is to be said of charges that have gone off since, where the rock around was not what it was at
+/// the start any more.
+fn gone_off(simulation: &Simulation, before: &[bool]) -> Vec<String> {
+    let sizes = simulation.model().charges();
+    let fresh = charges(simulation).zip(&sizes).zip(before).filter(|(_, off)| !**off);
+    let said = fresh.filter_map(|(((index, charge), size), _)| {
+        let part = charge.began.filter(|_| size.walls > 0)? / size.volume;
+        if charge.vented && charge.began == Some(charge.volume) {
+            return Some(format!(
+                "charge {index} did nothing: when it went off its walls had moved apart, and the gas was out"
+            ));
+        }
+        ((part - 1.0).abs() > CHANGED).then(|| {
+            format!(
+                "charge {index} went off in {:.3e} m³, {:.0} % of the room that there was at the start: the rock \
+                 around had moved",
+                part * size.volume,
+                100.0 * part
+            )
+        })
+    });
+    said.collect()
 }
 
 /// What is to be said of energy that is out of balance.
