@@ -135,9 +135,17 @@ fn largest(series: &[[f64; 2]]) -> f64 {
     series.iter().fold(0.0, |most: f64, [_, v]| most.max(*v))
 }
 
-/// Checks the peaks of a deck; returns by which part they differ on average. `step` is half the edge of
-/// a block of the staircase `[m]`.
-fn peaks(name: &str, step: f64) -> f64 {
+/// By which part a peak may be wrong at a distance r from a staircase with steps of that height around a
+/// sphere of radius a, as the headers of the decks say: of second order in what carries the wave, of first
+/// in the staircase.
+fn bound(step: f64, a: f64, r: f64) -> f64 {
+    let (wave, spacing) = (9.0, 0.5);
+    (2.0 * PI / wave * spacing).powi(2) / 8.0 + step / a * (a / r).powi(2)
+}
+
+/// Checks the peaks of a deck; returns by which part they differ on average, and may. `step` is half the
+/// edge of a block of the staircase `[m]`.
+fn peaks(name: &str, step: f64) -> [f64; 2] {
     let case = of(name);
     let text = example(name);
     let (deck, run, simulation) = (deck(&text), run(&text), simulation(&text));
@@ -149,7 +157,7 @@ fn peaks(name: &str, step: f64) -> f64 {
         panic!("a table: {:?}", charge.history)
     };
     let peak = charge.pressure.expect("a pressure");
-    let (mut off, mut worst) = (0.0, 0.0_f64);
+    let (mut mean, mut worst, mut most) = ([0.0; 2], 0.0_f64, 0.0_f64);
     for probe in &deck.probe {
         let node = simulation.model().nearest_node(probe.at.expect("a place"));
         let x = Vec3::from(simulation.model().point(node));
@@ -167,20 +175,24 @@ fn peaks(name: &str, step: f64) -> f64 {
         let found: Vec<[f64; 2]> = (0..parts[0].len()).map(radial).collect();
         let (exact_peak, found_peak) = (largest(&exact), largest(&found));
         let what = format!("peak velocity, {} at {r:.3} m [m/s]", probe.name);
-        check(case, &what, exact_peak, found_peak, Relative(0.06));
-        off += (found_peak / exact_peak - 1.0).abs() / deck.probe.len() as f64;
+        let allowed = bound(step, a, r);
+        check(case, &what, exact_peak, found_peak, Relative(allowed));
+        let off = (found_peak / exact_peak - 1.0).abs();
+        mean = [mean[0] + off, mean[1] + allowed];
+        most = most.max(allowed);
         let away = found.iter().map(|[t, v]| (v - at(&exact, *t)).abs() / exact_peak);
         worst = away.fold(worst, f64::max);
     }
-    let most = 0.06 + step / 3000.0 * PI / 3e-3;
+    most += step / 3000.0 * PI / 3e-3;
     check(case, "largest difference from Sharpe / peak, at any time", most, worst, AtMost);
-    off
+    mean.map(|sum| sum / deck.probe.len() as f64)
 }
 
 #[test]
 fn waves_from_a_sphere() {
-    let coarse = peaks("blast_sphere", 0.25);
-    let fine = peaks("blast_sphere_fine", 0.125);
+    let [coarse, allowed] = peaks("blast_sphere", 0.25);
+    let [fine, allowed_fine] = peaks("blast_sphere_fine", 0.125);
+    // The staircase's part is of first order, what carries the wave beyond 3 m is the same in both.
     let what = "mean error of the peaks / that with blocks of 1/2 m";
-    check(of("blast_sphere_fine"), what, 0.7, fine / coarse, AtMost);
+    check(of("blast_sphere_fine"), what, allowed_fine / allowed, fine / coarse, AtMost);
 }

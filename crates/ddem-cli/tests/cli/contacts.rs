@@ -173,6 +173,10 @@ where = { set = 'held', x = [10.9, 12.1], y = [0.9, 2.1], z = [0.9, 2.1] }
 pressure = 1e8
 gamma = 3
 history = 'gas'
+[[load]]
+where = { set = 'above' }
+force = [4e4, 0, 0]
+from = 'slide'
 ";
     let blast = "[[stage]]\nname = 'blast'\nkind = 'dynamic'\nduration = 1e-3\ndamping = 'none'\n";
     let soft = |text: &str| text.replacen("body = 'rigid'", "divisions = 1", 2);
