@@ -189,6 +189,7 @@ impl Simulation {
         if !self.started {
             self.start(self.damping, TimeStep::Auto, None)?;
         }
+        self.look_at_new_gas()?;
         if self.critical_steps[0].is_none() {
             self.check_step()?;
         }
@@ -215,9 +216,7 @@ impl Simulation {
         let ahead = if self.state.whole { self.measure_once().0.ahead } else { 0.0 };
         self.motion.start = self.state.whole;
         self.take_pushes()?;
-        let fills = self.press();
-        let before = std::mem::replace(&mut self.state.fills, fills);
-        self.look_at_new_gas(&before);
+        self.state.fills = self.press();
         self.state.load_factors.clone_from(&self.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;

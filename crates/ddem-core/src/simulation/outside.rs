@@ -97,16 +97,24 @@ impl Simulation {
         off.map(|(charge, fills)| charge.most_work(&self.moved(charge), fills)).sum()
     }
 
-    /// Gas that has gone off where there is less room than at the start is stiffer: the next step looks
-    /// whether it is too long.
-    pub(super) fn look_at_new_gas(&mut self, before: &[Fill]) {
+    /// Gas that goes off now where there is less room than at the start is stiffer, and its step shorter.
+    pub(super) fn look_at_new_gas(&mut self) -> Result<(), RunError> {
+        if self.state.fills.iter().all(|fill| fill.began.is_some()) {
+            return Ok(());
+        }
+        self.take_factors()?;
+        let fills = self.press();
+        let before = std::mem::replace(&mut self.state.fills, fills);
         let shells = self.charged().flat_map(|(charge, fills)| charge.shells.iter().zip(fills));
-        let narrow = shells.zip(before).any(|((shell, now), before)| {
+        let narrow = shells.zip(&before).any(|((shell, now), before)| {
             before.began.is_none() && now.began.is_some_and(|began| began < NARROW * shell.volume)
         });
         if narrow {
             self.critical_steps = [None; 2];
+        } else {
+            self.state.fills = before;
         }
+        Ok(())
     }
 
     /// Charges with what is in their shells.
