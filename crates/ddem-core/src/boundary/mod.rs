@@ -16,7 +16,7 @@ use nalgebra::Matrix3;
 
 use crate::assembly::{Assembly, Constants};
 use crate::conditions::{Active, Applied, Conditions};
-use crate::deck::{Boundary, BoundaryKind, Deck, Period};
+use crate::deck::{Boundary, BoundaryKind, Deck, Period, Stage, StageKind};
 use crate::element::Elastic;
 use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Stages, Surface, Vec3, nothing};
@@ -238,6 +238,8 @@ impl Borders {
     /// What is said of boundaries that are held in part.
     pub(crate) fn doubts(&self, made: Made<'_>, conditions: &Conditions) -> Vec<String> {
         let mut doubts = self.in_cavities(made);
+        let stage = |stage| made.deck.stage.get(stage);
+        let moves = |at| stage(at).is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
         for index in 0..self.list.len() {
             let stages = 0..made.deck.stage.len().max(1);
             for stage in stages.filter(|&stage| self.has(index, stage)) {
@@ -253,6 +255,18 @@ impl Borders {
                         held.count,
                         held.nodes,
                         held.names()
+                    ));
+                    break;
+                }
+                // A base that waves come in by may bear the weight.
+                let side = self.list[index].wave.is_none() && moves(stage);
+                let across = outside.held_across(made, &self.list[index]).filter(|_| side);
+                if let Some((axis, fix)) = across {
+                    let name = made.deck.stage.get(stage).map_or("", |stage| &stage.name);
+                    doubts.push(format!(
+                        "boundary {index}: fix {fix} holds its nodes along {}, its normal, in stage `{name}`: \
+                         what comes straight to it goes back (`until` ends a fix, and what it bore goes on)",
+                        ["x", "y", "z"][axis]
                     ));
                     break;
                 }

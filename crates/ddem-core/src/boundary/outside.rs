@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Border, Borders, Column, Made, Moving, Push, Resistance};
 use crate::conditions::{Active, Applied, Conditions, starts};
-use crate::geometry::Vec3;
+use crate::geometry::{Surface, Vec3};
 
 /// No fix.
 const FREE: u32 = u32::MAX;
@@ -205,6 +205,20 @@ impl Outside {
             }
         }
         clamped
+    }
+
+    /// The axis along which all nodes of a boundary are held that looks along it, and a fix that does so.
+    pub(super) fn held_across(&self, made: Made<'_>, border: &Border) -> Option<(usize, usize)> {
+        let along = |(surface, _): &(Surface, [f64; 2])| {
+            let normal = surface.outward(made.geometry);
+            (0..3).find(|&axis| normal[axis].abs() > 1.0 - 1e-9)
+        };
+        let axis = border.faces.first().and_then(along)?;
+        let nodes = border.dashpots.iter().filter_map(|(node, _)| self.by_node.get(node));
+        let fixes: Option<Vec<usize>> = nodes.map(|&at| self.dashpots[at].held(axis)).collect();
+        let straight = border.faces.iter().all(|face| along(face) == Some(axis));
+        let first = fixes?.first().copied()?;
+        straight.then_some((axis, first))
     }
 
     /// A column of a boundary that stands on nothing.

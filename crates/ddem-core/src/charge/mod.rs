@@ -17,7 +17,7 @@ use self::shell::{Mesh, Shell};
 pub use self::size::ChargeSize;
 use crate::deck::{self, ChargeHistory, Deck};
 use crate::error::Fault;
-use crate::geometry::{Face, Geometry, Region, Surface, Vec3, faces, place};
+use crate::geometry::{Face, Geometry, Lattice, NONE, Region, Surface, Vec3, faces, place};
 
 /// The gas in one shell of a charge.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -147,6 +147,13 @@ impl Charge {
         let room = charge.size.volume;
         charge.doubts.extend(doubts::of_little(charge.size.mass, room, first));
         Ok(charge)
+    }
+
+    /// Nodes of the walls of cavities that it pushes.
+    pub(crate) fn walls(&self) -> impl Iterator<Item = Vec<u32>> {
+        let in_cavity = self.shells.iter().filter(|_| self.size.walls > 0);
+        let node = |&at: &u32| self.nodes[at as usize];
+        in_cavity.flat_map(Shell::walls).map(move |wall| wall.iter().map(node).collect())
     }
 
     /// Takes in what is in the cavity: pressure, and gas if it expands.
@@ -307,6 +314,16 @@ fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
         );
     }
     let in_sets = geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set));
+    let hole = |lattice: &&Lattice| {
+        let taken = (0..lattice.body.len()).filter(|&at| lattice.body[at] == NONE);
+        taken.map(|at| lattice.centre(lattice.cell(at))).any(|x| region.contains(&x))
+    };
+    if in_sets.clone().any(|lattice| hole(&lattice)) {
+        return fault.help(
+            "there is a cavity, but gas does not push faces that do not match: `[[refine]]` a block more on \
+             all sides of it, so that the blocks around it are split as it is",
+        );
+    }
     let cavity = in_sets.flat_map(walls);
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
     let joints = faces(geometry).into_iter().map(|face| sides(&face));

@@ -108,6 +108,11 @@ pub(crate) struct Shell {
 }
 
 impl Shell {
+    /// Nodes of the faces of blocks that it has, as places in the nodes of the charge.
+    pub(super) fn walls(&self) -> impl Iterator<Item = &[u32]> {
+        self.walls.iter().map(Vec::as_slice)
+    }
+
     /// A polygon as the mean of its fans of triangles: every corner counts alike.
     fn add(&mut self, corners: &[u32]) {
         let n = corners.len();

@@ -316,12 +316,19 @@ impl Lattice {
         let above = (0..self.body.len()).find(|&i| self.cell(i)[d] + 1 == plane);
         let name = above.map_or("", |i| names.joint_name(self.joint[d][i]));
         let thickness = deck.joints.get(name).map_or(0.0, |joint| joint.thickness);
+        let axis = ["x", "y", "z"][d];
+        if let Some(index) = self.refined {
+            let message = format!(
+                "parts of {edge} m along {axis} leave no room for joint `{name}` of {thickness} m"
+            );
+            return Fault::new(format!("refine[{index}].factor"), message)
+                .help("a smaller factor, or a thinner joint");
+        }
         Fault::new(
             format!("joints.{}.thickness", segment(name)),
             format!(
                 "{thickness} m is not smaller than the block edge {edge} m that it narrows along \
-                 {}",
-                ["x", "y", "z"][d]
+                 {axis}"
             ),
         )
         .help("the joints on both sides must leave a body between them")

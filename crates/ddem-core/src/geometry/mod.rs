@@ -97,7 +97,9 @@ impl Geometry {
             }
         }
         for lattice in &mut lattices {
-            faults.extend(lattice.open_gaps(deck, names));
+            // Parts that are too small are so along all edges.
+            let most = if lattice.refined.is_some() { 1 } else { usize::MAX };
+            faults.extend(lattice.open_gaps(deck, names).into_iter().take(most));
         }
         if faults.is_empty() {
             faults.extend(lattices.iter().filter_map(|lattice| lattice.too_fine(deck, names)));

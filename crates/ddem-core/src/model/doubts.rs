@@ -1,6 +1,6 @@
 //! What a model allows but its user perhaps did not mean.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::Model;
 use crate::charge::ChargeSize;
@@ -27,6 +27,7 @@ impl Model {
                 ));
             }
         }
+        warnings.extend(self.empty());
         warnings.extend(self.unbalanced());
         warnings.extend(self.unborne());
         warnings.extend(self.glued());
@@ -36,6 +37,7 @@ impl Model {
             let doubts = charged.charge.doubts.iter();
             doubts.map(move |doubt| format!("charge {index}: {doubt}"))
         }));
+        warnings.extend(self.crowded());
         warnings.extend(self.blasts_at_rest());
         warnings.extend(self.far_probes());
         warnings.extend(self.borders.doubts(self.made(), &self.conditions));
@@ -45,6 +47,42 @@ impl Model {
         let used = self.joint_numbers().collect();
         warnings.extend(crate::deck::doubts(&self.deck, &used));
         warnings
+    }
+
+    /// Sets of which no block is left.
+    fn empty(&self) -> impl Iterator<Item = String> {
+        let there: HashSet<usize> =
+            (0..self.n_blocks()).map(|block| self.geometry.set(block)).collect();
+        let empty = (0..self.deck.blocks.len()).filter(move |set| !there.contains(set));
+        empty.map(|set| {
+            format!(
+                "no block of set `{}` is left: `[[remove]]` takes them all out (`set` in its `where` keeps \
+                 it to one set)",
+                self.deck.set_name(set)
+            )
+        })
+    }
+
+    /// Charges in one cavity.
+    fn crowded(&self) -> Vec<String> {
+        let mut whose: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
+        let mut pairs = BTreeSet::new();
+        let charges = self.conditions.charged.iter().zip(&self.deck.charge).enumerate();
+        for (index, (charged, _)) in charges.filter(|(_, (_, entry))| entry.until.is_none()) {
+            for wall in charged.charge.walls() {
+                let first = *whose.entry(wall).or_insert(index);
+                if first != index {
+                    pairs.insert((first, index));
+                }
+            }
+        }
+        let said = pairs.into_iter().map(|(i, j)| {
+            format!(
+                "charges {i} and {j} push walls of one cavity: each expands as if it were alone there; one \
+                 charge with the mass of both is stronger than the two"
+            )
+        });
+        said.collect()
     }
 
     /// Blasts in relax stages that only want to bring the weight on.

@@ -52,7 +52,8 @@ fn charges_have_walls_volumes_and_pressures() {
     ];
     let model_of = |deck: &Deck| {
         let model = model(deck);
-        assert!(model.warnings().is_empty(), "{:?}", model.warnings());
+        let said = model.warnings();
+        assert!(said.iter().all(|said| said.contains("one cavity")), "{said:?}");
         model.charges()
     };
     let [mass, pressure]: [_; 2] =
@@ -333,4 +334,71 @@ fn a_probe_where_nothing_is_is_warned_of() {
             "probe `top`: there is nothing at [4, 4, 14]: it looks at the nearest node, at [4, 4, 4], 10.0000 m away"
         ]
     );
+}
+
+#[test]
+fn two_charges_in_one_cavity_are_not_one() {
+    let mut deck = boxes(&[[1.0; 3], [3.0; 3]]);
+    let hole = |at: f64| ball([at + 0.5; 3], 0.7);
+    deck.charge = vec![tnt(hole(1.0), 500.0), tnt(hole(3.0), 500.0)];
+    let alone = model(&deck).warnings();
+    assert!(!alone.iter().any(|said| said.contains("one cavity")), "{alone:?}");
+    deck.charge.push(Charge { delay: Some(1e-3), ..tnt(hole(1.0), 500.0) });
+    assert!(one_of(&deck, "one cavity").contains("charges 0 and 2"));
+    deck.charge[2].until = Some("later".into());
+    deck.stage = vec![dynamic("blast", 0.01), dynamic("later", 0.01)];
+    assert!(!model(&deck).warnings().iter().any(|said| said.contains("one cavity")));
+}
+
+#[test]
+fn a_hole_among_blocks_that_are_split_otherwise_is_named() {
+    let mut deck = boxes(&[]);
+    deck.refine.push(Refine { region: within([1.0; 3], [2.0; 3]), factor: 2 });
+    let region = within([1.0; 3], [2.0; 3]);
+    deck.remove.push(Remove { region: region.clone(), ..Remove::default() });
+    deck.charge.push(tnt(region, 100.0));
+    let said = faults(&deck);
+    assert!(said.contains("there is a cavity") && said.contains("a block more"), "{said}");
+    deck.refine[0].factor = 100;
+    deck.joints.insert("seam".into(), Joint { thickness: 0.02, ..deck.joints["seam"].clone() });
+    let said = faults(&deck);
+    assert!(said.contains("refine[0].factor"), "{said}");
+}
+
+#[test]
+fn a_set_that_is_taken_out_as_a_whole_is_named() {
+    let mut deck = boxes(&[]);
+    let lining =
+        BlockSet { name: Some("lining".into()), origin: [9.0; 3], ..deck.blocks[0].clone() };
+    deck.blocks.push(lining);
+    assert!(!model(&deck).warnings().iter().any(|said| said.contains("is left")));
+    deck.remove.push(Remove { region: within([8.0; 3], [20.0; 3]), ..Remove::default() });
+    assert!(one_of(&deck, "is left").contains("no block of set `lining`"));
+}
+
+/// A roller on a side that does not reflect; a base that waves come in by may stand on some.
+#[test]
+fn boundaries_that_are_held_across_are_named() {
+    let mut deck = boxes(&[]);
+    let side = Boundary {
+        region: plane(0, 0.0),
+        kind: BoundaryKind::Viscous,
+        velocity: None,
+        history: None,
+        from: None,
+        until: None,
+    };
+    let held = |deck: &Deck| model(deck).warnings().iter().any(|said| said.contains("its normal"));
+    deck.boundary.push(side.clone());
+    deck.fix.push(fix(plane(0, 0.0), "y"));
+    deck.stage = vec![dynamic("go", 0.01)];
+    assert!(!held(&deck));
+    deck.fix[0].axes = "x".into();
+    assert!(one_of(&deck, "its normal").contains("fix 0 holds its nodes along x"));
+    deck.boundary[0].velocity = Some([0.0, 0.1, 0.0]);
+    assert!(!held(&deck));
+    deck.boundary[0].velocity = None;
+    deck.stage.push(dynamic("later", 0.01));
+    (deck.fix[0].until, deck.boundary[0].from) = (Some("later".into()), Some("later".into()));
+    assert!(!held(&deck));
 }
