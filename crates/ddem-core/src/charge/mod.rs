@@ -318,7 +318,7 @@ fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
         let taken = (0..lattice.body.len()).filter(|&at| lattice.body[at] == NONE);
         taken.map(|at| lattice.centre(lattice.cell(at))).any(|x| region.contains(&x))
     };
-    if in_sets.clone().any(|lattice| hole(&lattice)) {
+    if in_sets.clone().any(|lattice| hole(&lattice) && walls(lattice).next().is_none()) {
         return fault.help(
             "there is a cavity, but gas does not push faces that do not match: `[[refine]]` a block more on \
              all sides of it, so that the blocks around it are split as it is",

@@ -103,6 +103,14 @@ impl Simulation {
             return Ok(());
         }
         self.take_factors()?;
+        let factors = self.factors.iter().skip(self.model.conditions.loaded.len());
+        let acts = self.charged().zip(factors).filter(|(_, factor)| **factor != 0.0);
+        let mut fills = acts.flat_map(|((_, fills), _)| fills);
+        let begins = fills.any(|fill| fill.began.is_none());
+        drop(fills);
+        if !begins {
+            return Ok(());
+        }
         let fills = self.press();
         let before = std::mem::replace(&mut self.state.fills, fills);
         let shells = self.charged().flat_map(|(charge, fills)| charge.shells.iter().zip(fills));
