@@ -217,7 +217,7 @@ impl Simulation {
     /// removed by then goes. Nothing moves.
     ///
     /// Joints and materials become those of the stage. Blocks that are gone do not come back in an earlier
-    /// one, and a `release` that has begun goes on.
+    /// one, and a `release` that has begun goes on until a relax stage is entered.
     /// The time step stays, unless it was chosen and is too long for what is left.
     ///
     /// Parameters

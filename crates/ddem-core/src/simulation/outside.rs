@@ -15,8 +15,8 @@ const NARROW: f64 = 0.999;
 impl Simulation {
     /// Begins stage `stage` of the deck: its supports and loads come into force, and what is taken out
     /// by then is. Joints and materials become those of the stage; blocks do not come back in an earlier
-    /// one, and a release that has begun goes on whatever is entered. What supports bore that end where a
-    /// boundary is goes on as constant forces.
+    /// one, and a release that has begun goes on until a relax stage is entered. What supports bore that
+    /// end where a boundary is goes on as constant forces.
     pub fn enter(&mut self, stage: usize) {
         self.settle();
         let active = self.model.active(stage, &self.state.applied);
