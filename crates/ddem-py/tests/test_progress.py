@@ -42,7 +42,7 @@ def test_progress_is_shown_in_a_terminal(monkeypatch: Any) -> None:
     step = simulation.critical_step / 2
     for call, name in (
         (lambda: simulation.run(3000 * step, time_step=step, name="shaking"), "shaking"),
-        (lambda: simulation.relax(tolerance=1e-15, max_steps=3000), "relax"),
+        (lambda: simulation.relax(tolerance=1e-20, max_steps=3000), "relax"),
         (lambda: simulation.step(3000), "step"),
     ):
         ddem._progress.DELAY = 0.0

@@ -129,9 +129,8 @@ def plot_sizes(
     passing = 100.0 * np.cumsum(rows["mass"][::-1])[::-1] / rows["mass"].sum()
     figure, axes = plt.subplots(figsize=(7.0, 4.5), layout="constrained")
     # Nothing passes between one size and the next larger one.
-    size = np.append(rows["size"], rows["size"][-1])[::-1]
-    axes.step(size, np.append(passing, 0.0)[::-1], where="post", linewidth=1.4)
-    axes.plot(rows["size"], passing, linestyle="", marker="o", markersize=3, color="C0")
+    steps = {"drawstyle": "steps-pre", "marker": "o", "markersize": 3, "linewidth": 1.4}
+    axes.plot(rows["size"], passing, **steps)
     axes.set_xscale("log")
     _mark(axes, rows["size"])
     axes.set_ylim(0.0, 102.0)
