@@ -252,7 +252,9 @@ fn stiff(joint: Option<&(String, f64)>, force: f64) -> String {
 
 /// What a joint would have to be for a ratio that is `missing` times smaller.
 fn thicker(joint: Option<&(String, f64)>, missing: f64) -> String {
-    let Some((_, thickness)) = joint.filter(|_| missing.is_finite()) else { return String::new() };
+    // No joint is to be that much thicker or softer for its sake.
+    let some = joint.filter(|_| missing < 1e4);
+    let Some((_, thickness)) = some else { return String::new() };
     match thickness {
         0.0 => format!(", or this one with springs {:.0e} times as soft", 3.0 * missing),
         _ => format!(", or this one with a thickness of {:.0e} m", 3.0 * missing * thickness),
