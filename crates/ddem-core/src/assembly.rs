@@ -25,6 +25,8 @@ pub(crate) struct Element {
     pub(crate) volume: f64,
     pub(crate) elastic: Elastic,
     pub(crate) modal: Modal,
+    /// `2/ω` of its fastest vibration `[s]`.
+    critical_step: f64,
     /// Diagonal of the stiffness by node (x fastest) and component `[N/m]`.
     diagonal: [[f64; 3]; 8],
 }
@@ -54,6 +56,8 @@ pub(crate) struct Assembly {
     pub(crate) elements: Vec<Element>,
     pub(crate) tables: Vec<ElementPack>,
     pub(crate) inertia: Vec<Inertia>,
+    /// Critical step of a body's elements alone, `2/ω_e`, by pack; 0 of rigid bodies `[s]`.
+    pub(crate) element_steps: Vec<Lanes>,
     /// Tables of each pack: its bodies (0) and its joint lattices (1…7).
     pub(crate) pack_tables: Vec<[u32; 8]>,
     /// Inertia of each pack.
@@ -209,7 +213,18 @@ impl Assembly {
                 list.len() as u32 - 1
             }));
         }
+        self.element_steps = packs.packs.iter().zip(&self.pack_tables).map(|of| self.steps_of(of)).collect();
         self.take_joints_out(packs);
+    }
+
+    /// Critical steps of the elements of four bodies by themselves `[s]`.
+    fn steps_of(&self, (pack, tables): (&Pack, &[u32; 8])) -> Lanes {
+        let mut steps = Lanes::ZERO;
+        for lane in (0..pack.filled).filter(|_| !pack.rigid) {
+            let element = self.tables[tables[0] as usize].elements[lane];
+            steps.0[lane] = element.map_or(0.0, |element| self.elements[element as usize].critical_step);
+        }
+        steps
     }
 }
 
@@ -344,10 +359,13 @@ impl Element {
         // VTK order to x fastest.
         const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
         let rows = VTK.map(|a| [0, 1, 2].map(|c| 3 * a + c));
+        let volume = edges[0].cross(&edges[1]).dot(&edges[2]).abs();
+        let mass = elastic.density * volume / 8.0;
         Self {
             edges,
-            volume: edges[0].cross(&edges[1]).dot(&edges[2]).abs(),
+            volume,
             elastic,
+            critical_step: 2.0 * (mass / modal.largest()).sqrt(),
             modal,
             diagonal: rows.map(|row| row.map(|r| dense[(r, r)])),
         }

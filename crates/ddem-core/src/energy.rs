@@ -23,6 +23,8 @@ pub struct Energy {
     /// Kinetic + strain + damping + friction + fracture + contact − external work − what was there at the
     /// start: zero but for rounding and, in large rotations and failure, for the time step.
     pub balance: f64,
+    /// Largest of these energies, but for the balance, since the start.
+    pub largest: f64,
 }
 
 impl Energy {
@@ -44,9 +46,9 @@ impl Energy {
         [bodies, joints]: [f64; 2],
         [damping, friction, fracture, contact]: [f64; 4],
         external: f64,
-        initial: f64,
+        [initial, largest]: [f64; 2],
     ) -> Self {
-        Self {
+        let mut energy = Self {
             kinetic,
             strain_bodies: bodies,
             strain_joints: joints,
@@ -58,15 +60,19 @@ impl Energy {
             balance: kinetic + bodies + joints + (damping + friction + fracture + contact)
                 - external
                 - initial,
-        }
+            largest,
+        };
+        let others = Self { balance: 0.0, ..energy };
+        energy.largest = others.values().into_iter().fold(largest, |most, e| most.max(e.abs()));
+        energy
     }
 
-    /// The balance against the largest of the energies; 0 where there are none.
+    /// Energy that has come or gone without a cause, the balance and what contacts have lost, against the
+    /// largest energy since the start; 0 where there is none.
     #[must_use]
     pub fn imbalance(&self) -> f64 {
-        let others = Self { balance: 0.0, ..*self };
-        let largest = others.values().into_iter().fold(0.0, |most: f64, e| most.max(e.abs()));
-        if self.balance == 0.0 { 0.0 } else { self.balance.abs() / largest }
+        let error = self.balance.abs() + self.contact.abs();
+        if error == 0.0 { 0.0 } else { error / self.largest }
     }
 
     /// The numbers, in the order of [`NAMES`](Self::NAMES).

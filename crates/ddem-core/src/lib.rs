@@ -46,6 +46,7 @@ mod scratch;
 mod seams;
 mod simd;
 mod simulation;
+mod sliding;
 mod state;
 mod step;
 mod sums;

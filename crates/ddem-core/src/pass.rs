@@ -23,7 +23,7 @@ pub(crate) struct Input<'a> {
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Velocities to which the bodies answer with β times their stiffness, and β `[s]`.
-    pub(crate) viscous: Option<(&'a [Lanes], f64)>,
+    pub(crate) viscous: Option<(&'a [Lanes], &'a [Lanes])>,
     /// Bodies by pack and lane that have supports; empty: none.
     pub(crate) held: &'a [[bool; LANES]],
 }

@@ -36,6 +36,8 @@ pub(crate) struct Seam {
     pub(crate) per_quarter: Lanes,
     /// k_n and k_s `[Pa/m]`.
     stiffness: [Lanes; 2],
+    /// Of the dashpots of failed pairs `[Pa s/m]`.
+    pub(crate) dashpot: Lanes,
 }
 
 /// The seams of all packs, equal ones once.
@@ -52,11 +54,13 @@ impl Seams {
             .values()
             .map(|joint| (joint.stiffness(&deck.materials), joint.normal_stiffness.is_some()))
             .collect();
+        let densities: Vec<f64> = deck.materials.values().map(|material| material.density).collect();
+        let ratio = deck.contact.damping_ratio();
         let mut seams = Self::default();
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in &packs.packs {
             let of_pack = [0, 1, 2].map(|d| {
-                let seam = Seam::new(&joints, geometry, pack, d);
+                let seam = Seam::new(&joints, (&densities, ratio), geometry, pack, d);
                 if seam.joints == [NO_JOINT; LANES] {
                     return NO_SEAM;
                 }
@@ -81,6 +85,7 @@ impl Seams {
 impl Seam {
     fn new(
         joints: &[(Option<[f64; 2]>, bool)],
+        (densities, ratio): (&[f64], f64),
         geometry: &Geometry,
         pack: &Pack,
         d: usize,
@@ -96,14 +101,13 @@ impl Seam {
             quarter: Lanes::ZERO,
             per_quarter: Lanes::ZERO,
             stiffness: [Lanes::ZERO; 2],
+            dashpot: Lanes::ZERO,
         };
         let mut offset = [0; 3];
         offset[d] = 1;
         for lane in 0..pack.filled {
             let body = pack.bodies[lane] as usize;
-            if geometry.neighbour(body, offset).is_none() {
-                continue;
-            }
+            let Some(other) = geometry.neighbour(body, offset) else { continue };
             let cell = geometry.bodies[body].cell.map(|c| c as usize);
             let joint = lattice.joint_above(cell, d);
             let (stiffness, springs) = joints[joint as usize];
@@ -119,6 +123,12 @@ impl Seam {
             let quarter = lattice.joint_area(cell, d) / 4.0;
             seam.quarter.0[lane] = quarter;
             seam.per_quarter.0[lane] = 1.0 / quarter;
+            let [a, b] = [body, other].map(|body| {
+                let density = densities[usize::from(geometry.bodies[body].material)];
+                moved_mass(geometry, (body, d), density)
+            });
+            let normal = stiffness.unwrap_or_default()[0];
+            seam.dashpot.0[lane] = 2.0 * ratio * (normal * a * b / (a + b)).sqrt();
             for (lanes, k) in seam.stiffness.iter_mut().zip(stiffness.unwrap_or_default()) {
                 lanes.0[lane] = k;
             }
@@ -129,7 +139,7 @@ impl Seam {
     fn key(&self) -> Vec<u64> {
         let flags =
             self.joints.iter().zip(&self.springs).map(|(j, s)| u64::from(*j) << 1 | u64::from(*s));
-        let lanes = self.edges.iter().flatten().chain(&self.stiffness);
+        let lanes = self.edges.iter().flatten().chain(&self.stiffness).chain([&self.dashpot]);
         let numbers = lanes.flat_map(|lanes| lanes.0).chain(self.axes.iter().copied());
         flags.chain([u64::from(self.rigid)]).chain(numbers.map(f64::to_bits)).collect()
     }
@@ -169,6 +179,20 @@ impl Seam {
         let [normal, shear] = self.stiffness;
         Stiffness { normal: normal.0[lane], shear: shear.0[lane] }
     }
+}
+
+/// Mass that a joint or contact on a face across a direction moves, for each unit of area: of a rigid block
+/// all of it, of a deformable one the layer of elements at the face `[kg/m²]`.
+pub(crate) fn moved_mass(
+    geometry: &Geometry,
+    (body, d): (usize, usize),
+    density: f64,
+) -> f64 {
+    let lattice = geometry.lattice(body);
+    let cell = geometry.bodies[body].cell[d] as usize;
+    let height = lattice.spacing(d, cell) * lattice.normal(d).dot(&lattice.axes[d]);
+    let part = if lattice.rigid { 1.0 } else { 0.5 };
+    part * density * height
 }
 
 /// Orthonormal axes from a unit normal and a direction in its plane.

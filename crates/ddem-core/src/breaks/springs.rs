@@ -6,6 +6,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::{Broken, Losses, Point};
 use crate::lanes::{LANES, Lanes};
+use crate::law::bearing::Bearing;
 use crate::law::response::stored;
 use crate::law::{JointLaw, Memory, Mode, Opening, Traction};
 use crate::pack::PairPlace;
@@ -20,6 +21,8 @@ pub(crate) struct Look<'a> {
     pub(crate) turning: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
+    /// Time since the last look, 0 in relaxation, none in the first half step of a stage `[s]`.
+    pub(crate) time_step: Option<f64>,
     /// Laws of the joints.
     pub(crate) laws: &'a [Option<Arc<dyn JointLaw>>],
 }
@@ -161,7 +164,13 @@ impl Broken {
                 let law = law_of(look.laws, seam, lane).filter(|_| point.mode.is_some());
                 if let Some(law) = law {
                     let bore = point.memory.traction;
-                    let mut loss = law.respond(k, opening, &mut point.memory);
+                    let bearing =
+                        Bearing {
+                        stiffness: k,
+                        dashpot: seam.dashpot.0[lane],
+                        time_step: look.time_step,
+                    };
+                    let mut loss = bearing.act(law, opening, &mut point.memory);
                     if let Some(way) = way.filter(|_| self.fresh.contains(&(p as u32, lane as u8)))
                     {
                         // What the joint bore is gone before it could do its half of the work on
@@ -175,6 +184,7 @@ impl Broken {
                     losses.friction += area * loss.friction;
                     losses.fracture += area * loss.fracture;
                     losses.contact += area * loss.contact;
+                    losses.damping += area * loss.damping;
                 } else {
                     point.memory.traction = Traction {
                         normal: k.normal * opening.normal,
@@ -182,7 +192,7 @@ impl Broken {
                     };
                     point.memory.gap = opening.normal;
                 }
-                let Traction { normal: t_n, shear } = point.memory.traction;
+                let Traction { normal: t_n, shear } = point.memory.borne();
                 let force = seam.axes * joined(t_n, shear) * area;
                 let couple = (seam.axes * joined(0.0, point.memory.slip)).cross(&force);
                 let [a, b] = place.sides;

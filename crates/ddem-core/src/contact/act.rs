@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::{Look, Losses};
 use crate::geometry::Vec3;
-use crate::law::{JointLaw, MohrCoulomb, Opening, Stiffness};
+use crate::law::bearing::Bearing;
+use crate::law::{MohrCoulomb, Opening, Stiffness};
 
 /// Patches that one task takes.
 const TOGETHER: usize = 64;
@@ -48,7 +49,11 @@ impl Patch {
             ..MohrCoulomb::default()
         };
         let [normal, shear] = self.both.stiffness;
+        // Points that have been made anew have the drag of those before.
+        let renewed = std::mem::take(&mut self.renewed);
+        let time_step = (!renewed && !placing.start).then_some(placing.last.1);
         let stiffness = Stiffness { normal, shear };
+        let bearing = Bearing { stiffness, dashpot: self.both.dashpot, time_step };
         let [a, b] = self.blocks.map(|block| block as usize);
         let [face_a, face_b] = self.faces();
         let spacing = self.spacing(placing);
@@ -61,23 +66,18 @@ impl Patch {
             let opening =
                 Opening { normal: own.x - self.both.skin, shear: Vector2::new(own.y, own.z) };
             let mut memory = point.memory();
-            let loss = law.respond(stiffness, opening, &mut memory);
+            let loss = bearing.act(&law, opening, &mut memory);
             // Without friction, what offsets take on their way back is none.
             let rubbed = if self.both.tan_friction > 0.0 { loss.friction } else { 0.0 };
             losses.friction += point.area * rubbed;
             losses.contact += point.area * (loss.contact + (loss.friction - rubbed));
+            losses.damping += point.area * loss.damping;
             let slipped = (memory.slip - point.slip).norm();
             point.set(&memory);
             if point.gap < 0.0 {
                 point.slid += slipped;
             }
             point.ease((slipped, loss.friction), (opening.normal, normal), spacing);
-            if self.both.dashpot > 0.0 {
-                let ways = [(a, face_a, x), (b, face_b, y)]
-                    .map(|(block, face, spot)| placing.way(block, face, &spot));
-                let opened = (ways[1] - ways[0]).dot(&self.now[0]);
-                losses.damping += point.area * point.dash(placing, opened, self.both.dashpot);
-            }
             couple += apart.cross(&self.force(&self.points[i]));
         }
         self.couple = couple;
@@ -113,16 +113,5 @@ impl Point {
             let root = (pressure * pressure + 2.0 * stiffness * friction).sqrt();
             *offset += (root - pressure) / stiffness;
         }
-    }
-
-    /// The dashpot along the normal, which opened by a way in the last step: never pulls. Returns what
-    /// it takes for each unit of area.
-    fn dash(&mut self, placing: &Placing<'_>, opened: f64, dashpot: f64) -> f64 {
-        let time_step = placing.last.1;
-        let spring = self.traction.normal;
-        let closed = self.gap < 0.0 && time_step > 0.0;
-        let before = self.drag;
-        self.drag = if closed { (dashpot * opened / time_step).min(-spring) } else { 0.0 };
-        if placing.start { 0.0 } else { 0.5 * (before + self.drag) * opened }
     }
 }

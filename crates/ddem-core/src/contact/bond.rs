@@ -17,6 +17,7 @@ use crate::element::corotation::Frame;
 use crate::geometry::{Abutment, Geometry, Vec3};
 use crate::in_situ::{Stress, between};
 use crate::lanes::Lanes;
+use crate::law::bearing::Bearing;
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
 use crate::pack::Packs;
 
@@ -57,7 +58,11 @@ impl Fitting<'_> {
                 summed.extend(quads_of(corners));
             }
         });
-        patch.both = Both { stiffness: [normal, shear], ..Both::default() };
+        let [x, y] = patch.faces();
+        let skins = [(patch.blocks[0], x), (patch.blocks[1], y)];
+        let skins = skins.map(|(block, face)| self.skins.of(block, face));
+        let dashpot = self.skins.dashpot_of_joint(skins, normal);
+        patch.both = Both { stiffness: [normal, shear], dashpot, ..Both::default() };
         // There are no strips beside it: it reaches to the middle of the gaps around.
         let own: f64 = patch.points.iter().map(|point| point.area).sum();
         let part = if own > 0.0 { abutment.area / own } else { 1.0 };
@@ -241,6 +246,8 @@ impl Patch {
         let law = bond.law(look);
         let [normal, shear] = self.both.stiffness;
         let stiffness = Stiffness { normal, shear };
+        let (dashpot, time_step) = (self.both.dashpot, look.time_step);
+        let bearing = Bearing { stiffness, dashpot, time_step };
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         let turns = look.turning && law.is_some_and(|law| law.bonds());
         let turned = turns && self.turned(self.spacing(placing), &bond);
@@ -267,7 +274,7 @@ impl Patch {
                 Some(law) => {
                     let mut memory = Memory { damage: pair.damage, ..point.memory() };
                     let opening = Opening { normal: own.x, shear: own.yz() };
-                    let mut loss = law.respond(stiffness, opening, &mut memory);
+                    let mut loss = bearing.act(law, opening, &mut memory);
                     if let (Some(bore), Some(way)) = (fresh, way) {
                         // What it bore is gone before it could do its half of the work on the last
                         // way.
@@ -281,6 +288,7 @@ impl Patch {
                     losses.friction += point.area * loss.friction;
                     losses.fracture += point.area * loss.fracture;
                     losses.contact += point.area * loss.contact;
+                    losses.damping += point.area * loss.damping;
                     pair.damage = memory.damage;
                     point.set(&memory);
                 }

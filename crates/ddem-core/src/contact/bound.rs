@@ -45,16 +45,32 @@ pub(crate) fn faces() -> impl Iterator<Item = FaceOf> {
     (0..6).map(FaceOf::of_number)
 }
 
+/// Square of the largest angular frequency of a deformable block's nodes with contacts on all faces, beyond its
+/// joints `[1/s²]`.
+fn deformable(skins: &Skins, geometry: &Geometry, body: usize) -> f64 {
+    square(skins, geometry, body, Skins::beyond_joint)
+}
+
+/// The same of its joints or contacts, whichever are stiffer.
+pub(crate) fn stiffest_square(skins: &Skins, geometry: &Geometry, body: usize) -> f64 {
+    square(skins, geometry, body, Skins::stiffest)
+}
+
 /// A node on a face has an area and half the mass of the elements below it, and on an edge or at a
 /// corner the shear of the faces beside adds to it.
-fn deformable(skins: &Skins, geometry: &Geometry, body: usize) -> f64 {
+fn square(
+    skins: &Skins,
+    geometry: &Geometry,
+    body: usize,
+    stiffness: fn(&Skins, u32, FaceOf) -> Stiffness,
+) -> f64 {
     let mut stiffest = [[0.0_f64; 2]; 3];
     let lattice = geometry.lattice(body);
     let cell = geometry.bodies[body].cell;
     for face in faces() {
         let d = face.direction;
         let height = lattice.spacing(d, cell[d] as usize) * lattice.normal(d).dot(&lattice.axes[d]);
-        let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
+        let Stiffness { normal, shear } = stiffness(skins, body as u32, face);
         // Twice, for the other block; k A/m with A/m = 2/(ρ h).
         let per_mass = 4.0 / (skins.density(body as u32, face) * height);
         stiffest[d][0] = stiffest[d][0].max(normal * per_mass);

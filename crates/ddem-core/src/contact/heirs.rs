@@ -18,8 +18,6 @@ pub(super) struct Old {
 impl Old {
     /// Follows the blocks to where they are. Also returns what is lost on the way.
     pub(super) fn new(mut patch: Patch, placing: &Placing<'_>) -> (Self, Losses) {
-        // The dashpots act once, on the new points.
-        patch.both.dashpot = 0.0;
         let opening = |point: &Point| point.gap + point.offset[1];
         let mut opened: Vec<f64> = patch.points.iter().map(opening).collect();
         let losses = patch.act(placing);
@@ -32,11 +30,17 @@ impl Old {
 
     /// Energy in its springs, and in its bank `[J]`.
     pub(super) fn kept(&self) -> f64 {
-        self.held[0] + self.held[1] + self.patch.bank
+        self.held[0] + self.held[1] + self.patch.owed()
     }
 }
 
 impl Patch {
+    /// What is in the bank and on the accounts of the points `[J]`.
+    pub(super) fn owed(&self) -> f64 {
+        let accounts = self.points.iter().map(|point| point.area * point.account);
+        self.bank + accounts.sum::<f64>()
+    }
+
     /// How far the points opened in the last step `[m]`, in which the normal turned with its block.
     fn opened(&self, placing: &Placing<'_>) -> Vec<f64> {
         if placing.start {
@@ -71,7 +75,7 @@ impl Patch {
     /// Energy in the springs as the scheme of the step keeps it, and in the bank `[J]`.
     pub(super) fn kept(&self, placing: &Placing<'_>) -> f64 {
         let [normal, shear] = self.held(&self.opened(placing));
-        normal + shear + self.bank
+        normal + shear + self.owed()
     }
 
     /// Areas change as blocks turn and slide under pressure, and a corner that leaves a face meets an
@@ -81,7 +85,7 @@ impl Patch {
     pub(super) fn hold(&mut self, placing: &Placing<'_>, old: &Old) {
         // Rounding, and faces that have just met, may leave less than nothing.
         let [normal, shear] = old.held.map(|energy| energy.max(0.0));
-        let before = [normal + old.patch.bank, shear];
+        let before = [(normal + old.patch.owed()).max(0.0), shear];
         let opened = self.opened(placing);
         let natural = self.held(&opened)[0];
         if natural > 0.0 {
@@ -142,7 +146,8 @@ pub(super) struct Handed {
     pub(super) offset: f64,
     /// Shear traction in space `[Pa]`.
     pub(super) shear: Vec3,
-    pub(super) drag: f64,
+    /// Drag in space `[Pa]`.
+    pub(super) drag: Vec3,
     pub(super) slid: f64,
 }
 
@@ -154,8 +159,10 @@ impl Known {
         let hand = |point: &Point| {
             let shear = point.traction.shear;
             let shear = axes * Vec3::new(0.0, shear.x, shear.y);
+            let drag = point.drag;
+            let drag = axes * Vec3::new(drag.normal, drag.shear.x, drag.shear.y);
             let x = placing.position(a, face, &point.spots[0]);
-            (x, Handed { offset: point.offset[0], shear, drag: point.drag, slid: point.slid })
+            (x, Handed { offset: point.offset[0], shear, drag, slid: point.slid })
         };
         Self { points: old.points.iter().map(hand).collect(), near: old.spacing(placing) }
     }
@@ -170,7 +177,7 @@ impl Known {
                 best = (distance, Some(*handed));
             }
         }
-        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0, slid: 0.0 };
+        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: Vec3::zeros(), slid: 0.0 };
         if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
     }
 }

@@ -42,7 +42,7 @@ use crate::mechanism::is_connected;
 use crate::pack::Packs;
 use crate::touch::FaceOf;
 
-pub(crate) use bound::{bound, faces, outer};
+pub(crate) use bound::{bound, faces, outer, stiffest_square};
 pub(crate) use place::{Placed, Placing, Spot};
 pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};
@@ -108,8 +108,10 @@ pub(crate) struct Point {
     pub(crate) gap: f64,
     /// Of the springs `[Pa]`.
     pub(crate) traction: Traction,
-    /// Normal traction of the dashpot at the last step `[Pa]`.
-    pub(crate) drag: f64,
+    /// Of the dashpot, and of what takes back energy that the springs owe, at the last step `[Pa]`.
+    pub(crate) drag: Traction,
+    /// Energy taken so far beyond what the springs hold and what is lost `[J/m²]`.
+    pub(crate) account: f64,
     /// Way that it has slid since the blocks met `[m]`.
     pub(crate) slid: f64,
 }
@@ -143,6 +145,8 @@ pub(crate) struct Patch {
     pub(crate) couple: Vec3,
     /// What new points held less than those before, and may hold again `[J]`.
     pub(crate) bank: f64,
+    /// The points have been made anew at the present positions: they have not moved since.
+    pub(crate) renewed: bool,
 }
 
 /// All patches, the blocks that may get one, and how far joints have moved.
@@ -296,15 +300,15 @@ impl Clone for Patch {
 impl Point {
     /// As the law of a failed joint knows it.
     fn memory(&self) -> Memory {
-        let &Self { slip, offset: [dilation, lifted], gap, traction, .. } = self;
-        Memory { slip, dilation, lifted, damage: 1.0, gap, traction }
+        let &Self { slip, offset: [dilation, lifted], gap, traction, drag, account, .. } = self;
+        Memory { slip, dilation, lifted, damage: 1.0, gap, traction, drag, account }
     }
 
     /// Takes what a law has left.
     fn set(&mut self, memory: &Memory) {
-        let &Memory { slip, dilation, lifted, gap, traction, .. } = memory;
-        (self.slip, self.offset, self.gap, self.traction) =
-            (slip, [dilation, lifted], gap, traction);
+        let &Memory { slip, dilation, lifted, gap, traction, drag, account, .. } = memory;
+        (self.slip, self.offset, self.gap) = (slip, [dilation, lifted], gap);
+        (self.traction, self.drag, self.account) = (traction, drag, account);
     }
 
     /// How deep it is in the other, whether it is pressed or not `[m]`.
@@ -317,7 +321,7 @@ impl Patch {
     /// Energy in the springs, and what is in the bank `[J]`.
     fn stored(&self) -> f64 {
         let [normal, shear] = self.held(&[]);
-        normal + shear + self.bank
+        normal + shear + self.owed()
     }
 
     /// Shortest edge of an element `[m]`.
@@ -331,18 +335,24 @@ impl Patch {
         self.points.iter().map(Point::depth).fold(0.0, f64::max)
     }
 
+    /// Whether its points can slide: it is a contact, or a joint with a failed pair.
+    pub(crate) fn slides(&self) -> bool {
+        let failed = |bond: &Bond| bond.pairs.iter().any(|pair| pair.mode.is_some());
+        !self.points.is_empty() && self.bond.as_deref().is_none_or(failed)
+    }
+
     /// Whether a point exerts anything.
     pub(crate) fn acts(&self, point: &Point) -> bool {
-        point.gap <= 0.0 || self.bond.is_some()
+        point.gap <= 0.0 || point.drag != Traction::default() || self.bond.is_some()
     }
 
     /// Force of a point on block a `[N]`.
     #[inline(always)]
     pub(crate) fn force(&self, point: &Point) -> Vec3 {
         let [normal, along] = &self.now;
-        let Traction { normal: press, shear } = point.traction;
+        let Traction { normal: press, shear } = point.memory().borne();
         let across = normal.cross(along);
-        (normal * (press + point.drag) + along * shear.x + across * shear.y) * point.area
+        (normal * press + along * shear.x + across * shear.y) * point.area
     }
 
     /// Faces of a and b that the points are on.

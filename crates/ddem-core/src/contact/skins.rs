@@ -8,6 +8,7 @@ use crate::deck::{Deck, Material};
 use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::law::{MohrCoulomb, Stiffness};
+use crate::seams::moved_mass;
 use crate::touch::{EdgeOf, FaceOf};
 
 /// Friction angle where neither the deck nor a joint says one `[degrees]`.
@@ -185,11 +186,6 @@ impl Skins {
         self.of(block, face).density
     }
 
-    /// Part of the undamped critical step that dashpots leave.
-    pub(crate) fn damped_part(&self) -> f64 {
-        (1.0 + self.damping * self.damping).sqrt() - self.damping
-    }
-
     /// Of two faces in contact; a body that is held does not move however heavy the other is.
     pub(crate) fn both(&self, [a, b]: [&Skin; 2], held: [bool; 2]) -> Both {
         let series = |a: f64, b: f64| a * b / (a + b);
@@ -209,8 +205,25 @@ impl Skins {
             skin: a.thickness + b.thickness,
             stiffness: [normal, self.shear.unwrap_or(shear)],
             tan_friction: tan_friction.unwrap_or_else(|| FRICTION.to_radians().tan()),
-            dashpot: 2.0 * self.damping * (normal * mass).sqrt(),
+            dashpot: self.dashpot(normal, mass),
         }
+    }
+}
+
+impl Skins {
+    /// Part of the undamped critical step that dashpots leave.
+    pub(super) fn damped_part(&self) -> f64 {
+        (1.0 + self.damping * self.damping).sqrt() - self.damping
+    }
+
+    /// Dashpot of a normal stiffness `[Pa/m]` and a mass for each unit of area `[Pa s/m]`.
+    fn dashpot(&self, normal: f64, mass: f64) -> f64 {
+        2.0 * self.damping * (normal * mass).sqrt()
+    }
+
+    /// Dashpot of a joint of two faces with a normal stiffness of its own `[Pa s/m]`.
+    pub(super) fn dashpot_of_joint(&self, [a, b]: [&Skin; 2], normal: f64) -> f64 {
+        self.dashpot(normal, a.mass * b.mass / (a.mass + b.mass))
     }
 }
 
@@ -249,9 +262,7 @@ impl Skin {
         let Material { density, young, poisson } = material.copied().unwrap_or_default();
         let elastic = Elastic::new(density, young, poisson);
         let height = lattice.spacing(d, cell[d]) * lattice.normal(d).dot(&lattice.axes[d]);
-        // All of a rigid block moves; of a deformable one the layer of elements at the face.
-        let part = if lattice.rigid { 1.0 } else { 0.5 };
-        let mass = part * density * height;
+        let mass = moved_mass(geometry, (body, d), density);
         let mut offset = [0; 3];
         offset[d] = if upper { 1 } else { -1 };
         let number = geometry.neighbour(body, offset).map(|other| {

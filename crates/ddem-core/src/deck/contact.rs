@@ -8,6 +8,9 @@ use super::{Deck, Joint};
 /// Restitution of critical damping that never pulls, exp(−2).
 const CRITICAL: f64 = 0.135_335_283_236_612_7;
 
+/// Damping where none is given, as a fraction of critical.
+const DEFAULT_DAMPING: f64 = 0.2;
+
 /// What blocks do where they meet and no joint is between them (§9). Everything left out follows
 /// from the two faces that meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -23,7 +26,8 @@ pub struct ContactTable {
     /// joints of the two faces, 30 where they have none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Damping along the normal as a fraction of critical, from 0 to 1; default 0.
+    /// Damping of contacts and failed pairs along the normal, and of the fastest vibration of the elements of
+    /// the blocks around, as a fraction of critical, from 0 to 1; default 0.2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
     /// Instead of `damping`: the part of the speed with which two blocks rebound, from 0 to 1.
@@ -40,11 +44,11 @@ impl ContactTable {
 
     /// Damping as a fraction of critical ζ: as given, or that with which a mass rebounds by the
     /// restitution e from a spring and a dashpot that never pull, `ln e = −2ζ acos ζ/√(1 − ζ²)`;
-    /// below e = exp(−2) it is critical. 0 where neither is given.
+    /// below e = exp(−2) it is critical. 0.2 where neither is given.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
         let Some(restitution) = self.restitution.filter(|_| self.damping.is_none()) else {
-            return self.damping.unwrap_or(0.0);
+            return self.damping.unwrap_or(DEFAULT_DAMPING);
         };
         let rebound =
             |ratio: f64| (-2.0 * ratio * ratio.acos() / (1.0 - ratio * ratio).sqrt()).exp();

@@ -7,7 +7,7 @@ use crate::element::lattice::force;
 use crate::in_situ::Borne;
 use crate::kinematics::turn;
 use crate::lanes::{
-    Lanes, add, cross, load, load_at, scale, splat, store_at, sub, times, transposed_times, zero,
+    Lanes, add, cross, load, load_at, scale, store_at, sub, times, transposed_times, zero,
 };
 use crate::pass::{Input, Output, Workspace, half_work};
 
@@ -28,9 +28,6 @@ pub(crate) fn body<S: Simd>(
     *out.torque = [Lanes::ZERO; 3];
     if pack.rigid {
         out.f.fill(Lanes::ZERO);
-        if let Some(drag) = &mut out.viscous {
-            drag.fill(Lanes::ZERO);
-        }
         return;
     }
     work.reserve(3 * shape.nodes);
@@ -82,12 +79,15 @@ fn resist<S: Simd>(
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
-    let (Some((v, beta)), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else { return };
+    let (Some((v, betas)), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else { return };
+    if betas[index] == Lanes::ZERO {
+        return;
+    }
     let pack = &input.moved.packs.packs[index];
     let shape = input.moved.packs.shape_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
     let v = &v[3 * pack.start..3 * (pack.start + shape.nodes)];
-    let (dims, beta) = (shape.dims(0), splat(simd, beta));
+    let (dims, beta) = (shape.dims(0), betas[index].load(simd));
     let Workspace { planes, local, g, way, .. } = work;
     let (g, way) = (&mut g[..v.len()], &mut way[..v.len()]);
     let rotation = input.moved.frames.map(|frames| frames[index].matrix(simd));

@@ -35,6 +35,7 @@
 //! Tension and opening are positive; the normal points from side a to side b.
 
 mod barton_bandis;
+pub(crate) mod bearing;
 mod mohr_coulomb;
 pub(crate) mod response;
 #[cfg(test)]
@@ -100,8 +101,12 @@ pub struct Memory {
     pub gap: f64,
     /// The dilation that is in the gap: that of the step before `[m]`.
     pub lifted: f64,
-    /// Traction at the last step `[Pa]`.
+    /// Traction of the springs at the last step `[Pa]`.
     pub traction: Traction,
+    /// Traction of the dashpot, and of what takes back energy that the springs owe, at the last step `[Pa]`.
+    pub drag: Traction,
+    /// Energy taken so far beyond what the springs hold and what is lost, for each unit of area `[J/m²]`.
+    pub account: f64,
 }
 
 /// Energy that a point has lost for each unit of area `[J/m²]`.
@@ -113,6 +118,8 @@ pub struct Loss {
     pub fracture: f64,
     /// To faces that meet or part within a step; what is lost or gained there nearly cancels.
     pub contact: f64,
+    /// To the dashpot.
+    pub damping: f64,
 }
 
 /// How much failing takes; 0 is brittle.

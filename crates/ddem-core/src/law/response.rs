@@ -156,8 +156,8 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &Memory, after: &Memory) -> Loss 
     loss
 }
 
-/// Energy that the springs of a failed point hold for each unit of area `[J/m²]`.
+/// Energy that a failed point holds for each unit of area: in its springs and on its account `[J/m²]`.
 pub(crate) fn stored(stiffness: Stiffness, memory: &Memory) -> f64 {
     let Traction { normal, shear } = memory.traction;
-    0.5 * normal * memory.gap + 0.5 * shear.norm_squared() / stiffness.shear
+    0.5 * normal * memory.gap + 0.5 * shear.norm_squared() / stiffness.shear + memory.account
 }

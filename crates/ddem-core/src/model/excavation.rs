@@ -10,6 +10,7 @@ use crate::contact::Surfaces;
 use crate::geometry::Geometry;
 use crate::in_situ::InSitu;
 use crate::seams::Seams;
+use crate::sliding::Sliding;
 
 impl Model {
     /// What changes on the way from one stage to another: blocks that are taken out, joints, materials.
@@ -74,6 +75,7 @@ impl Model {
         let met = (self.contact.as_ref(), &self.seated[..]);
         let bonds = at_bonds((deck, constants), geometry, met);
         self.assembly.assemble(geometry, packs, &self.seams, &bonds);
+        self.sliding = Sliding::new(deck, (geometry, packs, &self.assembly));
         if let Some(in_situ) = self.in_situ.take() {
             let blocks = in_situ.without(geometry);
             self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);

@@ -25,6 +25,7 @@ use crate::lanes::Lanes;
 use crate::law::{Laws, laws};
 use crate::pack::Packs;
 use crate::seams::{Seam, Seams};
+use crate::sliding::Sliding;
 
 /// A model: what is where, its elements, supports and loads.
 #[derive(Debug)]
@@ -48,6 +49,8 @@ pub struct Model {
     pub(crate) seated: Vec<Seated>,
     kinematics: Kinematics,
     pub(crate) gravity: Vec3,
+    /// Damping of failed pairs, of contacts and of the blocks that have them.
+    pub(crate) sliding: Sliding,
     pub(crate) deck: Deck,
     computed: Vec<String>,
 }
@@ -99,6 +102,7 @@ impl Model {
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
         let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
         assembly.assemble(&geometry, &packs, &seams, &bonds);
+        let sliding = Sliding::new(deck, (&geometry, &packs, &assembly));
         borders.note_ground(&packs, &assembly);
         let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         Ok(Self {
@@ -117,6 +121,7 @@ impl Model {
             stages,
             kinematics: deck.model.kinematics,
             gravity: Vec3::from(deck.model.gravity),
+            sliding,
             deck: deck.clone(),
             computed: Vec::new(),
         })

@@ -11,7 +11,7 @@ use crate::law::{Mode, Traction};
 use crate::model::Model;
 
 const PATCH: usize = 28;
-const POINT: usize = 19;
+const POINT: usize = 22;
 const NEAR: usize = 3;
 const PAIR: usize = 6;
 const NAMES: [&str; 6] = [
@@ -263,8 +263,17 @@ fn whole(number: f64) -> Option<u32> {
 }
 
 fn point_numbers(point: &Point) -> [f64; POINT] {
-    let Point { spots: [a, b], area, slip, offset: [offset, lifted], gap, traction, drag, slid } =
-        *point;
+    let Point {
+        spots: [a, b],
+        area,
+        slip,
+        offset: [offset, lifted],
+        gap,
+        traction,
+        drag,
+        account,
+        slid,
+    } = *point;
     let [[i, k, x, y], [j, l, u, v]] = [a, b].map(|spot| {
         let Spot { element: [i, k], on: [x, y] } = spot;
         [f64::from(i), f64::from(k), f64::from(x), f64::from(y)]
@@ -272,7 +281,7 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
     let Traction { normal, shear } = traction;
     [
         i, k, x, y, j, l, u, v, area, slip.x, slip.y, offset, lifted, gap, normal, shear.x,
-        shear.y, drag, slid,
+        shear.y, drag.normal, drag.shear.x, drag.shear.y, account, slid,
     ]
 }
 
@@ -287,8 +296,22 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
             on: on.map(|x| x as f32),
         })
     };
-    let [area, slip_x, slip_y, offset, lifted, gap, normal, shear_x, shear_y, drag, slid] =
-        std::array::from_fn(|k| numbers[8 + k]);
+    let [
+        area,
+        slip_x,
+        slip_y,
+        offset,
+        lifted,
+        gap,
+        normal,
+        shear_x,
+        shear_y,
+        drag,
+        drag_x,
+        drag_y,
+        account,
+        slid,
+    ] = std::array::from_fn(|k| numbers[8 + k]);
     let point = Point {
         spots: [spot(0)?, spot(4)?],
         area,
@@ -296,7 +319,8 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
         offset: [offset, lifted],
         gap,
         traction: Traction { normal, shear: Vector2::new(shear_x, shear_y) },
-        drag,
+        drag: Traction { normal: drag, shear: Vector2::new(drag_x, drag_y) },
+        account,
         slid,
     };
     (area >= 0.0 || diverged).then_some(point)

@@ -91,9 +91,9 @@ impl Simulation {
         put("damping", vec![damping_number(self.damping)]);
         let Work { loads, supports, damping, friction, fracture, contact } = *work;
         put("work", vec![loads, supports, damping, friction, fracture, contact]);
-        let initial = self.initial_energy;
+        let (initial, largest) = (self.initial_energy, self.largest_energy);
         let [critical, broken] = self.critical_steps.map(|step| step.unwrap_or(0.0));
-        put("time", vec![*time, origin.0, *end, self.motion.time_step, critical, broken, initial]);
+        put("time", vec![*time, origin.0, *end, self.motion.time_step, critical, broken, initial, largest]);
         let counters = &mut saved.counters;
         let mut count = |name: &str, value: u64| counters.insert(name.to_owned(), value);
         count("steps", *steps);
@@ -135,7 +135,7 @@ impl Simulation {
         let n = 3 * model.n_nodes();
         let (u, v) = (array("displacement")?, array("velocity")?);
         let (
-            &[time, origin, end, time_step, critical, broken, initial],
+            &[time, origin, end, time_step, critical, broken, initial, largest],
             &[loads, supports, damped, friction, fracture, contact],
         ) = (array("time")?, array("work")?)
         else {
@@ -233,6 +233,7 @@ impl Simulation {
             });
         }
         simulation.initial_energy = initial;
+        simulation.largest_energy = largest;
         simulation.measured = None;
         Some(simulation)
     }
@@ -251,7 +252,7 @@ impl Saved {
         let factors = factors.map(|name| array(name)).all(|factors| {
             factors.is_none_or(|factors| factors.len() == model.conditions.n_factors())
         });
-        let &[time, _, _, time_step, _, _, initial] = array("time")? else { return Some(false) };
+        let &[time, _, _, time_step, _, _, initial, _] = array("time")? else { return Some(false) };
         let finite = [time, time_step, initial].iter().all(|x| x.is_finite());
         let times = finite && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
         let stage = count("stage")? as usize;

@@ -10,7 +10,7 @@ use crate::law::{Memory, Mode, Traction};
 use crate::model::Model;
 
 /// Names of the arrays, and numbers a pair.
-const ARRAYS: [(&str, usize); 8] = [
+const ARRAYS: [(&str, usize); 10] = [
     ("pair_mode", 1),
     ("pair_time", 1),
     ("pair_origin", 3),
@@ -19,6 +19,8 @@ const ARRAYS: [(&str, usize); 8] = [
     ("pair_normal", 1),
     ("pair_damage", 1),
     ("pair_gap", 3),
+    ("pair_drag", 3),
+    ("pair_account", 1),
 ];
 
 /// Adds the broken joints, if there are any that a start would not have.
@@ -76,7 +78,7 @@ pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Opti
     for (at, lane, first) in face_places(model) {
         let Some(broken) = &mut breaks.at(at.0)[1 << at.1] else { continue };
         for (p, points) in broken.points.iter_mut().enumerate() {
-            let numbers: [&[f64]; 8] = std::array::from_fn(|array| value(array, first + p));
+            let numbers: [&[f64]; 10] = std::array::from_fn(|array| value(array, first + p));
             broken.times[p][lane] = numbers[1][0];
             set(&mut points[lane], numbers);
         }
@@ -89,8 +91,8 @@ pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Opti
     Some(breaks)
 }
 
-fn numbers(point: &Point, time: f64) -> [[f64; 3]; 8] {
-    let Memory { slip, dilation, damage, gap, lifted, traction } = point.memory;
+fn numbers(point: &Point, time: f64) -> [[f64; 3]; 10] {
+    let Memory { slip, dilation, damage, gap, lifted, traction, drag, account } = point.memory;
     let mode = match point.mode {
         None => 0.0,
         Some(Mode::Shear) => 1.0,
@@ -106,11 +108,13 @@ fn numbers(point: &Point, time: f64) -> [[f64; 3]; 8] {
         one(traction.normal),
         one(damage),
         [gap, dilation, lifted],
+        [drag.normal, drag.shear.x, drag.shear.y],
+        one(account),
     ]
 }
 
-fn set(point: &mut Point, numbers: [&[f64]; 8]) {
-    let [mode, _, origin, slip, shear, normal, damage, gap] = numbers;
+fn set(point: &mut Point, numbers: [&[f64]; 10]) {
+    let [mode, _, origin, slip, shear, normal, damage, gap, drag, account] = numbers;
     point.mode = match mode[0] {
         1.0 => Some(Mode::Shear),
         2.0 => Some(Mode::Tension),
@@ -125,5 +129,7 @@ fn set(point: &mut Point, numbers: [&[f64]; 8]) {
         gap: gap[0],
         lifted: gap[2],
         traction: Traction { normal: normal[0], shear: in_plane(shear) },
+        drag: Traction { normal: drag[0], shear: in_plane(&drag[1..]) },
+        account: account[0],
     };
 }

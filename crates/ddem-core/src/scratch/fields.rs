@@ -100,6 +100,10 @@ pub(crate) struct Part<'a> {
 }
 
 impl Part<'_> {
+    pub(crate) fn is_viscous(&self) -> bool {
+        !self.viscous.is_empty()
+    }
+
     /// Viscous force on one component of one node.
     #[inline(always)]
     pub(crate) fn viscous<S: Simd>(&self, simd: S, at: usize) -> f64x4<S> {
@@ -108,13 +112,13 @@ impl Part<'_> {
 }
 
 impl Balancing<'_> {
-    /// The part of one pack; the fields begin at pack `first`.
+    /// The part of one pack; the fields begin at pack `first`. `viscous` says whether its bodies are.
     pub(crate) fn pack(
         &mut self,
         active: &Active,
         packs: &Packs,
-        first: usize,
-        index: usize,
+        (first, index): (usize, usize),
+        viscous: bool,
     ) -> Part<'_> {
         let node = node_start(packs, first);
         let nodes = node_start(packs, index) - node..node_start(packs, index + 1) - node;
@@ -124,7 +128,7 @@ impl Balancing<'_> {
         let drag = self.outside.first(first);
         let drags = self.outside.first(index) - drag..self.outside.first(index + 1) - drag;
         Part {
-            viscous: self.viscous.get(nodes.clone()).unwrap_or(&[]),
+            viscous: self.viscous.get(nodes.clone()).filter(|_| viscous).unwrap_or(&[]),
             f: &mut self.f[nodes],
             torque: &mut self.torques[index - first],
             sums: &mut self.sums[index - first],

@@ -131,7 +131,10 @@ impl Simulation {
         let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } =
             self.losing;
         let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact + met];
-        Energy::new(sums.kinetic, strain, lost, external, self.initial_energy)
+        let references = [self.initial_energy, self.largest_energy];
+        let energy = Energy::new(sums.kinetic, strain, lost, external, references);
+        self.largest_energy = energy.largest;
+        energy
     }
 
     /// Pairs that have failed, in shear and in tension.

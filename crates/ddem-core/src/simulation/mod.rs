@@ -21,6 +21,7 @@ use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
 use crate::deck::{Damping, TimeStep};
 use crate::error::{Fault, RunError};
+use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::motion::Motion;
 use crate::scratch::Scratch;
@@ -49,11 +50,15 @@ pub struct Simulation {
     pub(crate) relaxation: Option<Relaxation>,
     pub(crate) factors: Vec<f64>,
     pub(crate) velocities: Vec<[f64; 3]>,
+    /// β of the bodies of each pack, as the last look had it `[s]`.
+    viscous: Vec<Lanes>,
     /// Of the model as it starts, and with all joints that can fail turned to springs.
     pub(crate) critical_steps: [Option<f64>; 2],
     pub(crate) last: Sums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
     pub(crate) initial_energy: f64,
+    /// Largest energy that has been seen since `[J]`.
+    pub(crate) largest_energy: f64,
     /// [`start`](Self::start) has set the time step.
     pub(crate) started: bool,
     /// The step at whose end forces and sums were measured.
@@ -103,9 +108,11 @@ impl Simulation {
             relaxation: None,
             factors,
             velocities,
+            viscous: Vec::new(),
             critical_steps: [None; 2],
             last: Sums::default(),
             initial_energy: 0.0,
+            largest_energy: 0.0,
             started: false,
             measured: None,
             strain: [0.0; 2],
@@ -327,6 +334,13 @@ impl Simulation {
     }
 
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {
+        let joints = (&self.state.breaks, &self.state.contacts);
+        let Motion { stiffness, fictitious, .. } = self.motion;
+        self.viscous.clear();
+        if !fictitious {
+            let Model { sliding, packs, .. } = &self.model;
+            sliding.viscosities(packs, stiffness, joints, &mut self.viscous);
+        }
         let gravity = self.factors.last().copied().unwrap_or(1.0);
         let context = Context {
             model: &self.model,
@@ -337,6 +351,7 @@ impl Simulation {
             factors: &self.factors,
             gravity: (self.model.gravity * gravity).into(),
             velocities: &self.velocities,
+            viscous: &self.viscous,
             failing: (!self.motion.fictitious && !self.holds).then_some(1.0),
             turning: self.model.can_meet(),
             waits: false,

@@ -12,7 +12,7 @@ use crate::timestep::largest_eigenvalue;
 /// Part of the critical step that `"auto"` takes (§6).
 const SAFETY: f64 = 0.9;
 
-/// The same once pairs have failed: faces that meet and part make energy when a step is close to
+/// The same once pairs have failed: springs with friction of which some slide flutter when a step is close to
 /// the critical one.
 const BROKEN_SAFETY: f64 = 0.8;
 
@@ -66,6 +66,12 @@ impl Simulation {
         SAFETY * self.resolved()
     }
 
+    /// The same with the joints as they are now.
+    fn present_part(&self) -> f64 {
+        let safety = if self.state.failed == [0; 2] { SAFETY } else { BROKEN_SAFETY };
+        safety * self.resolved()
+    }
+
     fn resolved(&self) -> f64 {
         let meet = self.model.can_meet() && self.model.packs.rigid > 0;
         if meet { RESOLVED } else { 1.0 }
@@ -87,19 +93,26 @@ impl Simulation {
         Ok(step)
     }
 
-    /// The critical step when contacts may join the stiffness whose largest eigenvalue is given `[s]`.
-    /// One set of blocks whose joints all hold has none.
+    /// The critical step when contacts may join the stiffness whose largest eigenvalue is given, and with
+    /// the damping of blocks that slide `[s]`. One set of blocks whose joints all hold has neither.
     fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
         let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
         let of = (&*model.geometry, &model.packs, &model.assembly);
-        let Some(surfaces) = surfaces else {
+        let fastest = match surfaces {
+            Some(surfaces) => {
+                let [more, rigid] = bound(&surfaces.skins, of);
+                (largest + more).max(rigid)
+            }
+            None if largest > 0.0 => largest,
             // Rigid blocks without any joint have no stiffness: they step as if they met others.
-            let alone = || bound(&Skins::new(&model.deck, &model.geometry), of)[1];
-            return 2.0 / if largest > 0.0 { largest } else { alone() }.sqrt();
+            None => bound(&Skins::new(&model.deck, &model.geometry), of)[1],
         };
-        let [more, rigid] = bound(&surfaces.skins, of);
-        2.0 / (largest + more).max(rigid).sqrt() * surfaces.skins.damped_part()
+        if broken || surfaces.is_some() {
+            model.sliding.critical_step(fastest)
+        } else {
+            2.0 / fastest.sqrt()
+        }
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
@@ -124,8 +137,7 @@ impl Simulation {
             return Err(RunError::NoCriticalStep);
         }
         let step = match time_step {
-            TimeStep::Auto if self.state.failed == [0; 2] => self.automatic_part() * critical,
-            TimeStep::Auto => BROKEN_SAFETY * self.resolved() * critical,
+            TimeStep::Auto => self.present_part() * critical,
             TimeStep::Seconds(step) if step > largest => {
                 return Err(RunError::TimeStep { time_step: step, critical: largest });
             }
@@ -176,9 +188,7 @@ impl Simulation {
         let largest = self.damping.stable_step(self.critical(false)?);
         let time_step = self.motion.time_step;
         if self.state.automatic {
-            let broken = self.state.failed != [0; 2];
-            let part = if broken { BROKEN_SAFETY * self.resolved() } else { self.automatic_part() };
-            self.slow_down(part * critical);
+            self.slow_down(self.present_part() * critical);
         } else if time_step > largest {
             // To be said at the next step, too.
             self.critical_steps = [None; 2];

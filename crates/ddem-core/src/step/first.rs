@@ -36,8 +36,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Velocities and the time step that they are of, for the way of the last step.
     pub(crate) way: (&'a [Lanes], f64),
-    /// Velocities to which the bodies answer with β times their stiffness, and β `[s]`.
-    pub(crate) viscous: Option<(&'a [Lanes], f64)>,
+    /// Velocities to which the bodies answer with β times their stiffness, and β of each pack `[s]`.
+    pub(crate) viscous: Option<(&'a [Lanes], &'a [Lanes])>,
     /// Bodies by pack and lane that have supports.
     pub(crate) held: &'a [[bool; LANES]],
     /// Without the rotations of the blocks, whatever the kinematics.
@@ -66,8 +66,9 @@ impl<'a> Pass<'a> {
 
     /// How pairs are looked at.
     fn look(&self) -> Look<'a> {
-        let Self { model, failing, turning, time, .. } = *self;
-        Look { failing, turning, time, laws: &model.laws }
+        let Self { model, failing, turning, time, last, way: (_, time_step), .. } = *self;
+        let time_step = last.map(|_| time_step);
+        Look { failing, turning, time, time_step, laws: &model.laws }
     }
 }
 

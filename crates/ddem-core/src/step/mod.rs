@@ -56,6 +56,8 @@ pub(crate) struct Context<'a> {
     pub(crate) factors: &'a [f64],
     /// Gravity times its factor `[m/s²]`.
     pub(crate) gravity: [f64; 3],
+    /// β of the bodies of each pack, or nothing `[s]`.
+    pub(crate) viscous: &'a [Lanes],
     /// Velocity of each fix half a step ahead `[m/s]`.
     pub(crate) velocities: &'a [[f64; 3]],
     /// As in [`Pass`].
@@ -137,7 +139,12 @@ fn run_advance<S: Simd>(
             node_start(packs, index) - first_node..node_start(packs, index + 1) - first_node;
         let frame = &mut fields.frames[index - run.start];
         let (u, v) = (&mut fields.u[nodes.clone()], &mut fields.v[nodes]);
-        let mut part = fields.balancing.pack(context.active, packs, run.start, index);
+        let mut part = fields.balancing.pack(
+            context.active,
+            packs,
+            (run.start, index),
+            context.is_viscous(index),
+        );
         let pack = &packs.packs[index];
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
@@ -169,7 +176,7 @@ fn run_balance<S: Simd>(
     let packs = &context.model.packs;
     for index in run.clone() {
         let v = &v[node_start(packs, index)..node_start(packs, index + 1)];
-        let mut part = fields.pack(context.active, packs, run.start, index);
+        let mut part = fields.pack(context.active, packs, (run.start, index), context.is_viscous(index));
         let pack = &packs.packs[index];
         let poses = if pack.rigid { poses.get(pack.rigid_start) } else { None };
         balance_pack(simd, context, index, (v, &frames[index], others, poses), &mut part);
@@ -182,6 +189,7 @@ fn run_balance<S: Simd>(
         let mass = &context.model.assembly.inertia[context.inertia(index)].mass;
         let update = Update::new(simd, context.motion);
         let mut tally = Tally::new(simd);
+        let damped = context.motion.damped || part.is_viscous();
         for (at, (f, v)) in part.f.iter().zip(v).enumerate() {
             let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
             let (old, force) = (v.load(simd), f.load(simd));
@@ -205,7 +213,7 @@ fn run_balance<S: Simd>(
             } else {
                 tally.kinetic(mass, old, new);
             }
-            if context.motion.damped {
+            if damped {
                 let mean = if start { old } else { (old + new) * 0.5 };
                 tally.damped(local + c * mean + part.viscous(simd, at), old, new);
             }
@@ -293,6 +301,7 @@ fn advance_pack<S: Simd>(
     let first = 3 * context.model.packs.packs[index].start;
     let update = Update::new(simd, motion);
     let mut tally = Tally::new(simd);
+    let damped = motion.damped || part.is_viscous();
     let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
     sums.supports[0] = support_power(context, index, v, part.reactions);
     let drawn = drag_power(context, index, v, part.drags);
@@ -305,7 +314,7 @@ fn advance_pack<S: Simd>(
         if part.loaded {
             tally.loaded(part.q[at].load(simd), old, new);
         }
-        if motion.damped {
+        if damped {
             let mean = if motion.start { old } else { (old + new) * 0.5 };
             tally.damped(local + c * mean + part.viscous(simd, at), old, new);
         }
@@ -354,11 +363,15 @@ impl<'a> Context<'a> {
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
             way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
-            viscous: (self.motion.stiffness > 0.0).then_some((v, self.motion.stiffness)),
+            viscous: (!self.viscous.is_empty()).then_some((v, self.viscous)),
             held: &self.active.held_bodies,
             linear: false,
             energies,
         }
+    }
+
+    fn is_viscous(&self, pack: usize) -> bool {
+        self.viscous.get(pack).is_some_and(|beta| *beta != Lanes::ZERO)
     }
 
     fn dashpots(&self, pack: usize) -> &'a [Dashpot] {

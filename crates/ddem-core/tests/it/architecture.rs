@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 19] = [
+const ROWS: [&[&str]; 20] = [
     &["relax", "fields", "saved"],
     &["joints"],
     &["simulation"],
@@ -14,6 +14,7 @@ const ROWS: [&[&str]; 19] = [
     &["pass"],
     &["state", "motion"],
     &["model"],
+    &["sliding"],
     &["contact"],
     &["mechanism", "breaks", "kinematics", "boundary", "in_situ"],
     &["conditions", "assembly", "parallel"],
