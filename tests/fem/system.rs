@@ -1,7 +1,7 @@
 //! The assembled equations of a mesh.
 
 use super::sparse::{add_scaled, dot, norm};
-use super::{Csr, Formulation, Mesh, element};
+use super::{Csr, ElementKind, Formulation, Mesh, element};
 
 /// Stiffness, mass and the grouping of nodes the solver's preconditioner uses.
 #[derive(Clone, Debug)]
@@ -15,11 +15,16 @@ pub struct System {
 }
 
 impl System {
-    /// Assembles all elements of a mesh, in their order.
+    /// Assembles all elements of a mesh, in their order: bodies with this formulation, joints, strips and
+    /// corners with the trilinear one.
     pub fn assemble(mesh: &Mesh, formulation: Formulation) -> Self {
         let pattern = mesh.elements.iter().map(|element| element.nodes);
         let mut stiffness = Csr::of_elements(mesh.nodes.len(), pattern);
         for element in &mesh.elements {
+            let formulation = match element.kind {
+                ElementKind::Body => formulation,
+                _ => Formulation::Standard,
+            };
             let matrix = element::stiffness(&mesh.corners(element), &element.material, formulation);
             for row in 0..24 {
                 let global_row = 3 * element.nodes[row / 3] + row % 3;

@@ -167,8 +167,8 @@ impl Sample {
     /// The deck.
     pub(crate) fn deck(&self) -> Deck {
         let mut deck = Deck::default();
-        if self.incompatible {
-            deck.model.element = ElementKind::Incompatible;
+        if !self.incompatible {
+            deck.model.element = ElementKind::Standard;
         }
         deck.materials.insert("rock".into(), material(ROCK));
         let names = ["across_x", "across_y", "across_z"].map(String::from);

@@ -1,8 +1,8 @@
 //! Bending with one element a block, with and without incompatible modes.
 
-use super::record::Tolerance::{Between, Relative};
+use super::record::Tolerance::{AtMost, Between, Relative};
 use super::record::{check, of};
-use super::shared::{example, run};
+use super::shared::{edited, example, run};
 
 /// Timoshenko: P L³/(3 E I) + P L/(κ G A), κ = 5/6.
 const EXACT: f64 = -(1e5 * 512.0 / (3.0 * 18e9 / 12.0) + 1e5 * 8.0 / (5.0 / 6.0 * 7.2e9));
@@ -22,4 +22,33 @@ fn incompatible_elements_bend() {
     let run = run(&example(case.deck));
     check(case, "u_z of the tip [m]", EXACT, run.last("tip.z"), Relative(0.02));
     check(case, "force of the wall, z [N]", 1e5, run.last("wall.z"), Relative(1e-6));
+}
+
+/// A deck that sets nothing has the element that bends, and joints as thin as one likes.
+#[test]
+fn what_sets_nothing_bends() {
+    let case = of("cantilever_default");
+    let deck = example(case.deck);
+    let steps = |text: &str, name: &str| {
+        let run = run(text);
+        check(
+            case,
+            &format!("u_z of the tip, {name} [m]"),
+            EXACT,
+            run.last("tip.z"),
+            Relative(0.02),
+        );
+        check(
+            case,
+            &format!("force of the wall, z, {name} [N]"),
+            1e5,
+            run.last("wall.z"),
+            Relative(1e-4),
+        );
+        run.summary.stages[0].steps as f64
+    };
+    let thick = steps(&deck, "joints of 1 mm");
+    let thin =
+        steps(&edited(&deck, "thickness = 0.001 ", "thickness = 1e-5 "), "joints of 0.01 mm");
+    check(case, "steps, joints of 0.01 mm", 1.5 * thick, thin, AtMost);
 }

@@ -59,6 +59,7 @@ pub(crate) const CASES: &[Case] = &[
     case("Relaxation beyond strength", "relax_strength"),
     case("Cantilever", "cantilever_standard"),
     case("Cantilever", "cantilever_incompatible"),
+    case("Cantilever", "cantilever_default"),
     case("V9 rocking block", "v09_rocking"),
     case("V10 large rotation", "v10_spin"),
     case("V10 large rotation", "v10_spin_rigid"),

@@ -156,6 +156,9 @@ fn model(report: &Report) -> String {
         all if all == pairs => line + ", which can all fail",
         some => format!("{line}, of which {some} can fail"),
     };
+    for interface in &report.interfaces {
+        lines += &format!("\n{interface}");
+    }
     for (index, charge) in charges.iter().enumerate() {
         lines += &format!("\ncharge {index}: {charge}");
     }

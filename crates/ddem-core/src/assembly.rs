@@ -64,7 +64,7 @@ pub(crate) struct Assembly {
     pub(crate) pack_inertia: Vec<u32>,
     /// Matter of the rigid bodies, pack by pack of these; lanes without a body repeat the first.
     pub(crate) rigid: Vec<[Matter; LANES]>,
-    element_index: HashMap<[u64; 12], u32>,
+    element_index: HashMap<(ElementKind, [u64; 12]), u32>,
     table_index: HashMap<[Option<u32>; LANES], u32>,
 }
 
@@ -120,10 +120,11 @@ impl Assembly {
     ) -> Option<u32> {
         let lattice = geometry.lattice(body);
         let cell = geometry.bodies[body].cell.map(|c| c as usize);
-        let elastic = if offset == 0 {
-            constants.materials[geometry.bodies[body].material as usize]
+        // A mode of the blocks in a layer, 1 − ξ² along its normal, would cancel slip that changes along it.
+        let (elastic, kind) = if offset == 0 {
+            (constants.materials[geometry.bodies[body].material as usize], kind)
         } else {
-            joint_material(geometry, constants, body, offset)?
+            (joint_material(geometry, constants, body, offset)?, ElementKind::Standard)
         };
         let length = |d: usize| {
             if offset & (1 << d) == 0 {
@@ -142,7 +143,7 @@ impl Assembly {
         let numbers = edges.iter().flat_map(|e| e.iter()).chain(&constants);
         key.iter_mut().zip(numbers).for_each(|(k, x)| *k = x.to_bits());
         let elements = &mut self.elements;
-        *self.element_index.entry(key).or_insert_with(|| {
+        *self.element_index.entry((kind, key)).or_insert_with(|| {
             elements.push(Element::new(edges, elastic, kind));
             elements.len() as u32 - 1
         })

@@ -60,7 +60,7 @@ pub use error::{Fault, ModelError, RunError};
 pub use fields::{
     CONTACT_FIELDS, Contact, ContactCounts, ContactField, FIELDS, Field, Fragment, On,
 };
-pub use geometry::Face;
+pub use geometry::{Face, Interface};
 pub use history::Function;
 pub use joints::PairAt;
 pub use model::Model;

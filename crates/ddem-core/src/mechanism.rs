@@ -71,13 +71,21 @@ pub(crate) fn free_motion(
                 describe(&motions, &centre, size).join(", ")
             ),
         )
-        .help(if deck.boundary.is_empty() {
-            "hold that motion with [[fix]], or make the stage dynamic"
-        } else {
-            "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
-             which the boundary is there; it keeps what the fix bore"
-        }),
+        .help(help(deck, geometry)),
     )
+}
+
+/// Where what holds the blocks may be missing.
+fn help(deck: &Deck, geometry: &Geometry) -> String {
+    let hold = if deck.boundary.is_empty() {
+        "hold that motion with [[fix]], or make the stage dynamic"
+    } else {
+        "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
+         which the boundary is there; it keeps what the fix bore"
+    };
+    let mut help = geometry.ajar(deck);
+    help.push(hold.to_owned());
+    help.join("; ")
 }
 
 /// Whether joints connect all blocks.

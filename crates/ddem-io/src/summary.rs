@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use ddem_core::ChargeSize;
+use ddem_core::{ChargeSize, Interface};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::output_error::OutputError;
@@ -33,6 +33,9 @@ pub struct Summary {
     /// Fragments at the end.
     #[serde(default)]
     pub fragments: FragmentSummary,
+    /// Sets that touch at the start, and what is between them.
+    #[serde(default)]
+    pub interfaces: Vec<InterfaceSummary>,
     /// Charges before they go off, in the order of the deck.
     #[serde(default)]
     pub charges: Vec<ChargeSummary>,
@@ -72,6 +75,23 @@ pub struct FragmentSummary {
     pub number: u64,
     /// Volume of the largest `[m³]`.
     pub largest_volume: f64,
+}
+
+/// Two sets that touch.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InterfaceSummary {
+    /// Names of the two sets.
+    pub sets: [String; 2],
+    /// Name of the joint that joins them; `null` where their blocks meet as contacts.
+    pub joint: Option<String>,
+    /// Faces of blocks that it is over.
+    pub faces: u64,
+}
+
+impl From<Interface> for InterfaceSummary {
+    fn from(Interface { sets, joint, faces }: Interface) -> Self {
+        Self { sets, joint, faces: faces as u64 }
+    }
 }
 
 /// One charge before it goes off, where blocks are in their reference positions.

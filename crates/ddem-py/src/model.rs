@@ -32,8 +32,8 @@ use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, val
 ///     Acceleration of gravity [m/s²]; none without it.
 /// kinematics : {"corotational", "small"}, optional
 ///     Whether each block follows its own finite rotation.
-/// element : {"standard", "incompatible"}, optional
-///     The element of the blocks.
+/// element : {"incompatible", "standard"}, optional
+///     The element of the blocks: with incompatible modes, which bends as it must, or the trilinear one.
 /// contact : bool, optional
 ///     Find new contacts between blocks; without it, where a joint can fail or there is more than
 ///     one set of blocks. What they are is said by :meth:`contact`.

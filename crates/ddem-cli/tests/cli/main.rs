@@ -5,4 +5,5 @@ mod contacts;
 mod excavation;
 mod fragments;
 mod harness;
+mod interfaces;
 mod runs;

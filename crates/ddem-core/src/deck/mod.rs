@@ -118,13 +118,13 @@ pub enum Kinematics {
     Corotational,
 }
 
-/// The element of the blocks and joints (§3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+/// The element of the blocks (§3); that of joints is always the trilinear one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ElementKind {
-    /// The paper's trilinear hexahedron.
-    #[default]
+    /// The paper's trilinear hexahedron, which locks in bending.
     Standard,
     /// With the incompatible modes of Wilson and Taylor: no shear locking in bending.
+    #[default]
     Incompatible,
 }

@@ -1,7 +1,9 @@
 //! Faces of blocks of two lattices that lie on each other, and the joint that is between them.
 //!
-//! Where blocks are refined the joint is that of the finer side. Two block sets that touch are joined
-//! where both have a joint across the face: by that of the later one, or the one that is assigned there.
+//! Where blocks are refined the joint is that of the finer side. Two block sets are joined where both have
+//! a joint across the face: by that of the later one, or the one that is assigned there. They are where
+//! the faces of their cells lie on each other, or where the gap is as wide as the joint is thick; nearer
+//! than that they are apart.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -19,7 +21,7 @@ const PARALLEL: f64 = 1e-8;
 /// Part of the smaller face that is over the other at least.
 const SLIVER: f64 = 1e-6;
 
-/// Two faces that lie on each other.
+/// Two faces that lie on each other, or nearly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Abutment {
     /// a and b, the lower number first.
@@ -43,14 +45,15 @@ struct Seat {
     whole: [Vec3; 4],
 }
 
-/// All faces of bodies of different lattices that lie on each other, sorted, with the joints of a stage.
+/// All faces of bodies of different lattices that lie on each other, sorted, with the joints of a stage; and
+/// those of different sets that are nearer than their joint is thick, but that it does not join.
 pub(super) fn abutments(
     geometry: &Geometry,
     (deck, names, stage): (&Deck, &Names, usize),
     set_names: &[Option<&str>],
-) -> Vec<Abutment> {
+) -> [Vec<Abutment>; 2] {
     if geometry.lattices.len() < 2 {
-        return Vec::new();
+        return [Vec::new(), Vec::new()];
     }
     // Thickness and normal stiffness.
     let of = |joint: &Joint| {
@@ -69,7 +72,9 @@ pub(super) fn abutments(
     let abut = |blocks: [u32; 2]| {
         faces().find_map(|faces| geometry.abut(blocks, faces, (&joints, &assigned)))
     };
-    geometry.near(thickest).into_iter().filter(other).filter_map(abut).collect()
+    let near = geometry.near(thickest).into_iter().filter(other).filter_map(abut);
+    let (joined, apart): (Vec<_>, Vec<_>) = near.partition(|(_, joined)| *joined);
+    [joined, apart].map(|all| all.into_iter().map(|(abutment, _)| abutment).collect())
 }
 
 /// A face of each of two bodies.
@@ -164,19 +169,21 @@ impl Geometry {
         Some(joint).filter(|&joint| joint != NO_JOINT)
     }
 
+    /// Two faces that lie on each other, or nearly, and whether they are joined.
     fn abut(
         &self,
         blocks: [u32; 2],
         faces: [FaceOf; 2],
         (joints, assigned): (&[[f64; 2]], &[(Region, u16)]),
-    ) -> Option<Abutment> {
+    ) -> Option<(Abutment, bool)> {
         let bodies = blocks.map(|block| block as usize);
         let seats = self.opposed(bodies, faces)?;
         let fine = usize::from(seats[1].area <= seats[0].area);
         let joint = self.joint_between(bodies, faces, fine, (&seats[fine], assigned))?;
         let [thickness, stiffness] = joints[joint as usize];
-        let [gap, area] = self.lie_on(bodies, &seats, thickness)?;
-        Some(Abutment { blocks, faces, joint, area, gap, stiffness })
+        let [gap, area] = self.lie_on(bodies, &seats, [-thickness, thickness])?;
+        let joined = self.joins(bodies, &seats, (gap, thickness));
+        Some((Abutment { blocks, faces, joint, area, gap, stiffness }, joined))
     }
 
     /// Blocks whose boxes are no farther apart than this, with what they miss by rounding.
@@ -199,7 +206,7 @@ impl Geometry {
             let bodies = blocks.map(|block| block as usize);
             let touch = |faces: [FaceOf; 2]| {
                 let seats = self.opposed(bodies, faces)?;
-                self.lie_on(bodies, &seats, 0.0)
+                self.lie_on(bodies, &seats, [0.0; 2])
             };
             self.set(bodies[0]) != self.set(bodies[1])
                 && !joined.contains(blocks)
@@ -219,14 +226,33 @@ impl Geometry {
         opposed.then(|| [0, 1].map(|side| self.seat(bodies[side], faces[side])))
     }
 
-    /// Distance of two faces `[m]` and the area with which they lie on each other `[m²]`, up to a gap as
-    /// wide as the thickness of their joint.
-    fn lie_on(&self, bodies: [usize; 2], seats: &[Seat; 2], thickness: f64) -> Option<[f64; 2]> {
+    /// By how much faces of two bodies that lie on each other may miss `[m]`.
+    fn misses(&self, bodies: [usize; 2]) -> f64 {
+        MISSES
+            * bodies.map(|body| self.shortest_edge(body)).into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a joint is between two faces with a gap: in one set it always is. The faces of cells that
+    /// blocks were taken out of lie on those of the blocks in their place, across half of a joint.
+    fn joins(&self, bodies: [usize; 2], seats: &[Seat; 2], (gap, thickness): (f64, f64)) -> bool {
+        let misses = self.misses(bodies);
+        let cells = (seats[1].whole[0] - seats[0].whole[0]).dot(&seats[0].normal);
+        let [a, b] = bodies.map(|body| self.set(body));
+        gap >= -misses && (a == b || cells.abs() <= misses || (gap - thickness).abs() <= misses)
+    }
+
+    /// Distance of two faces `[m]` and the area with which they lie on each other `[m²]`, where the distance
+    /// is in a range.
+    fn lie_on(
+        &self,
+        bodies: [usize; 2],
+        seats: &[Seat; 2],
+        [least, most]: [f64; 2],
+    ) -> Option<[f64; 2]> {
         let middle = |seat: &Seat| seat.corners.iter().sum::<Vec3>() / 4.0;
         let gap = (middle(&seats[1]) - middle(&seats[0])).dot(&seats[0].normal);
-        let misses = MISSES
-            * bodies.map(|body| self.shortest_edge(body)).into_iter().fold(f64::INFINITY, f64::min);
-        if gap < -misses || gap > thickness + misses {
+        let misses = self.misses(bodies);
+        if gap < least - misses || gap > most + misses {
             return None;
         }
         // Seen along the normal.

@@ -71,7 +71,7 @@ impl Geometry {
             let lattice = &self.lattices[body.lattice as usize];
             body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
         }
-        self.abutments = abut::abutments(self, (deck, names, stage), &sets);
+        [self.abutments, self.apart] = abut::abutments(self, (deck, names, stage), &sets);
         // Joints do not come, nor back, in a run: what is in contact stays so.
         self.abutments.retain(|abutment| before.joint_of(abutment.blocks).is_some());
         self.abutting = abut::abutting(&self.abutments);

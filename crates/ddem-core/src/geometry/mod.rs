@@ -18,6 +18,7 @@ mod abut;
 mod assign;
 mod cells;
 mod face;
+mod interface;
 mod lattice;
 mod nothing;
 mod overlap;
@@ -29,6 +30,7 @@ mod surface;
 pub(crate) use abut::Abutment;
 pub use face::Face;
 pub(crate) use face::faces;
+pub use interface::Interface;
 pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
 use nothing::no_block;
 pub(crate) use nothing::{no_node, nothing, place};
@@ -70,6 +72,8 @@ pub(crate) struct Geometry {
     pub(crate) n_nodes: usize,
     /// Faces of different lattices that lie on each other, with the joint between them.
     pub(crate) abutments: Vec<Abutment>,
+    /// Faces of different sets that are nearer than their joint is thick, and not joined.
+    apart: Vec<Abutment>,
     /// The joint at each face, by block and number, that one of these has.
     pub(crate) abutting: HashMap<(u32, u8), u16>,
     /// Corners of the box around everything.
@@ -108,10 +112,18 @@ impl Geometry {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let (bodies, abutments, abutting) = (Vec::new(), Vec::new(), HashMap::new());
-        let mut geometry = Self { lattices, bodies, n_nodes: 0, abutments, abutting, bounds };
+        let mut geometry = Self {
+            lattices,
+            bodies: Vec::new(),
+            n_nodes: 0,
+            abutments: Vec::new(),
+            apart: Vec::new(),
+            abutting: HashMap::new(),
+            bounds,
+        };
         geometry.number()?;
-        geometry.abutments = abut::abutments(&geometry, (deck, names, 0), &set_names);
+        let [joined, apart] = abut::abutments(&geometry, (deck, names, 0), &set_names);
+        (geometry.abutments, geometry.apart) = (joined, apart);
         geometry.abutting = abut::abutting(&geometry.abutments);
         let faults = geometry.unused(deck, &unused, &of);
         if !faults.is_empty() {
@@ -184,6 +196,7 @@ impl Geometry {
         self.lattices.iter().map(Lattice::bytes).sum::<usize>()
             + size_of_val(&self.bodies[..])
             + size_of_val(&self.abutments[..])
+            + size_of_val(&self.apart[..])
             + self.abutting.capacity() * (size_of::<((u32, u8), u16)>() + 1)
     }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use super::Model;
 use crate::charge::ChargeSize;
 use crate::deck::Where;
-use crate::geometry::{Face, Vec3, place};
+use crate::geometry::{Face, Interface, Vec3, place};
 
 impl Model {
     /// What is allowed but perhaps not meant.
@@ -28,6 +28,7 @@ impl Model {
             }
         }
         warnings.extend(self.empty());
+        warnings.extend(self.geometry.ajar(&self.deck));
         warnings.extend(self.unbalanced());
         warnings.extend(self.unborne());
         warnings.extend(self.glued());
@@ -121,6 +122,12 @@ impl Model {
     #[must_use]
     pub fn charges(&self) -> Vec<ChargeSize> {
         self.conditions.charged.iter().map(|charged| charged.charge.size).collect()
+    }
+
+    /// Sets that touch at the start: those that joints join, and those whose blocks meet as contacts.
+    #[must_use]
+    pub fn interfaces(&self) -> Vec<Interface> {
+        self.geometry.interfaces(&self.deck)
     }
 
     /// Sets that touch where no contacts are found.

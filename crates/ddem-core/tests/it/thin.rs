@@ -74,3 +74,31 @@ fn a_tolerance_below_rounding_is_refused_with_what_can_be_reached() {
     // What it says can be reached.
     simulation.relax(3.0 * ratio, 1000).unwrap_or_else(|error| panic!("{error}"));
 }
+
+/// What a layer of one element takes when the block above stretches and the one below does not, whatever the
+/// element of the blocks: with u = a x (1 + ζ)/2 in the layer, G a² A (ℓ²/12)/2t in slip and M a² A t/6 along.
+#[test]
+fn slip_that_changes_along_a_layer_is_resisted() {
+    for element in [ElementKind::Standard, ElementKind::Incompatible] {
+        for thickness in [1e-1, 1e-3, 1e-6] {
+            let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 1, thickness);
+            deck.joints.insert("seam".into(), layer(thickness));
+            deck.model.element = element;
+            deck.model.kinematics = Kinematics::Small;
+            let mut simulation = simulation(&deck);
+            let stretch = 1e-4;
+            let moved = points(simulation.model()).into_iter();
+            let moved =
+                moved.map(|x| [if x.z > 1.0 { stretch * (x.x - 0.5) } else { 0.0 }, 0.0, 0.0]);
+            let moved: Vec<[f64; 3]> = moved.collect();
+            simulation.set_displacements(&moved);
+            let Material { young, poisson, .. } = deck.materials["rock"];
+            let shear = young / (2.0 * (1.0 + poisson));
+            let modulus = 2.0 * shear * (1.0 - poisson) / (1.0 - 2.0 * poisson);
+            let slip = shear * stretch * stretch / (24.0 * thickness);
+            let along = modulus * stretch * stretch * thickness / 6.0;
+            let off = simulation.energy().strain_joints / (slip + along) - 1.0;
+            assert!(off.abs() < 1e-9, "{element:?} {thickness}: {off:e}");
+        }
+    }
+}

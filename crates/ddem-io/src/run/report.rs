@@ -3,7 +3,9 @@
 use std::fmt;
 
 use ddem_core::deck::{Stage, StageKind, TimeStep};
-use ddem_core::{ChargeSize, Deck, Fault, Model, ModelError, SHORTEST_STEP, Simulation, Size};
+use ddem_core::{
+    ChargeSize, Deck, Fault, Interface, Model, ModelError, SHORTEST_STEP, Simulation, Size,
+};
 
 use super::RunFailure;
 use super::plan::{Plan, estimate};
@@ -32,6 +34,8 @@ pub struct Report {
     /// Pairs of blocks that are near each other at the start and that no joint holds; none where no
     /// contacts are looked for.
     pub near: Option<u64>,
+    /// Sets that touch, and the joint that joins them or none.
+    pub interfaces: Vec<Interface>,
     /// Critical time step `[s]`; not a number when no stage needs it.
     pub critical_step: f64,
     /// Memory that a run needs `[bytes]`.
@@ -75,6 +79,10 @@ impl fmt::Display for Report {
         }
         if let Some(near) = self.near {
             writeln!(f, "contacts       {near} pairs of blocks near each other at the start")?;
+        }
+        for interface in &self.interfaces {
+            let what = if interface.joint.is_some() { "joined" } else { "touching" };
+            writeln!(f, "{what:<15}{interface}")?;
         }
         if self.critical_step.is_finite() {
             writeln!(f, "critical step  {:.6e} s", self.critical_step)?;
@@ -249,6 +257,7 @@ pub(super) fn report(simulation: &mut Simulation, samplers: &[Sampler]) -> Repor
         critical_step,
         bytes: grown(Size::of(deck), model).bytes as u64,
         charges: model.charges(),
+        interfaces: model.interfaces(),
         stages: stages.collect(),
         warnings,
     }

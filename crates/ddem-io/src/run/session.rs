@@ -16,7 +16,8 @@ use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, RunFailure};
 use crate::folder::{self, Folder};
 use crate::summary::{
-    ChargeSummary, ContactSummary, FailedPairs, FragmentSummary, Summary, peak_memory_bytes,
+    ChargeSummary, ContactSummary, FailedPairs, FragmentSummary, InterfaceSummary, Summary,
+    peak_memory_bytes,
 };
 
 /// What frames in which nothing moves are put apart by, where no stage of the deck moves `[s]`.
@@ -269,6 +270,7 @@ impl Session {
             failed_pairs: FailedPairs { shear, tension },
             contacts,
             fragments,
+            interfaces: model.interfaces().into_iter().map(InterfaceSummary::from).collect(),
             charges: model.charges().into_iter().map(ChargeSummary::from).collect(),
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.moved.cursor.done.clone(),

@@ -91,7 +91,7 @@ class Model:
         title: str = "",
         gravity: Vector = ...,
         kinematics: Literal["corotational", "small"] = "corotational",
-        element: Literal["standard", "incompatible"] = "standard",
+        element: Literal["incompatible", "standard"] = "incompatible",
         contact: bool | None = None,
         peaks: bool = False,
     ) -> Model: ...

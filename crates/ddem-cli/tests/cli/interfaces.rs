@@ -1,0 +1,90 @@
+//! Sets that touch on the command line: what joins them is said, and what does not.
+
+use super::harness::*;
+
+/// A block on a bed of 3 × 3, and a loose one beside it.
+const BED: &str = "
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[joints.seam]
+thickness = 0.01
+material = 'rock'
+[model]
+gravity = [0, 0, -9.81]
+[[blocks]]
+name = 'bed'
+size = [3, 3, 1]
+count = [3, 3, 1]
+divisions = 1
+material = 'rock'
+joint = 'seam'
+[[blocks]]
+name = 'block'
+origin = [0, 0.5, 1.0]
+size = [2, 2, 1]
+count = [2, 2, 1]
+divisions = 1
+material = 'rock'
+joint = 'seam'
+[[blocks]]
+name = 'loose'
+origin = [2, 1, 1]
+size = [1, 1, 1]
+divisions = 1
+material = 'rock'
+[[fix]]
+where = { set = 'bed' }
+axes = 'xyz'
+[[stage]]
+name = 'settle'
+kind = 'dynamic'
+duration = 1e-4
+";
+
+const JOINED: &str = "sets `bed` and `block` are joined by joint `seam` over 8 faces";
+const TOUCH: &str =
+    "sets `bed` and `loose` touch over 1 face without a joint: their blocks meet as contacts";
+
+#[test]
+fn what_joins_sets_is_said() {
+    let desk = Desk::new();
+    desk.write("bed.toml", BED);
+    let went = desk.run("bed.toml --check");
+    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    for line in [format!("joined         {JOINED}"), format!("touching       {TOUCH}")] {
+        assert!(went.stdout.lines().any(|own| own == line), "{}", went.stdout);
+    }
+    let went = desk.run("bed.toml --out a");
+    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    for line in [JOINED, TOUCH] {
+        assert!(went.stderr.lines().any(|own| own == line), "{}", went.stderr);
+    }
+    let summary: serde_json::Value = serde_json::from_slice(&desk.read("a/summary.json")).unwrap();
+    let first = serde_json::json!({ "sets": ["bed", "block"], "joint": "seam", "faces": 8 });
+    let second = serde_json::json!({ "sets": ["bed", "loose"], "joint": null, "faces": 1 });
+    let third = serde_json::json!({ "sets": ["block", "loose"], "joint": null, "faces": 2 });
+    assert_eq!(summary["interfaces"], serde_json::json!([first, second, third]));
+}
+
+/// A gap of half the joint's thickness: no joint, no silence.
+#[test]
+fn a_gap_that_the_joint_does_not_fill_is_warned_of() {
+    let desk = Desk::new();
+    desk.write("bed.toml", &BED.replace("[0, 0.5, 1.0]", "[0, 0.5, 1.005]"));
+    for arguments in ["bed.toml --check", "bed.toml --out a"] {
+        let went = desk.run(arguments);
+        assert_eq!(went.status, Some(0), "{}", went.stderr);
+        let warning = "warning: sets `bed` and `block` are not joined over 8 faces: there is a gap of 5.000e-3 m, \
+                       and joint `seam` is 1.000e-2 m thick. They are where they touch, or where the gap is as wide \
+                       as the joint is thick";
+        assert!(went.stderr.lines().any(|own| own == warning), "{}", went.stderr);
+        let said = went.stdout + &went.stderr;
+        assert!(!said.contains("are joined by joint"), "{said}");
+    }
+    // One that it fills.
+    desk.write("bed.toml", &BED.replace("[0, 0.5, 1.0]", "[0, 0.5, 1.01]"));
+    let went = desk.run("bed.toml --check");
+    assert!(went.stdout.contains(JOINED) && !went.stderr.contains("bed"), "{went:?}");
+}

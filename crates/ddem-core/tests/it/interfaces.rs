@@ -1,0 +1,123 @@
+//! Sets of blocks that touch, or nearly: which joints join, and what is said of the others.
+
+use ddem_core::Model;
+use ddem_core::deck::*;
+
+use crate::decks::*;
+use crate::refine::range;
+
+/// A bed of 2 × 2 blocks, and over it, across a gap, a block on all four; a joint of 1 cm in both.
+fn block_over_bed(gap: f64) -> Deck {
+    let mut deck = deck([2, 2, 1], [2.0, 2.0, 1.0], 1, 0.01);
+    deck.blocks[0].name = Some("bed".into());
+    deck.blocks.push(BlockSet {
+        name: Some("block".into()),
+        origin: [0.5, 0.5, 1.0 + gap],
+        size: Some([1.0; 3]),
+        count: None,
+        ..deck.blocks[0].clone()
+    });
+    deck
+}
+
+fn said(model: &Model) -> Vec<String> {
+    model.interfaces().iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn sets_are_joined_where_they_touch_or_the_joint_fills_the_gap() {
+    // A ten thousandth of the shortest edge is rounding.
+    for gap in [0.0, 0.8e-4, -0.8e-4, 0.01, 0.01 + 0.8e-4, 0.01 - 0.8e-4] {
+        let model = model(&block_over_bed(gap));
+        let joined = "sets `bed` and `block` are joined by joint `seam` over 4 faces";
+        assert_eq!(said(&model), [joined], "{gap}");
+        assert_eq!(model.warnings(), [""; 0], "{gap}");
+    }
+}
+
+#[test]
+fn a_gap_that_is_not_the_thickness_is_not_welded_over() {
+    for gap in [0.005, 0.0002, 0.0098, 0.02] {
+        let deck = block_over_bed(gap);
+        let model = model(&deck);
+        let warnings = model.warnings();
+        assert_eq!((model.n_joints(), said(&model)), (4, Vec::new()), "{gap}");
+        if gap > 0.01 {
+            assert_eq!(warnings, [""; 0]);
+            continue;
+        }
+        let expected = format!(
+            "sets `bed` and `block` are not joined over 4 faces: there is a gap of {gap:.3e} m, and joint \
+             `seam` is 1.000e-2 m thick. They are where they touch, or where the gap is as wide as the joint \
+             is thick"
+        );
+        assert_eq!(warnings, [expected]);
+    }
+}
+
+/// A block that nothing holds because of its gap: the fault of a relaxation says why.
+#[test]
+fn what_a_gap_leaves_free_is_told_of_it() {
+    let mut deck = block_over_bed(0.005);
+    deck.fix = vec![fix(plane(2, 0.0), "xyz")];
+    deck.stage = vec![relax_stage("load")];
+    let faults = Model::new(&deck).err().map_or(Vec::new(), |error| error.faults);
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert!(faults[0].message.contains("move as a rigid body"), "{faults:?}");
+    let help = faults[0].help.as_deref().unwrap_or_default();
+    assert!(help.starts_with("sets `bed` and `block` are not joined over 4 faces"), "{help}");
+    assert!(help.ends_with("hold that motion with [[fix]], or make the stage dynamic"), "{help}");
+}
+
+/// The later set's joint, or the one that is assigned there, and with that the gap that it fills.
+#[test]
+fn the_joint_between_two_sets_is_the_one_that_counts() {
+    let mut deck = block_over_bed(0.03);
+    let wide = Joint { thickness: 0.03, ..deck.joints["seam"].clone() };
+    deck.joints.insert("wide".into(), wide);
+    assert_eq!(said(&model(&deck)), [""; 0]);
+    let assigned =
+        Assign { region: plane(2, 1.0), joint: Some("wide".into()), ..Assign::default() };
+    let mut by_place = deck.clone();
+    by_place.assign.push(assigned);
+    let joined = "sets `bed` and `block` are joined by joint `wide` over 4 faces";
+    assert_eq!(said(&model(&by_place)), [joined]);
+    deck.blocks[1].joint = Some(JointChoice::All("wide".into()));
+    assert_eq!(said(&model(&deck)), [joined]);
+    deck.blocks.swap(0, 1);
+    assert_eq!(said(&model(&deck)), [""; 0]);
+}
+
+#[test]
+fn sets_without_a_joint_meet_as_contacts() {
+    let mut deck = block_over_bed(0.0);
+    deck.blocks[1].joint = None;
+    let touching =
+        "sets `bed` and `block` touch over 4 faces without a joint: their blocks meet as contacts";
+    assert_eq!(said(&model(&deck)), [touching]);
+    deck.blocks[1].origin = [0.0, 0.0, 1.0];
+    assert_eq!(said(&model(&deck)), [touching.replace("4 faces", "1 face")]);
+    deck.model.contact = Some(false);
+    assert_eq!(said(&model(&deck)), [""; 0]);
+}
+
+/// A set in the place of blocks of another that are taken out touches the others, across half of a joint.
+#[test]
+fn a_set_in_the_place_of_removed_blocks_touches_those_around() {
+    let mut deck = deck([3, 3, 1], [3.0, 3.0, 1.0], 1, 0.01);
+    deck.blocks[0].name = Some("frame".into());
+    let y = Some(Extent::Range([1.0, 2.0]));
+    let middle = Where { y, set: Some("frame".into()), ..range(0, 1.0, 2.0) };
+    deck.remove.push(Remove { region: middle, ..Remove::default() });
+    deck.blocks.push(BlockSet {
+        name: Some("plug".into()),
+        origin: [1.0, 1.0, 0.0],
+        size: Some([1.0; 3]),
+        count: None,
+        ..deck.blocks[0].clone()
+    });
+    let model = model(&deck);
+    let joined = "sets `frame` and `plug` are joined by joint `seam` over 4 faces";
+    assert_eq!(said(&model), [joined]);
+    assert_eq!(model.warnings(), [""; 0]);
+}
