@@ -25,8 +25,6 @@ pub(crate) struct Element {
     pub(crate) volume: f64,
     pub(crate) elastic: Elastic,
     pub(crate) modal: Modal,
-    /// `2/ω` of its fastest vibration `[s]`.
-    critical_step: f64,
     /// Diagonal of the stiffness by node (x fastest) and component `[N/m]`.
     diagonal: [[f64; 3]; 8],
 }
@@ -56,8 +54,6 @@ pub(crate) struct Assembly {
     pub(crate) elements: Vec<Element>,
     pub(crate) tables: Vec<ElementPack>,
     pub(crate) inertia: Vec<Inertia>,
-    /// Critical step of a body's elements alone, `2/ω_e`, by pack; 0 of rigid bodies `[s]`.
-    pub(crate) element_steps: Vec<Lanes>,
     /// Tables of each pack: its bodies (0) and its joint lattices (1…7).
     pub(crate) pack_tables: Vec<[u32; 8]>,
     /// Inertia of each pack.
@@ -214,18 +210,7 @@ impl Assembly {
                 list.len() as u32 - 1
             }));
         }
-        self.element_steps = packs.packs.iter().zip(&self.pack_tables).map(|of| self.steps_of(of)).collect();
         self.take_joints_out(packs);
-    }
-
-    /// Critical steps of the elements of four bodies by themselves `[s]`.
-    fn steps_of(&self, (pack, tables): (&Pack, &[u32; 8])) -> Lanes {
-        let mut steps = Lanes::ZERO;
-        for lane in (0..pack.filled).filter(|_| !pack.rigid) {
-            let element = self.tables[tables[0] as usize].elements[lane];
-            steps.0[lane] = element.map_or(0.0, |element| self.elements[element as usize].critical_step);
-        }
-        steps
     }
 }
 
@@ -354,19 +339,21 @@ fn scatter_springs(
 }
 
 impl Element {
+    /// Critical step of its fastest vibration, `2/ω` `[s]`.
+    pub(crate) fn critical_step(&self) -> f64 {
+        2.0 * (self.elastic.density * self.volume / (8.0 * self.modal.largest())).sqrt()
+    }
+
     fn new(edges: [Vector3<f64>; 3], elastic: Elastic, kind: ElementKind) -> Self {
         let modal = Modal::new(&edges, &elastic, kind);
         let dense = modal.dense();
         // VTK order to x fastest.
         const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
         let rows = VTK.map(|a| [0, 1, 2].map(|c| 3 * a + c));
-        let volume = edges[0].cross(&edges[1]).dot(&edges[2]).abs();
-        let mass = elastic.density * volume / 8.0;
         Self {
             edges,
-            volume,
+            volume: edges[0].cross(&edges[1]).dot(&edges[2]).abs(),
             elastic,
-            critical_step: 2.0 * (mass / modal.largest()).sqrt(),
             modal,
             diagonal: rows.map(|row| row.map(|r| dense[(r, r)])),
         }

@@ -23,7 +23,7 @@ pub struct Energy {
     /// Kinetic + strain + damping + friction + fracture + contact − external work − what was there at the
     /// start: zero but for rounding and, in large rotations and failure, for the time step.
     pub balance: f64,
-    /// Largest of these energies, but for the balance, since the start.
+    /// Largest of the energies now, of what was there at the start, and of the external work since.
     pub largest: f64,
 }
 
@@ -46,7 +46,7 @@ impl Energy {
         [bodies, joints]: [f64; 2],
         [damping, friction, fracture, contact]: [f64; 4],
         external: f64,
-        [initial, largest]: [f64; 2],
+        [initial, worked]: [f64; 2],
     ) -> Self {
         let mut energy = Self {
             kinetic,
@@ -60,10 +60,11 @@ impl Energy {
             balance: kinetic + bodies + joints + (damping + friction + fracture + contact)
                 - external
                 - initial,
-            largest,
+            largest: 0.0,
         };
         let others = Self { balance: 0.0, ..energy };
-        energy.largest = others.values().into_iter().fold(largest, |most, e| most.max(e.abs()));
+        let before = initial.abs().max(worked);
+        energy.largest = others.values().into_iter().fold(before, |most, e| most.max(e.abs()));
         energy
     }
 

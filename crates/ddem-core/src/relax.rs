@@ -178,7 +178,9 @@ impl Simulation {
         }
         self.last = sums;
         self.book_losses(losses);
-        self.state.work.loads += sums.loads[0];
+        let work = &mut self.state.work;
+        work.loads += sums.loads[0];
+        work.most = work.most.max((work.loads + work.supports).abs());
         self.state.work.damping += 0.5 * sums.power;
         self.measured = None;
         self.check(sums, &self.state.contacts)?;

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::deck::Deck;
+use crate::deck::{Deck, Material};
+use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Stiffness;
@@ -54,13 +55,13 @@ impl Seams {
             .values()
             .map(|joint| (joint.stiffness(&deck.materials), joint.normal_stiffness.is_some()))
             .collect();
-        let densities: Vec<f64> = deck.materials.values().map(|material| material.density).collect();
+        let materials: Vec<Elastic> = deck.materials.values().map(elastic).collect();
         let ratio = deck.contact.damping_ratio();
         let mut seams = Self::default();
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in &packs.packs {
             let of_pack = [0, 1, 2].map(|d| {
-                let seam = Seam::new(&joints, (&densities, ratio), geometry, pack, d);
+                let seam = Seam::new(&joints, (&materials, ratio), geometry, pack, d);
                 if seam.joints == [NO_JOINT; LANES] {
                     return NO_SEAM;
                 }
@@ -85,7 +86,7 @@ impl Seams {
 impl Seam {
     fn new(
         joints: &[(Option<[f64; 2]>, bool)],
-        (densities, ratio): (&[f64], f64),
+        (materials, ratio): (&[Elastic], f64),
         geometry: &Geometry,
         pack: &Pack,
         d: usize,
@@ -123,11 +124,11 @@ impl Seam {
             let quarter = lattice.joint_area(cell, d) / 4.0;
             seam.quarter.0[lane] = quarter;
             seam.per_quarter.0[lane] = 1.0 / quarter;
-            let [a, b] = [body, other].map(|body| {
-                let density = densities[usize::from(geometry.bodies[body].material)];
-                moved_mass(geometry, (body, d), density)
-            });
             let normal = stiffness.unwrap_or_default()[0];
+            let [a, b] = [body, other].map(|body| {
+                let elastic = &materials[usize::from(geometry.bodies[body].material)];
+                Moved::new(geometry, (body, d), elastic).mass(normal)
+            });
             seam.dashpot.0[lane] = 2.0 * ratio * (normal * a * b / (a + b)).sqrt();
             for (lanes, k) in seam.stiffness.iter_mut().zip(stiffness.unwrap_or_default()) {
                 lanes.0[lane] = k;
@@ -181,18 +182,54 @@ impl Seam {
     }
 }
 
-/// Mass that a joint or contact on a face across a direction moves, for each unit of area: of a rigid block
-/// all of it, of a deformable one the layer of elements at the face `[kg/m²]`.
-pub(crate) fn moved_mass(
-    geometry: &Geometry,
-    (body, d): (usize, usize),
-    density: f64,
-) -> f64 {
-    let lattice = geometry.lattice(body);
-    let cell = geometry.bodies[body].cell[d] as usize;
-    let height = lattice.spacing(d, cell) * lattice.normal(d).dot(&lattice.axes[d]);
-    let part = if lattice.rigid { 1.0 } else { 0.5 };
-    part * density * height
+/// Mass that vibrates on a joint or contact at a face of a block, for each unit of area.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Moved {
+    /// Of the layer of nodes at the face, and of the whole block `[kg/m²]`.
+    range: [f64; 2],
+    /// Impedance `ρ c_P` `[kg/(m² s)]`.
+    impedance: f64,
+}
+
+impl Moved {
+    /// At the faces of a body across a direction.
+    pub(crate) fn new(geometry: &Geometry, (body, d): (usize, usize), elastic: &Elastic) -> Self {
+        let lattice = geometry.lattice(body);
+        let cell = geometry.bodies[body].cell[d] as usize;
+        let height = lattice.spacing(d, cell) * lattice.normal(d).dot(&lattice.axes[d]);
+        let whole = elastic.density * height * lattice.divisions as f64;
+        let layer = if lattice.rigid { whole } else { 0.5 * elastic.density * height };
+        Self { range: [layer, whole], impedance: (elastic.density * elastic.p_modulus()).sqrt() }
+    }
+
+    /// Mass on springs of a stiffness: as much as a wave reaches in the time of their vibration, `(ρ c_P)²/k`
+    /// `[kg/m²]`.
+    pub(crate) fn mass(&self, stiffness: f64) -> f64 {
+        let [layer, whole] = self.range;
+        (self.impedance * self.impedance / stiffness).max(layer).min(whole)
+    }
+
+    /// Of an edge between two faces.
+    pub(crate) fn mean(a: Self, b: Self) -> Self {
+        let mean = |a: f64, b: f64| 0.5 * (a + b);
+        let range = [0, 1].map(|k| mean(a.range[k], b.range[k]));
+        Self { range, impedance: mean(a.impedance, b.impedance) }
+    }
+
+    /// All that it is, to tell it from others.
+    pub(crate) fn numbers(&self) -> [f64; 3] {
+        let [layer, whole] = self.range;
+        [layer, whole, self.impedance]
+    }
+
+    /// Of the layer of nodes alone `[kg/m²]`.
+    pub(crate) fn layer(&self) -> f64 {
+        self.range[0]
+    }
+}
+
+fn elastic(material: &Material) -> Elastic {
+    Elastic::new(material.density, material.young, material.poisson)
 }
 
 /// Orthonormal axes from a unit normal and a direction in its plane.

@@ -6,10 +6,10 @@
 //! `r² = ω_c²/(ω_c² + ω_e²)`, where `ω_c` is the fastest vibration of their nodes on the stiffest of their joints and
 //! contacts. Soft joints let blocks slide without flutter, and need next to nothing.
 
-use crate::breaks::Breaks;
-use crate::contact::{Contacts, Skins, stiffest_square};
-use crate::deck::Deck;
 use crate::assembly::Assembly;
+use crate::breaks::Breaks;
+use crate::contact::{Contacts, Skins, dashpot_rate, stiffest_square};
+use crate::deck::Deck;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
 use crate::pack::Packs;
@@ -21,35 +21,43 @@ pub(crate) struct Sliding {
     ratio: f64,
     /// β of the bodies of each pack, where they slide `[s]`.
     betas: Vec<Lanes>,
-    /// Largest ω_c² `[1/s²]`.
-    joints: f64,
+    /// Largest ζ ω_c √(m/m_n) of the dashpots, none where rigid blocks have them `[1/s]`.
+    dashpots: Option<f64>,
     /// Largest `β ω_e²` `[1/s]`.
     bodies: f64,
 }
 
 impl Sliding {
+    /// Of a model whose blocks `can` slide; nothing otherwise.
     pub(crate) fn new(
+        can: bool,
         deck: &Deck,
         (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
     ) -> Self {
         let ratio = deck.contact.damping_ratio();
-        if ratio == 0.0 {
+        if !can || ratio == 0.0 {
             return Self::default();
         }
         let skins = Skins::new(deck, geometry);
-        let mut sliding = Self { ratio, ..Self::default() };
+        let mut steps = vec![None; assembly.elements.len()];
+        let mut sliding = Self { ratio, dashpots: Some(0.0), ..Self::default() };
         for (index, pack) in packs.packs.iter().enumerate() {
             if pack.rigid {
-                // Its contacts are all that it vibrates on.
-                sliding.joints = f64::INFINITY;
+                // Joints and contacts are all that it vibrates on.
+                sliding.dashpots = None;
             }
             let mut beta = Lanes::ZERO;
             for lane in (0..pack.filled).filter(|_| !pack.rigid) {
-                let step = assembly.element_steps[index].0[lane];
+                let table = &assembly.tables[assembly.pack_tables[index][0] as usize];
+                let Some(element) = table.elements[lane] else { continue };
+                let element = element as usize;
+                let step = *steps[element]
+                    .get_or_insert_with(|| assembly.elements[element].critical_step());
                 let joints = stiffest_square(&skins, geometry, pack.bodies[lane] as usize);
                 let elements = 4.0 / (step * step);
                 beta.0[lane] = ratio * step * (joints / (joints + elements)).sqrt();
-                sliding.joints = sliding.joints.max(joints);
+                let rate = ratio * dashpot_rate(&skins, geometry, pack.bodies[lane] as usize);
+                sliding.dashpots = sliding.dashpots.map(|most| most.max(rate));
                 sliding.bodies = sliding.bodies.max(beta.0[lane] * elements);
             }
             sliding.betas.push(beta);
@@ -58,11 +66,11 @@ impl Sliding {
     }
 
     /// Critical step with the square of the largest angular frequency. Dashpots and stiffness damping work with
-    /// velocities half a step old: `Δt² ω²/4 + Δt (ζ ω_c + β ω_e²/2) ≤ 1`.
+    /// velocities half a step old: `Δt² ω²/4 + Δt (ζ ω_c √(m/m_n) + β ω_e²/2) ≤ 1`.
     pub(crate) fn critical_step(&self, square: f64) -> f64 {
         let undamped = 2.0 / square.sqrt();
-        let joints = self.ratio * self.joints.min(square).sqrt();
-        let part = 0.5 * undamped * (joints + 0.5 * self.bodies);
+        let dashpots = self.dashpots.unwrap_or(self.ratio * square.sqrt());
+        let part = 0.5 * undamped * (dashpots + 0.5 * self.bodies);
         undamped * ((1.0 + part * part).sqrt() - part)
     }
 

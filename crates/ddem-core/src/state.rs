@@ -30,6 +30,8 @@ pub(crate) struct Work {
     pub(crate) fracture: f64,
     /// Lost where contacts come, go and change their points.
     pub(crate) contact: f64,
+    /// Most that loads and supports together have done so far, of either sign.
+    pub(crate) most: f64,
 }
 
 /// The state of a model.

@@ -164,8 +164,7 @@ impl Broken {
                 let law = law_of(look.laws, seam, lane).filter(|_| point.mode.is_some());
                 if let Some(law) = law {
                     let bore = point.memory.traction;
-                    let bearing =
-                        Bearing {
+                    let bearing = Bearing {
                         stiffness: k,
                         dashpot: seam.dashpot.0[lane],
                         time_step: look.time_step,

@@ -56,6 +56,25 @@ pub(crate) fn stiffest_square(skins: &Skins, geometry: &Geometry, body: usize) -
     square(skins, geometry, body, Skins::stiffest)
 }
 
+/// Rate of the dashpots of a deformable block's joints or contacts, for a damping ratio of 1: `ω_c √(m/m_n)` with the
+/// mass m that vibrates on them and that of the nodes `[1/s]`.
+pub(crate) fn dashpot_rate(skins: &Skins, geometry: &Geometry, body: usize) -> f64 {
+    let rate = |face: FaceOf| {
+        let Stiffness { normal, .. } = skins.stiffest(body as u32, face);
+        let moved = skins.moved(body as u32, face, normal);
+        normal * per_mass(skins, geometry, (body, face)) * moved
+    };
+    faces().map(rate).fold(0.0, f64::max).sqrt()
+}
+
+/// Area over mass of a node on a face, twice for the other block, `A/m = 2/(ρ h)` `[m²/kg]`.
+fn per_mass(skins: &Skins, geometry: &Geometry, (body, face): (usize, FaceOf)) -> f64 {
+    let (lattice, d) = (geometry.lattice(body), face.direction);
+    let cell = geometry.bodies[body].cell[d] as usize;
+    let height = lattice.spacing(d, cell) * lattice.normal(d).dot(&lattice.axes[d]);
+    4.0 / (skins.density(body as u32, face) * height)
+}
+
 /// A node on a face has an area and half the mass of the elements below it, and on an edge or at a
 /// corner the shear of the faces beside adds to it.
 fn square(
@@ -65,14 +84,10 @@ fn square(
     stiffness: fn(&Skins, u32, FaceOf) -> Stiffness,
 ) -> f64 {
     let mut stiffest = [[0.0_f64; 2]; 3];
-    let lattice = geometry.lattice(body);
-    let cell = geometry.bodies[body].cell;
     for face in faces() {
         let d = face.direction;
-        let height = lattice.spacing(d, cell[d] as usize) * lattice.normal(d).dot(&lattice.axes[d]);
         let Stiffness { normal, shear } = stiffness(skins, body as u32, face);
-        // Twice, for the other block; k A/m with A/m = 2/(ρ h).
-        let per_mass = 4.0 / (skins.density(body as u32, face) * height);
+        let per_mass = per_mass(skins, geometry, (body, face));
         stiffest[d][0] = stiffest[d][0].max(normal * per_mass);
         stiffest[d][1] = stiffest[d][1].max(shear * per_mass);
     }

@@ -8,7 +8,7 @@ use crate::deck::{Deck, Material};
 use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::law::{MohrCoulomb, Stiffness};
-use crate::seams::moved_mass;
+use crate::seams::Moved;
 use crate::touch::{EdgeOf, FaceOf};
 
 /// Friction angle where neither the deck nor a joint says one `[degrees]`.
@@ -23,8 +23,8 @@ pub(crate) struct Skin {
     pub(crate) stiffness: Stiffness,
     /// Tangent of the friction angle that failure leaves, if there is one.
     tan_friction: Option<f64>,
-    /// Mass that a contact moves, for each unit of area `[kg/m²]`.
-    mass: f64,
+    /// Mass that a contact moves, for each unit of area.
+    moved: Moved,
     /// Of the block `[kg/m³]`.
     density: f64,
     /// Stiffness of the joint, if there is one `[Pa/m]`.
@@ -75,7 +75,7 @@ impl Skins {
             thickest: 0.0,
             hardest: Stiffness { normal: 0.0, shear: 0.0 },
         };
-        let mut known: HashMap<[u64; 7], u32> = HashMap::new();
+        let mut known: HashMap<[u64; 9], u32> = HashMap::new();
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
                 let abuts = geometry.abutting.get(&(body as u32, face as u8)).copied();
@@ -112,7 +112,7 @@ impl Skins {
                 (Some(a), Some(b)) => Some(0.5 * (a + b)),
                 (a, b) => a.or(b),
             },
-            mass: mean(|skin| skin.mass),
+            moved: Moved::mean(a.moved, b.moved),
             density: mean(|skin| skin.density),
             joint: None,
             abuts: false,
@@ -176,6 +176,12 @@ impl Skins {
         }
     }
 
+    /// Mass on a contact or joint of a stiffness at a face, in parts of that of the layer of nodes there.
+    pub(super) fn moved(&self, block: u32, face: FaceOf, stiffness: f64) -> f64 {
+        let moved = &self.of(block, face).moved;
+        moved.mass(stiffness) / moved.layer()
+    }
+
     /// Largest thickness of the skins of a block `[m]`.
     pub(super) fn thickness(&self, block: u32) -> f64 {
         let kinds = self.of_block[block as usize].iter();
@@ -196,10 +202,11 @@ impl Skins {
             (Some(a), Some(b)) => Some(a.min(b)),
             (a, b) => a.or(b),
         });
+        let [of_a, of_b] = [a, b].map(|skin| skin.moved.mass(normal));
         let mass = match held {
-            [true, false] => b.mass,
-            [false, true] => a.mass,
-            _ => series(a.mass, b.mass),
+            [true, false] => of_b,
+            [false, true] => of_a,
+            _ => series(of_a, of_b),
         };
         Both {
             skin: a.thickness + b.thickness,
@@ -223,7 +230,8 @@ impl Skins {
 
     /// Dashpot of a joint of two faces with a normal stiffness of its own `[Pa s/m]`.
     pub(super) fn dashpot_of_joint(&self, [a, b]: [&Skin; 2], normal: f64) -> f64 {
-        self.dashpot(normal, a.mass * b.mass / (a.mass + b.mass))
+        let [a, b] = [a, b].map(|skin| skin.moved.mass(normal));
+        self.dashpot(normal, a * b / (a + b))
     }
 }
 
@@ -262,7 +270,7 @@ impl Skin {
         let Material { density, young, poisson } = material.copied().unwrap_or_default();
         let elastic = Elastic::new(density, young, poisson);
         let height = lattice.spacing(d, cell[d]) * lattice.normal(d).dot(&lattice.axes[d]);
-        let mass = moved_mass(geometry, (body, d), density);
+        let moved = Moved::new(geometry, (body, d), &elastic);
         let mut offset = [0; 3];
         offset[d] = if upper { 1 } else { -1 };
         let number = geometry.neighbour(body, offset).map(|other| {
@@ -282,17 +290,19 @@ impl Skin {
             thickness: joint.map_or(0.0, |joint| joint.thickness / 2.0),
             stiffness: Stiffness { normal: 2.0 * normal, shear: 2.0 * shear },
             tan_friction,
-            mass,
+            moved,
             density,
             joint: stiffness.map(|[normal, shear]| Stiffness { normal, shear }),
             abuts: abuts.is_some(),
         }
     }
 
-    fn key(&self) -> [u64; 7] {
+    fn key(&self) -> [u64; 9] {
         let Stiffness { normal, shear } = self.stiffness;
         let friction = self.tan_friction.unwrap_or(-1.0);
         let abuts = if self.abuts { 1.0 } else { 0.0 };
-        [self.thickness, normal, shear, friction, self.mass, self.density, abuts].map(f64::to_bits)
+        let [layer, whole, impedance] = self.moved.numbers();
+        [self.thickness, normal, shear, friction, layer, whole, impedance, self.density, abuts]
+            .map(f64::to_bits)
     }
 }

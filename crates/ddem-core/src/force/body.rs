@@ -79,7 +79,9 @@ fn resist<S: Simd>(
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
-    let (Some((v, betas)), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else { return };
+    let (Some((v, betas)), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else {
+        return;
+    };
     if betas[index] == Lanes::ZERO {
         return;
     }

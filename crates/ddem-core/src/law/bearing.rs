@@ -48,10 +48,8 @@ impl Bearing {
             loss.contact = std::mem::take(&mut memory.account);
             return loss;
         }
-        let way = Opening {
-            normal: opening.normal - before.normal,
-            shear: opening.shear - before.shear,
-        };
+        let way =
+            Opening { normal: opening.normal - before.normal, shear: opening.shear - before.shear };
         loss.damping = self.resist(way, time_step, memory);
         loss
     }

@@ -7,6 +7,7 @@ use crate::contact::Surfaces;
 use crate::error::Fault;
 use crate::history::Function;
 use crate::law::JointLaw;
+use crate::sliding::Sliding;
 
 impl Model {
     /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
@@ -23,6 +24,8 @@ impl Model {
         };
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));
+        self.sliding =
+            Sliding::new(true, &self.deck, (&self.geometry, &self.packs, &self.assembly));
         // Blocks whose joints can fail now may meet, unless the deck says that none do.
         if self.deck.model.contact.is_none() && self.can_fail() {
             let new = || Surfaces::new(&self.deck, &self.geometry, &self.packs);

@@ -102,7 +102,8 @@ impl Model {
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
         let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
         assembly.assemble(&geometry, &packs, &seams, &bonds);
-        let sliding = Sliding::new(deck, (&geometry, &packs, &assembly));
+        let slides = meets || laws(&deck.joints).iter().any(Option::is_some);
+        let sliding = Sliding::new(slides, deck, (&geometry, &packs, &assembly));
         borders.note_ground(&packs, &assembly);
         let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         Ok(Self {

@@ -280,8 +280,28 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
     });
     let Traction { normal, shear } = traction;
     [
-        i, k, x, y, j, l, u, v, area, slip.x, slip.y, offset, lifted, gap, normal, shear.x,
-        shear.y, drag.normal, drag.shear.x, drag.shear.y, account, slid,
+        i,
+        k,
+        x,
+        y,
+        j,
+        l,
+        u,
+        v,
+        area,
+        slip.x,
+        slip.y,
+        offset,
+        lifted,
+        gap,
+        normal,
+        shear.x,
+        shear.y,
+        drag.normal,
+        drag.shear.x,
+        drag.shear.y,
+        account,
+        slid,
     ]
 }
 

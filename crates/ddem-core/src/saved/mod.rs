@@ -89,11 +89,11 @@ impl Simulation {
         );
         put("way", vec![*way]);
         put("damping", vec![damping_number(self.damping)]);
-        let Work { loads, supports, damping, friction, fracture, contact } = *work;
-        put("work", vec![loads, supports, damping, friction, fracture, contact]);
-        let (initial, largest) = (self.initial_energy, self.largest_energy);
+        let Work { loads, supports, damping, friction, fracture, contact, most } = *work;
+        put("work", vec![loads, supports, damping, friction, fracture, contact, most]);
+        let initial = self.initial_energy;
         let [critical, broken] = self.critical_steps.map(|step| step.unwrap_or(0.0));
-        put("time", vec![*time, origin.0, *end, self.motion.time_step, critical, broken, initial, largest]);
+        put("time", vec![*time, origin.0, *end, self.motion.time_step, critical, broken, initial]);
         let counters = &mut saved.counters;
         let mut count = |name: &str, value: u64| counters.insert(name.to_owned(), value);
         count("steps", *steps);
@@ -135,8 +135,8 @@ impl Simulation {
         let n = 3 * model.n_nodes();
         let (u, v) = (array("displacement")?, array("velocity")?);
         let (
-            &[time, origin, end, time_step, critical, broken, initial, largest],
-            &[loads, supports, damped, friction, fracture, contact],
+            &[time, origin, end, time_step, critical, broken, initial],
+            &[loads, supports, damped, friction, fracture, contact, most],
         ) = (array("time")?, array("work")?)
         else {
             return None;
@@ -173,7 +173,7 @@ impl Simulation {
         state.whole = count("whole")? == 1;
         (state.end, state.automatic) = (end, count("automatic")? == 1);
         state.last_step = count("last_step")?;
-        state.work = Work { loads, supports, damping: damped, friction, fracture, contact };
+        state.work = Work { loads, supports, damping: damped, friction, fracture, contact, most };
         state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.contacts = contacts::restore(&simulation.model, saved)?;
         state.breaks = pairs::restore(&simulation.model, saved, &state.contacts)?;
@@ -233,7 +233,6 @@ impl Simulation {
             });
         }
         simulation.initial_energy = initial;
-        simulation.largest_energy = largest;
         simulation.measured = None;
         Some(simulation)
     }
@@ -252,7 +251,7 @@ impl Saved {
         let factors = factors.map(|name| array(name)).all(|factors| {
             factors.is_none_or(|factors| factors.len() == model.conditions.n_factors())
         });
-        let &[time, _, _, time_step, _, _, initial, _] = array("time")? else { return Some(false) };
+        let &[time, _, _, time_step, _, _, initial] = array("time")? else { return Some(false) };
         let finite = [time, time_step, initial].iter().all(|x| x.is_finite());
         let times = finite && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
         let stage = count("stage")? as usize;

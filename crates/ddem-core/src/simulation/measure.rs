@@ -116,7 +116,7 @@ impl Simulation {
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
         let (sums, [bodies, joints]) = self.measure_once();
-        let Work { loads, supports, damping, friction, fracture, contact } = self.state.work;
+        let Work { loads, supports, damping, friction, fracture, contact, most } = self.state.work;
         // What the velocity before has done up to now and the next step will book.
         let (damped, done) = if self.state.whole {
             (0.0, 0.0)
@@ -131,10 +131,7 @@ impl Simulation {
         let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } =
             self.losing;
         let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact + met];
-        let references = [self.initial_energy, self.largest_energy];
-        let energy = Energy::new(sums.kinetic, strain, lost, external, references);
-        self.largest_energy = energy.largest;
-        energy
+        Energy::new(sums.kinetic, strain, lost, external, [self.initial_energy, most])
     }
 
     /// Pairs that have failed, in shear and in tension.

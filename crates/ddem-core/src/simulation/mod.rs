@@ -57,8 +57,6 @@ pub struct Simulation {
     pub(crate) last: Sums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
     pub(crate) initial_energy: f64,
-    /// Largest energy that has been seen since `[J]`.
-    pub(crate) largest_energy: f64,
     /// [`start`](Self::start) has set the time step.
     pub(crate) started: bool,
     /// The step at whose end forces and sums were measured.
@@ -112,7 +110,6 @@ impl Simulation {
             critical_steps: [None; 2],
             last: Sums::default(),
             initial_energy: 0.0,
-            largest_energy: 0.0,
             started: false,
             measured: None,
             strain: [0.0; 2],
@@ -259,6 +256,7 @@ impl Simulation {
         work.loads += done(sums.loads);
         work.supports += done(sums.supports);
         work.damping += done(sums.damping);
+        work.most = work.most.max((work.loads + work.supports).abs());
         if self.motion.start {
             // By the scheme's measure it does so with the velocity after it: all of the difference, but
             // for that of forces which are there at the start, is what kinetic energy was ahead.

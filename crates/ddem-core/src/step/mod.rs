@@ -176,7 +176,8 @@ fn run_balance<S: Simd>(
     let packs = &context.model.packs;
     for index in run.clone() {
         let v = &v[node_start(packs, index)..node_start(packs, index + 1)];
-        let mut part = fields.pack(context.active, packs, (run.start, index), context.is_viscous(index));
+        let mut part =
+            fields.pack(context.active, packs, (run.start, index), context.is_viscous(index));
         let pack = &packs.packs[index];
         let poses = if pack.rigid { poses.get(pack.rigid_start) } else { None };
         balance_pack(simd, context, index, (v, &frames[index], others, poses), &mut part);

@@ -40,6 +40,7 @@ fn random_deck(seed: u64) -> Deck {
     deck.model.contact = pick(random, &[None, None, Some(true), Some(false)]);
     deck.contact.friction = pick(random, &[None, Some(0.0), Some(60.0)]);
     deck.contact.restitution = pick(random, &[None, Some(0.0), Some(0.5), Some(1.0)]);
+    deck.contact.damping = None;
     let mut top = 0.0;
     for set in 0..1 + (3.9 * part(random)) as usize {
         let name = format!("joint {set}");

@@ -76,7 +76,7 @@ fn after(simulation: &mut Simulation, time: f64) -> f64 {
 
 fn start(simulation: &mut Simulation) {
     let damping = Damping::None;
-    let started = simulation.start(damping, TimeStep::Seconds(1e-4), None);
+    let started = simulation.start(damping, TimeStep::Seconds(5e-5), None);
     started.unwrap_or_else(|error| panic!("{error}"));
 }
 

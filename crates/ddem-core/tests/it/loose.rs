@@ -1,6 +1,6 @@
 //! Loose blocks: decks of them, where they are, how far they reach into each other.
 
-use ddem_core::deck::{BlockSet, Body, Deck, Fix, Initial, Material, Where};
+use ddem_core::deck::{BlockSet, Body, ContactTable, Deck, Fix, Initial, Material, Where};
 use ddem_core::{Model, Simulation};
 use nalgebra::Rotation3;
 
@@ -33,10 +33,11 @@ impl Default for Piece {
     }
 }
 
-/// A deck without blocks, of one material.
+/// A deck without blocks, of one material, whose contacts are not damped.
 pub(crate) fn matter(young: f64) -> Deck {
     let stuff = Material { density: 2400.0, young, poisson: 0.25 };
-    Deck { materials: [("stuff".to_owned(), stuff)].into(), ..Deck::default() }
+    let contact = ContactTable { damping: Some(0.0), ..ContactTable::default() };
+    Deck { materials: [("stuff".to_owned(), stuff)].into(), contact, ..Deck::default() }
 }
 
 pub(crate) fn add(deck: &mut Deck, piece: &Piece) {
