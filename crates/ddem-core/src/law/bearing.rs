@@ -66,11 +66,12 @@ impl Bearing {
         let work = before.half_work(way) + memory.drag.half_work(way);
         let taken = if self.dashpot > 0.0 { work.max(0.0) } else { 0.0 };
         memory.account += work - taken;
-        let square = way.normal * way.normal;
-        if memory.account < 0.0 && square > 0.0 {
+        // Half of the work of what settles the account is done now, half on the way that comes.
+        let settles = memory.account < 0.0 || (way.normal > 0.0 && pressed);
+        if settles && way.normal != 0.0 {
             let most = MOST_DRAG * self.stiffness.normal;
-            let drag = (-2.0 * memory.account / square).min(most);
-            memory.account += 0.5 * drag * square;
+            let drag = (-memory.account / (way.normal * way.normal)).max(-most).min(most);
+            memory.account += 0.5 * drag * way.normal * way.normal;
             memory.drag.normal += drag * way.normal;
         }
         taken

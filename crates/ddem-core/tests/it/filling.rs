@@ -1,7 +1,7 @@
 //! A box that is filled with cubes: nothing gets out, nothing stays in anything else, and energy is only
 //! lost.
 
-use ddem_core::deck::{Damping, Deck, TimeStep};
+use ddem_core::deck::{ContactTable, Damping, Deck, TimeStep};
 
 use crate::decks::*;
 use crate::loose::*;
@@ -111,7 +111,7 @@ fn fall(deck: &Deck, width: f64, times: [f64; 2], every: usize) -> Filled {
 /// n³ cubes that are dropped into a box, and what they come to.
 fn dropped(n: u32, divisions: u32, young: f64, (times, every): ([f64; 2], usize)) -> Filled {
     let mut deck = filled_box(n, divisions, young);
-    deck.contact.restitution = Some(0.2);
+    deck.contact = ContactTable { restitution: Some(0.2), ..ContactTable::default() };
     let found = fall(&deck, width(n), times, every);
     let per_step = 1e3 * found.seconds / found.steps as f64;
     println!("{n}³ cubes, divisions {divisions}: {per_step:.3} ms a step, {found:?}");

@@ -322,11 +322,12 @@ fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     move |source| RunFailure::Stage { stage: stage.clone(), source }
 }
 
-/// What is to be said of deformable blocks that slide without any damping. Friction that takes no more than
+/// Warning about deformable blocks that slide where a deck has turned all damping off. Friction that takes no more than
 /// explosives have given, in this stage or to the motion with which it began, is theirs: blocks are thrown
 /// then, and shaken by waves, and do not slide steadily.
 fn flutter(simulation: &mut Simulation, stage: &Stage, begun: &Cursor) -> Option<String> {
-    let undamped = stage.damping.unwrap_or_default() == Damping::None;
+    let contact = simulation.model().deck().contact.damping_ratio();
+    let undamped = stage.damping.unwrap_or_default() == Damping::None && contact == 0.0;
     if stage.kind == StageKind::Relax || !undamped {
         return None;
     }
@@ -336,12 +337,9 @@ fn flutter(simulation: &mut Simulation, stage: &Stage, begun: &Cursor) -> Option
     let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
     let slid = (SLID * most).max(simulation.most_work_of_charges() - begun.spent);
     (!rigid && energy.friction - begun.friction > slid).then(|| {
-        let beta = 0.5 * simulation.time_step() / simulation.automatic_part();
-        format!(
-            "deformable blocks have slid without damping, and such blocks may flutter and slide too \
-             easily: look whether `damping = {{ stiffness = {beta:.0e} }}`, and `damping = 0.5` in \
-             `[contact]`, change the answer"
-        )
+        "deformable blocks have slid without damping (`damping = 0` in `[contact]`); such blocks flutter and \
+         slide too easily: leave that key out, and look whether the answer changes"
+            .to_owned()
     })
 }
 
@@ -374,13 +372,13 @@ fn gone_off(simulation: &Simulation, before: &[bool]) -> Vec<String> {
     said.collect()
 }
 
-/// What is to be said of energy that is out of balance.
+/// Warning about energy that is out of balance.
 fn unbalanced_energy(imbalance: f64, relax: bool) -> Option<String> {
     let help = if relax { "more `increments`" } else { "a shorter `time_step`" };
     (imbalance > MUCH).then(|| {
         format!(
-            "{:.1} % of the energy has come or gone without a cause (`balance` in energy.csv): look \
-             whether {help} changes the answer",
+            "{:.1} % of the largest energy has come or gone without a cause (`balance` and `contact` in \
+             energy.csv): look whether {help} changes the answer",
             100.0 * imbalance
         )
     })
