@@ -231,7 +231,9 @@ impl Simulation {
             let Some(broken) = breaks.get(pack, 1 << d) else { continue };
             let blocks = [face.a, face.b];
             if contacts.joints[face.a as usize][d] == Release::Done {
-                self.parted(blocks, face.pairs(&self.model)).map(|way| look(way, blocks));
+                if let Some(distance) = self.parted(blocks, face.pairs(&self.model)) {
+                    look(distance, blocks);
+                }
                 continue;
             }
             for point in broken.points.iter().map(|points| &points[lane]) {
@@ -255,7 +257,9 @@ impl Simulation {
             |joint: &&Seated| contacts.bond(joint.patch.blocks).is_some_and(|b| b.1.is_none());
         for joint in self.model.seated.iter().filter(ended) {
             let nodes = self.model.seats(joint).map(|pair| pair.nodes);
-            self.parted(joint.patch.blocks, nodes).map(|way| look(way, joint.patch.blocks));
+            if let Some(distance) = self.parted(joint.patch.blocks, nodes) {
+                look(distance, joint.patch.blocks);
+            }
         }
         farthest
     }
