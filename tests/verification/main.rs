@@ -25,6 +25,7 @@ mod incline;
 mod incline_contact;
 mod intact_planes;
 mod joint_waves;
+mod limit;
 mod poisson;
 mod pull;
 mod record;

@@ -51,7 +51,7 @@ fn a_block_tips_over_an_edge() {
 }
 
 /// The corbelled stack with its blocks shifted by a part of the limit.
-fn shifted(text: &str, part: f64) -> String {
+pub(crate) fn shifted(text: &str, part: f64) -> String {
     let mut at = -1.0;
     let mut text = text.to_owned();
     let blocks =

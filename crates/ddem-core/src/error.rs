@@ -159,8 +159,8 @@ pub enum RunError {
     /// Blocks part or slide without end in a relaxation: their joints have failed.
     #[error(
         "there is no equilibrium: blocks {} and {} have come {distance:.3} m apart or past each \
-         other, more than the edge of a block, after {failed} pairs have failed",
-        .blocks[0], .blocks[1]
+         other, more than the edge of a block{}",
+        .blocks[0], .blocks[1], after(*failed)
     )]
     Collapsed {
         /// Blocks on both sides of the joint that has moved farthest.
@@ -269,6 +269,10 @@ fn moving(fastest: Option<&(usize, String, f64)>) -> String {
 }
 
 /// What keeps a relaxation from equilibrium.
+fn after(failed: u64) -> String {
+    if failed == 0 { String::new() } else { format!(", after {failed} pairs have failed") }
+}
+
 fn hint(ratio: f64, failed: u64) -> String {
     match (ratio > 1.0, failed) {
         (true, _) => "; the motion grows: thin joints that turn by some ten degrees are beyond a \

@@ -5,7 +5,7 @@ use fearless_simd::dispatch;
 use nalgebra::Matrix3;
 
 use crate::breaks::{Breaks, Point};
-use crate::contact::{Contacts, Seated};
+use crate::contact::{Contacts, Release, Seated};
 use crate::force::joint::face_forces;
 use crate::geometry::{Face, Vec3};
 use crate::lanes::Lanes;
@@ -13,6 +13,7 @@ use crate::model::Model;
 use crate::pass::Workspace;
 use crate::seams::NO_JOINT;
 use crate::simulation::Simulation;
+use crate::state::State;
 use crate::step::{Pass, input};
 
 impl Face {
@@ -217,28 +218,60 @@ impl Simulation {
         }
     }
 
-    /// Largest gap or slip of a failed pair `[m]`, and the blocks of its joint.
+    /// Largest gap or slip of two blocks that have failed pairs, or are in contact `[m]`, and these blocks.
     pub(crate) fn farthest_apart(&self) -> Option<(f64, [usize; 2])> {
+        let State { breaks, contacts, .. } = &self.state;
         let mut farthest: Option<(f64, [usize; 2])> = None;
+        let mut look = |distance: f64, blocks: [u32; 2]| {
+            if farthest.is_none_or(|(most, _)| distance > most) {
+                farthest = Some((distance, blocks.map(|block| block as usize)));
+            }
+        };
         for (face, ((pack, d), lane, _)) in self.model.faces.iter().zip(face_places(&self.model)) {
-            let Some(broken) = self.state.breaks.get(pack, 1 << d) else { continue };
+            let Some(broken) = breaks.get(pack, 1 << d) else { continue };
+            let blocks = [face.a, face.b];
+            if contacts.joints[face.a as usize][d] == Release::Done {
+                if let Some(distance) = self.parted(blocks, face.pairs(&self.model)) {
+                    look(distance, blocks);
+                }
+                continue;
+            }
             for point in broken.points.iter().map(|points| &points[lane]) {
-                let distance = point.memory.gap.max(point.memory.slip.norm());
-                if point.mode.is_some() && farthest.is_none_or(|(most, _)| distance > most) {
-                    farthest = Some((distance, [face.a as usize, face.b as usize]));
+                if point.mode.is_some() {
+                    look(point.memory.gap.max(point.memory.slip.norm()), blocks);
                 }
             }
         }
-        for patch in &self.state.contacts.patches {
-            let Some(bond) = &patch.bond else { continue };
-            for (pair, point) in bond.pairs.iter().zip(&patch.points) {
-                let distance = point.gap.max(point.slip.norm());
-                if pair.mode.is_some() && farthest.is_none_or(|(most, _)| distance > most) {
-                    farthest = Some((distance, patch.blocks.map(|block| block as usize)));
+        for patch in &contacts.patches {
+            for (i, point) in patch.points.iter().enumerate() {
+                match &patch.bond {
+                    Some(bond) if bond.pairs[i].mode.is_some() => {
+                        look(point.gap.max(point.slip.norm()), patch.blocks);
+                    }
+                    Some(_) => {}
+                    None => look(point.slid, patch.blocks),
                 }
+            }
+        }
+        let ended =
+            |joint: &&Seated| contacts.bond(joint.patch.blocks).is_some_and(|b| b.1.is_none());
+        for joint in self.model.seated.iter().filter(ended) {
+            let nodes = self.model.seats(joint).map(|pair| pair.nodes);
+            if let Some(distance) = self.parted(joint.patch.blocks, nodes) {
+                look(distance, joint.patch.blocks);
             }
         }
         farthest
+    }
+
+    /// How far the nodes of pairs have come from each other, where a contact has taken the place of their
+    /// joint `[m]`; of blocks that are taken out nothing.
+    fn parted(&self, blocks: [u32; 2], pairs: impl Iterator<Item = [u32; 2]>) -> Option<f64> {
+        if blocks.iter().any(|&block| self.model.geometry.is_gone(block as usize)) {
+            return None;
+        }
+        let at = |node: u32| Vec3::from(self.model.get(&self.state.u, node as usize));
+        pairs.map(|[a, b]| (at(b) - at(a)).norm()).max_by(f64::total_cmp)
     }
 
     /// By what the most loaded pair that is bonded is beyond its strength, for a relaxation.
