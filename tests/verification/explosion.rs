@@ -150,10 +150,10 @@ fn flying(simulation: &mut Simulation) -> Vec<Flying> {
 /// Bands of plausibility, which nothing from outside says and which are no verification, for they were chosen
 /// around what a run gave: they show that something has changed, not what is right. Distances from the
 /// charge, and between what sizes the mean of fragments lies that are blocks without joints around, or
-/// several of them [m].
+/// several of them [m]. The least are the smallest blocks of a shell.
 const SHELLS: [([f64; 2], [f64; 2]); 4] = [
     ([0.0, 0.2], [0.04, 0.15]),
-    ([0.2, 0.4], [0.15, 0.25]),
+    ([0.2, 0.4], [0.04, 0.25]),
     ([0.4, 0.8], [0.25, 0.5]),
     ([0.8, 3.0], [0.38, 0.8]),
 ];

@@ -135,11 +135,11 @@ fn plane([cohesion, friction]: [f64; 2], part: f64) -> Deck {
     deck
 }
 
-/// Both blocks in one set, their joint a layer: of soft filling, for on one of rock undamped blocks flutter.
+/// Both blocks in one set, their joint a layer of rock.
 fn layered(mut deck: Deck) -> Deck {
     let joint = deck.joints.get_mut("plane").expect("the plane");
     joint.thickness = 0.01;
-    (joint.density, joint.young, joint.poisson) = (Some(2400.0), Some(20e6), Some(0.25));
+    (joint.density, joint.young, joint.poisson) = (Some(2400.0), Some(18e9), Some(0.25));
     (joint.normal_stiffness, joint.shear_stiffness) = (None, None);
     deck.blocks.truncate(1);
     let both = &mut deck.blocks[0];

@@ -339,11 +339,6 @@ fn scatter_springs(
 }
 
 impl Element {
-    /// Critical step of its fastest vibration, `2/ω` `[s]`.
-    pub(crate) fn critical_step(&self) -> f64 {
-        2.0 * (self.elastic.density * self.volume / (8.0 * self.modal.largest())).sqrt()
-    }
-
     fn new(edges: [Vector3<f64>; 3], elastic: Elastic, kind: ElementKind) -> Self {
         let modal = Modal::new(&edges, &elastic, kind);
         let dense = modal.dense();

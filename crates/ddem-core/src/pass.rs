@@ -11,6 +11,30 @@ use crate::lanes::{LANES, Lanes, splat};
 use crate::pack::{Neighbours, PairPlace};
 use crate::seams::{Seam, Seams};
 
+/// Damping of deformation, `C = β K + α M` without the part of rigid motion in M.
+#[derive(Clone, Copy)]
+pub(crate) struct Viscous<'a> {
+    /// Velocities that it acts on `[m/s]`.
+    pub(crate) v: &'a [Lanes],
+    /// β of all deformable bodies `[s]`.
+    pub(crate) stiffness: f64,
+    /// α of the bodies of each pack; empty: none `[1/s]`.
+    pub(crate) mass: &'a [Lanes],
+}
+
+impl Viscous<'_> {
+    /// α of the bodies of a pack `[1/s]`.
+    #[inline(always)]
+    pub(crate) fn mass(&self, pack: usize) -> Lanes {
+        self.mass.get(pack).copied().unwrap_or(Lanes::ZERO)
+    }
+
+    /// Whether the bodies of a pack have any damping.
+    pub(crate) fn acts(&self, pack: usize) -> bool {
+        self.stiffness > 0.0 || self.mass(pack) != Lanes::ZERO
+    }
+}
+
 /// What the internal forces are computed from.
 #[derive(Clone, Copy)]
 pub(crate) struct Input<'a> {
@@ -22,8 +46,8 @@ pub(crate) struct Input<'a> {
     pub(crate) look: Look<'a>,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
-    /// Velocities to which the bodies answer with β times their stiffness, and β `[s]`.
-    pub(crate) viscous: Option<(&'a [Lanes], &'a [Lanes])>,
+    /// Damping of the bodies, if any has it.
+    pub(crate) viscous: Option<Viscous<'a>>,
     /// Bodies by pack and lane that have supports; empty: none.
     pub(crate) held: &'a [[bool; LANES]],
 }

@@ -45,17 +45,6 @@ pub(crate) fn faces() -> impl Iterator<Item = FaceOf> {
     (0..6).map(FaceOf::of_number)
 }
 
-/// Square of the largest angular frequency of a deformable block's nodes with contacts on all faces, beyond its
-/// joints `[1/s²]`.
-fn deformable(skins: &Skins, geometry: &Geometry, body: usize) -> f64 {
-    square(skins, geometry, body, Skins::beyond_joint)
-}
-
-/// The same of its joints or contacts, whichever are stiffer.
-pub(crate) fn stiffest_square(skins: &Skins, geometry: &Geometry, body: usize) -> f64 {
-    square(skins, geometry, body, Skins::stiffest)
-}
-
 /// Rate of the dashpots of a deformable block's joints or contacts, for a damping ratio of 1: `ω_c √(m/m_n)` with the
 /// mass m that vibrates on them and that of the nodes `[1/s]`.
 pub(crate) fn dashpot_rate(skins: &Skins, geometry: &Geometry, body: usize) -> f64 {
@@ -77,16 +66,11 @@ fn per_mass(skins: &Skins, geometry: &Geometry, (body, face): (usize, FaceOf)) -
 
 /// A node on a face has an area and half the mass of the elements below it, and on an edge or at a
 /// corner the shear of the faces beside adds to it.
-fn square(
-    skins: &Skins,
-    geometry: &Geometry,
-    body: usize,
-    stiffness: fn(&Skins, u32, FaceOf) -> Stiffness,
-) -> f64 {
+fn deformable(skins: &Skins, geometry: &Geometry, body: usize) -> f64 {
     let mut stiffest = [[0.0_f64; 2]; 3];
     for face in faces() {
         let d = face.direction;
-        let Stiffness { normal, shear } = stiffness(skins, body as u32, face);
+        let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
         let per_mass = per_mass(skins, geometry, (body, face));
         stiffest[d][0] = stiffest[d][0].max(normal * per_mass);
         stiffest[d][1] = stiffest[d][1].max(shear * per_mass);

@@ -62,17 +62,6 @@ impl Modal {
         Self { strain: c, bend, hour: hour / 9.0 }
     }
 
-    /// Largest eigenvalue of the stiffness `[N/m]`: eight times that of the groups, as `H Hᵀ = 8`.
-    #[must_use]
-    pub fn largest(&self) -> f64 {
-        let groups = [
-            self.strain.symmetric_eigenvalues().max(),
-            self.bend.symmetric_eigenvalues().max(),
-            self.hour.symmetric_eigenvalues().max(),
-        ];
-        8.0 * groups.into_iter().fold(0.0, f64::max)
-    }
-
     /// The dense stiffness `[N/m]`, shape `(24, 24)`, nodes in VTK order: `K = Hᵀ M H`.
     #[must_use]
     pub fn dense(&self) -> Stiffness {

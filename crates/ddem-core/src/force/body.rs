@@ -7,7 +7,8 @@ use crate::element::lattice::force;
 use crate::in_situ::Borne;
 use crate::kinematics::turn;
 use crate::lanes::{
-    Lanes, add, cross, load, load_at, scale, store_at, sub, times, transposed_times, zero,
+    Lanes, add, cross, dot, inverse_symmetric, load, load_at, scale, splat, store_at, sub,
+    symmetric_times, times, transposed_times, zero,
 };
 use crate::pass::{Input, Output, Workspace, half_work};
 
@@ -69,8 +70,8 @@ pub(crate) fn body<S: Simd>(
     resist(simd, input, index, out, work);
 }
 
-/// §6: `f −= β R K Rᵀ v`, where the bodies are viscous. Whole motions of a block have no part in it, up to the
-/// turning of its strain. `work` holds the local displacements, whose arms the torque has.
+/// §6: `f −= R (β K w + α M (w − w̄))` with `w = Rᵀ v` and its rigid part w̄, where the bodies are viscous. Whole
+/// motions of a block have no part in it, up to the turning of its strain. `work` holds the local displacements, whose arms the torque has.
 #[simd]
 fn resist<S: Simd>(
     simd: S,
@@ -79,17 +80,14 @@ fn resist<S: Simd>(
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
-    let (Some((v, betas)), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else {
-        return;
-    };
-    if betas[index] == Lanes::ZERO {
+    let (Some(viscous), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else { return };
+    if !viscous.acts(index) {
         return;
     }
     let pack = &input.moved.packs.packs[index];
     let shape = input.moved.packs.shape_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
-    let v = &v[3 * pack.start..3 * (pack.start + shape.nodes)];
-    let (dims, beta) = (shape.dims(0), betas[index].load(simd));
+    let v = &viscous.v[3 * pack.start..3 * (pack.start + shape.nodes)];
     let Workspace { planes, local, g, way, .. } = work;
     let (g, way) = (&mut g[..v.len()], &mut way[..v.len()]);
     let rotation = input.moved.frames.map(|frames| frames[index].matrix(simd));
@@ -97,10 +95,19 @@ fn resist<S: Simd>(
         let v = load_at(simd, v, 3 * node);
         store_at(way, 3 * node, rotation.map_or(v, |r| transposed_times(&r, v)));
     }
-    force(simd, dims, &table.table, way, g, planes);
+    if viscous.stiffness > 0.0 {
+        force(simd, shape.dims(0), &table.table, way, g, planes);
+        let beta = splat(simd, viscous.stiffness);
+        g.iter_mut().for_each(|g| *g = Lanes::from(g.load(simd) * beta));
+    } else {
+        g.fill(Lanes::ZERO);
+    }
+    if viscous.mass(index) != Lanes::ZERO {
+        slow_down(simd, input, (index, viscous.mass(index)), way, g);
+    }
     let mut torque = zero(simd);
     for node in 0..shape.nodes {
-        let mut force = scale(load_at(simd, g, 3 * node), beta);
+        let mut force = load_at(simd, g, 3 * node);
         if let Some(rotation) = &rotation {
             torque = add(torque, cross(load_at(simd, local, 3 * node), force));
             force = times(rotation, force);
@@ -111,6 +118,68 @@ fn resist<S: Simd>(
     if let Some(rotation) = &rotation {
         let [x, y, z] = add(load(simd, out.torque), times(rotation, torque));
         *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
+    }
+}
+
+/// Adds `α M (w − w̄)` of four bodies to `g`: the velocities w without the translation and the spin that have their
+/// momentum and moment of momentum.
+#[inline(always)]
+fn slow_down<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (index, alpha): (usize, Lanes),
+    velocities: &[Lanes],
+    g: &mut [Lanes],
+) {
+    let pack = &input.moved.packs.packs[index];
+    let dims = input.moved.packs.shape_of(pack).dims(0);
+    let mass = &input.assembly.inertia[input.assembly.pack_inertia[index] as usize].mass;
+    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
+    let edges = table.edges.each_ref().map(|edge| load(simd, edge));
+    let place = |node: usize| {
+        let n = [dims[0] + 1, dims[1] + 1];
+        let at = [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])];
+        let along = |d: usize| scale(edges[d], splat(simd, at[d] as f64 - 0.5 * dims[d] as f64));
+        add(add(along(0), along(1)), along(2))
+    };
+    let nodes = velocities.len() / 3;
+    let (mut whole, mut middle, mut mean) = (splat(simd, 0.0), zero(simd), zero(simd));
+    for node in 0..nodes {
+        let m = mass[node].load(simd);
+        whole += m;
+        middle = add(middle, scale(place(node), m));
+        mean = add(mean, scale(load_at(simd, velocities, 3 * node), m));
+    }
+    // Lanes without a body have no mass.
+    let empty = Lanes(std::array::from_fn(|lane| if lane < pack.filled { 0.0 } else { 1.0 }));
+    let per_mass = splat(simd, 1.0) / (whole + empty.load(simd));
+    (middle, mean) = (scale(middle, per_mass), scale(mean, per_mass));
+    let mut spread = [splat(simd, 0.0); 6];
+    let mut momentum = zero(simd);
+    for node in 0..nodes {
+        let m = mass[node].load(simd);
+        let (x, w) = (sub(place(node), middle), sub(load_at(simd, velocities, 3 * node), mean));
+        let y = scale(x, m);
+        let squares = dot(x, y);
+        let more = [
+            squares - x[0] * y[0],
+            squares - x[1] * y[1],
+            squares - x[2] * y[2],
+            splat(simd, 0.0) - x[0] * y[1],
+            splat(simd, 0.0) - x[1] * y[2],
+            splat(simd, 0.0) - x[2] * y[0],
+        ];
+        (0..6).for_each(|k| spread[k] += more[k]);
+        momentum = add(momentum, cross(y, w));
+    }
+    (0..3).for_each(|k| spread[k] += empty.load(simd));
+    let spin = symmetric_times(inverse_symmetric(simd, spread), momentum);
+    let alpha = alpha.load(simd);
+    for node in 0..nodes {
+        let rigid = add(mean, cross(spin, sub(place(node), middle)));
+        let deforms = sub(load_at(simd, velocities, 3 * node), rigid);
+        let force = scale(deforms, alpha * mass[node].load(simd));
+        store_at(g, 3 * node, add(load_at(simd, g, 3 * node), force));
     }
 }
 

@@ -50,8 +50,8 @@ pub struct Simulation {
     pub(crate) relaxation: Option<Relaxation>,
     pub(crate) factors: Vec<f64>,
     pub(crate) velocities: Vec<[f64; 3]>,
-    /// β of the bodies of each pack, as the last look had it `[s]`.
-    viscous: Vec<Lanes>,
+    /// α of the bodies of each pack that slide, as the last look had it `[1/s]`.
+    sliding: Vec<Lanes>,
     /// Of the model as it starts, and with all joints that can fail turned to springs.
     pub(crate) critical_steps: [Option<f64>; 2],
     pub(crate) last: Sums,
@@ -106,7 +106,7 @@ impl Simulation {
             relaxation: None,
             factors,
             velocities,
-            viscous: Vec::new(),
+            sliding: Vec::new(),
             critical_steps: [None; 2],
             last: Sums::default(),
             initial_energy: 0.0,
@@ -332,12 +332,10 @@ impl Simulation {
     }
 
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {
-        let joints = (&self.state.breaks, &self.state.contacts);
-        let Motion { stiffness, fictitious, .. } = self.motion;
-        self.viscous.clear();
-        if !fictitious {
-            let Model { sliding, packs, .. } = &self.model;
-            sliding.viscosities(packs, stiffness, joints, &mut self.viscous);
+        self.sliding.clear();
+        if !self.motion.fictitious {
+            let joints = (&self.state.breaks, &self.state.contacts);
+            self.model.sliding.rates(&self.model.packs, joints, &mut self.sliding);
         }
         let gravity = self.factors.last().copied().unwrap_or(1.0);
         let context = Context {
@@ -349,7 +347,7 @@ impl Simulation {
             factors: &self.factors,
             gravity: (self.model.gravity * gravity).into(),
             velocities: &self.velocities,
-            viscous: &self.viscous,
+            sliding: &self.sliding,
             failing: (!self.motion.fictitious && !self.holds).then_some(1.0),
             turning: self.model.can_meet(),
             waits: false,

@@ -15,7 +15,7 @@ use crate::kinematics::Moved;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::parallel::{node_start, share_start, spread};
-use crate::pass::{Input, Output, Workspace};
+use crate::pass::{Input, Output, Viscous, Workspace};
 use crate::scratch::{Forces, Scratch};
 
 /// What the first pass looks at.
@@ -36,8 +36,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Velocities and the time step that they are of, for the way of the last step.
     pub(crate) way: (&'a [Lanes], f64),
-    /// Velocities to which the bodies answer with β times their stiffness, and β of each pack `[s]`.
-    pub(crate) viscous: Option<(&'a [Lanes], &'a [Lanes])>,
+    /// Damping of the bodies, if any has it.
+    pub(crate) viscous: Option<Viscous<'a>>,
     /// Bodies by pack and lane that have supports.
     pub(crate) held: &'a [[bool; LANES]],
     /// Without the rotations of the blocks, whatever the kinematics.

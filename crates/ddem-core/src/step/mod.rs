@@ -30,6 +30,7 @@ use crate::lanes::{Lanes, load, splat};
 use crate::model::Model;
 use crate::motion::{Motion, Update};
 use crate::parallel::{node_start, rigid_start, spread};
+use crate::pass::Viscous;
 use crate::scratch::{Balancing, Moving, Part, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
@@ -56,8 +57,8 @@ pub(crate) struct Context<'a> {
     pub(crate) factors: &'a [f64],
     /// Gravity times its factor `[m/s²]`.
     pub(crate) gravity: [f64; 3],
-    /// β of the bodies of each pack, or nothing `[s]`.
-    pub(crate) viscous: &'a [Lanes],
+    /// α of the bodies of each pack that slide, or nothing `[1/s]`.
+    pub(crate) sliding: &'a [Lanes],
     /// Velocity of each fix half a step ahead `[m/s]`.
     pub(crate) velocities: &'a [[f64; 3]],
     /// As in [`Pass`].
@@ -364,15 +365,23 @@ impl<'a> Context<'a> {
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
             way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
-            viscous: (!self.viscous.is_empty()).then_some((v, self.viscous)),
+            viscous: self.viscous(v),
             held: &self.active.held_bodies,
             linear: false,
             energies,
         }
     }
 
+    fn viscous<'b>(&self, v: &'b [Lanes]) -> Option<Viscous<'b>>
+    where
+        'a: 'b,
+    {
+        let Self { motion: Motion { stiffness, .. }, sliding: mass, .. } = *self;
+        (*stiffness > 0.0 || !mass.is_empty()).then_some(Viscous { v, stiffness: *stiffness, mass })
+    }
+
     fn is_viscous(&self, pack: usize) -> bool {
-        self.viscous.get(pack).is_some_and(|beta| *beta != Lanes::ZERO)
+        self.viscous(&[]).is_some_and(|viscous| viscous.acts(pack))
     }
 
     fn dashpots(&self, pack: usize) -> &'a [Dashpot] {

@@ -1,0 +1,197 @@
+//! Blocks that slide, and stay, near the limit of friction with nothing set.
+
+use ddem_core::Deck;
+use ddem_core::deck::{Body, Fix, Stage, StageKind, Where};
+use ddem_core::{Model, Relaxed, Simulation};
+
+use super::energy::closes;
+use super::incline::G;
+use super::record::Tolerance::{AtMost, Relative};
+use super::record::{check, of};
+use super::shared::{deck, edited, example, run};
+
+/// What is between the block and the plane.
+#[derive(Clone, Copy, Debug)]
+enum Plane {
+    /// Contact, of a normal stiffness `[Pa/m]`.
+    Contact(f64),
+    /// Joint of springs `[Pa/m]`.
+    Spring(f64),
+    /// Joint of rock with a thickness `[m]`.
+    Layer(f64),
+}
+
+/// The block on a plane of a slope with friction `[degrees]`.
+fn block(plane: Plane, [slope, friction]: [f64; 2], (body, divisions): (Body, u32)) -> Deck {
+    let mut deck = deck(&example("slide_plane"));
+    let slope = slope.to_radians();
+    deck.model.gravity = [G * slope.sin(), 0.0, -G * slope.cos()];
+    for set in &mut deck.blocks {
+        set.divisions = divisions;
+        if let Plane::Contact(_) = plane {
+            set.joint = None;
+        }
+    }
+    deck.blocks[1].body = body;
+    deck.contact.friction = Some(friction);
+    let joint = deck.joints.get_mut("plane").expect("the joint");
+    joint.friction = Some(friction);
+    match plane {
+        Plane::Contact(stiffness) => {
+            deck.contact.normal_stiffness = Some(stiffness);
+            deck.contact.shear_stiffness = Some(0.5 * stiffness);
+        }
+        Plane::Spring(stiffness) => {
+            joint.normal_stiffness = Some(stiffness);
+            joint.shear_stiffness = Some(0.5 * stiffness);
+        }
+        Plane::Layer(thickness) => {
+            (joint.normal_stiffness, joint.shear_stiffness) = (None, None);
+            (joint.thickness, joint.material) = (thickness, Some("rock".to_owned()));
+        }
+    }
+    deck
+}
+
+/// Velocity of the block down the plane at times `[s, m/s]`, and where it has come to `[m]`.
+fn down(deck: &Deck, simulation: &mut Simulation, samples: u64) -> Vec<[f64; 3]> {
+    let region = Where { set: Some("block".to_owned()), ..Where::default() };
+    let nodes = simulation.model().nodes_in(&region);
+    let stage = deck.stage.last().expect("a stage");
+    let steps = simulation
+        .start(
+            stage.damping.unwrap_or_default(),
+            stage.time_step.unwrap_or_default(),
+            stage.duration,
+        )
+        .unwrap_or_else(|error| panic!("{error}"));
+    let mut rows = Vec::new();
+    for step in 1.. {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+        let left = simulation.steps_left().expect("a duration");
+        if step % (steps / samples).max(1) == 0 || left == 0 {
+            let mut mean = [0.0; 2];
+            for &node in &nodes {
+                let node = node as usize;
+                let along = [simulation.velocity(node)[0], simulation.displacement(node)[0]];
+                (0..2).for_each(|k| mean[k] += along[k] / nodes.len() as f64);
+            }
+            let [v, u] = mean;
+            rows.push([simulation.time(), v, u]);
+        }
+        if left == 0 {
+            break;
+        }
+    }
+    rows
+}
+
+fn simulation(deck: &Deck) -> Simulation {
+    Simulation::new(Model::new(deck).unwrap_or_else(|error| panic!("{error}")))
+}
+
+const BLOCKS: [((Body, u32), &str); 4] = [
+    ((Body::Rigid, 1), "rigid"),
+    ((Body::Deformable, 1), "deformable, 1 division"),
+    ((Body::Deformable, 2), "deformable, 2 divisions"),
+    ((Body::Deformable, 4), "deformable, 4 divisions"),
+];
+
+#[test]
+fn it_slides_as_fast_as_friction_lets_it() {
+    let case = of("slide_plane");
+    let planes = [
+        (Plane::Contact(1e6), 1.2),
+        (Plane::Contact(1e10), 0.3),
+        (Plane::Contact(1e12), 0.15),
+        (Plane::Spring(1e7), 0.6),
+        (Plane::Spring(1e11), 0.3),
+        (Plane::Spring(1e12), 0.15),
+        (Plane::Layer(0.01), 0.15),
+    ];
+    let slopes = [[30.0, 28.0], [35.0, 25.0], [25.0, 23.0]];
+    for (i, (plane, duration)) in planes.into_iter().enumerate() {
+        for (k, (kind, name)) in BLOCKS.into_iter().enumerate() {
+            let [slope, friction] = slopes[(i + k) % slopes.len()];
+            let mut deck = block(plane, [slope, friction], kind);
+            deck.stage[0].duration = Some(duration);
+            let rows = down(&deck, &mut simulation(&deck), 200);
+            let late = rows[rows.len() / 2];
+            let end = rows[rows.len() - 1];
+            let found = (end[1] - late[1]) / (end[0] - late[0]);
+            let [a, f] = [slope, friction].map(f64::to_radians);
+            let exact = G * (a.sin() - a.cos() * f.tan());
+            let what = format!("acceleration at {friction}° on {slope}°, {plane:?}, {name} [m/s²]");
+            check(case, &what, exact, found, Relative(1e-2));
+        }
+    }
+}
+
+#[test]
+fn it_stays_below_the_limit() {
+    let case = of("slide_plane");
+    for (plane, duration) in
+        [(Plane::Contact(1e9), 10.0), (Plane::Spring(1e9), 10.0), (Plane::Contact(1e12), 1.0)]
+    {
+        for (kind, name) in [BLOCKS[0], BLOCKS[2]] {
+            let mut deck = block(plane, [30.0, 32.0], kind);
+            deck.stage[0].duration = Some(duration);
+            let rows = down(&deck, &mut simulation(&deck), 200);
+            let creep = (rows[rows.len() - 1][2] - rows[rows.len() / 4][2]).abs();
+            let what = format!("creep, weight at once, {plane:?}, {name} [m]");
+            check(case, &what, 1e-4, creep, AtMost);
+            // The weight put on in a relax stage, the block held along the plane meanwhile.
+            let hold = Fix {
+                region: Where { set: Some("block".to_owned()), ..Where::default() },
+                axes: "x".to_owned(),
+                until: Some("slide".to_owned()),
+                ..Fix::default()
+            };
+            deck.fix.push(hold);
+            let press =
+                Stage { name: "press".to_owned(), kind: StageKind::Relax, ..Stage::default() };
+            deck.stage.insert(0, press);
+            let mut simulation = simulation(&deck);
+            simulation.enter(0);
+            simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
+            while simulation.relax_step(1e-6).unwrap_or_else(|error| panic!("{error}"))
+                != Relaxed::Done
+            {}
+            simulation.finish_relaxation();
+            simulation.enter(1);
+            let rows = down(&deck, &mut simulation, 200);
+            let creep = rows[rows.len() - 1][2] - rows[rows.len() / 50][2];
+            let what = format!("creep, weight relaxed, {plane:?}, {name} [m]");
+            check(case, &what, 1e-4, creep.abs(), AtMost);
+        }
+    }
+}
+
+#[test]
+fn a_rough_joint_goes_there_and_back() {
+    let case = of("v05_sledge");
+    let (k_n, k_s) = (1.0 / (1.0 / 6e9 + 0.1 / 21.6e9), 1.0 / (1.0 / 2e9 + 0.1 / 7.2e9));
+    for dilation in [5.0_f64, 10.0] {
+        let angle = format!("dilation = {dilation:.1}");
+        let run = run(&edited(&example(case.deck), "dilation = 5.0", &angle));
+        let column = |name: &str| run.probes.series(name);
+        let (force, press, way) = (column("box.x"), column("box.z"), column("top.x"));
+        let (rough, rubs) = (dilation.to_radians().tan(), 30_f64.to_radians().tan());
+        for (how, sign, [from, to]) in [("there", 1.0, [0.1, 0.19]), ("back", -1.0, [0.34, 0.4])] {
+            let mut worst = [0.0_f64; 2];
+            for i in (0..way.len()).filter(|&i| (from..to).contains(&way[i][0])) {
+                let u = way[i][1];
+                let shear =
+                    sign * (1e6 + k_n * u * rough) * rubs / (1.0 + sign * k_n / k_s * rough * rubs);
+                let pressure = 1e6 + k_n * (u - shear / k_s) * rough;
+                worst[0] = worst[0].max((-force[i][1] / shear - 1.0).abs());
+                worst[1] = worst[1].max((press[i][1] / pressure - 1.0).abs());
+            }
+            for (name, off) in ["shear", "pressure"].into_iter().zip(worst) {
+                let what = format!("{name} on the way {how}, dilation {dilation}° [part off]");
+                check(case, &what, 0.01, off, AtMost);
+            }
+        }
+        closes(case, &format!(", dilation {dilation}°"), &run);
+    }
+}
