@@ -29,6 +29,7 @@ mod poisson;
 mod pull;
 mod record;
 mod relax_strength;
+mod relaxing;
 mod rocking;
 mod rotation;
 mod shear_box;

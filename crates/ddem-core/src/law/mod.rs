@@ -35,6 +35,7 @@
 //! Tension and opening are positive; the normal points from side a to side b.
 
 mod barton_bandis;
+mod between;
 mod mohr_coulomb;
 pub(crate) mod response;
 #[cfg(test)]
@@ -49,6 +50,7 @@ use nalgebra::Vector2;
 use crate::deck::Joint;
 
 pub use barton_bandis::BartonBandis;
+pub(crate) use between::Between;
 pub use mohr_coulomb::MohrCoulomb;
 
 /// Traction on side a of a joint, from side b `[Pa]`.
@@ -102,6 +104,30 @@ pub struct Memory {
     pub lifted: f64,
     /// Traction at the last step `[Pa]`.
     pub traction: Traction,
+    /// The last equilibrium, from which a relaxation maps slip and damage, so that neither keeps what
+    /// it overshoots; `None` in motion, where both go on from the last step.
+    pub settled: Option<Settled>,
+}
+
+/// State of a failed point in an equilibrium, from which a relaxation goes on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settled {
+    /// Slip s of side b against side a `[m]`.
+    pub slip: Vector2<f64>,
+    /// Opening that slip over the roughness has made `[m]`.
+    pub dilation: f64,
+    /// Part of the peak strength that is lost.
+    pub damage: f64,
+    /// Distance of the faces `[m]`.
+    pub gap: f64,
+}
+
+impl Memory {
+    /// Takes the present state for an equilibrium.
+    pub(crate) fn settle(&mut self) {
+        let Self { slip, dilation, damage, gap, .. } = *self;
+        self.settled = Some(Settled { slip, dilation, damage, gap });
+    }
 }
 
 /// Energy that a point has lost for each unit of area `[J/m²]`.

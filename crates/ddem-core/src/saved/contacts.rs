@@ -4,6 +4,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Saved;
+use super::pairs::{settled, settled_numbers};
 use crate::contact::{Bond, Both, Contacts, Near, Pair, Patch, Point, Release, Seated, Spot};
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
@@ -11,7 +12,7 @@ use crate::law::{Mode, Traction};
 use crate::model::Model;
 
 const PATCH: usize = 28;
-const POINT: usize = 19;
+const POINT: usize = 25;
 const NEAR: usize = 3;
 const PAIR: usize = 6;
 const NAMES: [&str; 6] = [
@@ -159,7 +160,8 @@ fn bonds(contacts: &mut Contacts, mut numbers: &[f64], seated: &[Seated]) -> Opt
         let pairs: Option<Box<[Pair]>> = pairs.as_chunks::<PAIR>().0.iter().map(pair).collect();
         let known = [Release::Holds, Release::Loose, Release::Done];
         let release = known.into_iter().find(|&known| f64::from(known as u8) == release)?;
-        let bond = Box::new(Bond { joint: start.bond.as_ref()?.joint, release, pairs: pairs? });
+        let joint = start.bond.as_ref()?.joint;
+        let bond = Box::new(Bond { joint, law: joint, release, pairs: pairs? });
         if release == Release::Done {
             contacts.ended.push((blocks, bond));
         } else {
@@ -263,16 +265,16 @@ fn whole(number: f64) -> Option<u32> {
 }
 
 fn point_numbers(point: &Point) -> [f64; POINT] {
-    let Point { spots: [a, b], area, slip, offset: [offset, lifted], gap, traction, drag, slid } =
-        *point;
-    let [[i, k, x, y], [j, l, u, v]] = [a, b].map(|spot| {
+    let Point { spots: [a, b], area, slip, offset: [offset, lifted], gap, traction, .. } = *point;
+    let [known, x, y, d, part, at] = settled_numbers(point.settled);
+    let [[i, k, p, q], [j, l, u, v]] = [a, b].map(|spot| {
         let Spot { element: [i, k], on: [x, y] } = spot;
         [f64::from(i), f64::from(k), f64::from(x), f64::from(y)]
     });
     let Traction { normal, shear } = traction;
     [
-        i, k, x, y, j, l, u, v, area, slip.x, slip.y, offset, lifted, gap, normal, shear.x,
-        shear.y, drag, slid,
+        i, k, p, q, j, l, u, v, area, slip.x, slip.y, offset, lifted, gap, normal, shear.x,
+        shear.y, point.drag, point.slid, known, x, y, d, part, at,
     ]
 }
 
@@ -298,6 +300,7 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
         traction: Traction { normal, shear: Vector2::new(shear_x, shear_y) },
         drag,
         slid,
+        settled: settled(std::array::from_fn(|k| numbers[19 + k])),
     };
     (area >= 0.0 || diverged).then_some(point)
 }

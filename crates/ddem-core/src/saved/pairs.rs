@@ -6,11 +6,11 @@ use super::Saved;
 use crate::breaks::{Breaks, Broken, Point};
 use crate::contact::{Contacts, Release};
 use crate::joints::face_places;
-use crate::law::{Memory, Mode, Traction};
+use crate::law::{Memory, Mode, Settled, Traction};
 use crate::model::Model;
 
 /// Names of the arrays, and numbers a pair.
-const ARRAYS: [(&str, usize); 8] = [
+const ARRAYS: [(&str, usize); 10] = [
     ("pair_mode", 1),
     ("pair_time", 1),
     ("pair_origin", 3),
@@ -19,6 +19,8 @@ const ARRAYS: [(&str, usize); 8] = [
     ("pair_normal", 1),
     ("pair_damage", 1),
     ("pair_gap", 3),
+    ("pair_settled", 3),
+    ("pair_settled_at", 3),
 ];
 
 /// Adds the broken joints, if there are any that a start would not have.
@@ -76,7 +78,7 @@ pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Opti
     for (at, lane, first) in face_places(model) {
         let Some(broken) = &mut breaks.at(at.0)[1 << at.1] else { continue };
         for (p, points) in broken.points.iter_mut().enumerate() {
-            let numbers: [&[f64]; 8] = std::array::from_fn(|array| value(array, first + p));
+            let numbers: [&[f64]; 10] = std::array::from_fn(|array| value(array, first + p));
             broken.times[p][lane] = numbers[1][0];
             set(&mut points[lane], numbers);
         }
@@ -89,8 +91,9 @@ pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Opti
     Some(breaks)
 }
 
-fn numbers(point: &Point, time: f64) -> [[f64; 3]; 8] {
-    let Memory { slip, dilation, damage, gap, lifted, traction } = point.memory;
+fn numbers(point: &Point, time: f64) -> [[f64; 3]; 10] {
+    let Memory { slip, dilation, damage, gap, lifted, traction, settled } = point.memory;
+    let [known, x, y, d, part, at] = settled_numbers(settled);
     let mode = match point.mode {
         None => 0.0,
         Some(Mode::Shear) => 1.0,
@@ -106,11 +109,13 @@ fn numbers(point: &Point, time: f64) -> [[f64; 3]; 8] {
         one(traction.normal),
         one(damage),
         [gap, dilation, lifted],
+        [known, x, y],
+        [d, part, at],
     ]
 }
 
-fn set(point: &mut Point, numbers: [&[f64]; 8]) {
-    let [mode, _, origin, slip, shear, normal, damage, gap] = numbers;
+fn set(point: &mut Point, numbers: [&[f64]; 10]) {
+    let [mode, _, origin, slip, shear, normal, damage, gap, known, at] = numbers;
     point.mode = match mode[0] {
         1.0 => Some(Mode::Shear),
         2.0 => Some(Mode::Tension),
@@ -125,5 +130,18 @@ fn set(point: &mut Point, numbers: [&[f64]; 8]) {
         gap: gap[0],
         lifted: gap[2],
         traction: Traction { normal: normal[0], shear: in_plane(shear) },
+        settled: settled([known[0], known[1], known[2], at[0], at[1], at[2]]),
     };
+}
+
+/// The last equilibrium as numbers, the first of them 1 where there is one.
+pub(super) fn settled_numbers(settled: Option<Settled>) -> [f64; 6] {
+    settled.map_or([0.0; 6], |Settled { slip, dilation, damage, gap }| {
+        [1.0, slip.x, slip.y, dilation, damage, gap]
+    })
+}
+
+/// The inverse of [`settled_numbers`].
+pub(super) fn settled([known, x, y, dilation, damage, gap]: [f64; 6]) -> Option<Settled> {
+    (known != 0.0).then_some(Settled { slip: Vector2::new(x, y), dilation, damage, gap })
 }

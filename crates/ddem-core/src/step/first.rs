@@ -28,6 +28,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) failing: Option<f64>,
     /// Whether joints that have turned let go.
     pub(crate) turning: bool,
+    /// As in [`Look`].
+    pub(crate) relaxing: bool,
     /// Whether a step in which pairs fail is not taken: contacts stay as they are then.
     pub(crate) waits: bool,
     /// Present time `[s]`.
@@ -53,6 +55,7 @@ impl<'a> Pass<'a> {
             u,
             failing: None,
             turning: false,
+            relaxing: false,
             waits: false,
             time: 0.0,
             last: None,
@@ -66,8 +69,8 @@ impl<'a> Pass<'a> {
 
     /// How pairs are looked at.
     fn look(&self) -> Look<'a> {
-        let Self { model, failing, turning, time, .. } = *self;
-        Look { failing, turning, time, laws: &model.laws }
+        let Self { model, failing, turning, relaxing, time, .. } = *self;
+        Look { failing, turning, relaxing, time, laws: &model.laws }
     }
 }
 
