@@ -13,7 +13,7 @@ fn slip(run: &Run) -> f64 {
     let joints = Frames::open(run.path("joints.vtkhdf"));
     let slips = joints.last_vectors("slip");
     let middle = joints.points().into_iter().zip(slips);
-    let middle = middle.filter(|(x, s)| x[0].abs() < 1e-3 && x[2].abs() < 1e-3 && s[0] != 0.0);
+    let middle = middle.filter(|(x, s)| x[0].abs() < 0.02 && x[2].abs() < 0.02 && s[0] != 0.0);
     let middle: Vec<f64> = middle.map(|(_, s)| s[0].abs()).collect();
     assert!(!middle.is_empty(), "nothing has slipped in the middle");
     middle.iter().sum::<f64>() / middle.len() as f64
