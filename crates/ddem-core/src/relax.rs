@@ -100,7 +100,7 @@ impl Simulation {
     /// Goes on with a relaxation that a checkpoint has kept.
     pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
         if memory.increments > 1 {
-            self.ramp_strengths(memory.left, memory.part());
+            self.ramp_strengths(memory.left, memory.part(), false);
         }
         // It does not stop and asks for no history, so it does not fail.
         let _ = self.go_on_relaxing(memory, &|| false);
@@ -339,7 +339,7 @@ impl Simulation {
     pub(crate) fn drop_relaxation(&mut self) -> bool {
         let Some(Relaxation { memory, .. }) = self.relaxation.take() else { return false };
         if memory.increment < memory.increments {
-            self.ramp_strengths(memory.left, 1.0);
+            self.ramp_strengths(memory.left, 1.0, true);
         }
         self.keep_slip(false);
         true

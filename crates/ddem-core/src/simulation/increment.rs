@@ -9,13 +9,14 @@ impl Simulation {
     /// What is another one in the increment that begins: strengths, and where supports are.
     pub(crate) fn begin_increment(&mut self, memory: &Memory) {
         if memory.increments > 1 {
-            self.ramp_strengths(memory.left, memory.part());
+            self.ramp_strengths(memory.left, memory.part(), true);
         }
         self.shift_supports(memory);
     }
 
     /// Strengths go by a part of the way from those of the stage that was left to those of the present one.
-    pub(crate) fn ramp_strengths(&mut self, left: usize, part: f64) {
+    /// Contacts are made `anew` where they have another friction now.
+    pub(crate) fn ramp_strengths(&mut self, left: usize, part: f64, anew: bool) {
         let Self { model, state, .. } = self;
         let before = model.back(left, state.dug);
         let differs = |block: u32| model.geometry.differs(&before, block as usize);
@@ -23,7 +24,9 @@ impl Simulation {
             return;
         }
         let contacts = &mut state.contacts;
-        contacts.make_anew(|patch| patch.bond.is_none() && patch.blocks.into_iter().any(differs));
+        contacts.make_anew(|patch| {
+            anew && patch.bond.is_none() && patch.blocks.into_iter().any(differs)
+        });
         let laws = model.ramp(&before, part);
         for patch in &mut contacts.patches {
             if let (Some(bond), Some(law)) = (&mut patch.bond, laws.get(&patch.blocks)) {
