@@ -71,10 +71,10 @@ pub(super) fn accelerations<S: Simd>(
             for (sum, row) in mean.iter_mut().zip(&rotation) {
                 *sum = add(*sum, scale(load(simd, row), share));
             }
-            rest = rest - share;
+            rest -= share;
         }
         // Where nothing turns it is 1.
-        (0..3).for_each(|c| mean[c][c] = mean[c][c] + rest);
+        (0..3).for_each(|c| mean[c][c] += rest);
         let mean = mean_rotation(simd, &mean, 1.0);
         let mut sum = zero(simd);
         for (place, row) in places.iter().zip(rows) {

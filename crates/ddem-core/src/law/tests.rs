@@ -206,13 +206,17 @@ fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
         let slides = Memory { damage: 1.0, gap: -1e-3, ..Memory::default() };
         for mut settled in [bonded, slides] {
             settled.settle();
-            let there = [at(-1e-3, 3e-3); 3];
+            // Dilation is in the gap a step later: what is left of that falls by a quarter in each.
+            let there = [at(-1e-3, 3e-3); 60];
             let astray = [at(-0.5e-3, 9e-3), at(2e-3, 1e-3), at(-2e-3, -4e-3)];
             let (straight, _) = lead(&law, there.into_iter(), settled);
             let (back, _) = lead(&law, astray.into_iter().chain(there), settled);
-            assert_eq!(straight.traction, back.traction);
-            assert_eq!((straight.slip, straight.damage), (back.slip, back.damage));
-            assert_eq!(straight.dilation, back.dilation);
+            let off = (straight.traction.shear - back.traction.shear).norm();
+            assert!(off < 1e-12 * straight.traction.shear.norm(), "{straight:?} {back:?}");
+            assert!((straight.traction.normal / back.traction.normal - 1.0).abs() < 1e-12);
+            assert!((straight.slip - back.slip).norm() <= 1e-12 * straight.slip.norm());
+            assert!((straight.damage - back.damage).abs() < 1e-12);
+            assert!((straight.dilation - back.dilation).abs() <= 1e-12 * straight.dilation);
         }
     }
 }
