@@ -31,6 +31,7 @@ mod poisson;
 mod pull;
 mod record;
 mod relax_strength;
+mod relaxing;
 mod rocking;
 mod rotation;
 mod shear_box;

@@ -25,6 +25,8 @@ pub(crate) struct Fixed {
     gone: Vec<u32>,
     axes: [bool; 3],
     velocity: [f64; 3],
+    /// Where it is driven to in relaxation `[m]`.
+    displacement: [f64; 3],
     history: Course,
     period: Period,
 }
@@ -77,6 +79,7 @@ impl Conditions {
                 gone: region(&fix.region).nodes_gone(stages.at(0), geometry),
                 axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
                 velocity: fix.velocity.unwrap_or_default(),
+                displacement: fix.displacement.unwrap_or_default(),
                 history: Course::new(fix.history.as_ref()),
                 period: Period::new(deck, fix.from.as_ref(), fix.until.as_ref()),
             });
@@ -196,6 +199,17 @@ impl Conditions {
     pub(crate) fn clamped(&self) -> impl Iterator<Item = (usize, &[u32])> {
         let fixed = self.fixed.iter().enumerate();
         fixed.filter(|(_, fix)| fix.axes == [true; 3]).map(|(i, fix)| (i, fix.nodes.as_slice()))
+    }
+
+    /// Way that each fix goes in a part of the displacement that it is driven to `[m]`: those that come into
+    /// force in one of the stages from the first to the last.
+    pub(crate) fn ways(&self, (first, last): (usize, usize), part: f64) -> Vec<[f64; 3]> {
+        let begins = |fix: &Fixed| (first..=last).contains(&fix.period.from.unwrap_or(0));
+        let way = |fix: &Fixed| match begins(fix) {
+            true => fix.displacement.map(|u| u * part),
+            false => [0.0; 3],
+        };
+        self.fixed.iter().map(way).collect()
     }
 
     /// Velocity of each fix at a time `[m/s]`.

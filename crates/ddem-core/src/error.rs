@@ -194,7 +194,7 @@ pub enum RunError {
     #[error(
         "the unbalanced ratio stays at {ratio:.1e}, wanted {tolerance:.1e}: the rest is rounding, most of it \
          at block {block}{}; a tolerance of {:.0e} can be reached{}",
-        stiff(joint.as_ref(), *force), 3.0 * ratio, thicker(joint.as_ref(), ratio / tolerance)
+        stiff(joint.as_ref(), *force, *far), 3.0 * ratio, thicker(joint.as_ref(), ratio / tolerance, *far)
     )]
     OutOfReach {
         /// Unbalanced ratio reached.
@@ -207,6 +207,8 @@ pub enum RunError {
         force: f64,
         /// The stiffest joint of that block, and its thickness `[m]`, 0 if it is springs.
         joint: Option<(String, f64)>,
+        /// How far from the origin `[m]`, where the last digit of a position makes that force.
+        far: Option<f64>,
     },
 }
 
@@ -241,8 +243,13 @@ fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String {
     }
 }
 
-/// The joint whose stiffness makes forces of the last digits of displacements.
-fn stiff(joint: Option<&(String, f64)>, force: f64) -> String {
+/// What makes forces of the last digits of displacements, or of positions far from the origin.
+fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>) -> String {
+    if let Some(far) = far {
+        return format!(
+            ", {far:.0e} m from the origin, where the last digit of a position is {force:.0e} N in its contacts"
+        );
+    }
     let what = joint.map_or_else(String::new, |(name, thickness)| match thickness {
         0.0 => format!(" with its springs of joint `{name}`"),
         _ => format!(" with its joint `{name}`, {thickness:e} m thick"),
@@ -251,7 +258,10 @@ fn stiff(joint: Option<&(String, f64)>, force: f64) -> String {
 }
 
 /// What a joint would have to be for a ratio that is `missing` times smaller.
-fn thicker(joint: Option<&(String, f64)>, missing: f64) -> String {
+fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f64>) -> String {
+    if far.is_some() {
+        return ", or a smaller one with the model nearer to the origin".to_owned();
+    }
     // No joint is to be that much thicker or softer for its sake.
     let some = joint.filter(|_| missing < 1e4);
     let Some((_, thickness)) = some else { return String::new() };
@@ -275,8 +285,8 @@ fn after(failed: u64) -> String {
 
 fn hint(ratio: f64, failed: u64) -> String {
     match (ratio > 1.0, failed) {
-        (true, _) => "; the motion grows: thin joints that turn by some ten degrees are beyond a \
-                      relaxation, a damped dynamic stage can follow them"
+        (true, _) => "; the motion grows: look whether more `increments` change that; a damped dynamic stage \
+                      follows what no relaxation does"
             .to_owned(),
         (false, 0) => String::new(),
         (false, failed) => {

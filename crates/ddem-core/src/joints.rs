@@ -177,8 +177,8 @@ pub(crate) struct Seen<'a> {
     pub(crate) traction: Vec3,
     /// The joint's own axes in space, as columns: the normal, from a to b, and two in its plane.
     pub(crate) axes: Matrix3<f64>,
-    /// Number of the joint's properties.
-    pub(crate) joint: u16,
+    /// Number of the joint's law.
+    pub(crate) law: u16,
     /// If elements around it have become springs.
     pub(crate) point: Option<&'a Point>,
 }
@@ -278,7 +278,7 @@ impl Simulation {
     pub(crate) fn overload(&self) -> f64 {
         let mut most: f64 = 1.0;
         self.see((&self.state.breaks, &self.state.contacts), |_, seen| {
-            let law = self.model.laws[seen.joint as usize].as_ref();
+            let law = self.model.laws[seen.law as usize].as_ref();
             if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.mode.is_none())) {
                 let own = seen.axes.tr_mul(&seen.traction);
                 most = most.max(law.overload(own.x, own.yz().norm()));
@@ -342,7 +342,7 @@ impl Simulation {
                         let own = Vec3::new(springs.normal, springs.shear.x, springs.shear.y);
                         traction += axes * own * part;
                     }
-                    let seen = Seen { traction, axes, joint: face.joint, point };
+                    let seen = Seen { traction, axes, law: seam.laws[lane], point };
                     see(face.first_pair as usize + p, seen);
                 }
             }
@@ -353,7 +353,7 @@ impl Simulation {
             for (i, point) in patch.points.iter().enumerate() {
                 let traction = patch.force(point) / point.area;
                 let own = bond.point(i, Some(point));
-                let seen = Seen { traction, axes, joint: bond.joint, point: Some(&own) };
+                let seen = Seen { traction, axes, law: bond.law, point: Some(&own) };
                 see(joint.first_pair + i, seen);
             }
         }

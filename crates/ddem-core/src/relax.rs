@@ -14,7 +14,7 @@ use crate::cluster::{Clusters, Meeting, Relaxation};
 use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
-use crate::simulation::Simulation;
+use crate::simulation::{LOOKS, Simulation};
 use crate::state::{Memory, State};
 use crate::step::{advance_relaxing, balance};
 use crate::timestep::{largest_clustered, largest_of_gases};
@@ -35,6 +35,8 @@ const AT_REST: f64 = 1e-12;
 
 /// Steps after which it is looked whether blocks have gone, and whether more can be reached.
 const LOOK_AROUND: u64 = 200;
+/// Steps after which it is looked how far blocks have turned.
+const LOOK_AT_TURNS: u64 = 10;
 
 /// Where a relaxation is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,12 +64,15 @@ impl Simulation {
         to.push(1.0);
         self.settle();
         self.stop();
+        self.drop_relaxation();
         let state = &self.state;
         // What is there at the start bears all loads at once, not a part of them.
         let all = self.model.in_situ.is_some() && state.steps == 0;
         let memory = Memory {
             increments: u64::from(increments.max(1)),
             increment: 1,
+            left: state.fresh.map_or(state.stage, |fresh| fresh.left),
+            driven: state.fresh.map(|fresh| fresh.first),
             from: match all {
                 true => self.model.conditions.at_once(&to, &state.load_factors),
                 false => state.load_factors.clone(),
@@ -78,11 +83,26 @@ impl Simulation {
             ..Memory::default()
         };
         let stop = self.stop.clone();
-        self.go_on_relaxing(memory, &|| stop.load(Ordering::Relaxed))
+        let begins = memory.clone();
+        self.go_on_relaxing(memory, &|| stop.load(Ordering::Relaxed))?;
+        self.state.fresh = None;
+        self.keep_slip(true);
+        self.begin_increment(&begins);
+        Ok(())
+    }
+
+    /// Slip and damage of failed pairs and contacts are for good, as in an equilibrium: those of before
+    /// `now` are what a relaxation maps from, or nothing is.
+    pub(crate) fn keep_slip(&mut self, now: bool) {
+        self.state.breaks.settle(now);
+        self.state.contacts.settle(now);
     }
 
     /// Goes on with a relaxation that a checkpoint has kept.
     pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
+        if memory.increments > 1 {
+            self.ramp_strengths(memory.left, memory.part(), false);
+        }
         // It does not stop and asks for no history, so it does not fail.
         let _ = self.go_on_relaxing(memory, &|| false);
     }
@@ -177,6 +197,7 @@ impl Simulation {
             memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
             sums.applied = memory.first;
         }
+        memory.most = memory.most.max(sums.applied);
         self.last = sums;
         self.book_losses(losses);
         let work = &mut self.state.work;
@@ -202,7 +223,11 @@ impl Simulation {
             memory.rest();
             return Ok(Relaxed::Moving);
         }
-        if sums.ratio() <= tolerance && memory.has_stopped(tolerance) {
+        let looks = self.state.steps.is_multiple_of(LOOK_AROUND);
+        let at_rest = memory.has_stopped(AT_REST);
+        let unloaded = looks && self.look_at_rounding(memory, tolerance, at_rest)?;
+        let stopped = memory.has_stopped(tolerance) || memory.rounded >= LOOKS;
+        if unloaded || (sums.ratio() <= tolerance && stopped) {
             let done = memory.increment;
             self.note_stresses();
             self.state.v.fill(Lanes::ZERO);
@@ -211,13 +236,19 @@ impl Simulation {
                 return Ok(Relaxed::Done);
             }
             memory.next_increment();
+            self.keep_slip(true);
+            self.begin_increment(memory);
             return Ok(Relaxed::Increment(done));
         }
-        if self.state.steps.is_multiple_of(LOOK_AROUND) {
+        if looks {
             self.check_collapse(memory.apart)?;
-            if sums.ratio() > tolerance && memory.has_stopped(AT_REST) {
-                self.check_rounding(tolerance)?;
-            }
+        }
+        if !memory.turned && self.state.steps.is_multiple_of(LOOK_AT_TURNS) {
+            memory.turned = self.model.has_turned(&self.scratch.frames);
+            memory.since_restart *= u64::from(!memory.turned);
+        }
+        if memory.turned {
+            clusters.turned.clone_from(&self.scratch.frames);
         }
         let restart = memory.since_restart == 0 || sums.power < 0.0;
         if restart {
@@ -271,7 +302,12 @@ impl Simulation {
         let State { u, v, poses, breaks, contacts, .. } = state;
         let (_, losses) = balance(context, (u, v, poses), (breaks, contacts), scratch, false);
         self.book_losses(losses);
-        self.state.failed != failed
+        let fails = self.state.failed != failed;
+        if fails {
+            // The way to here was one from equilibrium to equilibrium.
+            self.keep_slip(true);
+        }
+        fails
     }
 
     /// Relaxes to equilibrium and returns the number of steps.
@@ -297,18 +333,33 @@ impl Simulation {
     /// Ends a relaxation: everything is at rest.
     pub fn finish_relaxation(&mut self) {
         self.settle();
-        if self.relaxation.take().is_some() {
+        if self.drop_relaxation() {
             self.state.load_factors.clone_from(&self.factors);
         }
+    }
+
+    /// Forgets a relaxation, and what only it knows; strengths are what the deck says. Whether there was one.
+    pub(crate) fn drop_relaxation(&mut self) -> bool {
+        let Some(Relaxation { memory, .. }) = self.relaxation.take() else { return false };
+        if memory.increment < memory.increments {
+            self.ramp_strengths(memory.left, 1.0, true);
+        }
+        self.keep_slip(false);
+        true
     }
 }
 
 impl Memory {
     /// Load factors of the part that is being relaxed.
     fn present_factors(&self) -> Vec<f64> {
-        let part = self.increment as f64 / self.increments as f64;
+        let part = self.part();
         let between = |(from, to): (&f64, &f64)| from + (to - from) * part;
         self.from.iter().zip(&self.to).map(between).collect()
+    }
+
+    /// Part of all increments that is being relaxed.
+    pub(crate) fn part(&self) -> f64 {
+        self.increment as f64 / self.increments as f64
     }
 
     fn walk(&mut self, step: f64) {
@@ -335,5 +386,6 @@ impl Memory {
         self.since_restart = 0;
         self.last.clear();
         self.looked = false;
+        self.rounded = 0;
     }
 }

@@ -21,6 +21,8 @@ const NO_SEAM: u32 = u32::MAX;
 pub(crate) struct Seam {
     /// Number of each lane's joint, or [`NO_JOINT`].
     pub(crate) joints: [u16; LANES],
+    /// Number of each lane's law: that of its joint, or of one that is on its way there.
+    pub(crate) laws: [u16; LANES],
     /// Whether the joint of a lane is springs from the start.
     pub(crate) springs: [bool; LANES],
     /// The joint's own axes as columns: the unit normal, from a to b, and two in its plane.
@@ -49,7 +51,13 @@ pub(crate) struct Seams {
 }
 
 impl Seams {
-    pub(crate) fn new(deck: &Deck, geometry: &Geometry, packs: &Packs) -> Self {
+    /// `law` is the number of the law of a joint, above a block along a direction.
+    pub(crate) fn new(
+        deck: &Deck,
+        geometry: &Geometry,
+        packs: &Packs,
+        law: &mut dyn FnMut(usize, usize, u16) -> u16,
+    ) -> Self {
         let joints: Vec<_> = deck
             .joints
             .values()
@@ -61,7 +69,7 @@ impl Seams {
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in &packs.packs {
             let of_pack = [0, 1, 2].map(|d| {
-                let seam = Seam::new(&joints, (&materials, ratio), geometry, pack, d);
+                let seam = Seam::new(&joints, (&materials, ratio), geometry, (pack, d), law);
                 if seam.joints == [NO_JOINT; LANES] {
                     return NO_SEAM;
                 }
@@ -88,12 +96,13 @@ impl Seam {
         joints: &[(Option<[f64; 2]>, bool)],
         (materials, ratio): (&[Elastic], f64),
         geometry: &Geometry,
-        pack: &Pack,
-        d: usize,
+        (pack, d): (&Pack, usize),
+        law: &mut dyn FnMut(usize, usize, u16) -> u16,
     ) -> Self {
         let lattice = geometry.lattice(pack.bodies[0] as usize);
         let mut seam = Self {
             joints: [NO_JOINT; LANES],
+            laws: [NO_JOINT; LANES],
             springs: [false; LANES],
             axes: own_axes(lattice.normal(d), lattice.axes[(d + 1) % 3]),
             rigid: lattice.rigid,
@@ -114,6 +123,7 @@ impl Seam {
             let (stiffness, springs) = joints[joint as usize];
             // Between rigid blocks every joint is springs (§8).
             (seam.joints[lane], seam.springs[lane]) = (joint, springs || lattice.rigid);
+            seam.laws[lane] = law(body, d, joint);
             let edges = [0, 1, 2].map(|e| {
                 let gap = lattice.gaps[d][cell[d] + 1];
                 lattice.axes[e] * if e == d { gap } else { lattice.spacing(e, cell[e]) }
@@ -142,7 +152,8 @@ impl Seam {
             self.joints.iter().zip(&self.springs).map(|(j, s)| u64::from(*j) << 1 | u64::from(*s));
         let lanes = self.edges.iter().flatten().chain(&self.stiffness).chain([&self.dashpot]);
         let numbers = lanes.flat_map(|lanes| lanes.0).chain(self.axes.iter().copied());
-        flags.chain([u64::from(self.rigid)]).chain(numbers.map(f64::to_bits)).collect()
+        let laws = self.laws.map(u64::from);
+        flags.chain(laws).chain([u64::from(self.rigid)]).chain(numbers.map(f64::to_bits)).collect()
     }
 
     /// From side a to side b at rest `[m]`.

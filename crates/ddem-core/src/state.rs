@@ -54,6 +54,8 @@ pub(crate) struct State {
     pub(crate) stage: usize,
     /// The furthest stage that has been entered: what is taken out by then is gone.
     pub(crate) dug: usize,
+    /// The stage that was entered last and has not begun to move.
+    pub(crate) fresh: Option<Fresh>,
     /// Times at which the stages so far began `[s]`.
     pub(crate) stage_starts: Vec<f64>,
     /// Displacements `[m]`.
@@ -90,6 +92,15 @@ pub(crate) struct State {
     pub(crate) peaks: Peaks,
 }
 
+/// Where a stage that has been entered comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fresh {
+    /// The stage before.
+    pub(crate) left: usize,
+    /// The first of the stages that begin: programs may skip some.
+    pub(crate) first: usize,
+}
+
 /// What a checkpoint of a relaxation needs to go on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Memory {
@@ -97,6 +108,10 @@ pub(crate) struct Memory {
     pub(crate) increments: u64,
     /// The part that is being relaxed, from 1.
     pub(crate) increment: u64,
+    /// The stage whose strengths are those before.
+    pub(crate) left: usize,
+    /// The first of the stages that begin, if they do: their supports are driven.
+    pub(crate) driven: Option<usize>,
     /// Steps since the last restart.
     pub(crate) since_restart: u64,
     /// Load factors before and after.
@@ -106,9 +121,17 @@ pub(crate) struct Memory {
     pub(crate) apart: f64,
     /// Failure has been looked for near this equilibrium.
     pub(crate) looked: bool,
+    /// Blocks have turned far: masses turn with them.
+    pub(crate) turned: bool,
+    /// Looks in a row at which nothing but rounding was out of balance.
+    pub(crate) rounded: u64,
+    /// The unbalanced ratio at the first of these.
+    pub(crate) least: f64,
     /// Length of the way that relaxation has gone so far, and of the last steps of this part.
     pub(crate) way: f64,
     pub(crate) last: VecDeque<f64>,
+    /// The largest `Σ (Q + R)²` so far.
+    pub(crate) most: f64,
     /// `Σ F²` at the start, where nothing is applied.
     pub(crate) first: f64,
 }
@@ -126,6 +149,7 @@ impl State {
             steps: 0,
             stage: 0,
             dug: 0,
+            fresh: Some(Fresh { left: 0, first: 0 }),
             stage_starts: vec![0.0],
             u: vec![Lanes::ZERO; n],
             v: vec![Lanes::ZERO; n],

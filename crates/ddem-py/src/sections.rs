@@ -128,6 +128,9 @@ impl Model {
     ///     Which of "xyz".
     /// velocity : (float, float, float), optional
     ///     Of the named axes [m/s]; at rest without it.
+    /// displacement : (float, float, float), optional
+    ///     Of the named axes [m], instead of `velocity`: they go there by the increments of the
+    ///     relaxation with which the support comes into force.
     /// history : callable, dict or rows, optional
     ///     Factor on the velocity in time [s]: a function of the time since the support came into
     ///     force, ``{"ramp": seconds}``, or rows of time and factor.

@@ -195,6 +195,18 @@ impl Breaks {
         lattices.for_each(|broken| broken.bonded = true);
     }
 
+    /// Takes the present state of all failed pairs for an equilibrium, or forgets the last one.
+    pub(crate) fn settle(&mut self, now: bool) {
+        let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
+        let points = lattices.flat_map(|broken| broken.points.iter_mut().flatten());
+        for point in points.filter(|point| point.mode.is_some()) {
+            point.memory.settled = None;
+            if now {
+                point.memory.settle();
+            }
+        }
+    }
+
     /// The joint lattices of a pack.
     pub(crate) fn at(&mut self, pack: usize) -> &mut [Option<Broken>; 8] {
         self.packs[pack].get_or_insert_with(Box::default)

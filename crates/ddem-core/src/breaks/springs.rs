@@ -19,6 +19,8 @@ pub(crate) struct Look<'a> {
     pub(crate) failing: Option<f64>,
     /// Whether joints that have turned about the pairs that hold let go of these: a contact takes over.
     pub(crate) turning: bool,
+    /// Whether slip goes on from the last equilibrium, not from the last step.
+    pub(crate) relaxing: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
     /// Time since the last look, 0 in relaxation, none in the first half step of a stage `[s]`.
@@ -184,6 +186,9 @@ impl Broken {
                     losses.fracture += area * loss.fracture;
                     losses.contact += area * loss.contact;
                     losses.damping += area * loss.damping;
+                    if look.relaxing && point.memory.settled.is_none() {
+                        point.memory.settle();
+                    }
                 } else {
                     point.memory.traction = Traction {
                         normal: k.normal * opening.normal,
@@ -250,9 +255,9 @@ fn law_of<'a>(
     seam: &Seam,
     lane: usize,
 ) -> Option<&'a dyn JointLaw> {
-    match seam.joints[lane] {
+    match seam.laws[lane] {
         NO_JOINT => None,
-        joint => laws[joint as usize].as_deref(),
+        law => laws[law as usize].as_deref(),
     }
 }
 

@@ -7,6 +7,7 @@
 
 mod meeting;
 mod rigid;
+mod turning;
 
 use std::collections::HashMap;
 
@@ -16,6 +17,7 @@ use nalgebra::SMatrix;
 
 use crate::assembly::{Element, NO_TABLE};
 use crate::contact::Surfaces;
+use crate::element::corotation::Frame;
 use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
@@ -46,6 +48,8 @@ pub(crate) struct InverseMass {
     pub(crate) partner: Vec<Partner>,
     /// Three components a row `[m/N]`.
     pub(crate) rows: Vec<Lanes>,
+    /// Part of the rotation of each row's body in the mean of its cluster.
+    shares: Vec<Lanes>,
 }
 
 /// How a relaxation is going.
@@ -78,6 +82,8 @@ pub(crate) struct Clusters {
     /// Of rigid bodies, pack by pack of these.
     rigid: Vec<rigid::Inverses>,
     pub(crate) meeting: Meeting,
+    /// Frames of the packs, where masses turn with them.
+    pub(crate) turned: Vec<Frame>,
 }
 
 impl Clusters {
@@ -163,6 +169,7 @@ impl InverseMass {
             debug_assert!(first < mass.partner.len());
             mass.start.push(mass.partner.len() as u32);
         }
+        mass.share_rotations();
         mass
     }
 }
@@ -293,6 +300,9 @@ pub(crate) fn accelerations<S: Simd>(
     if pack.rigid {
         let inverses = &clusters.rigid[pack.rigid_start];
         return rigid::accelerations((model, poses), inverses, index, f, out);
+    }
+    if !clusters.turned.is_empty() {
+        return turning::accelerations(simd, (model, &clusters.turned), clusters, index, f, out);
     }
     let class = &clusters.classes[clusters.of_pack[index] as usize];
     for node in 0..out.len() / 3 {

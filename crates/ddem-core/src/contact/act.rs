@@ -21,10 +21,13 @@ pub(crate) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts)
             for patch in patches {
                 if patch.bond.is_some() {
                     losses.add(&patch.bear_as_joint(&placing, look));
-                    continue;
+                } else {
+                    losses.add(&patch.act(&placing));
+                    deepest = deepest.max(patch.depth());
                 }
-                losses.add(&patch.act(&placing));
-                deepest = deepest.max(patch.depth());
+                if look.relaxing {
+                    patch.settle();
+                }
             }
             (losses, deepest)
         })

@@ -26,6 +26,8 @@ use crate::pack::Packs;
 pub(crate) struct Bond {
     /// Number of the joint's properties.
     pub(crate) joint: u16,
+    /// Number of its law.
+    pub(crate) law: u16,
     pub(crate) release: Release,
     /// Of each point of the patch.
     pub(crate) pairs: Box<[Pair]>,
@@ -87,7 +89,8 @@ impl Fitting<'_> {
             let own = axes.tr_mul(&traction);
             pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
         }
-        let bond = Bond { joint: abutment.joint, release: Release::Holds, pairs };
+        let bond =
+            Bond { joint: abutment.joint, law: abutment.joint, release: Release::Holds, pairs };
         patch.bond = Some(Box::new(bond));
         Seated { patch, quads, first_pair: 0, gap: abutment.gap }
     }
@@ -180,7 +183,7 @@ fn quads_of(corners: &[u32]) -> impl Iterator<Item = [u32; 4]> {
 
 impl Bond {
     fn law<'a>(&self, look: Look<'a>) -> Option<&'a dyn JointLaw> {
-        look.laws[self.joint as usize].as_deref()
+        look.laws[self.law as usize].as_deref()
     }
 
     /// A pair as those of other joints are; `point` is its points' as long as it holds them.

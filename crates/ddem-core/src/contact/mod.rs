@@ -37,7 +37,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use crate::deck::{Deck, Joint};
 use crate::geometry::{Geometry, Vec3};
 use crate::lanes::Lanes;
-use crate::law::{Memory, Traction};
+use crate::law::{Memory, Settled, Traction};
 use crate::mechanism::is_connected;
 use crate::pack::Packs;
 use crate::touch::FaceOf;
@@ -114,6 +114,8 @@ pub(crate) struct Point {
     pub(crate) account: f64,
     /// Way that it has slid since the blocks met `[m]`.
     pub(crate) slid: f64,
+    /// At the last equilibrium of a relaxation.
+    pub(crate) settled: Option<Settled>,
 }
 
 /// Two blocks that are near each other.
@@ -217,6 +219,16 @@ impl Contacts {
         self.index();
     }
 
+    /// Takes the present state of all points for an equilibrium, or forgets the last one.
+    pub(crate) fn settle(&mut self, now: bool) {
+        for patch in &mut self.patches {
+            patch.points.iter_mut().for_each(|point| point.settled = None);
+            if now {
+                patch.settle();
+            }
+        }
+    }
+
     /// Forgets all patches but joints: blocks have been put elsewhere.
     pub(crate) fn part(&mut self) {
         self.patches.retain(|patch| patch.bond.is_some());
@@ -300,8 +312,10 @@ impl Clone for Patch {
 impl Point {
     /// As the law of a failed joint knows it.
     fn memory(&self) -> Memory {
-        let &Self { slip, offset: [dilation, lifted], gap, traction, drag, account, .. } = self;
-        Memory { slip, dilation, lifted, damage: 1.0, gap, traction, drag, account }
+        let &Self {
+            slip, offset: [dilation, lifted], gap, traction, drag, account, settled, ..
+        } = self;
+        Memory { slip, dilation, lifted, damage: 1.0, gap, traction, drag, account, settled }
     }
 
     /// Takes what a law has left.
@@ -339,6 +353,20 @@ impl Patch {
     pub(crate) fn slides(&self) -> bool {
         let failed = |bond: &Bond| bond.pairs.iter().any(|pair| pair.mode.is_some());
         !self.points.is_empty() && self.bond.as_deref().is_none_or(failed)
+    }
+
+    /// Points that know no equilibrium take the present state for one.
+    pub(crate) fn settle(&mut self) {
+        let Self { points, bond, .. } = self;
+        for (i, point) in points.iter_mut().enumerate().filter(|(_, p)| p.settled.is_none()) {
+            let pair = bond.as_ref().map(|bond| &bond.pairs[i]);
+            if pair.is_none_or(|pair| pair.mode.is_some()) {
+                let damage = pair.map_or(1.0, |pair| pair.damage);
+                let mut memory = Memory { damage, ..point.memory() };
+                memory.settle();
+                point.settled = memory.settled;
+            }
+        }
     }
 
     /// Whether a point exerts anything.

@@ -94,6 +94,30 @@ impl Skins {
         skins
     }
 
+    /// Of faces whose friction is a part of the way from that of `before`.
+    pub(crate) fn between((deck, now): (&Deck, &Geometry), before: &Geometry, part: f64) -> Self {
+        let [mut skins, old] = [now, before].map(|geometry| Self::new(deck, geometry));
+        if part >= 1.0 {
+            return skins;
+        }
+        let mut kinds = Vec::new();
+        for (of_block, old_block) in skins.of_block.iter_mut().zip(&old.of_block) {
+            for (kind, old_kind) in of_block.iter_mut().zip(old_block) {
+                let (mut skin, old) = (skins.kinds[*kind as usize], old.kinds[*old_kind as usize]);
+                if let Some((new, old)) = skin.tan_friction.as_mut().zip(old.tan_friction) {
+                    *new = old + (*new - old) * part;
+                }
+                let known = kinds.iter().position(|known| *known == skin);
+                *kind = known.unwrap_or(kinds.len()) as u32;
+                if known.is_none() {
+                    kinds.push(skin);
+                }
+            }
+        }
+        skins.kinds = kinds;
+        skins
+    }
+
     pub(crate) fn of(&self, block: u32, face: FaceOf) -> &Skin {
         &self.kinds[self.of_block[block as usize][usize::from(face.number())] as usize]
     }

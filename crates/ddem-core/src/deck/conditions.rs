@@ -78,6 +78,10 @@ pub struct Fix {
     /// Velocity of the named axes `[m/s]`; default at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[f64; 3]>,
+    /// Displacement of the named axes `[m]`, from where they are when the support comes into force; they get
+    /// there by the increments of the relax stage in which it does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<[f64; 3]>,
     /// Factor on the velocity in time; default constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub history: Option<History>,

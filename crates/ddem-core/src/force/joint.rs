@@ -168,7 +168,7 @@ fn any_fails<S: Simd>(
     (places, seam): Face<'_>,
     work: &mut Workspace,
 ) -> bool {
-    let law = |lane: usize| input.look.laws.get(seam.joints[lane] as usize)?.as_deref();
+    let law = |lane: usize| input.look.laws.get(seam.laws[lane] as usize)?.as_deref();
     if (0..LANES).all(|lane| law(lane).is_none()) {
         return false;
     }
@@ -192,8 +192,8 @@ fn any_fails<S: Simd>(
     }
     let (normals, shears) = (&normals[..n], &shears[..n]);
     // Lanes mostly have one joint: then one law looks at all of them.
-    let first = seam.joints.iter().position(|&joint| joint != NO_JOINT).unwrap_or(0);
-    if seam.joints.iter().all(|joint| [seam.joints[first], NO_JOINT].contains(joint)) {
+    let first = seam.laws.iter().position(|&law| law != NO_JOINT).unwrap_or(0);
+    if seam.laws.iter().all(|law| [seam.laws[first], NO_JOINT].contains(law)) {
         return law(first).is_some_and(|law| law.any_failure(normals, shears));
     }
     let fails =

@@ -36,6 +36,7 @@
 
 mod barton_bandis;
 pub(crate) mod bearing;
+mod between;
 mod mohr_coulomb;
 pub(crate) mod response;
 #[cfg(test)]
@@ -50,6 +51,7 @@ use nalgebra::Vector2;
 use crate::deck::Joint;
 
 pub use barton_bandis::BartonBandis;
+pub(crate) use between::Between;
 pub use mohr_coulomb::MohrCoulomb;
 
 /// Traction on side a of a joint, from side b `[Pa]`.
@@ -107,6 +109,30 @@ pub struct Memory {
     pub drag: Traction,
     /// Energy taken so far beyond what the springs hold and what is lost, for each unit of area `[J/m²]`.
     pub account: f64,
+    /// The last equilibrium, from which a relaxation maps slip and damage, so that neither keeps what
+    /// it overshoots; `None` in motion, where both go on from the last step.
+    pub settled: Option<Settled>,
+}
+
+/// State of a failed point in an equilibrium, from which a relaxation goes on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settled {
+    /// Slip s of side b against side a `[m]`.
+    pub slip: Vector2<f64>,
+    /// Opening that slip over the roughness has made `[m]`.
+    pub dilation: f64,
+    /// Part of the peak strength that is lost.
+    pub damage: f64,
+    /// Distance of the faces `[m]`.
+    pub gap: f64,
+}
+
+impl Memory {
+    /// Takes the present state for an equilibrium.
+    pub(crate) fn settle(&mut self) {
+        let Self { slip, dilation, damage, gap, .. } = *self;
+        self.settled = Some(Settled { slip, dilation, damage, gap });
+    }
 }
 
 /// Energy that a point has lost for each unit of area `[J/m²]`.

@@ -12,8 +12,13 @@
 //! opening takes `G_I` for each unit of area and sliding under a pressure `G_II` above the residual,
 //! whatever the stiffness. The residual acts on closed faces only, so that an open point without bond
 //! bears nothing and forgets where it stuck.
+//!
+//! In a relaxation slip, dilation and damage are those of the way straight from the last equilibrium:
+//! they depend on the present opening alone, and not on how often the motion went past it.
 
-use super::{JointLaw, Loss, Memory, Opening, Softening, Stiffness, Traction};
+use nalgebra::Vector2;
+
+use super::{JointLaw, Loss, Memory, Opening, Settled, Softening, Stiffness, Traction};
 
 /// See [`JointLaw::respond`].
 pub(super) fn respond<L: JointLaw + ?Sized>(
@@ -25,12 +30,16 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     let before = *memory;
     let softening = law.softening().unwrap_or_default();
     let gap = opening.normal - before.dilation;
+    if let Some(settled) = before.settled {
+        (memory.slip, memory.damage) = (settled.stuck(opening, gap), settled.damage);
+    }
+    let start = *memory;
     let tension = law.tension();
     let normal = if gap > 0.0 {
-        memory.damage = opened(tension, stiffness.normal, softening, gap, before.damage);
+        memory.damage = opened(tension, stiffness.normal, softening, gap, start.damage);
         secant(tension, stiffness.normal, softening, memory.damage) * gap
     } else {
-        if before.damage < 1.0 && law.softening().is_none() {
+        if start.damage < 1.0 && law.softening().is_none() {
             memory.damage = 1.0;
         }
         stiffness.normal * gap * eased(&before, gap)
@@ -39,10 +48,11 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     memory.traction.normal = normal;
     slide(law, stiffness.shear, softening, opening, memory);
     let tan_dilation = law.tan_dilation();
-    if gap <= 0.0 && tan_dilation > 0.0 {
+    if tan_dilation > 0.0 {
         // Slip back over the roughness closes what slip made.
-        let further = memory.slip.norm() - before.slip.norm();
-        memory.dilation = (before.dilation + tan_dilation * further).max(0.0);
+        let further = if gap <= 0.0 { memory.slip.norm() - start.slip.norm() } else { 0.0 };
+        let from = before.settled.map_or(before.dilation, |settled| settled.dilation);
+        memory.dilation = (from + tan_dilation * further).max(0.0);
     }
     loss(law, &before, memory)
 }
@@ -52,7 +62,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
 /// what bounces gain or lose energy with every contact.
 fn eased(before: &Memory, gap: f64) -> f64 {
     let way = gap - before.gap;
-    if gap >= 0.0 {
+    if gap >= 0.0 || before.settled.is_some() {
         1.0
     } else if before.gap > 0.0 && before.traction.normal == 0.0 {
         0.5 - 0.5 * gap / (before.gap - gap)
@@ -60,6 +70,17 @@ fn eased(before: &Memory, gap: f64) -> f64 {
         0.5 - 0.5 * gap / way
     } else {
         1.0
+    }
+}
+
+impl Settled {
+    /// Slip at which a point begins to stick on the way straight to an opening: where it closes, if it
+    /// was open without a bond.
+    fn stuck(&self, opening: Opening, gap: f64) -> Vector2<f64> {
+        if self.damage < 1.0 || self.gap <= 0.0 || gap >= 0.0 {
+            return self.slip;
+        }
+        self.slip + (opening.shear - self.slip) * (self.gap / (self.gap - gap))
     }
 }
 

@@ -196,3 +196,39 @@ fn what_bounces_keeps_its_energy_on_the_mean() {
         assert!(sum.abs() < mean && worst < most, "{sum} {worst}");
     }
 }
+
+/// In relaxation the answer is that of the way straight from the last equilibrium, however far the motion went
+/// past it, and it is that of a motion which goes straight there.
+#[test]
+fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
+    for law in [coulomb(None), coulomb(Some([800.0, 5000.0]))] {
+        let bonded = Memory::default();
+        let slides = Memory { damage: 1.0, gap: -1e-3, ..Memory::default() };
+        for mut settled in [bonded, slides] {
+            settled.settle();
+            // Dilation is in the gap a step later: what is left of that falls by a quarter in each.
+            let there = [at(-1e-3, 3e-3); 60];
+            let astray = [at(-0.5e-3, 9e-3), at(2e-3, 1e-3), at(-2e-3, -4e-3)];
+            let (straight, _) = lead(&law, there.into_iter(), settled);
+            let (back, _) = lead(&law, astray.into_iter().chain(there), settled);
+            let off = (straight.traction.shear - back.traction.shear).norm();
+            assert!(off < 1e-12 * straight.traction.shear.norm(), "{straight:?} {back:?}");
+            assert!((straight.traction.normal / back.traction.normal - 1.0).abs() < 1e-12);
+            assert!((straight.slip - back.slip).norm() <= 1e-12 * straight.slip.norm());
+            assert!((straight.damage - back.damage).abs() < 1e-12);
+            assert!((straight.dilation - back.dilation).abs() <= 1e-12 * straight.dilation);
+        }
+    }
+}
+
+/// A point that was open sticks where it closes on the way, not where it was.
+#[test]
+fn an_open_point_sticks_where_it_closes() {
+    let law =
+        MohrCoulomb { tan_friction: 9.0, tan_residual_friction: 9.0, ..MohrCoulomb::default() };
+    let mut memory = Memory { damage: 1.0, gap: 1e-3, ..Memory::default() };
+    memory.settle();
+    law.respond(STIFFNESS, at(-1e-3, 4e-4), &mut memory);
+    let half = STIFFNESS.shear * 2e-4;
+    assert!((memory.traction.shear.norm() / half - 1.0).abs() < 1e-12, "{memory:?}");
+}

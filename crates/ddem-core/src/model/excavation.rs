@@ -63,11 +63,11 @@ impl Model {
         for joint in &mut self.seated {
             let number = geometry.joint_of(joint.patch.blocks);
             if let (Some(bond), Some(number)) = (&mut joint.patch.bond, number) {
-                bond.joint = number;
+                (bond.joint, bond.law) = (number, number);
             }
         }
         packs.link(geometry);
-        self.seams = Seams::new(deck, geometry, packs);
+        self.seams = Seams::new(deck, geometry, packs, &mut |_, _, joint| joint);
         if let Some(surfaces) = &mut self.contact {
             *surfaces = Surfaces::new(deck, geometry, packs);
         }

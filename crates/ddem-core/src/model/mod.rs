@@ -5,6 +5,7 @@ mod doubts;
 mod elements;
 mod excavation;
 mod meeting;
+mod ramp;
 mod unbalanced;
 
 use std::cmp::Reverse;
@@ -86,7 +87,7 @@ impl Model {
             Borders::new(made, &conditions)?
         };
         let faces = faces(&geometry);
-        let seams = Seams::new(deck, &geometry, &packs);
+        let seams = Seams::new(deck, &geometry, &packs, &mut |_, _, joint| joint);
         let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
         let region = |region: &Where| Region::new(region, &geometry.bounds, &names);
         let stresses = stresses(deck, &geometry, region)?;

@@ -4,6 +4,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::Saved;
+use super::pairs::{settled, settled_numbers};
 use crate::contact::{Bond, Both, Contacts, Near, Pair, Patch, Point, Release, Seated, Spot};
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
@@ -11,7 +12,7 @@ use crate::law::{Mode, Traction};
 use crate::model::Model;
 
 const PATCH: usize = 28;
-const POINT: usize = 22;
+const POINT: usize = 28;
 const NEAR: usize = 3;
 const PAIR: usize = 6;
 const NAMES: [&str; 6] = [
@@ -159,7 +160,8 @@ fn bonds(contacts: &mut Contacts, mut numbers: &[f64], seated: &[Seated]) -> Opt
         let pairs: Option<Box<[Pair]>> = pairs.as_chunks::<PAIR>().0.iter().map(pair).collect();
         let known = [Release::Holds, Release::Loose, Release::Done];
         let release = known.into_iter().find(|&known| f64::from(known as u8) == release)?;
-        let bond = Box::new(Bond { joint: start.bond.as_ref()?.joint, release, pairs: pairs? });
+        let joint = start.bond.as_ref()?.joint;
+        let bond = Box::new(Bond { joint, law: joint, release, pairs: pairs? });
         if release == Release::Done {
             contacts.ended.push((blocks, bond));
         } else {
@@ -273,7 +275,9 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
         drag,
         account,
         slid,
+        settled,
     } = *point;
+    let [known, s, t, d, part, at] = settled_numbers(settled);
     let [[i, k, x, y], [j, l, u, v]] = [a, b].map(|spot| {
         let Spot { element: [i, k], on: [x, y] } = spot;
         [f64::from(i), f64::from(k), f64::from(x), f64::from(y)]
@@ -302,6 +306,12 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
         drag.shear.y,
         account,
         slid,
+        known,
+        s,
+        t,
+        d,
+        part,
+        at,
     ]
 }
 
@@ -342,6 +352,7 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
         drag: Traction { normal: drag, shear: Vector2::new(drag_x, drag_y) },
         account,
         slid,
+        settled: settled(std::array::from_fn(|k| numbers[22 + k])),
     };
     (area >= 0.0 || diverged).then_some(point)
 }

@@ -18,7 +18,7 @@ use crate::motion::Motion;
 use crate::rigid::Pose;
 use crate::simd::Simd;
 use crate::simulation::{Simulation, outside};
-use crate::state::{Memory, State, Work};
+use crate::state::{Fresh, Memory, State, Work};
 
 /// More steps than any run takes: what is beyond is no count of steps.
 const MOST_STEPS: u64 = 1 << 53;
@@ -45,6 +45,7 @@ impl Simulation {
             steps,
             stage,
             dug,
+            fresh,
             stage_starts,
             u,
             v,
@@ -103,6 +104,10 @@ impl Simulation {
         count("damping", damping_kind(self.damping));
         count("stage", *stage as u64);
         count("dug", *dug as u64);
+        if let Some(Fresh { left, first }) = fresh {
+            count("fresh_left", *left as u64);
+            count("fresh_first", *first as u64);
+        }
         count("whole", u64::from(*whole));
         count("last_step", *last_step);
         count("automatic", u64::from(*automatic));
@@ -112,12 +117,21 @@ impl Simulation {
             let memory = &relaxation.memory;
             count("relax_increments", memory.increments);
             count("relax_increment", memory.increment);
+            count("relax_left", memory.left as u64);
+            if let Some(driven) = memory.driven {
+                count("relax_driven", driven as u64);
+            }
             count("relax_since_restart", memory.since_restart);
             count("relax_looked", u64::from(memory.looked));
+            count("relax_turned", u64::from(memory.turned));
+            count("relax_rounded", memory.rounded);
             let mut put = |name: &str, v: Vec<f64>| saved.arrays.insert(name.to_owned(), v);
             put("relax_from", memory.from.clone());
             put("relax_to", memory.to.clone());
-            put("relax_way", vec![memory.way, memory.first, memory.apart]);
+            put(
+                "relax_way",
+                vec![memory.way, memory.first, memory.apart, memory.least, memory.most],
+            );
             put("relax_last", memory.last.iter().copied().collect());
         }
         pairs::save(&self.model, breaks, &mut saved);
@@ -166,6 +180,9 @@ impl Simulation {
         }
         (state.time, state.steps) = (time, count("steps")?);
         (state.stage, state.dug) = (stage, dug);
+        let number = |name: &str| count(name).and_then(|number| usize::try_from(number).ok());
+        let fresh = number("fresh_left").zip(number("fresh_first"));
+        state.fresh = fresh.map(|(left, first)| Fresh { left, first });
         state.origin = (origin, count("origin_step")?);
         state.stage_starts = array("stage_starts")?.to_vec();
         state.load_factors = array("load_factors")?.to_vec();
@@ -222,13 +239,19 @@ impl Simulation {
             simulation.continue_relaxation(Memory {
                 increments,
                 increment: count("relax_increment")?,
+                left: number("relax_left")?,
+                driven: number("relax_driven"),
                 since_restart: count("relax_since_restart")?,
                 looked: count("relax_looked")? == 1,
+                turned: count("relax_turned")? == 1,
+                rounded: count("relax_rounded")?,
                 from: array("relax_from")?.to_vec(),
                 to: array("relax_to")?.to_vec(),
                 way: *array("relax_way")?.first()?,
                 first: *array("relax_way")?.get(1)?,
                 apart: *array("relax_way")?.get(2)?,
+                least: *array("relax_way")?.get(3)?,
+                most: *array("relax_way")?.get(4)?,
                 last: array("relax_last")?.iter().copied().collect(),
             });
         }
@@ -258,6 +281,9 @@ impl Saved {
         let dug = count("dug")? as usize;
         let stages = (stage..model.deck.stage.len().max(1)).contains(&dug)
             && array("stage_starts")?.len() == stage.saturating_add(1);
+        let known = ["fresh_left", "fresh_first", "relax_left", "relax_driven"];
+        let known = known.iter().filter_map(|name| count(name));
+        let stages = stages && known.into_iter().all(|known| known <= dug as u64);
         let steps = count("steps")? <= MOST_STEPS && count("origin_step")? <= count("steps")?;
         let pairs = model.n_pairs() as u64;
         let failed = count("failed_shear")? <= pairs && count("failed_tension")? <= pairs;

@@ -6,11 +6,11 @@ use super::Saved;
 use crate::breaks::{Breaks, Broken, Point};
 use crate::contact::{Contacts, Release};
 use crate::joints::face_places;
-use crate::law::{Memory, Mode, Traction};
+use crate::law::{Memory, Mode, Settled, Traction};
 use crate::model::Model;
 
 /// Names of the arrays, and numbers a pair.
-const ARRAYS: [(&str, usize); 10] = [
+const ARRAYS: [(&str, usize); 12] = [
     ("pair_mode", 1),
     ("pair_time", 1),
     ("pair_origin", 3),
@@ -21,6 +21,8 @@ const ARRAYS: [(&str, usize); 10] = [
     ("pair_gap", 3),
     ("pair_drag", 3),
     ("pair_account", 1),
+    ("pair_settled", 3),
+    ("pair_settled_at", 3),
 ];
 
 /// Adds the broken joints, if there are any that a start would not have.
@@ -78,7 +80,7 @@ pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Opti
     for (at, lane, first) in face_places(model) {
         let Some(broken) = &mut breaks.at(at.0)[1 << at.1] else { continue };
         for (p, points) in broken.points.iter_mut().enumerate() {
-            let numbers: [&[f64]; 10] = std::array::from_fn(|array| value(array, first + p));
+            let numbers: [&[f64]; 12] = std::array::from_fn(|array| value(array, first + p));
             broken.times[p][lane] = numbers[1][0];
             set(&mut points[lane], numbers);
         }
@@ -91,8 +93,10 @@ pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Opti
     Some(breaks)
 }
 
-fn numbers(point: &Point, time: f64) -> [[f64; 3]; 10] {
-    let Memory { slip, dilation, damage, gap, lifted, traction, drag, account } = point.memory;
+fn numbers(point: &Point, time: f64) -> [[f64; 3]; 12] {
+    let Memory { slip, dilation, damage, gap, lifted, traction, drag, account, settled } =
+        point.memory;
+    let [known, x, y, d, part, at] = settled_numbers(settled);
     let mode = match point.mode {
         None => 0.0,
         Some(Mode::Shear) => 1.0,
@@ -110,11 +114,13 @@ fn numbers(point: &Point, time: f64) -> [[f64; 3]; 10] {
         [gap, dilation, lifted],
         [drag.normal, drag.shear.x, drag.shear.y],
         one(account),
+        [known, x, y],
+        [d, part, at],
     ]
 }
 
-fn set(point: &mut Point, numbers: [&[f64]; 10]) {
-    let [mode, _, origin, slip, shear, normal, damage, gap, drag, account] = numbers;
+fn set(point: &mut Point, numbers: [&[f64]; 12]) {
+    let [mode, _, origin, slip, shear, normal, damage, gap, drag, account, known, at] = numbers;
     point.mode = match mode[0] {
         1.0 => Some(Mode::Shear),
         2.0 => Some(Mode::Tension),
@@ -131,5 +137,18 @@ fn set(point: &mut Point, numbers: [&[f64]; 10]) {
         traction: Traction { normal: normal[0], shear: in_plane(shear) },
         drag: Traction { normal: drag[0], shear: in_plane(&drag[1..]) },
         account: account[0],
+        settled: settled([known[0], known[1], known[2], at[0], at[1], at[2]]),
     };
+}
+
+/// The last equilibrium as numbers, the first of them 1 where there is one.
+pub(super) fn settled_numbers(settled: Option<Settled>) -> [f64; 6] {
+    settled.map_or([0.0; 6], |Settled { slip, dilation, damage, gap }| {
+        [1.0, slip.x, slip.y, dilation, damage, gap]
+    })
+}
+
+/// The inverse of [`settled_numbers`].
+pub(super) fn settled([known, x, y, dilation, damage, gap]: [f64; 6]) -> Option<Settled> {
+    (known != 0.0).then_some(Settled { slip: Vector2::new(x, y), dilation, damage, gap })
 }

@@ -104,6 +104,7 @@ impl Simulation {
         let ended = contacts.ended.iter_mut().map(|(blocks, bond)| (*blocks, bond));
         for (blocks, bond) in bonds.chain(ended) {
             bond.joint = model.geometry.joint_of(blocks).unwrap_or(bond.joint);
+            bond.law = bond.joint;
         }
         let differs = |&block: &u32| model.geometry.differs(before, block as usize);
         contacts.make_anew(|patch| patch.bond.is_none() && patch.blocks.iter().any(differs));

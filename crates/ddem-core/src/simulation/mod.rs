@@ -1,15 +1,18 @@
 //! A model in motion: the state, and what is done to it.
 
 mod excavation;
+mod increment;
 mod measure;
 mod outside;
 mod pace;
 mod peaks;
 mod rigid;
+mod rounding;
 mod stops;
 
 pub(crate) use outside::outside;
 pub use pace::SHORTEST_STEP;
+pub(crate) use rounding::LOOKS;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

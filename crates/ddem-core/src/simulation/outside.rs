@@ -7,7 +7,7 @@ use crate::conditions::Active;
 use crate::error::RunError;
 use crate::geometry::Vec3;
 use crate::model::Model;
-use crate::state::State;
+use crate::state::{Fresh, State};
 
 /// Part of its volume at the start with which a cavity is narrower than it was.
 const NARROW: f64 = 0.999;
@@ -27,6 +27,13 @@ impl Simulation {
             self.state.kept = self.model.borders.kept(stage, borne, &active);
             self.begin_columns(stage);
         }
+        let left = self.state.stage;
+        let first = if stage > left { left + 1 } else { stage };
+        let waits = self.state.fresh;
+        self.state.fresh = Some(Fresh {
+            left: waits.map_or(left, |fresh| fresh.left),
+            first: waits.map_or(first, |fresh| fresh.first.min(first)),
+        });
         self.state.stage = stage;
         // Stages that were skipped begin together with this one.
         self.state.stage_starts.resize(stage.max(self.state.stage_starts.len()), self.state.time);

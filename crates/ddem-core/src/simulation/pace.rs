@@ -158,7 +158,8 @@ impl Simulation {
         self.state.last_step = self.state.steps.saturating_add(whole);
         self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
         self.damping = damping;
-        self.relaxation = None;
+        self.drop_relaxation();
+        self.state.fresh = None;
         self.state.origin = (self.state.time, self.state.steps);
         self.started = true;
         Ok(steps as u64)

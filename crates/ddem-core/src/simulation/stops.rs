@@ -7,10 +7,6 @@ use crate::geometry::Vec3;
 use crate::model::Model;
 use crate::sums::Sums;
 
-/// What is out of balance is rounding up to this many times that of the displacements: a force is the sum of
-/// several products with them. One half to three are seen.
-const ROUNDED: f64 = 8.0;
-
 impl Simulation {
     /// Looks at the sums of a step, or of a measurement, and at the contacts there.
     pub(crate) fn check(&self, sums: Sums, contacts: &Contacts) -> Result<(), RunError> {
@@ -113,35 +109,8 @@ impl Simulation {
         }
     }
 
-    /// Why a relaxation that has stopped cannot come to its tolerance, if what is out of balance is no more
-    /// than rounding: displacements are known to a part of 2⁻⁵³, forces to that times their stiffness.
-    pub(crate) fn check_rounding(&self, tolerance: f64) -> Result<(), RunError> {
-        let packs = &self.model.packs;
-        let (mut sum, mut most) = (0.0, (0.0, 0));
-        for (index, pack) in packs.packs.iter().enumerate() {
-            let class = self.model.assembly.pack_inertia[index] as usize;
-            let stiffness = &self.model.assembly.inertia[class].diagonal;
-            for (u, k) in self.state.u[3 * pack.start..].iter().zip(stiffness) {
-                for lane in 0..pack.filled {
-                    let force = 0.5 * f64::EPSILON * k.0[lane] * u.0[lane].abs();
-                    sum += force * force;
-                    if force > most.0 {
-                        most = (force, pack.bodies[lane] as usize);
-                    }
-                }
-            }
-        }
-        // Who asks for less than one rounding wants all steps.
-        if tolerance < f64::EPSILON || self.last.free > ROUNDED * ROUNDED * sum {
-            return Ok(());
-        }
-        let (force, block) = most;
-        let (ratio, joint) = (self.last.ratio(), self.stiffest_joint(block));
-        Err(RunError::OutOfReach { ratio, tolerance, block, force, joint })
-    }
-
     /// The stiffest joint beside a block and its thickness `[m]`, 0 if it is springs.
-    fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
+    pub(super) fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
         let Model { geometry, packs, seams, deck, .. } = &self.model;
         let below = |d: usize| [0, 1, 2].map(|e| -i32::from(e == d));
         let owners =

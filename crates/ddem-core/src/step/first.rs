@@ -28,6 +28,8 @@ pub(crate) struct Pass<'a> {
     pub(crate) failing: Option<f64>,
     /// Whether joints that have turned let go.
     pub(crate) turning: bool,
+    /// As in [`Look`].
+    pub(crate) relaxing: bool,
     /// Whether a step in which pairs fail is not taken: contacts stay as they are then.
     pub(crate) waits: bool,
     /// Present time `[s]`.
@@ -53,6 +55,7 @@ impl<'a> Pass<'a> {
             u,
             failing: None,
             turning: false,
+            relaxing: false,
             waits: false,
             time: 0.0,
             last: None,
@@ -66,9 +69,9 @@ impl<'a> Pass<'a> {
 
     /// How pairs are looked at.
     fn look(&self) -> Look<'a> {
-        let Self { model, failing, turning, time, last, way: (_, time_step), .. } = *self;
+        let Self { model, failing, turning, relaxing, time, last, way: (_, time_step), .. } = *self;
         let time_step = last.map(|_| time_step);
-        Look { failing, turning, time, time_step, laws: &model.laws }
+        Look { failing, turning, relaxing, time, time_step, laws: &model.laws }
     }
 }
 

@@ -5,6 +5,7 @@
 //! order, and the nodes move. The order of physics inside a pack is read in [`balance_pack`] and
 //! [`advance_pack`].
 
+mod driving;
 mod first;
 mod powers;
 mod relaxing;
@@ -37,6 +38,7 @@ use crate::sums::{Sums, Tally};
 
 use powers::{applied, drag_power, support_power};
 
+pub(crate) use driving::shift;
 pub(crate) use first::{Pass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, before, carry, present};
@@ -361,6 +363,7 @@ impl<'a> Context<'a> {
             u,
             failing: self.failing,
             turning: self.turning,
+            relaxing: self.motion.fictitious,
             waits: self.waits,
             time: self.time,
             last: (!self.motion.start).then_some((v, self.motion.time_step)),

@@ -36,6 +36,18 @@ impl<'a> Context<'a> {
     }
 }
 
+impl Context<'_> {
+    /// Ways of the corners of the bodies of a pack, whose supports have the velocities for ways `[m]`.
+    pub(super) fn held_ways(self, index: usize, poses: &Poses, ways: &mut [Lanes]) {
+        for lane in 0..self.model.packs.packs[index].filled {
+            let member = self.member(index, poses, lane);
+            if let Some(hold) = self.hold(index, &member) {
+                member.set_twist(hold.target(), ways);
+            }
+        }
+    }
+}
+
 /// Supports answer, and the forces on the corners become those that are equivalent to all.
 pub(super) fn react(context: Context<'_>, index: usize, poses: &Poses, part: &mut Part<'_>) {
     let pack = &context.model.packs.packs[index];

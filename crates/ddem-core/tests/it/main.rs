@@ -26,6 +26,7 @@ mod filling;
 mod fragments;
 mod hinges;
 mod in_situ;
+mod increments;
 mod interfaces;
 mod loose;
 mod mechanisms;

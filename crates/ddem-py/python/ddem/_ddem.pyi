@@ -132,6 +132,7 @@ class Model:
         axes: str,
         *,
         velocity: Vector | None = None,
+        displacement: Vector | None = None,
         history: History | None = None,
         **where: Unpack[When],
     ) -> None: ...

@@ -1,13 +1,16 @@
 //! Where, supports, loads, boundaries and the state at the start.
 
 use super::{Faults, Rule, history, shown};
-use crate::deck::{Boundary, BoundaryKind, Deck, Extent, Fix, Gradient, Initial, Load, Where};
+use crate::deck::{
+    Boundary, BoundaryKind, Deck, Extent, Fix, Gradient, Initial, Load, StageKind, Where,
+};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.fix.iter().enumerate() {
         let at = format!("fix[{i}]");
         region(deck, &format!("{at}.where"), &entry.region, faults);
         fix(&at, entry, faults);
+        driven(deck, &at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
     }
     for (i, entry) in deck.load.iter().enumerate() {
@@ -130,29 +133,52 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
     {
         faults.add_help(place, format!("`axes` names {twice} twice"), help);
     }
-    match fix.velocity {
-        Some(velocity) => {
-            faults.finite(format!("{at}.velocity"), &velocity);
-            for (k, axis) in ['x', 'y', 'z'].into_iter().enumerate() {
-                if velocity[k] != 0.0 && velocity[k].is_finite() && !letters.contains(&axis) {
-                    faults.add_help(
-                        format!("{at}.velocity[{k}]"),
-                        format!("a velocity of {} along {axis}, which is free", shown(velocity[k])),
-                        format!(
-                            "only directions named in `axes` are driven: give 0, or name {axis}"
-                        ),
-                    );
-                }
+    for (key, ways) in [("velocity", fix.velocity), ("displacement", fix.displacement)] {
+        let Some(ways) = ways else { continue };
+        faults.finite(format!("{at}.{key}"), &ways);
+        for (k, axis) in ['x', 'y', 'z'].into_iter().enumerate() {
+            if ways[k] != 0.0 && ways[k].is_finite() && !letters.contains(&axis) {
+                faults.add_help(
+                    format!("{at}.{key}[{k}]"),
+                    format!("a {key} of {} along {axis}, which is free", shown(ways[k])),
+                    format!("only directions named in `axes` are driven: give 0, or name {axis}"),
+                );
             }
         }
-        None if fix.history.is_some() => faults.add_help(
+    }
+    if fix.velocity.is_none() && fix.history.is_some() {
+        faults.add_help(
             format!("{at}.history"),
             "`history` needs `velocity`",
             "it is the factor on the velocity in time; without a velocity the support stands still",
-        ),
-        None => {}
+        );
     }
     history::check(at, fix.history.as_ref(), faults);
+}
+
+/// A support that goes to a displacement does so in relaxation.
+fn driven(deck: &Deck, at: &str, fix: &Fix, faults: &mut Faults) {
+    if fix.displacement.is_none() {
+        return;
+    }
+    let place = format!("{at}.displacement");
+    if fix.velocity.is_some() {
+        let help = "supports go to a `displacement` in relax stages and with a `velocity` in dynamic ones: \
+                    two entries with `from` and `until`";
+        faults.add_help(place, "`displacement` does not go with `velocity`", help);
+        return;
+    }
+    let stage = match &fix.from {
+        Some(name) => deck.stage.iter().find(|stage| stage.name == *name),
+        None => deck.stage.first(),
+    };
+    if let Some(stage) = stage.filter(|stage| stage.kind == StageKind::Dynamic) {
+        let message =
+            format!("stage `{}`, in which the support comes into force, is dynamic", stage.name);
+        let help = "a support goes to its `displacement` by the `increments` of a relax stage: name one in \
+                    `from`, or give a `velocity`";
+        faults.add_help(place, message, help);
+    }
 }
 
 fn load(at: &str, load: &Load, faults: &mut Faults) {

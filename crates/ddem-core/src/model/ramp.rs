@@ -1,0 +1,51 @@
+//! Strengths that change by parts, as loads do, when a relax stage is entered.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Model;
+use crate::contact::Skins;
+use crate::geometry::Geometry;
+use crate::law::Between;
+use crate::seams::{NO_JOINT, Seams};
+
+impl Model {
+    /// Gives joints that are others than `before` strengths that are a part of the way from those to their
+    /// own: laws beyond those of the deck. One that could not fail before has its own at once. All of the way
+    /// is what the deck says. Returns the laws of joints between faces that do not match, by their blocks.
+    pub(crate) fn ramp(&mut self, before: &Geometry, part: f64) -> BTreeMap<[u32; 2], u16> {
+        let own = self.deck.joints.len();
+        self.laws.truncate(own);
+        let Self { laws, deck, geometry, packs, contact, .. } = self;
+        let mut changes: Vec<[u16; 2]> = Vec::new();
+        let mut law = |old: u16, new: u16| {
+            let of = |joint: u16| laws.get(usize::from(joint)).cloned().flatten();
+            let (Some(from), Some(to)) = (of(old), of(new)) else { return new };
+            if old == new || part >= 1.0 {
+                return new;
+            }
+            let known = changes.iter().position(|change| *change == [old, new]);
+            let at = known.unwrap_or_else(|| {
+                changes.push([old, new]);
+                laws.push(Some(Arc::new(Between { laws: [from, to], part })));
+                changes.len() - 1
+            });
+            (own + at) as u16
+        };
+        let mut within = |body: usize, d: usize, joint: u16| {
+            let cell = before.bodies[body].cell.map(|c| c as usize);
+            law(before.lattice(body).joint_above(cell, d), joint)
+        };
+        let seams = Seams::new(deck, geometry, packs, &mut within);
+        let between = geometry.abutments.iter().map(|abutment| {
+            let old = before.joint_of(abutment.blocks).unwrap_or(NO_JOINT);
+            (abutment.blocks, law(old, abutment.joint))
+        });
+        let between = between.collect();
+        if let Some(surfaces) = contact {
+            surfaces.skins = Skins::between((deck, geometry), before, part);
+        }
+        self.seams = seams;
+        between
+    }
+}

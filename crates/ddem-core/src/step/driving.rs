@@ -1,0 +1,40 @@
+//! Supports that go a way at once, between two equilibria.
+
+use super::Context;
+use super::rigid::follow;
+use crate::lanes::{LANES, Lanes};
+use crate::parallel::node_start;
+use crate::state::State;
+
+/// Moves what is held by the ways `[m]` that the context has as velocities of its supports; of a rigid block
+/// what its supports have in common.
+pub(crate) fn shift(context: Context<'_>, state: &mut State) {
+    let packs = &context.model.packs;
+    for (index, pack) in packs.packs.iter().enumerate() {
+        let supports = &context.active.supports[context.active.supports_of(index)];
+        let way = |fix: u32, axis: u8| context.velocities[fix as usize][usize::from(axis)];
+        if supports.iter().all(|support| way(support.fix, support.axis) == 0.0) {
+            continue;
+        }
+        let nodes = node_start(packs, index)..node_start(packs, index + 1);
+        let u = &mut state.u[nodes.clone()];
+        let mut ways = vec![Lanes::ZERO; nodes.len()];
+        if pack.rigid {
+            let poses = &mut state.poses[pack.rigid_start];
+            context.held_ways(index, poses, &mut ways);
+            follow(context.model, index, poses, (u, &ways));
+        } else {
+            for support in supports {
+                let at = support.at as usize - 3 * pack.start;
+                let lane = usize::from(support.lane);
+                ways[at].0[lane] = way(support.fix, support.axis);
+            }
+            for (u, way) in u.iter_mut().zip(&ways) {
+                (0..LANES).for_each(|lane| u.0[lane] += way.0[lane]);
+            }
+        }
+        // No component goes farther: the whole way is at most √3 times as long.
+        let far = |lane: usize| ways.iter().map(|way| way.0[lane].abs()).fold(0.0, f64::max);
+        state.contacts.travelled(index, std::array::from_fn(|lane| 1.733 * far(lane)));
+    }
+}

@@ -1,0 +1,163 @@
+//! What goes by the increments of a relaxation: slip that is kept in equilibrium alone, strengths and
+//! supports; a checkpoint in the middle goes on with the same bits.
+
+use ddem_core::deck::*;
+use ddem_core::{Model, Relaxed, Simd, Simulation};
+
+use crate::decks::*;
+
+const TOLERANCE: f64 = 1e-7;
+
+fn dry(friction: f64) -> Joint {
+    let k = Some(1e12);
+    Joint { normal_stiffness: k, shear_stiffness: k, friction: Some(friction), ..Joint::default() }
+}
+
+/// A block that is pressed on a wider one, loses friction and is pushed aside by a support; of one set, or of
+/// two whose faces do not match.
+fn pushed(body: Body, sets: bool) -> Deck {
+    let mut deck = deck([1, 1, if sets { 1 } else { 2 }], [1.0; 3], 2, 0.0);
+    deck.joints = [("seam".to_owned(), dry(40.0)), ("wet".to_owned(), dry(10.0))].into();
+    deck.blocks[0].body = body;
+    // Nothing bulges and hardly anything turns, so that friction acts against the push alone.
+    deck.model.kinematics = Kinematics::Small;
+    deck.materials.insert("rock".into(), Material { density: 2400.0, young: 18e9, poisson: 0.0 });
+    let mut level = 0.5;
+    if sets {
+        level = 0.0;
+        let bed = BlockSet {
+            origin: [-0.25, -0.25, -0.5],
+            size: Some([1.5, 1.5, 0.5]),
+            ..deck.blocks[0].clone()
+        };
+        deck.blocks.push(bed);
+    }
+    let bottom = if sets { -0.5 } else { 0.0 };
+    deck.fix.push(fix(plane(2, bottom), "xyz"));
+    deck.model.gravity = [0.0, 0.0, -9.81];
+    let push = Some([2e-4, 0.0, 0.0]);
+    deck.fix.push(Fix { displacement: push, from: Some("push".into()), ..fix(plane(2, 1.0), "x") });
+    deck.load.push(Load { region: plane(2, 1.0), pressure: Some(1e6), ..Load::default() });
+    deck.stage = vec![relax_stage("rest"), relax_stage("push")];
+    deck.assign.push(Assign {
+        region: plane(2, level),
+        joint: Some("wet".into()),
+        from: Some("push".into()),
+        ..Assign::default()
+    });
+    deck
+}
+
+fn stage(simulation: &mut Simulation, stage: usize, increments: u32) {
+    simulation.enter(stage);
+    simulation.start_relaxation(increments).unwrap_or_else(|error| panic!("{error}"));
+}
+
+fn step(simulation: &mut Simulation) -> bool {
+    let relaxed = simulation.relax_step(TOLERANCE).unwrap_or_else(|error| panic!("{error}"));
+    relaxed == Relaxed::Done
+}
+
+/// Relaxes to the end; every so many steps the simulation is saved and goes on from that.
+fn go(simulation: &mut Simulation, deck: &Deck, every: u64) {
+    for i in 1..100_000 {
+        if step(simulation) {
+            return simulation.finish_relaxation();
+        }
+        if i % every == 0 {
+            let saved = simulation.save();
+            *simulation = Simulation::restore(model(deck), Simd::default(), &saved)
+                .unwrap_or_else(|| panic!("not the numbers of this model"));
+        }
+    }
+    panic!("not in equilibrium");
+}
+
+fn top(simulation: &Simulation) -> Vec<u32> {
+    simulation.model().nodes_in(&plane(2, 1.0))
+}
+
+#[test]
+fn a_support_slides_a_block_against_the_friction_that_is_left_to_it() {
+    for (body, sets) in [(Body::Deformable, false), (Body::Rigid, false), (Body::Deformable, true)]
+    {
+        let mut deck = pushed(body, sets);
+        // Pairs stay with their partners.
+        deck.model.contact = Some(false);
+        let mut simulation = simulation(&deck);
+        stage(&mut simulation, 0, 1);
+        go(&mut simulation, &deck, u64::MAX);
+        let before = simulation.displacements();
+        // Slip goes straight in each increment: many of them follow it as it turns into the push.
+        stage(&mut simulation, 1, 40);
+        go(&mut simulation, &deck, u64::MAX);
+        let (top, after) = (top(&simulation), simulation.displacements());
+        for &node in &top {
+            let way = after[node as usize][0] - before[node as usize][0];
+            // What turns as it goes is off by the square of its turn.
+            let most = if body == Body::Rigid { 1e-8 } else { 1e-15 };
+            assert!((way - 2e-4).abs() < most, "{body:?}, sets {sets}: {way:e}");
+        }
+        let height = if sets { 1.0 } else { 0.5 };
+        let exact = (1e6 + 2400.0 * 9.81 * height) * 10.0_f64.to_radians().tan();
+        let force = simulation.reaction(&top)[0];
+        println!("{body:?}, sets {sets}: {force:e} N of {exact:e} N");
+        assert!((force / exact - 1.0).abs() < 1e-4, "{body:?}, sets {sets}: {force:e} {exact:e}");
+    }
+}
+
+#[test]
+fn a_checkpoint_within_an_increment_loses_no_bit() {
+    for (body, sets) in [(Body::Deformable, false), (Body::Rigid, false), (Body::Deformable, true)]
+    {
+        let deck = pushed(body, sets);
+        let run = |every: u64| {
+            let mut simulation = simulation(&deck);
+            stage(&mut simulation, 0, 1);
+            go(&mut simulation, &deck, every);
+            stage(&mut simulation, 1, 3);
+            go(&mut simulation, &deck, every);
+            let mut seen = bits(&simulation.displacements());
+            seen.extend(simulation.energy().values().map(f64::to_bits));
+            seen.push(simulation.steps());
+            seen
+        };
+        assert!(run(u64::MAX) == run(17), "{body:?}, sets {sets}");
+    }
+}
+
+/// The block goes 2e-4 m whatever the increments, and only in the stage in which the support comes into force.
+#[test]
+fn a_support_moves_once() {
+    let deck = pushed(Body::Deformable, false);
+    let mut simulation = simulation(&deck);
+    stage(&mut simulation, 0, 1);
+    go(&mut simulation, &deck, u64::MAX);
+    let node = top(&simulation)[0] as usize;
+    let before = simulation.displacements()[node][0];
+    stage(&mut simulation, 1, 3);
+    go(&mut simulation, &deck, u64::MAX);
+    simulation.relax(TOLERANCE, 10_000).unwrap_or_else(|error| panic!("{error}"));
+    assert!((simulation.displacements()[node][0] - before - 2e-4).abs() < 1e-15);
+}
+
+#[test]
+fn a_displacement_is_for_relax_stages_and_held_directions() {
+    let said = |change: &dyn Fn(&mut Deck)| {
+        let mut deck = pushed(Body::Deformable, false);
+        change(&mut deck);
+        let error = Model::new(&deck).err().unwrap_or_else(|| panic!("it was taken"));
+        error.faults.iter().map(|f| format!("{}: {}", f.place, f.message)).collect::<String>()
+    };
+    let free = said(&|deck| deck.fix[1].displacement = Some([0.0, 1e-3, 0.0]));
+    assert!(free.contains("fix[1].displacement[1]: a displacement of 0.001 along y"), "{free}");
+    let both = said(&|deck| deck.fix[1].velocity = Some([1.0, 0.0, 0.0]));
+    assert!(both.contains("`displacement` does not go with `velocity`"), "{both}");
+    let dynamic = said(&|deck| {
+        deck.stage[1].kind = StageKind::Dynamic;
+        deck.stage[1].duration = Some(1.0);
+    });
+    assert!(dynamic.contains("stage `push`, in which the support comes into force, is dynamic"));
+    let wild = said(&|deck| deck.fix[1].displacement = Some([f64::NAN, 0.0, 0.0]));
+    assert!(wild.contains("fix[1].displacement"), "{wild}");
+}
