@@ -1,7 +1,7 @@
 //! V12: a block of rock that is blasted from its centre.
 //!
 //! Exact are volumes, masses, momentum, and work and energy of the gas: these are in the table. Sizes and speeds of
-//! what flies are only watched, see [`SHELLS`].
+//! what flies are only shown: nothing from outside says what they are.
 
 use ddem_core::deck::TimeStep;
 use ddem_core::{Fragment, Simulation};
@@ -147,32 +147,22 @@ fn flying(simulation: &mut Simulation) -> Vec<Flying> {
     fragments.iter().filter_map(find).collect()
 }
 
-/// Bands of plausibility, which nothing from outside says and which are no verification, for they were chosen
-/// around what a run gave: they show that something has changed, not what is right. Distances from the
-/// charge, and between what sizes the mean of fragments lies that are blocks without joints around, or
-/// several of them [m]. The least are the smallest blocks of a shell.
-const SHELLS: [([f64; 2], [f64; 2]); 4] = [
-    ([0.0, 0.2], [0.04, 0.15]),
-    ([0.2, 0.4], [0.04, 0.25]),
-    ([0.4, 0.8], [0.25, 0.5]),
-    ([0.8, 3.0], [0.38, 0.8]),
-];
+/// Distances from the charge between which fragments are looked at [m].
+const SHELLS: [[f64; 2]; 4] = [[0.0, 0.2], [0.2, 0.4], [0.4, 0.8], [0.8, 3.0]];
 
-/// What flies, by the bands; its speeds are bounded as loosely. That what is thrown goes away from the charge
-/// is from outside.
+/// Rock that is thrown flies away from the charge, at every distance.
 fn plausible(simulation: &mut Simulation) {
     let time = simulation.time();
     let all = flying(simulation);
     let mean = |part: &[&Flying], of: fn(&Flying) -> f64| {
         part.iter().map(|f| f.mass * of(f)).sum::<f64>() / part.iter().map(|f| f.mass).sum::<f64>()
     };
-    for ([from, to], [least, most]) in SHELLS {
+    for [from, to] in SHELLS {
         let part: Vec<&Flying> = all.iter().filter(|f| (from..to).contains(&f.away)).collect();
         let place = format!("{from} to {to} m from the charge, {time} s");
         let (size, speed) = (mean(&part, |f| f.size), mean(&part, |f| f.speed));
         println!("{place}: size {size} m, outward {speed} m/s");
-        assert!((least..=most).contains(&size), "{place}: fragments of {size} m");
-        assert!((0.5..=50.0).contains(&speed), "{place}: outward with {speed} m/s");
+        assert!(speed > 0.0, "{place}: outward with {speed} m/s");
     }
     let momentum = |f: &Flying| f.mass * f.speed;
     let outward: f64 = all.iter().map(|f| momentum(f).max(0.0)).sum();

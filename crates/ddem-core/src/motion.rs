@@ -3,7 +3,7 @@
 //! `v⁺ = [(m/Δt − c/2) v⁻ + F] / (m/Δt + c/2)` is `v⁺ = a v⁻ + b F` with `a` and `b` fixed for a
 //! stage.
 
-use fearless_simd::{Simd, f64x4};
+use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 
 use crate::assembly::{Assembly, Inertia};
 use crate::deck::Damping;
@@ -160,4 +160,21 @@ impl<S: Simd> Update<S> {
             (a * v + b * force, c)
         }
     }
+}
+
+/// Cundall's local damping `α |F| sign v`, against the motion.
+#[inline(always)]
+pub(crate) fn local_damping<S: Simd>(
+    simd: S,
+    alpha: f64,
+    force: f64x4<S>,
+    v: f64x4<S>,
+) -> f64x4<S> {
+    if alpha == 0.0 {
+        return splat(simd, 0.0);
+    }
+    let size = force.abs() * alpha;
+    // No motion, no damping: copysign alone would push against +0.
+    let moving = Lanes::from(v).0.map(|v| if v == 0.0 { 0.0 } else { 1.0 });
+    size.copysign(v) * Lanes(moving).load(simd)
 }

@@ -2,8 +2,8 @@
 //!
 //! Elastic blocks that slide under Coulomb friction flutter, and those that hit each other ring. Failed pairs
 //! and contacts have dashpots against that, and the deformation of the blocks around them is damped by mass:
-//! `f −= α m (v − v̄)`, v̄ the rigid part of the motion, with `α = 2 ζ π c_P/L`, so that waves along the longest
-//! edge L have the damping ratio ζ of the dashpots.
+//! `f −= α m (v − v̄)`, v̄ the rigid part of the motion, with `α = 2 ζ ω`, `ω = 2π c_P/L`, so that waves as long
+//! as the longest edge L have the damping ratio ζ of the dashpots.
 
 use crate::assembly::Assembly;
 use crate::breaks::Breaks;
@@ -108,7 +108,7 @@ impl Sliding {
     }
 }
 
-/// Angular frequency of the slowest waves of a block, `π c_P/L` along its longest edge `[1/s]`.
+/// Angular frequency of waves as long as the longest edge of a block, `2π c_P/L` `[1/s]`.
 fn slowest(geometry: &Geometry, (body, elastic): (usize, &Elastic)) -> f64 {
     let lattice = geometry.lattice(body);
     let cell = geometry.bodies[body].cell;
@@ -117,5 +117,5 @@ fn slowest(geometry: &Geometry, (body, elastic): (usize, &Elastic)) -> f64 {
         element * lattice.divisions as f64
     };
     let speed = (elastic.p_modulus() / elastic.density).sqrt();
-    std::f64::consts::PI * speed / edge(0).max(edge(1)).max(edge(2))
+    std::f64::consts::TAU * speed / edge(0).max(edge(1)).max(edge(2))
 }

@@ -53,7 +53,8 @@ impl Model {
     ///     [degrees]; without it the smaller angle that failure leaves to the joints of the two
     ///     faces, 30 where they have none.
     /// damping : float, optional
-    ///     Along the normal, as a fraction of critical, from 0 to 1; none without it.
+    ///     Of contacts and failed pairs, and of the deformation of the blocks around them, as a
+    ///     fraction of critical, from 0 to 1; 0.2 without it.
     /// restitution : float, optional
     ///     Instead of `damping`: the part of the speed with which two blocks rebound, from 0 to 1.
     ///

@@ -199,6 +199,26 @@ impl Bond {
 }
 
 impl Patch {
+    /// Whether its points can slide: it is a contact, or a joint with a failed pair.
+    pub(crate) fn slides(&self) -> bool {
+        let failed = |bond: &Bond| bond.pairs.iter().any(|pair| pair.mode.is_some());
+        !self.points.is_empty() && self.bond.as_deref().is_none_or(failed)
+    }
+
+    /// Points that know no equilibrium take the present state for one.
+    pub(crate) fn settle(&mut self) {
+        let Self { points, bond, .. } = self;
+        for (i, point) in points.iter_mut().enumerate().filter(|(_, p)| p.settled.is_none()) {
+            let pair = bond.as_ref().map(|bond| &bond.pairs[i]);
+            if pair.is_none_or(|pair| pair.mode.is_some()) {
+                let damage = pair.map_or(1.0, |pair| pair.damage);
+                let mut memory = Memory { damage, ..point.memory() };
+                memory.settle();
+                point.settled = memory.settled;
+            }
+        }
+    }
+
     fn opening(&self, placing: &Placing<'_>, i: usize, pair: &Pair) -> (Vec3, Vector3<f64>) {
         let [a, b] = self.blocks.map(|block| block as usize);
         let [face_a, face_b] = self.faces();

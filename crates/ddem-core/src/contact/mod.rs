@@ -349,26 +349,6 @@ impl Patch {
         self.points.iter().map(Point::depth).fold(0.0, f64::max)
     }
 
-    /// Whether its points can slide: it is a contact, or a joint with a failed pair.
-    pub(crate) fn slides(&self) -> bool {
-        let failed = |bond: &Bond| bond.pairs.iter().any(|pair| pair.mode.is_some());
-        !self.points.is_empty() && self.bond.as_deref().is_none_or(failed)
-    }
-
-    /// Points that know no equilibrium take the present state for one.
-    pub(crate) fn settle(&mut self) {
-        let Self { points, bond, .. } = self;
-        for (i, point) in points.iter_mut().enumerate().filter(|(_, p)| p.settled.is_none()) {
-            let pair = bond.as_ref().map(|bond| &bond.pairs[i]);
-            if pair.is_none_or(|pair| pair.mode.is_some()) {
-                let damage = pair.map_or(1.0, |pair| pair.damage);
-                let mut memory = Memory { damage, ..point.memory() };
-                memory.settle();
-                point.settled = memory.settled;
-            }
-        }
-    }
-
     /// Whether a point exerts anything.
     pub(crate) fn acts(&self, point: &Point) -> bool {
         point.gap <= 0.0 || point.drag != Traction::default() || self.bond.is_some()

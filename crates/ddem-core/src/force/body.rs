@@ -150,8 +150,8 @@ fn slow_down<S: Simd>(
         middle = add(middle, scale(place(node), m));
         mean = add(mean, scale(load_at(simd, velocities, 3 * node), m));
     }
-    // Lanes without a body have no mass.
-    let empty = Lanes(std::array::from_fn(|lane| if lane < pack.filled { 0.0 } else { 1.0 }));
+    // Lanes without a body, or with one that is taken out, have no mass.
+    let empty = Lanes(Lanes::from(whole).0.map(|mass| if mass > 0.0 { 0.0 } else { 1.0 }));
     let per_mass = splat(simd, 1.0) / (whole + empty.load(simd));
     (middle, mean) = (scale(middle, per_mass), scale(mean, per_mass));
     let mut spread = [splat(simd, 0.0); 6];

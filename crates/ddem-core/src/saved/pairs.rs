@@ -78,7 +78,10 @@ pub(super) fn restore(model: &Model, saved: &Saved, contacts: &Contacts) -> Opti
         broken.count(places, seams.get(at.0, at.1)?);
     }
     for (at, lane, first) in face_places(model) {
-        let Some(broken) = &mut breaks.at(at.0)[1 << at.1] else { continue };
+        let lattices = breaks.packs[at.0].as_mut();
+        let Some(broken) = lattices.and_then(|lattices| lattices[1 << at.1].as_mut()) else {
+            continue;
+        };
         for (p, points) in broken.points.iter_mut().enumerate() {
             let numbers: [&[f64]; 12] = std::array::from_fn(|array| value(array, first + p));
             broken.times[p][lane] = numbers[1][0];

@@ -13,7 +13,7 @@ mod rigid;
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, dispatch, f64x4};
+use fearless_simd::{Simd, SimdBase, dispatch};
 use fearless_simd_macros::simd;
 
 use crate::boundary::{Dashpot, Outside, Push};
@@ -29,7 +29,7 @@ use crate::force::support;
 use crate::frames::{fit_pack, frame_of};
 use crate::lanes::{Lanes, load, splat};
 use crate::model::Model;
-use crate::motion::{Motion, Update};
+use crate::motion::{Motion, Update, local_damping};
 use crate::parallel::{node_start, rigid_start, spread};
 use crate::pass::Viscous;
 use crate::scratch::{Balancing, Moving, Part, Scratch};
@@ -339,18 +339,6 @@ fn advance_pack<S: Simd>(
     sums.damping[0] += drawn;
     sums.damping[1] += drag_power(context, index, v, part.drags);
     *part.sums = sums;
-}
-
-/// Cundall's local damping `α |F| sign v`, against the motion.
-#[inline(always)]
-fn local_damping<S: Simd>(simd: S, alpha: f64, force: f64x4<S>, v: f64x4<S>) -> f64x4<S> {
-    if alpha == 0.0 {
-        return splat(simd, 0.0);
-    }
-    let size = force.abs() * alpha;
-    // No motion, no damping: copysign alone would push against +0.
-    let moving = Lanes::from(v).0.map(|v| if v == 0.0 { 0.0 } else { 1.0 });
-    size.copysign(v) * Lanes(moving).load(simd)
 }
 
 impl<'a> Context<'a> {
