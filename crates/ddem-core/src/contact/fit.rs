@@ -246,9 +246,9 @@ impl Fitting<'_> {
             // What is new begins as it would have been a step ago: the last way is part of what comes.
             let before = gap - patch.both.skin - opened * last;
             let (offset, shear, drag, slid) = match known.as_ref().and_then(|old| old.nearest(x)) {
-                Some(point) => (point.offset, own(point.shear), own(point.drag), point.slid),
+                Some(point) => (point.offset, own(point.shear), point.drag, point.slid),
                 // Blocks that overlap when they meet do not spring apart.
-                None => (before.min(0.0), [0.0; 3], [0.0; 3], 0.0),
+                None => (before.min(0.0), [0.0; 3], 0.0, 0.0),
             };
             let gap = before - offset;
             let normal = (normal_stiffness * gap).min(0.0);
@@ -260,7 +260,6 @@ impl Fitting<'_> {
             }
             let slip = Vector2::new(sx - wx * last, sy - wy * last) - shear / shear_stiffness;
             let traction = Traction { normal, shear };
-            let drag = Traction { normal: drag[0], shear: Vector2::new(drag[1], drag[2]) };
             *point = Point { slip, offset: [offset; 2], gap, traction, drag, slid, ..*point };
         }
         if let Some(old) = old {

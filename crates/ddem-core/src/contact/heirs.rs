@@ -146,8 +146,7 @@ pub(super) struct Handed {
     pub(super) offset: f64,
     /// Shear traction in space `[Pa]`.
     pub(super) shear: Vec3,
-    /// Drag in space `[Pa]`.
-    pub(super) drag: Vec3,
+    pub(super) drag: f64,
     pub(super) slid: f64,
 }
 
@@ -159,10 +158,8 @@ impl Known {
         let hand = |point: &Point| {
             let shear = point.traction.shear;
             let shear = axes * Vec3::new(0.0, shear.x, shear.y);
-            let drag = point.drag;
-            let drag = axes * Vec3::new(drag.normal, drag.shear.x, drag.shear.y);
             let x = placing.position(a, face, &point.spots[0]);
-            (x, Handed { offset: point.offset[0], shear, drag, slid: point.slid })
+            (x, Handed { offset: point.offset[0], shear, drag: point.drag, slid: point.slid })
         };
         Self { points: old.points.iter().map(hand).collect(), near: old.spacing(placing) }
     }
@@ -177,7 +174,7 @@ impl Known {
                 best = (distance, Some(*handed));
             }
         }
-        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: Vec3::zeros(), slid: 0.0 };
+        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0, slid: 0.0 };
         if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
     }
 }

@@ -108,8 +108,8 @@ pub(crate) struct Point {
     pub(crate) gap: f64,
     /// Of the springs `[Pa]`.
     pub(crate) traction: Traction,
-    /// Of the dashpot, and of what takes back energy that the springs owe, at the last step `[Pa]`.
-    pub(crate) drag: Traction,
+    /// Normal traction of the dashpot, and of what settles the account, at the last step `[Pa]`.
+    pub(crate) drag: f64,
     /// Energy taken so far beyond what the springs hold and what is lost `[J/m²]`.
     pub(crate) account: f64,
     /// Way that it has slid since the blocks met `[m]`.
@@ -351,7 +351,7 @@ impl Patch {
 
     /// Whether a point exerts anything.
     pub(crate) fn acts(&self, point: &Point) -> bool {
-        point.gap <= 0.0 || point.drag != Traction::default() || self.bond.is_some()
+        point.gap <= 0.0 || point.drag != 0.0 || self.bond.is_some()
     }
 
     /// Force of a point on block a `[N]`.

@@ -88,7 +88,7 @@ fn resist<S: Simd>(
     let shape = input.moved.packs.shape_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
     let v = &viscous.v[3 * pack.start..3 * (pack.start + shape.nodes)];
-    let Workspace { planes, local, g, way, .. } = work;
+    let Workspace { planes, local, g, way, before, .. } = work;
     let (g, way) = (&mut g[..v.len()], &mut way[..v.len()]);
     let rotation = input.moved.frames.map(|frames| frames[index].matrix(simd));
     for node in 0..shape.nodes {
@@ -103,7 +103,8 @@ fn resist<S: Simd>(
         g.fill(Lanes::ZERO);
     }
     if viscous.mass(index) != Lanes::ZERO {
-        slow_down(simd, input, (index, viscous.mass(index)), way, g);
+        let velocities = (&*way, &mut before[..v.len()]);
+        slow_down(simd, input, (index, viscous.mass(index)), velocities, g);
     }
     let mut torque = zero(simd);
     for node in 0..shape.nodes {
@@ -122,32 +123,22 @@ fn resist<S: Simd>(
 }
 
 /// Adds `α M (w − w̄)` of four bodies to `g`: the velocities w without the translation and the spin that have their
-/// momentum and moment of momentum.
+/// momentum and moment of momentum. `arms` is working space.
 #[inline(always)]
 fn slow_down<S: Simd>(
     simd: S,
     input: Input<'_>,
     (index, alpha): (usize, Lanes),
-    velocities: &[Lanes],
+    (velocities, arms): (&[Lanes], &mut [Lanes]),
     g: &mut [Lanes],
 ) {
-    let pack = &input.moved.packs.packs[index];
-    let dims = input.moved.packs.shape_of(pack).dims(0);
     let mass = &input.assembly.inertia[input.assembly.pack_inertia[index] as usize].mass;
-    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
-    let edges = table.edges.each_ref().map(|edge| load(simd, edge));
-    let place = |node: usize| {
-        let n = [dims[0] + 1, dims[1] + 1];
-        let at = [node % n[0], node / n[0] % n[1], node / (n[0] * n[1])];
-        let along = |d: usize| scale(edges[d], splat(simd, at[d] as f64 - 0.5 * dims[d] as f64));
-        add(add(along(0), along(1)), along(2))
-    };
-    let nodes = velocities.len() / 3;
+    places(simd, input, index, arms);
     let (mut whole, mut middle, mut mean) = (splat(simd, 0.0), zero(simd), zero(simd));
-    for node in 0..nodes {
-        let m = mass[node].load(simd);
+    for (node, m) in mass.iter().enumerate() {
+        let m = m.load(simd);
         whole += m;
-        middle = add(middle, scale(place(node), m));
+        middle = add(middle, scale(load_at(simd, arms, 3 * node), m));
         mean = add(mean, scale(load_at(simd, velocities, 3 * node), m));
     }
     // Lanes without a body, or with one that is taken out, have no mass.
@@ -156,30 +147,43 @@ fn slow_down<S: Simd>(
     (middle, mean) = (scale(middle, per_mass), scale(mean, per_mass));
     let mut spread = [splat(simd, 0.0); 6];
     let mut momentum = zero(simd);
-    for node in 0..nodes {
-        let m = mass[node].load(simd);
-        let (x, w) = (sub(place(node), middle), sub(load_at(simd, velocities, 3 * node), mean));
-        let y = scale(x, m);
+    for (node, m) in mass.iter().enumerate() {
+        let x = sub(load_at(simd, arms, 3 * node), middle);
+        let w = sub(load_at(simd, velocities, 3 * node), mean);
+        let y = scale(x, m.load(simd));
         let squares = dot(x, y);
-        let more = [
-            squares - x[0] * y[0],
-            squares - x[1] * y[1],
-            squares - x[2] * y[2],
-            splat(simd, 0.0) - x[0] * y[1],
-            splat(simd, 0.0) - x[1] * y[2],
-            splat(simd, 0.0) - x[2] * y[0],
-        ];
-        (0..6).for_each(|k| spread[k] += more[k]);
+        (0..3).for_each(|k| spread[k] += squares - x[k] * y[k]);
+        (0..3).for_each(|k| spread[3 + k] -= x[k] * y[(k + 1) % 3]);
         momentum = add(momentum, cross(y, w));
     }
     (0..3).for_each(|k| spread[k] += empty.load(simd));
     let spin = symmetric_times(inverse_symmetric(simd, spread), momentum);
     let alpha = alpha.load(simd);
-    for node in 0..nodes {
-        let rigid = add(mean, cross(spin, sub(place(node), middle)));
+    for (node, m) in mass.iter().enumerate() {
+        let rigid = add(mean, cross(spin, sub(load_at(simd, arms, 3 * node), middle)));
         let deforms = sub(load_at(simd, velocities, 3 * node), rigid);
-        let force = scale(deforms, alpha * mass[node].load(simd));
+        let force = scale(deforms, alpha * m.load(simd));
         store_at(g, 3 * node, add(load_at(simd, g, 3 * node), force));
+    }
+}
+
+/// Places of the nodes of four bodies at rest, from their centres `[m]`.
+#[inline(always)]
+fn places<S: Simd>(simd: S, input: Input<'_>, index: usize, places: &mut [Lanes]) {
+    let dims = input.moved.packs.shape_of(&input.moved.packs.packs[index]).dims(0);
+    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
+    let [x, y, z] = table.edges.each_ref().map(|edge| load(simd, edge));
+    let along = |d: usize, i: usize| splat(simd, i as f64 - 0.5 * dims[d] as f64);
+    let mut at = 0;
+    for k in 0..=dims[2] {
+        let plane = scale(z, along(2, k));
+        for j in 0..=dims[1] {
+            let row = add(plane, scale(y, along(1, j)));
+            for i in 0..=dims[0] {
+                store_at(places, at, add(row, scale(x, along(0, i))));
+                at += 3;
+            }
+        }
     }
 }
 

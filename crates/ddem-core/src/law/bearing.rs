@@ -5,13 +5,12 @@
 //! spring `T = k δ` keeps `k δ²/2` exactly so, but faces that meet or part within a step do not: the
 //! pressure at the end of a contact goes on working until the next step, when the faces are already
 //! apart. The *account* of a point is what it has taken beyond what its springs hold and friction has
-//! used. Where it would fall below nothing, a drag against the last way takes the difference back.
-
-use nalgebra::Vector2;
+//! used. Where it falls below nothing, a drag against the last way takes the difference back; what is left over
+//! when the faces part is given back by the same with the other sign.
 
 use super::{JointLaw, Loss, Memory, Opening, Stiffness, Traction};
 
-/// Largest drag that pays a debt, as a part of the spring's stiffness times the way of a step: what faces
+/// Largest drag that settles an account, as a part of the spring's stiffness times the way of a step: what faces
 /// that part within a step can owe at most.
 const MOST_DRAG: f64 = 0.25;
 
@@ -35,7 +34,7 @@ impl Bearing {
         opening: Opening,
         memory: &mut Memory,
     ) -> Loss {
-        let before = memory.opening(self.stiffness);
+        let before = memory.gap + memory.lifted;
         let mut loss = law.respond(self.stiffness, opening, memory);
         // Friction that gives would be energy from nowhere.
         let given = loss.friction.min(0.0);
@@ -44,61 +43,41 @@ impl Bearing {
         loss.contact = 0.0;
         let Some(time_step) = self.time_step else { return loss };
         if time_step == 0.0 {
-            memory.drag = Traction::default();
+            memory.drag = 0.0;
             loss.contact = std::mem::take(&mut memory.account);
             return loss;
         }
-        let way =
-            Opening { normal: opening.normal - before.normal, shear: opening.shear - before.shear };
-        loss.damping = self.resist(way, time_step, memory);
+        loss.damping = self.resist(opening.normal - before, time_step, memory);
         loss
     }
 
-    /// Drag after a way; returns what the dashpot takes on it.
-    fn resist(&self, way: Opening, time_step: f64, memory: &mut Memory) -> f64 {
+    /// Drag after a way along the normal; returns what the dashpot takes on it.
+    fn resist(&self, way: f64, time_step: f64, memory: &mut Memory) -> f64 {
         let pressed = memory.gap < 0.0;
         let before = std::mem::take(&mut memory.drag);
         if pressed && self.dashpot > 0.0 {
             // Together with the spring it never pulls.
-            let normal = self.dashpot * way.normal / time_step;
-            memory.drag.normal = normal.min(-memory.traction.normal);
+            memory.drag = (self.dashpot * way / time_step).min(-memory.traction.normal);
         }
-        let work = before.half_work(way) + memory.drag.half_work(way);
+        let work = 0.5 * (before + memory.drag) * way;
         let taken = if self.dashpot > 0.0 { work.max(0.0) } else { 0.0 };
         memory.account += work - taken;
         // Half of the work of what settles the account is done now, half on the way that comes.
-        let settles = memory.account < 0.0 || (way.normal > 0.0 && pressed);
-        if settles && way.normal != 0.0 {
+        let settles = memory.account < 0.0 || (way > 0.0 && pressed);
+        if settles && way != 0.0 {
             let most = MOST_DRAG * self.stiffness.normal;
-            let drag = (-memory.account / (way.normal * way.normal)).max(-most).min(most);
-            memory.account += 0.5 * drag * way.normal * way.normal;
-            memory.drag.normal += drag * way.normal;
+            let drag = (-memory.account / (way * way)).max(-most).min(most);
+            memory.account += 0.5 * drag * way * way;
+            memory.drag += drag * way;
         }
         taken
     }
 }
 
 impl Memory {
-    /// The opening at the last look.
-    fn opening(&self, stiffness: Stiffness) -> Opening {
-        Opening {
-            normal: self.gap + self.lifted,
-            shear: self.slip + self.traction.shear / stiffness.shear,
-        }
-    }
-
-    /// Traction of springs, dashpot and drag together `[Pa]`.
+    /// Traction of springs and drag together `[Pa]`.
     pub(crate) fn borne(&self) -> Traction {
-        Traction {
-            normal: self.traction.normal + self.drag.normal,
-            shear: self.traction.shear + self.drag.shear,
-        }
-    }
-}
-
-impl Traction {
-    /// Half of its work on a way `[J/m²]`.
-    fn half_work(self, way: Opening) -> f64 {
-        0.5 * (self.normal * way.normal + Vector2::dot(&self.shear, &way.shear))
+        let Traction { normal, shear } = self.traction;
+        Traction { normal: normal + self.drag, shear }
     }
 }

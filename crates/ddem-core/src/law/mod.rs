@@ -105,8 +105,8 @@ pub struct Memory {
     pub lifted: f64,
     /// Traction of the springs at the last step `[Pa]`.
     pub traction: Traction,
-    /// Traction of the dashpot, and of what takes back energy that the springs owe, at the last step `[Pa]`.
-    pub drag: Traction,
+    /// Normal traction of the dashpot, and of what settles the account, at the last step `[Pa]`.
+    pub drag: f64,
     /// Energy taken so far beyond what the springs hold and what is lost, for each unit of area `[J/m²]`.
     pub account: f64,
     /// The last equilibrium, from which a relaxation maps slip and damage, so that neither keeps what
