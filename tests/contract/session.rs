@@ -67,7 +67,11 @@ fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
     let mut silent = session(&deck);
     assert_eq!(all_stages(&mut silent, None).0.len(), samples.0.len());
     let table = std::fs::read_to_string(own.path().join("probes.csv")).expect("a table");
-    assert_eq!(table.lines().count() - 1, samples.0.len());
+    // A stage may begin with the row in which the one before has ended.
+    let times = table.lines().skip(1).map(|row| row.split(',').skip(1).take(2).collect());
+    let mut times: Vec<Vec<&str>> = times.collect();
+    times.dedup();
+    assert_eq!(times.len(), samples.0.len());
     assert_eq!(silent.simulation().displacements(), recorded.simulation().displacements());
     // And it goes on from what it has saved.
     let path = own.path().join("saved.h5");

@@ -64,7 +64,7 @@ impl Seams {
             .map(|joint| (joint.stiffness(&deck.materials), joint.normal_stiffness.is_some()))
             .collect();
         let materials: Vec<Elastic> = deck.materials.values().map(elastic).collect();
-        let ratio = deck.contact.damping_ratio();
+        let ratio = deck.damping_ratio();
         let mut seams = Self::default();
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in &packs.packs {

@@ -34,7 +34,7 @@ impl Sliding {
         deck: &Deck,
         (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
     ) -> Self {
-        let ratio = deck.contact.damping_ratio();
+        let ratio = deck.damping_ratio();
         if !can || ratio == 0.0 {
             return Self::default();
         }

@@ -54,7 +54,7 @@ impl Model {
     ///     faces, 30 where they have none.
     /// damping : float, optional
     ///     Of contacts and failed pairs, and of the deformation of the blocks around them, as a
-    ///     fraction of critical, from 0 to 1; 0.2 without it.
+    ///     fraction of critical, from 0 to 1; 0.2 without it, or 0 in a model with charges.
     /// restitution : float, optional
     ///     Instead of `damping`: the part of the speed with which two blocks rebound, from 0 to 1.
     ///

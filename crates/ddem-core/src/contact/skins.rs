@@ -71,7 +71,7 @@ impl Skins {
             normal: contact.normal_stiffness,
             shear: contact.shear_stiffness,
             tan_friction: contact.friction.map(tan),
-            damping: contact.damping_ratio(),
+            damping: deck.damping_ratio(),
             thickest: 0.0,
             hardest: Stiffness { normal: 0.0, shear: 0.0 },
         };

@@ -26,8 +26,8 @@ pub struct ContactTable {
     /// joints of the two faces, 30 where they have none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Damping of contacts and failed pairs along the normal, and of the fastest vibration of the elements of
-    /// the blocks around, as a fraction of critical, from 0 to 1; default 0.2.
+    /// Damping of contacts and failed pairs along the normal, and of the deformation of the blocks around them,
+    /// as a fraction of critical, from 0 to 1; default 0.2, or 0 in a deck with charges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
     /// Instead of `damping`: the part of the speed with which two blocks rebound, from 0 to 1.
@@ -44,16 +44,16 @@ impl ContactTable {
 
     /// Damping as a fraction of critical ζ: as given, or that with which a mass rebounds by the
     /// restitution e from a spring and a dashpot that never pull, `ln e = −2ζ acos ζ/√(1 − ζ²)`;
-    /// below e = exp(−2) it is critical. 0.2 where neither is given.
+    /// below e = exp(−2) it is critical. None where neither is given.
     #[must_use]
-    pub fn damping_ratio(&self) -> f64 {
+    pub fn damping_ratio(&self) -> Option<f64> {
         let Some(restitution) = self.restitution.filter(|_| self.damping.is_none()) else {
-            return self.damping.unwrap_or(DEFAULT_DAMPING);
+            return self.damping;
         };
         let rebound =
             |ratio: f64| (-2.0 * ratio * ratio.acos() / (1.0 - ratio * ratio).sqrt()).exp();
         if restitution <= CRITICAL {
-            return 1.0;
+            return Some(1.0);
         }
         // The rebound falls all the way.
         let (mut low, mut high) = (0.0, 1.0);
@@ -61,11 +61,19 @@ impl ContactTable {
             let middle = 0.5 * (low + high);
             if rebound(middle) > restitution { low = middle } else { high = middle }
         }
-        low
+        Some(low)
     }
 }
 
 impl Deck {
+    /// Damping of contacts, of failed pairs and of the blocks around them, as a fraction of critical: that of `contact`,
+    /// or 0.2; none by default in a deck with charges, whose waves are to cross broken rock.
+    #[must_use]
+    pub fn damping_ratio(&self) -> f64 {
+        let default = if self.charge.is_empty() { DEFAULT_DAMPING } else { 0.0 };
+        self.contact.damping_ratio().unwrap_or(default)
+    }
+
     /// Whether new contacts between blocks are looked for: as `model.contact` says; otherwise where
     /// there is more than one set of blocks, or a joint that is used can fail. One set with joints
     /// that never fail stays together.

@@ -39,16 +39,21 @@ fn rebound(ratio: f64) -> f64 {
 #[test]
 fn restitution_is_damping_in_other_words() {
     let of = |restitution: f64| {
-        ContactTable { restitution: Some(restitution), ..ContactTable::default() }.damping_ratio()
+        let table = ContactTable { restitution: Some(restitution), ..ContactTable::default() };
+        table.damping_ratio().unwrap_or_default()
     };
-    assert_eq!(ContactTable::default().damping_ratio(), 0.2);
+    assert_eq!(ContactTable::default().damping_ratio(), None);
+    let mut deck = Deck::default();
+    assert_eq!(deck.damping_ratio(), 0.2);
+    deck.charge.push(Charge::default());
+    assert_eq!(deck.damping_ratio(), 0.0);
     assert_eq!((of(1.0).to_bits(), of(0.0), of(0.1)), (0, 1.0, 1.0));
     for restitution in [0.14, 0.3, 0.9, 0.999] {
         let back = rebound(of(restitution));
         assert!((back - restitution).abs() < 1e-4, "{restitution} {back}");
     }
     let given = ContactTable { damping: Some(0.2), ..ContactTable::default() };
-    assert_eq!(given.damping_ratio(), 0.2);
+    assert_eq!(given.damping_ratio(), Some(0.2));
 }
 
 #[test]
