@@ -94,6 +94,7 @@ fn summary_has_the_documented_keys() {
         "failed_pairs",
         "contacts",
         "fragments",
+        "interfaces",
         "charges",
         "peak_memory_bytes",
         "stages",
