@@ -71,7 +71,7 @@ def test_peaks_grow_and_are_saved(tmp_path: Path) -> None:
     assert whole.peak_tension.shape == whole.peak_compression.shape == (whole.n_elements,)
     assert not whole.peak_velocity.any() and not whole.peak_tension.any()
     whole.start()
-    whole.step(100, quiet=True)
+    whole.step(10, quiet=True)
     before = whole.peak_velocity
     whole.save(tmp_path / "state.h5")
     again = ddem.load(tmp_path / "state.h5")
