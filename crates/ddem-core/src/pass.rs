@@ -29,7 +29,7 @@ impl Viscous<'_> {
         self.mass.get(pack).copied().unwrap_or(Lanes::ZERO)
     }
 
-    /// Whether the bodies of a pack have any damping.
+    /// True where the bodies of a pack have any damping.
     pub(crate) fn acts(&self, pack: usize) -> bool {
         self.stiffness > 0.0 || self.mass(pack) != Lanes::ZERO
     }

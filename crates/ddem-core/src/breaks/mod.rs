@@ -262,7 +262,7 @@ impl Broken {
         !self.released[lane] && failed.any(|point| point.turned(seam.spacing(lane)))
     }
 
-    /// Whether any pair of a lane's joint has failed and its springs are there.
+    /// True where a pair of a lane's joint has failed and its springs are there.
     pub(crate) fn slides(&self, lane: usize) -> bool {
         !self.released[lane] && self.points.iter().any(|points| points[lane].mode.is_some())
     }

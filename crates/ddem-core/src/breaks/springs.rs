@@ -19,7 +19,7 @@ pub(crate) struct Look<'a> {
     pub(crate) failing: Option<f64>,
     /// Whether joints that have turned about the pairs that hold let go of these: a contact takes over.
     pub(crate) turning: bool,
-    /// Whether slip goes on from the last equilibrium, not from the last step.
+    /// Slip goes on from the last equilibrium, not from the last step.
     pub(crate) relaxing: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,

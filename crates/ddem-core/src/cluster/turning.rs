@@ -119,7 +119,7 @@ fn rotation(turned: &[Frame], places: &[Option<(usize, usize)>; LANES]) -> [[Lan
 }
 
 impl Model {
-    /// Whether deformable blocks have turned so far that the stiffness at their nodes is another one.
+    /// True where deformable blocks have turned so far that the stiffness at their nodes is another one.
     pub(crate) fn has_turned(&self, frames: &[Frame]) -> bool {
         if !self.corotational() {
             return false;

@@ -199,7 +199,7 @@ impl Bond {
 }
 
 impl Patch {
-    /// Whether its points can slide: it is a contact, or a joint with a failed pair.
+    /// True where its points can slide: it is a contact, or a joint with a failed pair.
     pub(crate) fn slides(&self) -> bool {
         let failed = |bond: &Bond| bond.pairs.iter().any(|pair| pair.mode.is_some());
         !self.points.is_empty() && self.bond.as_deref().is_none_or(failed)

@@ -35,7 +35,7 @@ impl Old {
 }
 
 impl Patch {
-    /// What is in the bank and on the accounts of the points `[J]`.
+    /// Energy in the bank and on the accounts of the points `[J]`.
     pub(super) fn owed(&self) -> f64 {
         let accounts = self.points.iter().map(|point| point.area * point.account);
         self.bank + accounts.sum::<f64>()
