@@ -34,7 +34,7 @@ const STEPS: u64 = 8000;
 /// Parts of a model and their weights.
 type Weights<'a> = &'a [(Where, f64)];
 
-/// Whether a model stands; motion takes so long `[s]`.
+/// True where a model stands; motion takes so long `[s]`.
 fn stands(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> bool {
     if way == Way::Slow {
         let along = deck.model.gravity;
@@ -60,7 +60,7 @@ fn stands(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> bool
     speed(&mut simulation) < STILL
 }
 
-/// Whether a relaxation finds an equilibrium.
+/// True where a relaxation finds an equilibrium.
 fn relaxes(simulation: &mut Simulation) -> bool {
     use RunError::{Collapsed, NotConverged, TooDeep};
     match simulation.relax(1e-6, STEPS) {
@@ -258,7 +258,7 @@ fn slope(factors: &[f64]) -> Simulation {
     simulation
 }
 
-/// Whether the slope comes to rest.
+/// True where the slope comes to rest.
 fn rests(simulation: &mut Simulation, way: Way) -> bool {
     let damping = match way {
         Way::Relaxation => return relaxes(simulation),

@@ -10,7 +10,7 @@ use super::record::Tolerance::{AtMost, Relative};
 use super::record::{check, of};
 use super::shared::{deck, edited, example, run};
 
-/// What is between the block and the plane.
+/// Contact or joint between the block and the plane.
 #[derive(Clone, Copy, Debug)]
 enum Plane {
     /// Contact, of a normal stiffness `[Pa/m]`.

@@ -25,7 +25,7 @@ pub(crate) struct Fixed {
     gone: Vec<u32>,
     axes: [bool; 3],
     velocity: [f64; 3],
-    /// Where it is driven to in relaxation `[m]`.
+    /// Displacement to which it is driven in relaxation `[m]`.
     displacement: [f64; 3],
     history: Course,
     period: Period,

@@ -207,7 +207,7 @@ pub enum RunError {
         force: f64,
         /// The stiffest joint of that block, and its thickness `[m]`, 0 if it is springs.
         joint: Option<(String, f64)>,
-        /// How far from the origin `[m]`, where the last digit of a position makes that force.
+        /// Distance from the origin `[m]`, where the last digit of a position makes that force.
         far: Option<f64>,
     },
 }
@@ -243,7 +243,7 @@ fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String {
     }
 }
 
-/// What makes forces of the last digits of displacements, or of positions far from the origin.
+/// Source of forces of the last digits of displacements, or of positions far from the origin.
 fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>) -> String {
     if let Some(far) = far {
         return format!(

@@ -232,7 +232,7 @@ impl Geometry {
             * bodies.map(|body| self.shortest_edge(body)).into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether a joint is between two faces with a gap: in one set it always is. The faces of cells that
+    /// True where a joint is between two faces with a gap: in one set it always is. The faces of cells that
     /// blocks were taken out of lie on those of the blocks in their place, across half of a joint.
     fn joins(&self, bodies: [usize; 2], seats: &[Seat; 2], (gap, thickness): (f64, f64)) -> bool {
         let misses = self.misses(bodies);

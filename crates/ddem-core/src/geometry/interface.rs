@@ -62,7 +62,7 @@ impl Geometry {
         faces.into_iter().map(named).collect()
     }
 
-    /// What there is to say of sets that are nearer to each other than their joint is thick, and not joined.
+    /// Warnings about sets that are nearer to each other than their joint is thick, and not joined.
     pub(crate) fn ajar(&self, deck: &Deck) -> Vec<String> {
         let mut places: BTreeMap<(Sets, u16), Vec<&Abutment>> = BTreeMap::new();
         for abutment in &self.apart {
