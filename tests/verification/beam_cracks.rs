@@ -96,6 +96,7 @@ line = [0.0, 0.0, {line}]
 [[stage]]
 name = \"load\"
 kind = \"relax\"
+tolerance = 1e-6
 increments = {increments}
 [[probe]]
 name = \"base\"

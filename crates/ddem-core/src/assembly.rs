@@ -10,6 +10,7 @@ use crate::element::Elastic;
 use crate::element::modal::Modal;
 use crate::element::table::Table;
 use crate::geometry::Geometry;
+use crate::inertia::Inertia;
 use crate::lanes::{LANES, Lanes};
 use crate::pack::{Pack, Packs};
 use crate::rigid::Matter;
@@ -37,15 +38,6 @@ pub(crate) struct ElementPack {
     pub(crate) table: Table,
     /// Element of each lane.
     pub(crate) elements: [Option<u32>; LANES],
-}
-
-/// Mass and stiffness diagonal of the nodes of one pack.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Inertia {
-    /// Mass of each node `[kg]`.
-    pub(crate) mass: Vec<Lanes>,
-    /// Diagonal of the assembled stiffness, three a node `[N/m]`.
-    pub(crate) diagonal: Vec<Lanes>,
 }
 
 /// Everything that equal packs share.
@@ -116,7 +108,7 @@ impl Assembly {
     ) -> Option<u32> {
         let lattice = geometry.lattice(body);
         let cell = geometry.bodies[body].cell.map(|c| c as usize);
-        // A mode of the blocks in a layer, 1 − ξ² along its normal, would cancel slip that changes along it.
+        // Incompatible modes in a layer would cancel the shear of slip that varies along it.
         let (elastic, kind) = if offset == 0 {
             (constants.materials[geometry.bodies[body].material as usize], kind)
         } else {
@@ -202,7 +194,7 @@ impl Assembly {
         }
         let mut index = HashMap::new();
         for pack in &packs.packs {
-            let inertia = Inertia::gather(geometry, packs.shape_of(pack).nodes, pack, &nodes);
+            let inertia = Inertia::gather(geometry, packs.shape_of(pack).divisions, pack, &nodes);
             let key: Vec<u64> = inertia.numbers().map(f64::to_bits).collect();
             let list = &mut self.inertia;
             self.pack_inertia.push(*index.entry(key).or_insert_with(|| {
@@ -358,30 +350,5 @@ impl Element {
 impl ElementPack {
     pub(crate) fn bytes(&self) -> usize {
         size_of::<Self>() + self.table.bytes()
-    }
-}
-
-impl Inertia {
-    pub(crate) fn bytes(&self) -> usize {
-        (self.mass.len() + self.diagonal.len()) * size_of::<Lanes>()
-    }
-
-    fn gather(geometry: &Geometry, n: usize, pack: &Pack, nodes: &[[f64; 4]]) -> Self {
-        // Lanes without a body have no mass, and so never move.
-        let first = |lane: usize| {
-            let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
-            Some(geometry.bodies[body].first_node as usize)
-        };
-        let pick = |local: usize, k: usize| {
-            let of = |lane: usize| first(lane).map_or(0.0, |first| nodes[first + local][k]);
-            Lanes(std::array::from_fn(of))
-        };
-        let diagonal = (0..n).flat_map(|local| [1, 2, 3].map(|c| pick(local, c)));
-        Self { mass: (0..n).map(|local| pick(local, 0)).collect(), diagonal: diagonal.collect() }
-    }
-
-    fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
-        let all = self.mass.iter().chain(&self.diagonal);
-        all.flat_map(|lanes| lanes.0)
     }
 }

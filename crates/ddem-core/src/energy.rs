@@ -23,7 +23,7 @@ pub struct Energy {
     /// Kinetic + strain + damping + friction + fracture + contact − external work − what was there at the
     /// start: zero but for rounding and, in large rotations and failure, for the time step.
     pub balance: f64,
-    /// Largest of the energies now, of what was there at the start, and of the external work since.
+    /// Largest of the energies now, the energy at the start, and the external work at any time since `[J]`.
     pub largest: f64,
 }
 

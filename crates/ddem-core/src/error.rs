@@ -278,11 +278,12 @@ fn moving(fastest: Option<&(usize, String, f64)>) -> String {
     })
 }
 
-/// What keeps a relaxation from equilibrium.
+/// Failures before an error.
 fn after(failed: u64) -> String {
     if failed == 0 { String::new() } else { format!(", after {failed} pairs have failed") }
 }
 
+/// What may keep a relaxation from equilibrium.
 fn hint(ratio: f64, failed: u64) -> String {
     match (ratio > 1.0, failed) {
         (true, _) => "; the motion grows: look whether more `increments` change that; a damped dynamic stage \

@@ -291,17 +291,19 @@ impl Simulation {
     pub(crate) fn hinges(&self) -> bool {
         let model = &self.model;
         let Some(surfaces) = model.searched() else { return false };
-        let bonds = |joint: u16| model.laws[usize::from(joint)].as_ref().is_some_and(|l| l.bonds());
-        let matching = model.faces.iter().zip(face_places(model)).any(|(face, place)| {
-            let ((pack, d), lane, _) = place;
+        let bonds = |law: u16| {
+            let law = model.laws.get(usize::from(law)).and_then(Option::as_ref);
+            law.is_some_and(|law| law.bonds())
+        };
+        let matching = face_places(model).any(|((pack, d), lane, _)| {
             let broken = self.state.breaks.get(pack, 1 << d).zip(model.seams.get(pack, d));
-            bonds(face.joint)
-                && broken
-                    .is_some_and(|(broken, seam)| broken.holds(lane) && broken.turned(seam, lane))
+            broken.is_some_and(|(broken, seam)| {
+                bonds(seam.laws[lane]) && broken.holds(lane) && broken.turned(seam, lane)
+            })
         });
         matching
             || self.state.contacts.patches.iter().any(|patch| {
-                patch.bond.as_ref().is_some_and(|bond| bonds(bond.joint))
+                patch.bond.as_ref().is_some_and(|bond| bonds(bond.law))
                     && patch.hinges(&surfaces.blocks)
             })
     }
@@ -337,7 +339,7 @@ impl Simulation {
                     let mut traction = (force(0) - force(1)) / (2.0 * area);
                     let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.quarters > 0);
                     if let Some(point) = point {
-                        let springs = point.memory.traction;
+                        let springs = point.memory.borne();
                         let part = f64::from(point.quarters) * place.share();
                         let own = Vec3::new(springs.normal, springs.shear.x, springs.shear.y);
                         traction += axes * own * part;

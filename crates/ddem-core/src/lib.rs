@@ -30,6 +30,7 @@ mod geometry;
 mod grid;
 mod history;
 mod in_situ;
+mod inertia;
 mod joints;
 mod kinematics;
 mod lanes;

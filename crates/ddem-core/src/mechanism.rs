@@ -75,7 +75,7 @@ pub(crate) fn free_motion(
     )
 }
 
-/// Where what holds the blocks may be missing.
+/// Suggests supports or joints that may be missing.
 fn help(deck: &Deck, geometry: &Geometry) -> String {
     let hold = if deck.boundary.is_empty() {
         "hold that motion with [[fix]], or make the stage dynamic"

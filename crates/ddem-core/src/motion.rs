@@ -5,8 +5,9 @@
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 
-use crate::assembly::{Assembly, Inertia};
+use crate::assembly::Assembly;
 use crate::deck::Damping;
+use crate::inertia::Inertia;
 use crate::lanes::{Lanes, splat};
 use crate::rigid::Matter;
 

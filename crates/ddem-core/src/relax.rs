@@ -78,10 +78,10 @@ impl Simulation {
                 false => state.load_factors.clone(),
             },
             way: state.way,
-            apart: self.farthest_apart().map_or(0.0, |(distance, _)| distance),
             to,
             ..Memory::default()
         };
+        let memory = Memory { apart: self.apart(&memory), ..memory };
         let stop = self.stop.clone();
         let begins = memory.clone();
         self.go_on_relaxing(memory, &|| stop.load(Ordering::Relaxed))?;
@@ -236,6 +236,7 @@ impl Simulation {
                 return Ok(Relaxed::Done);
             }
             memory.next_increment();
+            memory.apart = self.apart(memory);
             self.keep_slip(true);
             self.begin_increment(memory);
             return Ok(Relaxed::Increment(done));
@@ -267,8 +268,15 @@ impl Simulation {
         Ok(Relaxed::Moving)
     }
 
-    /// Blocks that nothing holds any more are on their way for ever: `apart` is how far the
-    /// farthest ones had come at the start.
+    /// How far blocks that hold each other may be apart in the increment that begins: as now, and as far as
+    /// supports drive them `[m]`.
+    fn apart(&self, memory: &Memory) -> f64 {
+        let way =
+            self.ways(memory).iter().flatten().fold(0.0, |most: f64, way| most.max(way.abs()));
+        self.farthest_apart().map_or(0.0, |(distance, _)| distance) + 3.0_f64.sqrt() * way
+    }
+
+    /// Blocks that nothing holds any more are on their way for ever: `apart` is how far the farthest ones may be.
     fn check_collapse(&self, apart: f64) -> Result<(), RunError> {
         let Some((distance, blocks)) = self.farthest_apart() else { return Ok(()) };
         let [a, b] = blocks.map(|block| self.model.geometry.shortest_edge(block));

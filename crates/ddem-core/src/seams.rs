@@ -227,7 +227,7 @@ impl Moved {
         Self { range, impedance: mean(a.impedance, b.impedance) }
     }
 
-    /// All that it is, to tell it from others.
+    /// Its numbers, to tell it from others.
     pub(crate) fn numbers(&self) -> [f64; 3] {
         let [layer, whole] = self.range;
         [layer, whole, self.impedance]

@@ -1,4 +1,4 @@
-//! §6: damping of blocks that slide.
+//! §5: damping of failed joints, contacts and the blocks around them.
 //!
 //! Elastic blocks that slide under Coulomb friction flutter, and those that hit each other ring. Failed pairs
 //! and contacts have dashpots against that, and the deformation of the blocks around them is damped by mass:
@@ -7,11 +7,12 @@
 
 use crate::assembly::Assembly;
 use crate::breaks::Breaks;
-use crate::contact::{Contacts, Skins, dashpot_rate};
+use crate::contact::{Contacts, Skins, Surfaces, dashpot_rate};
 use crate::deck::Deck;
 use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
+use crate::law::Laws;
 use crate::pack::Packs;
 
 /// Damping of the blocks that slide.
@@ -28,13 +29,14 @@ pub(crate) struct Sliding {
 }
 
 impl Sliding {
-    /// Of a model whose blocks `can` slide; nothing otherwise.
+    /// Damping of a model whose joints can fail, or whose blocks can meet; nothing otherwise.
     pub(crate) fn new(
-        can: bool,
+        (laws, contact): (&Laws, Option<&Surfaces>),
         deck: &Deck,
         (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
     ) -> Self {
         let ratio = deck.damping_ratio();
+        let can = contact.is_some() || laws.iter().any(Option::is_some);
         if !can || ratio == 0.0 {
             return Self::default();
         }
@@ -70,11 +72,11 @@ impl Sliding {
         undamped * ((1.0 + part * part).sqrt() - part)
     }
 
-    /// α of the bodies of each pack `[1/s]`; empty where none slides.
+    /// α of the bodies of each pack `[1/s]`; empty where none slides. Says whether any pair has failed.
     pub(crate) fn rates(
         &self,
         packs: &Packs,
-        (breaks, contacts): (&Breaks, &Contacts),
+        (failed, breaks, contacts): (bool, &Breaks, &Contacts),
         rates: &mut Vec<Lanes>,
     ) {
         rates.clear();
@@ -87,7 +89,7 @@ impl Sliding {
             }
             rates[pack].0[lane] = self.rates[pack].0[lane];
         };
-        for (index, lattices) in breaks.packs.iter().enumerate() {
+        for (index, lattices) in breaks.packs.iter().enumerate().filter(|_| failed) {
             for d in 0..3 {
                 let lattice = lattices.as_ref().and_then(|lattices| lattices[1 << d].as_ref());
                 let Some(broken) = lattice else { continue };

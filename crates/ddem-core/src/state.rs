@@ -117,7 +117,7 @@ pub(crate) struct Memory {
     /// Load factors before and after.
     pub(crate) from: Vec<f64>,
     pub(crate) to: Vec<f64>,
-    /// Largest gap or slip of a failed pair at the start `[m]`.
+    /// How far blocks that failed pairs and contacts join may be apart in this increment `[m]`.
     pub(crate) apart: f64,
     /// Failure has been looked for near this equilibrium.
     pub(crate) looked: bool,

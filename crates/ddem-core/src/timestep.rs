@@ -7,11 +7,11 @@
 use fearless_simd::dispatch;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use crate::assembly::Inertia;
 use crate::breaks::Breaks;
 use crate::cluster::{Clusters, accelerations};
 use crate::error::RunError;
 use crate::geometry::Vec3;
+use crate::inertia::Inertia;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::pack::Pack;

@@ -151,7 +151,7 @@ pub struct StageSummary {
     /// Ratio of unbalanced forces at the end.
     #[serde(deserialize_with = "number_or_null")]
     pub unbalanced: f64,
-    /// Energy that is out of balance at the end, against the largest of the energies.
+    /// Energy that has come or gone without a cause by the end, against the largest energy.
     #[serde(deserialize_with = "number_or_null", default)]
     pub imbalance: f64,
 }

@@ -52,7 +52,7 @@ impl Simulation {
     /// Parameters
     /// ----------
     /// tolerance : float, optional
-    ///     Unbalanced force ratio at which it is done; 1e-6 without it.
+    ///     Unbalanced force ratio at which it is done; 1e-5 without it.
     /// max_steps : int, optional
     ///     After which it fails; 200 000 without it.
     /// increments : int, optional

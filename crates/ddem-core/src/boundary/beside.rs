@@ -3,8 +3,9 @@
 
 use super::outside::{held, place};
 use super::{Column, Made};
-use crate::assembly::{Assembly, Inertia};
+use crate::assembly::Assembly;
 use crate::conditions::{Active, Conditions};
+use crate::inertia::Inertia;
 use crate::pack::Packs;
 
 impl Column {
@@ -43,7 +44,7 @@ impl Column {
 
     pub(super) fn note_ground(&mut self, packs: &Packs, assembly: &Assembly) {
         let square = |&(pack, at, lane): &(usize, u32, u8)| {
-            let Inertia { mass, diagonal } =
+            let Inertia { mass, diagonal, .. } =
                 &assembly.inertia[assembly.pack_inertia[pack] as usize];
             let (at, lane) = (at as usize - 3 * packs.packs[pack].start, usize::from(lane));
             [0, 1, 2].map(|c| diagonal[at + c].0[lane] / mass[at / 3].0[lane])

@@ -207,6 +207,22 @@ impl Breaks {
         }
     }
 
+    /// Energy that points have given and not taken: the accounts below nothing `[J]`.
+    pub(crate) fn debt(&self, seams: &Seams) -> f64 {
+        let mut debt = 0.0;
+        for (index, d) in (0..self.packs.len()).flat_map(|index| [0, 1, 2].map(|d| (index, d))) {
+            let Some((broken, seam)) = self.get(index, 1 << d).zip(seams.get(index, d)) else {
+                continue;
+            };
+            for points in &broken.points {
+                let lanes = points.iter().enumerate();
+                let each = lanes.map(|(lane, p)| p.area(seam, lane) * p.memory.account.min(0.0));
+                debt += each.sum::<f64>();
+            }
+        }
+        debt
+    }
+
     /// The joint lattices of a pack.
     pub(crate) fn at(&mut self, pack: usize) -> &mut [Option<Broken>; 8] {
         self.packs[pack].get_or_insert_with(Box::default)

@@ -214,7 +214,7 @@ impl Broken {
 }
 
 impl Point {
-    fn area(&self, seam: &Seam, lane: usize) -> f64 {
+    pub(super) fn area(&self, seam: &Seam, lane: usize) -> f64 {
         seam.quarter.0[lane] * f64::from(self.quarters)
     }
 

@@ -76,10 +76,12 @@ impl Patch {
             losses.contact += point.area * (loss.contact + (loss.friction - rubbed));
             losses.damping += point.area * loss.damping;
             let slipped = (memory.slip - point.slip).norm();
+            // In a relaxation, straight from the last equilibrium.
+            let from = memory.settled.map_or(point.slip, |settled| settled.slip);
+            let slid =
+                |gap: f64, slip: Vector2<f64>| if gap < 0.0 { (slip - from).norm() } else { 0.0 };
+            point.slid += slid(memory.gap, memory.slip) - slid(point.gap, point.slip);
             point.set(&memory);
-            if point.gap < 0.0 {
-                point.slid += slipped;
-            }
             point.ease((slipped, loss.friction), (opening.normal, normal), spacing);
             couple += apart.cross(&self.force(&self.points[i]));
         }

@@ -199,10 +199,12 @@ impl Bond {
 }
 
 impl Patch {
-    /// True where its points can slide: it is a contact, or a joint with a failed pair.
+    /// True where its points can slide: it is a contact that bears anything, or a joint with a failed pair.
     pub(crate) fn slides(&self) -> bool {
-        let failed = |bond: &Bond| bond.pairs.iter().any(|pair| pair.mode.is_some());
-        !self.points.is_empty() && self.bond.as_deref().is_none_or(failed)
+        match &self.bond {
+            Some(bond) => bond.pairs.iter().any(|pair| pair.mode.is_some()),
+            None => self.points.iter().any(|point| self.acts(point)),
+        }
     }
 
     /// Points that know no equilibrium take the present state for one.

@@ -263,6 +263,12 @@ impl Contacts {
         self.patches.iter().map(Patch::stored).sum()
     }
 
+    /// Energy that points have given and not taken: the accounts below nothing `[J]`.
+    pub(crate) fn debt(&self) -> f64 {
+        let points = self.patches.iter().flat_map(|patch| &patch.points);
+        points.map(|point| point.area * point.account.min(0.0)).sum()
+    }
+
     /// Memory in use `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
         let points: usize = self.patches.iter().map(|patch| patch.points.len()).sum();

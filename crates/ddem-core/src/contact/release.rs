@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::{self, Breaks, Broken};
 use crate::geometry::{Geometry, Vec3};
-use crate::law::Laws;
+use crate::law::{Laws, Traction};
 use crate::pack::{Pack, Packs};
 use crate::seams::{NO_JOINT, Seam, Seams};
 
@@ -54,7 +54,7 @@ impl Contacts {
                 if *known >= Release::Due {
                     continue;
                 }
-                let law = laws[usize::from(seam.joints[lane])].as_ref();
+                let law = laws[usize::from(seam.laws[lane])].as_ref();
                 let bonds = law.is_none_or(|law| law.bonds());
                 let found = broken.release(seam, lane, (pack.rigid, bonds));
                 if found > *known {
@@ -134,11 +134,10 @@ pub(crate) fn release(
             let mut offset = [0; 3];
             offset[d] = 1;
             let Some(other) = at.geometry.neighbour(body, offset) else { continue };
-            let Some(load) = let_go((at, placing), breaks, (index, d), (pack, lane, other)) else {
-                continue;
-            };
+            let gone = let_go((at, placing), breaks, (index, d), (pack, lane, other));
+            let Some((load, account)) = gone else { continue };
             let blocks = [body.min(other) as u32, body.max(other) as u32];
-            lost += load.energy[0] + load.energy[1];
+            lost += load.energy[0] + load.energy[1] + account;
             let Some(mut patch) = make(blocks) else { continue };
             let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
             patch.bear(placing, &load, sign);
@@ -155,36 +154,37 @@ pub(crate) fn release(
     any.then_some(lost)
 }
 
-/// Takes the springs of a joint out and returns what they bore.
+/// Takes the springs of a joint out and returns what they bore, and what was on their accounts `[J]`.
 fn let_go(
     (at, placing): (Places<'_>, &Placing<'_>),
     breaks: &mut Breaks,
     (index, d): (usize, usize),
     (pack, lane, other): (&Pack, usize, usize),
-) -> Option<Load> {
+) -> Option<(Load, f64)> {
     let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
     let body = pack.bodies[lane] as usize;
     let axes = placing.between(body, other) * seam.axes;
     let about = (placing.centre(body) + placing.centre(other)) / 2.0;
     let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
-    let (mut energy, mut whole) = ([0.0; 2], 0.0);
+    let (mut energy, mut account, mut whole) = ([0.0; 2], 0.0, 0.0);
     let broken = breaks.at(index)[1 << d].as_mut()?;
     let n = at.packs.shape_of(pack).divisions;
     for (p, points) in broken.points.iter_mut().enumerate() {
         let breaks::Point { quarters, memory, .. } = &mut points[lane];
         let area = seam.quarter.0[lane] * f64::from(*quarters);
-        let traction = memory.traction;
-        let own = Vec3::new(traction.normal, traction.shear.x, traction.shear.y);
-        let pull = axes * own * area;
+        let (traction, borne) = (memory.traction, memory.borne());
+        let pull = axes * Vec3::new(borne.normal, borne.shear.x, borne.shear.y) * area;
         force += pull;
         moment += (placing.pair((body, pack.rigid), d, p, n) - about).cross(&pull);
         energy[0] += area * 0.5 * traction.normal * memory.gap;
         energy[1] += area * 0.5 * traction.shear.norm_squared() / seam.stiffness(lane).shear;
+        account += area * memory.account;
         whole += area;
-        memory.traction = crate::law::Traction::default();
+        memory.traction = Traction::default();
+        (memory.drag, memory.account) = (0.0, 0.0);
     }
     broken.let_go(lane);
-    Some(Load { energy, area: whole, force, moment, about })
+    Some((Load { energy, area: whole, force, moment, about }, account))
 }
 
 impl Placing<'_> {
@@ -254,7 +254,7 @@ impl Patch {
             let size = shear.norm();
             let bears = if size > most { shear * (most / size) } else { shear };
             point.slip += (point.traction.shear - bears) / soft;
-            point.traction = crate::law::Traction { normal: wanted, shear: bears };
+            point.traction = Traction { normal: wanted, shear: bears };
         }
         // The same force on a smaller area holds more energy; softer springs do not.
         self.cap(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);

@@ -242,11 +242,6 @@ impl Skins {
 }
 
 impl Skins {
-    /// Part of the undamped critical step that dashpots leave.
-    pub(super) fn damped_part(&self) -> f64 {
-        (1.0 + self.damping * self.damping).sqrt() - self.damping
-    }
-
     /// Dashpot of a normal stiffness `[Pa/m]` and a mass for each unit of area `[Pa s/m]`.
     fn dashpot(&self, normal: f64, mass: f64) -> f64 {
         2.0 * self.damping * (normal * mass).sqrt()

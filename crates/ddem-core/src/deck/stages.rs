@@ -11,7 +11,7 @@ pub struct Stage {
     pub name: String,
     /// Static or dynamic.
     pub kind: StageKind,
-    /// relax: unbalanced force ratio at which the stage is done; default 1e-6.
+    /// relax: unbalanced force ratio at which the stage is done; default 1e-5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// relax: steps after which the stage fails; default 200 000.

@@ -103,8 +103,9 @@ fn is_contact(patch: &Patch) -> bool {
     patch.bond.is_none()
 }
 
-fn is_pressed(point: &Point) -> bool {
-    point.gap < 0.0
+/// Points whose faces have just parted may bear what settles their account.
+fn bears(point: &Point) -> bool {
+    point.gap < 0.0 || point.drag != 0.0
 }
 
 impl Simulation {
@@ -132,7 +133,7 @@ impl Simulation {
         let mut counts = ContactCounts::default();
         for patch in patches.iter().filter(|patch| is_contact(patch)) {
             counts.near += usize::from(!patch.points.is_empty());
-            let points = patch.points.iter().filter(|point| is_pressed(point)).count();
+            let points = patch.points.iter().filter(|point| bears(point)).count();
             counts.block_pairs += usize::from(points > 0);
             counts.points += points;
             counts.deepest = counts.deepest.max(patch.depth());
@@ -143,7 +144,7 @@ impl Simulation {
     /// Pairs of blocks that pressed on each other at the last step: what can be had at any time.
     #[must_use]
     pub fn touching_blocks(&self) -> usize {
-        let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(is_pressed);
+        let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(bears);
         self.state.contacts.patches.iter().filter(presses).count()
     }
 
@@ -152,7 +153,7 @@ impl Simulation {
     pub fn contact_points(&self) -> [usize; 2] {
         let patches = &self.state.contacts.patches;
         let points = || patches.iter().filter(|p| is_contact(p)).flat_map(|patch| &patch.points);
-        [points().count(), points().filter(|point| is_pressed(point)).count()]
+        [points().count(), points().filter(|point| bears(point)).count()]
     }
 
     /// Memory that contacts take `[bytes]`.
@@ -167,10 +168,10 @@ fn seen(patch: &Patch, placing: &Placing<'_>) -> impl Iterator<Item = Contact> {
     let normal = patch.now[0];
     let [a, b] = patch.blocks.map(|block| block as usize);
     let faces = patch.faces();
-    patch.points.iter().filter(|point| is_pressed(point)).map(move |point| {
+    patch.points.iter().filter(|point| bears(point)).map(move |point| {
         let at = [0, 1].map(|side| placing.position([a, b][side], faces[side], &point.spots[side]));
         let springs = point.traction;
-        let bears = -springs.normal * patch.both.tan_friction;
+        let limit = -springs.normal * patch.both.tan_friction;
         Contact {
             blocks: [a, b],
             // The couple of the two points acts on the block that the normal turns with.
@@ -180,7 +181,7 @@ fn seen(patch: &Patch, placing: &Placing<'_>) -> impl Iterator<Item = Contact> {
             area: point.area,
             gap: normal.dot(&(at[1] - at[0])) - patch.both.skin,
             slip: point.slid,
-            sliding: bears > 0.0 && springs.shear.norm() >= SLIDING * bears,
+            sliding: limit > 0.0 && springs.shear.norm() >= SLIDING * limit,
         }
     })
 }

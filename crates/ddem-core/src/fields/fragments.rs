@@ -128,20 +128,20 @@ impl Simulation {
     /// Each two blocks that a joint holds together at the time that was last measured.
     fn held_together(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let (model, breaks) = (&self.model, &self.scratch.trial);
-        let holds = |joint: u16| {
-            let law = model.laws[joint as usize].as_ref();
-            law.is_none_or(|law| law.tension() > 0.0 || law.peak(0.0) > 0.0)
+        let holds = |law: u16| {
+            let law = model.laws.get(usize::from(law)).and_then(Option::as_ref);
+            law.is_none_or(|law| law.bonds())
         };
         let faces = model.faces().iter().zip(face_places(model));
-        let bonded = faces.filter(move |(face, ((pack, d), lane, _))| {
+        let bonded = faces.filter(move |(_, ((pack, d), lane, _))| {
             let broken = breaks.get(*pack, 1 << d);
-            holds(face.joint)
+            model.seams.get(*pack, *d).is_some_and(|seam| holds(seam.laws[*lane]))
                 && broken.is_none_or(|b| b.points.iter().any(|points| points[*lane].mode.is_none()))
         });
         let contacts = &self.scratch.trial_contacts;
         let seated = model.seated.iter().filter(move |joint| {
             contacts.bond(joint.patch.blocks).is_some_and(|(bond, _)| {
-                holds(bond.joint) && bond.pairs.iter().any(|pair| pair.mode.is_none())
+                holds(bond.law) && bond.pairs.iter().any(|pair| pair.mode.is_none())
             })
         });
         let bonded = bonded.map(|(face, _)| [face.a as usize, face.b as usize]);

@@ -5,12 +5,13 @@ use fearless_simd_macros::simd;
 
 use crate::element::lattice::force;
 use crate::in_situ::Borne;
+use crate::inertia::Moments;
 use crate::kinematics::turn;
 use crate::lanes::{
-    Lanes, add, cross, dot, inverse_symmetric, load, load_at, scale, splat, store_at, sub,
+    Lanes, Vector, add, cross, dot, inverse_symmetric, load, load_at, scale, splat, store_at, sub,
     symmetric_times, times, transposed_times, zero,
 };
-use crate::pass::{Input, Output, Workspace, half_work};
+use crate::pass::{Input, Output, Viscous, Workspace, half_work};
 
 /// Forces of the bodies of one pack.
 #[simd]
@@ -70,8 +71,9 @@ pub(crate) fn body<S: Simd>(
     resist(simd, input, index, out, work);
 }
 
-/// §6: `f −= R (β K w + α M (w − w̄))` with `w = Rᵀ v` and its rigid part w̄, where the bodies are viscous. Whole
-/// motions of a block have no part in it, up to the turning of its strain. `work` holds the local displacements, whose arms the torque has.
+/// §6: `f −= R β K w + α M (v − v̄)` with `w = Rᵀ v` and the rigid part v̄ of v, where the bodies are viscous.
+/// Whole motions of a block have no part in it, up to the turning of its strain. `work` holds the local
+/// displacements, whose arms the torque has.
 #[simd]
 fn resist<S: Simd>(
     simd: S,
@@ -84,107 +86,160 @@ fn resist<S: Simd>(
     if !viscous.acts(index) {
         return;
     }
+    let mut torque = zero(simd);
+    if viscous.stiffness > 0.0 {
+        torque = stiffness_damping(simd, input, (index, viscous), drag, work);
+    } else {
+        drag.fill(Lanes::ZERO);
+    }
+    if viscous.mass(index) != Lanes::ZERO {
+        torque = add(torque, mass_damping(simd, input, (index, viscous), drag));
+    }
+    for (f, drag) in out.f.iter_mut().zip(&*drag) {
+        *f = Lanes::from(f.load(simd) - drag.load(simd));
+    }
+    if input.moved.frames.is_some() {
+        let [x, y, z] = add(load(simd, out.torque), torque);
+        *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
+    }
+}
+
+/// `R β K w` of four bodies, and its torque.
+#[inline(always)]
+fn stiffness_damping<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (index, viscous): (usize, Viscous<'_>),
+    drag: &mut [Lanes],
+    work: &mut Workspace,
+) -> Vector<S> {
     let pack = &input.moved.packs.packs[index];
     let shape = input.moved.packs.shape_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
     let v = &viscous.v[3 * pack.start..3 * (pack.start + shape.nodes)];
-    let Workspace { planes, local, g, way, before, .. } = work;
+    let Workspace { planes, local, g, way, .. } = work;
     let (g, way) = (&mut g[..v.len()], &mut way[..v.len()]);
     let rotation = input.moved.frames.map(|frames| frames[index].matrix(simd));
     for node in 0..shape.nodes {
         let v = load_at(simd, v, 3 * node);
         store_at(way, 3 * node, rotation.map_or(v, |r| transposed_times(&r, v)));
     }
-    if viscous.stiffness > 0.0 {
-        force(simd, shape.dims(0), &table.table, way, g, planes);
-        let beta = splat(simd, viscous.stiffness);
-        g.iter_mut().for_each(|g| *g = Lanes::from(g.load(simd) * beta));
-    } else {
-        g.fill(Lanes::ZERO);
-    }
-    if viscous.mass(index) != Lanes::ZERO {
-        let velocities = (&*way, &mut before[..v.len()]);
-        slow_down(simd, input, (index, viscous.mass(index)), velocities, g);
-    }
+    force(simd, shape.dims(0), &table.table, way, g, planes);
+    let beta = splat(simd, viscous.stiffness);
     let mut torque = zero(simd);
     for node in 0..shape.nodes {
-        let mut force = load_at(simd, g, 3 * node);
+        let mut force = scale(load_at(simd, g, 3 * node), beta);
         if let Some(rotation) = &rotation {
             torque = add(torque, cross(load_at(simd, local, 3 * node), force));
             force = times(rotation, force);
         }
         store_at(drag, 3 * node, force);
-        store_at(out.f, 3 * node, sub(load_at(simd, out.f, 3 * node), force));
     }
-    if let Some(rotation) = &rotation {
-        let [x, y, z] = add(load(simd, out.torque), times(rotation, torque));
-        *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
-    }
+    rotation.map_or(torque, |r| times(&r, torque))
 }
 
-/// Adds `α M (w − w̄)` of four bodies to `g`: the velocities w without the translation and the spin that have their
-/// momentum and moment of momentum. `arms` is working space.
+/// Adds `α M (v − v̄)` of four bodies to `drag`: the velocities without the translation and the spin that have
+/// their momentum and moment of momentum. Its torque is about the nodes where they are.
 #[inline(always)]
-fn slow_down<S: Simd>(
+fn mass_damping<S: Simd>(
     simd: S,
     input: Input<'_>,
-    (index, alpha): (usize, Lanes),
-    (velocities, arms): (&[Lanes], &mut [Lanes]),
-    g: &mut [Lanes],
-) {
-    let mass = &input.assembly.inertia[input.assembly.pack_inertia[index] as usize].mass;
-    places(simd, input, index, arms);
-    let (mut whole, mut middle, mut mean) = (splat(simd, 0.0), zero(simd), zero(simd));
-    for (node, m) in mass.iter().enumerate() {
-        let m = m.load(simd);
-        whole += m;
-        middle = add(middle, scale(load_at(simd, arms, 3 * node), m));
-        mean = add(mean, scale(load_at(simd, velocities, 3 * node), m));
-    }
-    // Lanes without a body, or with one that is taken out, have no mass.
-    let empty = Lanes(Lanes::from(whole).0.map(|mass| if mass > 0.0 { 0.0 } else { 1.0 }));
-    let per_mass = splat(simd, 1.0) / (whole + empty.load(simd));
-    (middle, mean) = (scale(middle, per_mass), scale(mean, per_mass));
-    let mut spread = [splat(simd, 0.0); 6];
-    let mut momentum = zero(simd);
-    for (node, m) in mass.iter().enumerate() {
-        let x = sub(load_at(simd, arms, 3 * node), middle);
-        let w = sub(load_at(simd, velocities, 3 * node), mean);
-        let y = scale(x, m.load(simd));
-        let squares = dot(x, y);
-        (0..3).for_each(|k| spread[k] += squares - x[k] * y[k]);
-        (0..3).for_each(|k| spread[3 + k] -= x[k] * y[(k + 1) % 3]);
-        momentum = add(momentum, cross(y, w));
-    }
-    (0..3).for_each(|k| spread[k] += empty.load(simd));
-    let spin = symmetric_times(inverse_symmetric(simd, spread), momentum);
-    let alpha = alpha.load(simd);
-    for (node, m) in mass.iter().enumerate() {
-        let rigid = add(mean, cross(spin, sub(load_at(simd, arms, 3 * node), middle)));
-        let deforms = sub(load_at(simd, velocities, 3 * node), rigid);
-        let force = scale(deforms, alpha * m.load(simd));
-        store_at(g, 3 * node, add(load_at(simd, g, 3 * node), force));
-    }
+    (index, viscous): (usize, Viscous<'_>),
+    drag: &mut [Lanes],
+) -> Vector<S> {
+    let pack = &input.moved.packs.packs[index];
+    let shape = input.moved.packs.shape_of(pack);
+    let nodes = 3 * pack.start..3 * (pack.start + shape.nodes);
+    let (v, u) = (&viscous.v[nodes.clone()], &input.moved.u[nodes]);
+    let inertia = &input.assembly.inertia[input.assembly.pack_inertia[index] as usize];
+    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
+    let at_rest = table.edges.each_ref().map(|edge| load(simd, edge));
+    let frame = input.moved.frames.map(|frames| &frames[index]);
+    let edges = frame.map_or(at_rest, |frame| at_rest.map(|edge| times(&frame.matrix(simd), edge)));
+    let [momentum, first @ ..] = lattice_moments(simd, shape.divisions, |node, _| {
+        scale(load_at(simd, v, 3 * node), inertia.mass[node].load(simd))
+    });
+    let (base, slopes) = rigid_motion(simd, &inertia.moments, &edges, momentum, first);
+    let alpha = viscous.mass(index).load(simd);
+    let mean = frame.map_or(zero(simd), |frame| load(simd, &frame.mean));
+    let mut torque = zero(simd);
+    let [_, first @ ..] = lattice_moments(simd, shape.divisions, |node, [x, y, z]| {
+        let row = add(add(base, scale(slopes[2], z)), scale(slopes[1], y));
+        let deforms = sub(load_at(simd, v, 3 * node), add(row, scale(slopes[0], x)));
+        let force = scale(deforms, alpha * inertia.mass[node].load(simd));
+        torque = add(torque, cross(sub(load_at(simd, u, 3 * node), mean), force));
+        store_at(drag, 3 * node, add(load_at(simd, drag, 3 * node), force));
+        force
+    });
+    (0..3).fold(torque, |torque, d| add(torque, cross(at_rest[d], first[d])))
 }
 
-/// Places of the nodes of four bodies at rest, from their centres `[m]`.
+/// Sum over the nodes of four bodies of a vector, and its first moments with the numbers of elements from the
+/// centre as coordinates, which `of` is given with the node.
 #[inline(always)]
-fn places<S: Simd>(simd: S, input: Input<'_>, index: usize, places: &mut [Lanes]) {
-    let dims = input.moved.packs.shape_of(&input.moved.packs.packs[index]).dims(0);
-    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
-    let [x, y, z] = table.edges.each_ref().map(|edge| load(simd, edge));
-    let along = |d: usize, i: usize| splat(simd, i as f64 - 0.5 * dims[d] as f64);
-    let mut at = 0;
-    for k in 0..=dims[2] {
-        let plane = scale(z, along(2, k));
-        for j in 0..=dims[1] {
-            let row = add(plane, scale(y, along(1, j)));
-            for i in 0..=dims[0] {
-                store_at(places, at, add(row, scale(x, along(0, i))));
-                at += 3;
+fn lattice_moments<S: Simd>(
+    simd: S,
+    divisions: usize,
+    mut of: impl FnMut(usize, Vector<S>) -> Vector<S>,
+) -> [Vector<S>; 4] {
+    let [mut sum, mut along_x, mut along_y, mut along_z] = [zero(simd); 4];
+    let from_centre = |i: usize| splat(simd, i as f64 - 0.5 * divisions as f64);
+    let mut node = 0;
+    for z in (0..=divisions).map(from_centre) {
+        let mut plane = zero(simd);
+        for y in (0..=divisions).map(from_centre) {
+            let mut row = zero(simd);
+            for x in (0..=divisions).map(from_centre) {
+                let vector = of(node, [x, y, z]);
+                row = add(row, vector);
+                along_x = add(along_x, scale(vector, x));
+                node += 1;
             }
+            plane = add(plane, row);
+            along_y = add(along_y, scale(row, y));
         }
+        sum = add(sum, plane);
+        along_z = add(along_z, scale(plane, z));
     }
+    [sum, along_x, along_y, along_z]
+}
+
+/// Velocity at the centre of the lattices of four bodies, and its change from element to element, of the rigid
+/// motion that has a momentum and its first moments. `edges` are those of an element where it is.
+#[inline(always)]
+fn rigid_motion<S: Simd>(
+    simd: S,
+    moments: &Moments,
+    edges: &[Vector<S>; 3],
+    momentum: Vector<S>,
+    first: [Vector<S>; 3],
+) -> (Vector<S>, [Vector<S>; 3]) {
+    let centre = load(simd, &moments.centre);
+    // Σ m (x² 1 − x xᵀ) and Σ m x × v with x = Σ ι_d h_d, ι_d from the centre of mass.
+    let mut spread = [splat(simd, 0.0); 6];
+    (0..3).for_each(|k| spread[k] = moments.empty.load(simd));
+    let mut spin = zero(simd);
+    for d in 0..3 {
+        for e in 0..3 {
+            let at = if d == e {
+                d
+            } else if (d + 1) % 3 == e {
+                3 + d
+            } else {
+                3 + e
+            };
+            let moved = scale(edges[e], moments.second[at].load(simd));
+            let squares = dot(edges[d], moved);
+            (0..3).for_each(|k| spread[k] += squares - edges[d][k] * moved[k]);
+            (0..3).for_each(|k| spread[3 + k] -= edges[d][k] * moved[(k + 1) % 3]);
+        }
+        spin = add(spin, cross(edges[d], sub(first[d], scale(momentum, centre[d]))));
+    }
+    let spin = symmetric_times(inverse_symmetric(simd, spread), spin);
+    let slopes = edges.map(|edge| cross(spin, edge));
+    let mean = scale(momentum, moments.per_mass.load(simd));
+    let base = (0..3).fold(mean, |base, d| sub(base, scale(slopes[d], centre[d])));
+    (base, slopes)
 }
 
 /// Energy of the elements of a lattice `[J]`.

@@ -79,7 +79,7 @@ impl Geometry {
             };
             format!(
                 "sets `{a}` and `{b}` are not joined {}: {apart}, and joint `{}` is {thickness:.3e} m thick. \
-                 They are where they touch, or where the gap is as wide as the joint is thick",
+                 Joints join sets that touch, or whose gap is as wide as the joint is thick",
                 over(faces.len()),
                 name(deck, joint)
             )

@@ -36,8 +36,8 @@ impl Bearing {
     ) -> Loss {
         let before = memory.gap + memory.lifted;
         let mut loss = law.respond(self.stiffness, opening, memory);
-        // Friction that gives would be energy from nowhere.
-        let given = loss.friction.min(0.0);
+        // Friction that gives would be energy from nowhere; a relaxation undoes slip that it overshoots.
+        let given = if memory.settled.is_some() { 0.0 } else { loss.friction.min(0.0) };
         loss.friction -= given;
         memory.account += loss.contact + given;
         loss.contact = 0.0;

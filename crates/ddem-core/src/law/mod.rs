@@ -142,7 +142,7 @@ pub struct Loss {
     pub friction: f64,
     /// To fracture.
     pub fracture: f64,
-    /// To faces that meet or part within a step; what is lost or gained there nearly cancels.
+    /// To faces that meet or part within a step; it goes to the account of the point.
     pub contact: f64,
     /// To the dashpot.
     pub damping: f64,
@@ -230,7 +230,8 @@ pub trait JointLaw: Debug + Send + Sync {
     }
 
     /// Traction of a failed point at an opening, left in its memory; returns what it loses on
-    /// the way there.
+    /// the way there. Where [`Memory::settled`] is there, slip and damage go on from it. While a stage
+    /// replaces one joint by another in `increments`, strengths are mixed and the provided method is used.
     fn respond(&self, stiffness: Stiffness, opening: Opening, memory: &mut Memory) -> Loss {
         response::respond(self, stiffness, opening, memory)
     }

@@ -24,8 +24,9 @@ impl Model {
         };
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));
-        self.sliding =
-            Sliding::new(true, &self.deck, (&self.geometry, &self.packs, &self.assembly));
+        let can = (&self.laws, self.contact.as_ref());
+        let of = (&*self.geometry, &self.packs, &self.assembly);
+        self.sliding = Sliding::new(can, &self.deck, of);
         // Blocks whose joints can fail now may meet, unless the deck says that none do.
         if self.deck.model.contact.is_none() && self.can_fail() {
             let new = || Surfaces::new(&self.deck, &self.geometry, &self.packs);

@@ -127,7 +127,7 @@ impl Model {
     /// Sets that touch at the start: those that joints join, and those whose blocks meet as contacts.
     #[must_use]
     pub fn interfaces(&self) -> Vec<Interface> {
-        self.geometry.interfaces(&self.deck)
+        self.stages.at(0).interfaces(&self.deck)
     }
 
     /// Sets that touch where no contacts are found.

@@ -75,8 +75,8 @@ impl Model {
         let met = (self.contact.as_ref(), &self.seated[..]);
         let bonds = at_bonds((deck, constants), geometry, met);
         self.assembly.assemble(geometry, packs, &self.seams, &bonds);
-        let slides = self.contact.is_some() || self.laws.iter().any(Option::is_some);
-        self.sliding = Sliding::new(slides, deck, (geometry, packs, &self.assembly));
+        let can = (&self.laws, self.contact.as_ref());
+        self.sliding = Sliding::new(can, deck, (geometry, packs, &self.assembly));
         if let Some(in_situ) = self.in_situ.take() {
             let blocks = in_situ.without(geometry);
             self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);

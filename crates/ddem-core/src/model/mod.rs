@@ -103,8 +103,9 @@ impl Model {
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
         let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
         assembly.assemble(&geometry, &packs, &seams, &bonds);
-        let slides = meets || laws(&deck.joints).iter().any(Option::is_some);
-        let sliding = Sliding::new(slides, deck, (&geometry, &packs, &assembly));
+        let laws = laws(&deck.joints);
+        let can = (&laws, contact.as_ref());
+        let sliding = Sliding::new(can, deck, (&geometry, &packs, &assembly));
         borders.note_ground(&packs, &assembly);
         let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         Ok(Self {
@@ -115,7 +116,7 @@ impl Model {
             constants,
             faces,
             seams,
-            laws: laws(&deck.joints),
+            laws,
             in_situ,
             contact,
             seated,

@@ -30,7 +30,7 @@ impl Model {
                 laws.push(Some(Arc::new(Between { laws: [from, to], part })));
                 changes.len() - 1
             });
-            (own + at) as u16
+            u16::try_from(own + at).unwrap_or(new)
         };
         let mut within = |body: usize, d: usize, joint: u16| {
             let cell = before.bodies[body].cell.map(|c| c as usize);

@@ -283,7 +283,7 @@ impl Saved {
             && array("stage_starts")?.len() == stage.saturating_add(1);
         let known = ["fresh_left", "fresh_first", "relax_left", "relax_driven"];
         let known = known.iter().filter_map(|name| count(name));
-        let stages = stages && known.into_iter().all(|known| known <= dug as u64);
+        let stages = stages && known.into_iter().all(|known| known <= dug as u64 + 1);
         let steps = count("steps")? <= MOST_STEPS && count("origin_step")? <= count("steps")?;
         let pairs = model.n_pairs() as u64;
         let failed = count("failed_shear")? <= pairs && count("failed_tension")? <= pairs;

@@ -1,12 +1,12 @@
-//! §7: what goes by the increments of a relaxation besides loads: strengths that are assigned anew, and
-//! supports that are driven to a displacement.
+//! §7: increments of a relaxation: besides loads, assigned strengths and supports with a displacement go by parts.
 
 use super::Simulation;
+use crate::lanes::Lanes;
 use crate::state::Memory;
 use crate::step::shift;
 
 impl Simulation {
-    /// What is another one in the increment that begins: strengths, and where supports are.
+    /// Begins an increment: strengths and supports go their part of the way.
     pub(crate) fn begin_increment(&mut self, memory: &Memory) {
         if memory.increments > 1 {
             self.ramp_strengths(memory.left, memory.part(), true);
@@ -37,12 +37,17 @@ impl Simulation {
         self.measured = None;
     }
 
+    /// Ways of the fixes in one increment `[m]`.
+    pub(crate) fn ways(&self, memory: &Memory) -> Vec<[f64; 3]> {
+        let part = 1.0 / memory.increments as f64;
+        let driven = memory.driven.map(|first| (first, self.state.stage));
+        driven.map_or_else(Vec::new, |stages| self.model.conditions.ways(stages, part))
+    }
+
     /// Supports go their part of the way to their displacement, at once; what they do is the mean of the
     /// reactions before and after.
     fn shift_supports(&mut self, memory: &Memory) {
-        let Some(first) = memory.driven else { return };
-        let part = 1.0 / memory.increments as f64;
-        let ways = self.model.conditions.ways((first, self.state.stage), part);
+        let ways = self.ways(memory);
         if ways.iter().flatten().all(|way| *way == 0.0) {
             return;
         }
@@ -54,8 +59,15 @@ impl Simulation {
         self.state.contacts.known = false;
         self.measured = None;
         let ways = std::mem::replace(&mut self.velocities, velocities);
+        // Velocities are the ways now: the power of loads is their work, but reactions would stop them.
+        let loads = self.measure_once().0.loads[0];
+        self.state.v.fill(Lanes::ZERO);
+        self.measured = None;
         let after = self.work_along(&ways);
-        self.state.work.supports += 0.5 * (before + after);
+        let work = &mut self.state.work;
+        work.supports += 0.5 * (before + after);
+        work.loads += loads;
+        work.most = work.most.max((work.loads + work.supports).abs());
         self.measured = None;
     }
 

@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::breaks::Losses;
 use crate::energy::Energy;
+use crate::scratch::Scratch;
 use crate::state::Work;
 use crate::step::balance;
 use crate::sums::Sums;
@@ -29,7 +30,9 @@ impl Simulation {
         self.last = sums;
         self.measured = Some(self.state.steps);
         self.strain = self.scratch.strain_energy();
-        self.strain[1] += self.scratch.trial_contacts.stored();
+        let Scratch { trial, trial_contacts, .. } = &self.scratch;
+        self.debt = trial.debt(&self.model.seams) + trial_contacts.debt();
+        self.strain[1] += trial_contacts.stored() - self.debt;
         (sums, self.strain)
     }
 
@@ -130,7 +133,8 @@ impl Simulation {
         let strain = [bodies, joints];
         let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } =
             self.losing;
-        let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact + met];
+        let contact = contact + met + self.debt;
+        let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact];
         Energy::new(sums.kinetic, strain, lost, external, [self.initial_energy, most])
     }
 

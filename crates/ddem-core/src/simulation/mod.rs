@@ -67,6 +67,8 @@ pub struct Simulation {
     strain: [f64; 2],
     /// What the joints lose at the next step, as it was measured.
     losing: Losses,
+    /// Energy that points have given and not taken, at the same time `[J]`.
+    debt: f64,
     /// Damping of the motion.
     pub(crate) damping: Damping,
     /// Nothing fails for the moment.
@@ -117,6 +119,7 @@ impl Simulation {
             measured: None,
             strain: [0.0; 2],
             losing: Losses::default(),
+            debt: 0.0,
             damping: Damping::None,
             holds: false,
             stop: Arc::default(),
@@ -196,6 +199,7 @@ impl Simulation {
         if !self.started {
             self.start(self.damping, TimeStep::Auto, None)?;
         }
+        self.state.fresh = None;
         self.look_at_new_gas()?;
         if self.critical_steps[0].is_none() {
             self.check_step()?;
@@ -337,7 +341,8 @@ impl Simulation {
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {
         self.sliding.clear();
         if !self.motion.fictitious {
-            let joints = (&self.state.breaks, &self.state.contacts);
+            let failed = self.state.failed != [0; 2];
+            let joints = (failed, &self.state.breaks, &self.state.contacts);
             self.model.sliding.rates(&self.model.packs, joints, &mut self.sliding);
         }
         let gravity = self.factors.last().copied().unwrap_or(1.0);

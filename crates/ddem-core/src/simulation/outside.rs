@@ -28,7 +28,7 @@ impl Simulation {
             self.begin_columns(stage);
         }
         let left = self.state.stage;
-        let first = if stage > left { left + 1 } else { stage };
+        let first = if stage >= left { left + 1 } else { stage };
         let waits = self.state.fresh;
         self.state.fresh = Some(Fresh {
             left: waits.map_or(left, |fresh| fresh.left),

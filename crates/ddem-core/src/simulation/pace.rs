@@ -81,7 +81,7 @@ impl Simulation {
         if let Some(step) = self.critical_steps[usize::from(broken)] {
             return Ok(step);
         }
-        let mass = |inertia: &crate::assembly::Inertia, at: usize, lane: usize| {
+        let mass = |inertia: &crate::inertia::Inertia, at: usize, lane: usize| {
             inertia.mass[at / 3].0[lane]
         };
         self.measured = None;

@@ -2,12 +2,12 @@
 
 use super::Context;
 use super::rigid::follow;
-use crate::lanes::{LANES, Lanes};
+use crate::lanes::LANES;
 use crate::parallel::node_start;
 use crate::state::State;
 
 /// Moves what is held by the ways `[m]` that the context has as velocities of its supports; of a rigid block
-/// what its supports have in common.
+/// what its supports have in common. Velocities, zero before, are these ways then.
 pub(crate) fn shift(context: Context<'_>, state: &mut State) {
     let packs = &context.model.packs;
     for (index, pack) in packs.packs.iter().enumerate() {
@@ -17,19 +17,18 @@ pub(crate) fn shift(context: Context<'_>, state: &mut State) {
             continue;
         }
         let nodes = node_start(packs, index)..node_start(packs, index + 1);
-        let u = &mut state.u[nodes.clone()];
-        let mut ways = vec![Lanes::ZERO; nodes.len()];
+        let (u, ways) = (&mut state.u[nodes.clone()], &mut state.v[nodes]);
         if pack.rigid {
             let poses = &mut state.poses[pack.rigid_start];
-            context.held_ways(index, poses, &mut ways);
-            follow(context.model, index, poses, (u, &ways));
+            context.held_ways(index, poses, ways);
+            follow(context.model, index, poses, (u, ways));
         } else {
             for support in supports {
                 let at = support.at as usize - 3 * pack.start;
                 let lane = usize::from(support.lane);
                 ways[at].0[lane] = way(support.fix, support.axis);
             }
-            for (u, way) in u.iter_mut().zip(&ways) {
+            for (u, way) in u.iter_mut().zip(&*ways) {
                 (0..LANES).for_each(|lane| u.0[lane] += way.0[lane]);
             }
         }

@@ -39,14 +39,19 @@ pub(super) fn applied(
     first: usize,
 ) -> f64 {
     let Some(q) = q else { return reactions.iter().map(|r| r * r).sum() };
+    let square = |all: &Lanes| Lanes(all.0.map(|x| x * x)).sum();
     let mut held = supports.iter().zip(reactions).peekable();
-    let mut sum = 0.0;
-    for (at, q) in q.iter().enumerate() {
-        let mut all = q.0;
-        while let Some((s, r)) = held.next_if(|(s, _)| s.at as usize - first == at) {
-            all[s.lane as usize] += r;
+    let (mut sum, mut from) = (0.0, 0);
+    while let Some(&(support, _)) = held.peek() {
+        let at = support.at as usize - first;
+        q[from..at].iter().for_each(|q| sum += square(q));
+        let mut all = q[at];
+        while let Some((s, r)) = held.next_if(|(s, _)| s.at == support.at) {
+            all.0[s.lane as usize] += r;
         }
-        sum += Lanes(all.map(|x| x * x)).sum();
+        sum += square(&all);
+        from = at + 1;
     }
+    q[from..].iter().for_each(|q| sum += square(q));
     sum
 }

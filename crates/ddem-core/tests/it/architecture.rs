@@ -18,7 +18,7 @@ const ROWS: [&[&str]; 20] = [
     &["contact"],
     &["mechanism", "breaks", "kinematics", "boundary", "in_situ"],
     &["conditions", "assembly", "parallel"],
-    &["seams"],
+    &["inertia", "seams"],
     &["pack"],
     &["charge"],
     &["geometry"],

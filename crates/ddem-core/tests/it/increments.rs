@@ -161,3 +161,36 @@ fn a_displacement_is_for_relax_stages_and_held_directions() {
     let wild = said(&|deck| deck.fix[1].displacement = Some([f64::NAN, 0.0, 0.0]));
     assert!(wild.contains("fix[1].displacement"), "{wild}");
 }
+
+/// A block that its support lifts by d: the support does m g d, gravity takes it.
+#[test]
+fn gravity_works_on_a_block_that_a_support_lifts() {
+    for body in [Body::Rigid, Body::Deformable] {
+        let mut deck = deck([1; 3], [1.0; 3], 2, 0.01);
+        deck.blocks[0].body = body;
+        deck.model.gravity = [0.0, 0.0, -9.81];
+        let lift = Some([0.0, 0.0, 0.1]);
+        deck.fix.push(Fix {
+            displacement: lift,
+            from: Some("lift".into()),
+            ..fix(Where::default(), "xyz")
+        });
+        deck.fix.push(Fix { until: Some("lift".into()), ..fix(Where::default(), "xyz") });
+        deck.stage = vec![relax_stage("rest"), relax_stage("lift")];
+        let mut simulation = simulation(&deck);
+        stage(&mut simulation, 0, 1);
+        go(&mut simulation, &deck, u64::MAX);
+        let before = simulation.energy();
+        stage(&mut simulation, 1, 4);
+        go(&mut simulation, &deck, u64::MAX);
+        let after = simulation.energy();
+        // What the weight has done when it was put on stays.
+        let work = 2400.0 * 9.81 * 0.1;
+        for (what, off) in [
+            ("work of all", after.external - before.external),
+            ("balance", after.balance - before.balance),
+        ] {
+            assert!(off.abs() < 1e-6 * work, "{body:?}: {what} {off:e} of {work:e}");
+        }
+    }
+}

@@ -48,8 +48,7 @@ fn a_gap_that_is_not_the_thickness_is_not_welded_over() {
         }
         let expected = format!(
             "sets `bed` and `block` are not joined over 4 faces: there is a gap of {gap:.3e} m, and joint \
-             `seam` is 1.000e-2 m thick. They are where they touch, or where the gap is as wide as the joint \
-             is thick"
+             `seam` is 1.000e-2 m thick. Joints join sets that touch, or whose gap is as wide as the joint is thick"
         );
         assert_eq!(warnings, [expected]);
     }

@@ -242,7 +242,7 @@ impl<'a> Running<'a> {
     }
 
     fn tolerance(&self) -> f64 {
-        self.stage.tolerance.unwrap_or(1e-6)
+        self.stage.tolerance.unwrap_or(1e-5)
     }
 
     fn progress(&self) -> Progress {

@@ -211,7 +211,7 @@ class Simulation:
     def relax(
         self,
         *,
-        tolerance: float = 1e-6,
+        tolerance: float = 1e-5,
         max_steps: int = 200_000,
         increments: int = 1,
         name: str | None = None,

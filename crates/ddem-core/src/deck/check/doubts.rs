@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::shown;
 use super::units::units;
-use crate::deck::{BlockSet, Body, Deck, Joint, Stage, StageKind};
+use crate::deck::{BlockSet, Body, ContactTable, Deck, Joint, Stage, StageKind};
 
 /// What is to be said of contacts, of rigid blocks, and of the joints that a model uses, by their
 /// numbers in sorted order of the names.
@@ -32,7 +32,13 @@ pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
 
 /// What is said of contacts where none are found.
 fn contact_without_effect(deck: &Deck) -> Option<String> {
-    if deck.contact.is_empty() || deck.finds_contacts() {
+    // Failed pairs have the damping of contacts.
+    let breaks = deck.joints.values().any(Joint::breaks);
+    let others = match breaks {
+        true => ContactTable { damping: None, restitution: None, ..deck.contact },
+        false => deck.contact,
+    };
+    if others.is_empty() || deck.finds_contacts() {
         return None;
     }
     let why = match deck.model.contact {
@@ -42,7 +48,8 @@ fn contact_without_effect(deck: &Deck) -> Option<String> {
              `contact = true` in [model]"
         }
     };
-    Some(format!("`[contact]` has no effect: {why}"))
+    let but = if others == deck.contact { "" } else { " but for its damping" };
+    Some(format!("`[contact]` has no effect{but}: {why}"))
 }
 
 /// A rigid block has eight corners. Whether `divisions` was written is not known where it is the

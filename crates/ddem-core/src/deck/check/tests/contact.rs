@@ -40,7 +40,7 @@ fn rebound(ratio: f64) -> f64 {
 fn restitution_is_damping_in_other_words() {
     let of = |restitution: f64| {
         let table = ContactTable { restitution: Some(restitution), ..ContactTable::default() };
-        table.damping_ratio().unwrap_or_default()
+        table.damping_ratio().unwrap_or_else(|| panic!("no ratio"))
     };
     assert_eq!(ContactTable::default().damping_ratio(), None);
     let mut deck = Deck::default();
