@@ -24,8 +24,10 @@ pub(crate) struct Sliding {
     rates: Vec<Lanes>,
     /// Largest α `[1/s]`.
     fastest: f64,
-    /// Largest ζ ω_c √(m/m_n) of the dashpots, none where rigid blocks have them `[1/s]`.
-    dashpots: Option<f64>,
+    /// Largest ζ ω_c √(m/m_n) of the dashpots of deformable blocks `[1/s]`.
+    dashpots: f64,
+    /// Some blocks are rigid: joints and contacts are all that they vibrate on.
+    rigid: bool,
 }
 
 impl Sliding {
@@ -41,12 +43,9 @@ impl Sliding {
             return Self::default();
         }
         let skins = Skins::new(deck, geometry);
-        let mut sliding = Self { ratio, dashpots: Some(0.0), ..Self::default() };
+        let mut sliding = Self { ratio, ..Self::default() };
         for (index, pack) in packs.packs.iter().enumerate() {
-            if pack.rigid {
-                // Joints and contacts are all that it vibrates on.
-                sliding.dashpots = None;
-            }
+            sliding.rigid |= pack.rigid;
             let mut rates = Lanes::ZERO;
             for lane in (0..pack.filled).filter(|_| !pack.rigid) {
                 let body = pack.bodies[lane] as usize;
@@ -56,7 +55,7 @@ impl Sliding {
                 rates.0[lane] = 2.0 * ratio * slowest(geometry, (body, elastic));
                 sliding.fastest = sliding.fastest.max(rates.0[lane]);
                 let rate = ratio * dashpot_rate(&skins, geometry, body);
-                sliding.dashpots = sliding.dashpots.map(|most| most.max(rate));
+                sliding.dashpots = sliding.dashpots.max(rate);
             }
             sliding.rates.push(rates);
         }
@@ -67,7 +66,8 @@ impl Sliding {
     /// step old: `Δt² ω²/4 + Δt (ζ ω_c √(m/m_n) + α/2) ≤ 1`.
     pub(crate) fn critical_step(&self, square: f64) -> f64 {
         let undamped = 2.0 / square.sqrt();
-        let dashpots = self.dashpots.unwrap_or(self.ratio * square.sqrt());
+        let rigid = if self.rigid { self.ratio * square.sqrt() } else { 0.0 };
+        let dashpots = self.dashpots.max(rigid);
         let part = 0.5 * undamped * (dashpots + 0.5 * self.fastest);
         undamped * ((1.0 + part * part).sqrt() - part)
     }
