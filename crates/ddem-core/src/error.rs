@@ -2,6 +2,19 @@
 
 use std::fmt;
 
+/// A block that moves on where a stage fails.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moving {
+    /// Name of its set.
+    pub set: String,
+    /// Number of the block.
+    pub block: usize,
+    /// How far its nodes have moved in the stage, in the mean `[m]`.
+    pub distance: f64,
+    /// Where to, a unit vector.
+    pub direction: [f64; 3],
+}
+
 /// One thing that is wrong with a deck: where, what, and what would be right.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -157,16 +170,14 @@ pub enum RunError {
         relaxes: bool,
     },
     /// Blocks part or slide without end in a relaxation: their joints have failed.
-    #[error(
-        "there is no equilibrium: blocks {} and {} have come {distance:.3} m apart or past each \
-         other, more than the edge of a block{}",
-        .blocks[0], .blocks[1], after(*failed)
-    )]
+    #[error("there is no equilibrium: {}{}", named(moving), after(*failed))]
     Collapsed {
-        /// Blocks on both sides of the joint that has moved farthest.
+        /// Two blocks that have moved farthest against each other since pairs last failed.
         blocks: [usize; 2],
         /// How far `[m]`.
         distance: f64,
+        /// All blocks that move, and how far they have come in the stage.
+        moving: Vec<Moving>,
         /// Unbalanced ratio reached.
         ratio: f64,
         /// Pairs that have failed.
@@ -276,6 +287,24 @@ fn moving(fastest: Option<&(usize, String, f64)>) -> String {
     fastest.map_or_else(String::new, |(block, set, way)| {
         format!("; block {block} of `{set}` moves most, {way:.1e} m in the last step")
     })
+}
+
+/// Blocks named in a message.
+const NAMED: usize = 3;
+
+/// Blocks that move.
+fn named(moving: &[Moving]) -> String {
+    let each =
+        moving.iter().take(NAMED).map(|Moving { set, block, distance, direction: [x, y, z] }| {
+            format!("block {block} of `{set}`, {distance:.2e} m towards ({x:.2}, {y:.2}, {z:.2})")
+        });
+    let more = if moving.len() > NAMED { ", ..." } else { "" };
+    let blocks = if moving.len() == 1 {
+        "1 block moves".to_owned()
+    } else {
+        format!("{} blocks move", moving.len())
+    };
+    format!("{blocks} on: {}{more}", each.collect::<Vec<_>>().join("; "))
 }
 
 /// Failures before an error.

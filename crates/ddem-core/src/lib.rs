@@ -38,6 +38,7 @@ mod mechanism;
 mod model;
 mod motion;
 mod pack;
+mod pairs;
 mod parallel;
 mod pass;
 mod relax;
@@ -53,19 +54,22 @@ mod step;
 mod sums;
 mod timestep;
 mod touch;
+mod verdict;
+mod watch;
 
 pub use charge::{ChargeSize, ChargeState};
 pub use deck::{Deck, Size};
 pub use energy::Energy;
-pub use error::{Fault, ModelError, RunError};
+pub use error::{Fault, ModelError, Moving, RunError};
 pub use fields::{
     CONTACT_FIELDS, Contact, ContactCounts, ContactField, FIELDS, Field, Fragment, On,
 };
 pub use geometry::{Face, Interface};
 pub use history::Function;
-pub use joints::PairAt;
 pub use model::Model;
+pub use pairs::PairAt;
 pub use relax::Relaxed;
 pub use saved::Saved;
 pub use simd::Simd;
 pub use simulation::{SHORTEST_STEP, Simulation};
+pub use watch::Verdict;

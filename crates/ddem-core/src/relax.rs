@@ -81,13 +81,13 @@ impl Simulation {
             to,
             ..Memory::default()
         };
-        let memory = Memory { apart: self.apart(&memory), ..memory };
         let stop = self.stop.clone();
         let begins = memory.clone();
         self.go_on_relaxing(memory, &|| stop.load(Ordering::Relaxed))?;
         self.state.fresh = None;
         self.keep_slip(true);
         self.begin_increment(&begins);
+        self.state.watch_anew(&self.model, true);
         Ok(())
     }
 
@@ -236,14 +236,13 @@ impl Simulation {
                 return Ok(Relaxed::Done);
             }
             memory.next_increment();
-            memory.apart = self.apart(memory);
             self.keep_slip(true);
             self.begin_increment(memory);
+            self.state.watch.note_calm(self.state.steps);
+            self.state.watch_anew(&self.model, false);
             return Ok(Relaxed::Increment(done));
         }
-        if looks {
-            self.check_collapse(memory.apart)?;
-        }
+        self.check_motion()?;
         if !memory.turned && self.state.steps.is_multiple_of(LOOK_AT_TURNS) {
             memory.turned = self.model.has_turned(&self.scratch.frames);
             memory.since_restart *= u64::from(!memory.turned);
@@ -268,23 +267,17 @@ impl Simulation {
         Ok(Relaxed::Moving)
     }
 
-    /// How far blocks that hold each other may be apart in the increment that begins: as now, and as far as
-    /// supports drive them `[m]`.
-    fn apart(&self, memory: &Memory) -> f64 {
-        let way =
-            self.ways(memory).iter().flatten().fold(0.0, |most: f64, way| most.max(way.abs()));
-        self.farthest_apart().map_or(0.0, |(distance, _)| distance) + 3.0_f64.sqrt() * way
-    }
-
-    /// Blocks that nothing holds any more are on their way for ever: `apart` is how far the farthest ones may be.
-    fn check_collapse(&self, apart: f64) -> Result<(), RunError> {
-        let Some((distance, blocks)) = self.farthest_apart() else { return Ok(()) };
-        let [a, b] = blocks.map(|block| self.model.geometry.shortest_edge(block));
-        if distance <= apart + a.min(b) {
+    /// Blocks move on against each other without end.
+    fn check_motion(&mut self) -> Result<(), RunError> {
+        let ratio = self.last.ratio();
+        self.state.look_at_motion(&self.model, ratio);
+        if !self.state.watch.fails() {
             return Ok(());
         }
+        let (blocks, distance) = self.state.farthest(&self.model);
+        let moving = self.moving_blocks();
         let failed = self.state.failed.iter().sum();
-        Err(RunError::Collapsed { blocks, distance, ratio: self.last.ratio(), failed })
+        Err(RunError::Collapsed { blocks, distance, moving, ratio, failed })
     }
 
     /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks
@@ -296,6 +289,7 @@ impl Simulation {
             return false;
         }
         memory.looked = true;
+        self.state.watch.note_calm(self.state.steps);
         let overload = self.overload();
         let turning = overload <= 1.0;
         if turning && !self.hinges() {
@@ -314,6 +308,7 @@ impl Simulation {
         if fails {
             // The way to here was one from equilibrium to equilibrium.
             self.keep_slip(true);
+            self.state.watch_anew(&self.model, false);
         }
         fails
     }

@@ -12,6 +12,7 @@ use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::model::Model;
 use crate::rigid::{Matter, Pose};
+use crate::watch::Watch;
 
 pub(crate) use peaks::Peaks;
 
@@ -90,6 +91,8 @@ pub(crate) struct State {
     pub(crate) way: f64,
     /// The largest values so far.
     pub(crate) peaks: Peaks,
+    /// How blocks have moved against each other since the last event.
+    pub(crate) watch: Watch,
 }
 
 /// Where a stage that has been entered comes from.
@@ -117,8 +120,6 @@ pub(crate) struct Memory {
     /// Load factors before and after.
     pub(crate) from: Vec<f64>,
     pub(crate) to: Vec<f64>,
-    /// How far blocks that failed pairs and contacts join may be apart in this increment `[m]`.
-    pub(crate) apart: f64,
     /// Failure has been looked for near this equilibrium.
     pub(crate) looked: bool,
     /// Blocks have turned far: masses turn with them.
@@ -167,6 +168,7 @@ impl State {
             fills: vec![Fill::default(); model.conditions.n_shells()],
             way: 0.0,
             peaks: Peaks::new(model),
+            watch: Watch::default(),
         };
         for initial in &model.deck.initial {
             let velocity = Vec3::from(initial.velocity.unwrap_or_default());

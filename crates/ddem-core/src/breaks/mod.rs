@@ -280,7 +280,12 @@ impl Broken {
 
     /// True where a pair of a lane's joint has failed and its springs are there.
     pub(crate) fn slides(&self, lane: usize) -> bool {
-        !self.released[lane] && self.points.iter().any(|points| points[lane].mode.is_some())
+        !self.released[lane] && self.has_failed(lane)
+    }
+
+    /// Whether any pair of a lane's joint has failed; also after its release.
+    pub(crate) fn has_failed(&self, lane: usize) -> bool {
+        self.points.iter().any(|points| points[lane].mode.is_some())
     }
 
     /// Whether any pair of a lane's joint is bonded.

@@ -7,12 +7,12 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::heirs::{Known, Old};
+use super::heirs::{Handed, Known, Old};
 use super::side::{Side, apart, edge_node, edge_spot, node_at};
 use super::skins::sides_of;
 use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
 use crate::geometry::{Abutment, Vec3};
-use crate::law::Traction;
+use crate::law::{Settled, Traction};
 use crate::touch::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
 
 /// Part of the area of an element's face below which a point of it is nothing.
@@ -245,22 +245,30 @@ impl Fitting<'_> {
             let ([gap, sx, sy], [opened, wx, wy]) = (own(y - x), own(way_b - way_a));
             // What is new begins as it would have been a step ago: the last way is part of what comes.
             let before = gap - patch.both.skin - opened * last;
-            let (offset, shear, drag, slid) = match known.as_ref().and_then(|old| old.nearest(x)) {
-                Some(point) => (point.offset, own(point.shear), point.drag, point.slid),
+            let handed = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
                 // Blocks that overlap when they meet do not spring apart.
-                None => (before.min(0.0), [0.0; 3], 0.0, 0.0),
-            };
+                Handed { offset: before.min(0.0), ..Handed::default() }
+            });
+            let Handed { offset, drag, slid, .. } = handed;
             let gap = before - offset;
             let normal = (normal_stiffness * gap).min(0.0);
             let limit = -normal * patch.both.tan_friction;
-            let mut shear = Vector2::new(shear[1], shear[2]);
+            let [_, s, t] = own(handed.shear);
+            let mut shear = Vector2::new(s, t);
+            let sticks = Vector2::new(sx - wx * last, sy - wy * last);
+            let settled = handed.settled.map(|(settled, since)| {
+                let [_, s, t] = own(since);
+                let slip = sticks - shear / shear_stiffness - Vector2::new(s, t);
+                Settled { slip, ..settled }
+            });
             let size = shear.norm();
             if size > limit {
                 shear *= limit / size;
             }
-            let slip = Vector2::new(sx - wx * last, sy - wy * last) - shear / shear_stiffness;
+            let slip = sticks - shear / shear_stiffness;
             let traction = Traction { normal, shear };
-            *point = Point { slip, offset: [offset; 2], gap, traction, drag, slid, ..*point };
+            let offset = [offset; 2];
+            *point = Point { slip, offset, gap, traction, drag, slid, settled, ..*point };
         }
         if let Some(old) = old {
             patch.hold(&self.placing, old);

@@ -1,9 +1,11 @@
 //! What the points of a patch hand on to those that take their place.
 
+use nalgebra::Vector2;
+
 use super::{Patch, Placing, Point};
 use crate::breaks::Losses;
 use crate::geometry::Vec3;
-use crate::law::Traction;
+use crate::law::{Settled, Traction};
 
 /// Part by which pressed areas may differ from those of the overlap, up or down, so that the energy stays.
 const SCALE: f64 = 1.25;
@@ -140,7 +142,7 @@ pub(super) struct Known {
     near: f64,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Handed {
     /// Gap at which the springs bear nothing `[m]`.
     pub(super) offset: f64,
@@ -148,6 +150,8 @@ pub(super) struct Handed {
     pub(super) shear: Vec3,
     pub(super) drag: f64,
     pub(super) slid: f64,
+    /// The last equilibrium of a relaxation, and the slip since in space `[m]`.
+    pub(super) settled: Option<(Settled, Vec3)>,
 }
 
 impl Known {
@@ -156,10 +160,12 @@ impl Known {
         let a = old.blocks[0] as usize;
         let face = old.faces()[0];
         let hand = |point: &Point| {
-            let shear = point.traction.shear;
-            let shear = axes * Vec3::new(0.0, shear.x, shear.y);
+            let in_space = |v: Vector2<f64>| axes * Vec3::new(0.0, v.x, v.y);
+            let shear = in_space(point.traction.shear);
             let x = placing.position(a, face, &point.spots[0]);
-            (x, Handed { offset: point.offset[0], shear, drag: point.drag, slid: point.slid })
+            let Point { drag, slid, offset: [offset, _], .. } = *point;
+            let settled = point.settled.map(|last| (last, in_space(point.slip - last.slip)));
+            (x, Handed { offset, shear, drag, slid, settled })
         };
         Self { points: old.points.iter().map(hand).collect(), near: old.spacing(placing) }
     }
@@ -174,7 +180,7 @@ impl Known {
                 best = (distance, Some(*handed));
             }
         }
-        let fresh = Handed { offset: 0.0, shear: Vec3::zeros(), drag: 0.0, slid: 0.0 };
+        let fresh = Handed::default();
         if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
     }
 }

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::contact::{Contacts, Patch, Placing, Point, Release};
-use crate::joints::face_places;
+use crate::pairs::face_places;
 use crate::simulation::Simulation;
 
 /// Part of what friction can bear from which on a contact slides: all but rounding.

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use crate::geometry::Vec3;
-use crate::joints::face_places;
+use crate::pairs::face_places;
 use crate::simulation::Simulation;
 
 /// Steps into which the volume of the model is cut to compare fragments: those of equal blocks differ

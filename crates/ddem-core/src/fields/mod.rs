@@ -9,9 +9,9 @@ mod stress;
 
 use crate::breaks::Point;
 use crate::geometry::Vec3;
-use crate::joints::PairAt;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;
+use crate::pairs::PairAt;
 use crate::simulation::Simulation;
 use crate::step::carry;
 

@@ -274,6 +274,12 @@ impl Model {
         self.geometry.locate(node).0
     }
 
+    /// Nodes of a block.
+    pub(crate) fn nodes_of(&self, block: usize) -> std::ops::Range<usize> {
+        let first = self.geometry.bodies[block].first_node as usize;
+        first..first + (self.geometry.lattice(block).divisions + 1).pow(3)
+    }
+
     /// Nodes that a `where` selects, in order.
     #[must_use]
     pub fn nodes_in(&self, region: &crate::deck::Where) -> Vec<u32> {

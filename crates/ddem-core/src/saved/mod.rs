@@ -3,6 +3,7 @@
 mod contacts;
 mod pairs;
 mod peaks;
+mod watch;
 
 use std::collections::BTreeMap;
 
@@ -63,6 +64,7 @@ impl Simulation {
             fills,
             way,
             peaks,
+            watch,
         } = &self.state;
         let mut saved = Saved::default();
         let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
@@ -128,15 +130,13 @@ impl Simulation {
             let mut put = |name: &str, v: Vec<f64>| saved.arrays.insert(name.to_owned(), v);
             put("relax_from", memory.from.clone());
             put("relax_to", memory.to.clone());
-            put(
-                "relax_way",
-                vec![memory.way, memory.first, memory.apart, memory.least, memory.most],
-            );
+            put("relax_way", vec![memory.way, memory.first, memory.least, memory.most]);
             put("relax_last", memory.last.iter().copied().collect());
         }
         pairs::save(&self.model, breaks, &mut saved);
         contacts::save(contacts, &mut saved);
         peaks::save(&self.model, peaks, &mut saved);
+        watch::save(watch, &mut saved);
         saved
     }
 
@@ -249,14 +249,14 @@ impl Simulation {
                 to: array("relax_to")?.to_vec(),
                 way: *array("relax_way")?.first()?,
                 first: *array("relax_way")?.get(1)?,
-                apart: *array("relax_way")?.get(2)?,
-                least: *array("relax_way")?.get(3)?,
-                most: *array("relax_way")?.get(4)?,
+                least: *array("relax_way")?.get(2)?,
+                most: *array("relax_way")?.get(3)?,
                 last: array("relax_last")?.iter().copied().collect(),
             });
         }
         simulation.initial_energy = initial;
         simulation.measured = None;
+        simulation.state.watch = watch::restore(saved)?;
         Some(simulation)
     }
 }

@@ -5,9 +5,9 @@ use nalgebra::{Vector2, Vector3};
 use super::Saved;
 use crate::breaks::{Breaks, Broken, Point};
 use crate::contact::{Contacts, Release};
-use crate::joints::face_places;
 use crate::law::{Memory, Mode, Settled, Traction};
 use crate::model::Model;
+use crate::pairs::face_places;
 
 /// Names of the arrays, and numbers a pair.
 const ARRAYS: [(&str, usize); 12] = [

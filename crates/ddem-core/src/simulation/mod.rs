@@ -218,6 +218,7 @@ impl Simulation {
         self.book(sums, ahead);
         self.book_losses(losses);
         self.note_peaks();
+        self.state.look_at_motion(&self.model, sums.ratio());
         self.check(sums, &self.state.contacts)
     }
 

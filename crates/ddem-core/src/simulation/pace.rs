@@ -162,6 +162,7 @@ impl Simulation {
         self.state.fresh = None;
         self.state.origin = (self.state.time, self.state.steps);
         self.started = true;
+        self.state.watch_anew(&self.model, true);
         Ok(steps as u64)
     }
 

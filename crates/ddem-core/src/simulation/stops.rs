@@ -2,12 +2,27 @@
 
 use super::Simulation;
 use crate::contact::Contacts;
-use crate::error::RunError;
+use crate::error::{Moving, RunError};
 use crate::geometry::Vec3;
 use crate::model::Model;
 use crate::sums::Sums;
+use crate::watch::Verdict;
 
 impl Simulation {
+    /// How the dynamic stage that was started ends, or would end now: at rest where forces are balanced and no
+    /// blocks move on against each other.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        self.state.watch.verdict(self.last.ratio())
+    }
+
+    /// Blocks that have moved since pairs last failed, or since the stage or increment began; those
+    /// first that have gone farthest in the stage.
+    #[must_use]
+    pub fn moving_blocks(&self) -> Vec<Moving> {
+        self.state.moving(&self.model)
+    }
+
     /// Looks at the sums of a step, or of a measurement, and at the contacts there.
     pub(crate) fn check(&self, sums: Sums, contacts: &Contacts) -> Result<(), RunError> {
         if sums.free.is_finite() {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 20] = [
+const ROWS: [&[&str]; 21] = [
     &["relax", "fields", "saved"],
     &["joints"],
     &["simulation"],
@@ -12,7 +12,8 @@ const ROWS: [&[&str]; 20] = [
     &["scratch"],
     &["force", "frames", "cluster"],
     &["pass"],
-    &["state", "motion"],
+    &["verdict"],
+    &["state", "motion", "pairs"],
     &["model"],
     &["sliding"],
     &["contact"],
@@ -22,13 +23,13 @@ const ROWS: [&[&str]; 20] = [
     &["pack"],
     &["charge"],
     &["geometry"],
-    &["element", "law", "rigid", "touch", "grid", "history", "sums", "energy"],
+    &["element", "law", "rigid", "touch", "grid", "history", "sums", "energy", "watch"],
     &["lanes", "simd", "deck"],
 ];
 /// Below all rows.
 const LOWEST: [&str; 1] = ["error"];
 /// Names that the front page re-exports from the lowest row.
-const RE_EXPORTED: [&str; 3] = ["Fault", "ModelError", "RunError"];
+const RE_EXPORTED: [&str; 4] = ["Fault", "ModelError", "Moving", "RunError"];
 
 fn src() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")

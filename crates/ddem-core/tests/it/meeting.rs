@@ -107,7 +107,7 @@ fn a_support_that_moves_a_block_into_another_is_named() {
     assert!(message.contains("the support fix[1] moves block 1"), "{message}");
 }
 
-/// A frame of cells, all held but for one that hangs from it by a weak joint, 0.3 above its foot.
+/// A frame of cells, all held but for one that hangs from it by a weak joint, 15 mm above its foot.
 fn frame(body: Body, divisions: u32) -> Deck {
     let mut deck = matter(1e9);
     let weak = Joint {
@@ -125,7 +125,7 @@ fn frame(body: Body, divisions: u32) -> Deck {
         edges: Some(Edges {
             x: Some(vec![0.0, 1.0, 2.0, 3.0]),
             y: Some(vec![0.0, 1.0]),
-            z: Some(vec![0.0, 1.0, 1.3, 2.3, 3.3]),
+            z: Some(vec![0.0, 1.0, 1.015, 2.015, 3.015]),
         }),
         divisions,
         body,
@@ -138,13 +138,13 @@ fn frame(body: Body, divisions: u32) -> Deck {
         z: Some(Extent::Range(z)),
         ..Where::default()
     };
-    for region in [part([1.0, 3.0], [1.0, 1.3]), part([1.0, 2.0], [1.3, 2.3])] {
+    for region in [part([1.0, 3.0], [1.0, 1.015]), part([1.0, 2.0], [1.015, 2.015])] {
         deck.remove.push(Remove { region, ..Remove::default() });
     }
     for region in [
-        part([0.0, 1.999], [0.0, 3.3]),
+        part([0.0, 1.999], [0.0, 3.015]),
         part([0.0, 3.0], [0.0, 0.999]),
-        part([0.0, 3.0], [2.301, 3.3]),
+        part([0.0, 3.0], [2.016, 3.015]),
     ] {
         deck.fix.push(fix(region, "xyz"));
     }

@@ -1,0 +1,171 @@
+//! Joint faces and pairs: two facing nodes, one on each side of a joint (§1).
+
+use crate::contact::Seated;
+use crate::geometry::Face;
+use crate::model::Model;
+
+impl Face {
+    /// Lattice steps, in block a's lattice, of the pairs in order: the first edge after the
+    /// normal's direction, cyclically, runs fastest.
+    fn steps(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
+        let (n, d) = (self.divisions as usize, self.direction as usize);
+        (0..=n).flat_map(move |k| {
+            (0..=n).map(move |i| {
+                let mut at = [0; 3];
+                at[(d + 1) % 3] = i;
+                at[(d + 2) % 3] = k;
+                at
+            })
+        })
+    }
+
+    /// Nodes on sides a and b of each pair, in order.
+    pub fn pairs<'a>(&self, model: &'a Model) -> impl Iterator<Item = [u32; 2]> + use<'a> {
+        let (face, n) = (*self, self.divisions as usize);
+        self.steps().map(move |at| {
+            let (mut on_a, mut on_b) = (at, at);
+            on_a[face.direction as usize] = n;
+            on_b[face.direction as usize] = 0;
+            [
+                model.geometry.node(face.a as usize, on_a) as u32,
+                model.geometry.node(face.b as usize, on_b) as u32,
+            ]
+        })
+    }
+
+    /// Pairs at the corners of each joint element, around it.
+    pub fn quads(&self) -> impl Iterator<Item = [u32; 4]> + use<> {
+        let (n, first) = (u32::from(self.divisions), self.first_pair);
+        (0..n).flat_map(move |k| {
+            (0..n).map(move |i| {
+                let at = |i: u32, k: u32| first + i + (n + 1) * k;
+                [at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)]
+            })
+        })
+    }
+
+    /// Unit normal, from a to b, in the reference position.
+    #[must_use]
+    pub fn normal(&self, model: &Model) -> [f64; 3] {
+        model.geometry.lattice(self.a as usize).normal(self.direction as usize).into()
+    }
+
+    /// Area `A_p` of each pair `[m²]`: a quarter of each joint element that it belongs to.
+    pub fn areas(&self, model: &Model) -> impl Iterator<Item = f64> + use<> {
+        let (lattice, d) = (model.geometry.lattice(self.a as usize), self.direction as usize);
+        let cell = model.geometry.bodies[self.a as usize].cell;
+        let quarter = lattice.joint_area(cell.map(|c| c as usize), d) / 4.0;
+        let n = self.divisions as usize;
+        self.steps().map(move |at| {
+            let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
+            quarter * f64::from(1u32 << inner)
+        })
+    }
+}
+
+impl Model {
+    /// All joints between two blocks of one lattice, whose faces match. Those of faces that do not are
+    /// in [`pairs`](Self::pairs) after them.
+    #[must_use]
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// Number of the properties of each joint between two blocks.
+    pub fn joint_numbers(&self) -> impl Iterator<Item = u16> + '_ {
+        let abutting = self.geometry.abutments.iter().map(|abutment| abutment.joint);
+        self.faces.iter().map(|face| face.joint).chain(abutting)
+    }
+
+    /// Numbers of joints and of pairs that can fail in some stage.
+    #[must_use]
+    pub fn n_breakable(&self) -> [usize; 2] {
+        let breaks = |joint: Option<u16>| joint.is_some_and(|at| self.laws[at as usize].is_some());
+        let matching = self.faces.iter().map(|face| {
+            (self.stages.any(|at| breaks(Some(face.at(at)))), (face.divisions as usize + 1).pow(2))
+        });
+        let others = self.seated.iter().map(|Seated { patch, .. }| {
+            (self.stages.any(|at| breaks(at.joint_of(patch.blocks))), patch.points.len())
+        });
+        let breakable = matching.chain(others).filter(|(breaks, _)| *breaks);
+        breakable.fold([0, 0], |[joints, pairs], (_, more)| [joints + 1, pairs + more])
+    }
+
+    /// Number of joints between two blocks.
+    #[must_use]
+    pub fn n_joints(&self) -> usize {
+        self.faces.len() + self.seated.len()
+    }
+
+    /// Number of pairs: of facing nodes, and of a node and a point of a face where faces do not match.
+    #[must_use]
+    pub fn n_pairs(&self) -> usize {
+        let last = self.seated.last().map(|joint| joint.first_pair + joint.patch.points.len());
+        last.unwrap_or_else(|| self.faces.last().map_or(0, Face::end))
+    }
+
+    /// All pairs, in order.
+    pub fn pairs(&self) -> impl Iterator<Item = PairAt> + '_ {
+        let matching = self.faces.iter().flat_map(move |face| {
+            let (normal, joint) = (face.normal(self), face.joint);
+            face.pairs(self).map(move |nodes| {
+                let [a, b] = nodes.map(|node| self.point(node as usize));
+                let point = [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]));
+                PairAt { nodes, point, normal, joint }
+            })
+        });
+        matching.chain(self.seated.iter().flat_map(|joint| self.seats(joint)))
+    }
+
+    /// Pairs of a joint between faces that do not match.
+    pub(crate) fn seats<'a>(&'a self, joint: &'a Seated) -> impl Iterator<Item = PairAt> + 'a {
+        let patch = &joint.patch;
+        let [a, b] = patch.blocks.map(|block| block as usize);
+        let number = patch.bond.as_ref().map_or(0, |bond| bond.joint);
+        let placed = self.contact.as_ref().map(|surfaces| &surfaces.blocks[..]).unwrap_or_default();
+        patch.points.iter().map(move |point| {
+            let side = |block: usize, side: usize| {
+                placed[block].seat(patch.faces()[side], &point.spots[side])
+            };
+            let [(x, on_a), (y, on_b)] = [side(a, 0), side(b, 1)];
+            let first = [a, b].map(|block| self.geometry.bodies[block].first_node);
+            PairAt {
+                nodes: [first[0] + on_a as u32, first[1] + on_b as u32],
+                point: ((x + y) / 2.0).into(),
+                normal: patch.now[0].into(),
+                joint: number,
+            }
+        })
+    }
+
+    /// Pairs at the corners of each part of all joints, around it; the last two of a triangle are one.
+    pub fn quads(&self) -> impl Iterator<Item = [u32; 4]> + '_ {
+        let seats = self.seated.iter().flat_map(|joint| {
+            joint.quads.iter().map(|quad| quad.map(|at| at + joint.first_pair as u32))
+        });
+        self.faces.iter().flat_map(Face::quads).chain(seats)
+    }
+}
+
+/// A pair of a joint at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairAt {
+    /// The nodes on sides a and b; where faces do not match, on one side the nearest one.
+    pub nodes: [u32; 2],
+    /// Between the two sides `[m]`.
+    pub point: [f64; 3],
+    /// Unit normal, from a to b.
+    pub normal: [f64; 3],
+    /// Number of the joint's properties, in sorted order of the names.
+    pub joint: u16,
+}
+
+/// Each joint face: pack and direction, lane, number of its first pair.
+pub(crate) fn face_places(
+    model: &Model,
+) -> impl Iterator<Item = ((usize, usize), usize, usize)> + use<'_> {
+    model.faces.iter().map(|face| {
+        let (pack, lane) = model.packs.slot(face.a as usize);
+        ((pack, face.direction as usize), lane, face.first_pair as usize)
+    })
+}

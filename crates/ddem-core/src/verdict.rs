@@ -1,0 +1,103 @@
+//! Which blocks have moved against each other, and how a stage ends.
+
+use crate::contact::Patch;
+use crate::error::Moving;
+use crate::geometry::Vec3;
+use crate::model::Model;
+use crate::pairs::face_places;
+use crate::state::State;
+use crate::watch::LOOK;
+
+/// Part of the motion of the block that moves most with which a block moves.
+const MOVES: f64 = 0.1;
+
+/// Each two blocks with failed pairs between them, or in contact, some of them twice.
+fn loose(model: &Model, state: &State) -> Vec<[u32; 2]> {
+    let State { breaks, contacts, .. } = state;
+    let broken = model.faces.iter().zip(face_places(model)).filter(|(_, ((pack, d), lane, _))| {
+        breaks.get(*pack, 1 << d).is_some_and(|broken| broken.has_failed(*lane))
+    });
+    let failed = |patch: &&Patch| match &patch.bond {
+        Some(bond) => bond.pairs.iter().any(|pair| pair.mode.is_some()),
+        None => !patch.points.is_empty(),
+    };
+    let broken = broken.map(|(face, _)| [face.a, face.b]);
+    let patches = contacts.patches.iter().filter(failed).map(|patch| patch.blocks);
+    let all = broken.chain(patches).chain(contacts.ended.iter().map(|(blocks, _)| *blocks));
+    all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block as usize))).collect()
+}
+
+/// Mean displacement of each block `[m]`.
+fn places(model: &Model, state: &State) -> Vec<[f64; 3]> {
+    let place = |block: usize| {
+        let nodes = model.nodes_of(block);
+        let part = 1.0 / nodes.len() as f64;
+        let sum = nodes.map(|node| Vec3::from(model.get(&state.u, node))).sum::<Vec3>();
+        (sum * part).into()
+    };
+    (0..model.n_blocks()).map(place).collect()
+}
+
+impl State {
+    /// What moves from now on is new: a stage begins, or an increment, or pairs have failed.
+    pub(crate) fn watch_anew(&mut self, model: &Model, stage: bool) {
+        let places = places(model, self);
+        self.watch.begin((self.steps, stage), places);
+    }
+
+    /// Notes how far blocks have moved against each other since, where it is time to.
+    pub(crate) fn look_at_motion(&mut self, model: &Model, ratio: f64) {
+        if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(LOOK) {
+            return;
+        }
+        let part = |(blocks, distance): ([usize; 2], f64)| {
+            let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block));
+            distance / a.min(b)
+        };
+        let most = self.apart(model).into_iter().map(part).fold(0.0, f64::max);
+        self.watch.looks.push([most, ratio]);
+    }
+
+    /// How far neighbours that no joint holds together have moved against each other since the last event `[m]`.
+    fn apart(&self, model: &Model) -> Vec<([usize; 2], f64)> {
+        let (now, then) = (places(model, self), &self.watch.places[1]);
+        let way = |block: usize| Vec3::from(now[block]) - place(then, block);
+        let apart = |blocks: [u32; 2]| {
+            let [a, b] = blocks.map(|block| block as usize);
+            ([a, b], (way(b) - way(a)).norm())
+        };
+        loose(model, self).into_iter().map(apart).collect()
+    }
+
+    /// The two blocks that have moved farthest against each other since, and how far `[m]`.
+    pub(crate) fn farthest(&self, model: &Model) -> ([usize; 2], f64) {
+        let farthest = self.apart(model).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        farthest.unwrap_or_default()
+    }
+
+    /// Blocks that have moved since the last event, those first that have gone farthest in the stage.
+    pub(crate) fn moving(&self, model: &Model) -> Vec<Moving> {
+        let [first, last] = &self.watch.places;
+        let now = places(model, self);
+        let way = |from: &[[f64; 3]], block: usize| Vec3::from(now[block]) - place(from, block);
+        let there = || (0..now.len()).filter(|&block| !model.is_removed(block));
+        let most = there().map(|block| way(last, block).norm()).fold(0.0, f64::max);
+        let moves = there().filter(|&block| most > 0.0 && way(last, block).norm() >= MOVES * most);
+        let mut moving: Vec<Moving> = moves
+            .map(|block| {
+                let way = way(first, block);
+                let direction = way.try_normalize(0.0).unwrap_or_default();
+                // No −0.00 in messages.
+                let direction = direction.map(|d| if d.abs() < 5e-3 { 0.0 } else { d }).into();
+                Moving { set: model.set_name(block), block, distance: way.norm(), direction }
+            })
+            .collect();
+        moving.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.block.cmp(&b.block)));
+        moving
+    }
+}
+
+/// Where a block was; a state that was saved without it begins where nothing has moved.
+fn place(places: &[[f64; 3]], block: usize) -> Vec3 {
+    places.get(block).map_or_else(Vec3::zeros, |place| Vec3::from(*place))
+}

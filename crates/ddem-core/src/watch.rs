@@ -1,0 +1,147 @@
+//! §7: whether blocks that no bonded joint holds go on moving against each other.
+//!
+//! A *look* every [`LOOK`] steps notes how far any two blocks have moved against each other since the last
+//! event (the start of a stage or an increment, or a failure), as a part of an edge, and the unbalanced force
+//! ratio. A mechanism slides on under an unbalanced force that stays; what finds an equilibrium
+//! slows down as its forces fade.
+
+/// Steps from look to look.
+pub(crate) const LOOK: u64 = 200;
+/// Steps after an event within which nothing is said.
+const SOON: u64 = 1000;
+/// The same, where no stage has been near equilibrium yet.
+const UNKNOWN: u64 = 2500;
+/// Growth of a motion from the middle of the looks to the last one.
+const GROWS: f64 = 1.5;
+/// Part of the unbalanced ratio of the first half that a motion without end keeps in the second.
+const KEEPS: f64 = 0.8;
+/// Motion as a part of an edge that is more than what finds its place.
+const FAR: f64 = 0.02;
+/// Motion as a part of an edge below which it may be rounding.
+const LEAST: f64 = 1e-6;
+/// Times the first steps after which a motion that grows is one without end, however slow.
+const LONG: u64 = 4;
+/// Motion as a part of an edge that is none.
+const STILL: f64 = 1e-4;
+/// Unbalanced force ratio with which blocks are at rest.
+const BALANCED: f64 = 1e-2;
+
+/// How a stage ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Verdict {
+    /// In equilibrium.
+    AtRest,
+    /// Blocks move on against each other.
+    Fails,
+    /// Neither can be said.
+    #[default]
+    Undecided,
+}
+
+/// What is known of the motion since the last event.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Watch {
+    /// Step of the last event.
+    pub(crate) since: u64,
+    /// Most steps from an event to where its forces were nearly in equilibrium; 0: not known.
+    pub(crate) calm: u64,
+    /// Motion as a part of an edge, and the unbalanced force ratio, at each look.
+    pub(crate) looks: Vec<[f64; 2]>,
+    /// Mean displacement of each block at the start of the stage and at the event `[m]`.
+    pub(crate) places: [Vec<[f64; 3]>; 2],
+}
+
+impl Watch {
+    /// An event: what moves from now on is new. The first one of a stage begins it.
+    pub(crate) fn begin(&mut self, (step, stage): (u64, bool), places: Vec<[f64; 3]>) {
+        if stage || self.places[0].len() != places.len() {
+            self.places[0].clone_from(&places);
+        }
+        self.places[1] = places;
+        self.since = step;
+        self.looks.clear();
+    }
+
+    /// Forces are nearly in equilibrium.
+    pub(crate) fn note_calm(&mut self, step: u64) {
+        self.calm = self.calm.max(step - self.since.min(step));
+    }
+
+    /// Whether a relaxation has become a motion without end.
+    pub(crate) fn fails(&self) -> bool {
+        let known = if self.calm == 0 { UNKNOWN } else { SOON.max(2 * self.calm) };
+        let steps = LOOK * self.looks.len() as u64;
+        let far = self.looks.last().is_some_and(|look| look[0] >= FAR);
+        steps >= known && self.grows() && self.keeps() && (far || steps >= LONG * known)
+    }
+
+    /// Verdict on a stage in time.
+    pub(crate) fn verdict(&self, ratio: f64) -> Verdict {
+        let motion = |at: usize| self.looks.get(at).map_or(0.0, |look| look[0]);
+        let last = self.looks.len().saturating_sub(1);
+        if motion(last) >= FAR && self.grows() {
+            Verdict::Fails
+        } else if ratio <= BALANCED && motion(last) - motion(3 * last / 4) <= STILL {
+            Verdict::AtRest
+        } else {
+            Verdict::Undecided
+        }
+    }
+
+    /// True where the second half of the motion is as long as the first, nearly.
+    fn grows(&self) -> bool {
+        let Some(&[last, _]) = self.looks.last() else { return false };
+        last >= LEAST && last >= GROWS * self.looks[self.looks.len() / 2][0]
+    }
+
+    /// True where the unbalanced force does not fade.
+    fn keeps(&self) -> bool {
+        let half = self.looks.len() / 2;
+        let least = |looks: &[[f64; 2]]| looks.iter().map(|look| look[1]).fold(f64::MAX, f64::min);
+        least(&self.looks[half..]) >= KEEPS * least(&self.looks[half / 2..half.max(1)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks at a motion over steps.
+    fn watched(steps: u64, motion: impl Fn(f64) -> [f64; 2]) -> Watch {
+        let looks = (1..=steps / LOOK).map(|i| motion((i * LOOK) as f64)).collect();
+        Watch { calm: 400, looks, ..Watch::default() }
+    }
+
+    #[test]
+    fn a_steady_push_fails() {
+        // Slip of a free block in a relaxation: it grows with the square of the steps.
+        let slides = |steps: f64| [1e-8 * steps * steps, 3e-3];
+        assert!(!watched(800, slides).fails());
+        assert!(watched(2000, slides).fails());
+        // However slow, in the end.
+        let creeps = |steps: f64| [1e-12 * steps * steps, 3e-3];
+        assert!(!watched(2000, creeps).fails());
+        assert!(watched(6000, creeps).fails());
+    }
+
+    #[test]
+    fn what_finds_its_place_does_not() {
+        let fades = |steps: f64| [0.5 * (1.0 - (-steps / 500.0).exp()), (-steps / 500.0).exp()];
+        let swings =
+            |steps: f64| [0.1 * (1.0 - (steps / 900.0).cos()), (steps / 900.0).cos().abs()];
+        for steps in (1000..20_000).step_by(200) {
+            assert!(!watched(steps, fades).fails(), "{steps}");
+            assert!(steps < 2000 || !watched(steps, |s| [swings(s)[0], 1e-2 / s]).fails());
+        }
+    }
+
+    #[test]
+    fn rest_in_time_is_balance_without_motion() {
+        let rests = |steps: f64| [0.01 * (1.0 - (-steps / 500.0).exp()), 1e-4];
+        assert_eq!(watched(10_000, rests).verdict(1e-4), Verdict::AtRest);
+        assert_eq!(watched(10_000, rests).verdict(0.1), Verdict::Undecided);
+        let slides = |steps: f64| [1e-8 * steps * steps, 1e-4];
+        assert_eq!(watched(10_000, slides).verdict(1e-4), Verdict::Fails);
+        assert_eq!(Watch::default().verdict(1e-4), Verdict::AtRest);
+    }
+}
