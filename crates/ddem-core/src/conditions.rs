@@ -212,6 +212,14 @@ impl Conditions {
         self.fixed.iter().map(way).collect()
     }
 
+    /// Whether a charge has gone off within a span of time `[s]`.
+    pub(crate) fn have_gone_off(&self, span: f64, time: f64, starts: &[f64]) -> bool {
+        self.charged.iter().any(|Charged { delay, period, .. }| {
+            let begun = period.from.is_none_or(|from| from < starts.len());
+            begun && (0.0..span).contains(&(period.since(time, starts) - delay))
+        })
+    }
+
     /// Velocity of each fix at a time `[m/s]`.
     pub(crate) fn velocities(&self, time: f64, starts: &[f64]) -> Result<Vec<[f64; 3]>, RunError> {
         let velocity = |(index, fix): (usize, &Fixed)| {

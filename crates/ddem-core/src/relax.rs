@@ -171,7 +171,7 @@ impl Simulation {
     /// A number that is not finite.
     pub fn relax_step(&mut self, tolerance: f64) -> Result<Relaxed, RunError> {
         if self.relaxation.is_none() {
-            self.start_relaxation(1)?;
+            self.start_relaxation(self.default_increments())?;
         }
         let Some(mut relaxation) = self.relaxation.take() else { return Ok(Relaxed::Done) };
         let result = self.relax_with(&mut relaxation, tolerance);
@@ -320,7 +320,7 @@ impl Simulation {
     /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached;
     /// [`RunError::OutOfReach`] where rounding keeps it above the tolerance; a number that is not finite.
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
-        self.start_relaxation(1)?;
+        self.start_relaxation(self.default_increments())?;
         for step in 0..=max_steps {
             let relaxed = self.relax_step(tolerance);
             if matches!(relaxed, Err(_) | Ok(Relaxed::Done)) {

@@ -56,7 +56,8 @@ impl Simulation {
     /// max_steps : int, optional
     ///     After which it fails; 200 000 without it.
     /// increments : int, optional
-    ///     Equal parts in which loads reach their value; 1 without it.
+    ///     Equal parts in which loads reach their value; without it 1, and 10 where supports are driven
+    ///     by a `displacement`.
     /// record : path, optional
     ///     Folder of the results, with the files that a deck gives. What one simulation writes to
     ///     one folder is one run; those of another model are not overwritten.

@@ -21,6 +21,8 @@ pub(crate) struct Look<'a> {
     pub(crate) turning: bool,
     /// Slip goes on from the last equilibrium, not from the last step.
     pub(crate) relaxing: bool,
+    /// Failed pairs and contacts have no dashpots now.
+    pub(crate) undamped: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
     /// Time since the last look, 0 in relaxation, none in the first half step of a stage `[s]`.
@@ -168,7 +170,7 @@ impl Broken {
                     let bore = point.memory.traction;
                     let bearing = Bearing {
                         stiffness: k,
-                        dashpot: seam.dashpot.0[lane],
+                        dashpot: if look.undamped { 0.0 } else { seam.dashpot.0[lane] },
                         time_step: look.time_step,
                     };
                     let mut loss = bearing.act(law, opening, &mut point.memory);

@@ -236,23 +236,6 @@ impl Charge {
         }
     }
 
-    /// The most work that it can have done once it has gone off, after these displacements `[J]`: all that
-    /// is in a gas that expands, and of a history in time its pressure at factor 1 on what the walls have
-    /// swept.
-    pub(crate) fn most_work(&self, u: &[Vec3], fills: &[Fill]) -> f64 {
-        match self.gas {
-            Some(gas) => self.pressure * gas.part(gas.start, 0.0) * gas.start / (gas.gamma - 1.0),
-            None => {
-                let shells = self.shells.iter().zip(fills);
-                let swept = shells.filter_map(|(shell, fill)| {
-                    let now = fill.left.unwrap_or_else(|| shell.volume(&self.start, u));
-                    Some(now - fill.began?)
-                });
-                self.pressure * swept.sum::<f64>().max(0.0)
-            }
-        }
-    }
-
     /// What it does after these displacements of its nodes.
     pub(crate) fn push(&self, u: &[Vec3], fills: &[Fill]) -> Push {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];

@@ -56,7 +56,8 @@ impl Patch {
         let renewed = std::mem::take(&mut self.renewed);
         let time_step = (!renewed && !placing.start).then_some(placing.last.1);
         let stiffness = Stiffness { normal, shear };
-        let bearing = Bearing { stiffness, dashpot: self.both.dashpot, time_step };
+        let dashpot = if placing.undamped { 0.0 } else { self.both.dashpot };
+        let bearing = Bearing { stiffness, dashpot, time_step };
         let [a, b] = self.blocks.map(|block| block as usize);
         let [face_a, face_b] = self.faces();
         let spacing = self.spacing(placing);

@@ -124,6 +124,7 @@ pub(crate) fn seated(
         small: true,
         last: (&still, 0.0),
         start: true,
+        undamped: true,
     };
     let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
     let bond = |abutment: &Abutment| {
@@ -271,7 +272,8 @@ impl Patch {
         let law = bond.law(look);
         let [normal, shear] = self.both.stiffness;
         let stiffness = Stiffness { normal, shear };
-        let (dashpot, time_step) = (self.both.dashpot, look.time_step);
+        let dashpot = if look.undamped { 0.0 } else { self.both.dashpot };
+        let time_step = look.time_step;
         let bearing = Bearing { stiffness, dashpot, time_step };
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         let turns = look.turning && law.is_some_and(|law| law.bonds());

@@ -53,6 +53,8 @@ pub(crate) struct Placing<'a> {
     pub(crate) last: (&'a [Lanes], f64),
     /// Nothing has moved since the last look: the first half step of a stage.
     pub(crate) start: bool,
+    /// As in [`Look`](crate::breaks::Look).
+    pub(crate) undamped: bool,
 }
 
 pub(crate) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {

@@ -67,11 +67,10 @@ impl ContactTable {
 
 impl Deck {
     /// Damping of contacts, of failed pairs and of the blocks around them, as a fraction of critical: that of `contact`,
-    /// or 0.2; none by default in a deck with charges, whose waves are to cross broken rock.
+    /// or 0.2, but not while waves of charges cross the model.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
-        let default = if self.charge.is_empty() { DEFAULT_DAMPING } else { 0.0 };
-        self.contact.damping_ratio().unwrap_or(default)
+        self.contact.damping_ratio().unwrap_or(DEFAULT_DAMPING)
     }
 
     /// Whether new contacts between blocks are looked for: as `model.contact` says; otherwise where

@@ -17,7 +17,8 @@ pub struct Stage {
     /// relax: steps after which the stage fails; default 200 000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<u64>,
-    /// relax: equal parts in which loads reach their value; default 1.
+    /// relax: equal parts in which loads reach their value; default 1, and 10 where supports are driven by a
+    /// `displacement`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub increments: Option<u32>,
     /// dynamic: simulated time `[s]`.

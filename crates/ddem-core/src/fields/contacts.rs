@@ -120,6 +120,7 @@ impl Simulation {
             small: !self.model.corotational(),
             last: (&self.state.v, 0.0),
             start: true,
+            undamped: true,
         };
         let patches =
             self.scratch.trial_contacts.patches.par_iter().filter(|patch| is_contact(patch));

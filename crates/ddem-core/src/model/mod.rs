@@ -28,6 +28,9 @@ use crate::pack::Packs;
 use crate::seams::{Seam, Seams};
 use crate::sliding::Sliding;
 
+/// Times that waves of a charge cross the model, on its diagonal, before joints and contacts are damped again.
+const CROSSINGS: f64 = 10.0;
+
 /// A model: what is where, its elements, supports and loads.
 #[derive(Debug)]
 pub struct Model {
@@ -272,6 +275,19 @@ impl Model {
     #[must_use]
     pub fn block_of(&self, node: usize) -> usize {
         self.geometry.locate(node).0
+    }
+
+    /// Whether waves of charges are on their way through the model: there is no damping of failed joints
+    /// and contacts then, unless the deck says so.
+    pub(crate) fn is_shaken(&self, time: f64, starts: &[f64]) -> bool {
+        if self.conditions.charged.is_empty() || self.deck.contact.damping_ratio().is_some() {
+            return false;
+        }
+        let speeds =
+            self.constants.materials.iter().map(|rock| (rock.p_modulus() / rock.density).sqrt());
+        let [low, high] = self.geometry.bounds;
+        let span = CROSSINGS * (high - low).norm() / speeds.fold(f64::INFINITY, f64::min);
+        self.conditions.have_gone_off(span, time, starts)
     }
 
     /// Nodes of a block.

@@ -5,6 +5,9 @@ use crate::lanes::Lanes;
 use crate::state::Memory;
 use crate::step::shift;
 
+/// Increments of relaxations that drive supports.
+const DRIVEN: u32 = 10;
+
 impl Simulation {
     /// Begins an increment: strengths and supports go their part of the way.
     pub(crate) fn begin_increment(&mut self, memory: &Memory) {
@@ -35,6 +38,15 @@ impl Simulation {
         }
         state.breaks.look_again();
         self.measured = None;
+    }
+
+    /// Increments of the relaxation that comes, where nobody says how many: several where supports are driven, as
+    /// joints that fail under all of a way at once have another history.
+    #[must_use]
+    pub fn default_increments(&self) -> u32 {
+        let driven = self.state.fresh.map(|fresh| (fresh.first, self.state.stage));
+        let ways = driven.map(|stages| self.model.conditions.ways(stages, 1.0)).unwrap_or_default();
+        if ways.iter().flatten().any(|way| *way != 0.0) { DRIVEN } else { 1 }
     }
 
     /// Ways of the fixes in one increment `[m]`.

@@ -341,7 +341,9 @@ impl Simulation {
 
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {
         self.sliding.clear();
-        if !self.motion.fictitious {
+        let State { time, stage_starts, .. } = &self.state;
+        let undamped = self.model.is_shaken(*time, stage_starts);
+        if !self.motion.fictitious && !undamped {
             let failed = self.state.failed != [0; 2];
             let joints = (failed, &self.state.breaks, &self.state.contacts);
             self.model.sliding.rates(&self.model.packs, joints, &mut self.sliding);
@@ -359,6 +361,7 @@ impl Simulation {
             sliding: &self.sliding,
             failing: (!self.motion.fictitious && !self.holds).then_some(1.0),
             turning: self.model.can_meet(),
+            undamped,
             waits: false,
             time: self.state.time,
         };

@@ -97,13 +97,6 @@ impl Simulation {
         })
     }
 
-    /// The most work that the charges which have gone off can have done `[J]`.
-    #[must_use]
-    pub fn most_work_of_charges(&self) -> f64 {
-        let off = self.charged().filter(|(_, fills)| fills.iter().any(|f| f.began.is_some()));
-        off.map(|(charge, fills)| charge.most_work(&self.moved(charge), fills)).sum()
-    }
-
     /// Gas that goes off now where there is less room than at the start is stiffer, and its step shorter.
     pub(super) fn look_at_new_gas(&mut self) -> Result<(), RunError> {
         if self.state.fills.iter().all(|fill| fill.began.is_some()) {

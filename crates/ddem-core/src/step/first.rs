@@ -30,6 +30,7 @@ pub(crate) struct Pass<'a> {
     pub(crate) turning: bool,
     /// As in [`Look`].
     pub(crate) relaxing: bool,
+    pub(crate) undamped: bool,
     /// Whether a step in which pairs fail is not taken: contacts stay as they are then.
     pub(crate) waits: bool,
     /// Present time `[s]`.
@@ -56,6 +57,7 @@ impl<'a> Pass<'a> {
             failing: None,
             turning: false,
             relaxing: false,
+            undamped: false,
             waits: false,
             time: 0.0,
             last: None,
@@ -69,9 +71,9 @@ impl<'a> Pass<'a> {
 
     /// How pairs are looked at.
     fn look(&self) -> Look<'a> {
-        let Self { model, failing, turning, relaxing, time, last, way: (_, time_step), .. } = *self;
-        let time_step = last.map(|_| time_step);
-        Look { failing, turning, relaxing, time, time_step, laws: &model.laws }
+        let Self { model, failing, turning, relaxing, undamped, time, .. } = *self;
+        let time_step = self.last.map(|_| self.way.1);
+        Look { failing, turning, relaxing, undamped, time, time_step, laws: &model.laws }
     }
 }
 
@@ -134,7 +136,8 @@ fn meeting<'a>(
     let small = !pass.model.corotational();
     let start = pass.last.is_none();
     let blocks = &surfaces.blocks;
-    (ground, Placing { blocks, u: pass.u, frames, small, last: pass.way, start })
+    let undamped = pass.undamped;
+    (ground, Placing { blocks, u: pass.u, frames, small, last: pass.way, start, undamped })
 }
 
 pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {

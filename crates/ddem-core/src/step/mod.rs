@@ -61,6 +61,8 @@ pub(crate) struct Context<'a> {
     pub(crate) gravity: [f64; 3],
     /// α of the bodies of each pack that slide, or nothing `[1/s]`.
     pub(crate) sliding: &'a [Lanes],
+    /// As in [`Pass`].
+    pub(crate) undamped: bool,
     /// Velocity of each fix half a step ahead `[m/s]`.
     pub(crate) velocities: &'a [[f64; 3]],
     /// As in [`Pass`].
@@ -351,6 +353,7 @@ impl<'a> Context<'a> {
             u,
             failing: self.failing,
             turning: self.turning,
+            undamped: self.undamped,
             relaxing: self.motion.fictitious,
             waits: self.waits,
             time: self.time,

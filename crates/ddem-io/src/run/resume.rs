@@ -25,8 +25,8 @@ pub(super) struct Cursor {
     pub(super) time_step: f64,
     /// What friction had taken when it began `[J]`.
     pub(super) friction: f64,
-    /// What charges that had gone off by then could do and is not in the motion of then `[J]`.
-    pub(super) spent: f64,
+    /// Energy that was out of balance then, against the largest.
+    pub(super) imbalance: f64,
     /// Wall time that it has taken `[s]`.
     pub(super) seconds: f64,
     /// Stages that are done.
@@ -41,8 +41,8 @@ pub(super) fn save(
     position: Position,
 ) -> Result<(), crate::OutputError> {
     let saved = simulation.save();
-    let Cursor { seconds, begun, time_step, friction, spent, .. } = *cursor;
-    let run = [seconds, begun, time_step, position.last_frame, friction, spent];
+    let Cursor { seconds, begun, time_step, friction, imbalance, .. } = *cursor;
+    let run = [seconds, begun, time_step, position.last_frame, friction, imbalance];
     let mut arrays: Vec<(&str, &[f64])> =
         saved.arrays.iter().map(|(name, v)| (name.as_str(), v.as_slice())).collect();
     arrays.push(("run", &run));
@@ -77,7 +77,7 @@ pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
     let checkpoint = Checkpoint::load(path)?;
     let read = || {
         let count = |name: &str| checkpoint.counters.get(name).copied();
-        let &[seconds, begun, time_step, last_frame, friction, spent] =
+        let &[seconds, begun, time_step, last_frame, friction, imbalance] =
             checkpoint.arrays.get("run")?.as_slice()
         else {
             return None;
@@ -89,7 +89,7 @@ pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
             begun,
             time_step,
             friction,
-            spent,
+            imbalance,
             seconds,
             done: serde_json::from_str(checkpoint.texts.get("stages")?).ok()?,
         };

@@ -220,8 +220,10 @@ impl<'a> Running<'a> {
             unbalanced,
             imbalance: simulation.energy().imbalance(),
         };
-        let doubts =
-            [unbalanced_energy(summary.imbalance, relax), flutter(simulation, self.stage, cursor)];
+        let doubts = [
+            unbalanced_energy(summary.imbalance, cursor.imbalance, relax),
+            flutter(simulation, self.stage, cursor),
+        ];
         let went_off = gone_off(simulation, &self.off);
         for doubt in doubts.iter().flatten().chain(&went_off) {
             self.observer.event(Event::Warning(doubt));
@@ -277,7 +279,9 @@ impl Moved {
         let Self { simulation, cursor, .. } = self;
         cursor.steps = match stage.kind {
             StageKind::Relax => {
-                simulation.start_relaxation(stage.increments.unwrap_or(1))?;
+                let increments =
+                    stage.increments.unwrap_or_else(|| simulation.default_increments());
+                simulation.start_relaxation(increments)?;
                 stage.max_steps.unwrap_or(200_000)
             }
             StageKind::Dynamic => {
@@ -292,8 +296,7 @@ impl Moved {
         cursor.step = Some(0);
         cursor.begun = simulation.time();
         let energy = simulation.energy();
-        cursor.friction = energy.friction;
-        cursor.spent = (simulation.most_work_of_charges() - energy.kinetic).max(0.0);
+        (cursor.friction, cursor.imbalance) = (energy.friction, energy.imbalance());
         cursor.time_step = simulation.time_step();
         Ok(())
     }
@@ -322,9 +325,7 @@ fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     move |source| RunFailure::Stage { stage: stage.clone(), source }
 }
 
-/// Warning about deformable blocks that slide where a deck has turned all damping off. Friction that takes no more than
-/// explosives have given, in this stage or to the motion with which it began, is theirs: blocks are thrown
-/// then, and shaken by waves, and do not slide steadily.
+/// Warning about deformable blocks that slide where a deck has turned all damping off.
 fn flutter(simulation: &mut Simulation, stage: &Stage, begun: &Cursor) -> Option<String> {
     let contact = simulation.model().deck().damping_ratio();
     let undamped = stage.damping.unwrap_or_default() == Damping::None && contact == 0.0;
@@ -335,10 +336,9 @@ fn flutter(simulation: &mut Simulation, stage: &Stage, begun: &Cursor) -> Option
     let most = energy.kinetic.max(energy.external.abs());
     let model = simulation.model();
     let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
-    let slid = (SLID * most).max(simulation.most_work_of_charges() - begun.spent);
-    (!rigid && energy.friction - begun.friction > slid).then(|| {
-        "deformable blocks have slid without damping (`damping` in `[contact]` is 0, as it is by default with \
-         charges); such blocks flutter and slide too easily: look whether 0.2 changes the answer"
+    (!rigid && energy.friction - begun.friction > SLID * most).then(|| {
+        "deformable blocks have slid without damping (`damping` in `[contact]` is 0); such blocks flutter and \
+         slide too easily: look whether 0.2 changes the answer"
             .to_owned()
     })
 }
@@ -372,10 +372,10 @@ fn gone_off(simulation: &Simulation, before: &[bool]) -> Vec<String> {
     said.collect()
 }
 
-/// Warning about energy that is out of balance.
-fn unbalanced_energy(imbalance: f64, relax: bool) -> Option<String> {
+/// Warning about energy that has gone out of balance in a stage.
+fn unbalanced_energy(imbalance: f64, before: f64, relax: bool) -> Option<String> {
     let help = if relax { "more `increments`" } else { "a shorter `time_step`" };
-    (imbalance > MUCH).then(|| {
+    (imbalance > MUCH && imbalance > before + 0.5 * MUCH).then(|| {
         format!(
             "{:.1} % of the largest energy has come or gone without a cause (`balance` and `contact` in \
              energy.csv): look whether {help} changes the answer",

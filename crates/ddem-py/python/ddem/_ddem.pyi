@@ -213,7 +213,7 @@ class Simulation:
         *,
         tolerance: float = 1e-5,
         max_steps: int = 200_000,
-        increments: int = 1,
+        increments: int | None = None,
         name: str | None = None,
         record: Path | None = None,
         quiet: bool = False,
