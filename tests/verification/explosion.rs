@@ -228,8 +228,8 @@ fn a_block_of_rock_is_blasted() {
     let energy = simulation.energy();
     check(case, "work of the gas [J]", exact, energy.external, Relative(1e-2));
     let kept = energy.kinetic + energy.strain_bodies + energy.strain_joints;
-    let found = kept + energy.friction + energy.fracture + energy.contact;
-    check(case, "motion, strain, friction and fracture [J]", exact, found, Relative(1e-2));
+    let found = kept + energy.friction + energy.fracture + energy.contact + energy.damping;
+    check(case, "motion, strain, friction, fracture and damping [J]", exact, found, Relative(1e-2));
     let deep = watched.deepest;
     assert!(deep < 0.05, "not plausible: blocks {deep} of the shorter edge in each other");
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use ddem_core::Verdict;
 use ddem_io::run::{Event, Observer, Progress, Report};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -232,7 +233,11 @@ fn ratio(unbalanced: f64) -> String {
 
 /// The line at the end of a stage; `failed` are the pairs that have failed since the run began.
 fn end(stage: &StageSummary, failed: u64) -> String {
-    let mut line = format!("{}: done in {} steps", stage.name, stage.steps);
+    let verdict = match (stage.verdict, stage.kind.as_str()) {
+        (Verdict::Undecided, "dynamic") => "done".to_owned(),
+        (verdict, _) => verdict.to_string(),
+    };
+    let mut line = format!("{}: {verdict} after {} steps", stage.name, stage.steps);
     if let Some(time) = clock(stage.wall_seconds) {
         line += &format!(" and {time}");
     }
@@ -253,9 +258,9 @@ fn end(stage: &StageSummary, failed: u64) -> String {
 fn rate(rate: f64) -> Option<String> {
     let (scale, unit) = match rate {
         _ if !rate.is_finite() || rate <= 0.0 => return None,
-        _ if rate < 999_950.0 => (1e3, "k/s"),
-        _ if rate < 999_950_000.0 => (1e6, "M/s"),
-        _ => (1e9, "G/s"),
+        _ if rate < 999_950.0 => (1e3, "thousand node updates/s"),
+        _ if rate < 999_950_000.0 => (1e6, "million node updates/s"),
+        _ => (1e9, "billion node updates/s"),
     };
     Some(format!("{:.1} {unit}", rate / scale))
 }
@@ -301,7 +306,7 @@ mod tests {
         let mut progress = relaxing(3.2e-4);
         insta::assert_snapshot!(
             figures(&progress).join("  "),
-            @"1200/200000  unbalanced 3.2e-4 → 1e-6  48.2 M/s  1 min 20 s left"
+            @"1200/200000  unbalanced 3.2e-4 → 1e-6  48.2 million node updates/s  1 min 20 s left"
         );
         progress = Progress {
             failed_pairs: 7,
@@ -312,7 +317,7 @@ mod tests {
         };
         insta::assert_snapshot!(
             figures(&progress).join("  "),
-            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4  7 failed  12 contacts  48.2 M/s"
+            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4  7 failed  12 contacts  48.2 million node updates/s"
         );
     }
 
@@ -337,6 +342,7 @@ mod tests {
         insta::assert_snapshot!(beginning(&progress), @"load: 200000 steps, from step 1200 on");
         let stage = StageSummary {
             name: "load".into(),
+            verdict: Verdict::AtRest,
             steps: 1234,
             wall_seconds: 12.3,
             unbalanced: 9.81e-7,
@@ -344,12 +350,12 @@ mod tests {
             ..StageSummary::default()
         };
         insta::assert_snapshot!(
-            end(&stage, 0), @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, 48.2 M/s"
+            end(&stage, 0), @"load: at rest after 1234 steps and 12 s, unbalanced 9.8e-7, 48.2 million node updates/s"
         );
         let stage = StageSummary { imbalance: 3.4e-5, ..stage };
         insta::assert_snapshot!(
             end(&stage, 7),
-            @"load: done in 1234 steps and 12 s, unbalanced 9.8e-7, energy off by 3e-5, 7 pairs failed, 48.2 M/s"
+            @"load: at rest after 1234 steps and 12 s, unbalanced 9.8e-7, energy off by 3e-5, 7 pairs failed, 48.2 million node updates/s"
         );
     }
 
@@ -377,7 +383,14 @@ mod tests {
         let shown = rates.iter().map(Option::as_deref).collect::<Vec<_>>();
         assert_eq!(
             shown,
-            [Some("48.2 M/s"), Some("1.0 M/s"), Some("1.2 k/s"), Some("2.0 G/s"), None, None]
+            [
+                Some("48.2 million node updates/s"),
+                Some("1.0 million node updates/s"),
+                Some("1.2 thousand node updates/s"),
+                Some("2.0 billion node updates/s"),
+                None,
+                None
+            ]
         );
         let times = [0.26, 59.6, 3725.0, 90_000.0, -1.0, f64::INFINITY].map(clock);
         let shown = times.iter().map(Option::as_deref).collect::<Vec<_>>();

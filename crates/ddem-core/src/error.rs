@@ -2,12 +2,15 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// A block that moves on where a stage fails.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moving {
     /// Name of its set.
     pub set: String,
     /// Number of the block.
+    #[serde(rename = "index")]
     pub block: usize,
     /// How far its nodes have moved in the stage, in the mean `[m]`.
     pub distance: f64,

@@ -274,10 +274,7 @@ impl Simulation {
         if !self.state.watch.fails() {
             return Ok(());
         }
-        let (blocks, distance) = self.state.farthest(&self.model);
-        let moving = self.moving_blocks();
-        let failed = self.state.failed.iter().sum();
-        Err(RunError::Collapsed { blocks, distance, moving, ratio, failed })
+        Err(self.collapse())
     }
 
     /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks

@@ -5,6 +5,10 @@
 //! ratio. A mechanism slides on under an unbalanced force that stays; what finds an equilibrium
 //! slows down as its forces fade.
 
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
 /// Steps from look to look.
 pub(crate) const LOOK: u64 = 200;
 /// Steps after an event within which nothing is said.
@@ -23,19 +27,33 @@ const LEAST: f64 = 1e-6;
 const LONG: u64 = 4;
 /// Motion as a part of an edge that is none.
 const STILL: f64 = 1e-4;
+/// Looks before a stage in time may end.
+const ENOUGH: usize = 10;
 /// Unbalanced force ratio with which blocks are at rest.
 const BALANCED: f64 = 1e-2;
 
 /// How a stage ends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// In equilibrium.
+    #[serde(rename = "at rest")]
     AtRest,
     /// Blocks move on against each other.
     Fails,
     /// Neither can be said.
     #[default]
     Undecided,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AtRest => "at rest",
+            Self::Fails => "fails",
+            Self::Undecided => "undecided",
+        })
+    }
 }
 
 /// What is known of the motion since the last event.
@@ -86,6 +104,13 @@ impl Watch {
         } else {
             Verdict::Undecided
         }
+    }
+
+    /// Verdict on a stage in time that ends with it, once there is one.
+    pub(crate) fn decided(&self, ratio: f64) -> Option<Verdict> {
+        let known = self.looks.len() >= ENOUGH;
+        let verdict = Some(self.verdict(ratio)).filter(|_| known)?;
+        (verdict != Verdict::Undecided).then_some(verdict)
     }
 
     /// True where the second half of the motion is as long as the first, nearly.

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use ddem_core::{ChargeSize, Interface};
+use ddem_core::{ChargeSize, Interface, Moving, Verdict};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::output_error::OutputError;
@@ -137,6 +137,12 @@ pub struct StageSummary {
     pub name: String,
     /// Kind in the deck.
     pub kind: String,
+    /// How it ends.
+    #[serde(default)]
+    pub verdict: Verdict,
+    /// Blocks that move where it fails, those first that have gone farthest in the stage.
+    #[serde(default)]
+    pub moving: Vec<Moving>,
     /// Steps taken.
     pub steps: u64,
     /// Time step `[s]`.

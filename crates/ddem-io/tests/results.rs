@@ -111,6 +111,8 @@ fn summary_has_the_documented_keys() {
     let mut documented = [
         "name",
         "kind",
+        "verdict",
+        "moving",
         "steps",
         "time_step",
         "wall_seconds",

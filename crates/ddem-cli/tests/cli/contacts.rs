@@ -158,57 +158,11 @@ fn undamped_blocks_that_slide_are_warned_of() {
     }
 }
 
-/// A charge in rock that does not move has much in it and gives nothing: a later stage in which other blocks
-/// slide is not its work.
-#[test]
-fn a_blast_of_before_does_not_excuse_what_slides_later() {
-    let held = "
-[joints.seam]
-normal_stiffness = 1e10
-shear_stiffness = 1e10
-[[blocks]]
-name = 'held'
-origin = [10, 0, 0]
-size = [3, 3, 3]
-count = [3, 3, 3]
-divisions = 1
-material = 'rock'
-joint = 'seam'
-[[remove]]
-where = { set = 'held', x = [11, 12], y = [1, 2], z = [1, 2] }
-[[fix]]
-where = { set = 'held' }
-axes = 'xyz'
-[[charge]]
-where = { set = 'held', x = [10.9, 12.1], y = [0.9, 2.1], z = [0.9, 2.1] }
-pressure = 1e8
-gamma = 3
-history = 'gas'
-[[load]]
-where = { set = 'above' }
-force = [4e4, 0, 0]
-from = 'slide'
-";
-    let blast = "[[stage]]\nname = 'blast'\nkind = 'dynamic'\nduration = 1e-3\ndamping = 'none'\n";
-    for (before, warned) in [(blast, true), ("", false)] {
-        let with = |text: &str| {
-            // So long that it has slid farther than its first motion carries it.
-            let text = undamped(&soft(text)).replace("duration = 0.05", "duration = 0.12");
-            text.replacen("[[stage]]", &format!("{held}{before}[[stage]]"), 1)
-        };
-        let went = said(with, "");
-        assert_eq!(went.status, Some(0), "{}", went.stderr);
-        assert_eq!(went.stderr.contains("slid without damping"), warned, "{}", went.stderr);
-    }
-}
-
 /// What an explosive throws rubs with a third of its energy, but does not slide steadily.
 #[test]
 fn a_blast_is_not_warned_of_as_sliding() {
     let desk = Desk::new();
     let blast = "
-[contact]
-damping = 0
 [materials.rock]
 density = 2400
 young = 18e9

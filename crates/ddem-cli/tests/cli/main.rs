@@ -7,3 +7,4 @@ mod fragments;
 mod harness;
 mod interfaces;
 mod runs;
+mod verdicts;

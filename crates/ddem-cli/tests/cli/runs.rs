@@ -35,7 +35,12 @@ fn a_run_from_start_to_end() {
     assert_eq!(summary["stages"][1]["name"], "shake");
     let lines: Vec<&str> = went.stderr.lines().collect();
     assert_eq!(lines[0], "model: 3 blocks, 81 nodes, 18 pairs");
-    let starts = ["press (1/2): relaxation", "press: done", "shake (2/2): ", "shake: done"];
+    let starts = [
+        "press (1/2): relaxation",
+        "press: at rest after ",
+        "shake (2/2): ",
+        "shake: at rest after ",
+    ];
     for (line, start) in lines[1..].iter().zip(starts) {
         assert!(line.starts_with(start), "{}", went.stderr);
     }

@@ -21,6 +21,9 @@ pub struct Stage {
     /// `displacement`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub increments: Option<u32>,
+    /// What a run does after a stage that fails, or of which neither can be said; default `"stop"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_failure: Option<OnFailure>,
     /// dynamic: simulated time `[s]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
@@ -30,6 +33,9 @@ pub struct Stage {
     /// dynamic: `"auto"`, or seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_step: Option<TimeStep>,
+    /// dynamic: whether the stage ends as soon as blocks are at rest or fail; default false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_rest: Option<bool>,
     /// dynamic: simulated time between frames `[s]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fields_every: Option<f64>,
@@ -47,6 +53,17 @@ pub enum StageKind {
     Relax,
     /// In time (§6).
     Dynamic,
+}
+
+/// What a run does after a stage that fails.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum OnFailure {
+    /// It ends.
+    #[default]
+    Stop,
+    /// The next stage starts from there.
+    Continue,
 }
 
 /// Damping of a dynamic stage (§6).

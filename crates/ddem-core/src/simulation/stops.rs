@@ -16,6 +16,20 @@ impl Simulation {
         self.state.watch.verdict(self.last.ratio())
     }
 
+    /// The same once it is known well enough to end the stage: after 2000 steps or more.
+    #[must_use]
+    pub fn decided(&self) -> Option<Verdict> {
+        self.state.watch.decided(self.last.ratio())
+    }
+
+    /// The error of a stage in which blocks move on against each other.
+    #[must_use]
+    pub fn collapse(&self) -> RunError {
+        let (blocks, distance) = self.state.farthest(&self.model);
+        let (ratio, failed) = (self.last.ratio(), self.state.failed.iter().sum());
+        RunError::Collapsed { blocks, distance, moving: self.moving_blocks(), ratio, failed }
+    }
+
     /// Blocks that have moved since pairs last failed, or since the stage or increment began; those
     /// first that have gone farthest in the stage.
     #[must_use]

@@ -32,6 +32,14 @@ pub fn run(
     pool.install(|| Drive::start(deck, source, options, observer)?.run())
 }
 
+/// How a stage ended.
+enum Ended {
+    /// The observer wanted to stop; a checkpoint is written.
+    Interrupted,
+    /// It is done; the run ends with it where it says why.
+    Done(Option<RunFailure>),
+}
+
 struct Drive<'a> {
     options: &'a Options,
     observer: &'a mut dyn Observer,
@@ -93,21 +101,32 @@ impl<'a> Drive<'a> {
     fn run(mut self) -> Result<Outcome, RunFailure> {
         let stages = self.session.simulation().model().deck().stage.clone();
         while let Some(stage) = stages.get(self.session.moved.cursor.stage) {
-            if !self.stage(stage, stages.len())? {
-                return Ok(Outcome::Interrupted(self.folder.checkpoint()));
-            }
+            let failure = match self.stage(stage, stages.len())? {
+                Ended::Interrupted => {
+                    return Ok(Outcome::Interrupted(self.folder.checkpoint()));
+                }
+                Ended::Done(failure) => failure,
+            };
             self.session.moved.cursor.stage += 1;
             let Self { observer, folder, session: Session { moved, text, .. }, .. } = &mut self;
             checkpoint(moved, (folder, text), 0.0, *observer)?;
+            if let Some(failure) = failure {
+                self.close()?;
+                return Err(failure);
+            }
         }
-        self.session.summary().write(self.folder.summary())?;
-        self.session.moved.recorder.close();
+        self.close()?;
         Ok(Outcome::Done(Box::new(self.session)))
     }
 
-    /// One stage, from its start or from where a checkpoint left it. False when interrupted, after
-    /// a checkpoint.
-    fn stage(&mut self, stage: &Stage, stages: usize) -> Result<bool, RunFailure> {
+    fn close(&mut self) -> Result<(), OutputError> {
+        self.session.summary().write(self.folder.summary())?;
+        self.session.moved.recorder.close();
+        Ok(())
+    }
+
+    /// One stage, from its start or from where a checkpoint left it.
+    fn stage(&mut self, stage: &Stage, stages: usize) -> Result<Ended, RunFailure> {
         let Self { observer, folder, session: Session { moved, text, .. }, options } = self;
         if moved.cursor.step.is_none() {
             moved.simulation.enter(moved.cursor.stage);
@@ -115,7 +134,7 @@ impl<'a> Drive<'a> {
         let mut running = match Running::new(stage, stages, moved, *observer) {
             Err(failure) if failure.is_stopped() => {
                 checkpoint(moved, (folder, text), 0.0, *observer)?;
-                return Ok(false);
+                return Ok(Ended::Interrupted);
             }
             running => running?,
         };
@@ -127,11 +146,10 @@ impl<'a> Drive<'a> {
             let seconds = running.seconds();
             checkpoint(running.moved, (folder, text), seconds, running.observer)?;
             if halt == Halt::Stopped {
-                return Ok(false);
+                return Ok(Ended::Interrupted);
             }
         }
-        running.finish()?;
-        Ok(true)
+        Ok(Ended::Done(running.finish()?))
     }
 }
 

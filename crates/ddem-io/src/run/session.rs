@@ -165,8 +165,7 @@ impl Session {
         if running.go(Duration::MAX)? != Halt::End {
             return Ok(false);
         }
-        running.finish()?;
-        Ok(true)
+        running.finish()?.map_or(Ok(true), Err)
     }
 
     /// New files, or those that this session wrote before.

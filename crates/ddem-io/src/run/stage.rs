@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use ddem_core::deck::{Damping, Stage, StageKind};
-use ddem_core::{ChargeState, Relaxed, RunError, Simulation};
+use ddem_core::deck::{Damping, OnFailure, Stage, StageKind};
+use ddem_core::{ChargeState, Relaxed, RunError, Simulation, Verdict};
 
 use super::record::{Recorder, Schedule};
 use super::resume::Cursor;
@@ -44,6 +44,8 @@ pub(super) struct Running<'a> {
     last_progress: Instant,
     /// Charges that had gone off by then.
     off: Vec<bool>,
+    /// Why it did not come to rest.
+    failure: Option<RunError>,
 }
 
 /// Why a stage halts.
@@ -89,6 +91,7 @@ impl<'a> Running<'a> {
             steps_before,
             last_progress: now,
             off,
+            failure: None,
         };
         // Not by the step: a run may be interrupted, or a relaxation be done, before the first one.
         running.recorded(|recorder, simulation, observer| {
@@ -130,7 +133,8 @@ impl<'a> Running<'a> {
         let (stage, relax) = (self.stage, self.relax());
         let before = self.moved.cursor.step;
         let first = self.moved.nominal(relax) + 1;
-        let end = if relax { self.relax_step()? } else { self.moved.step(stage)? };
+        let end =
+            if relax { self.relax_step()? } else { self.moved.step(stage)? || self.decided() };
         let (step, stepped) =
             (self.moved.cursor.step.unwrap_or(0), self.moved.cursor.step != before);
         if stepped || end {
@@ -146,34 +150,40 @@ impl<'a> Running<'a> {
         Ok(end)
     }
 
-    /// One step of relaxation; true when all loads are in equilibrium.
+    /// Whether a dynamic stage that ends with rest has come to it, or fails.
+    fn decided(&mut self) -> bool {
+        let Moved { simulation, .. } = &*self.moved;
+        let wanted = self.stage.until_rest == Some(true);
+        let verdict = if wanted { simulation.decided() } else { None };
+        if verdict == Some(Verdict::Fails) {
+            self.failure = Some(simulation.collapse());
+        }
+        verdict.is_some()
+    }
+
+    /// One step of relaxation; true at the end, when all loads are in equilibrium or none can be found.
     fn relax_step(&mut self) -> Result<bool, RunFailure> {
         let tolerance = self.tolerance();
-        let relaxed = self.moved.simulation.relax_step(tolerance);
-        if let Err(RunError::Collapsed { .. } | RunError::OutOfReach { .. }) = relaxed {
-            // What was reached is worth looking at.
-            self.frame()?;
-        }
-        match relaxed.map_err(failed(self.stage))? {
-            Relaxed::Done => Ok(true),
-            Relaxed::Increment(_) => {
+        let failure = match self.moved.simulation.relax_step(tolerance) {
+            Ok(Relaxed::Done) => return Ok(true),
+            Ok(Relaxed::Increment(_)) => {
                 self.frame()?;
-                Ok(false)
+                return Ok(false);
             }
-            Relaxed::Moving => {
+            Ok(Relaxed::Moving) => {
                 let Moved { simulation, cursor, .. } = &mut *self.moved;
                 let step = cursor.step.unwrap_or(0) + 1;
                 cursor.step = Some(step);
-                let max_steps = cursor.steps;
-                if step <= max_steps {
+                if step <= cursor.steps {
                     return Ok(false);
                 }
-                let error = simulation.not_converged(tolerance, max_steps);
-                // What was reached is worth looking at.
-                self.frame()?;
-                Err(failed(self.stage)(error))
+                simulation.not_converged(tolerance, cursor.steps)
             }
-        }
+            Err(failure @ (RunError::Collapsed { .. } | RunError::OutOfReach { .. })) => failure,
+            Err(error) => return Err(failed(self.stage)(error)),
+        };
+        self.failure = Some(failure);
+        Ok(true)
     }
 
     fn frame(&mut self) -> Result<(), RunFailure> {
@@ -194,13 +204,23 @@ impl<'a> Running<'a> {
         Ok(())
     }
 
-    /// Ends the stage: velocities are those of the present time.
-    pub(super) fn finish(self) -> Result<(), RunFailure> {
+    /// Ends the stage: velocities are those of the present time. Returns why the run ends with it, if it does.
+    pub(super) fn finish(self) -> Result<Option<RunFailure>, RunFailure> {
         let seconds = self.moved.cursor.seconds + self.seconds();
         let relax = self.relax();
         let Moved { simulation, recorder, cursor } = &mut *self.moved;
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
+        let verdict = match &self.failure {
+            Some(RunError::Collapsed { .. }) => Verdict::Fails,
+            Some(_) => Verdict::Undecided,
+            None if relax => Verdict::AtRest,
+            None => simulation.verdict(),
+        };
+        let moving = match verdict {
+            Verdict::Fails => simulation.moving_blocks(),
+            _ => Vec::new(),
+        };
         let steps = cursor.step.unwrap_or(0);
         let time_step = if relax { f64::NAN } else { simulation.time_step() };
         if relax {
@@ -213,6 +233,8 @@ impl<'a> Running<'a> {
         let summary = StageSummary {
             name: self.stage.name.clone(),
             kind: if relax { "relax" } else { "dynamic" }.to_owned(),
+            verdict,
+            moving,
             steps,
             time_step,
             wall_seconds: seconds,
@@ -231,7 +253,12 @@ impl<'a> Running<'a> {
         self.observer.event(Event::StageDone(&summary));
         cursor.done.push(summary);
         (cursor.step, cursor.seconds) = (None, 0.0);
-        Ok(())
+        let Some(failure) = self.failure.map(failed(self.stage)) else { return Ok(None) };
+        if self.stage.on_failure == Some(OnFailure::Continue) {
+            self.observer.event(Event::Warning(&failure.to_string()));
+            return Ok(None);
+        }
+        Ok(Some(failure))
     }
 
     /// Wall time of stepping since this stage began or went on `[s]`.

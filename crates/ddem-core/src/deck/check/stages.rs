@@ -78,6 +78,7 @@ fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
         ("duration", stage.duration.is_some()),
         ("damping", stage.damping.is_some()),
         ("time_step", stage.time_step.is_some()),
+        ("until_rest", stage.until_rest.is_some()),
         ("fields_every", stage.fields_every.is_some()),
         ("frames", stage.frames.is_some()),
     ];
@@ -88,7 +89,7 @@ fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
         StageKind::Dynamic => (
             "relax",
             &relax[..],
-            "a dynamic stage has `duration`, `damping`, `time_step`, `fields_every`, `frames`",
+            "a dynamic stage has `duration`, `until_rest`, `damping`, `time_step`, `fields_every`, `frames`",
         ),
     };
     for (key, _) in keys.iter().filter(|(_, given)| *given) {

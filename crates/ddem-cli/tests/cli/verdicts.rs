@@ -1,0 +1,104 @@
+//! How stages end: at rest, failing, or undecided.
+
+use serde_json::Value;
+
+use super::harness::*;
+
+/// A block on a plane of 30 degrees, gravity turned instead, with a friction and the keys of its first stage.
+fn slope(friction: f64, stage: &str) -> String {
+    format!(
+        "
+[model]
+gravity = [4.905, 0, -8.495709]
+[contact]
+friction = {friction:?}
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[[blocks]]
+name = 'base'
+origin = [-1, -0.5, -0.5]
+size = [5, 2, 0.5]
+divisions = 2
+material = 'rock'
+[[blocks]]
+name = 'block'
+size = [1, 1, 1]
+divisions = 2
+material = 'rock'
+[[fix]]
+where = {{ set = 'base' }}
+axes = 'xyz'
+[[stage]]
+name = 'weight'
+{stage}
+[[stage]]
+name = 'after'
+kind = 'dynamic'
+duration = 1e-3
+"
+    )
+}
+
+/// Runs the slope and gives its exit status, what was said, and the stages of its summary.
+fn ended(friction: f64, stage: &str) -> (Option<i32>, String, Vec<Value>) {
+    let desk = Desk::new();
+    desk.write("slope.toml", &slope(friction, stage));
+    let went = desk.run("slope.toml");
+    let summary: Value =
+        serde_json::from_slice(&desk.read("results/slope/summary.json")).expect("a summary");
+    for name in ["checkpoint.h5", "blocks.vtkhdf"] {
+        assert!(desk.path("results/slope").join(name).exists(), "{name}");
+    }
+    let stages = summary["stages"].as_array().expect("stages").clone();
+    (went.status, went.stderr, stages)
+}
+
+const RELAX: &str = "kind = 'relax'";
+const TO_REST: &str =
+    "kind = 'dynamic'\nduration = 3.0\nuntil_rest = true\ndamping = { local = 0.8 }";
+
+#[test]
+fn what_slides_fails_and_is_named() {
+    for kind in [RELAX, TO_REST] {
+        let (status, said, stages) = ended(25.0, kind);
+        assert_eq!(status, Some(1), "{said}");
+        let error = "error: stage `weight`: there is no equilibrium: 1 block moves on: block 1 of `block`, ";
+        assert!(said.contains(error), "{said}");
+        assert_eq!((stages.len(), &stages[0]["verdict"]), (1, &Value::from("fails")));
+        assert!(stages[0]["steps"].as_u64().is_some_and(|steps| steps < 20_000), "{stages:?}");
+        let moving = stages[0]["moving"].as_array().expect("blocks");
+        assert_eq!(moving.len(), 1);
+        assert_eq!((&moving[0]["set"], &moving[0]["index"]), (&"block".into(), &1.into()));
+        assert!(moving[0]["distance"].as_f64().is_some_and(|way| way > 1e-6), "{moving:?}");
+        assert!(moving[0]["direction"][0].as_f64().is_some_and(|x| x > 0.99), "{moving:?}");
+    }
+}
+
+#[test]
+fn what_friction_holds_is_at_rest() {
+    for kind in [RELAX, TO_REST] {
+        let (status, said, stages) = ended(35.0, kind);
+        assert_eq!(status, Some(0), "{said}");
+        assert_eq!((stages.len(), &stages[0]["verdict"]), (2, &Value::from("at rest")), "{said}");
+        assert_eq!(stages[0]["moving"].as_array().map(Vec::len), Some(0));
+        assert!(said.contains("weight: at rest after"), "{said}");
+    }
+}
+
+#[test]
+fn a_run_goes_on_after_a_failure_where_it_is_told_to() {
+    let (status, said, stages) = ended(25.0, "kind = 'relax'\non_failure = 'continue'");
+    assert_eq!((status, stages.len()), (Some(0), 2), "{said}");
+    assert_eq!(stages[0]["verdict"], "fails");
+    assert!(said.contains("warning: stage `weight`: there is no equilibrium"), "{said}");
+}
+
+#[test]
+fn too_few_steps_leave_it_undecided() {
+    let (status, said, stages) = ended(35.0, "kind = 'relax'\nmax_steps = 20");
+    assert_eq!((status, stages.len()), (Some(1), 1), "{said}");
+    assert_eq!(stages[0]["verdict"], "undecided");
+    assert!(said.contains("not in equilibrium after 20 steps"), "{said}");
+}
