@@ -87,10 +87,13 @@ impl Watch {
 
     /// Whether a relaxation has become a motion without end.
     pub(crate) fn fails(&self) -> bool {
-        let known = if self.calm == 0 { UNKNOWN } else { SOON.max(2 * self.calm) };
+        let known = if self.calm == 0 { UNKNOWN } else { SOON.max(self.calm.saturating_mul(2)) };
         let steps = LOOK * self.looks.len() as u64;
         let far = self.looks.last().is_some_and(|look| look[0] >= FAR);
-        steps >= known && self.grows() && self.keeps() && (far || steps >= LONG * known)
+        steps >= known
+            && self.grows()
+            && self.keeps()
+            && (far || steps >= known.saturating_mul(LONG))
     }
 
     /// Verdict on a stage in time.

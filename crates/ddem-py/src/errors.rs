@@ -2,7 +2,7 @@
 
 use std::io;
 
-use ddem_core::{Fault, ModelError, RunError};
+use ddem_core::{Fault, ModelError, Moving, RunError};
 use ddem_io::folder::FolderError;
 use ddem_io::run::RunFailure;
 use ddem_io::{DeckError, OutputError};
@@ -103,8 +103,13 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         RunError::NotConverged { ratio, .. } | RunError::OutOfReach { ratio, .. } => {
             raise!(py, "NotConverged", (message, ratio))
         }
-        RunError::Collapsed { blocks: [a, b], distance, ratio, .. } => {
-            raise!(py, "Collapsed", (message, ratio, (a, b), distance))
+        RunError::Collapsed { blocks: [a, b], distance, ref moving, ratio, .. } => {
+            let moving =
+                moving.iter().map(|Moving { set, block, distance, direction: [x, y, z] }| {
+                    (set.clone(), *block, *distance, (*x, *y, *z))
+                });
+            let moving: Vec<_> = moving.collect();
+            raise!(py, "Collapsed", (message, ratio, (a, b), distance, moving))
         }
         RunError::Diverged { step, time, block, node } => {
             raise!(py, "Diverged", (message, step, time, block, node))

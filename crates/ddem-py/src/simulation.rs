@@ -58,6 +58,9 @@ impl Simulation {
     /// increments : int, optional
     ///     Equal parts in which loads reach their value; without it 1, and 10 where supports are driven
     ///     by a `displacement`.
+    /// on_failure : {"stop", "continue"}, optional
+    ///     Whether a stage that fails or stays undecided raises, or ends like any other; "stop" without
+    ///     it.
     /// record : path, optional
     ///     Folder of the results, with the files that a deck gives. What one simulation writes to
     ///     one folder is one run; those of another model are not overwritten.
@@ -101,7 +104,11 @@ impl Simulation {
     /// Parameters
     /// ----------
     /// duration : float
-    ///     Simulated time [s].
+    ///     Simulated time [s]; with `until_rest` at most.
+    /// until_rest : bool, optional
+    ///     Whether it ends as soon as blocks are at rest, or fail.
+    /// on_failure : {"stop", "continue"}, optional
+    ///     Whether a stage that fails raises, or ends like any other; "stop" without it.
     /// damping : float, dict or "none", optional
     ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck
     ///     ``{"mass": alpha}``, ``{"stiffness": beta}``, ``{"local": 0.8}``; none without it.

@@ -29,7 +29,7 @@ def test_the_tree_of_exceptions() -> None:
         ddem.Error("a"),
         ddem.Busy("a"),
         ddem.NotConverged("a", 0.5),
-        ddem.Collapsed("a", 0.5, (1, 2), 3.0),
+        ddem.Collapsed("a", 0.5, (1, 2), 3.0, [("slope", 2, 3.0, (0.0, 0.0, -1.0))]),
         ddem.Diverged("a", 1, 2.0, 3, 4),
         ddem.ModelError("a", [("density", "is wrong", None)]),
         ddem.ModelError("a"),

@@ -91,3 +91,8 @@ def test_a_collapse_says_what_was_reached() -> None:
         simulation.relax(quiet=True)
     assert 0 < caught.value.ratio == simulation.unbalanced
     assert caught.value.blocks == (0, 1)
+    ((name, block, distance, direction),) = caught.value.moving
+    assert (name, block) == ("all", 1) and distance > 1e-6
+    assert direction == pytest.approx((0, 0, 1), abs=1e-2)
+    # What has failed is a result, too.
+    assert model.build().relax(on_failure="continue", quiet=True) > 0

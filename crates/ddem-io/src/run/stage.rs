@@ -177,6 +177,8 @@ impl<'a> Running<'a> {
                 if step <= cursor.steps {
                     return Ok(false);
                 }
+                // What it says is of the present state.
+                simulation.check_finite().map_err(failed(self.stage))?;
                 simulation.not_converged(tolerance, cursor.steps)
             }
             Err(failure @ (RunError::Collapsed { .. } | RunError::OutOfReach { .. })) => failure,

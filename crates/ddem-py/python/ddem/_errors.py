@@ -49,18 +49,26 @@ class Collapsed(NotConverged):
     ratio : float
         Unbalanced force ratio that was reached.
     blocks : (int, int)
-        Blocks on both sides of the joint that has moved farthest.
+        The two blocks that have moved farthest against each other since pairs last failed.
     distance : float
         How far [m].
+    moving : list of (str, int, float, (float, float, float))
+        Blocks that move, those first that have gone farthest: set, number, distance [m] and direction.
     """
 
     def __init__(
-        self, message: str, ratio: float, blocks: tuple[int, int], distance: float
+        self,
+        message: str,
+        ratio: float,
+        blocks: tuple[int, int],
+        distance: float,
+        moving: list[tuple[str, int, float, tuple[float, float, float]]],
     ) -> None:
         super().__init__(message, ratio)
         self.blocks = blocks
         self.distance = distance
-        self.args = (message, ratio, blocks, distance)
+        self.moving = moving
+        self.args = (message, ratio, blocks, distance, moving)
 
 
 class Diverged(Error):
