@@ -21,6 +21,9 @@ use crate::law::bearing::Bearing;
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
 use crate::pack::Packs;
 
+/// Ratio of the areas of two faces above which one is the ground of the other.
+const LARGER: f64 = 1.01;
+
 /// What holds the points of a patch together.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bond {
@@ -324,8 +327,28 @@ impl Patch {
             couple += apart.cross(&self.force(&self.points[i]));
         }
         self.couple = couple;
+        let ends = losses.failed != [0; 2] && bond.failed();
         self.bond = Some(bond);
+        if ends {
+            self.turn_with_larger(placing);
+        }
         losses
+    }
+
+    /// Once all pairs have failed the axes turn with the larger face: the ground on which the other slides,
+    /// however that tilts as it sinks into a soft joint.
+    fn turn_with_larger(&mut self, placing: &Placing<'_>) {
+        let area = |side: usize| {
+            let placed = &placing.blocks[self.blocks[side] as usize];
+            placed.element_area(self.faces()[side]) * (placed.divisions as f64).powi(2)
+        };
+        let [own, other] = [usize::from(self.reference), 1 - usize::from(self.reference)];
+        if area(other) <= LARGER * area(own) {
+            return;
+        }
+        // At rest the axes are the same in both blocks.
+        self.reference = 1 - self.reference;
+        self.turn(placing);
     }
 
     /// Way of b against a in the last step, along the patch's axes `[m]`.
