@@ -98,14 +98,14 @@ fn between(low: f64, high: f64) -> Where {
     Where { z: Some(Extent::Range([low, high])), ..Where::default() }
 }
 
-fn with_body(mut deck: Deck, sets: &[&str], body: Body) -> Deck {
+pub(super) fn with_body(mut deck: Deck, sets: &[&str], body: Body) -> Deck {
     let moves = |name: &Option<String>| sets.iter().any(|set| name.as_deref() == Some(*set));
     deck.blocks.iter_mut().filter(|set| moves(&set.name)).for_each(|set| set.body = body);
     deck
 }
 
 /// The model with contacts in the place of its joints, stiffness and friction those of one of them.
-fn in_contact(mut deck: Deck, joint: &str) -> Deck {
+pub(super) fn in_contact(mut deck: Deck, joint: &str) -> Deck {
     let joint = deck.joints[joint].clone();
     deck.blocks.iter_mut().for_each(|set| set.joint = None);
     deck.contact.friction = joint.friction;
@@ -120,7 +120,7 @@ fn reduced(angle: f64, factor: f64) -> f64 {
 }
 
 /// The block on the plane with strengths at a part of their limit.
-fn plane([cohesion, friction]: [f64; 2], part: f64) -> Deck {
+pub(super) fn plane([cohesion, friction]: [f64; 2], part: f64) -> Deck {
     let slope = 30_f64.to_radians();
     let holds = cohesion / (1200.0 * G * slope.sin()) + friction.to_radians().tan() / slope.tan();
     let factor = part * holds;
@@ -136,7 +136,7 @@ fn plane([cohesion, friction]: [f64; 2], part: f64) -> Deck {
 }
 
 /// Both blocks in one set, their joint a layer with a modulus `[Pa]`.
-fn layered(mut deck: Deck, young: f64) -> Deck {
+pub(super) fn layered(mut deck: Deck, young: f64) -> Deck {
     let joint = deck.joints.get_mut("plane").expect("the plane");
     joint.thickness = 0.01;
     (joint.density, joint.young, joint.poisson) = (Some(2400.0), Some(young), Some(0.25));
@@ -150,7 +150,7 @@ fn layered(mut deck: Deck, young: f64) -> Deck {
     deck
 }
 
-const STRENGTHS: [([f64; 2], &str); 3] =
+pub(super) const STRENGTHS: [([f64; 2], &str); 3] =
     [([0.0, 35.0], "friction"), ([12e3, 0.0], "cohesion"), ([6e3, 20.0], "both")];
 
 #[test]
@@ -214,7 +214,7 @@ fn a_corbelled_stack_falls_at_its_limit() {
 }
 
 /// The two blocks with strengths at a part of their limit: contacts have 35° everywhere.
-fn wedges(part: f64, contact: bool) -> Deck {
+pub(super) fn wedges(part: f64, contact: bool) -> Deck {
     let mut deck = deck(&example("limit_wedges"));
     let (factor, side) = if contact { (2.415359, 35.0) } else { (2.268822, 20.0) };
     for (name, friction) in [("plane", 35.0), ("side", side)] {

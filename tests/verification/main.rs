@@ -34,6 +34,7 @@ mod relax_strength;
 mod relaxing;
 mod rocking;
 mod rotation;
+mod safety;
 mod shear_box;
 mod shear_planes;
 mod sliding;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ddem_core::Verdict;
+use ddem_core::{Trial, Verdict};
 use ddem_io::run::{Event, Observer, Progress, Report};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -134,6 +134,11 @@ impl Observer for Watcher {
                 self.screen.clear();
                 self.screen.line(&end(stage, self.failed));
             }
+            Event::Trial { stage, trial: Trial { factor, verdict, steps } } => {
+                self.screen.line(&format!(
+                    "{stage}: strengths / {factor:.4}: {verdict} after {steps} steps"
+                ));
+            }
             // A checkpoint is news only when the run stops, and then its end says so.
             _ => {}
         }
@@ -237,7 +242,10 @@ fn end(stage: &StageSummary, failed: u64) -> String {
         (Verdict::Undecided, "dynamic") => "done".to_owned(),
         (verdict, _) => verdict.to_string(),
     };
-    let mut line = format!("{}: {verdict} after {} steps", stage.name, stage.steps);
+    let mut line = match stage.bracket {
+        None => format!("{}: {verdict} after {} steps", stage.name, stage.steps),
+        Some(bracket) => safety(stage, bracket),
+    };
     if let Some(time) = clock(stage.wall_seconds) {
         line += &format!(" and {time}");
     }
@@ -252,6 +260,21 @@ fn end(stage: &StageSummary, failed: u64) -> String {
         line += &format!(", {rate}");
     }
     line
+}
+
+/// A factor of safety.
+fn safety(stage: &StageSummary, [stable, unstable]: [Option<f64>; 2]) -> String {
+    let factor = match (stage.factor, stable, unstable) {
+        (Some(factor), ..) => format!("factor of safety {factor:.3}"),
+        (_, _, Some(unstable)) => format!("factor of safety below {unstable}"),
+        (_, stable, _) => format!("factor of safety above {}", stable.unwrap_or_default()),
+    };
+    format!(
+        "{}: {factor} after {} trials of {} steps in all",
+        stage.name,
+        stage.trials.len(),
+        stage.steps
+    )
 }
 
 /// Node updates per second, if there is anything to tell.

@@ -97,6 +97,12 @@ pub enum RunError {
     /// The stiffness or the masses are outside what numbers can hold.
     #[error("the critical time step is not a number: density or moduli are out of all proportion")]
     NoCriticalStep,
+    /// A factor of safety cannot be looked for.
+    #[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("; "))]
+    Search {
+        /// What is wrong, by key.
+        faults: Vec<Fault>,
+    },
     /// A program wanted it to stop, before anything moved.
     #[error("stopped")]
     Stopped,

@@ -271,7 +271,7 @@ impl Simulation {
     fn check_motion(&mut self) -> Result<(), RunError> {
         let ratio = self.last.ratio();
         self.state.look_at_motion(&self.model, ratio);
-        if !self.state.watch.fails() {
+        if !self.state.watch.fails(self.far) {
             return Ok(());
         }
         Err(self.collapse())

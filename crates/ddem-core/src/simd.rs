@@ -30,6 +30,10 @@ impl Simd {
         levels
     }
 
+    pub(crate) fn of(level: Level) -> Self {
+        Self(level)
+    }
+
     pub(crate) fn level(self) -> Level {
         self.0
     }

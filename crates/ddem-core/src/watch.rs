@@ -20,7 +20,7 @@ const GROWS: f64 = 1.5;
 /// Part of the unbalanced ratio of the first half that a motion without end keeps in the second.
 const KEEPS: f64 = 0.8;
 /// Motion as a part of an edge that is more than what finds its place.
-const FAR: f64 = 0.02;
+pub(crate) const FAR: f64 = 0.02;
 /// Motion as a part of an edge below which it may be rounding.
 const LEAST: f64 = 1e-6;
 /// Times the first steps after which a motion that grows is one without end, however slow.
@@ -85,11 +85,11 @@ impl Watch {
         self.calm = self.calm.max(step - self.since.min(step));
     }
 
-    /// Whether a relaxation has become a motion without end.
-    pub(crate) fn fails(&self) -> bool {
+    /// Whether a relaxation has become a motion without end: it goes this far, as a part of an edge, or long on.
+    pub(crate) fn fails(&self, far: f64) -> bool {
         let known = if self.calm == 0 { UNKNOWN } else { SOON.max(self.calm.saturating_mul(2)) };
         let steps = LOOK * self.looks.len() as u64;
-        let far = self.looks.last().is_some_and(|look| look[0] >= FAR);
+        let far = self.looks.last().is_some_and(|look| look[0] >= far);
         steps >= known
             && self.grows()
             && self.keeps()
@@ -144,12 +144,12 @@ mod tests {
     fn a_steady_push_fails() {
         // Slip of a free block in a relaxation: it grows with the square of the steps.
         let slides = |steps: f64| [1e-8 * steps * steps, 3e-3];
-        assert!(!watched(800, slides).fails());
-        assert!(watched(2000, slides).fails());
+        assert!(!watched(800, slides).fails(FAR));
+        assert!(watched(2000, slides).fails(FAR));
         // However slow, in the end.
         let creeps = |steps: f64| [1e-12 * steps * steps, 3e-3];
-        assert!(!watched(2000, creeps).fails());
-        assert!(watched(6000, creeps).fails());
+        assert!(!watched(2000, creeps).fails(FAR));
+        assert!(watched(6000, creeps).fails(FAR));
     }
 
     #[test]
@@ -158,8 +158,8 @@ mod tests {
         let swings =
             |steps: f64| [0.1 * (1.0 - (steps / 900.0).cos()), (steps / 900.0).cos().abs()];
         for steps in (1000..20_000).step_by(200) {
-            assert!(!watched(steps, fades).fails(), "{steps}");
-            assert!(steps < 2000 || !watched(steps, |s| [swings(s)[0], 1e-2 / s]).fails());
+            assert!(!watched(steps, fades).fails(FAR), "{steps}");
+            assert!(steps < 2000 || !watched(steps, |s| [swings(s)[0], 1e-2 / s]).fails(FAR));
         }
     }
 

@@ -9,6 +9,7 @@ mod probe;
 mod record;
 mod report;
 mod resume;
+mod safety;
 mod session;
 mod stage;
 
@@ -107,6 +108,13 @@ pub enum Event<'a> {
         time: f64,
         /// The numbers.
         values: &'a [Option<f64>],
+    },
+    /// A factor of safety has been tried.
+    Trial {
+        /// Name of the stage.
+        stage: &'a str,
+        /// The factor, and how the trial ended.
+        trial: &'a ddem_core::Trial,
     },
     /// A checkpoint has been written.
     Checkpoint(&'a std::path::Path),

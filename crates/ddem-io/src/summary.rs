@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use ddem_core::{ChargeSize, Interface, Moving, Verdict};
+use ddem_core::{ChargeSize, Interface, Moving, Trial, Verdict};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::output_error::OutputError;
@@ -143,6 +143,15 @@ pub struct StageSummary {
     /// Blocks that move where it fails, those first that have gone farthest in the stage.
     #[serde(default)]
     pub moving: Vec<Moving>,
+    /// Factor of safety, where it was looked for and is within the bracket.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub factor: Option<f64>,
+    /// Largest factor that is stable and smallest one that is not, where it was looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bracket: Option<[Option<f64>; 2]>,
+    /// Factors that were tried, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub trials: Vec<Trial>,
     /// Steps taken.
     pub steps: u64,
     /// Time step `[s]`.

@@ -11,6 +11,7 @@ mod functions;
 mod look;
 mod matter;
 mod model;
+mod safety;
 mod sections;
 mod simulation;
 mod values;

@@ -278,9 +278,9 @@ impl Model {
     /// ----------
     /// name : str
     ///     For `from_` and `until`.
-    /// kind : {"relax", "dynamic"}
-    ///     Static or in time; its keys are those of :meth:`Simulation.relax` and
-    ///     :meth:`Simulation.run`.
+    /// kind : {"relax", "dynamic", "safety"}
+    ///     Static, in time, or a search for the factor of safety; its keys are those of
+    ///     :meth:`Simulation.relax`, :meth:`Simulation.run` and :func:`factor_of_safety`.
     ///
     /// Raises
     /// ------

@@ -331,6 +331,10 @@ impl Simulation {
         Self { inner: Mutex::new(Box::new(Inner { session, samples })), pool, called }
     }
 
+    pub(crate) fn pool(&self) -> &Pool {
+        &self.pool
+    }
+
     pub(crate) fn lock(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
         match self.inner.try_lock() {
             Ok(inner) => Ok(inner),

@@ -92,7 +92,7 @@ def test_every_section_of_the_deck_has_a_method() -> None:
 
 
 def test_the_stub_has_the_keys_of_relax_and_run() -> None:
-    stage = keys_of("Stage") - {"name", "kind"}
+    stage = keys_of("Stage") - {"name", "kind", "bracket", "resolution", "joints", "limit"}
     relax = keywords("Simulation", "relax") - {"name", "record", "quiet"}
     run = keywords("Simulation", "run") - {"name", "record", "quiet"}
     assert relax | run == stage

@@ -102,3 +102,43 @@ fn too_few_steps_leave_it_undecided() {
     assert_eq!(stages[0]["verdict"], "undecided");
     assert!(said.contains("not in equilibrium after 20 steps"), "{said}");
 }
+
+/// tan 35°/tan 30° = 1.21279.
+#[test]
+fn a_safety_stage_gives_the_factor_of_safety() {
+    let relaxed = "kind = 'relax'\n[[stage]]\nname = 'safety'\nkind = 'safety'";
+    let (status, said, stages) = ended(35.0, relaxed);
+    assert_eq!((status, stages.len()), (Some(0), 3), "{said}");
+    let safety = &stages[1];
+    let factor = safety["factor"].as_f64().expect("a factor");
+    assert!((factor / 1.21279 - 1.0).abs() < 5e-3, "{said}");
+    let [stable, unstable] = [0, 1].map(|k| safety["bracket"][k].as_f64().expect("an end"));
+    assert!(stable < factor && factor < unstable && unstable - stable < 0.005, "{safety}");
+    assert_eq!((&safety["kind"], &safety["verdict"]), (&"safety".into(), &"at rest".into()));
+    assert_eq!(safety["moving"][0]["set"], "block");
+    assert!(said.contains("safety: factor of safety 1.21"), "{said}");
+    // The state itself stays.
+    assert_eq!(stages[2]["verdict"], "at rest");
+    let (_, said, stages) = ended(35.0, &format!("{relaxed}\nbracket = [2, 3]"));
+    assert_eq!((&stages[1]["factor"], &stages[1]["verdict"]), (&Value::Null, &"undecided".into()));
+    assert!(
+        said.contains("do not even hold with a factor of 2: lower the first of `bracket`"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_wrong_search_is_refused() {
+    let desk = Desk::new();
+    for (keys, words) in [
+        ("bracket = [2, 1]", "two factors above 0, the smaller one first"),
+        ("joints = ['seam']", "there is no joint `seam`"),
+        ("duration = 1.0", "`duration` is a key of a dynamic stage"),
+        ("resolution = 0", "it must be above 0"),
+    ] {
+        desk.write("slope.toml", &slope(35.0, &format!("kind = 'safety'\n{keys}")));
+        let went = desk.run("slope.toml");
+        assert_eq!(went.status, Some(2), "{}", went.stderr);
+        assert!(went.stderr.contains(words), "{}", went.stderr);
+    }
+}

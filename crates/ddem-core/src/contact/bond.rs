@@ -271,6 +271,9 @@ impl Patch {
     /// What a joint exerts at the present positions, and what is lost on the way there.
     pub(super) fn bear_as_joint(&mut self, placing: &Placing<'_>, look: Look<'_>) -> Losses {
         let Some(mut bond) = self.bond.take() else { return Losses::default() };
+        if bond.failed() {
+            self.turn_with_larger(placing);
+        }
         self.turn(placing);
         let law = bond.law(look);
         let [normal, shear] = self.both.stiffness;
@@ -327,11 +330,7 @@ impl Patch {
             couple += apart.cross(&self.force(&self.points[i]));
         }
         self.couple = couple;
-        let ends = losses.failed != [0; 2] && bond.failed();
         self.bond = Some(bond);
-        if ends {
-            self.turn_with_larger(placing);
-        }
         losses
     }
 
@@ -342,13 +341,11 @@ impl Patch {
             let placed = &placing.blocks[self.blocks[side] as usize];
             placed.element_area(self.faces()[side]) * (placed.divisions as f64).powi(2)
         };
-        let [own, other] = [usize::from(self.reference), 1 - usize::from(self.reference)];
-        if area(other) <= LARGER * area(own) {
-            return;
-        }
+        let own = usize::from(self.reference);
         // At rest the axes are the same in both blocks.
-        self.reference = 1 - self.reference;
-        self.turn(placing);
+        if area(1 - own) > LARGER * area(own) {
+            self.reference = 1 - self.reference;
+        }
     }
 
     /// Way of b against a in the last step, along the patch's axes `[m]`.

@@ -29,7 +29,7 @@ pub use contact::ContactTable;
 pub use matter::{Joint, Material};
 pub use size::Size;
 pub(crate) use stages::Period;
-pub use stages::{Damping, OnFailure, Stage, StageKind, TimeStep};
+pub use stages::{Damping, OnFailure, Search, Stage, StageKind, TimeStep};
 
 use std::collections::BTreeMap;
 

@@ -9,12 +9,25 @@ use serde::{Deserialize, Serialize};
 pub struct Stage {
     /// Name, for `from` and `until`.
     pub name: String,
-    /// Static or dynamic.
+    /// Static, dynamic, or a search for the factor of safety.
     pub kind: StageKind,
-    /// relax: unbalanced force ratio at which the stage is done; default 1e-5.
+    /// safety: factors between which it is looked for; default `[0.5, 4.0]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bracket: Option<[f64; 2]>,
+    /// safety: width of the bracket that is left; default 0.005.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<f64>,
+    /// safety: joints whose strengths are divided; default all, and the friction of contacts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints: Option<Vec<String>>,
+    /// safety: motion of neighbours that counts as failure where it goes on, as a part of an edge; default
+    /// 0.02.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<f64>,
+    /// relax, safety: unbalanced force ratio at which the stage is done; default 1e-5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// relax: steps after which the stage fails; default 200 000.
+    /// relax, safety: steps after which the stage, or a trial, is undecided; default 200 000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<u64>,
     /// relax: equal parts in which loads reach their value; default 1, and 10 where supports are driven by a
@@ -53,6 +66,54 @@ pub enum StageKind {
     Relax,
     /// In time (§6).
     Dynamic,
+    /// Static, with strengths divided by factors: how large one the blocks bear (§7).
+    Safety,
+}
+
+impl Stage {
+    /// The search of a stage for the factor of safety.
+    #[must_use]
+    pub fn search(&self) -> Search {
+        let standard = Search::default();
+        Search {
+            bracket: self.bracket.unwrap_or(standard.bracket),
+            resolution: self.resolution.unwrap_or(standard.resolution),
+            joints: self.joints.clone(),
+            limit: self.limit.unwrap_or(standard.limit),
+            tolerance: self.tolerance.unwrap_or(standard.tolerance),
+            max_steps: self.max_steps.unwrap_or(standard.max_steps),
+        }
+    }
+}
+
+/// How to look for a factor of safety.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// Factors between which it is looked for.
+    pub bracket: [f64; 2],
+    /// Largest width of the bracket that is left.
+    pub resolution: f64,
+    /// Names of the joints whose strengths are divided; `None`: all, and the friction of contacts.
+    pub joints: Option<Vec<String>>,
+    /// Motion of neighbours that counts as failure where it goes on, as a part of an edge.
+    pub limit: f64,
+    /// Unbalanced force ratio at which a trial is at rest.
+    pub tolerance: f64,
+    /// Steps after which a trial is undecided.
+    pub max_steps: u64,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self {
+            bracket: [0.5, 4.0],
+            resolution: 0.005,
+            joints: None,
+            limit: 0.02,
+            tolerance: 1e-5,
+            max_steps: 200_000,
+        }
+    }
 }
 
 /// What a run does after a stage that fails.

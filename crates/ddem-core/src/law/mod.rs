@@ -38,6 +38,7 @@ mod barton_bandis;
 pub(crate) mod bearing;
 mod between;
 mod mohr_coulomb;
+mod reduced;
 pub(crate) mod response;
 #[cfg(test)]
 mod tests;
@@ -53,6 +54,7 @@ use crate::deck::Joint;
 pub use barton_bandis::BartonBandis;
 pub(crate) use between::Between;
 pub use mohr_coulomb::MohrCoulomb;
+pub(crate) use reduced::Reduced;
 
 /// Traction on side a of a joint, from side b `[Pa]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

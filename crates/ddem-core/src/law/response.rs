@@ -145,8 +145,7 @@ fn damage_per_slip<L: JointLaw + ?Sized>(law: &L, softening: Softening, normal: 
 
 /// Peak and residual shear strength; the residual acts on closed faces only.
 fn limits<L: JointLaw + ?Sized>(law: &L, memory: &Memory) -> (f64, f64) {
-    // Friction bears what presses, the dashpot included: that of the last step.
-    let normal = memory.borne().normal;
+    let normal = memory.traction.normal;
     let residual = if memory.gap <= 0.0 { law.residual(normal) } else { 0.0 };
     let peak = if memory.damage < 1.0 { law.peak(normal) } else { residual };
     // Softening never makes stronger.

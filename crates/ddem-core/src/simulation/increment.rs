@@ -1,7 +1,12 @@
 //! §7: increments of a relaxation: besides loads, assigned strengths and supports with a displacement go by parts.
 
+use std::sync::Arc;
+
 use super::Simulation;
+use crate::contact::Skins;
+use crate::deck::Deck;
 use crate::lanes::Lanes;
+use crate::law::Reduced;
 use crate::state::Memory;
 use crate::step::shift;
 
@@ -36,6 +41,22 @@ impl Simulation {
                 bond.law = *law;
             }
         }
+        state.breaks.look_again();
+        self.measured = None;
+    }
+
+    /// Divides the strengths of joints, by their numbers, by a factor; contacts have the friction of `reduced`.
+    pub(crate) fn reduce_strengths(&mut self, reduced: &Deck, joints: &[usize], factor: f64) {
+        let Self { model, state, .. } = self;
+        for &joint in joints {
+            if let Some(law) = model.laws[joint].take() {
+                model.laws[joint] = Some(Arc::new(Reduced { law, factor }));
+            }
+        }
+        if let Some(surfaces) = &mut model.contact {
+            surfaces.skins = Skins::new(reduced, &model.geometry);
+        }
+        state.contacts.make_anew(|patch| patch.bond.is_none());
         state.breaks.look_again();
         self.measured = None;
     }

@@ -32,6 +32,7 @@ use crate::simd::Simd;
 use crate::state::State;
 use crate::step::{Context, step};
 use crate::sums::Sums;
+use crate::watch::FAR;
 
 /// A model, its state, and scratch space.
 ///
@@ -69,6 +70,8 @@ pub struct Simulation {
     losing: Losses,
     /// Energy that points have given and not taken, at the same time `[J]`.
     debt: f64,
+    /// Motion of neighbours that counts as failure in a relaxation where it goes on, as a part of an edge.
+    pub(crate) far: f64,
     /// Damping of the motion.
     pub(crate) damping: Damping,
     /// Nothing fails for the moment.
@@ -120,6 +123,7 @@ impl Simulation {
             strain: [0.0; 2],
             losing: Losses::default(),
             debt: 0.0,
+            far: FAR,
             damping: Damping::None,
             holds: false,
             stop: Arc::default(),

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 21] = [
+const ROWS: [&[&str]; 22] = [
+    &["safety"],
     &["relax", "fields", "saved"],
     &["joints"],
     &["simulation"],

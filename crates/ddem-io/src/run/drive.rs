@@ -1,12 +1,13 @@
 //! The outer loop: the stages of a deck, files, checkpoints.
 
-use ddem_core::deck::Stage;
+use ddem_core::deck::{Stage, StageKind};
 use ddem_core::{Deck, Simulation};
 
 use super::files::nudge;
 use super::record::Recorder;
 use super::report::{available_memory, check_steps, located, prepare, report};
 use super::resume;
+use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, Options, Outcome, RunFailure};
@@ -130,6 +131,13 @@ impl<'a> Drive<'a> {
         let Self { observer, folder, session: Session { moved, text, .. }, options } = self;
         if moved.cursor.step.is_none() {
             moved.simulation.enter(moved.cursor.stage);
+        }
+        if stage.kind == StageKind::Safety {
+            if search(stage, moved, *observer)? {
+                return Ok(Ended::Done(None));
+            }
+            checkpoint(moved, (folder, text), 0.0, *observer)?;
+            return Ok(Ended::Interrupted);
         }
         let mut running = match Running::new(stage, stages, moved, *observer) {
             Err(failure) if failure.is_stopped() => {

@@ -25,7 +25,7 @@ impl Plan {
     /// With joints that hold. An automatic step is this part of the critical one.
     pub(super) fn new(stage: &Stage, part: f64, critical_step: f64) -> Self {
         let name = stage.name.clone();
-        if stage.kind == StageKind::Relax {
+        if stage.kind != StageKind::Dynamic {
             return Self { name, steps: stage.max_steps.unwrap_or(200_000), ..Self::default() };
         }
         let time_step = match stage.time_step {

@@ -72,7 +72,7 @@ impl<'a> Running<'a> {
         }
         let (samplers, cursor) = (&moved.recorder.samplers, &moved.cursor);
         let schedule = match stage.kind {
-            StageKind::Relax => Schedule::relax(samplers),
+            StageKind::Relax | StageKind::Safety => Schedule::relax(samplers),
             StageKind::Dynamic => {
                 Schedule::dynamic(stage, samplers, cursor.steps, cursor.time_step)
             }
@@ -243,6 +243,7 @@ impl<'a> Running<'a> {
             node_updates_per_second: if seconds > 0.0 { updates / seconds } else { 0.0 },
             unbalanced,
             imbalance: simulation.energy().imbalance(),
+            ..StageSummary::default()
         };
         let doubts = [
             unbalanced_energy(summary.imbalance, cursor.imbalance, relax),
@@ -307,7 +308,7 @@ impl Moved {
     fn begin(&mut self, stage: &Stage) -> Result<(), RunError> {
         let Self { simulation, cursor, .. } = self;
         cursor.steps = match stage.kind {
-            StageKind::Relax => {
+            StageKind::Relax | StageKind::Safety => {
                 let increments =
                     stage.increments.unwrap_or_else(|| simulation.default_increments());
                 simulation.start_relaxation(increments)?;
@@ -349,7 +350,7 @@ impl Moved {
     }
 }
 
-fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
+pub(super) fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     let stage = stage.name.clone();
     move |source| RunFailure::Stage { stage: stage.clone(), source }
 }

@@ -27,6 +27,7 @@ from ddem._ddem import (
 from ddem._errors import Busy, Collapsed, Diverged, Error, ModelError, NotConverged
 from ddem._plot import plot
 from ddem._probes import plot_probes, read_probes
+from ddem._safety import Safety, factor_of_safety
 from ddem._sizes import plot_sizes, read_fragments
 
 __all__ = [
@@ -39,8 +40,10 @@ __all__ = [
     "Model",
     "ModelError",
     "NotConverged",
+    "Safety",
     "Simulation",
     "__version__",
+    "factor_of_safety",
     "load",
     "plot",
     "plot_probes",

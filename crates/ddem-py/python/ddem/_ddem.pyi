@@ -179,7 +179,11 @@ class Model:
         self,
         name: str,
         *,
-        kind: Literal["relax", "dynamic"],
+        kind: Literal["relax", "dynamic", "safety"],
+        bracket: tuple[float, float] | None = None,
+        resolution: float | None = None,
+        joints: Sequence[str] | None = None,
+        limit: float | None = None,
         tolerance: float | None = None,
         max_steps: int | None = None,
         increments: int | None = None,
@@ -235,6 +239,14 @@ class Simulation:
         frames: int | None = None,
         quiet: bool = False,
     ) -> int: ...
+    def _factor_of_safety(
+        self, **keys: Any
+    ) -> tuple[
+        float | None,
+        list[float | None],
+        list[tuple[float, str, int]],
+        list[tuple[str, int]],
+    ]: ...
     def step(self, n: int = 1, *, quiet: bool = False) -> None: ...
     def start(
         self, *, damping: Damping | None = None, time_step: float | Literal["auto"] | None = None

@@ -1,15 +1,23 @@
 //! Stages and probes.
 
 use super::{Faults, Rule};
+use crate::Fault;
 use crate::deck::{
-    BlockSet, Body, Damping, Deck, Probe, Quantity, Stage, StageKind, TimeStep, Where,
+    BlockSet, Body, Damping, Deck, Probe, Quantity, Search, Stage, StageKind, TimeStep, Where,
 };
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let named = deck.stage.iter().enumerate();
     faults.unique("stage", named.map(|(i, s)| (format!("stage[{i}].name"), s.name.as_str())));
     for (i, entry) in deck.stage.iter().enumerate() {
-        stage(&format!("stage[{i}]"), entry, faults);
+        let at = format!("stage[{i}]");
+        stage(&at, entry, faults);
+        if entry.kind == StageKind::Safety {
+            let wrong = entry.search().check(deck).into_iter();
+            faults.0.extend(
+                wrong.map(|fault| Fault { place: format!("{at}.{}", fault.place), ..fault }),
+            );
+        }
     }
     let named = deck.probe.iter().enumerate();
     faults.unique("probe", named.map(|(i, p)| (format!("probe[{i}].name"), p.name.as_str())));
@@ -30,6 +38,7 @@ impl Stage {
 
 fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
     other_kind(at, stage, faults);
+    faults.optional(format!("{at}.limit"), stage.limit, Rule::AboveZero);
     faults.optional(format!("{at}.tolerance"), stage.tolerance, Rule::Between(0.0, 1.0));
     faults.optional(format!("{at}.duration"), stage.duration, Rule::AboveZero);
     faults.optional(format!("{at}.fields_every"), stage.fields_every, Rule::AboveZero);
@@ -67,34 +76,71 @@ fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
     }
 }
 
-/// Keys which only the other kind of stage has.
+/// Keys which only other kinds of stages have.
 fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
-    let relax = [
-        ("tolerance", stage.tolerance.is_some()),
-        ("max_steps", stage.max_steps.is_some()),
-        ("increments", stage.increments.is_some()),
+    use StageKind::{Dynamic, Relax, Safety};
+    let keys: [(&str, bool, &[StageKind]); 15] = [
+        ("tolerance", stage.tolerance.is_some(), &[Relax, Safety]),
+        ("max_steps", stage.max_steps.is_some(), &[Relax, Safety]),
+        ("increments", stage.increments.is_some(), &[Relax]),
+        ("on_failure", stage.on_failure.is_some(), &[Relax, Dynamic]),
+        ("bracket", stage.bracket.is_some(), &[Safety]),
+        ("resolution", stage.resolution.is_some(), &[Safety]),
+        ("joints", stage.joints.is_some(), &[Safety]),
+        ("limit", stage.limit.is_some(), &[Safety]),
+        ("duration", stage.duration.is_some(), &[Dynamic]),
+        ("until_rest", stage.until_rest.is_some(), &[Dynamic]),
+        ("damping", stage.damping.is_some(), &[Dynamic]),
+        ("time_step", stage.time_step.is_some(), &[Dynamic]),
+        ("fields_every", stage.fields_every.is_some(), &[Dynamic]),
+        ("frames", stage.frames.is_some(), &[Dynamic]),
+        ("name", true, &[Relax, Dynamic, Safety]),
     ];
-    let dynamic = [
-        ("duration", stage.duration.is_some()),
-        ("damping", stage.damping.is_some()),
-        ("time_step", stage.time_step.is_some()),
-        ("until_rest", stage.until_rest.is_some()),
-        ("fields_every", stage.fields_every.is_some()),
-        ("frames", stage.frames.is_some()),
-    ];
-    let (other, keys, help) = match stage.kind {
-        StageKind::Relax => {
-            ("dynamic", &dynamic[..], "a relax stage has `tolerance`, `max_steps`, `increments`")
-        }
-        StageKind::Dynamic => (
-            "relax",
-            &relax[..],
-            "a dynamic stage has `duration`, `until_rest`, `damping`, `time_step`, `fields_every`, `frames`",
-        ),
+    let word = |kind: StageKind| match kind {
+        Relax => "relax",
+        Dynamic => "dynamic",
+        Safety => "safety",
     };
-    for (key, _) in keys.iter().filter(|(_, given)| *given) {
-        let message = format!("`{key}` is a key of a {other} stage");
-        faults.add_help(format!("{at}.{key}"), message, help);
+    let own = keys.iter().filter(|(key, _, kinds)| *key != "name" && kinds.contains(&stage.kind));
+    let own: Vec<String> = own.map(|(key, ..)| format!("`{key}`")).collect();
+    let help = format!("a {} stage has {}", word(stage.kind), own.join(", "));
+    for (key, given, kinds) in keys {
+        if given && !kinds.contains(&stage.kind) {
+            let message = format!("`{key}` is a key of a {} stage", word(kinds[0]));
+            faults.add_help(format!("{at}.{key}"), message, help.clone());
+        }
+    }
+}
+
+impl Search {
+    /// What is wrong with it for a deck, by key.
+    #[must_use]
+    pub fn check(&self, deck: &Deck) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.resolution.is_nan() || self.resolution <= 0.0 {
+            faults.push(Fault::new("resolution", "it must be above 0"));
+        }
+        let [low, high] = self.bracket;
+        if !(low > 0.0 && low < high && high.is_finite()) {
+            let message =
+                format!("`bracket` is [{low}, {high}]: two factors above 0, the smaller one first");
+            faults.push(Fault::new("bracket", message));
+        }
+        for name in self.joints.iter().flatten() {
+            match deck.joints.get(name) {
+                None => faults.push(Fault::new("joints", format!("there is no joint `{name}`"))),
+                Some(joint) if !joint.breaks() => {
+                    faults.push(Fault::new("joints", format!("joint `{name}` never fails")));
+                }
+                Some(_) => {}
+            }
+        }
+        faults
+    }
+
+    /// Whether the strengths of a joint are divided.
+    pub(crate) fn divides(&self, name: &String) -> bool {
+        self.joints.as_ref().is_none_or(|joints| joints.contains(name))
     }
 }
 

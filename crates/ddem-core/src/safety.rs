@@ -1,0 +1,174 @@
+//! Factor of safety by strength reduction: what the strengths of joints can be divided by until blocks move.
+//!
+//! Every trial starts from the same state, with strengths divided by one factor, and relaxes: it is stable
+//! when it comes to rest. Two trials at once divide what is left of the bracket in three, in the logarithm.
+
+use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::deck::{Deck, Joint, Search};
+use crate::error::{Fault, RunError};
+use crate::model::Model;
+use crate::relax::Relaxed;
+use crate::saved::Saved;
+use crate::simd::Simd;
+use crate::simulation::Simulation;
+use crate::watch::Verdict;
+
+/// One trial.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// What strengths were divided by.
+    pub factor: f64,
+    /// How it ended; one that is undecided counts as unstable.
+    pub verdict: Verdict,
+    /// Steps that it took.
+    pub steps: u64,
+}
+
+/// What was found.
+#[derive(Debug)]
+pub struct Safety {
+    /// Between the largest factor that is stable and the smallest that is not; `None` where an end of the bracket
+    /// is missing.
+    pub factor: Option<f64>,
+    /// The largest factor that is stable and the smallest one that is not, if any.
+    pub bracket: [Option<f64>; 2],
+    /// All trials, in the order of their factors.
+    pub trials: Vec<Trial>,
+    /// The unstable trial of the smallest factor, as it ended.
+    pub failing: Option<Box<Simulation>>,
+}
+
+/// Friction of contacts where neither the deck nor a joint says what it is `[degrees]`.
+const FRICTION: f64 = 30.0;
+
+impl Simulation {
+    /// Factor of safety of the present state, which should be an equilibrium: it stays as it is. `tell` hears of
+    /// each trial.
+    ///
+    /// # Errors
+    ///
+    /// A bracket that is none, or joints that do not exist; [told to stop](Self::stop_when); numbers that are
+    /// not finite.
+    pub fn factor_of_safety(
+        &self,
+        search: &Search,
+        tell: &(dyn Fn(&Trial) + Sync),
+    ) -> Result<Safety, RunError> {
+        let faults = search.check(self.model.deck());
+        if !faults.is_empty() {
+            return Err(RunError::Search { faults });
+        }
+        let mut found =
+            Safety { factor: None, bracket: [None; 2], trials: Vec::new(), failing: None };
+        self.try_both(search, search.bracket, &mut found, tell)?;
+        while let [Some(stable), Some(unstable)] = found.bracket {
+            if unstable - stable <= search.resolution {
+                break;
+            }
+            let ratio = unstable / stable;
+            let thirds = [1.0, 2.0].map(|third| stable * ratio.powf(third / 3.0));
+            self.try_both(search, thirds, &mut found, tell)?;
+        }
+        if let [Some(stable), Some(unstable)] = found.bracket {
+            found.factor = Some((stable * unstable).sqrt());
+        }
+        found.trials.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+        Ok(found)
+    }
+
+    /// Tries two factors at once.
+    fn try_both(
+        &self,
+        search: &Search,
+        factors: [f64; 2],
+        found: &mut Safety,
+        tell: &(dyn Fn(&Trial) + Sync),
+    ) -> Result<(), RunError> {
+        let saved = self.save();
+        let tried = factors.into_par_iter().map(|factor| {
+            let tried = self.trial((search, &saved), factor);
+            tried.inspect(|(trial, _)| tell(trial))
+        });
+        for tried in tried.collect::<Vec<_>>() {
+            let (trial, simulation) = tried?;
+            let [stable, unstable] = &mut found.bracket;
+            if trial.verdict != Verdict::AtRest {
+                if unstable.is_none_or(|known| trial.factor < known) {
+                    *unstable = Some(trial.factor);
+                    found.failing = Some(Box::new(simulation));
+                }
+            } else if stable.is_none_or(|known| trial.factor > known) {
+                *stable = Some(trial.factor);
+            }
+            found.trials.push(trial);
+        }
+        // What holds with less strength than fails with more is on the limit: the failure counts.
+        if let [Some(stable), Some(unstable)] = found.bracket
+            && stable >= unstable
+        {
+            let below = found
+                .trials
+                .iter()
+                .filter(|trial| trial.verdict == Verdict::AtRest && trial.factor < unstable);
+            found.bracket[0] = below.map(|trial| trial.factor).reduce(f64::max);
+        }
+        Ok(())
+    }
+
+    /// Relaxes a copy with strengths divided by a factor.
+    fn trial(
+        &self,
+        (search, saved): (&Search, &Saved),
+        factor: f64,
+    ) -> Result<(Trial, Self), RunError> {
+        let deck = self.model.deck();
+        let model = Model::new(deck).map_err(|error| RunError::Search { faults: error.faults })?;
+        let simd = Simd::of(self.scratch.level);
+        let lost = || RunError::Search { faults: vec![Fault::new("state", "it cannot be copied")] };
+        let mut trial = Self::restore(model, simd, saved).ok_or_else(lost)?;
+        trial.finish_relaxation();
+        trial.stop_when(self.stop.clone());
+        trial.model.laws.clone_from(&self.model.laws);
+        let reduced = reduced(deck, search, factor);
+        let numbers = deck.joints.keys().enumerate().filter(|(_, name)| search.divides(name));
+        let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();
+        trial.reduce_strengths(&reduced, &numbers, factor);
+        trial.far = search.limit;
+        trial.start_relaxation(1)?;
+        let mut steps = 0;
+        let verdict = loop {
+            match trial.relax_step(search.tolerance) {
+                Ok(Relaxed::Done) => break Verdict::AtRest,
+                Err(RunError::Collapsed { .. } | RunError::TooDeep { .. }) => break Verdict::Fails,
+                Err(RunError::OutOfReach { .. }) => break Verdict::AtRest,
+                Err(error) => return Err(error),
+                Ok(_) if steps >= search.max_steps => break Verdict::Undecided,
+                Ok(_) => steps += 1,
+            }
+            if steps % 64 == 0 && self.stop.load(Ordering::Relaxed) {
+                return Err(RunError::Stopped);
+            }
+        };
+        Ok((Trial { factor, verdict, steps }, trial))
+    }
+}
+
+/// The deck with strengths divided by a factor, as far as contacts know them.
+fn reduced(deck: &Deck, search: &Search, factor: f64) -> Deck {
+    let divided = |degrees: f64| (degrees.to_radians().tan() / factor).atan().to_degrees();
+    let mut reduced = deck.clone();
+    for (_, joint) in reduced.joints.iter_mut().filter(|(name, _)| search.divides(name)) {
+        joint.friction = joint.friction.map(divided);
+        joint.residual_friction = joint.residual_friction.map(divided);
+    }
+    if search.joints.is_none() {
+        let alone = !deck.joints.values().any(Joint::breaks);
+        let friction = deck.contact.friction.or(alone.then_some(FRICTION));
+        reduced.contact.friction = friction.map(divided);
+    }
+    reduced
+}

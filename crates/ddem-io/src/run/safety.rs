@@ -1,0 +1,79 @@
+//! A stage that looks for the factor of safety.
+
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use ddem_core::deck::Stage;
+use ddem_core::{RunError, Verdict};
+
+use super::stage::{Moved, failed};
+use super::{Event, Observer, RunFailure};
+use crate::summary::StageSummary;
+
+/// Looks for the factor of safety of the present state, which stays; records the unstable trial of the
+/// smallest factor. False when the observer stopped it.
+pub(super) fn search(
+    stage: &Stage,
+    moved: &mut Moved,
+    observer: &mut dyn Observer,
+) -> Result<bool, RunFailure> {
+    let start = Instant::now();
+    let Moved { simulation, recorder, cursor } = moved;
+    recorder.start(simulation, &stage.name, &mut |event| observer.event(event))?;
+    let shared = Mutex::new(&mut *observer);
+    let found = simulation.factor_of_safety(&stage.search(), &|trial| {
+        let mut observer = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        observer.event(Event::Trial { stage: &stage.name, trial });
+    });
+    let mut found = match found {
+        Err(RunError::Stopped) => return Ok(false),
+        found => found.map_err(failed(stage))?,
+    };
+    let mut moving = Vec::new();
+    if let Some(failing) = &mut found.failing {
+        recorder.frame(failing)?;
+        moving = failing.moving_blocks();
+    }
+    let [stable, unstable] = found.bracket;
+    // Of the strengths as they are.
+    let verdict = match (found.factor.or(stable), unstable) {
+        (Some(factor), _) if factor >= 1.0 => Verdict::AtRest,
+        (_, Some(factor)) if factor <= 1.0 => Verdict::Fails,
+        (Some(_), Some(_)) => Verdict::Fails,
+        _ => Verdict::Undecided,
+    };
+    let steps = found.trials.iter().map(|trial| trial.steps).sum();
+    let seconds = start.elapsed().as_secs_f64();
+    let updates = simulation.model().n_nodes() as f64 * steps as f64;
+    simulation.check_finite().map_err(failed(stage))?;
+    let summary = StageSummary {
+        name: stage.name.clone(),
+        kind: "safety".to_owned(),
+        verdict,
+        moving,
+        factor: found.factor,
+        bracket: Some(found.bracket),
+        trials: found.trials,
+        steps,
+        time_step: f64::NAN,
+        wall_seconds: seconds,
+        node_updates_per_second: updates / seconds,
+        unbalanced: simulation.unbalanced(),
+        imbalance: simulation.energy().imbalance(),
+    };
+    if found.factor.is_none() {
+        let [low, high] = stage.search().bracket;
+        let warning = match (stable, unstable) {
+            (None, _) => format!(
+                "the blocks do not even hold with a factor of {low}: lower the first of `bracket`"
+            ),
+            _ => format!(
+                "the blocks hold with a factor of {high}, too: raise the second of `bracket`"
+            ),
+        };
+        observer.event(Event::Warning(&format!("stage `{}`: {warning}", stage.name)));
+    }
+    observer.event(Event::StageDone(&summary));
+    cursor.done.push(summary);
+    Ok(true)
+}

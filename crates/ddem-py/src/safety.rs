@@ -1,0 +1,46 @@
+//! Factors of safety.
+
+use ddem_core::{ModelError, Safety, Trial};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::away::{away, outcome};
+use crate::drive::read_stage;
+use crate::errors;
+use crate::simulation::Simulation;
+
+/// Factor, bracket, trials, and set and number of the blocks that move in the failing one.
+type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(String, usize)>);
+
+#[pymethods]
+impl Simulation {
+    /// What :func:`ddem.factor_of_safety` finds.
+    #[pyo3(signature = (**keys))]
+    fn _factor_of_safety(
+        &self,
+        py: Python<'_>,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Found> {
+        let stage = read_stage(py, "safety", None, keys)?;
+        let mut inner = self.lock(py)?;
+        let simulation = inner.session.simulation_mut();
+        let mut faults = stage.check();
+        faults.extend(stage.search().check(simulation.model().deck()));
+        if !faults.is_empty() {
+            return Err(errors::arguments(py, ModelError { faults }, "stage[0]."));
+        }
+        let (found, stopped) = away(py, self.pool(), None, |watch| {
+            simulation.stop_when(watch.stop_flag());
+            simulation.factor_of_safety(&stage.search(), &|_| {})
+        })?;
+        let Safety { factor, bracket, trials, failing } =
+            outcome(found, stopped, |error| errors::run_error(py, &error, ""))?;
+        let trials = trials.into_iter().map(|trial| {
+            let Trial { factor, verdict, steps } = trial;
+            (factor, verdict.to_string(), steps)
+        });
+        let moving = failing.map(|failing| failing.moving_blocks()).unwrap_or_default();
+        let moving = moving.into_iter().map(|moving| (moving.set, moving.block));
+        Ok((factor, bracket, trials.collect(), moving.collect()))
+    }
+}

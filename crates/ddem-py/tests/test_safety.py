@@ -1,0 +1,49 @@
+"""Factors of safety."""
+
+import math
+
+import pytest
+
+import ddem
+
+ROCK = ddem.Material(density=2400, young=18e9, poisson=0.25)
+
+
+def slope(friction: float) -> ddem.Model:
+    """A block on a plane of 30 degrees, gravity turned instead."""
+    gravity = (9.81 * math.sin(math.pi / 6), 0, -9.81 * math.cos(math.pi / 6))
+    model = ddem.Model(gravity=gravity)
+    seam = ddem.Joint(normal_stiffness=1e10, shear_stiffness=1e10, friction=friction, name="seam")
+    model.add_blocks(
+        size=(1, 1, 2), count=(1, 1, 2), divisions=1, material=ROCK, joint=seam, body="rigid"
+    )
+    model.fix("xyz", z=0.0)
+    return model
+
+
+def test_a_block_on_a_plane() -> None:
+    exact = math.tan(math.radians(38)) / math.tan(math.radians(30))
+    found = ddem.factor_of_safety(slope(38.0))
+    assert found.factor == pytest.approx(exact, rel=5e-3)
+    stable, unstable = found.bracket
+    assert stable is not None and unstable is not None and 0 < unstable - stable <= 0.005
+    assert {verdict for _, verdict, _ in found.trials} == {"at rest", "fails"}
+    assert [block for _, block in found.moving] == [1]
+    simulation = slope(38.0).build()
+    simulation.relax(quiet=True)
+    before = simulation.displacement.copy()
+    assert ddem.factor_of_safety(simulation, bracket=(1.0, 2.0)).factor == pytest.approx(exact, rel=5e-3)
+    assert (simulation.displacement == before).all()
+    assert ddem.factor_of_safety(simulation, bracket=(2.0, 3.0)).factor is None
+
+
+def test_what_does_not_hold_collapses() -> None:
+    with pytest.raises(ddem.Collapsed):
+        ddem.factor_of_safety(slope(25.0))
+
+
+def test_wrong_searches_are_refused() -> None:
+    simulation = slope(38.0).build()
+    for keys in ({"bracket": (2.0, 1.0)}, {"joints": ["no"]}, {"resolution": 0.0}):
+        with pytest.raises(ddem.ModelError):
+            ddem.factor_of_safety(simulation, **keys)

@@ -1,0 +1,47 @@
+//! Factors of safety by strength reduction.
+
+use ddem_core::deck::{Body, Search};
+use ddem_core::{Deck, Model, Simulation};
+
+use super::limit::{STRENGTHS, in_contact, layered, plane, wedges, with_body};
+use super::record::Tolerance::Relative;
+use super::record::{Case, check, of};
+
+/// What strengths are divided by beforehand, as a part of what they bear.
+const PART: f64 = 0.7;
+
+/// Finds the factor of safety of a deck whose strengths bear 1/`PART` times what acts.
+fn find((case, what): (Case, &str), deck: &Deck) {
+    let model = Model::new(deck).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let mut simulation = Simulation::new(model);
+    simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let found = simulation.factor_of_safety(&Search::default(), &|_| {});
+    let found = found.unwrap_or_else(|error| panic!("{what}: {error}"));
+    let factor = found.factor.expect("it is in the bracket");
+    check(case, &format!("factor of safety, {what}"), 1.0 / PART, factor, Relative(5e-3));
+}
+
+#[test]
+fn a_block_on_a_plane_has_its_factor_of_safety() {
+    let case = of("limit_plane");
+    for (strengths, what) in STRENGTHS {
+        for body in [Body::Rigid, Body::Deformable] {
+            let what = format!("{what}, {body:?}").to_lowercase();
+            find((case, &what), &with_body(plane(strengths, PART), &["block"], body));
+        }
+        find((case, &format!("{what}, layer")), &layered(plane(strengths, PART), 18e9));
+    }
+    for body in [Body::Rigid, Body::Deformable] {
+        let deck = with_body(plane([0.0, 35.0], PART), &["block"], body);
+        let what = format!("contact, {body:?}").to_lowercase();
+        find((case, &what), &in_contact(deck, "plane"));
+    }
+}
+
+#[test]
+fn two_blocks_have_one_factor_of_safety() {
+    let case = of("limit_wedges");
+    find((case, "joints, rigid"), &wedges(PART, false));
+    let deck = with_body(wedges(PART, true), &["active", "passive"], Body::Deformable);
+    find((case, "contacts, deformable"), &deck);
+}
