@@ -145,7 +145,7 @@ const WHERE: &str = "`x`, `y`, `z`, `sphere`, `cylinder`, `set`";
 fn python_keys(help: &str) -> String {
     let python = help.replace("`where`", WHERE).replace("`from`", "`from_`");
     // Those of a stage are arguments of `relax` and `run`, which give it a name and a kind.
-    python.replace("`name`, `kind`, `tolerance`", "`tolerance`")
+    python.replace("`name`, `kind`, `bracket`, `resolution`, `joints`, `limit`, ", "")
 }
 
 pub(crate) fn model(py: Python<'_>, error: &ModelError) -> PyErr {

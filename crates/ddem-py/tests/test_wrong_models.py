@@ -35,7 +35,7 @@ def line() -> int:
         (lambda m: m.contact(z=0.0), "z: unknown key `z`"),
         (
             lambda m: m.stage("a", kind="dyn"),
-            'kind: expected `"relax"` or `"dynamic"`, found "dyn"',
+            'kind: expected `"relax"` or `"dynamic"` or `"safety"`, found "dyn"',
         ),
         (lambda m: m.load(force=(1, 2)), "force: expected 3 numbers, found 2"),
         (lambda m: m.load(force=(1, 2, np.nan)), "force[2]: NaN where a finite number must be"),

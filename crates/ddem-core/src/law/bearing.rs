@@ -44,7 +44,8 @@ impl Bearing {
         let Some(time_step) = self.time_step else { return loss };
         if time_step == 0.0 {
             memory.drag = 0.0;
-            loss.contact = std::mem::take(&mut memory.account);
+            // What faces that meet within a step lose, no motion in time has lost: damping takes it.
+            loss.damping = std::mem::take(&mut memory.account);
             return loss;
         }
         loss.damping = self.resist(opening.normal - before, time_step, memory);
