@@ -212,7 +212,7 @@ impl Conditions {
         self.fixed.iter().map(way).collect()
     }
 
-    /// Whether a charge has gone off within a span of time `[s]`.
+    /// True where a charge has gone off within a span of time before now `[s]`.
     pub(crate) fn have_gone_off(&self, span: f64, time: f64, starts: &[f64]) -> bool {
         self.charged.iter().any(|Charged { delay, period, .. }| {
             let begun = period.from.is_none_or(|from| from < starts.len());

@@ -12,9 +12,9 @@ pub struct Moving {
     /// Number of the block.
     #[serde(rename = "index")]
     pub block: usize,
-    /// How far its nodes have moved in the stage, in the mean `[m]`.
+    /// Length of the mean displacement of its nodes in the stage `[m]`.
     pub distance: f64,
-    /// Where to, a unit vector.
+    /// Direction of that displacement, a unit vector.
     pub direction: [f64; 3],
 }
 
@@ -100,7 +100,7 @@ pub enum RunError {
     /// A factor of safety cannot be looked for.
     #[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("; "))]
     Search {
-        /// What is wrong, by key.
+        /// Faults of the search, by key.
         faults: Vec<Fault>,
     },
     /// A program wanted it to stop, before anything moved.
@@ -321,7 +321,7 @@ fn after(failed: u64) -> String {
     if failed == 0 { String::new() } else { format!(", after {failed} pairs have failed") }
 }
 
-/// What may keep a relaxation from equilibrium.
+/// Likely cause of a relaxation that takes too long.
 fn hint(ratio: f64, failed: u64) -> String {
     match (ratio > 1.0, failed) {
         (true, _) => "; the motion grows: look whether more `increments` change that; a damped dynamic stage \

@@ -55,7 +55,7 @@ impl Inertia {
         size_of::<Moments>() + (self.mass.len() + self.diagonal.len()) * size_of::<Lanes>()
     }
 
-    /// What tells it from others.
+    /// Its numbers, to tell it from others.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
         let all = self.mass.iter().chain(&self.diagonal);
         all.flat_map(|lanes| lanes.0)

@@ -1,4 +1,4 @@
-//! What pairs bear: their tractions (M1), failed or not.
+//! Tractions of pairs (M1), failed or not.
 
 use fearless_simd::dispatch;
 use nalgebra::Matrix3;

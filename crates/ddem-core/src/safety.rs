@@ -1,4 +1,4 @@
-//! Factor of safety by strength reduction: what the strengths of joints can be divided by until blocks move.
+//! Factor of safety by strength reduction: the largest divisor of the strengths of joints with which blocks rest.
 //!
 //! Every trial starts from the same state, with strengths divided by one factor, and relaxes: it is stable
 //! when it comes to rest. Two trials at once divide what is left of the bracket in three, in the logarithm.
@@ -8,6 +8,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::contact::FRICTION;
 use crate::deck::{Deck, Joint, Search};
 use crate::error::{Fault, RunError};
 use crate::model::Model;
@@ -20,19 +21,18 @@ use crate::watch::Verdict;
 /// One trial.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
-    /// What strengths were divided by.
+    /// Divisor of the strengths.
     pub factor: f64,
-    /// How it ended; one that is undecided counts as unstable.
+    /// Verdict on it; an undecided one counts as unstable.
     pub verdict: Verdict,
     /// Steps that it took.
     pub steps: u64,
 }
 
-/// What was found.
+/// Factor of safety of a state.
 #[derive(Debug)]
 pub struct Safety {
-    /// Between the largest factor that is stable and the smallest that is not; `None` where an end of the bracket
-    /// is missing.
+    /// Geometric mean of the bracket; `None` where one of its ends is missing.
     pub factor: Option<f64>,
     /// The largest factor that is stable and the smallest one that is not, if any.
     pub bracket: [Option<f64>; 2],
@@ -41,9 +41,6 @@ pub struct Safety {
     /// The unstable trial of the smallest factor, as it ended.
     pub failing: Option<Box<Simulation>>,
 }
-
-/// Friction of contacts where neither the deck nor a joint says what it is `[degrees]`.
-const FRICTION: f64 = 30.0;
 
 impl Simulation {
     /// Factor of safety of the present state, which should be an equilibrium: it stays as it is. `tell` hears of
@@ -71,6 +68,10 @@ impl Simulation {
             }
             let ratio = unstable / stable;
             let thirds = [1.0, 2.0].map(|third| stable * ratio.powf(third / 3.0));
+            // No number is between them that is fine enough.
+            if !(stable < thirds[0] && thirds[1] < unstable) {
+                break;
+            }
             self.try_both(search, thirds, &mut found, tell)?;
         }
         if let [Some(stable), Some(unstable)] = found.bracket {
@@ -144,6 +145,7 @@ impl Simulation {
             match trial.relax_step(search.tolerance) {
                 Ok(Relaxed::Done) => break Verdict::AtRest,
                 Err(RunError::Collapsed { .. } | RunError::TooDeep { .. }) => break Verdict::Fails,
+                // Nothing but rounding is out of balance.
                 Err(RunError::OutOfReach { .. }) => break Verdict::AtRest,
                 Err(error) => return Err(error),
                 Ok(_) if steps >= search.max_steps => break Verdict::Undecided,

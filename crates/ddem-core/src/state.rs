@@ -91,7 +91,7 @@ pub(crate) struct State {
     pub(crate) way: f64,
     /// The largest values so far.
     pub(crate) peaks: Peaks,
-    /// How blocks have moved against each other since the last event.
+    /// Motion of neighbours since the last event.
     pub(crate) watch: Watch,
 }
 

@@ -39,7 +39,7 @@ fn places(model: &Model, state: &State) -> Vec<[f64; 3]> {
 }
 
 impl State {
-    /// What moves from now on is new: a stage begins, or an increment, or pairs have failed.
+    /// Starts the motion of neighbours anew: a stage begins, or an increment, or pairs have failed.
     pub(crate) fn watch_anew(&mut self, model: &Model, stage: bool) {
         let places = places(model, self);
         self.watch.begin((self.steps, stage), places);
@@ -58,7 +58,7 @@ impl State {
         self.watch.looks.push([most, ratio]);
     }
 
-    /// How far neighbours that no joint holds together have moved against each other since the last event `[m]`.
+    /// Motion of neighbours that no joint holds together since the last event, by their blocks `[m]`.
     fn apart(&self, model: &Model) -> Vec<([usize; 2], f64)> {
         let (now, then) = (places(model, self), &self.watch.places[1]);
         let way = |block: usize| Vec3::from(now[block]) - place(then, block);
@@ -97,7 +97,7 @@ impl State {
     }
 }
 
-/// Where a block was; a state that was saved without it begins where nothing has moved.
+/// Displacement that a block had `[m]`; none in a state that was saved without it.
 fn place(places: &[[f64; 3]], block: usize) -> Vec3 {
     places.get(block).map_or_else(Vec3::zeros, |place| Vec3::from(*place))
 }

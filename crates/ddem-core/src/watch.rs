@@ -32,7 +32,7 @@ const ENOUGH: usize = 10;
 /// Unbalanced force ratio with which blocks are at rest.
 const BALANCED: f64 = 1e-2;
 
-/// How a stage ends.
+/// Verdict on a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -56,7 +56,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// What is known of the motion since the last event.
+/// Motion of neighbours since the last event.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Watch {
     /// Step of the last event.
@@ -85,7 +85,7 @@ impl Watch {
         self.calm = self.calm.max(step - self.since.min(step));
     }
 
-    /// Whether a relaxation has become a motion without end: it goes this far, as a part of an edge, or long on.
+    /// True where a relaxation has become a motion without end: it goes this far, as a part of an edge, or long on.
     pub(crate) fn fails(&self, far: f64) -> bool {
         let known = if self.calm == 0 { UNKNOWN } else { SOON.max(self.calm.saturating_mul(2)) };
         let steps = LOOK * self.looks.len() as u64;

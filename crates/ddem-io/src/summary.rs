@@ -137,7 +137,7 @@ pub struct StageSummary {
     pub name: String,
     /// Kind in the deck.
     pub kind: String,
-    /// How it ends.
+    /// Verdict on it.
     #[serde(default)]
     pub verdict: Verdict,
     /// Blocks that move where it fails, those first that have gone farthest in the stage.

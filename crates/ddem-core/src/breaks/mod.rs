@@ -283,7 +283,7 @@ impl Broken {
         !self.released[lane] && self.has_failed(lane)
     }
 
-    /// Whether any pair of a lane's joint has failed; also after its release.
+    /// True where any pair of a lane's joint has failed; also after its release.
     pub(crate) fn has_failed(&self, lane: usize) -> bool {
         self.points.iter().any(|points| points[lane].mode.is_some())
     }

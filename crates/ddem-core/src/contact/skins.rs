@@ -12,7 +12,7 @@ use crate::seams::Moved;
 use crate::touch::{EdgeOf, FaceOf};
 
 /// Friction angle where neither the deck nor a joint says one `[degrees]`.
-const FRICTION: f64 = 30.0;
+pub(crate) const FRICTION: f64 = 30.0;
 
 /// One face of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]

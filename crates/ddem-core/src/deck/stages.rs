@@ -34,7 +34,7 @@ pub struct Stage {
     /// `displacement`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub increments: Option<u32>,
-    /// What a run does after a stage that fails, or of which neither can be said; default `"stop"`.
+    /// Way on after a stage that fails or stays undecided; default `"stop"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_failure: Option<OnFailure>,
     /// dynamic: simulated time `[s]`.
@@ -86,7 +86,7 @@ impl Stage {
     }
 }
 
-/// How to look for a factor of safety.
+/// Search for a factor of safety.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Search {
     /// Factors between which it is looked for.
@@ -116,7 +116,7 @@ impl Default for Search {
     }
 }
 
-/// What a run does after a stage that fails.
+/// Way on after a stage that fails.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnFailure {

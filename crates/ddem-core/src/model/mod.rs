@@ -277,7 +277,7 @@ impl Model {
         self.geometry.locate(node).0
     }
 
-    /// Whether waves of charges are on their way through the model: there is no damping of failed joints
+    /// True while waves of charges cross the model: there is no damping of failed joints
     /// and contacts then, unless the deck says so.
     pub(crate) fn is_shaken(&self, time: f64, starts: &[f64]) -> bool {
         if self.conditions.charged.is_empty() || self.deck.contact.damping_ratio().is_some() {

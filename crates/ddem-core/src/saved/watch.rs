@@ -1,4 +1,4 @@
-//! How blocks have moved against each other, in a saved state.
+//! Motion of neighbours, in a saved state.
 
 use super::Saved;
 use crate::watch::Watch;

@@ -9,7 +9,7 @@ use crate::sums::Sums;
 use crate::watch::Verdict;
 
 impl Simulation {
-    /// How the dynamic stage that was started ends, or would end now: at rest where forces are balanced and no
+    /// Verdict on the dynamic stage that was started, if it ended now: at rest where forces are balanced and no
     /// blocks move on against each other.
     #[must_use]
     pub fn verdict(&self) -> Verdict {

@@ -33,7 +33,7 @@ pub fn run(
     pool.install(|| Drive::start(deck, source, options, observer)?.run())
 }
 
-/// How a stage ended.
+/// End of a stage.
 enum Ended {
     /// The observer wanted to stop; a checkpoint is written.
     Interrupted,

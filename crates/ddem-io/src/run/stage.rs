@@ -150,7 +150,7 @@ impl<'a> Running<'a> {
         Ok(end)
     }
 
-    /// Whether a dynamic stage that ends with rest has come to it, or fails.
+    /// True where a dynamic stage that ends with rest has come to it, or fails.
     fn decided(&mut self) -> bool {
         let Moved { simulation, .. } = &*self.moved;
         let wanted = self.stage.until_rest == Some(true);

@@ -113,7 +113,7 @@ fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
 }
 
 impl Search {
-    /// What is wrong with it for a deck, by key.
+    /// Faults of the search for a deck, by key.
     #[must_use]
     pub fn check(&self, deck: &Deck) -> Vec<Fault> {
         let mut faults = Vec::new();
@@ -138,7 +138,7 @@ impl Search {
         faults
     }
 
-    /// Whether the strengths of a joint are divided.
+    /// True for a joint whose strengths are divided.
     pub(crate) fn divides(&self, name: &String) -> bool {
         self.joints.as_ref().is_none_or(|joints| joints.contains(name))
     }
