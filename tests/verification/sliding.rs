@@ -1,7 +1,7 @@
 //! Blocks that slide, and stay, near the limit of friction with nothing set.
 
 use ddem_core::Deck;
-use ddem_core::deck::{Body, Fix, Stage, StageKind, Where};
+use ddem_core::deck::{Body, Extent, Fix, Stage, StageKind, Where};
 use ddem_core::{Model, Relaxed, Simulation};
 
 use super::energy::closes;
@@ -53,10 +53,14 @@ fn block(plane: Plane, [slope, friction]: [f64; 2], (body, divisions): (Body, u3
     deck
 }
 
-/// Velocity of the block down the plane at times `[s, m/s]`, and where it has come to `[m]`.
-fn down(deck: &Deck, simulation: &mut Simulation, samples: u64) -> Vec<[f64; 3]> {
-    let region = Where { set: Some("block".to_owned()), ..Where::default() };
-    let nodes = simulation.model().nodes_in(&region);
+/// The set on the plane.
+fn sliding_set() -> Where {
+    Where { set: Some("block".to_owned()), ..Where::default() }
+}
+
+/// Velocity of a region down the plane at times `[s, m/s]`, and where it has come to `[m]`.
+fn down(deck: &Deck, simulation: &mut Simulation, region: &Where, samples: u64) -> Vec<[f64; 3]> {
+    let nodes = simulation.model().nodes_in(region);
     let stage = deck.stage.last().expect("a stage");
     let steps = simulation
         .start(
@@ -115,7 +119,7 @@ fn it_slides_as_fast_as_friction_lets_it() {
             let [slope, friction] = slopes[(i + k) % slopes.len()];
             let mut deck = block(plane, [slope, friction], kind);
             deck.stage[0].duration = Some(duration);
-            let rows = down(&deck, &mut simulation(&deck), 200);
+            let rows = down(&deck, &mut simulation(&deck), &sliding_set(), 200);
             let late = rows[rows.len() / 2];
             let end = rows[rows.len() - 1];
             let found = (end[1] - late[1]) / (end[0] - late[0]);
@@ -128,6 +132,33 @@ fn it_slides_as_fast_as_friction_lets_it() {
 }
 
 #[test]
+fn in_one_set_it_slides_in_the_plane_of_the_block_that_is_held() {
+    let case = of("slide_plane");
+    for (stiffness, body) in [
+        (1e7, Body::Deformable),
+        (3e7, Body::Deformable),
+        (1e9, Body::Deformable),
+        (1e9, Body::Rigid),
+    ] {
+        let mut deck = block(Plane::Spring(stiffness), [30.0, 28.0], (body, 1));
+        deck.blocks.remove(0);
+        deck.blocks[0].size = Some([1.0, 1.0, 2.0]);
+        deck.blocks[0].count = Some([1, 1, 2]);
+        let height = |range| Where { z: Some(Extent::Range(range)), ..Where::default() };
+        deck.fix[0].region = height([-0.1, 0.9]);
+        deck.stage[0].duration = Some(1.0);
+        let rows = down(&deck, &mut simulation(&deck), &height([1.1, 2.1]), 200);
+        let [late, end] = [rows[rows.len() / 2], rows[rows.len() - 1]];
+        let found = (end[1] - late[1]) / (end[0] - late[0]);
+        let [a, f] = [30_f64, 28.0].map(f64::to_radians);
+        let exact = G * (a.sin() - a.cos() * f.tan());
+        let what =
+            format!("acceleration on a block of the same set, {stiffness:e} Pa/m, {body:?} [m/s²]");
+        check(case, &what, exact, found, Relative(1e-2));
+    }
+}
+
+#[test]
 fn it_stays_below_the_limit() {
     let case = of("slide_plane");
     for (plane, duration) in
@@ -136,13 +167,13 @@ fn it_stays_below_the_limit() {
         for (kind, name) in [BLOCKS[0], BLOCKS[2]] {
             let mut deck = block(plane, [30.0, 32.0], kind);
             deck.stage[0].duration = Some(duration);
-            let rows = down(&deck, &mut simulation(&deck), 200);
+            let rows = down(&deck, &mut simulation(&deck), &sliding_set(), 200);
             let creep = (rows[rows.len() - 1][2] - rows[rows.len() / 4][2]).abs();
             let what = format!("creep, weight at once, {plane:?}, {name} [m]");
             check(case, &what, 1e-4, creep, AtMost);
             // The weight put on in a relax stage, the block held along the plane meanwhile.
             let hold = Fix {
-                region: Where { set: Some("block".to_owned()), ..Where::default() },
+                region: sliding_set(),
                 axes: "x".to_owned(),
                 until: Some("slide".to_owned()),
                 ..Fix::default()
@@ -159,7 +190,7 @@ fn it_stays_below_the_limit() {
             {}
             simulation.finish_relaxation();
             simulation.enter(1);
-            let rows = down(&deck, &mut simulation, 200);
+            let rows = down(&deck, &mut simulation, &sliding_set(), 200);
             let creep = rows[rows.len() - 1][2] - rows[rows.len() / 50][2];
             let what = format!("creep, weight relaxed, {plane:?}, {name} [m]");
             check(case, &what, 1e-4, creep.abs(), AtMost);

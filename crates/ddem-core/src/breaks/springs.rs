@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{Broken, Losses, Point};
 use crate::lanes::{LANES, Lanes};
@@ -40,7 +40,12 @@ pub(crate) struct Pull {
     pub(crate) couple: [Lanes; 3],
     /// Energy in the springs `[J]`.
     pub(crate) stored: Lanes,
+    /// 1 where the springs turn with the ground, 0 where with both bodies.
+    pub(crate) grounded: Lanes,
 }
+
+/// Rotation of the ground against a joint's mean frame by lane, where the springs turn with it.
+pub(crate) type GroundFrames = [Option<Matrix3<f64>>; LANES];
 
 impl Broken {
     /// The springs of a lane bear tractions, along the joint's own axes, where nothing has moved.
@@ -150,11 +155,12 @@ impl Broken {
     pub(crate) fn pull(
         &mut self,
         (places, seam): (&[PairPlace], &Seam),
-        (look, way): (Look<'_>, Option<&[Lanes]>),
+        (look, way, frames): (Look<'_>, Option<&[Lanes]>, &GroundFrames),
         (local, g): (&[Lanes], &mut [Lanes]),
         losses: &mut Losses,
     ) -> Pull {
-        let mut pull = Pull::default();
+        let grounded = Lanes(frames.map(|frame| f64::from(u8::from(frame.is_some()))));
+        let mut pull = Pull { grounded, ..Pull::default() };
         for (p, place) in places.iter().enumerate() {
             for lane in 0..LANES {
                 let point = &mut self.points[p][lane];
@@ -163,7 +169,12 @@ impl Broken {
                 }
                 let k = seam.stiffness(lane);
                 let area = point.area(seam, lane);
-                let opening = split(across(local, seam, place, lane) - point.origin);
+                let mut apart = across(local, seam, place, lane);
+                if let Some(frame) = &frames[lane] {
+                    let gap = lane_of(seam.gap(), lane);
+                    apart = seam.axes.tr_mul(&(frame.tr_mul(&(gap + seam.axes * apart)) - gap));
+                }
+                let opening = split(apart - point.origin);
                 let opening = Opening { normal: opening.normal, shear: opening.shear };
                 let law = law_of(look.laws, seam, lane).filter(|_| point.mode.is_some());
                 if let Some(law) = law {
@@ -199,8 +210,11 @@ impl Broken {
                     point.memory.gap = opening.normal;
                 }
                 let Traction { normal: t_n, shear } = point.memory.borne();
-                let force = seam.axes * joined(t_n, shear) * area;
-                let couple = (seam.axes * joined(0.0, point.memory.slip)).cross(&force);
+                let mut force = seam.axes * joined(t_n, shear) * area;
+                let mut couple = (seam.axes * joined(0.0, point.memory.slip)).cross(&force);
+                if let Some(frame) = &frames[lane] {
+                    (force, couple) = (frame * force, Vector3::zeros());
+                }
                 let [a, b] = place.sides;
                 for c in 0..3 {
                     g[3 * a + c].0[lane] -= force[c];
@@ -286,5 +300,9 @@ fn element_force(g: &[Lanes], seam: &Seam, place: &PairPlace, lane: usize) -> Ve
 }
 
 fn at(field: &[Lanes], node: usize, lane: usize) -> Vector3<f64> {
-    Vector3::from([0, 1, 2].map(|c| field[3 * node + c].0[lane]))
+    lane_of(&[0, 1, 2].map(|c| field[3 * node + c]), lane)
+}
+
+fn lane_of(v: &[Lanes; 3], lane: usize) -> Vector3<f64> {
+    Vector3::from(v.map(|c| c.0[lane]))
 }

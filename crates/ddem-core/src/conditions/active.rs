@@ -102,10 +102,12 @@ impl Active {
         }
         loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
         let n = packs.packs.len();
-        let mut held_bodies = vec![[false; LANES]; n];
+        let mut held_axes = vec![[[false; 3]; LANES]; n];
         for (pack, support) in &supports {
-            held_bodies[*pack][support.lane as usize] = true;
+            held_axes[*pack][support.lane as usize][support.axis as usize] = true;
         }
+        let held = |axes: [bool; 3]| axes == [true; 3];
+        let held_bodies = held_axes.into_iter().map(|lanes| lanes.map(held)).collect();
         Self {
             held_bodies,
             support_start: starts(n, supports.iter().map(|s| s.0)),

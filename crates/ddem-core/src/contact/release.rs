@@ -78,6 +78,12 @@ fn joint<'a>(
 }
 
 impl Broken {
+    /// True where all pairs of a lane's joint have failed and bear until they have slid, or opened, too far.
+    pub(crate) fn rubs(&self, seam: &Seam, lane: usize, rigid: bool) -> bool {
+        self.points.iter().all(|points| points[lane].mode.is_some())
+            && self.release(seam, lane, (rigid, true)) < Release::Due
+    }
+
     fn release(&self, seam: &Seam, lane: usize, (rigid, bonds): (bool, bool)) -> Release {
         let spacing = seam.spacing(lane);
         // Pairs of rigid blocks are not at the corners on which a block turns, so that the contact comes at once.

@@ -6,18 +6,19 @@
 //! the thickness) is given to these bodies in equal parts, who balance it with the same nodal
 //! forces as their own: so the moments of all internal forces add up to zero, joints included.
 //! The part that comes of slip goes to the body that is held, if one is: the ground on which the
-//! other slides.
+//! other slides. Once all pairs of such a joint have failed its springs turn with the ground alone.
 
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
+use nalgebra::Matrix3;
 
-use crate::breaks::{Broken, Losses, Pull};
+use crate::breaks::{Broken, GroundFrames, Losses, Pull};
 use crate::element::corotation::{Frame, split_torque};
 use crate::element::lattice::{force, force_left};
 use crate::kinematics::{Moved, joint_displacements, rotations};
 use crate::lanes::{
     LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times,
-    transposed_times, zero,
+    transposed_product, transposed_times, zero,
 };
 use crate::law::JointLaw;
 use crate::pass::{Face, Input, Output, Workspace, half_work};
@@ -50,7 +51,9 @@ pub(crate) fn joint<S: Simd>(
     if let (Some(face), Some(broken)) = (face, broken) {
         let fields = (&work.local[..n], &mut work.g[..n]);
         let way = fails.then_some(&work.way[..n]);
-        let springs = broken.pull(face, (input.look, way), fields, out.losses);
+        let frames = rotation.map(|mean| ground(simd, input, (at, face.1), &mean, broken));
+        let frames = frames.unwrap_or_default();
+        let springs = broken.pull(face, (input.look, way, &frames), fields, out.losses);
         if let Some([_, joints]) = &mut out.energy {
             *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
         }
@@ -202,6 +205,34 @@ fn any_fails<S: Simd>(
     (0..LANES).any(|lane| law(lane).is_some_and(|law| points(lane).any(|at| fails(law, at))))
 }
 
+/// Rotation of the ground of each lane's joint against the joint's mean frame: of the body that alone is held,
+/// once all pairs have failed, until a contact takes over.
+#[inline(always)]
+fn ground<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    ((index, offset), seam): ((usize, usize), &Seam),
+    mean: &Matrix<S>,
+    broken: &Broken,
+) -> GroundFrames {
+    let pack = &input.moved.packs.packs[index];
+    let part = input.own_part(pack.upper[offset], index);
+    let stands = part.0.map(|part| part != 0.5);
+    let mut frames = [None; LANES];
+    if !input.look.turning || stands == [false; LANES] {
+        return frames;
+    }
+    let Some(bodies) = rotations(simd, input.moved, (index, offset)) else { return frames };
+    let turned = bodies.map(|body| transposed_product(mean, &body).map(|row| row.map(Lanes::from)));
+    for (lane, frame) in frames.iter_mut().enumerate() {
+        if stands[lane] && broken.rubs(seam, lane, pack.rigid) {
+            let rows = &turned[usize::from(part.0[lane] < 0.5)];
+            *frame = Some(Matrix3::from_fn(|i, j| rows[i][j].0[lane]));
+        }
+    }
+    frames
+}
+
 /// Gives the forces of a joint lattice to its nodes and its torque to its bodies.
 #[inline(always)]
 fn give<S: Simd>(
@@ -245,11 +276,15 @@ fn give<S: Simd>(
             let torque = times(&rotation, torque);
             [on_own, on_others] = split_torque(simd, bodies, &rotation, torque);
         }
-        // The couple of slip goes to the body that is held, if one is.
+        // The couple of slip goes to the body that is held, if one is; the whole torque if the springs turn with it.
         let couple = times(&rotation, load(simd, &pull.couple));
-        let more = input.own_part(pack.upper[offset], index).load(simd) - 0.5;
-        on_own = add(on_own, scale(couple, more));
-        on_others = sub(on_others, scale(couple, more));
+        let part = input.own_part(pack.upper[offset], index).load(simd);
+        let more = scale(couple, part - 0.5);
+        let whole = times(&rotation, torque);
+        let [own, others] = [(on_own, part), (on_others, part * -1.0 + 1.0)]
+            .map(|(on, part)| scale(sub(scale(whole, part), on), pull.grounded.load(simd)));
+        on_own = add(on_own, add(more, own));
+        on_others = add(on_others, sub(others, more));
     } else {
         let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
         on_own = scale(times(&rotation, torque), part);
