@@ -5,6 +5,7 @@ use std::path::Path;
 
 use ddem_core::Simd;
 use ddem_io::checkpoint::{self, Checkpoint};
+use ddem_io::folder::Earlier;
 use ddem_io::run::{Options, run};
 
 use super::resume::{everything, interrupted};
@@ -119,7 +120,7 @@ fn resumed(folder: &Path, name: &str, numbers: Vec<f64>) -> String {
     };
     save(&arrays);
     let (deck, source) = ddem_io::deck::parse(&rubble(), "test.toml").expect("a deck");
-    let options = Options { resume: true, ..Options::new(folder) };
+    let options = Options { earlier: Earlier::Resume, ..Options::new(folder) };
     let outcome = run(&deck, &source, &options, &mut StopAfter(5));
     save(&whole.arrays);
     outcome.err().map_or_else(String::new, |error| error.to_string())

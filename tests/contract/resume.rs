@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use ddem_io::folder::Earlier;
 use ddem_io::run::{Event, Observer, Options, Outcome, RunFailure, run};
 
 use super::breaking::torn;
@@ -166,7 +167,7 @@ fn a_run_that_was_cut_off_goes_on_from_the_end_of_the_stage_before() {
     let (deck, source) = ddem_io::deck::parse(&text, "cut.toml").expect("a deck");
     let mut copy = CopyAfterFirst { from: whole.path().into(), to: cut.path().into(), done: false };
     run(&deck, &source, &Options::new(whole.path()), &mut copy).expect("an end");
-    let options = Options { resume: true, ..Options::new(cut.path()) };
+    let options = Options { earlier: Earlier::Resume, ..Options::new(cut.path()) };
     run(&deck, &source, &options, &mut copy).expect("an end");
     for ((what, expected), (_, found)) in
         everything(whole.path()).iter().zip(&everything(cut.path()))

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use ddem_core::{Deck, Simd};
-use ddem_io::folder::FolderError;
-use ddem_io::run::{Event, Observer, RunFailure, Session};
+use ddem_io::run::{Event, Observer, Session};
 
 use super::decks::mixed;
 use super::shared::{Frames, How, run_into};
@@ -97,13 +96,15 @@ fn a_folder_belongs_to_one_model() {
         deck.load.retain(|load| load.from.is_none());
         deck
     };
-    all_stages(&mut session(&untitled(2400.0)), Some(folder.path()));
-    let mut other = session(&untitled(2500.0));
-    let stage = other.simulation().model().deck().stage[0].clone();
-    let refused = other.stage(&stage, Some(folder.path()), &mut Samples::default());
-    assert!(matches!(refused, Err(RunFailure::Folder(FolderError::OtherDeck { .. }))));
-    // The same one may start over.
-    all_stages(&mut session(&untitled(2400.0)), Some(folder.path()));
+    let out = folder.path().join("run");
+    all_stages(&mut session(&untitled(2400.0)), Some(&out));
+    let before = std::fs::read(out.join("summary.json")).expect("results");
+    // What another model, or the same one, wrote is moved out of the way.
+    all_stages(&mut session(&untitled(2500.0)), Some(&out));
+    all_stages(&mut session(&untitled(2400.0)), Some(&out));
+    let kept = |number: u32| folder.path().join(format!("run.{number}"));
+    assert_eq!(std::fs::read(kept(1).join("summary.json")).expect("results"), before);
+    assert!(kept(2).join("summary.json").exists() && !kept(3).exists());
 }
 
 #[test]

@@ -12,6 +12,7 @@ pub use vtk::Frames;
 use std::path::{Path, PathBuf};
 
 use ddem_core::{Deck, Model, Simd, Simulation};
+use ddem_io::folder::Earlier;
 use ddem_io::run::{Event, Observer, Options, Outcome};
 use ddem_io::summary::Summary;
 use tempfile::TempDir;
@@ -80,7 +81,7 @@ pub fn run_into(text: &str, folder: &Path, how: How) -> bool {
     let mut options = Options::new(folder);
     options.threads = Some(how.threads);
     options.simd = how.simd;
-    options.resume = how.resume;
+    options.earlier = if how.resume { Earlier::Resume } else { Earlier::Overwrite };
     let mut observer = StopAfter(how.stop_after.unwrap_or(u64::MAX));
     match ddem_io::run::run(&deck, &source, &options, &mut observer) {
         Ok(outcome) => matches!(outcome, Outcome::Done(_)),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand};
 use ddem_core::Simd;
 use ddem_core::deck::names;
+use ddem_io::folder::Earlier;
 
 /// More than any machine has; very many would only keep it busy starting them.
 const MOST_THREADS: usize = 1024;
@@ -32,6 +33,18 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
     Schema,
+    /// Print what came out of a run: verdicts, largest displacement, failed joints, reactions, energy
+    Info {
+        /// Folder of the results
+        #[arg(value_name = "DIR")]
+        folder: PathBuf,
+    },
+    /// What users of other programs type: only a message
+    #[command(hide = true, disable_help_flag = true)]
+    Run {
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
 }
 
 /// How a deck is run.
@@ -55,6 +68,9 @@ pub(crate) struct Run {
     /// Go on from the checkpoint in the folder of the results
     #[arg(long)]
     pub(crate) resume: bool,
+    /// Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
+    #[arg(long, conflicts_with = "resume")]
+    pub(crate) overwrite: bool,
     /// Instruction set of the kernels, which does not change the results
     #[arg(long, value_name = "NAME", value_parser = simd, hide = true)]
     pub(crate) simd: Option<Simd>,
@@ -66,6 +82,15 @@ impl Run {
         match &self.out {
             Some(out) => out.clone(),
             None => Path::new("results").join(self.deck.file_stem().unwrap_or_default()),
+        }
+    }
+
+    /// What becomes of earlier results.
+    pub(crate) fn earlier(&self) -> Earlier {
+        match (self.resume, self.overwrite) {
+            (true, _) => Earlier::Resume,
+            (_, true) => Earlier::Overwrite,
+            _ => Earlier::Keep,
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod args;
 mod progress;
+mod results;
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
@@ -16,6 +17,7 @@ use ddem_io::{DeckError, deck, run};
 
 use args::{Cli, Command, Run};
 use progress::{Screen, Watcher};
+use results::NoResults;
 
 /// Exit status of a command that was interrupted, as shells have it.
 const INTERRUPTED: u8 = 130;
@@ -34,8 +36,18 @@ enum Failure {
     CommandLine(clap::Error),
     /// The deck is wrong or the run failed.
     Run(RunFailure),
+    /// A folder has no results.
+    Results(NoResults),
+    /// `ddem run` and what followed.
+    NoCommand(Vec<String>),
     /// Standard output cannot be written.
     Output(io::Error),
+}
+
+impl From<NoResults> for Failure {
+    fn from(error: NoResults) -> Self {
+        Self::Results(error)
+    }
 }
 
 impl From<RunFailure> for Failure {
@@ -60,6 +72,7 @@ fn main() -> ExitCode {
         Ok(Ending::Interrupted) => INTERRUPTED,
         Err(Failure::CommandLine(error)) => u8::from(error.use_stderr()) * 2,
         Err(Failure::Run(failure)) => failure.exit_status(),
+        Err(Failure::Results(_) | Failure::NoCommand(_)) => 2,
         // Whoever reads the output has seen enough of it.
         Err(Failure::Output(error)) => u8::from(error.kind() != ErrorKind::BrokenPipe),
     })
@@ -71,6 +84,8 @@ fn command() -> Result<Ending, Failure> {
         (None, Some(run)) if run.check => check(&run),
         (None, Some(run)) => run_deck(&run),
         (Some(Command::Schema), _) => output(&format!("{:#}\n", deck::schema())),
+        (Some(Command::Info { folder }), _) => output(&results::info(&folder)?),
+        (Some(Command::Run { arguments }), _) => Err(Failure::NoCommand(arguments)),
         // Asking for help on an empty command line is up to clap.
         (None, None) => Ok(Ending::Done),
     }
@@ -93,7 +108,7 @@ fn run_deck(args: &Run) -> Result<Ending, Failure> {
     let (deck, source) = deck::read(&args.deck)?;
     let mut options = Options::new(args.folder());
     options.threads = args.threads;
-    options.resume = args.resume;
+    options.earlier = args.earlier();
     options.simd = args.simd.unwrap_or_default();
 
     let screen = Screen::new(args.quiet);
@@ -104,6 +119,7 @@ fn run_deck(args: &Run) -> Result<Ending, Failure> {
     let folder = options.out.display();
     match outcome {
         Ok(Outcome::Done(_)) => {
+            watcher.result();
             screen.line(&format!("results are in {folder}: open blocks.vtkhdf there in ParaView"));
             Ok(Ending::Done)
         }
@@ -118,6 +134,7 @@ fn run_deck(args: &Run) -> Result<Ending, Failure> {
         }
         Err(failure) => {
             if failure.exit_status() == 1 {
+                watcher.result();
                 screen.line(&format!("the results up to here are in {folder}"));
             }
             Err(failure.into())
@@ -163,12 +180,19 @@ fn say(failure: &Failure) {
             complain(&error.report(io::stderr().is_terminal() && !no_colour));
             if let DeckError::Unreadable { path, source } = error
                 && source.kind() == ErrorKind::NotFound
-                && let Some(near) = near(path)
+                && let Some(near) = near(path, is_deck)
             {
                 complain(&format!("  did you mean `{near}`?\n"));
             }
         }
         Failure::Run(failure) => complain(&format!("error: {failure}\n")),
+        Failure::NoCommand(arguments) => {
+            let deck = if arguments.is_empty() { "deck.toml".into() } else { arguments.join(" ") };
+            complain(&format!(
+                "error: `run` is not a command of ddem: run a deck by `ddem {deck}`\n"
+            ));
+        }
+        Failure::Results(error) => complain(&format!("error: {error}\n")),
         Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => {}
         Failure::Output(error) => {
             complain(&format!("error: cannot write to standard output: {error}\n"));
@@ -176,16 +200,20 @@ fn say(failure: &Failure) {
     }
 }
 
-/// The deck that was probably meant by a path where there is none.
-fn near(path: &Path) -> Option<String> {
+fn is_deck(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "toml")
+}
+
+/// The path that was probably meant by one where there is nothing, of those that are wanted.
+fn near(path: &Path, wanted: impl Fn(&Path) -> bool) -> Option<String> {
     let folder = path.parent()?;
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let decks: Vec<String> = std::fs::read_dir(here)
+    let names: Vec<String> = std::fs::read_dir(here)
         .ok()?
         .flatten()
-        .filter(|entry| Path::new(&entry.file_name()).extension().is_some_and(|e| e == "toml"))
+        .filter(|entry| wanted(&entry.path()))
         .filter_map(|entry| entry.file_name().into_string().ok())
         .collect();
-    let name = names::nearest(path.file_name()?.to_str()?, decks.iter().map(String::as_str))?;
+    let name = names::nearest(path.file_name()?.to_str()?, names.iter().map(String::as_str))?;
     Some(folder.join(name).display().to_string())
 }

@@ -78,12 +78,21 @@ pub(crate) struct Watcher {
     failed: u64,
     /// When the last line was written.
     written: Instant,
+    /// The last stage that is done.
+    last: Option<StageSummary>,
 }
 
 impl Watcher {
     /// Shows a run on `screen`.
     pub(crate) fn new(screen: Screen, stop: Arc<AtomicBool>) -> Self {
-        Self { screen, stop, first: None, failed: 0, written: Instant::now() }
+        Self { screen, stop, first: None, failed: 0, written: Instant::now(), last: None }
+    }
+
+    /// Shows the state at the end of the last stage that is done.
+    pub(crate) fn result(&self) {
+        if let Some(stage) = &self.last {
+            self.screen.line(&format!("\n{stage}"));
+        }
     }
 
     fn stage_started(&mut self, progress: &Progress) {
@@ -127,12 +136,17 @@ impl Observer for Watcher {
             Event::Built(report) => {
                 self.screen.line(&model(report));
             }
+            Event::Kept(folder) => {
+                let folder = folder.display();
+                self.screen.line(&format!("earlier results were moved to {folder}"));
+            }
             Event::Warning(warning) => self.screen.line(&format!("warning: {warning}")),
             Event::StageStarted(progress) => self.stage_started(progress),
             Event::Progress(progress) => self.progress(progress),
             Event::StageDone(stage) => {
                 self.screen.clear();
                 self.screen.line(&end(stage, self.failed));
+                self.last = Some(stage.clone());
             }
             Event::Trial { stage, trial: Trial { factor, verdict, steps } } => {
                 self.screen.line(&format!(
@@ -244,7 +258,14 @@ fn end(stage: &StageSummary, failed: u64) -> String {
     };
     let mut line = match stage.bracket {
         None => format!("{}: {verdict} after {} steps", stage.name, stage.steps),
-        Some(bracket) => safety(stage, bracket),
+        Some(_) => {
+            let (trials, steps) = (stage.trials.len(), stage.steps);
+            format!(
+                "{}: {} after {trials} trials of {steps} steps in all",
+                stage.name,
+                stage.safety()
+            )
+        }
     };
     if let Some(time) = clock(stage.wall_seconds) {
         line += &format!(" and {time}");
@@ -260,21 +281,6 @@ fn end(stage: &StageSummary, failed: u64) -> String {
         line += &format!(", {rate}");
     }
     line
-}
-
-/// A factor of safety.
-fn safety(stage: &StageSummary, [stable, unstable]: [Option<f64>; 2]) -> String {
-    let factor = match (stage.factor, stable, unstable) {
-        (Some(factor), ..) => format!("factor of safety {factor:.3}"),
-        (_, _, Some(unstable)) => format!("factor of safety below {unstable}"),
-        (_, stable, _) => format!("factor of safety above {}", stable.unwrap_or_default()),
-    };
-    format!(
-        "{}: {factor} after {} trials of {} steps in all",
-        stage.name,
-        stage.trials.len(),
-        stage.steps
-    )
 }
 
 /// Node updates per second, if there is anything to tell.

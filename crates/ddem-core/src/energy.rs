@@ -1,7 +1,9 @@
 //! Energies of the whole model.
 
+use serde::{Deserialize, Serialize};
+
 /// Energies at one time `[J]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
     /// Kinetic energy, `½ v⁻ m v⁺` of the half steps before and after; `½ v m v` at the start of a stage.
     pub kinetic: f64,

@@ -63,7 +63,8 @@ pub use deck::{Deck, Size};
 pub use energy::Energy;
 pub use error::{Fault, ModelError, Moving, RunError};
 pub use fields::{
-    CONTACT_FIELDS, Contact, ContactCounts, ContactField, FIELDS, Field, Fragment, On,
+    CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, Field, Fragment,
+    FragmentSummary, JointSummary, Largest, On, Reaction, StateSummary,
 };
 pub use geometry::{Face, Interface};
 pub use history::Function;

@@ -95,11 +95,12 @@ impl Simulation {
             tried.inspect(|(trial, _)| tell(trial))
         });
         for tried in tried.collect::<Vec<_>>() {
-            let (trial, simulation) = tried?;
+            let (trial, mut simulation) = tried?;
             let [stable, unstable] = &mut found.bracket;
             if trial.verdict != Verdict::AtRest {
                 if unstable.is_none_or(|known| trial.factor < known) {
                     *unstable = Some(trial.factor);
+                    simulation.failing = true;
                     found.failing = Some(Box::new(simulation));
                 }
             } else if stable.is_none_or(|known| trial.factor > known) {

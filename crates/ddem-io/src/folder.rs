@@ -1,7 +1,8 @@
 //! The folder of the results: whose it is, and which files it holds.
 //!
 //! `ddem.json` in the folder names the deck the results come from. It is what keeps one deck from
-//! overwriting the results of another, and a resumed run from going on with a changed deck.
+//! overwriting the results of another, and a resumed run from going on with a changed deck. A run that
+//! begins anew moves earlier results to a folder beside it.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{Read, Write};
@@ -19,7 +20,8 @@ const CONTACTS: &str = "contacts.vtkhdf";
 const PROBES: &str = "probes.csv";
 const ENERGY: &str = "energy.csv";
 const FRAGMENTS: &str = "fragments.csv";
-const SUMMARY: &str = "summary.json";
+/// Name of the summary in a folder of results.
+pub const SUMMARY: &str = "summary.json";
 pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
 const RESULTS: [&str; 8] =
     [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, SUMMARY, CHECKPOINT];
@@ -30,8 +32,8 @@ const RESULTS: [&str; 8] =
 pub enum FolderError {
     /// The results in it come from another deck.
     #[error(
-        "{} holds the results of another deck, {deck} \"{title}\": give another --out or delete \
-         the folder",
+        "{} holds the results of another deck, {deck} \"{title}\": give another --out, or run without --overwrite \
+         to keep them",
         folder.display()
     )]
     OtherDeck {
@@ -93,10 +95,23 @@ pub enum FolderError {
     },
 }
 
+/// What becomes of the results that a folder holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Earlier {
+    /// They are moved to a folder beside it, `NAME.1`, or the next number that is free.
+    #[default]
+    Keep,
+    /// They are removed if they are those of the same deck: of the same file name and title.
+    Overwrite,
+    /// The run goes on with them; the text of the deck must be the same.
+    Resume,
+}
+
 /// A folder ready for results. As long as it lives, no other run gets the same folder.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
+    kept: Option<PathBuf>,
     /// Holds the lock.
     _marker: File,
 }
@@ -109,11 +124,8 @@ struct Marker {
     text: String,
 }
 
-/// Makes the folder at `out` ready for the results of a deck, and creates it if need be.
-///
-/// A fresh run removes the earlier results of the same deck, the same being the one with the same
-/// file name and title; files that are no results stay. With `resume` they are kept, and the text
-/// of the deck must be the same.
+/// Makes the folder at `out` ready for the results of a deck, and creates it if need be. Files that are no
+/// results stay.
 ///
 /// # Errors
 ///
@@ -123,7 +135,7 @@ pub fn prepare(
     deck_name: &str,
     title: &str,
     deck_text: &str,
-    resume: bool,
+    earlier: Earlier,
 ) -> Result<Folder, FolderError> {
     let path = out.to_owned();
     if path.exists() && !path.is_dir() {
@@ -132,21 +144,30 @@ pub fn prepare(
     let wanted =
         Marker { deck: deck_name.to_owned(), title: title.to_owned(), text: deck_text.to_owned() };
     let found = find_marker(&path)?;
-    check(&path, found.as_ref().map(|f| &f.1), &wanted, resume)?;
+    check(&path, found.as_ref().map(|f| &f.1), &wanted, earlier)?;
     fs::create_dir_all(&path).map_err(|e| not_writable(&path, "creating", e))?;
     try_writing(&path)?;
+    let kept = match (earlier, &found) {
+        (Earlier::Keep, Some((_, marker))) => keep(&path, marker)?,
+        _ => None,
+    };
     let mut file = match found {
         Some((file, _)) => file,
         None => create_marker(&path)?,
     };
-    if !resume {
+    if earlier != Earlier::Resume {
         remove_results(&path)?;
         write_marker(&path, &mut file, &wanted)?;
     }
-    Ok(Folder { path, _marker: file })
+    Ok(Folder { path, kept, _marker: file })
 }
 
 impl Folder {
+    /// Where earlier results were moved to, if there were any.
+    pub fn kept(&self) -> Option<&Path> {
+        self.kept.as_deref()
+    }
+
     /// The folder itself.
     pub fn path(&self) -> &Path {
         &self.path
@@ -234,9 +255,10 @@ fn check(
     folder: &Path,
     found: Option<&Marker>,
     wanted: &Marker,
-    resume: bool,
+    earlier: Earlier,
 ) -> Result<(), FolderError> {
     let folder_path = || folder.to_owned();
+    let resume = earlier == Earlier::Resume;
     let Some(found) = found else {
         return match RESULTS.iter().find(|name| folder.join(name).exists()) {
             Some(name) => Err(foreign(folder, name)),
@@ -244,7 +266,7 @@ fn check(
             None => Ok(()),
         };
     };
-    if (&found.deck, &found.title) != (&wanted.deck, &wanted.title) {
+    if earlier != Earlier::Keep && (&found.deck, &found.title) != (&wanted.deck, &wanted.title) {
         let (deck, title) = (found.deck.clone(), found.title.clone());
         return Err(FolderError::OtherDeck { folder: folder_path(), deck, title });
     }
@@ -258,6 +280,34 @@ fn check(
         return Err(FolderError::DeckChanged { folder: folder_path() });
     }
     Ok(())
+}
+
+/// Moves the results in a folder, if there are any, to one beside it whose number is free.
+fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> {
+    let there: Vec<&str> = RESULTS.into_iter().filter(|name| folder.join(name).exists()).collect();
+    if there.is_empty() {
+        return Ok(None);
+    }
+    // `.` and `..` have no name of their own.
+    let full = folder.canonicalize().map_err(|e| not_writable(folder, "reading", e))?;
+    let name = full.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut number = 1;
+    let kept = loop {
+        let next = full.with_file_name(format!("{name}.{number}"));
+        match fs::create_dir(&next) {
+            Ok(()) => break next,
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => number += 1,
+            Err(e) => return Err(not_writable(&next, "creating", e)),
+        }
+    };
+    let mut file = create_marker(&kept)?;
+    write_marker(&kept, &mut file, marker)?;
+    for name in there {
+        let (from, to) = (folder.join(name), kept.join(name));
+        fs::rename(&from, &to).map_err(|e| not_writable(&to, "moving results to", e))?;
+    }
+    let shown = folder.file_name().map(|_| folder.with_file_name(format!("{name}.{number}")));
+    Ok(Some(shown.unwrap_or(kept)))
 }
 
 /// Permissions do not tell whether a folder can be written to; writing does.

@@ -26,6 +26,7 @@ use std::time::Duration;
 
 use ddem_core::Simd;
 
+use crate::folder::Earlier;
 use crate::summary::StageSummary;
 
 /// How a deck is run.
@@ -35,8 +36,8 @@ pub struct Options {
     pub out: PathBuf,
     /// Threads; default one for each processor. Results do not depend on it.
     pub threads: Option<usize>,
-    /// Go on from the checkpoint in `out`.
-    pub resume: bool,
+    /// What becomes of earlier results in `out`.
+    pub earlier: Earlier,
     /// Wall time between checkpoints within a stage.
     pub checkpoint_every: Duration,
     /// Instruction set of the kernels. Results do not depend on it.
@@ -49,7 +50,7 @@ impl Options {
         Self {
             out: out.into(),
             threads: None,
-            resume: false,
+            earlier: Earlier::Keep,
             checkpoint_every: Duration::from_secs(300),
             simd: Simd::default(),
         }
@@ -89,6 +90,8 @@ pub struct Progress {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
+    /// Earlier results were moved to this folder.
+    Kept(&'a std::path::Path),
     /// The model is built; the run begins (or goes on).
     Built(&'a Report),
     /// Something that is allowed but perhaps not meant.

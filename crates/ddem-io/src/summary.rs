@@ -1,14 +1,19 @@
 //! `summary.json`: what was run and how it went.
 
+mod table;
+
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use ddem_core::{ChargeSize, Interface, Moving, Trial, Verdict};
+pub use ddem_core::{ContactSummary, FragmentSummary, StateSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::output_error::OutputError;
 use crate::replace::replace;
+
+pub use table::quantity;
 
 /// The contents of `summary.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -54,27 +59,6 @@ pub struct FailedPairs {
     pub shear: u64,
     /// In tension.
     pub tension: u64,
-}
-
-/// Contacts as they are now: all zero where no blocks meet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ContactSummary {
-    /// Pairs of blocks that press on each other.
-    pub block_pairs: u64,
-    /// Pairs of points that do.
-    pub points: u64,
-    /// How far blocks reach into each other, at most `[m]`.
-    #[serde(deserialize_with = "number_or_null")]
-    pub deepest: f64,
-}
-
-/// Fragments as they are now: blocks that unbroken joints hold together.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FragmentSummary {
-    /// How many there are.
-    pub number: u64,
-    /// Volume of the largest `[m³]`.
-    pub largest_volume: f64,
 }
 
 /// Two sets that touch.
@@ -169,6 +153,9 @@ pub struct StageSummary {
     /// Energy that has come or gone without a cause by the end, against the largest energy.
     #[serde(deserialize_with = "number_or_null", default)]
     pub imbalance: f64,
+    /// State at its end; of a stage that looks for a factor of safety the state it started from.
+    #[serde(default)]
+    pub state: StateSummary,
 }
 
 impl Summary {

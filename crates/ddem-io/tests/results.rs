@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ddem_io::OutputError;
 use ddem_io::checkpoint::{self, Checkpoint};
-use ddem_io::folder::{FolderError, prepare};
+use ddem_io::folder::{Earlier, FolderError, prepare};
 use ddem_io::summary::{ChargeSummary, FailedPairs, StageSummary, Summary, peak_memory_bytes};
 use ddem_io::tables::{EnergyTable, ProbeTable};
 use tempfile::tempdir;
@@ -117,6 +117,7 @@ fn summary_has_the_documented_keys() {
         "time_step",
         "wall_seconds",
         "node_updates_per_second",
+        "state",
         "unbalanced",
         "imbalance",
     ];
@@ -222,7 +223,7 @@ fn contents(folder: &Path) -> Vec<(std::ffi::OsString, Vec<u8>)> {
 fn the_same_deck_takes_its_folder_again() {
     let root = tempdir().unwrap();
     let out = root.path().join("results/beam");
-    let folder = prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap();
+    let folder = prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap();
     let files = [
         folder.blocks(),
         folder.joints(),
@@ -236,18 +237,18 @@ fn the_same_deck_takes_its_folder_again() {
     ];
     files.iter().for_each(|file| fs::write(file, "x").unwrap());
     // Not while the first run goes on.
-    let error = prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap_err();
+    let error = prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap_err();
     assert!(matches!(error, FolderError::InUse { .. }), "{error}");
     drop(folder);
     let before = contents(&out);
-    let error = prepare(&out, "beam.toml", "Beam", "a = 2", true).unwrap_err();
+    let error = prepare(&out, "beam.toml", "Beam", "a = 2", Earlier::Resume).unwrap_err();
     assert!(matches!(error, FolderError::DeckChanged { .. }), "{error}");
-    prepare(&out, "beam.toml", "Beam", "a = 1", true).unwrap();
+    prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Resume).unwrap();
     assert_eq!(contents(&out), before);
-    prepare(&out, "beam.toml", "Beam", "a = 2", false).unwrap();
+    prepare(&out, "beam.toml", "Beam", "a = 2", Earlier::Overwrite).unwrap();
     let names: Vec<_> = contents(&out).into_iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["ddem.json", "notes.txt"]);
-    let error = prepare(&out, "beam.toml", "Beam", "a = 2", true).unwrap_err();
+    let error = prepare(&out, "beam.toml", "Beam", "a = 2", Earlier::Resume).unwrap_err();
     assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
 }
 
@@ -255,12 +256,12 @@ fn the_same_deck_takes_its_folder_again() {
 fn folders_of_others_stay_as_they_are() {
     let root = tempdir().unwrap();
     let out = root.path().join("out");
-    drop(prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap());
+    drop(prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap());
     fs::write(out.join("probes.csv"), "precious").unwrap();
     let before = contents(&out);
     for (name, title) in [("arch.toml", "Beam"), ("beam.toml", "Arch")] {
-        for resume in [false, true] {
-            let error = prepare(&out, name, title, "a = 1", resume).unwrap_err();
+        for earlier in [Earlier::Overwrite, Earlier::Resume] {
+            let error = prepare(&out, name, title, "a = 1", earlier).unwrap_err();
             assert!(matches!(error, FolderError::OtherDeck { .. }), "{error}");
             assert!(error.to_string().contains("beam.toml \"Beam\""), "{error}");
         }
@@ -268,13 +269,40 @@ fn folders_of_others_stay_as_they_are() {
     assert_eq!(contents(&out), before);
     for content in ["", "{}", "[1]"] {
         fs::write(out.join("ddem.json"), content).unwrap();
-        let error = prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap_err();
+        let error = prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap_err();
         assert!(matches!(error, FolderError::ForeignFile { .. }), "{error}");
     }
     fs::remove_file(out.join("ddem.json")).unwrap();
-    let error = prepare(&out, "beam.toml", "Beam", "a = 1", false).unwrap_err().to_string();
+    let error =
+        prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap_err().to_string();
     assert!(error.contains("probes.csv") && error.contains("--out"), "{error}");
     assert_eq!(contents(&out).len(), 1);
+}
+
+#[test]
+fn a_run_that_begins_anew_keeps_earlier_results() {
+    let root = tempdir().unwrap();
+    let out = root.path().join("beam");
+    for (number, title) in ["Beam", "Beam", "Arch"].into_iter().enumerate() {
+        let folder = prepare(&out, "beam.toml", title, "a = 1", Earlier::Keep).unwrap();
+        let kept = (number > 0).then(|| root.path().join(format!("beam.{number}")));
+        assert_eq!(folder.kept(), kept.as_deref());
+        fs::write(folder.summary(), number.to_string()).unwrap();
+        fs::write(out.join("notes.txt"), "stay").unwrap();
+    }
+    for number in [0, 1] {
+        let kept = root.path().join(format!("beam.{}", number + 1));
+        assert_eq!(fs::read_to_string(kept.join("summary.json")).unwrap(), number.to_string());
+        // A run can go on there, and is not mistaken for another.
+        let error = prepare(&kept, "beam.toml", "Beam", "a = 1", Earlier::Resume).unwrap_err();
+        assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
+    }
+    assert_eq!(fs::read_to_string(out.join("summary.json")).unwrap(), "2");
+    assert!(out.join("notes.txt").exists());
+    // Where nothing was written there is nothing to keep.
+    fs::remove_file(out.join("summary.json")).unwrap();
+    let folder = prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Keep).unwrap();
+    assert_eq!(folder.kept(), None);
 }
 
 #[test]
@@ -282,11 +310,12 @@ fn paths_that_cannot_be_folders_are_refused() {
     let root = tempdir().unwrap();
     let file = root.path().join("file");
     fs::write(&file, "x").unwrap();
-    let error = prepare(&file, "beam.toml", "Beam", "", false).unwrap_err();
+    let error = prepare(&file, "beam.toml", "Beam", "", Earlier::Keep).unwrap_err();
     assert!(matches!(error, FolderError::NotAFolder { .. }), "{error}");
-    let error = prepare(&file.join("below"), "beam.toml", "Beam", "", false).unwrap_err();
+    let error = prepare(&file.join("below"), "beam.toml", "Beam", "", Earlier::Keep).unwrap_err();
     assert!(error.to_string().contains("--out"), "{error}");
-    let error = prepare(&root.path().join("new"), "beam.toml", "Beam", "", true).unwrap_err();
+    let error =
+        prepare(&root.path().join("new"), "beam.toml", "Beam", "", Earlier::Resume).unwrap_err();
     assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
     assert_eq!(contents(root.path()).len(), 1);
 }

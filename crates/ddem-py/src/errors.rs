@@ -184,6 +184,7 @@ pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
 
 fn folder(error: &FolderError) -> PyErr {
     let message = error.to_string().replace("--out", "folder").replace("--resume", "resume=True");
+    let message = message.replace("--overwrite", "overwrite=True");
     match error {
         FolderError::NotWritable { source } => output(source),
         FolderError::OtherDeck { .. }

@@ -21,7 +21,9 @@ use std::path::{Path, PathBuf};
 
 use ddem_core::{ModelError, Simd};
 use ddem_io::DeckError;
+use ddem_io::folder::Earlier;
 use ddem_io::run::{Options, Session};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
@@ -82,6 +84,9 @@ fn load(
 ///     How many; one for each processor without it. Results do not depend on it.
 /// resume : bool, optional
 ///     Go on from the checkpoint in `out`.
+/// overwrite : bool, optional
+///     Remove earlier results of the deck in `out`; otherwise they are moved to a folder beside it,
+///     ``NAME.1``, ``NAME.2``, ...
 /// quiet : bool, optional
 ///     No progress bar.
 ///
@@ -97,19 +102,29 @@ fn load(
 /// NotConverged, Diverged
 ///     A stage failed; what was written so far is intact.
 /// OSError
-///     A file cannot be read or written, or the folder has results of another deck.
+///     A file cannot be read or written; the folder has results of another deck, which `overwrite`
+///     and `resume` leave as they are.
 /// KeyboardInterrupt
 ///     A checkpoint was written first; ``resume=True`` goes on.
 #[pyfunction]
-#[pyo3(signature = (deck, *, out=None, threads=None, resume=false, quiet=false))]
+#[pyo3(signature = (deck, *, out=None, threads=None, resume=false, overwrite=false, quiet=false))]
 fn run_deck(
     deck: &Bound<'_, PyAny>,
     out: Option<PathBuf>,
     threads: Option<&Bound<'_, PyAny>>,
     resume: bool,
+    overwrite: bool,
     quiet: bool,
 ) -> PyResult<Simulation> {
     let py = deck.py();
+    let earlier = match (resume, overwrite) {
+        (true, true) => {
+            return Err(PyValueError::new_err("resume and overwrite exclude each other"));
+        }
+        (true, false) => Earlier::Resume,
+        (false, true) => Earlier::Overwrite,
+        (false, false) => Earlier::Keep,
+    };
     let model = match deck.cast::<Model>() {
         Ok(model) => Some(model.clone()),
         Err(_) if deck.cast::<PyMapping>().is_ok() => {
@@ -141,7 +156,7 @@ fn run_deck(
     };
     let (deck, source) = read.map_err(|error| located(&error))?;
     let mut options = Options::new(out.unwrap_or_else(|| Path::new("results").join(name)));
-    (options.threads, options.resume) = (pool.threads(), resume);
+    (options.threads, options.earlier) = (pool.threads(), earlier);
     drive::driven(py, (&deck, &source), (&options, pool), &located, quiet)
 }
 

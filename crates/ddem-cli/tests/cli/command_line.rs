@@ -17,6 +17,7 @@ fn help_goes_to_standard_output() {
 
     Commands:
       schema  Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
+      info    Print what came out of a run: verdicts, largest displacement, failed joints, reactions, energy
 
     Arguments:
       <DECK>  Deck to run, a TOML file
@@ -27,6 +28,7 @@ fn help_goes_to_standard_output() {
           --quiet        Print nothing but errors
           --check        Build the model, say what running it would take, and stop
           --resume       Go on from the checkpoint in the folder of the results
+          --overwrite    Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
       -h, --help         Print help
       -V, --version      Print version
 
@@ -145,4 +147,57 @@ fn a_time_step_that_is_too_long_is_refused_before_anything_is_written() {
         assert!(went.stderr.contains("critical"), "{}", went.stderr);
         assert_eq!(desk.names(), ["column.toml"]);
     }
+}
+
+#[test]
+fn the_word_run_is_not_needed() {
+    let desk = Desk::with(&[SHAKE]);
+    let went = desk.run("run column.toml --check");
+    assert_eq!(went.status, Some(2));
+    let told = "error: `run` is not a command of ddem: run a deck by `ddem column.toml --check`\n";
+    assert_eq!(went.stderr, told);
+}
+
+#[test]
+fn info_prints_what_came_out_of_a_run() {
+    let desk = Desk::with(&[PRESS]);
+    let went = desk.run("column.toml");
+    let told = desk.run("info results/column");
+    assert_eq!(told.status, Some(0), "{}", told.stderr);
+    insta::with_settings!({filters => vec![(r"\d+\.\d s", "[time]"), (r" off by .*", " off by [little]")]}, {
+        insta::assert_snapshot!(told.stdout, @r"
+        column
+        3 blocks, 24 elements, 81 nodes, 18 pairs
+
+        stage  kind     verdict        steps   wall time
+        press  relax    at rest          303       [time]
+
+        at the end of `press`:
+        verdict        at rest
+        displacement   at most 705.2 µm, in block 2 of `blocks[0]` at (1, 0.5, 3)
+        reaction       of fix 0: (-0.100, 0, 1.000) MN
+        energy         strain 113.8 J, damping 113.7 J, external work 227.4 J; off by [little]
+        ");
+    });
+    // The run ends with the same.
+    let state = told.stdout.split_once("\n\n").and_then(|(_, rest)| rest.split_once("\n\n"));
+    let (_, state) = state.expect("the state at the end");
+    assert!(went.stderr.contains(state), "{}", went.stderr);
+}
+
+#[test]
+fn info_says_why_there_is_nothing_to_print() {
+    let desk = Desk::with(&[SHAKE]);
+    desk.run("column.toml");
+    let said = |line: &str| {
+        let went = desk.run(line);
+        assert_eq!(went.status, Some(2), "{}", went.stderr);
+        went.stderr
+    };
+    let missing = "error: there is no folder `results/colum`, did you mean `results/column`?\n";
+    assert_eq!(said("info results/colum"), missing);
+    let nothing = "error: `results` holds no summary.json: no run has ended a stage there\n";
+    assert_eq!(said("info results"), nothing);
+    let file = "error: `column.toml` is a file: give the folder of the results, such as `results/column`\n";
+    assert_eq!(said("info column.toml"), file);
 }

@@ -162,7 +162,7 @@ impl Broken {
         let grounded = Lanes(frames.map(|frame| f64::from(u8::from(frame.is_some()))));
         let mut pull = Pull { grounded, ..Pull::default() };
         for (p, place) in places.iter().enumerate() {
-            for lane in 0..LANES {
+            for (lane, frame) in frames.iter().enumerate() {
                 let point = &mut self.points[p][lane];
                 if point.quarters == 0 {
                     continue;
@@ -170,7 +170,7 @@ impl Broken {
                 let k = seam.stiffness(lane);
                 let area = point.area(seam, lane);
                 let mut apart = across(local, seam, place, lane);
-                if let Some(frame) = &frames[lane] {
+                if let Some(frame) = frame {
                     let gap = lane_of(seam.gap(), lane);
                     apart = seam.axes.tr_mul(&(frame.tr_mul(&(gap + seam.axes * apart)) - gap));
                 }
@@ -212,7 +212,7 @@ impl Broken {
                 let Traction { normal: t_n, shear } = point.memory.borne();
                 let mut force = seam.axes * joined(t_n, shear) * area;
                 let mut couple = (seam.axes * joined(0.0, point.memory.slip)).cross(&force);
-                if let Some(frame) = &frames[lane] {
+                if let Some(frame) = frame {
                     (force, couple) = (frame * force, Vector3::zeros());
                 }
                 let [a, b] = place.sides;

@@ -5,9 +5,11 @@ mod contacts;
 mod fragments;
 mod momentum;
 mod peaks;
+mod state;
 mod stress;
 
 use crate::breaks::Point;
+use crate::deck::StageKind;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;
@@ -20,6 +22,7 @@ use peaks::PEAK_FIELDS;
 
 pub use contacts::{CONTACT_FIELDS, Contact, ContactCounts, ContactField};
 pub use fragments::Fragment;
+pub use state::{ContactSummary, FragmentSummary, JointSummary, Largest, Reaction, StateSummary};
 
 /// Where a field has its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,12 +74,29 @@ const EXCAVATION_FIELDS: [Field; 2] = [
     Field { name: "removed", unit: "1", on: On::Pair, components: 1, fill: removed_pairs },
 ];
 
+/// What a model with a stage that looks for a factor of safety has besides.
+const SAFETY_FIELDS: [Field; 1] =
+    [Field { name: "unstable", unit: "1", on: On::Element, components: 1, fill: unstable }];
+
 /// 1 in blocks that have been taken out.
 fn removed_elements(simulation: &mut Simulation) -> Vec<f64> {
-    let model = &simulation.model;
+    marked(&simulation.model, |block| simulation.model.is_removed(block))
+}
+
+/// 1 in blocks that move in the failing trial of a factor of safety.
+fn unstable(simulation: &mut Simulation) -> Vec<f64> {
+    let mut moves = vec![false; simulation.model.n_blocks()];
+    if simulation.failing {
+        simulation.moving_blocks().iter().for_each(|moving| moves[moving.block] = true);
+    }
+    marked(&simulation.model, |block| moves[block])
+}
+
+/// 1 in the elements of some blocks, 0 in others.
+fn marked(model: &crate::model::Model, marked: impl Fn(usize) -> bool) -> Vec<f64> {
     let of = |block: usize| {
         let elements = model.geometry.lattice(block).divisions.pow(3);
-        std::iter::repeat_n(f64::from(u8::from(model.is_removed(block))), elements)
+        std::iter::repeat_n(f64::from(u8::from(marked(block))), elements)
     };
     (0..model.n_blocks()).flat_map(of).collect()
 }
@@ -298,11 +318,14 @@ impl Simulation {
 
 impl crate::model::Model {
     /// All output fields that change with time: [`FIELDS`], and `peak_velocity`, `peak_tension` and
-    /// `peak_compression` where the deck has `peaks`, `removed` where blocks are taken out.
+    /// `peak_compression` where the deck has `peaks`, `removed` where blocks are taken out, `unstable`
+    /// where a stage looks for a factor of safety.
     pub fn fields(&self) -> impl Iterator<Item = &'static Field> + use<> {
         let peaks: &[Field] = if self.deck.model.peaks { &PEAK_FIELDS } else { &[] };
         let removed: &[Field] = if self.has_excavations() { &EXCAVATION_FIELDS } else { &[] };
-        FIELDS.iter().chain(peaks).chain(removed)
+        let searches = self.deck.stage.iter().any(|stage| stage.kind == StageKind::Safety);
+        let safety: &[Field] = if searches { &SAFETY_FIELDS } else { &[] };
+        FIELDS.iter().chain(peaks).chain(removed).chain(safety)
     }
 
     /// A nodal field in the order of the nodes, shape `(n_nodes, 3)`.

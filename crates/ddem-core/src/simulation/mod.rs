@@ -72,6 +72,8 @@ pub struct Simulation {
     debt: f64,
     /// Motion of neighbours that counts as failure in a relaxation where it goes on, as a part of an edge.
     pub(crate) far: f64,
+    /// It is the failing trial of a factor of safety.
+    pub(crate) failing: bool,
     /// Damping of the motion.
     pub(crate) damping: Damping,
     /// Nothing fails for the moment.
@@ -124,6 +126,7 @@ impl Simulation {
             losing: Losses::default(),
             debt: 0.0,
             far: FAR,
+            failing: false,
             damping: Damping::None,
             holds: false,
             stop: Arc::default(),

@@ -11,7 +11,7 @@ use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, Options, Outcome, RunFailure};
-use crate::folder::{self, Folder};
+use crate::folder::{self, Earlier, Folder};
 use crate::{OutputError, Source};
 
 /// Runs a deck: every stage, with its results in `options.out`.
@@ -61,10 +61,10 @@ impl<'a> Drive<'a> {
         let name = std::path::Path::new(source.name());
         let name = name.file_name().map_or(source.name().into(), |n| n.to_string_lossy());
         let open =
-            || folder::prepare(&options.out, &name, &deck.title, source.text(), options.resume);
+            || folder::prepare(&options.out, &name, &deck.title, source.text(), options.earlier);
         let text = source.text().to_owned();
         let (folder, session);
-        if options.resume {
+        if options.earlier == Earlier::Resume {
             folder = open()?;
             let path = folder.checkpoint();
             let resumed = resume::load(&path).map_err(|failure| match failure {
@@ -96,34 +96,30 @@ impl<'a> Drive<'a> {
             drive.observer.event(Event::Warning(warning));
         }
         drive.observer.event(Event::Built(&report));
+        if let Some(kept) = drive.folder.kept() {
+            drive.observer.event(Event::Kept(kept));
+        }
         Ok(drive)
     }
 
     fn run(mut self) -> Result<Outcome, RunFailure> {
         let stages = self.session.simulation().model().deck().stage.clone();
         while let Some(stage) = stages.get(self.session.moved.cursor.stage) {
-            let failure = match self.stage(stage, stages.len())? {
-                Ended::Interrupted => {
-                    return Ok(Outcome::Interrupted(self.folder.checkpoint()));
-                }
-                Ended::Done(failure) => failure,
-            };
-            self.session.moved.cursor.stage += 1;
-            let Self { observer, folder, session: Session { moved, text, .. }, .. } = &mut self;
-            checkpoint(moved, (folder, text), 0.0, *observer)?;
-            if let Some(failure) = failure {
-                self.close()?;
-                return Err(failure);
+            let ended = self.stage(stage, stages.len())?;
+            if let Ended::Done(_) = ended {
+                self.session.moved.cursor.stage += 1;
+                let Self { observer, folder, session: Session { moved, text, .. }, .. } = &mut self;
+                checkpoint(moved, (folder, text), 0.0, *observer)?;
+            }
+            self.session.summary().write(self.folder.summary())?;
+            match ended {
+                Ended::Interrupted => return Ok(Outcome::Interrupted(self.folder.checkpoint())),
+                Ended::Done(Some(failure)) => return Err(failure),
+                Ended::Done(None) => {}
             }
         }
-        self.close()?;
-        Ok(Outcome::Done(Box::new(self.session)))
-    }
-
-    fn close(&mut self) -> Result<(), OutputError> {
-        self.session.summary().write(self.folder.summary())?;
         self.session.moved.recorder.close();
-        Ok(())
+        Ok(Outcome::Done(Box::new(self.session)))
     }
 
     /// One stage, from its start or from where a checkpoint left it.

@@ -60,6 +60,7 @@ pub(super) fn search(
         node_updates_per_second: updates / seconds,
         unbalanced: simulation.unbalanced(),
         imbalance: simulation.energy().imbalance(),
+        state: simulation.state_summary(),
     };
     if found.factor.is_none() {
         let [low, high] = stage.search().bracket;

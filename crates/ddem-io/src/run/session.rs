@@ -14,11 +14,8 @@ use super::report::{available_memory, build, check_steps, unsafe_steps};
 use super::resume::{self, Cursor};
 use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, RunFailure};
-use crate::folder::{self, Folder};
-use crate::summary::{
-    ChargeSummary, ContactSummary, FailedPairs, FragmentSummary, InterfaceSummary, Summary,
-    peak_memory_bytes,
-};
+use crate::folder::{self, Earlier, Folder};
+use crate::summary::{ChargeSummary, FailedPairs, InterfaceSummary, Summary, peak_memory_bytes};
 
 /// What frames in which nothing moves are put apart by, where no stage of the deck moves `[s]`.
 const STILL: f64 = 1e-9;
@@ -139,6 +136,9 @@ impl Session {
         let doubts = begin(simulation, stage)?;
         doubts.iter().for_each(|doubt| observer.event(Event::Warning(doubt)));
         let folder = folder.map(|path| self.open(path)).transpose()?;
+        if let Some(kept) = folder.as_ref().and_then(Folder::kept) {
+            observer.event(Event::Kept(kept));
+        }
         let ended = self.go(&named, observer);
         let closed = folder.map_or(Ok(()), |folder| self.close(&folder));
         self.moved.cursor.step = None;
@@ -178,7 +178,8 @@ impl Session {
         let title = &model.deck().title;
         // A model that differs in anything is another one.
         let name = format!("model {:08x}", fingerprint(&self.text));
-        let folder = folder::prepare(path, &name, title, &self.text, before.is_some())?;
+        let earlier = if before.is_some() { Earlier::Resume } else { Earlier::Keep };
+        let folder = folder::prepare(path, &name, title, &self.text, earlier)?;
         match before {
             Some(position) => recorder.reopen(&folder, model, *position)?,
             None => recorder.create(&folder, model)?,
@@ -246,17 +247,8 @@ impl Session {
 
     /// What was run and how it went, so far.
     pub fn summary(&mut self) -> Summary {
-        let counts = self.moved.simulation.contact_counts();
-        let contacts = ContactSummary {
-            block_pairs: counts.block_pairs as u64,
-            points: counts.points as u64,
-            deepest: counts.deepest,
-        };
-        let fragments = self.moved.simulation.fragments();
-        let fragments = FragmentSummary {
-            number: fragments.len() as u64,
-            largest_volume: fragments.first().map_or(0.0, |largest| largest.volume),
-        };
+        let contacts = self.moved.simulation.contact_summary();
+        let fragments = self.moved.simulation.fragment_summary();
         let [shear, tension] = self.moved.simulation.failed_pairs();
         let model = self.moved.simulation.model();
         Summary {

@@ -243,6 +243,7 @@ impl<'a> Running<'a> {
             node_updates_per_second: if seconds > 0.0 { updates / seconds } else { 0.0 },
             unbalanced,
             imbalance: simulation.energy().imbalance(),
+            state: simulation.state_summary(),
             ..StageSummary::default()
         };
         let doubts = [

@@ -330,6 +330,7 @@ def run_deck(
     out: Path | None = None,
     threads: int | None = None,
     resume: bool = False,
+    overwrite: bool = False,
     quiet: bool = False,
 ) -> Simulation: ...
 def schema() -> dict[str, Any]: ...

@@ -1,0 +1,67 @@
+//! What came out of a run, read from its folder.
+
+use std::path::{Path, PathBuf};
+
+use ddem_io::OutputError;
+use ddem_io::folder::SUMMARY;
+use ddem_io::summary::Summary;
+
+/// Why a folder has no results to show.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum NoResults {
+    /// There is no such folder.
+    #[error("there is no folder `{}`{}", folder.display(), meant(near.as_deref()))]
+    Missing {
+        /// The folder.
+        folder: PathBuf,
+        /// The one that was probably meant.
+        near: Option<String>,
+    },
+    /// It is a file.
+    #[error(
+        "`{}` is a file: give the folder of the results, such as `{}`",
+        file.display(), likely.display()
+    )]
+    File {
+        /// The file.
+        file: PathBuf,
+        /// Where results of a deck of this name are.
+        likely: PathBuf,
+    },
+    /// No stage has ended there, or nothing was ever run.
+    #[error("`{}` holds no {SUMMARY}: no run has ended a stage there", folder.display())]
+    Nothing {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The summary cannot be read.
+    #[error(transparent)]
+    Unreadable(#[from] OutputError),
+}
+
+fn meant(near: Option<&str>) -> String {
+    near.map_or_else(String::new, |near| format!(", did you mean `{near}`?"))
+}
+
+/// Summary of the run in a folder, as text.
+pub(crate) fn info(folder: &Path) -> Result<String, NoResults> {
+    let path = summary_path(folder)?;
+    Ok(Summary::read(path)?.to_string())
+}
+
+/// Path of the summary in a folder of results.
+fn summary_path(folder: &Path) -> Result<PathBuf, NoResults> {
+    if folder.is_file() {
+        let likely = Path::new("results").join(folder.file_stem().unwrap_or_default());
+        return Err(NoResults::File { file: folder.to_owned(), likely });
+    }
+    if !folder.is_dir() {
+        let near = crate::near(folder, Path::is_dir);
+        return Err(NoResults::Missing { folder: folder.to_owned(), near });
+    }
+    let path = folder.join(SUMMARY);
+    if !path.exists() {
+        return Err(NoResults::Nothing { folder: folder.to_owned() });
+    }
+    Ok(path)
+}

@@ -1,0 +1,186 @@
+//! A state in a few numbers: where it has come to, what has failed and what the supports bear.
+
+use serde::{Deserialize, Serialize};
+
+use crate::breaks::Point;
+use crate::energy::Energy;
+use crate::geometry::Vec3;
+use crate::law::Mode;
+use crate::simulation::Simulation;
+
+/// A state in a few numbers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StateSummary {
+    /// Time `[s]`.
+    pub time: f64,
+    /// Largest displacement `[m]`; `None` where there is no block.
+    pub displacement: Option<Largest>,
+    /// Largest velocity `[m/s]`; `None` in a relaxation, and where nothing moves.
+    pub velocity: Option<Largest>,
+    /// Joints that can fail, by name.
+    pub joints: Vec<JointSummary>,
+    /// Pairs of blocks in contact.
+    pub contacts: ContactSummary,
+    /// Fragments.
+    pub fragments: FragmentSummary,
+    /// Force of each support of the deck that acts, on the model.
+    pub reactions: Vec<Reaction>,
+    /// Energies.
+    pub energy: Energy,
+}
+
+/// Largest value at a node.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Largest {
+    /// Size of the vector.
+    pub size: f64,
+    /// The vector.
+    pub vector: [f64; 3],
+    /// Name of the set of the block.
+    pub set: String,
+    /// Number of the block.
+    #[serde(rename = "index")]
+    pub block: usize,
+    /// Place of the node at the start `[m]`.
+    pub point: [f64; 3],
+}
+
+/// Pairs of one joint of the deck.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct JointSummary {
+    /// Name of the joint.
+    pub joint: String,
+    /// Number of its pairs.
+    pub pairs: u64,
+    /// Pairs that failed in shear.
+    pub shear: u64,
+    /// Pairs that failed in tension.
+    pub tension: u64,
+    /// Failed pairs that are open now.
+    pub open: u64,
+}
+
+/// Contacts as they are now: all zero where no blocks meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactSummary {
+    /// Pairs of blocks that press on each other.
+    pub block_pairs: u64,
+    /// Pairs of blocks that slide over each other: friction bears all that it can at one of their points.
+    #[serde(default)]
+    pub sliding: u64,
+    /// Pairs of blocks that are near each other and do not touch.
+    #[serde(default)]
+    pub open: u64,
+    /// Pairs of points that press on each other.
+    pub points: u64,
+    /// How far blocks reach into each other, at most `[m]`.
+    pub deepest: f64,
+}
+
+/// Fragments as they are now: blocks that unbroken joints hold together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FragmentSummary {
+    /// How many there are.
+    pub number: u64,
+    /// Volume of the largest `[m³]`.
+    pub largest_volume: f64,
+}
+
+/// Force of a support.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reaction {
+    /// Number of the support in the deck.
+    pub fix: usize,
+    /// Force on the model `[N]`.
+    pub force: [f64; 3],
+}
+
+impl Simulation {
+    /// The present state in a few numbers. Nothing moves.
+    pub fn state_summary(&mut self) -> StateSummary {
+        self.measure_once();
+        let displacements = self.displacements();
+        let velocities = self.velocities();
+        StateSummary {
+            time: self.time(),
+            displacement: self.largest(&displacements),
+            velocity: self.largest(&velocities).filter(|largest| largest.size > 0.0),
+            joints: self.joint_summaries(),
+            contacts: self.contact_summary(),
+            fragments: self.fragment_summary(),
+            reactions: self.reactions(),
+            energy: self.energy(),
+        }
+    }
+
+    /// Largest of some vectors at nodes, the first of equal ones.
+    fn largest(&self, vectors: &[[f64; 3]]) -> Option<Largest> {
+        let model = &self.model;
+        let there = (0..vectors.len()).filter(|&node| !model.is_removed(model.block_of(node)));
+        let sized = there.map(|node| (Vec3::from(vectors[node]).norm(), node));
+        let (size, node) = sized.reduce(|most, next| if next.0 > most.0 { next } else { most })?;
+        let block = model.block_of(node);
+        Some(Largest {
+            size,
+            vector: vectors[node],
+            set: model.set_name(block),
+            block,
+            point: model.point(node),
+        })
+    }
+
+    fn joint_summaries(&mut self) -> Vec<JointSummary> {
+        let model = &self.model;
+        let names = model.deck.joints.keys();
+        let mut joints: Vec<JointSummary> = names
+            .map(|name| JointSummary { joint: name.clone(), ..JointSummary::default() })
+            .collect();
+        let numbers: Vec<u16> = model.pairs().map(|pair| pair.joint).collect();
+        let gone: Vec<bool> = super::removed_pairs(self).iter().map(|&gone| gone > 0.0).collect();
+        for (&joint, _) in numbers.iter().zip(&gone).filter(|(_, gone)| !**gone) {
+            joints[usize::from(joint)].pairs += 1;
+        }
+        self.present_points(|pair, Point { mode, memory, .. }, _| {
+            let Some(mode) = mode.filter(|_| !gone[pair]) else { return };
+            let joint = &mut joints[usize::from(numbers[pair])];
+            let failed = if mode == Mode::Tension { &mut joint.tension } else { &mut joint.shear };
+            *failed += 1;
+            joint.open += u64::from(memory.gap > 0.0);
+        });
+        let known = joints.into_iter().zip(&self.model.laws);
+        let known = known.filter(|(joint, law)| joint.pairs > 0 && law.is_some());
+        known.map(|(joint, _)| joint).collect()
+    }
+
+    /// Contacts at the present time. Nothing moves.
+    pub fn contact_summary(&mut self) -> ContactSummary {
+        let counts = self.contact_counts();
+        let mut slide: Vec<[usize; 2]> =
+            self.contacts().iter().filter(|c| c.sliding).map(|c| c.blocks).collect();
+        slide.dedup();
+        ContactSummary {
+            block_pairs: counts.block_pairs as u64,
+            sliding: slide.len() as u64,
+            open: (counts.near - counts.block_pairs) as u64,
+            points: counts.points as u64,
+            deepest: counts.deepest,
+        }
+    }
+
+    /// Fragments at the present time. Nothing moves.
+    pub fn fragment_summary(&mut self) -> FragmentSummary {
+        let fragments = self.fragments();
+        FragmentSummary {
+            number: fragments.len() as u64,
+            largest_volume: fragments.first().map_or(0.0, |largest| largest.volume),
+        }
+    }
+
+    fn reactions(&self) -> Vec<Reaction> {
+        let mut forces = std::collections::BTreeMap::<usize, [f64; 3]>::new();
+        for (support, reaction) in self.active.supports.iter().zip(&self.scratch.reactions) {
+            forces.entry(support.fix as usize).or_default()[support.axis as usize] += reaction;
+        }
+        forces.into_iter().map(|(fix, force)| Reaction { fix, force }).collect()
+    }
+}
