@@ -62,6 +62,7 @@ pub(crate) const CASES: &[Case] = &[
     case("Limit strength", "limit_plane"),
     case("Limit strength", "limit_column"),
     case("Limit strength", "limit_wedges"),
+    case("Factor of safety, toppling", "limit_topple"),
     case("Limit strength", "limit_slope"),
     case("Relaxation of a crack", "relax_crack"),
     case("Relaxation, large turns", "relax_bend"),

@@ -6,6 +6,7 @@ use ddem_core::{Deck, Model, Simulation};
 use super::limit::{STRENGTHS, in_contact, layered, plane, wedges, with_body};
 use super::record::Tolerance::Relative;
 use super::record::{Case, check, of};
+use super::shared::{deck, example};
 
 /// What strengths are divided by beforehand, as a part of what they bear.
 const PART: f64 = 0.7;
@@ -44,4 +45,14 @@ fn two_blocks_have_one_factor_of_safety() {
     find((case, "joints, rigid"), &wedges(PART, false));
     let deck = with_body(wedges(PART, true), &["active", "passive"], Body::Deformable);
     find((case, "contacts, deformable"), &deck);
+}
+
+#[test]
+fn a_column_that_leans_on_a_block_has_its_factor_of_safety() {
+    let case = of("limit_topple");
+    for (body, divisions) in [(Body::Rigid, 1), (Body::Deformable, 1), (Body::Deformable, 2)] {
+        let mut deck = with_body(deck(&example(case.deck)), &["column", "block"], body);
+        deck.blocks.iter_mut().for_each(|set| set.divisions = divisions);
+        find((case, &format!("{body:?}, {divisions}").to_lowercase()), &deck);
+    }
 }
