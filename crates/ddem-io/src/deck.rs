@@ -16,6 +16,7 @@
 //! # Ok::<(), ddem_io::DeckError>(())
 //! ```
 
+pub(crate) mod numbers;
 mod reader;
 mod source;
 

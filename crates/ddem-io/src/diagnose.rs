@@ -10,6 +10,7 @@ use ddem_core::Fault;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 
 use crate::deck::Source;
+use crate::deck::numbers;
 
 /// Mistakes that are shown in the text: a table that a program wrote wrong has one in each row.
 const SHOWN: usize = 20;
@@ -149,7 +150,9 @@ impl Finding {
         let mut fault = Fault::new("", first.message());
         // The end of the text is where a missing bracket is noticed, not where it is missing.
         let unclosed = errors.iter().find(|error| error.message().starts_with("unclosed"));
-        if let Some(unclosed) = unclosed.filter(|unclosed| start(unclosed) > start(first)) {
+        if let Some(hint) = numbers::hint(numbers::word(source.text(), start(first))) {
+            fault = Fault::new("", "this is not a number").help(hint);
+        } else if let Some(unclosed) = unclosed.filter(|unclosed| start(unclosed) > start(first)) {
             fault = fault.help(format!("before this there is an {}", unclosed.message()));
         }
         Some(Self::new(source, fault, first.span().unwrap_or(0..0)))

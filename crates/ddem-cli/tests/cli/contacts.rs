@@ -81,11 +81,6 @@ fn mistakes_in_contacts_and_of_rigid_blocks_are_refused() {
 fn what_is_doubted_of_contacts_and_rigid_blocks_is_said() {
     for (from, to, message) in [
         (
-            "size = [1, 1, 1]",
-            "divisions = 2\nsize = [1, 1, 1]",
-            "warning: set `below`: `divisions` has no effect on rigid blocks",
-        ),
-        (
             "[model]",
             "[contact]\nnormal_stiffness = 1e18\n[model]",
             "warning: `normal_stiffness` in [contact], 1e18 Pa/m, is ",

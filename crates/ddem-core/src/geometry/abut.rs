@@ -214,6 +214,25 @@ impl Geometry {
         self.near(0.0).into_iter().filter(alone).collect()
     }
 
+    /// Pairs of blocks of two sets whose faces look at each other across a gap of up to a part of their shortest
+    /// edges, and the gap `[m]`.
+    pub(crate) fn across_gaps(&self, part: f64) -> Vec<([u32; 2], f64)> {
+        let edges = (0..self.bodies.len()).map(|body| self.shortest_edge(body));
+        let reach = part * edges.fold(0.0, f64::max);
+        let across = |blocks: [u32; 2]| {
+            let bodies = blocks.map(|block| block as usize);
+            let most = part * self.misses(bodies) / MISSES;
+            let gap = |faces: [FaceOf; 2]| {
+                let seats = self.opposed(bodies, faces)?;
+                Some(self.lie_on(bodies, &seats, [0.0, most])?[0])
+            };
+            let gaps = faces().filter_map(gap).filter(|gap| *gap <= most);
+            Some((blocks, gaps.reduce(f64::min)?))
+        };
+        let other = |&[a, b]: &[u32; 2]| self.set(a as usize) != self.set(b as usize);
+        self.near(reach).into_iter().filter(other).filter_map(across).collect()
+    }
+
     /// Two faces, if they look at each other.
     fn opposed(&self, bodies: [usize; 2], faces: [FaceOf; 2]) -> Option<[Seat; 2]> {
         let normals = [0, 1].map(|side| {

@@ -1,6 +1,6 @@
 //! Sets of blocks that touch, those that joints join, and those that a joint nearly joins.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use super::{Abutment, Geometry};
@@ -35,6 +35,9 @@ fn over(faces: usize) -> String {
     format!("over {faces} face{}", if faces == 1 { "" } else { "s" })
 }
 
+/// Part of the shortest edge of two blocks up to which a gap between them may be a mistake.
+const NARROW: f64 = 0.02;
+
 /// Two sets, the earlier one first.
 type Sets = [usize; 2];
 
@@ -62,8 +65,15 @@ impl Geometry {
         faces.into_iter().map(named).collect()
     }
 
-    /// Warnings about sets that are nearer to each other than their joint is thick, and not joined.
+    /// Warnings about sets that nearly touch and are not joined.
     pub(crate) fn ajar(&self, deck: &Deck) -> Vec<String> {
+        let mut said = self.unfilled_gaps(deck);
+        said.extend(self.narrow_gaps(deck));
+        said
+    }
+
+    /// Those of sets that are nearer to each other than their joint is thick.
+    fn unfilled_gaps(&self, deck: &Deck) -> Vec<String> {
         let mut places: BTreeMap<(Sets, u16), Vec<&Abutment>> = BTreeMap::new();
         for abutment in &self.apart {
             places.entry((self.sets(abutment.blocks), abutment.joint)).or_default().push(abutment);
@@ -82,6 +92,33 @@ impl Geometry {
                  Joints join sets that touch, or whose gap is as wide as the joint is thick",
                 over(faces.len()),
                 name(deck, joint)
+            )
+        });
+        said.collect()
+    }
+
+    /// Those of sets that are farther apart, and touch nowhere.
+    fn narrow_gaps(&self, deck: &Deck) -> Vec<String> {
+        if deck.blocks.len() < 2 {
+            return Vec::new();
+        }
+        let all = self.abutments.iter().chain(&self.apart).map(|abutment| abutment.blocks);
+        let known: BTreeSet<Sets> =
+            all.chain(self.unjoined()).map(|blocks| self.sets(blocks)).collect();
+        let mut gaps: BTreeMap<Sets, (f64, usize)> = BTreeMap::new();
+        for (blocks, gap) in self.across_gaps(NARROW) {
+            let sets = self.sets(blocks);
+            if !known.contains(&sets) {
+                let (least, faces) = gaps.entry(sets).or_insert((gap, 0));
+                (*least, *faces) = (least.min(gap), *faces + 1);
+            }
+        }
+        let said = gaps.into_iter().map(|(sets, (gap, faces))| {
+            let [a, b] = sets.map(|set| deck.set_name(set));
+            format!(
+                "sets `{a}` and `{b}` do not touch: there is a gap of {gap:.3e} m {}. Close it if they are \
+                 meant to touch or to be joined",
+                over(faces)
             )
         });
         said.collect()

@@ -16,7 +16,7 @@ pub(crate) struct Stress {
     /// At the origin `[Pa]`.
     origin: [f64; 6],
     /// For each metre along x, y and z `[Pa/m]`.
-    gradient: [[f64; 6]; 3],
+    pub(crate) gradient: [[f64; 6]; 3],
 }
 
 /// Contacts begin without force: sets that touch cannot bear a stress together.
@@ -118,7 +118,6 @@ impl Stress {
         a * x.x + b * x.y + c * x.z
     }
 
-    /// Mean of several stresses.
     /// `∂σ_ij/∂x_j`, what bears a weight `[N/m³]`.
     pub(crate) fn divergence(&self) -> Vec3 {
         let [x, y, z] = &self.gradient;
@@ -126,6 +125,7 @@ impl Stress {
         Vec3::new(x[xx] + y[xy] + z[zx], x[xy] + y[yy] + z[yz], x[zx] + y[yz] + z[zz])
     }
 
+    /// Mean of several stresses.
     pub(super) fn mean(of: &[Option<Self>]) -> Option<Self> {
         let first = *of.first()?;
         if of.iter().all(|stress| *stress == first) {

@@ -9,11 +9,14 @@ use crate::geometry::{Surface, Vec3};
 /// Part of the force on a plane that it may lack without a word.
 const SMALL: f64 = 1e-3;
 
+const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// What the stress asks of the outer faces on one plane, and what it lacks there `[N]`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Plane {
     normal: Vec3,
     point: Vec3,
+    area: f64,
     asked: f64,
     lacking: Vec3,
     /// Sum of the sizes.
@@ -33,30 +36,31 @@ impl Model {
         let everywhere = self.region(&crate::deck::Where::default());
         let surfaces = everywhere.surfaces(&self.geometry);
         // What a node gets goes to its faces by what they ask for, so each node is looked at once.
-        let mut asks: HashMap<u32, Vec<(Surface, Vec3)>> = HashMap::new();
+        let mut asks: HashMap<u32, Vec<(Surface, Vec3, f64)>> = HashMap::new();
         for surface in surfaces {
             for (node, area) in everywhere.areas(&self.geometry, &surface) {
                 let x = Vec3::from(self.point(node as usize));
                 let Some(stress) = in_situ.of(surface.body) else { continue };
                 let force = stress.at(&x) * surface.outward(&self.geometry) * area;
-                asks.entry(node).or_default().push((surface, force));
+                asks.entry(node).or_default().push((surface, force, area));
             }
         }
         let mut nodes: Vec<_> = asks.into_iter().collect();
         nodes.sort_unstable_by_key(|(node, _)| *node);
         for (node, asked) in nodes {
             let (load, held) = given.remove(&node).unwrap_or_default();
-            let whole: Vec3 = asked.iter().map(|(_, force)| force).sum();
+            let whole: Vec3 = asked.iter().map(|(_, force, _)| force).sum();
             let mut lacking = whole - load;
             (0..3).filter(|&c| held[c]).for_each(|c| lacking[c] = 0.0);
             // Of each component a face lacks the part that it asks for.
-            let sizes: Vec3 = asked.iter().map(|(_, force)| force.abs()).sum();
-            for (surface, force) in asked {
+            let sizes: Vec3 = asked.iter().map(|(_, force, _)| force.abs()).sum();
+            for (surface, force, area) in asked {
                 let part = |c: usize| if sizes[c] > 0.0 { force[c].abs() / sizes[c] } else { 0.0 };
                 let lacking = Vec3::from([0, 1, 2].map(|c| lacking[c] * part(c)));
                 let plane = planes.entry(self.plane_of(&surface)).or_default();
                 plane.normal = surface.outward(&self.geometry);
                 plane.point = Vec3::from(self.point(node as usize));
+                plane.area += area;
                 plane.asked += force.norm();
                 plane.lacking += lacking;
                 plane.lacks += lacking.norm();
@@ -66,7 +70,7 @@ impl Model {
         let most = planes.values().fold(0.0, |most: f64, plane| most.max(plane.asked));
         let much = |plane: &Plane| plane.lacks > SMALL * plane.asked.max(SMALL * most);
         let wrong = planes.into_values().filter(much);
-        wrong.map(|plane| plane.words()).collect()
+        wrong.map(|plane| plane.words(&self.gravity)).collect()
     }
 
     /// What is said of blocks whose stress at the start does not bear their weight.
@@ -80,12 +84,25 @@ impl Model {
         };
         let wrong: Vec<usize> = (0..self.n_blocks()).filter(wrong).collect();
         let first = *wrong.first()?;
-        let [x, y, z] = (-self.gravity * self.density(first)).into();
-        let borne = in_situ.of(first)?.divergence();
+        let wanted = -self.gravity * self.density(first);
+        let [x, y, z] = wanted.into();
+        let stress = in_situ.of(first)?;
+        let borne = stress.divergence();
+        // Along one axis only, so that nothing else of the gradient changes.
+        let axis = wanted.iamax();
+        let alone = wanted.norm() - wanted[axis].abs() <= 1e-9 * wanted.norm();
+        let paste = if alone && (wanted - borne).norm() > 0.0 {
+            let mut slope = stress.gradient[axis];
+            slope[axis] += (wanted - borne)[axis];
+            let axis = AXES[axis];
+            format!("; in `[[initial]]` that is\n  gradient = {{ {axis} = {slope:?} }}")
+        } else {
+            String::new()
+        };
         Some(format!(
             "the stress at the start does not bear the weight of {} blocks, first of block {first} of set \
              `{}`: its gradient gives ({:.4e}, {:.4e}, {:.4e}) N/m³ and the weight wants ({x:.4e}, {y:.4e}, \
-             {z:.4e}), as `gradient.z` with zz = density x gravity",
+             {z:.4e}){paste}",
             wrong.len(),
             self.set_name(first),
             borne.x,
@@ -123,25 +140,53 @@ impl Model {
 }
 
 impl Plane {
-    fn words(&self) -> String {
-        let axes = ["x", "y", "z"];
+    fn words(&self, gravity: &Vec3) -> String {
         let along = (0..3).find(|&c| self.normal[c].abs() > 1.0 - 1e-9);
         let place = match along {
             Some(axis) => format!(
                 "{} = {:.6} m, looking along {}{}",
-                axes[axis],
+                AXES[axis],
                 self.point[axis],
                 if self.normal[axis] > 0.0 { '+' } else { '-' },
-                axes[axis]
+                AXES[axis]
             ),
             None => format!("a plane through {:.4?} m", <[f64; 3]>::from(self.point)),
         };
         let [x, y, z] = self.lacking.into();
+        let cure = match along {
+            Some(axis) => format!("put in\n{}\n", self.paste(axis, gravity)),
+            None => {
+                "hold them with [[fix]], or load them with the stress times the normal; ".to_owned()
+            }
+        };
         format!(
             "the stress at the start is not carried by the outer faces at {place}: [{x:.4e}, {y:.4e}, \
-             {z:.4e}] N are missing, {:.2} % of what it asks for: hold them with [[fix]], or load them \
-             with the stress times the normal; otherwise the model moves to another equilibrium",
+             {z:.4e}] N are missing, {:.2} % of what it asks for: {cure}\
+             otherwise the model moves to another equilibrium",
             100.0 * self.lacks / self.asked
         )
     }
+
+    /// Lines of a deck that carry the stress: a support along the components that are missing; a load on faces
+    /// that look up.
+    fn paste(&self, axis: usize, gravity: &Vec3) -> String {
+        let place = format!("where = {{ {} = {:?} }}", AXES[axis], rounded(self.point[axis], 9));
+        let missing = |c: &usize| self.lacking[*c].abs() > SMALL * self.lacks;
+        if self.normal.dot(gravity) < 0.0 {
+            let traction = (self.lacking / self.area).map(|x| rounded(x, 6));
+            let traction = <[f64; 3]>::from(traction);
+            return format!("  [[load]]\n  {place}\n  traction = {traction:?}");
+        }
+        let axes: String = (0..3).filter(missing).map(|c| AXES[c]).collect();
+        format!("  [[fix]]\n  {place}\n  axes = \"{axes}\"")
+    }
+}
+
+/// A number with so many digits.
+fn rounded(x: f64, digits: i32) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        return 0.0;
+    }
+    let scale = 10_f64.powi(digits - 1 - x.abs().log10().floor() as i32);
+    (x * scale).round() / scale
 }

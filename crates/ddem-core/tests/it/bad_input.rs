@@ -319,7 +319,7 @@ fn doubts_about_joints_that_fail() {
     let no_cohesion = one(Joint { cohesion: None, friction: None, ..spring_with_tension() });
     assert!(no_cohesion[0].contains("left at a tension of 0 Pa"), "{no_cohesion:?}");
     // Without friction the strength in shear never ends, and roughness has none in tension.
-    assert_eq!(one(Joint { cohesion: Some(1.0), ..spring_with_tension() }), [""; 0]);
+    assert_eq!(one(Joint { cohesion: Some(1e3), ..spring_with_tension() }), [""; 0]);
     assert_eq!(one(Joint { tension: Some(1e6), ..rough() }), [""; 0]);
     let steep = one(Joint { dilation: Some(31.0), ..strong });
     assert!(steep[0].starts_with("joint `seam`: dilation, 31 degrees, is above"), "{steep:?}");
@@ -365,6 +365,28 @@ fn doubts_about_units() {
     deck.materials.insert("light".into(), stuff);
     let joint = Joint { friction: Some(0.6), ..spring_with_tension() };
     deck.joints.insert("smooth".into(), joint);
+    let joint = Joint {
+        cohesion: Some(0.5),
+        tension: Some(0.0),
+        normal_stiffness: Some(20.0),
+        ..spring_with_tension()
+    };
+    deck.joints.insert("weak".into(), joint);
+    let load = |size: f64, history: Option<History>| Load {
+        traction: Some([0.0, 0.0, -size]),
+        history,
+        ..Load::default()
+    };
+    let table = History::Table(vec![[0.0, 0.0], [1.0, 1e6]]);
+    deck.load = vec![load(1.0, None), load(2.0, Some(table)), load(2.0, None)];
+    let stage = |ratio: f64| Stage {
+        name: format!("at {ratio}"),
+        kind: StageKind::Dynamic,
+        duration: Some(1.0),
+        damping: Some(Damping::Ratio(ratio)),
+        ..Stage::default()
+    };
+    deck.stage = vec![stage(1.0), stage(5.0)];
     (deck.contact.friction, deck.contact.restitution) = (Some(1.0), Some(0.0));
     deck.model.contact = Some(true);
     let warnings = model(&deck).warnings();
@@ -372,6 +394,10 @@ fn doubts_about_units() {
         "material `light`: `young` is 18 Pa: 18 GPa would be written 1.8e10",
         "material `light`: `density` is 2.4 kg/m³: 2.4 t/m³ would be written 2400",
         "joint `smooth`: `friction` is an angle, 0.6 degrees: a coefficient of 0.6 would be written 31.0",
+        "joint `weak`: `cohesion` is 0.5 Pa, next to nothing: 0.5 MPa would be written 5e5",
+        "joint `weak`: `normal_stiffness` is 20 Pa/m: 20 GPa/m would be written 2e10",
+        "load 2: `traction` is 2 Pa, next to nothing: 2 MPa would be written 2e6",
+        "stage `at 5`: a damping `ratio` of 5 is beyond critical damping, 1: 5 % would be written 0.05",
         "[contact]: `friction` is an angle, 1 degrees: a coefficient of 1 would be written 45.0",
         "[contact]: no `restitution` below 0.135 can be had, and 0 gives that: what is to come to \
          rest wants a stage with `damping = { local = 0.8 }`",

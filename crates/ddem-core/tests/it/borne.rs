@@ -104,6 +104,8 @@ fn the_weight_wants_a_gradient() {
     for gradient in [None, slope(2.5e4), slope(-2.4e4)] {
         let text = said(gradient).unwrap_or_default();
         assert!(text.contains("of 12 blocks") && text.contains("2.4000e4"), "{text}");
+        let line = "\n  gradient = { z = [0.0, 0.0, 24000.0, 0.0, 0.0, 0.0] }";
+        assert!(text.ends_with(line), "{text}");
     }
 }
 

@@ -351,6 +351,13 @@ fn faces_that_do_not_carry_it_are_named() {
     assert_eq!(warnings.len(), 1, "{warnings:?}");
     let said = ["x = 3.000000 m, looking along +x", "-2.4000e7", "100.00 %"];
     assert!(said.iter().all(|words| warnings[0].contains(words)), "{}", warnings[0]);
+    let lines = "\n  [[fix]]\n  where = { x = 3.0 }\n  axes = \"x\"\n";
+    assert!(warnings[0].contains(lines), "{}", warnings[0]);
+    // Under gravity what lies on top is a load.
+    let mut below = deck.clone();
+    below.model.gravity = [-9.81, 0.0, 0.0];
+    let lines = "\n  [[load]]\n  where = { x = 3.0 }\n  traction = [-6000000.0, 0.0, 0.0]\n";
+    assert!(unbalanced(&below)[0].contains(lines), "{:?}", unbalanced(&below));
     deck.fix.push(fix(plane(0, 3.0), "x"));
     assert_eq!(unbalanced(&deck), Vec::<String>::new());
 }

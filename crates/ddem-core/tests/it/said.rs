@@ -111,7 +111,7 @@ fn a_charge_that_hardly_pushes_is_warned_of() {
     assert!(said.starts_with("charge 0: 23 kg of explosive begin with 9.4"), "{said}");
     deck.charge = vec![tnt(region.clone(), 24.0)];
     assert_eq!(model(&deck).warnings(), [""; 0]);
-    deck.charge = vec![gas(region, 10.0)];
+    deck.charge = vec![gas(region, 1e4)];
     assert_eq!(model(&deck).warnings(), [""; 0]);
 }
 

@@ -244,21 +244,6 @@ fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
 }
 
 #[test]
-fn divisions_of_rigid_blocks() {
-    let warnings = |divisions: u32, body: Body| {
-        let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], divisions, 0.01);
-        deck.blocks[0].body = body;
-        model(&deck).warnings()
-    };
-    let said = ["set `blocks[0]`: `divisions` has no effect on rigid blocks"];
-    assert_eq!(warnings(2, Body::Rigid), said);
-    // What one comes to, and what it is where nobody has said it.
-    assert_eq!(warnings(1, Body::Rigid), [""; 0]);
-    assert_eq!(warnings(4, Body::Rigid), [""; 0]);
-    assert_eq!(warnings(2, Body::Deformable), [""; 0]);
-}
-
-#[test]
 fn which_blocks_are_rigid() {
     let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
     deck.blocks[1].body = Body::Rigid;

@@ -15,6 +15,7 @@ use serde::de::{Deserialize, Deserializer, Visitor};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::numbers;
 use access::{Entries, Keys, Variant};
 use mistake::{Mistake, describe};
 
@@ -191,6 +192,13 @@ impl<'a> Reader<'a> {
         match self.value {
             Shape::Number(number) => visitor.visit_f64(number),
             Shape::Whole(number) => visitor.visit_f64(number as f64),
+            Shape::Text(text) => {
+                let mistake = self.expected("a number");
+                Err(match numbers::hint(text) {
+                    Some(hint) => mistake.help(hint),
+                    None => mistake,
+                })
+            }
             _ => Err(self.expected("a number")),
         }
         .map_err(|mistake| mistake.at(self))

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::shown;
 use super::units::units;
-use crate::deck::{BlockSet, Body, ContactTable, Deck, Joint, Stage, StageKind};
+use crate::deck::{ContactTable, Deck, Joint, Stage, StageKind};
 
 /// What is to be said of contacts, of rigid blocks, and of the joints that a model uses, by their
 /// numbers in sorted order of the names.
@@ -21,7 +21,6 @@ pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
         .collect();
     let mut doubts = units(deck);
     doubts.extend(contact_without_effect(deck));
-    doubts.extend(divisions_without_effect(deck));
     doubts.extend(releases(deck));
     for (name, joint) in breaking {
         doubts.extend(tension_out_of_reach(name, joint));
@@ -50,18 +49,6 @@ fn contact_without_effect(deck: &Deck) -> Option<String> {
     };
     let but = if others == deck.contact { "" } else { " but for its damping" };
     Some(format!("`[contact]` has no effect{but}: {why}"))
-}
-
-/// A rigid block has eight corners. Whether `divisions` was written is not known where it is the
-/// default, and 1 is what it comes to.
-fn divisions_without_effect(deck: &Deck) -> impl Iterator<Item = String> {
-    let default = BlockSet::default().divisions;
-    let said = move |set: &BlockSet| ![1, default].contains(&set.divisions);
-    let sets = deck.blocks.iter().enumerate();
-    let rigid = sets.filter(move |(_, set)| set.body == Body::Rigid && said(set));
-    rigid.map(|(i, _)| {
-        format!("set `{}`: `divisions` has no effect on rigid blocks", deck.set_name(i))
-    })
 }
 
 /// Forces of removed blocks that go at once although they are to fade, or have not gone in the end.
