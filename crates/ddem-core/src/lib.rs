@@ -65,7 +65,7 @@ pub use error::{Fault, ModelError, Moving, RunError};
 pub use fields::{
     CONTACT_FIELDS, Contact, ContactCounts, ContactField, FIELDS, Field, Fragment, On,
 };
-pub use geometry::{Face, Interface};
+pub use geometry::{Face, Interface, Selection};
 pub use history::Function;
 pub use model::Model;
 pub use pairs::PairAt;
