@@ -20,7 +20,7 @@ pub(crate) mod files;
 mod reader;
 mod source;
 
-pub use files::read_files;
+pub use files::{join_paths, read_files};
 pub use source::Source;
 
 use std::path::Path;

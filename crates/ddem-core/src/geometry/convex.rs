@@ -55,8 +55,9 @@ impl Convex {
                     rim.push(*a);
                 }
             }
-            // A face that only touches the plane has no area.
-            if kept.len() > 2 {
+            // The lid takes the place of a face in the plane; one that only touches it has no area.
+            let lies = face.iter().all(|x| plane.off(x) == 0.0);
+            if kept.len() > 2 && !lies {
                 faces.push(kept);
             }
         }

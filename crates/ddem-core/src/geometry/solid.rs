@@ -128,9 +128,9 @@ impl Solid {
         let origin = self.bounds[0];
         let part = |index: usize| {
             let [a, b, c] = self.corners(index).map(|corner| corner - origin);
-            a.dot(&b.cross(&c)) / 6.0
+            a.dot(&b.cross(&c))
         };
-        self.one_way.then(|| (0..self.triangles.len()).map(part).sum::<f64>().abs())
+        self.one_way.then(|| (0..self.triangles.len()).map(part).sum::<f64>().abs() / 6.0)
     }
 }
 

@@ -35,6 +35,20 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), Vec<Fault>> {
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
+/// Makes the paths of files that a deck names, which are relative to `folder`, relative to the folder of the
+/// program.
+pub fn join_paths(deck: &mut Deck, folder: &Path) {
+    for (_, region) in deck.regions_mut() {
+        for (_, file) in region.files_mut() {
+            let path = match file {
+                FileIn::Triangles(file) => &mut file.path,
+                FileIn::Heights(file) => &mut file.path,
+            };
+            *path = folder.join(&*path).to_string_lossy().into_owned();
+        }
+    }
+}
+
 /// Reads a file once, however often a deck names it.
 fn fill<T>(
     file: &mut FileOf<T>,
