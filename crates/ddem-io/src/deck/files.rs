@@ -172,7 +172,8 @@ fn number(text: &str) -> Option<f64> {
 
 /// Rows of x, y and z in any order, with or without a line of headings.
 fn table(text: &str) -> Result<Heights, Fault> {
-    let separator = match text.lines().next().unwrap_or_default() {
+    let first = text.lines().find(|line| !line.starts_with('#'));
+    let separator = match first.unwrap_or_default() {
         line if line.contains(';') => b';',
         line if line.contains('\t') => b'\t',
         _ => b',',
