@@ -107,8 +107,8 @@ impl Region {
             self.ranges[axis].map_or(0.0, |[from, to]| place[axis] - place[axis].min(to).max(from))
         };
         let off = self.planes.iter().map(|plane| plane.off(x));
-        let all = off.chain((0..3).map(out)).fold(0.0, f64::hypot);
-        all.hypot(self.beyond_shapes(place))
+        let all: f64 = off.chain((0..3).map(out)).map(|far| far * far).sum();
+        all.sqrt().hypot(self.beyond_shapes(place))
     }
 
     /// How far a point is from the centre of the sphere or the axis of the cylinder, and the radius `[m]`.

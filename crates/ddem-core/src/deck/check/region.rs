@@ -68,7 +68,8 @@ fn along(place: &str, axis: &str, extent: Option<Extent>, faults: &mut Faults) {
             faults.number(place, plane, Rule::Any);
         }
         Some(Extent::Range([from, to])) => {
-            if faults.finite(place, &[from, to]) && from > to {
+            let finite = faults.finite(place, &[from, to]);
+            if finite && from > to {
                 let message =
                     format!("the range along {axis} goes from {} to {}", shown(from), shown(to));
                 faults.add_help(place, message, "the smaller number comes first");
@@ -182,7 +183,7 @@ fn heights(place: &str, (path, heights): (&str, Option<&Heights>), faults: &mut 
             && axis.iter().all(|at| at.is_finite())
             && axis.windows(2).all(|two| two[0] < two[1])
     };
-    if !(rises(x) && rises(y)) || z.len() != x.len() * y.len() || !(*rim >= 0.0) {
+    if !(rises(x) && rises(y)) || z.len() != x.len() * y.len() || !rim.is_finite() || *rim < 0.0 {
         let message = format!("`{path}` is no grid of heights");
         let help = "two or more columns and rows, at increasing x and y, with a height at each";
         faults.add_help(place, message, help);
