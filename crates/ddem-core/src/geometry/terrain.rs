@@ -105,7 +105,8 @@ fn asked<'a>(lattice: &'a Lattice, entry: &str, alone: bool) -> impl Iterator<It
     // In halves of a block's edges, or parts of an element.
     let parts = match (blocks || joints, lattice.divisions) {
         (true, _) => 2,
-        (false, divisions) => 2 * divisions,
+        // The middle of a face is one of them.
+        (false, divisions) => divisions * (1 + divisions % 2),
     };
     (0..lattice.body.len()).flat_map(move |index| {
         let cell = lattice.cell(index);
