@@ -179,6 +179,9 @@ fn model(report: &Report) -> String {
     for interface in &report.interfaces {
         lines += &format!("\n{interface}");
     }
+    for selection in &report.selections {
+        lines += &format!("\n{selection}");
+    }
     for (index, charge) in charges.iter().enumerate() {
         lines += &format!("\ncharge {index}: {charge}");
     }

@@ -63,8 +63,7 @@ impl Conditions {
     /// and held from then on.
     pub(crate) fn new(deck: &Deck, stages: &Stages) -> Result<Self, Vec<Fault>> {
         let geometry = stages.at(0);
-        let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        let region = |r: &Where| Region::new(r, &geometry.bounds, &names);
+        let region = |r: &Where| Region::new(r, &geometry.frame);
         let mut faults = Vec::new();
         let mut conditions = Self::default();
         for (index, fix) in deck.fix.iter().enumerate() {

@@ -66,7 +66,7 @@ pub use fields::{
     CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, Field, Fragment,
     FragmentSummary, JointSummary, Largest, On, Reaction, StateSummary,
 };
-pub use geometry::{Face, Interface};
+pub use geometry::{Face, Interface, Selection};
 pub use history::Function;
 pub use model::Model;
 pub use pairs::PairAt;

@@ -16,10 +16,12 @@
 //! # Ok::<(), ddem_io::DeckError>(())
 //! ```
 
+pub(crate) mod files;
 pub(crate) mod numbers;
 mod reader;
 mod source;
 
+pub use files::{join_paths, read_files};
 pub use source::Source;
 
 use std::path::Path;
@@ -35,20 +37,31 @@ use crate::diagnose::{DeckError, Finding};
 ///
 /// # Errors
 ///
-/// When the file cannot be read, is not TOML, or has unknown keys, values of the wrong type or
-/// missing keys: all that are found, not only the first.
+/// When the file cannot be read, is not TOML, has unknown keys, values of the wrong type or
+/// missing keys, or names files that cannot be read: all that are found, not only the first.
 pub fn read(path: &Path) -> Result<(Deck, Source), DeckError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| DeckError::Unreadable { path: path.to_owned(), source })?;
     parse(&text, &path.display().to_string())
 }
 
-/// Reads a deck from its text; `name` is what errors call it.
+/// Reads a deck from its text; `name` is what errors call it. Files that it names are looked for in the
+/// folder of `name`.
 ///
 /// # Errors
 ///
 /// As those of [`read`].
 pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
+    let (mut deck, source) = parse_alone(text, name)?;
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    match read_files(&mut deck, folder) {
+        Ok(()) => Ok((deck, source)),
+        Err(faults) => Err(DeckError::from_faults(&source, faults)),
+    }
+}
+
+/// Reads a deck without the files that it names.
+pub(crate) fn parse_alone(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
     let (table, errors) = DeTable::parse_recoverable(text);
     let source = Source::new(name, text, &table);
     if let Some(finding) = Finding::syntax(&source, &errors) {
@@ -64,7 +77,8 @@ pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
     }
 }
 
-/// Reads a deck that a program has made as a table, by the same rules.
+/// Reads a deck that a program has made as a table, by the same rules; [`read_files`] reads the files that
+/// it names.
 ///
 /// # Errors
 ///
@@ -72,7 +86,7 @@ pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
 pub fn from_table(table: &toml::Table) -> Result<Deck, ModelError> {
     let unreadable = |message: String| ModelError::from(Fault::new("", message));
     let text = toml::to_string(table).map_err(|error| unreadable(error.to_string()))?;
-    match parse(&text, "") {
+    match parse_alone(&text, "") {
         Ok((deck, _)) => Ok(deck),
         Err(DeckError::Wrong { findings, .. }) => {
             Err(ModelError { faults: findings.into_iter().map(|finding| finding.fault).collect() })

@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use ddem_core::{ChargeSize, Interface, Moving, Trial, Verdict};
+use ddem_core::{ChargeSize, Interface, Moving, Selection, Trial, Verdict};
 pub use ddem_core::{ContactSummary, FragmentSummary, StateSummary};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -44,6 +44,9 @@ pub struct Summary {
     /// Charges before they go off, in the order of the deck.
     #[serde(default)]
     pub charges: Vec<ChargeSummary>,
+    /// What curved and slanted shapes have selected of the blocks.
+    #[serde(default)]
+    pub selections: Vec<SelectionSummary>,
     /// Largest memory the process had, `[B]`; 0 where the system does not tell.
     pub peak_memory_bytes: u64,
     /// The stages done, in order.
@@ -111,6 +114,29 @@ impl From<ChargeSize> for ChargeSummary {
             density: size.density,
             pressure: size.pressure,
         }
+    }
+}
+
+/// What a curved or slanted shape has selected of the blocks.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SelectionSummary {
+    /// Place in the deck.
+    pub entry: String,
+    /// What is done to the blocks.
+    pub what: String,
+    /// Number of blocks.
+    pub blocks: u64,
+    /// Their volume, half of the joints around included `[m³]`.
+    pub volume: f64,
+    /// What the shape is called.
+    pub shape: String,
+    /// Volume of the shape, where it is known `[m³]`.
+    pub holds: Option<f64>,
+}
+
+impl From<Selection> for SelectionSummary {
+    fn from(Selection { entry, what, blocks, volume, shape, holds, .. }: Selection) -> Self {
+        Self { entry, what, blocks: blocks as u64, volume, shape: shape.to_owned(), holds }
     }
 }
 

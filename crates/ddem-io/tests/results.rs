@@ -96,6 +96,7 @@ fn summary_has_the_documented_keys() {
         "fragments",
         "interfaces",
         "charges",
+        "selections",
         "peak_memory_bytes",
         "stages",
         "deck",

@@ -11,6 +11,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
+use crate::values::WHERE;
+
 /// One of the classes of `ddem._errors`, with its arguments.
 macro_rules! raise {
     ($py:expr, $class:literal, $arguments:expr) => {{
@@ -131,19 +133,21 @@ pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> 
         let place = place.trim_start_matches('.');
         fault.place = place.strip_prefix("where.").unwrap_or(place).to_owned();
         if fault.place == "where" && fault.message.ends_with("is missing") {
-            *fault = Fault::new("", "it is not said where").help(WHERE);
+            *fault = Fault::new("", "it is not said where").help(where_keys());
         }
         fault.help = fault.help.take().map(|help| python_keys(&help));
     }
     model(py, &error)
 }
 
-/// What says where.
-const WHERE: &str = "`x`, `y`, `z`, `sphere`, `cylinder`, `set`";
+/// What says where, as a list.
+fn where_keys() -> String {
+    WHERE.map(|key| format!("`{key}`")).join(", ")
+}
 
 /// Lists of keys, as Python has them: where without a table of its own, and a word of Python's.
 fn python_keys(help: &str) -> String {
-    let python = help.replace("`where`", WHERE).replace("`from`", "`from_`");
+    let python = help.replace("`where`", &where_keys()).replace("`from`", "`from_`");
     // Those of a stage are arguments of `relax` and `run`, which give it a name and a kind.
     python.replace("`name`, `kind`, `bracket`, `resolution`, `joints`, `limit`, ", "")
 }

@@ -64,7 +64,7 @@ fn load(
 ) -> PyResult<Simulation> {
     // A folder of results has one.
     let path = if path.is_dir() { path.join("checkpoint.h5") } else { path };
-    let parts = model.map(|model| model.get().parts(py)).transpose()?;
+    let parts = model.map(|model| model.get().parts_with_files(py)).transpose()?;
     let (deck, functions) = parts.map_or((None, Functions::default()), |(d, f)| (Some(d), f));
     let located = |error: &ddem_core::ModelError| errors::model(py, error);
     drive::assembled(py, Pool::new(threads)?, functions, &located, |change| {

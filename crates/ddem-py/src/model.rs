@@ -1,6 +1,6 @@
 //! A model is a deck being written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ddem_core::Deck;
@@ -15,14 +15,17 @@ use crate::drive::assembled;
 use crate::errors::{self, model_error, refuse};
 use crate::functions::Functions;
 use crate::simulation::Simulation;
-use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, value};
+use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, value, with_files};
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
 ///
 /// Keywords are the keys of the deck (docs/deck.md) and checked by its rules. In place of
 /// `where = {...}` its keys are given: `x`, `y`, `z` as a number (a plane) or `(from, to)`,
-/// `sphere={"centre": ..., "radius": ...}`, `cylinder={"from": ..., "to": ..., "radius": ...}` and
-/// `set="name"`. The key `from` is `from_`.
+/// `sphere={"centre": ..., "radius": ...}`, `cylinder={"from": ..., "to": ..., "radius": ...}`,
+/// `plane={"point": ..., "normal": ...}`, or `dip` and `dip_direction` instead of the normal, `above` and
+/// `below` a level z, such a plane or `{"topography": "heights.csv"}`, `inside="surface.stl"`,
+/// `side="z+"` of a set, joints by `dip`, `dip_direction` and `within`, and `set="name"`. Paths of files are
+/// relative to the current directory. The key `from` is `from_`.
 ///
 /// Parameters
 /// ----------
@@ -94,7 +97,7 @@ impl Model {
     #[pyo3(signature = (*, threads=None))]
     fn build(&self, py: Python<'_>, threads: Option<&Bound<'_, PyAny>>) -> PyResult<Simulation> {
         let pool = Pool::new(threads)?;
-        let (deck, functions) = self.parts(py)?;
+        let (deck, functions) = self.parts_with_files(py)?;
         assembled(py, pool, functions, &|error| self.located(py, error), |change| {
             ddem_io::run::Session::with(&deck, ddem_core::Simd::default(), change)
         })
@@ -129,7 +132,8 @@ impl Model {
         let path: PathBuf = deck.extract().map_err(|error| {
             refuse(py, "deck", "expected the path of a deck or a dictionary", error)
         })?;
-        let (deck, _) = ddem_io::deck::read(&path).map_err(|error| errors::deck(py, &error))?;
+        let (mut deck, _) = ddem_io::deck::read(&path).map_err(|error| errors::deck(py, &error))?;
+        ddem_io::deck::join_paths(&mut deck, path.parent().unwrap_or(Path::new("")));
         Ok(Self { draft: Mutex::new(Draft::of(&deck)) })
     }
 
@@ -237,6 +241,12 @@ impl Model {
             (draft.deck(), draft.functions.clone_ref(py))
         };
         Ok((deck.map_err(|error| errors::model(py, &error))?, functions))
+    }
+
+    /// The same, with what is in the files that the deck names.
+    pub(crate) fn parts_with_files(&self, py: Python<'_>) -> PyResult<(Deck, Functions)> {
+        let (deck, functions) = self.parts(py)?;
+        Ok((with_files(deck).map_err(|error| self.located(py, &error))?, functions))
     }
 
     /// What is wrong with the model, and in which line of the script.

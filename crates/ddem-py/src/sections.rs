@@ -30,6 +30,11 @@ impl Model {
     ///     The corner from which edges are measured [m].
     /// axes : three vectors, optional
     ///     Directions of the three edges; oblique ones give parallelepipeds.
+    /// dip, dip_direction : float, optional
+    ///     Instead of `axes`, of the joints that cut the third edge [degrees], clockwise from north, y.
+    /// planes : dict, optional
+    ///     Instead of `axes`, of all three sets of joints:
+    ///     ``{"x": {"dip": ..., "dip_direction": ...}, "y": ..., "z": ...}``.
     /// body : {"deformable", "rigid"}, optional
     ///     What the blocks are; rigid ones have eight nodes, six degrees of freedom and no stress.
     ///
@@ -75,8 +80,10 @@ impl Model {
     ///     For the joints whose face centre lies inside.
     /// material : Material or str, optional
     ///     For the blocks whose centroid lies inside.
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where.
+    /// dip, dip_direction, within : float, optional
+    ///     Joints of this orientation, within an angle [degrees]; 2 without it.
     ///
     /// Raises
     /// ------
@@ -91,7 +98,7 @@ impl Model {
     ///
     /// Parameters
     /// ----------
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where.
     ///
     /// Raises
@@ -109,7 +116,7 @@ impl Model {
     /// ----------
     /// factor : int
     ///     Parts along each edge.
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where.
     ///
     /// Raises
@@ -135,7 +142,7 @@ impl Model {
     /// history : callable, dict or rows, optional
     ///     Factor on the velocity in time [s]: a function of the time since the support came into
     ///     force, ``{"ramp": seconds}``, or rows of time and factor.
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where; every node without any.
     /// from_, until : str, optional
     ///     Stages from whose start, and up to whose start, it is in force.
@@ -170,7 +177,7 @@ impl Model {
     ///     Factor in time [s]: a function of the time since the load came into force,
     ///     ``{"ramp": seconds}``, or rows of time and factor. A function is called at every step,
     ///     and must depend on the time alone.
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where.
     /// from_, until : str, optional
     ///     Stages from whose start, and up to whose start, it is in force.
@@ -202,7 +209,7 @@ impl Model {
     ///     constant with `pressure`. A function is one of the time since it went off.
     /// delay : float, optional
     ///     When it goes off, from the start of the stage `from_`, or of the run [s].
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Walls of cavities by the centres of their faces; where there is none, joints.
     /// from_, until : str, optional
     ///     Stages from whose start, and up to whose start, it is in force.
@@ -229,7 +236,7 @@ impl Model {
     ///     Of a wave that comes in through viscous faces [m/s]; a free surface moves twice as fast.
     /// history : callable, dict or rows, optional
     ///     Factor on the velocity in time [s], as for :meth:`fix`.
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Which outer faces; all of them without any.
     /// from_, until : str, optional
     ///     Stages from whose start, and up to whose start, it is in force.
@@ -258,7 +265,7 @@ impl Model {
     ///     Angular velocity about `centre` [rad/s], added to `velocity`.
     /// centre : (float, float, float), optional
     ///     [m]; the origin without it.
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where; every node without any.
     ///
     /// Raises
@@ -310,7 +317,7 @@ impl Model {
     ///     Time between samples [s]; a thousandth of a run without it.
     /// every_steps : int, optional
     ///     Steps between samples in a relaxation; 100 without it.
-    /// x, y, z, sphere, cylinder, set : optional
+    /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Instead of `at`: the sum of reactions, the mean of anything else.
     ///
     /// Raises

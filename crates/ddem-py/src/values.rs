@@ -1,6 +1,8 @@
 //! What Python writes, as a deck has it.
 
-use ddem_core::Deck;
+use std::path::Path;
+
+use ddem_core::{Deck, ModelError};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
@@ -75,6 +77,9 @@ fn at_depth(
     let size = any.getattr_opt("size")?.and_then(|size| size.extract::<usize>().ok());
     if size.is_some_and(|size| size > MOST) {
         return refused(format!("has more than {MOST} entries"));
+    }
+    if let Some(path) = plain(any, "__fspath__", place)? {
+        return at_depth(&path, place, name, (depth + 1, entries));
     }
     // NumPy's arrays, as Python's own lists; its odd numbers give themselves.
     if let Some(list) = plain(any, "tolist", place)?
@@ -154,6 +159,24 @@ fn plain<'py>(
     }
 }
 
+/// Keys of a `where`, which are arguments of their own.
+pub(crate) const WHERE: [&str; 14] = [
+    "x",
+    "y",
+    "z",
+    "sphere",
+    "cylinder",
+    "plane",
+    "above",
+    "below",
+    "inside",
+    "side",
+    "dip",
+    "dip_direction",
+    "within",
+    "set",
+];
+
 /// Keyword arguments as the table of a deck, and the history if it is a function. What is `None`
 /// is left out.
 pub(crate) fn table<'py>(
@@ -181,8 +204,8 @@ pub(crate) fn table<'py>(
             Some(_) => Err(model_error(given.py(), key, "is given twice", None)),
         };
         match (key.as_str(), value) {
-            ("x" | "y" | "z" | "sphere" | "cylinder" | "set", value) if has_where(section) => {
-                put(&mut region, &key, value)?;
+            (key, value) if WHERE.contains(&key) && has_where(section) => {
+                put(&mut region, key, value)?;
             }
             ("where", Value::Table(all)) if has_where(section) => {
                 for (key, value) in all {
@@ -226,9 +249,18 @@ pub(crate) fn table_alone(py: Python<'_>, section: &str, table: Table) -> PyResu
     read(py, section, Value::Table(table), section)
 }
 
+/// A deck with what is in the files that it names; paths are relative to the folder of the program.
+pub(crate) fn with_files(mut deck: Deck) -> Result<Deck, ModelError> {
+    match ddem_io::deck::read_files(&mut deck, Path::new("")) {
+        Ok(()) => Ok(deck),
+        Err(faults) => Err(ModelError { faults }),
+    }
+}
+
 /// Arguments are said without the place that they have in the deck.
 fn read(py: Python<'_>, section: &str, value: Value, place: &str) -> PyResult<Deck> {
     ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), value)]))
+        .and_then(with_files)
         .map_err(|error| arguments(py, error, place))
 }
 

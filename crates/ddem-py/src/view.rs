@@ -206,6 +206,13 @@ impl Simulation {
     ///     A plane or a range [m].
     /// sphere, cylinder : dict, optional
     ///     ``{"centre": ..., "radius": ...}``.
+    /// plane, above, below : dict, optional
+    ///     ``{"point": ..., "normal": ...}``, or `dip` and `dip_direction` instead of the normal; `above` and
+    ///     `below` also a level z [m] or ``{"topography": "heights.csv"}``.
+    /// inside : path, optional
+    ///     STL file of a closed surface.
+    /// side : {"x-", "x+", "y-", "y+", "z-", "z+"}, optional
+    ///     Side of a set of blocks.
     /// set : str, optional
     ///     Name of a set of blocks.
     ///

@@ -84,7 +84,7 @@ pub(super) fn with_areas(
     made: Made<'_>,
     surfaces: &[Surface],
 ) -> Vec<(Surface, [f64; 2])> {
-    let everywhere = Region::new(&Where::default(), &made.geometry.bounds, &[]);
+    let everywhere = Region::new(&Where::default(), &made.geometry.frame);
     let area = |region: &Region, surface: &Surface| {
         region.areas(made.geometry, surface).iter().map(|(_, area)| area).sum()
     };

@@ -285,8 +285,7 @@ impl Border {
     ) -> Result<Self, Fault> {
         let Made { deck, geometry, constants, .. } = made;
         let start = made.stages.at(0);
-        let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        let region = Region::new(&entry.region, &geometry.bounds, &names);
+        let region = Region::new(&entry.region, &geometry.frame);
         let place = format!("boundary[{index}]");
         let surfaces = surfaces(&region, geometry, &place)?;
         let mut border = Self {

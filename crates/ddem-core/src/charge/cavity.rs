@@ -94,7 +94,9 @@ pub(super) fn cavities(region: &Region, geometry: &Geometry) -> Vec<Cavity> {
     let mut cavities = Vec::new();
     for lattice in geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set)) {
         let selected: BTreeMap<Wall, Surface> = walls(lattice)
-            .filter(|(_, surface)| region.contains(&surface.centre(geometry)))
+            .filter(|(_, surface)| {
+                region.contains_face(&surface.centre(geometry), &surface.outward(geometry))
+            })
             .collect();
         let mut cells: BTreeSet<Cell> = selected.keys().map(|wall| wall.0).collect();
         if !cells.is_empty() {

@@ -264,7 +264,8 @@ fn sides(face: &Face) -> [Surface; 2] {
 }
 
 fn selects(region: &Region, geometry: &Geometry, sides: &[Surface; 2]) -> bool {
-    region.has_set(geometry.set(sides[0].body)) && region.contains(&between(geometry, sides))
+    region.has_set(geometry.set(sides[0].body))
+        && region.contains_face(&between(geometry, sides), &sides[0].outward(geometry))
 }
 
 /// The surface of a gas in a joint: both faces, and what is between their edges.

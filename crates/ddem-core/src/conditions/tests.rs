@@ -173,3 +173,43 @@ fn stages_bound_what_is_in_force() {
         [0.0, 0.0, 0.5, 1.0, 0.0]
     );
 }
+
+#[test]
+fn a_half_space_cuts_a_face_as_a_range_does() {
+    let below = |z: f64| Where { below: Some(Sheet::Level(z)), ..planes([plane(0.0), None, None]) };
+    let traction = |region: Where| deck(Load { region, traction: Some(UP), ..Load::default() });
+    // The moment is that of whole nodes: of the force alone.
+    for z in [0.1, 0.37, 0.9, 7.0] {
+        let (sum, _) = resultant(&traction(below(z)));
+        assert!((sum - Vec3::from(UP) * 2.0 * z.min(1.0)).norm() < 1e-12, "{z}: {sum}");
+    }
+}
+
+/// A line where a plane and a side of a turned set meet, in the second gap and at an edge; a face by its dip.
+#[test]
+fn lines_and_faces_of_a_turned_set() {
+    let turned = |mut deck: Deck| {
+        (deck.blocks[0].dip, deck.blocks[0].dip_direction) = (Some(30.0), Some(90.0));
+        deck
+    };
+    let (s, c) = 30_f64.to_radians().sin_cos();
+    // Along x and z of the set.
+    let at = |x: f64, y: f64, z: f64| [x * c + z * s, y, z * c - x * s];
+    for x in [2.0, 4.0] {
+        let across =
+            Plane { point: at(x, 0.0, 0.0), normal: Some(at(-2.0, 0.0, 0.0)), ..Plane::default() };
+        let side = Some(Side::HighZ);
+        let region = Where { plane: Some(across), side, ..Where::default() };
+        let line = Load { region, line: Some(UP), ..Load::default() };
+        check(&turned(deck(line)), times(UP, 2.0), at(x, 1.0, 1.0));
+    }
+    let region = Where { dip: Some(30.0), dip_direction: Some(90.0), ..Where::default() };
+    let both = Load { region: region.clone(), traction: Some(UP), ..Load::default() };
+    check(&turned(deck(both)), times(UP, 16.0), at(2.0, 1.0, 0.5));
+    let region = Where { above: Some(Sheet::Level(0.0)), side: Some(Side::HighZ), ..region };
+    let top = Load { region, pressure: Some(5.0), ..Load::default() };
+    // Cut askew along x of the set, level along y: at z = 0 of the upper side.
+    let (sum, _) = resultant(&turned(deck(top)));
+    let length = c / s;
+    assert!((sum.norm() - 5.0 * 2.0 * length).abs() < 1e-9, "{sum}");
+}

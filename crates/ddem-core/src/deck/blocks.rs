@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Deck, Where};
+use super::{Deck, Orientations, Where};
 
 /// A lattice of blocks divided by joint planes.
 ///
@@ -37,7 +37,20 @@ pub struct BlockSet {
     pub body: Body,
     /// Directions of the three edges (any length); oblique ones give parallelepipeds.
     pub axes: [[f64; 3]; 3],
+    /// Dip of the joints that cut the third edge, from 0 to 90 `[degrees]`, instead of `axes`: the
+    /// first edge points down the dip, the second along the strike.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dip: Option<f64>,
+    /// Direction of that dip, clockwise from north, y, from 0 to 360 `[degrees]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dip_direction: Option<f64>,
+    /// Orientations of all three sets of joints, instead of `axes`; oblique ones give parallelepipeds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub planes: Option<Orientations>,
 }
+
+/// The coordinate axes.
+pub(crate) const COORDINATES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl Default for BlockSet {
     fn default() -> Self {
@@ -51,7 +64,10 @@ impl Default for BlockSet {
             material: String::new(),
             joint: None,
             body: Body::Deformable,
-            axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            axes: COORDINATES,
+            dip: None,
+            dip_direction: None,
+            planes: None,
         }
     }
 }

@@ -1,70 +1,9 @@
-//! Where, supports, loads, boundaries, initial state and probes.
+//! Supports, loads, boundaries, initial state and probes.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A part of space: everything named must hold; what is not named is free.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Where {
-    /// A plane or a range along x `[m]`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub x: Option<Extent>,
-    /// A plane or a range along y `[m]`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub y: Option<Extent>,
-    /// A plane or a range along z `[m]`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub z: Option<Extent>,
-    /// Inside a sphere.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sphere: Option<Sphere>,
-    /// Inside a cylinder.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cylinder: Option<Cylinder>,
-    /// Only this set of blocks.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub set: Option<String>,
-}
-
-impl Where {
-    /// Whether nothing is named, so that everything is selected.
-    pub fn is_everywhere(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-/// Along one axis: a plane, or a range from–to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-#[serde(untagged)]
-pub enum Extent {
-    /// A plane, within 1e-6 of the region's size.
-    Plane(f64),
-    /// From, to.
-    Range([f64; 2]),
-}
-
-/// A sphere.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Sphere {
-    /// Centre `[m]`.
-    pub centre: [f64; 3],
-    /// Radius `[m]`.
-    pub radius: f64,
-}
-
-/// A cylinder: a borehole or a tunnel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Cylinder {
-    /// Centre of one end `[m]`.
-    pub from: [f64; 3],
-    /// Centre of the other end `[m]`.
-    pub to: [f64; 3],
-    /// Radius `[m]`.
-    pub radius: f64,
-}
+use super::Where;
 
 /// A support: the named axes of the selected nodes stand still, or move as prescribed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

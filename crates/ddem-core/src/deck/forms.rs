@@ -11,7 +11,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Damping, Extent, History, JointChoice, TimeStep};
+use super::{Damping, Extent, FileOf, Heights, History, JointChoice, Plane, Sheet, TimeStep};
 
 /// The three ways in which a reader hands over a number.
 macro_rules! numbers {
@@ -57,6 +57,53 @@ impl<'de> Deserialize<'de> for Extent {
                     return Err(Error::invalid_length(found, &self));
                 }
                 Ok(Extent::Range(ends))
+            }
+        }
+
+        deserializer.deserialize_any(Forms)
+    }
+}
+
+impl<'de> Deserialize<'de> for Sheet {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Keys {
+            point: Option<[f64; 3]>,
+            normal: Option<[f64; 3]>,
+            dip: Option<f64>,
+            dip_direction: Option<f64>,
+            topography: Option<FileOf<Heights>>,
+        }
+
+        struct Forms;
+
+        impl<'de> Visitor<'de> for Forms {
+            type Value = Sheet;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "a level z, a plane `{ point, normal }` or `{ point, dip, dip_direction }`, or \
+                     `{ topography = \"file\" }`",
+                )
+            }
+
+            numbers!(Sheet, Sheet::Level);
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Sheet, A::Error> {
+                let Keys { point, normal, dip, dip_direction, topography } =
+                    Deserialize::deserialize(MapAccessDeserializer::new(map))?;
+                let plane = normal.is_some() || dip.is_some() || dip_direction.is_some();
+                match (point, topography) {
+                    (None, Some(topography)) if !plane => Ok(Sheet::Topography { topography }),
+                    (_, Some(_)) => Err(Error::custom(
+                        "`topography` goes without `point`, `normal`, `dip` and `dip_direction`",
+                    )),
+                    (Some(point), None) => {
+                        Ok(Sheet::Plane(Plane { point, normal, dip, dip_direction }))
+                    }
+                    (None, None) => Err(Error::missing_field("point")),
+                }
             }
         }
 

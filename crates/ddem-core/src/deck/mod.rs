@@ -10,26 +10,36 @@ mod charge;
 mod check;
 mod conditions;
 mod contact;
+mod files;
 mod forms;
 mod matter;
 pub mod names;
+mod orientation;
+mod region;
 mod size;
 mod stages;
+mod surface;
 
+pub(crate) use blocks::COORDINATES;
 pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
 pub(crate) use charge::EXPLOSIVES;
 pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use check::check;
 pub(crate) use check::doubts;
 pub use conditions::{
-    Boundary, BoundaryKind, Cylinder, Duvall, Extent, Fix, Gradient, History, Initial, Load, Probe,
-    Quantity, Sphere, Triangle, Where,
+    Boundary, BoundaryKind, Duvall, Fix, Gradient, History, Initial, Load, Probe, Quantity,
+    Triangle,
 };
 pub use contact::ContactTable;
+pub use files::{FileIn, FileOf, Heights, Triangles};
 pub use matter::{Joint, Material};
+pub(crate) use orientation::normal_of;
+pub use orientation::{Orientation, Orientations};
+pub use region::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
 pub use size::Size;
 pub(crate) use stages::Period;
 pub use stages::{Damping, OnFailure, Search, Stage, StageKind, TimeStep};
+pub(crate) use surface::Mesh;
 
 use std::collections::BTreeMap;
 

@@ -49,7 +49,6 @@ struct Seat {
 pub(super) fn abutments(
     geometry: &Geometry,
     (deck, names, stage): (&Deck, &Names, usize),
-    set_names: &[Option<&str>],
 ) -> [Vec<Abutment>; 2] {
     if geometry.lattices.len() < 2 {
         return [Vec::new(), Vec::new()];
@@ -62,7 +61,7 @@ pub(super) fn abutments(
     let thickest = joints.iter().map(|joint| joint[0]).fold(0.0, f64::max);
     let assigned = in_force(deck, stage).filter_map(|(_, entry)| {
         let joint = names.joint(entry.joint.as_ref()?)?;
-        Some((Region::new(&entry.region, &geometry.bounds, set_names), joint))
+        Some((Region::new(&entry.region, &geometry.frame), joint))
     });
     let assigned: Vec<(Region, u16)> = assigned.collect();
     let other = |&[a, b]: &[u32; 2]| {
@@ -102,7 +101,9 @@ impl Geometry {
         let inside = |abutment: &&Abutment| {
             let seats =
                 [0, 1].map(|side| self.seat(abutment.blocks[side] as usize, abutment.faces[side]));
-            seats.iter().any(|seat| region.contains(&(seat.corners.iter().sum::<Vec3>() / 4.0)))
+            seats.iter().any(|seat| {
+                region.contains_face(&(seat.corners.iter().sum::<Vec3>() / 4.0), &seat.normal)
+            })
         };
         self.abutments.iter().filter(inside).count()
     }
@@ -295,7 +296,8 @@ impl Geometry {
         let centre = seat.corners.iter().sum::<Vec3>() / 4.0;
         let sets = bodies.map(|body| self.set(body));
         let here = |(region, _): &&(Region, u16)| {
-            region.contains(&centre) && sets.iter().any(|&set| region.has_set(set))
+            region.contains_face(&centre, &seat.normal)
+                && sets.iter().any(|&set| region.has_set(set))
         };
         if let Some((_, joint)) = assigned.iter().rev().find(here) {
             return Some(*joint);

@@ -59,9 +59,8 @@ impl Geometry {
         (deck, names): (&Deck, &Names),
         stage: usize,
     ) -> Vec<Fault> {
-        let sets: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        let bounds = self.bounds;
-        let region = |entry: &Assign| Region::new(&entry.region, &bounds, &sets);
+        let frame = self.frame.clone();
+        let region = |entry: &Assign| Region::new(&entry.region, &frame);
         let unused = assign(&mut lattices, (deck, names), stage, &region);
         let before = self.clone();
         for (own, new) in self.lattices.iter_mut().zip(lattices) {
@@ -71,7 +70,7 @@ impl Geometry {
             let lattice = &self.lattices[body.lattice as usize];
             body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
         }
-        [self.abutments, self.apart] = abut::abutments(self, (deck, names, stage), &sets);
+        [self.abutments, self.apart] = abut::abutments(self, (deck, names, stage));
         // Joints do not come, nor back, in a run: what is in contact stays so.
         self.abutments.retain(|abutment| before.joint_of(abutment.blocks).is_some());
         self.abutting = abut::abutting(&self.abutments);

@@ -1,6 +1,6 @@
 //! The lattice of one block set.
 
-use super::select::Region;
+use super::region::{Flat, Region};
 use super::{Names, Vec3};
 use crate::deck::names::segment;
 use crate::deck::{BlockSet, Body, Deck, JointChoice};
@@ -107,7 +107,7 @@ impl Lattice {
             set: index,
             refined: None,
             origin: Vec3::from(set.origin),
-            axes: set.axes.map(|a| Vec3::from(a).normalize()),
+            axes: set.directions().map(|a| Vec3::from(a).normalize()),
             divisions: set.elements_along_edge() as usize,
             rigid: set.body == Body::Rigid,
             count,
@@ -208,30 +208,24 @@ impl Lattice {
     /// Cells selected as §1 of the deck says: the centroid lies inside, or a plane touches a face.
     pub(super) fn selects(&self, region: &Region, cell: [usize; 3]) -> bool {
         let centre = self.centre(cell);
-        let touches = |axis: usize, at: f64| {
-            (0..3).any(|d| {
-                let on = |x: &Vec3| (x[axis] - at).abs() <= region.tolerance[axis];
-                self.faces(cell, d).iter().any(|face| face.iter().all(on))
-            })
+        let touches = |plane: &Flat| {
+            (0..3).any(|d| self.faces(cell, d).iter().any(|face| face.iter().all(|x| plane.has(x))))
         };
         region.in_ranges(&centre)
-            && (0..3).all(|axis| {
-                region.plane(axis).is_none_or(|at| {
-                    (centre[axis] - at).abs() <= region.tolerance[axis] || touches(axis, at)
-                })
-            })
+            && region.planes.iter().all(|plane| plane.has(&centre) || touches(plane))
     }
 
     pub(super) fn assign_joint(&mut self, region: &Region, joint: u16) -> bool {
         let mut found = false;
         for d in 0..3 {
+            let normal = self.normal(d);
             for index in 0..self.body.len() {
                 let cell = self.cell(index);
                 if cell[d] + 1 == self.count[d] {
                     continue;
                 }
                 let centre = self.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0;
-                if region.contains(&centre) {
+                if region.contains_face(&centre, &normal) {
                     self.joint[d][index] = joint;
                     found = true;
                 }

@@ -17,28 +17,38 @@
 mod abut;
 mod assign;
 mod cells;
+mod convex;
 mod face;
+mod frame;
 mod interface;
 mod lattice;
 mod nothing;
+mod orientation;
 mod overlap;
 mod refine;
+mod region;
 mod select;
+mod solid;
 mod stages;
 mod surface;
+mod taken;
+mod terrain;
 
 pub(crate) use abut::Abutment;
 pub use face::Face;
 pub(crate) use face::faces;
+pub(crate) use frame::Frame;
 pub use interface::Interface;
 pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
 use nothing::no_block;
 pub(crate) use nothing::{no_node, nothing, place};
-pub(crate) use select::Region;
+pub(crate) use region::Region;
 pub(crate) use stages::Stages;
 pub(crate) use surface::Surface;
+pub use taken::Selection;
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -76,21 +86,27 @@ pub(crate) struct Geometry {
     apart: Vec<Abutment>,
     /// The joint at each face, by block and number, that one of these has.
     pub(crate) abutting: HashMap<(u32, u8), u16>,
-    /// Corners of the box around everything.
-    pub(crate) bounds: [Vec3; 2],
+    /// The box around everything, and the sets.
+    pub(crate) frame: Arc<Frame>,
+    /// What curved and slanted shapes have split and taken out before the run.
+    pub(crate) taken: Vec<Selection>,
 }
 
 impl Geometry {
     /// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
     pub(crate) fn new(deck: &Deck, names: &Names) -> Result<Self, Vec<Fault>> {
-        let (mut lattices, mut faults) = refined(deck, names)?;
-        let bounds = lattice::bounds(&lattices);
-        let set_names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        let of = |entry: &Assign| Region::new(&entry.region, &bounds, &set_names);
+        let Refined { mut lattices, frame, mut taken, mut faults } = refined(deck, names)?;
+        let uncovered = terrain::uncovered(deck, &frame, &lattices);
+        if !uncovered.is_empty() {
+            return Err(uncovered);
+        }
+        let of = |entry: &Assign| Region::new(&entry.region, &frame);
         let unused = assign::assign(&mut lattices, (deck, names), 0, &of);
         let never = |entry: &&Remove| entry.from.is_none();
         for (index, entry) in deck.remove.iter().enumerate().filter(|(_, e)| never(e)) {
-            let region = Region::new(&entry.region, &bounds, &set_names);
+            let region = Region::new(&entry.region, &frame);
+            let what = (format!("remove[{index}]"), format!("remove {index}"));
+            taken.extend(Selection::new(what, &region, &frame, &lattices));
             let mut found = false;
             for lattice in &mut lattices {
                 found |= region.has_set(lattice.set) && lattice.remove(&region);
@@ -119,10 +135,11 @@ impl Geometry {
             abutments: Vec::new(),
             apart: Vec::new(),
             abutting: HashMap::new(),
-            bounds,
+            frame: Arc::new(frame.clone()),
+            taken,
         };
         geometry.number()?;
-        let [joined, apart] = abut::abutments(&geometry, (deck, names, 0), &set_names);
+        let [joined, apart] = abut::abutments(&geometry, (deck, names, 0));
         (geometry.abutments, geometry.apart) = (joined, apart);
         geometry.abutting = abut::abutting(&geometry.abutments);
         let faults = geometry.unused(deck, &unused, &of);
@@ -293,17 +310,26 @@ impl Geometry {
     }
 }
 
-/// The lattices of all sets, refined, before anything is assigned or removed; and what is wrong with that.
-fn refined(deck: &Deck, names: &Names) -> Result<(Vec<Lattice>, Vec<Fault>), Vec<Fault>> {
+/// The lattices of all sets, refined, before anything is assigned or removed.
+struct Refined {
+    lattices: Vec<Lattice>,
+    frame: Frame,
+    taken: Vec<Selection>,
+    /// What is wrong with that.
+    faults: Vec<Fault>,
+}
+
+fn refined(deck: &Deck, names: &Names) -> Result<Refined, Vec<Fault>> {
     let mut lattices = lattices(deck, names)?;
-    let bounds = lattice::bounds(&lattices);
-    let set_names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-    let mut faults = Vec::new();
+    let frame = Frame::new(deck, &lattices);
+    let (mut taken, mut faults) = (Vec::new(), Vec::new());
     for (index, entry) in deck.refine.iter().enumerate() {
-        let region = Region::new(&entry.region, &bounds, &set_names);
+        let region = Region::new(&entry.region, &frame);
+        let what = (format!("refine[{index}]"), format!("refine {index}"));
+        taken.extend(Selection::new(what, &region, &frame, &lattices));
         faults.extend(refine::refine(&mut lattices, &region, (index, entry.factor))?);
     }
-    Ok((lattices, faults))
+    Ok(Refined { lattices, frame, taken, faults })
 }
 
 /// Names of materials and joints as indices, in sorted order.

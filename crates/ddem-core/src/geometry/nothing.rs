@@ -1,9 +1,8 @@
 //! What is said of a `where` that selects nothing.
 
 use super::lattice::Lattice;
-use super::select::Region;
+use super::region::Region;
 use super::{Geometry, Vec3};
-use crate::deck::Extent;
 use crate::error::Fault;
 
 /// A selection without anything in it.
@@ -59,7 +58,7 @@ fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what:
 pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fault {
     let mut help = RULES.to_owned();
     if let Some((body, node)) = region.nearest(geometry) {
-        let size = (geometry.bounds[1] - geometry.bounds[0]).norm();
+        let size = (geometry.frame.bounds[1] - geometry.frame.bounds[0]).norm();
         let digits = (4.0 - size.log10().floor()).clamp(0.0, 12.0) as usize;
         let show = |x: Vec3| {
             let [x, y, z] = <[f64; 3]>::from(x).map(|x| format!("{x:.digits$}"));
@@ -101,16 +100,15 @@ impl Region {
         nearest.map(|(_, found)| found)
     }
 
-    /// How far a node is from the planes, and the place that counts for it from ranges,
-    /// sphere and cylinder `[m]`.
+    /// How far a node is from the planes, and the place that counts for it from ranges and shapes `[m]`.
     pub(crate) fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
-        let out = |axis: usize| match self.extents[axis] {
-            Some(Extent::Plane(at)) => x[axis] - at,
+        let out = |axis: usize| {
             // Whatever the range is, this has a value.
-            Some(Extent::Range([from, to])) => place[axis] - place[axis].min(to).max(from),
-            None => 0.0,
+            self.ranges[axis].map_or(0.0, |[from, to]| place[axis] - place[axis].min(to).max(from))
         };
-        Vec3::from([0, 1, 2].map(out)).norm().hypot(self.beyond_round(place))
+        let off = self.planes.iter().map(|plane| plane.off(x));
+        let all: f64 = off.chain((0..3).map(out)).map(|far| far * far).sum();
+        all.sqrt().hypot(self.beyond_shapes(place))
     }
 
     /// How far a point is from the centre of the sphere or the axis of the cylinder, and the radius `[m]`.

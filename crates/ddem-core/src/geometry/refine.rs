@@ -7,7 +7,7 @@
 use super::Names;
 use super::lattice::{ELSEWHERE, Lattice, MOST_NODES, NO_JOINT, too_many};
 use super::nothing::{no_block, nothing};
-use super::select::Region;
+use super::region::Region;
 use crate::deck::Deck;
 use crate::deck::names::segment;
 use crate::error::Fault;

@@ -7,84 +7,13 @@
 //!           5.995 6.005          and half of each neighbouring gap
 //! ```
 
-use super::{Geometry, Surface, Vec3};
-use crate::deck::{Extent, Where};
-
-/// A `where` with its tolerances and the index of its set.
-#[derive(Clone, Debug)]
-pub(crate) struct Region {
-    pub(super) extents: [Option<Extent>; 3],
-    pub(super) sphere: Option<(Vec3, f64)>,
-    /// Centres of the ends, and radius.
-    pub(super) cylinder: Option<([Vec3; 2], f64)>,
-    set: Option<usize>,
-    /// 1e-6 of the region's size along each axis `[m]`.
-    pub(crate) tolerance: [f64; 3],
-}
+use super::{Geometry, Region, Surface, Vec3};
 
 /// A node of a surface, the sine of the angle between its edges, and the node's lengths along the two
 /// edges after the normal, towards their lower and upper ends `[m]`.
 pub(crate) type Strip = (u32, f64, [[f64; 2]; 2]);
 
 impl Region {
-    pub(crate) fn new(region: &Where, bounds: &[Vec3; 2], sets: &[Option<&str>]) -> Self {
-        let size = bounds[1] - bounds[0];
-        Self {
-            extents: [region.x, region.y, region.z],
-            sphere: region.sphere.map(|s| (Vec3::from(s.centre), s.radius)),
-            cylinder: region.cylinder.map(|c| ([c.from, c.to].map(Vec3::from), c.radius)),
-            set: region.set.as_deref().and_then(|name| sets.iter().position(|s| *s == Some(name))),
-            // A flat region still has a size: that of its longest side, shrunk.
-            tolerance: [0, 1, 2].map(|k| 1e-6 * size[k].max(1e-3 * size.max())),
-        }
-    }
-
-    pub(crate) fn has_set(&self, set: usize) -> bool {
-        self.set.is_none_or(|own| own == set)
-    }
-
-    pub(crate) fn plane(&self, axis: usize) -> Option<f64> {
-        match self.extents[axis] {
-            Some(Extent::Plane(at)) => Some(at),
-            _ => None,
-        }
-    }
-
-    fn range(&self, axis: usize) -> Option<[f64; 2]> {
-        match self.extents[axis] {
-            Some(Extent::Range(range)) => Some(range),
-            _ => None,
-        }
-    }
-
-    /// Whether a sphere or a cylinder is given.
-    pub(crate) fn is_round(&self) -> bool {
-        self.sphere.is_some() || self.cylinder.is_some()
-    }
-
-    /// Axes on which a plane is given.
-    pub(crate) fn planes(&self) -> usize {
-        (0..3).filter(|&axis| self.plane(axis).is_some()).count()
-    }
-
-    /// Inside the ranges, the sphere and the cylinder; planes do not count.
-    pub(crate) fn in_ranges(&self, x: &Vec3) -> bool {
-        let inside = |axis: usize| {
-            self.range(axis).is_none_or(|[from, to]| {
-                x[axis] >= from - self.tolerance[axis] && x[axis] <= to + self.tolerance[axis]
-            })
-        };
-        (0..3).all(inside) && self.in_round(x)
-    }
-
-    pub(crate) fn contains(&self, x: &Vec3) -> bool {
-        self.in_ranges(x) && (0..3).all(|axis| self.on_plane(axis, x))
-    }
-
-    fn on_plane(&self, axis: usize, x: &Vec3) -> bool {
-        self.plane(axis).is_none_or(|at| (x[axis] - at).abs() <= self.tolerance[axis])
-    }
-
     /// Whether a node belongs: in the ranges, and on each plane or beside a gap that it lies in.
     pub(crate) fn has_node(&self, geometry: &Geometry, body: usize, at: [usize; 3]) -> bool {
         let x = geometry.position(body, at);
@@ -93,16 +22,14 @@ impl Region {
         let place = if whole { geometry.centre(body) } else { x };
         self.has_set(geometry.set(body))
             && self.in_ranges(&place)
-            && (0..3).all(|axis| {
-                self.on_plane(axis, &x)
-                    || self.plane(axis).is_some_and(|plane| {
-                        (0..3).any(|d| {
-                            geometry.partner(body, at, d).is_some_and(|(other, step)| {
-                                let y = geometry.position(other, step);
-                                let (low, high) = (x[axis].min(y[axis]), x[axis].max(y[axis]));
-                                let clear = self.tolerance[axis];
-                                low + clear < plane && plane < high - clear
-                            })
+            && self.planes.iter().all(|plane| {
+                plane.has(&x)
+                    || (0..3).any(|d| {
+                        geometry.partner(body, at, d).is_some_and(|(other, step)| {
+                            let y = geometry.position(other, step);
+                            let sides = [x, y].map(|x| plane.normal.dot(&x));
+                            let (low, high) = (sides[0].min(sides[1]), sides[0].max(sides[1]));
+                            low + plane.tolerance < plane.at && plane.at < high - plane.tolerance
                         })
                     })
             })
@@ -200,19 +127,17 @@ impl Region {
     /// Tributary length of each node on the selected line. `None` when what is selected is not a
     /// line along an edge of the blocks.
     pub(crate) fn lengths(&self, geometry: &Geometry) -> Option<Vec<(u32, f64)>> {
-        let free = (0..3).find(|&axis| self.plane(axis).is_none())?;
-        if self.planes() != 2 {
-            return None;
-        }
+        let [first, second] = self.planes[..] else { return None };
+        let line = first.normal.cross(&second.normal).try_normalize(1e-9)?;
         let mut lengths = Vec::new();
         for body in 0..geometry.bodies.len() {
             let lattice = geometry.lattice(body);
-            let along = (0..3).find(|&d| lattice.axes[d][free].abs() > 1.0 - 1e-9);
+            let along = (0..3).find(|&d| lattice.axes[d].dot(&line).abs() > 1.0 - 1e-9);
             let n = lattice.divisions + 1;
             if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
                 continue;
             }
-            let unbounded = Self { sphere: None, cylinder: None, ..self.without_range(free) };
+            let unbounded = self.along(&line);
             for local in 0..n * n * n {
                 let at = [local % n, local / n % n, local / (n * n)];
                 if !unbounded.has_node(geometry, body, at) {
@@ -229,7 +154,7 @@ impl Region {
                     if shared { 0.5 } else { 1.0 }
                 });
                 let length = length * sharers.product::<f64>();
-                if length > 0.0 && self.in_round(&geometry.position(body, at)) {
+                if length > 0.0 && self.in_shapes(&geometry.position(body, at)) {
                     lengths.push((geometry.bodies[body].first_node + local as u32, length));
                 }
             }
@@ -237,28 +162,13 @@ impl Region {
         Some(lengths)
     }
 
-    fn without_range(&self, axis: usize) -> Self {
-        let mut other = self.clone();
-        other.extents[axis] = None;
-        other
-    }
-
-    fn in_round(&self, x: &Vec3) -> bool {
-        let clear = self.tolerance.iter().fold(f64::MAX, |a, &b| a.min(b));
-        self.beyond_round(x) <= clear
-    }
-
-    /// How far a point is outside of the sphere or the cylinder `[m]`.
-    pub(super) fn beyond_round(&self, x: &Vec3) -> f64 {
-        let sphere = self.sphere.map_or(0.0, |(centre, radius)| (x - centre).norm() - radius);
-        let cylinder = self.cylinder.map_or(0.0, |([from, to], radius)| {
-            let length = (to - from).norm();
-            let axis = (to - from) / length;
-            let along = (x - from).dot(&axis);
-            let aside = (x - from - axis * along).norm() - radius;
-            aside.max(-along).max(along - length)
-        });
-        sphere.max(cylinder).max(0.0)
+    /// What selects lines in a direction: without what cuts them.
+    fn along(&self, line: &Vec3) -> Self {
+        let ranges = [0, 1, 2].map(|k| self.ranges[k].filter(|_| line[k].abs() < 1e-9));
+        let Self { planes, facing, set, tolerance, .. } = self.clone();
+        let (slopes, terrains) = (Vec::new(), Vec::new());
+        let (sphere, cylinder, solid) = (None, None, None);
+        Self { ranges, planes, slopes, sphere, cylinder, solid, terrains, facing, set, tolerance }
     }
 
     /// Whether a range ends on a face both of whose edges run along that axis: then the part of
@@ -276,19 +186,19 @@ impl Region {
         })
     }
 
-    /// The outer faces selected: on every plane given, with something of them in the ranges, and with
-    /// their centre in the sphere and the cylinder.
+    /// The outer faces selected: of the orientation and on every plane given, with something of them in
+    /// the ranges, and with their centre in the shapes.
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<Surface> {
-        self.faces(geometry, |surface| surface.is_outer(geometry))
+        self.sides(geometry, |surface| surface.is_outer(geometry))
     }
 
     /// The faces that would be selected, but that another block abuts on a part of them.
     pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<Surface> {
         let covered = geometry.covered();
-        self.faces(geometry, |surface| geometry.is_covered_in_part(surface, &covered))
+        self.sides(geometry, |surface| geometry.is_covered_in_part(surface, &covered))
     }
 
-    fn faces(&self, geometry: &Geometry, wanted: impl Fn(&Surface) -> bool) -> Vec<Surface> {
+    fn sides(&self, geometry: &Geometry, wanted: impl Fn(&Surface) -> bool) -> Vec<Surface> {
         let mut surfaces = Vec::new();
         for body in 0..geometry.bodies.len() {
             if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
@@ -297,9 +207,9 @@ impl Region {
             for (normal, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
                 let surface = Surface { body, normal, side };
                 let corners = surface.corners(geometry).map(|at| geometry.position(body, at));
-                let on_planes = corners.iter().all(|x| (0..3).all(|k| self.on_plane(k, x)));
-                if on_planes
-                    && self.in_round(&surface.centre(geometry))
+                if corners.iter().all(|x| self.on_planes(x))
+                    && self.faces(&surface.outward(geometry))
+                    && self.in_shapes(&surface.centre(geometry))
                     && self.ranges_meet(&surface.reach(geometry))
                     && wanted(&surface)
                 {

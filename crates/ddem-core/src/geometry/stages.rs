@@ -2,20 +2,24 @@
 
 use std::sync::Arc;
 
-use super::{Geometry, Names, Region, assign, no_block, nothing, refined};
+use super::{Geometry, Names, Region, Selection, assign, no_block, nothing, refined};
 use crate::deck::{Deck, Where};
 use crate::error::Fault;
 
 /// What is where from which stage on, in order. Where blocks are taken out and joints or materials change in
 /// one stage, that is one after the other.
 #[derive(Clone, Debug)]
-pub(crate) struct Stages(Vec<(usize, Arc<Geometry>)>);
+pub(crate) struct Stages {
+    geometries: Vec<(usize, Arc<Geometry>)>,
+    /// What curved and slanted shapes take out.
+    pub(crate) taken: Vec<Selection>,
+}
 
 impl Stages {
     pub(crate) fn new(deck: &Deck, all: &Names, start: Arc<Geometry>) -> Result<Self, Vec<Fault>> {
-        let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        let region = |region: &Where| Region::new(region, &start.bounds, &names);
+        let region = |region: &Where| Region::new(region, &start.frame);
         let (mut geometries, mut faults) = (vec![(0, start.clone())], Vec::new());
+        let mut taken = Vec::new();
         for (stage, entry) in deck.stage.iter().enumerate() {
             let mut now: Option<Geometry> = None;
             for (index, remove) in deck.remove.iter().enumerate() {
@@ -31,6 +35,8 @@ impl Stages {
                     faults.push(no_block(fault, &region, &before.lattices));
                     continue;
                 }
+                let what = (format!("remove[{index}]"), format!("excavate `{}`", entry.name));
+                taken.extend(Selection::new(what, &region, &start.frame, &before.lattices));
                 let mut after = before.clone();
                 after.take_out(&blocks);
                 if (0..after.bodies.len()).all(|block| after.is_gone(block)) {
@@ -45,7 +51,7 @@ impl Stages {
             let assigned = assign::changes(deck, stage).then(|| Geometry::clone(&last));
             geometries.extend(dug.map(|geometry| (stage, geometry)));
             if let Some(mut after) = assigned {
-                let (lattices, _) = refined(deck, all)?;
+                let lattices = refined(deck, all)?.lattices;
                 let wrong = after.assign_anew(lattices, (deck, all), stage).into_iter();
                 // What is wrong from a stage on is so up to another.
                 let known = |fault: &Fault| faults.iter().any(|other| other.place == fault.place);
@@ -54,13 +60,13 @@ impl Stages {
                 geometries.push((stage, Arc::new(after)));
             }
         }
-        if faults.is_empty() { Ok(Self(geometries)) } else { Err(faults) }
+        if faults.is_empty() { Ok(Self { geometries, taken }) } else { Err(faults) }
     }
 
     /// In a stage.
     pub(crate) fn at(&self, stage: usize) -> &Arc<Geometry> {
-        let at = self.0.partition_point(|(first, _)| *first <= stage);
-        &self.0[at.max(1) - 1].1
+        let at = self.geometries.partition_point(|(first, _)| *first <= stage);
+        &self.geometries[at.max(1) - 1].1
     }
 
     /// In a stage that is entered when what goes up to another one has been taken out: that stays away, and
@@ -78,12 +84,12 @@ impl Stages {
     /// The stage at whose start a block is taken out.
     pub(crate) fn removes(&self, block: usize) -> Option<usize> {
         let gone = |(_, geometry): &&(usize, Arc<Geometry>)| geometry.is_gone(block);
-        self.0.iter().find(gone).map(|(first, _)| *first)
+        self.geometries.iter().find(gone).map(|(first, _)| *first)
     }
 
     /// Memory of all of them `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
-        self.0.iter().map(|(_, geometry)| geometry.bytes()).sum()
+        self.geometries.iter().map(|(_, geometry)| geometry.bytes()).sum()
     }
 
     /// In the stage of a name, or at the start.
@@ -94,11 +100,11 @@ impl Stages {
 
     /// Whether something is so in any.
     pub(crate) fn any(&self, so: impl Fn(&Geometry) -> bool) -> bool {
-        self.0.iter().any(|(_, geometry)| so(geometry))
+        self.geometries.iter().any(|(_, geometry)| so(geometry))
     }
 
     /// What changes on the way from one stage to another.
     pub(crate) fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
-        self.0.iter().filter(|(first, _)| from < *first && *first <= to).cloned().collect()
+        self.geometries.iter().filter(|(first, _)| from < *first && *first <= to).cloned().collect()
     }
 }

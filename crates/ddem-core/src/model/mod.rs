@@ -6,6 +6,7 @@ mod elements;
 mod excavation;
 mod meeting;
 mod ramp;
+mod selections;
 mod unbalanced;
 
 use std::cmp::Reverse;
@@ -91,8 +92,7 @@ impl Model {
         };
         let faces = faces(&geometry);
         let seams = Seams::new(deck, &geometry, &packs, &mut |_, _, joint| joint);
-        let names: Vec<_> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        let region = |region: &Where| Region::new(region, &geometry.bounds, &names);
+        let region = |region: &Where| Region::new(region, &geometry.frame);
         let stresses = stresses(deck, &geometry, region)?;
         let faults = met(deck, &geometry, &stresses);
         if !faults.is_empty() {
@@ -191,8 +191,7 @@ impl Model {
     }
 
     pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {
-        let names: Vec<_> = self.deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-        Region::new(region, &self.geometry.bounds, &names)
+        Region::new(region, &self.geometry.frame)
     }
 
     /// The deck that the model was built from.
@@ -285,7 +284,7 @@ impl Model {
         }
         let speeds =
             self.constants.materials.iter().map(|rock| (rock.p_modulus() / rock.density).sqrt());
-        let [low, high] = self.geometry.bounds;
+        let [low, high] = self.geometry.frame.bounds;
         let span = CROSSINGS * (high - low).norm() / speeds.fold(f64::INFINITY, f64::min);
         self.conditions.have_gone_off(span, time, starts)
     }
@@ -313,7 +312,7 @@ impl Model {
     #[must_use]
     pub fn nearest_node(&self, at: [f64; 3]) -> usize {
         let at = Vec3::from(at);
-        let tie = 1e-12 * (self.geometry.bounds[1] - self.geometry.bounds[0]).norm();
+        let tie = 1e-12 * (self.geometry.frame.bounds[1] - self.geometry.frame.bounds[0]).norm();
         let distance = |node: usize| (Vec3::from(self.point(node)) - at).norm();
         let nearest = (0..self.n_nodes()).map(distance).fold(f64::INFINITY, f64::min);
         let near = (0..self.n_nodes()).filter(|&node| distance(node) <= nearest + tie);

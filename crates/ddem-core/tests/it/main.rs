@@ -34,6 +34,7 @@ mod meeting;
 mod mixture;
 mod opened;
 mod peaks;
+mod places;
 mod programs;
 mod refine;
 mod resume;

@@ -1,5 +1,7 @@
 //! The outer loop: the stages of a deck, files, checkpoints.
 
+use std::collections::BTreeMap;
+
 use ddem_core::deck::{Stage, StageKind};
 use ddem_core::{Deck, Simulation};
 
@@ -11,6 +13,7 @@ use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, Options, Outcome, RunFailure};
+use crate::deck::files;
 use crate::folder::{self, Earlier, Folder};
 use crate::{OutputError, Source};
 
@@ -73,6 +76,10 @@ impl<'a> Drive<'a> {
             })?;
             if resumed.deck_text() != text {
                 return Err(resume::wrong(&path, "it was written by another version of the deck"));
+            }
+            if let Some(path) = changed(deck, &resumed.files()) {
+                let message = format!("it was written with another content of `{path}`");
+                return Err(resume::wrong(&folder.checkpoint(), message));
             }
             let mut simulation = resumed.simulation(model, options.simd)?;
             simulation.stop_when(observer.stop_flag());
@@ -155,6 +162,15 @@ impl<'a> Drive<'a> {
         }
         Ok(Ended::Done(running.finish()?))
     }
+}
+
+/// A file that the deck names and that is not what it was.
+fn changed(deck: &Deck, before: &BTreeMap<String, Vec<f64>>) -> Option<String> {
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let differs = |(path, now): &(String, Vec<f64>)| {
+        before.get(path).is_none_or(|before| bits(before) != bits(now))
+    };
+    files::contents(deck).into_iter().find(differs).map(|(path, _)| path)
 }
 
 /// `seconds` is the wall time that the running stage has taken since it began or went on `[s]`.

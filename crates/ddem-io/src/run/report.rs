@@ -4,7 +4,8 @@ use std::fmt;
 
 use ddem_core::deck::{Stage, StageKind, TimeStep};
 use ddem_core::{
-    ChargeSize, Deck, Fault, Interface, Model, ModelError, SHORTEST_STEP, Simulation, Size,
+    ChargeSize, Deck, Fault, Interface, Model, ModelError, SHORTEST_STEP, Selection, Simulation,
+    Size,
 };
 
 use super::RunFailure;
@@ -42,6 +43,8 @@ pub struct Report {
     pub bytes: u64,
     /// What there is of each charge before it goes off.
     pub charges: Vec<ChargeSize>,
+    /// What curved and slanted shapes have selected of the blocks.
+    pub selections: Vec<Selection>,
     /// What each stage will take.
     pub stages: Vec<Plan>,
     /// What is allowed but perhaps not meant.
@@ -90,6 +93,9 @@ impl fmt::Display for Report {
         writeln!(f, "memory         {}", bytes(self.bytes))?;
         for (index, charge) in self.charges.iter().enumerate() {
             writeln!(f, "{:<15}{charge}", format!("charge {index}"))?;
+        }
+        for selection in &self.selections {
+            writeln!(f, "selected       {selection}")?;
         }
         for stage in &self.stages {
             let holds = if self.breakable_pairs > 0 { " while joints hold" } else { "" };
@@ -258,6 +264,7 @@ pub(super) fn report(simulation: &mut Simulation, samplers: &[Sampler]) -> Repor
         bytes: grown(Size::of(deck), model).bytes as u64,
         charges: model.charges(),
         interfaces: model.interfaces(),
+        selections: model.selections(),
         stages: stages.collect(),
         warnings,
     }

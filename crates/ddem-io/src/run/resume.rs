@@ -9,6 +9,7 @@ use ddem_core::{Model, Saved, Simd, Simulation};
 use super::RunFailure;
 use super::files::Position;
 use crate::checkpoint::{self, Checkpoint};
+use crate::deck::files;
 use crate::summary::StageSummary;
 
 /// Where a run is between two steps.
@@ -46,6 +47,12 @@ pub(super) fn save(
     let mut arrays: Vec<(&str, &[f64])> =
         saved.arrays.iter().map(|(name, v)| (name.as_str(), v.as_slice())).collect();
     arrays.push(("run", &run));
+    let contents = files::contents(simulation.model().deck());
+    let paths: Vec<&str> = contents.iter().map(|(path, _)| path.as_str()).collect();
+    let paths = serde_json::to_string(&paths).unwrap_or_default();
+    // Paths are no names of arrays.
+    let names: Vec<String> = (0..contents.len()).map(file_name).collect();
+    arrays.extend(names.iter().zip(&contents).map(|(name, (_, v))| (name.as_str(), v.as_slice())));
     let mut counters: Vec<(&str, u64)> =
         saved.counters.iter().map(|(name, &n)| (name.as_str(), n)).collect();
     counters.extend([
@@ -60,8 +67,14 @@ pub(super) fn save(
     ]);
     let done = serde_json::to_string(&cursor.done).unwrap_or_default();
     let computed = simulation.model().computed().join(", ");
-    let texts = [("stages", done.as_str()), ("computed", computed.as_str())];
+    let texts =
+        [("stages", done.as_str()), ("computed", computed.as_str()), ("files", paths.as_str())];
     checkpoint::save(path, deck_text, &arrays, &counters, &texts)
+}
+
+/// Name of the array with what was in a file that the deck names.
+fn file_name(index: usize) -> String {
+    format!("file {index}")
 }
 
 /// What a checkpoint holds, before the model is built from its deck.
@@ -114,6 +127,16 @@ impl Resumed {
     /// Text of the deck that was run.
     pub(super) fn deck_text(&self) -> &str {
         &self.checkpoint.deck
+    }
+
+    /// What was in the files that the deck names, by their paths.
+    pub(super) fn files(&self) -> BTreeMap<String, Vec<f64>> {
+        let paths = self.checkpoint.texts.get("files").map_or("[]", String::as_str);
+        let paths: Vec<String> = serde_json::from_str(paths).unwrap_or_default();
+        let content = |(index, path): (usize, String)| {
+            Some((path, self.checkpoint.arrays.get(&file_name(index))?.clone()))
+        };
+        paths.into_iter().enumerate().filter_map(content).collect()
     }
 
     pub(super) fn simulation(&self, model: Model, simd: Simd) -> Result<Simulation, RunFailure> {

@@ -15,7 +15,9 @@ use super::resume::{self, Cursor};
 use super::stage::{Halt, Moved, Running};
 use super::{Event, Observer, RunFailure};
 use crate::folder::{self, Earlier, Folder};
-use crate::summary::{ChargeSummary, FailedPairs, InterfaceSummary, Summary, peak_memory_bytes};
+use crate::summary::{
+    ChargeSummary, FailedPairs, InterfaceSummary, SelectionSummary, Summary, peak_memory_bytes,
+};
 
 /// What frames in which nothing moves are put apart by, where no stage of the deck moves `[s]`.
 const STILL: f64 = 1e-9;
@@ -215,7 +217,10 @@ impl Session {
     ) -> Result<Self, RunFailure> {
         let resumed = resume::load(path)?;
         let text = resumed.deck_text();
-        let (saved, _) = crate::deck::parse(text, &path.display().to_string())?;
+        let (mut saved, _) = crate::deck::parse_alone(text, &path.display().to_string())?;
+        if !crate::deck::files::restore(&mut saved, &resumed.files()) {
+            return Err(resume::wrong(path, "it is not complete"));
+        }
         if deck.is_some_and(|deck| *deck != saved) {
             return Err(resume::wrong(path, "it was written by another model"));
         }
@@ -263,6 +268,7 @@ impl Session {
             fragments,
             interfaces: model.interfaces().into_iter().map(InterfaceSummary::from).collect(),
             charges: model.charges().into_iter().map(ChargeSummary::from).collect(),
+            selections: model.selections().into_iter().map(SelectionSummary::from).collect(),
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.moved.cursor.done.clone(),
             deck: self.text.clone(),

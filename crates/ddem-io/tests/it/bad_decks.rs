@@ -101,6 +101,24 @@ bad_decks! {
     axes_left_handed: "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
         => "axes = [[0, 1, 0], [1, 0, 0], [0, 0, 1]]";
     range_turned_round: "z = [1.9, 2.1]" => "z = [2.1, 1.9]";
+    plane_without_normal: "where = { z = 3.0 }" => "where = { plane = { point = [0, 0, 3] } }";
+    plane_with_normal_of_zero: "where = { z = 3.0 }"
+        => "where = { plane = { point = [0, 0, 3], normal = [0, 0, 0] } }";
+    plane_too_steep: "where = { z = 3.0 }"
+        => "where = { plane = { point = [0, 0, 3], dip = 91, dip_direction = 361 } }";
+    above_text: "where = { z = 3.0 }" => "where = { above = \"top\" }";
+    above_no_point: "where = { z = 3.0 }" => "where = { above = { normal = [0, 0, 1] } }";
+    above_two_things: "where = { z = 3.0 }"
+        => "where = { above = { point = [0, 0, 1], topography = \"hill.csv\" } }";
+    file_not_there: "where = { z = 3.0 }" => "where = { inside = \"no such.stl\" }";
+    side_of_two_sets: "where = { z = 3.0 }" => "where = { side = \"z+\" }";
+    side_unknown: "where = { z = 3.0 }" => "where = { side = \"top\" }";
+    dip_of_nodes: "where.x = 12.0" => "where = { dip = 40, within = 5 }";
+    dip_direction_alone: "where = { z = [1.9, 2.1] }" => "where = { dip_direction = 40 }";
+    dip_beside_axes: "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
+        => "axes = [[1, 0, 0], [0, 1, 0], [0, 1, 1]]\ndip = 30\ndip_direction = 90";
+    planes_in_one_direction: "axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"
+        => "planes = { x = { dip = 90, dip_direction = 0 }, y = { dip = 90, dip_direction = 60 }, z = { dip = 90, dip_direction = 120 } }";
     sphere_of_zero: "radius = 0.2" => "radius = 0";
     assign_nothing: "joint = \"spring\"\n\n" => "\n";
     fix_wrong_letter: "axes = \"xyz\"" => "axes = \"xw\"";

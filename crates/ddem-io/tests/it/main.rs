@@ -1,6 +1,7 @@
 //! Decks in, results out.
 
 mod bad_decks;
+mod files;
 mod good_decks;
 
 /// A deck with every key that this version has.

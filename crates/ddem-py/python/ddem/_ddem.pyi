@@ -108,6 +108,9 @@ class Model:
         joint: str | Joint | Mapping[str, str | Joint] | None = None,
         body: Literal["deformable", "rigid"] = "deformable",
         axes: Sequence[Vector] | None = None,
+        dip: float | None = None,
+        dip_direction: float | None = None,
+        planes: Mapping[str, Mapping[str, float]] | None = None,
     ) -> None: ...
     def contact(
         self,

@@ -32,14 +32,41 @@ class Sphere(TypedDict):
 Cylinder = TypedDict("Cylinder", {"from": Vector, "to": Vector, "radius": float})
 
 
+class Plane(TypedDict, total=False):
+    """A plane: a point, and a normal or a dip with its direction."""
+
+    point: Vector
+    normal: Vector
+    dip: float
+    dip_direction: float
+
+
+class Topography(TypedDict):
+    """A file of heights."""
+
+    topography: Path
+
+
+#: What parts above from below: a level z, a plane, heights.
+Sheet: TypeAlias = Union[float, Plane, Topography]
+
+
 class Where(TypedDict, total=False):
-    """Part of a model: a plane or a range on each axis, a sphere, a cylinder, a set of blocks."""
+    """Part of a model: planes and ranges, shapes, a side or the whole of a set of blocks."""
 
     x: Extent
     y: Extent
     z: Extent
     sphere: Sphere
     cylinder: Cylinder
+    plane: Plane
+    above: Sheet
+    below: Sheet
+    inside: Path
+    side: Literal["x-", "x+", "y-", "y+", "z-", "z+"]
+    dip: float
+    dip_direction: float
+    within: float
     set: str
 
 

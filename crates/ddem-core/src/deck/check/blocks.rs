@@ -1,8 +1,9 @@
 //! Sets of blocks, and what changes parts of them.
 
-use super::conditions::{force_time, region};
+use super::conditions::force_time;
+use super::region::{Of, dips, region};
 use super::{Faults, Rule, shown};
-use crate::deck::{BlockSet, Deck, JointChoice, Remove};
+use crate::deck::{BlockSet, COORDINATES, Deck, JointChoice, Remove};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -28,6 +29,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
         lattice(&at, set, faults);
         joints(deck, &at, set, faults);
         axes(&at, set, faults);
+        turned(&at, set, faults);
     }
     changes(deck, faults);
 }
@@ -172,6 +174,51 @@ fn joints(deck: &Deck, at: &str, set: &BlockSet, faults: &mut Faults) {
     }
 }
 
+/// Orientations of joints, which stand in the place of `axes`.
+fn turned(at: &str, set: &BlockSet, faults: &mut Faults) {
+    let ways = [
+        ("axes", set.axes != COORDINATES),
+        ("dip", set.dip.is_some() || set.dip_direction.is_some()),
+        ("planes", set.planes.is_some()),
+    ];
+    let mut given = ways.into_iter().filter(|(_, given)| *given).map(|(key, _)| key);
+    if let (Some(first), Some(second)) = (given.next(), given.next()) {
+        let help = "a set is turned by one of `axes`, `dip` with `dip_direction`, and `planes`";
+        let message = format!("`{second}` does not go with `{first}`");
+        faults.add_help(format!("{at}.{second}"), message, help);
+    }
+    dips(at, (set.dip, set.dip_direction), faults);
+    match (set.dip, set.dip_direction) {
+        (Some(_), None) => faults.add_help(
+            format!("{at}.dip"),
+            "`dip` needs `dip_direction`",
+            "the direction in which the joints go down, clockwise from north, y",
+        ),
+        (None, Some(_)) => {
+            faults.add(format!("{at}.dip_direction"), "`dip_direction` needs `dip`");
+        }
+        _ => {}
+    }
+    let Some(planes) = &set.planes else { return };
+    for (axis, plane) in [("x", planes.x), ("y", planes.y), ("z", planes.z)] {
+        let at = format!("{at}.planes.{axis}");
+        dips(&at, (Some(plane.dip), Some(plane.dip_direction)), faults);
+    }
+    let [x, y, z] = planes.normals();
+    if volume([x, y, z]).abs() < 1e-6 {
+        faults.add_help(
+            format!("{at}.planes"),
+            "the three `planes` have a direction in common: they enclose no blocks",
+            "their normals must not lie in one plane",
+        );
+    }
+}
+
+/// Of the parallelepiped on three vectors.
+fn volume([[ax, ay, az], [bx, by, bz], [cx, cy, cz]]: [[f64; 3]; 3]) -> f64 {
+    ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+}
+
 /// The three directions must span space and be right-handed, as the node order of the elements
 /// has it: with a left-handed triad every element would be inside out.
 fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
@@ -189,8 +236,7 @@ fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
         }
     }
     let unit = |k: usize| set.axes[k].map(|component| component / lengths[k]);
-    let ([ax, ay, az], [bx, by, bz], [cx, cy, cz]) = (unit(0), unit(1), unit(2));
-    let volume = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx);
+    let volume = volume([unit(0), unit(1), unit(2)]);
     if volume.abs() < 1e-6 {
         faults.add(place, "the three `axes` lie in one plane");
     } else if volume < 0.0 {
@@ -205,7 +251,8 @@ fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
 fn changes(deck: &Deck, faults: &mut Faults) {
     for (i, assign) in deck.assign.iter().enumerate() {
         let at = format!("assign[{i}]");
-        region(deck, &format!("{at}.where"), &assign.region, faults);
+        let of = if assign.material.is_some() { Of::Blocks } else { Of::Faces };
+        region(deck, &format!("{at}.where"), (&assign.region, of), faults);
         if assign.joint.is_none() && assign.material.is_none() {
             let message = "the entry assigns nothing: it needs `joint` or `material`";
             faults.add(at.as_str(), message);
@@ -220,13 +267,13 @@ fn changes(deck: &Deck, faults: &mut Faults) {
     }
     for (i, remove) in deck.remove.iter().enumerate() {
         let at = format!("remove[{i}]");
-        region(deck, &format!("{at}.where"), &remove.region, faults);
+        region(deck, &format!("{at}.where"), (&remove.region, Of::Blocks), faults);
         force_time(deck, &at, remove.from.as_deref(), None, faults);
         excavation(deck, &at, remove, faults);
     }
     for (i, refine) in deck.refine.iter().enumerate() {
         let at = format!("refine[{i}]");
-        region(deck, &format!("{at}.where"), &refine.region, faults);
+        region(deck, &format!("{at}.where"), (&refine.region, Of::Blocks), faults);
         if refine.factor < 2 {
             let message = format!("{} parts leave blocks as they are", refine.factor);
             faults.add_help(format!("{at}.factor"), message, "at least 2");

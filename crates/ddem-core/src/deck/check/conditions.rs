@@ -1,89 +1,38 @@
-//! Where, supports, loads, boundaries and the state at the start.
+//! Supports, loads, boundaries and the state at the start.
 
+use super::region::{Of, region};
 use super::{Faults, Rule, history, shown};
-use crate::deck::{
-    Boundary, BoundaryKind, Deck, Extent, Fix, Gradient, Initial, Load, StageKind, Where,
-};
+use crate::deck::{Boundary, BoundaryKind, Deck, Fix, Gradient, Initial, Load, StageKind};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.fix.iter().enumerate() {
         let at = format!("fix[{i}]");
-        region(deck, &format!("{at}.where"), &entry.region, faults);
+        region(deck, &format!("{at}.where"), (&entry.region, Of::Nodes), faults);
         fix(&at, entry, faults);
         driven(deck, &at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
     }
     for (i, entry) in deck.load.iter().enumerate() {
         let at = format!("load[{i}]");
-        region(deck, &format!("{at}.where"), &entry.region, faults);
+        let of = if entry.traction.is_some() || entry.pressure.is_some() {
+            Of::Faces
+        } else {
+            Of::Nodes
+        };
+        region(deck, &format!("{at}.where"), (&entry.region, of), faults);
         load(&at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
     }
     for (i, entry) in deck.boundary.iter().enumerate() {
         let at = format!("boundary[{i}]");
-        region(deck, &format!("{at}.where"), &entry.region, faults);
+        region(deck, &format!("{at}.where"), (&entry.region, Of::Faces), faults);
         boundary(&at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
     }
     for (i, entry) in deck.initial.iter().enumerate() {
         let at = format!("initial[{i}]");
-        region(deck, &format!("{at}.where"), &entry.region, faults);
+        region(deck, &format!("{at}.where"), (&entry.region, Of::Nodes), faults);
         initial(&at, entry, faults);
-    }
-}
-
-impl Where {
-    /// What is wrong with a part of a model that is not in its deck; places begin with `where`.
-    #[must_use]
-    pub fn check(&self, deck: &Deck) -> Vec<crate::Fault> {
-        let mut faults = Faults(Vec::new());
-        region(deck, "where", self, &mut faults);
-        faults.0
-    }
-}
-
-/// A part of space.
-pub(super) fn region(deck: &Deck, at: &str, region: &Where, faults: &mut Faults) {
-    for (axis, extent) in [("x", region.x), ("y", region.y), ("z", region.z)] {
-        let place = format!("{at}.{axis}");
-        match extent {
-            Some(Extent::Plane(plane)) => {
-                faults.number(place, plane, Rule::Any);
-            }
-            Some(Extent::Range([from, to])) => {
-                let finite = faults.finite(&place, &[from, to]);
-                if finite && from > to {
-                    let message = format!(
-                        "the range along {axis} goes from {} to {}",
-                        shown(from),
-                        shown(to)
-                    );
-                    faults.add_help(place, message, "the smaller number comes first");
-                }
-            }
-            None => {}
-        }
-    }
-    if let Some(sphere) = region.sphere {
-        faults.finite(format!("{at}.sphere.centre"), &sphere.centre);
-        faults.number(format!("{at}.sphere.radius"), sphere.radius, Rule::AboveZero);
-    }
-    if let Some(cylinder) = region.cylinder {
-        let [from, to] = [("from", cylinder.from), ("to", cylinder.to)]
-            .map(|(key, end)| faults.finite(format!("{at}.cylinder.{key}"), &end).then_some(end));
-        faults.number(format!("{at}.cylinder.radius"), cylinder.radius, Rule::AboveZero);
-        if from.is_some() && from == to {
-            let message = "the cylinder has no length: `to` is `from`";
-            faults.add_help(
-                format!("{at}.cylinder.to"),
-                message,
-                "they are the centres of its two ends",
-            );
-        }
-    }
-    if let Some(set) = &region.set {
-        let known = deck.blocks.iter().filter_map(|set| set.name.as_deref());
-        faults.reference(format!("{at}.set"), set, known, ("set", "name = …` in `[[blocks]]"));
     }
 }
 
@@ -206,8 +155,7 @@ fn load(at: &str, load: &Load, faults: &mut Faults) {
             faults.add_help(format!("{at}.{second}"), message, help);
         }
     }
-    let planes = [load.region.x, load.region.y, load.region.z];
-    let planes = planes.iter().filter(|e| matches!(e, Some(Extent::Plane(_)))).count();
+    let planes = load.region.n_planes();
     if load.line.is_some() && planes != 2 {
         faults.add_help(
             format!("{at}.where"),

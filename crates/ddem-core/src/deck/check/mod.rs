@@ -7,6 +7,7 @@ mod contact;
 mod doubts;
 mod history;
 mod matter;
+mod region;
 mod stages;
 mod strength;
 #[cfg(test)]

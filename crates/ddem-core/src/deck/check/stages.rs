@@ -1,5 +1,6 @@
 //! Stages and probes.
 
+use super::region::Of;
 use super::{Faults, Rule};
 use crate::Fault;
 use crate::deck::{
@@ -157,7 +158,7 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
         faults.finite(format!("{at}.at"), &point);
     }
     if let Some(region) = &probe.region {
-        super::conditions::region(deck, &format!("{at}.where"), region, faults);
+        super::region::region(deck, &format!("{at}.where"), (region, Of::Nodes), faults);
     }
     faults.optional(format!("{at}.every"), probe.every, Rule::AboveZero);
     if let Some(steps) = probe.every_steps {

@@ -1,0 +1,164 @@
+//! Files that a deck names, and where in it places are named.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{Error, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{Deck, Sheet, Where};
+
+/// A file that a deck names. The deck holds the path; whoever reads the deck puts the content in.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FileOf<T> {
+    /// Path, relative to the deck.
+    pub path: String,
+    /// What is in the file; none as long as it has not been read.
+    pub content: Option<Arc<T>>,
+}
+
+/// Corners of the triangles of a closed surface, shape `(n, 3, 3)` `[m]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Triangles(pub Vec<[[f64; 3]; 3]>);
+
+/// Heights over a grid of x and y.
+#[derive(Clone, Debug, Default)]
+pub struct Heights {
+    /// Coordinates of the columns of the grid, increasing `[m]`.
+    pub x: Vec<f64>,
+    /// Coordinates of the rows of the grid, increasing `[m]`.
+    pub y: Vec<f64>,
+    /// Heights, x fastest, not a number where there is none, shape `(y, x)` `[m]`.
+    pub z: Vec<f64>,
+    /// Distance by which the outermost heights hold beyond the grid: half a cell of a raster, whose
+    /// heights are those of the middles of its cells `[m]`.
+    pub rim: f64,
+}
+
+impl PartialEq for Heights {
+    /// Heights that are missing in both are equal.
+    fn eq(&self, other: &Self) -> bool {
+        let bits = |z: &[f64]| z.iter().map(|z| z.to_bits()).collect::<Vec<_>>();
+        let axes = self.x == other.x && self.y == other.y && self.rim == other.rim;
+        axes && bits(&self.z) == bits(&other.z)
+    }
+}
+
+impl<T> FileOf<T> {
+    /// A file that has not been read.
+    pub fn new(path: impl Into<String>) -> Self {
+        Self { path: path.into(), content: None }
+    }
+}
+
+impl<T> Serialize for FileOf<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.path)
+    }
+}
+
+impl<'de, T> Deserialize<'de> for FileOf<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Path<T>(PhantomData<T>);
+
+        impl<T> Visitor<'_> for Path<T> {
+            type Value = FileOf<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the path of a file, in quotes")
+            }
+
+            fn visit_str<E: Error>(self, path: &str) -> Result<FileOf<T>, E> {
+                Ok(FileOf::new(path))
+            }
+        }
+
+        deserializer.deserialize_any(Path(PhantomData))
+    }
+}
+
+impl<T> JsonSchema for FileOf<T> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        Cow::Borrowed("File")
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string" })
+    }
+}
+
+/// One of the files that a deck names.
+#[derive(Debug)]
+pub enum FileIn<'a> {
+    /// A closed surface.
+    Triangles(&'a mut FileOf<Triangles>),
+    /// A grid of heights.
+    Heights(&'a mut FileOf<Heights>),
+}
+
+impl Where {
+    /// The files that it names, each with its place below `where`.
+    pub fn files_mut(&mut self) -> impl Iterator<Item = (&'static str, FileIn<'_>)> {
+        let inside = self.inside.as_mut().map(|file| ("inside", FileIn::Triangles(file)));
+        let sheets = [("above.topography", &mut self.above), ("below.topography", &mut self.below)];
+        let heights = sheets.into_iter().filter_map(|(key, sheet)| match sheet {
+            Some(Sheet::Topography { topography }) => Some((key, FileIn::Heights(topography))),
+            _ => None,
+        });
+        inside.into_iter().chain(heights)
+    }
+}
+
+/// Every `where` of a deck, with its place there.
+macro_rules! regions {
+    ($deck:expr, $iter:ident, $option:ident, $one:ident) => {{
+        let mut regions = Vec::new();
+        let mut add = |section: &str, index: usize, region| {
+            regions.push((format!("{section}[{index}].where"), region));
+        };
+        $deck.assign.$iter().enumerate().for_each(|(i, e)| add("assign", i, $one!(e.region)));
+        $deck.remove.$iter().enumerate().for_each(|(i, e)| add("remove", i, $one!(e.region)));
+        $deck.refine.$iter().enumerate().for_each(|(i, e)| add("refine", i, $one!(e.region)));
+        $deck.fix.$iter().enumerate().for_each(|(i, e)| add("fix", i, $one!(e.region)));
+        $deck.load.$iter().enumerate().for_each(|(i, e)| add("load", i, $one!(e.region)));
+        $deck.charge.$iter().enumerate().for_each(|(i, e)| add("charge", i, $one!(e.region)));
+        $deck.boundary.$iter().enumerate().for_each(|(i, e)| add("boundary", i, $one!(e.region)));
+        $deck.initial.$iter().enumerate().for_each(|(i, e)| add("initial", i, $one!(e.region)));
+        for (i, probe) in $deck.probe.$iter().enumerate() {
+            // A probe at a point has none.
+            if let Some(region) = probe.region.$option() {
+                add("probe", i, region);
+            }
+        }
+        regions
+    }};
+}
+macro_rules! shared {
+    ($region:expr) => {
+        &$region
+    };
+}
+macro_rules! exclusive {
+    ($region:expr) => {
+        &mut $region
+    };
+}
+
+impl Deck {
+    /// Every `where`, with its place in the deck.
+    pub fn regions(&self) -> Vec<(String, &Where)> {
+        regions!(self, iter, as_ref, shared)
+    }
+
+    /// Every `where`, with its place in the deck, to be changed.
+    pub fn regions_mut(&mut self) -> Vec<(String, &mut Where)> {
+        regions!(self, iter_mut, as_mut, exclusive)
+    }
+}

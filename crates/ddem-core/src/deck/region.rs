@@ -1,0 +1,191 @@
+//! Parts of space: what a `where` can say.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{FileOf, Heights, Triangles, normal_of};
+
+/// A part of space: everything named must hold; what is not named is free.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Where {
+    /// A plane or a range along x `[m]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<Extent>,
+    /// A plane or a range along y `[m]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<Extent>,
+    /// A plane or a range along z `[m]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z: Option<Extent>,
+    /// Inside a sphere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sphere: Option<Sphere>,
+    /// Inside a cylinder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cylinder: Option<Cylinder>,
+    /// On a plane of any orientation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plane: Option<Plane>,
+    /// Above a level z, a plane or a topography.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub above: Option<Sheet>,
+    /// Below a level z, a plane or a topography.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below: Option<Sheet>,
+    /// Inside the closed surface of an STL file; the path is relative to the deck.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inside: Option<FileOf<Triangles>>,
+    /// On this side of a set, along the set's own edges.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub side: Option<Side>,
+    /// Joints and outer faces of this dip, from 0 to 90 `[degrees]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dip: Option<f64>,
+    /// Direction of that dip, clockwise from north, y, from 0 to 360 `[degrees]`; default any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dip_direction: Option<f64>,
+    /// Angle by which joints may deviate from `dip` and `dip_direction` `[degrees]`; default 2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within: Option<f64>,
+    /// Only this set of blocks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set: Option<String>,
+}
+
+impl Where {
+    /// Whether nothing is named, so that everything is selected.
+    pub fn is_everywhere(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// How many planes it names.
+    pub(crate) fn n_planes(&self) -> usize {
+        let along = [self.x, self.y, self.z];
+        let along = along.iter().filter(|extent| matches!(extent, Some(Extent::Plane(_)))).count();
+        along + usize::from(self.plane.is_some()) + usize::from(self.side.is_some())
+    }
+
+    /// The topographies, by the key that names them.
+    pub(crate) fn topographies(&self) -> impl Iterator<Item = (&'static str, &FileOf<Heights>)> {
+        [("above", &self.above), ("below", &self.below)].into_iter().filter_map(|(key, sheet)| {
+            match sheet {
+                Some(Sheet::Topography { topography }) => Some((key, topography)),
+                _ => None,
+            }
+        })
+    }
+}
+
+/// Along one axis: a plane, or a range from–to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Extent {
+    /// A plane, within 1e-6 of the region's size.
+    Plane(f64),
+    /// From, to.
+    Range([f64; 2]),
+}
+
+/// A sphere.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sphere {
+    /// Centre `[m]`.
+    pub centre: [f64; 3],
+    /// Radius `[m]`.
+    pub radius: f64,
+}
+
+/// A cylinder: a borehole or a tunnel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Centre of one end `[m]`.
+    pub from: [f64; 3],
+    /// Centre of the other end `[m]`.
+    pub to: [f64; 3],
+    /// Radius `[m]`.
+    pub radius: f64,
+}
+
+/// A plane: `point`, and either `normal` or both `dip` and `dip_direction`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Plane {
+    /// A point on it `[m]`.
+    pub point: [f64; 3],
+    /// Its normal, of any length.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal: Option<[f64; 3]>,
+    /// Angle below the horizontal of its steepest line, from 0 to 90 `[degrees]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dip: Option<f64>,
+    /// Direction in which that line goes down, clockwise from north, y, from 0 to 360 `[degrees]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dip_direction: Option<f64>,
+}
+
+impl Plane {
+    /// Unit normal. It points up or along the dip direction where the plane is given by `dip`.
+    pub(crate) fn unit_normal(&self) -> [f64; 3] {
+        let Some(normal) = self.normal else {
+            return normal_of(self.dip.unwrap_or(0.0), self.dip_direction.unwrap_or(0.0));
+        };
+        let length = normal.iter().fold(0.0_f64, |length, part| length.hypot(*part));
+        normal.map(|part| part / length)
+    }
+}
+
+/// What parts the space above from the space below: a level z `[m]`, a topography, or a plane.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Sheet {
+    /// A level z `[m]`.
+    Level(f64),
+    /// Heights over x and y.
+    Topography {
+        /// A grid of heights: CSV with the columns x, y, z, or an ESRI ASCII grid; the path is
+        /// relative to the deck.
+        topography: FileOf<Heights>,
+    },
+    /// A plane. Above is the higher side, of an upright plane the side that its normal points to.
+    Plane(Plane),
+}
+
+/// A side of a set of blocks: the lower or the upper end of one of its three edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Side {
+    /// Lower end of the first edge.
+    #[serde(rename = "x-")]
+    LowX,
+    /// Upper end of the first edge.
+    #[serde(rename = "x+")]
+    HighX,
+    /// Lower end of the second edge.
+    #[serde(rename = "y-")]
+    LowY,
+    /// Upper end of the second edge.
+    #[serde(rename = "y+")]
+    HighY,
+    /// Lower end of the third edge.
+    #[serde(rename = "z-")]
+    LowZ,
+    /// Upper end of the third edge.
+    #[serde(rename = "z+")]
+    HighZ,
+}
+
+impl Side {
+    /// Number of the edge, and whether it is its upper end.
+    pub(crate) fn end(self) -> (usize, bool) {
+        match self {
+            Self::LowX => (0, false),
+            Self::HighX => (0, true),
+            Self::LowY => (1, false),
+            Self::HighY => (1, true),
+            Self::LowZ => (2, false),
+            Self::HighZ => (2, true),
+        }
+    }
+}

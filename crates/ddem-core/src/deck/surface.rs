@@ -1,0 +1,104 @@
+//! The triangles of a surface with their corners in common.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::Triangles;
+
+/// Part of the size of a surface within which corners are one.
+const WELDED: f64 = 1e-6;
+
+/// Triangles of a surface by their corners.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Mesh {
+    /// `[m]`.
+    pub(crate) points: Vec<[f64; 3]>,
+    /// Those with three different corners.
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+impl Triangles {
+    /// The triangles with corners that lie on each other made one.
+    pub(crate) fn mesh(&self) -> Mesh {
+        let mut low = [f64::INFINITY; 3];
+        let mut high = [f64::NEG_INFINITY; 3];
+        for corner in self.0.iter().flatten() {
+            low = [0, 1, 2].map(|k| low[k].min(corner[k]));
+            high = [0, 1, 2].map(|k| high[k].max(corner[k]));
+        }
+        let size = (0..3).fold(0.0_f64, |size, k| size.hypot(high[k] - low[k]));
+        let mut welder = Welder { low, reach: WELDED * size, ..Welder::default() };
+        let numbers = self.0.iter().map(|corners| corners.map(|corner| welder.number(corner)));
+        let triangles: Vec<[u32; 3]> =
+            numbers.filter(|[a, b, c]| a != b && b != c && c != a).collect();
+        Mesh { points: welder.points, triangles }
+    }
+}
+
+/// Corners found so far.
+#[derive(Default)]
+struct Welder {
+    low: [f64; 3],
+    reach: f64,
+    points: Vec<[f64; 3]>,
+    /// Numbers by the bits of the corner.
+    known: HashMap<[u64; 3], u32>,
+    /// Numbers by the cell of a grid as wide as corners may miss.
+    cells: HashMap<[i64; 3], Vec<u32>>,
+}
+
+impl Welder {
+    fn number(&mut self, corner: [f64; 3]) -> u32 {
+        // Without the sign of zero.
+        let bits = corner.map(|x| (x + 0.0).to_bits());
+        if let Some(&number) = self.known.get(&bits) {
+            return number;
+        }
+        let width = if self.reach > 0.0 { self.reach } else { 1.0 };
+        let cell = [0, 1, 2].map(|k| ((corner[k] - self.low[k]) / width).floor() as i64);
+        let number = self.beside(corner, cell).unwrap_or_else(|| {
+            let number = self.points.len() as u32;
+            self.points.push(corner);
+            self.cells.entry(cell).or_default().push(number);
+            number
+        });
+        self.known.insert(bits, number);
+        number
+    }
+
+    /// The lowest number of a corner that is near enough.
+    fn beside(&self, corner: [f64; 3], cell: [i64; 3]) -> Option<u32> {
+        let near = |number: &&u32| {
+            let other = self.points[**number as usize];
+            (0..3).fold(0.0_f64, |far, k| far.hypot(corner[k] - other[k])) <= self.reach
+        };
+        let around = (0..27_i64)
+            .map(|n| [cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1]);
+        let found = around.filter_map(|cell| self.cells.get(&cell));
+        found.flat_map(|numbers| numbers.iter().filter(near)).min().copied()
+    }
+}
+
+impl Mesh {
+    /// How often triangles go along each edge, the lower number first, and how often the other way.
+    fn edges(&self) -> BTreeMap<[u32; 2], [usize; 2]> {
+        let mut edges = BTreeMap::new();
+        for [a, b, c] in &self.triangles {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let way = usize::from(from > to);
+                edges.entry([*from.min(to), *from.max(to)]).or_insert([0; 2])[way] += 1;
+            }
+        }
+        edges
+    }
+
+    /// Edges that an odd number of triangles have.
+    pub(crate) fn open_edges(&self) -> Vec<[u32; 2]> {
+        let open = |(_, ways): &([u32; 2], [usize; 2])| (ways[0] + ways[1]) % 2 == 1;
+        self.edges().into_iter().filter(open).map(|(edge, _)| edge).collect()
+    }
+
+    /// Whether all triangles are turned to the same side: along each edge as many go one way as the other.
+    pub(crate) fn is_turned_one_way(&self) -> bool {
+        self.edges().values().all(|[there, back]| there == back)
+    }
+}

@@ -1,0 +1,41 @@
+//! Orientations of planes: dip and dip direction.
+
+use super::Vec3;
+use crate::deck::{Where, normal_of};
+
+/// Angle by which joints may deviate where a deck does not say `[degrees]`.
+const WITHIN: f64 = 2.0;
+/// What rounding adds to an angle `[rad]`.
+const ROUNDING: f64 = 1e-9;
+
+/// Planes of an orientation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facing {
+    /// Angle below the horizontal `[rad]`.
+    dip: f64,
+    /// Unit normal; none where planes may dip in any direction.
+    normal: Option<Vec3>,
+    /// By how much planes may deviate `[rad]`.
+    within: f64,
+}
+
+impl Facing {
+    pub(super) fn new(region: &Where) -> Option<Self> {
+        let dip = region.dip?;
+        let direction = if dip == 0.0 { Some(0.0) } else { region.dip_direction };
+        Some(Self {
+            dip: dip.to_radians(),
+            normal: direction.map(|direction| Vec3::from(normal_of(dip, direction))),
+            within: region.within.unwrap_or(WITHIN).to_radians() + ROUNDING,
+        })
+    }
+
+    /// Whether a plane with this normal, which may point to either side, has the orientation.
+    pub(super) fn has(&self, normal: &Vec3) -> bool {
+        let off = match self.normal {
+            Some(wanted) => wanted.cross(normal).norm().atan2(wanted.dot(normal).abs()),
+            None => (normal.xy().norm().atan2(normal.z.abs()) - self.dip).abs(),
+        };
+        off <= self.within
+    }
+}
