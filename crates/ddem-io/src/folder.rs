@@ -19,10 +19,11 @@ const CONTACTS: &str = "contacts.vtkhdf";
 const PROBES: &str = "probes.csv";
 const ENERGY: &str = "energy.csv";
 const FRAGMENTS: &str = "fragments.csv";
+const FRAMES: &str = "frames.csv";
 const SUMMARY: &str = "summary.json";
 pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
-const RESULTS: [&str; 8] =
-    [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, SUMMARY, CHECKPOINT];
+const RESULTS: [&str; 9] =
+    [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES, SUMMARY, CHECKPOINT];
 
 /// Why a folder cannot take the results. Nothing was written.
 #[derive(Debug, thiserror::Error)]
@@ -180,6 +181,11 @@ impl Folder {
     /// `fragments.csv`.
     pub fn fragments(&self) -> PathBuf {
         self.path.join(FRAGMENTS)
+    }
+
+    /// `frames.csv`.
+    pub fn frames(&self) -> PathBuf {
+        self.path.join(FRAMES)
     }
 
     /// `summary.json`.
