@@ -59,7 +59,7 @@ fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
     ] {
         assert_eq!(last(run.path(), file, field), last(own.path(), file, field), "{field:?}");
     }
-    for file in ["probes.csv", "energy.csv"] {
+    for file in ["probes.csv", "energy.csv", "frames.csv"] {
         let read = |folder: &Path| std::fs::read(folder.join(file)).expect("a table");
         assert!(read(run.path()) == read(own.path()), "{file}");
     }

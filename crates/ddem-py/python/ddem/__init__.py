@@ -31,7 +31,6 @@ from ddem._probes import plot_probes, read_probes
 from ddem._results import Frame, Results
 from ddem._safety import Safety, factor_of_safety
 from ddem._sizes import plot_sizes, read_fragments
-from ddem._table import Histories, Table
 
 __all__ = [
     "Busy",
@@ -39,7 +38,6 @@ __all__ = [
     "Diverged",
     "Error",
     "Frame",
-    "Histories",
     "Joint",
     "Material",
     "Model",
@@ -48,7 +46,6 @@ __all__ = [
     "Results",
     "Safety",
     "Simulation",
-    "Table",
     "__version__",
     "animate",
     "factor_of_safety",

@@ -26,10 +26,7 @@ def mesh_of(source: Any, part: str = "blocks") -> pv.UnstructuredGrid:
         met = source.contacts
         points = np.asarray(met["point"])
         grid = pv.UnstructuredGrid({pv.CellType.VERTEX: np.arange(len(points))[:, None]}, points)
-        # PyVista refuses arrays of no rows.
-        for name in met.dtype.names if len(met) else ():
-            if name != "point":
-                grid.point_data[name] = _plain(met[name])
+        _put(grid.point_data, {name: met[name] for name in met.dtype.names if name != "point"})
         return grid
     nodal, elemental = source._fields
     if part == "joints":
@@ -39,24 +36,21 @@ def mesh_of(source: Any, part: str = "blocks") -> pv.UnstructuredGrid:
             gone = np.asarray(pairs["removed"]) != 0
         kept = np.flatnonzero(~gone[quads].any(axis=1))
         grid, rows = _grid(pv.CellType.QUAD, quads, kept, np.asarray(pairs["point"]))
-        grid.point_data["pair"], grid.cell_data["quad"] = rows, kept
-        for name in pairs.dtype.names:
-            if name != "point":
-                grid.point_data[name] = _plain(pairs[name][rows])
+        fields = {name: pairs[name][rows] for name in pairs.dtype.names if name != "point"}
+        _put(grid.point_data, {"pair": rows, **fields})
+        _put(grid.cell_data, {"quad": kept})
         return grid
     values = {name: np.asarray(source.field(name)) for name in (*nodal, *elemental)}
     kept = np.arange(len(source.elements))
     if "removed" in values:
         kept = np.flatnonzero(values["removed"].reshape(-1) == 0)
     grid, rows = _grid(pv.CellType.HEXAHEDRON, source.elements, kept, source.points)
-    grid.point_data["node"], grid.cell_data["element"] = rows, kept
-    for name in nodal:
-        grid.point_data[name] = values[name][rows]
-    for name in elemental:
-        grid.cell_data[name] = _plain(values[name][kept])
     for name in ("block", "material"):
-        if name not in grid.cell_data:
-            grid.cell_data[name] = np.asarray(getattr(source, f"element_{name}"))[kept]
+        if name not in values:
+            values[name] = getattr(source, f"element_{name}")
+            elemental = [*elemental, name]
+    _put(grid.point_data, {"node": rows, **{name: values[name][rows] for name in nodal}})
+    _put(grid.cell_data, {"element": kept, **{name: values[name][kept] for name in elemental}})
     return grid
 
 
@@ -72,7 +66,9 @@ def _grid(
     return pv.UnstructuredGrid({kind: own.reshape(-1, cells.shape[1])}, points[rows]), rows
 
 
-def _plain(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Numbers that VTK takes: it has no truth values."""
-    values = np.ascontiguousarray(values)
-    return values.astype(np.uint8) if values.dtype == bool else values
+def _put(data: Any, fields: dict[str, npt.NDArray[Any]]) -> None:
+    """Fields as VTK takes them: it has no truth values, and PyVista refuses those without rows."""
+    for name, values in fields.items():
+        if len(values):
+            plain = values.astype(np.uint8) if values.dtype == bool else values
+            data[name] = np.ascontiguousarray(plain)

@@ -65,8 +65,8 @@ class Results(Sequence["Frame"]):
     Examples
     --------
     >>> results = ddem.Results("results/beam-crack")
-    >>> for frame in results:
-    ...     print(frame.stage, frame.time, frame.displacement[:, 2].min())  # doctest: +SKIP
+    >>> lowest = [frame.displacement[:, 2].min() for frame in results]
+    >>> pushed = [frame for frame in results if frame.stage == "push"]
     >>> results[-1].mesh().plot(scalars="stress")  # doctest: +SKIP
     """
 
