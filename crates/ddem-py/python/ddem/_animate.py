@@ -143,8 +143,8 @@ def animate(
                 text.input = _plot.about(drawn.frame, drawn.scale)
                 plotter.reset_camera_clipping_range()
                 plotter.render()
-                shown: Picture = plotter.screenshot(return_img=True)
-                return shown
+                shown: Any = plotter.screenshot(return_img=True)
+                return np.asarray(shown)
 
             write(path, picture, numbers, fps)
         finally:
@@ -305,14 +305,15 @@ def _gif(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
 def _mp4() -> Callable[[Path, Draw, list[int], float], None]:
     """What writes a film by ffmpeg, once it is known to be there."""
     try:
-        import imageio.v2 as imageio
         import imageio_ffmpeg  # noqa: F401
+        from imageio.v2 import get_writer
     except ImportError as missing:
         raise ImportError('films as .mp4 need pip install "imageio[ffmpeg]"') from missing
 
     def write(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
         # Of both widths ffmpeg wants an even number.
-        with imageio.get_writer(path, fps=fps, macro_block_size=2) as film:
+        writer: Any = get_writer(path, fps=fps, macro_block_size=2)
+        with writer as film:
             for number in numbers:
                 film.append_data(draw(number))
 

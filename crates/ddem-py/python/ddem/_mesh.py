@@ -22,6 +22,7 @@ def mesh_of(source: Any, part: str = "blocks") -> pv.UnstructuredGrid:
     except ImportError as missing:
         raise ImportError('meshes need PyVista: pip install "ddem[plot]"') from missing
     one_of("part", part, PARTS)
+    grid: pv.UnstructuredGrid
     if part == "contacts":
         met = source.contacts
         points = np.asarray(met["point"])

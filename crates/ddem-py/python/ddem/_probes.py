@@ -13,15 +13,15 @@ import numpy.typing as npt
 from ._names import UNITS, VECTOR, one_of
 from ._results import Results
 from ._scene import Source
-from ._table import Histories as Tables
+from ._table import Histories
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Histories: TypeAlias = "Source | Mapping[str, npt.NDArray[np.void]]"
+Probes: TypeAlias = "Source | Mapping[str, npt.NDArray[np.void]]"
 
 
-def read_probes(folder: str | os.PathLike[str]) -> Tables:
+def read_probes(folder: str | os.PathLike[str]) -> Histories:
     """Histories that a run has written to its folder.
 
     Parameters
@@ -49,7 +49,7 @@ def read_probes(folder: str | os.PathLike[str]) -> Tables:
 
 
 def plot_probes(
-    probes: Histories,
+    probes: Probes,
     names: str | Iterable[str] | None = None,
     *,
     component: str | None = None,
@@ -95,10 +95,12 @@ def plot_probes(
         raise ImportError('plots need matplotlib: pip install "ddem[plot]"') from missing
     if isinstance(probes, (str, os.PathLike)):
         probes = Results(probes)
+    histories: Mapping[str, npt.NDArray[np.void]]
+    deck: Any = None
     if isinstance(probes, Results):
         histories, deck = probes.probes, probes.deck
     elif isinstance(probes, Mapping):
-        histories, deck = probes, None
+        histories = probes
     elif hasattr(probes, "probes"):
         histories, deck = probes.probes, probes.summary.get("deck")
     else:
