@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{MutexGuard, TryLockError};
 use std::time::Duration;
 
-use ddem_core::deck::Stage;
+use ddem_core::deck::{Stage, names};
 use ddem_io::run::{Begun, RunFailure, Session, Went};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,10 +12,13 @@ use pyo3::types::PyDict;
 use crate::away::{outcome, parted, warn};
 use crate::drive::{Observer, progress_bar, read_stage};
 use crate::errors::{self, model_error};
+use crate::look;
 use crate::simulation::{Inner, Simulation};
 
 /// How long to wait for another thread that looks at the simulation.
 const WAIT: Duration = Duration::from_millis(1);
+/// Arguments of `run` that are no keys of a stage.
+const OWN: [&str; 6] = ["until", "every", "callback", "record", "name", "quiet"];
 /// Looks in a run without `every`.
 const LOOKS: f64 = 100.0;
 
@@ -148,7 +151,8 @@ impl Simulation {
         quiet: bool,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<u64> {
-        let mut stage = read_stage(slf.py(), "dynamic", Some(duration), keys)?;
+        let read = read_stage(slf.py(), "dynamic", Some(duration), keys);
+        let mut stage = read.map_err(|error| slip(slf.py(), keys, error))?;
         let looks = Looks::new(slf.py(), [until, callback], every, stage.duration)?;
         if name.is_none() {
             slf.get().warn_of_waiting(slf.py())?;
@@ -200,6 +204,22 @@ impl Simulation {
             }
             py.check_signals()?;
         }
+    }
+}
+
+/// An error about an argument that may be meant for one that is no key of a stage.
+fn slip(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>, error: PyErr) -> PyErr {
+    let text = error.value(py).to_string();
+    let keys = keys.into_iter().flat_map(|keys| keys.keys());
+    let mut keys = keys.filter_map(|key| key.extract::<String>().ok());
+    let wrong = keys.find(|key| text.starts_with(&format!("{key}: ")));
+    // But `until_rest` is itself.
+    let mistyped = |key: &String| {
+        names::nearest(key, OWN).is_some() && !OWN.iter().any(|own| key.starts_with(own))
+    };
+    match wrong.filter(mistyped) {
+        Some(key) => look::unknown(py, &key, &key, &OWN),
+        None => error,
     }
 }
 

@@ -227,6 +227,10 @@ def simulation_step() -> float:
         ({"callback": "look"}, "callback: must be a function of the simulation"),
         ({"callback": print, "every": 0.0}, "every: must be a finite number above 0, found 0"),
         ({"callback": print, "every": float("nan")}, "every: must be a finite number above 0"),
+        ({"calback": print}, "calback: there is no `calback` (did you mean `callback`?"),
+        ({"evry": 1e-4}, "evry: there is no `evry` (did you mean `every`?"),
+        ({"until_rest": 3}, "until_rest: expected"),
+        ({"tolerance": 1e-5}, "tolerance"),
         ({"callback": print, "every": "often"}, "every: must be a number of seconds"),
     ],
 )
