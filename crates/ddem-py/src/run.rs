@@ -194,15 +194,14 @@ impl Simulation {
         )
     }
 
-    /// The simulation again, when no other thread looks at it any more.
-    fn again(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
+    /// The simulation again, when no other thread looks at it any more; looks are short.
+    fn again(&self, py: Python<'_>) -> MutexGuard<'_, Box<Inner>> {
         loop {
             match self.try_lock() {
-                Ok(inner) => return Ok(inner),
-                Err(TryLockError::Poisoned(poisoned)) => return Ok(poisoned.into_inner()),
+                Ok(inner) => return inner,
+                Err(TryLockError::Poisoned(poisoned)) => return poisoned.into_inner(),
                 Err(TryLockError::WouldBlock) => py.detach(|| std::thread::sleep(WAIT)),
             }
-            py.check_signals()?;
         }
     }
 }
@@ -306,7 +305,7 @@ impl<'py> Run<'py> {
             (Ok(Went::ToEnd), Ok(()), Some(looks)) => looks.look_last(simulation),
             _ => Ok(()),
         };
-        let mut inner = simulation.get().again(py)?;
+        let mut inner = simulation.get().again(py);
         inner.running = false;
         let steps = inner.session.simulation().steps() - before;
         drop(inner);
@@ -368,7 +367,7 @@ fn part<T: Send>(
     bar: Option<&Py<PyAny>>,
     work: impl FnOnce(&mut Session, &mut Observer<'_>) -> Result<T, RunFailure> + Send,
 ) -> PyResult<T> {
-    let mut inner = simulation.again(py)?;
+    let mut inner = simulation.again(py);
     let Inner { session, samples, .. } = &mut **inner;
     let (done, stopped) =
         parted(py, &simulation.pool, bar, |watch| work(session, &mut Observer { watch, samples }))?;
