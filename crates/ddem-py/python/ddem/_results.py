@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 from collections.abc import Iterator, Sequence
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 import numpy.typing as npt
 
+from ._files import LOOKED_FOR, File, Read, not_there, rows_of
 from ._mesh import mesh_of
 from ._names import choices, one_of
 from ._table import Histories, Table
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-# One of them is in every folder of results.
-_LOOKED_FOR = ("frames.csv", "blocks.vtkhdf", "probes.csv", "energy.csv", "summary.json")
 _VECTOR = ("force", "traction", "normal")
 _CONTACT = np.dtype(
     [
@@ -72,8 +70,8 @@ class Results(Sequence["Frame"]):
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self._folder = Path(folder)
-        if not any((self._folder / name).exists() for name in _LOOKED_FOR):
-            raise FileNotFoundError(_not_there(self._folder))
+        if not any((self._folder / name).exists() for name in LOOKED_FOR):
+            raise FileNotFoundError(not_there(self._folder))
 
     @property
     def folder(self) -> Path:
@@ -115,7 +113,7 @@ class Results(Sequence["Frame"]):
     def _frames(self) -> tuple[Floats, Integers, npt.NDArray[np.str_]]:
         """Time, step and stage of each frame."""
         if (self.folder / "frames.csv").exists():
-            _, rows = _rows(self.folder / "frames.csv")
+            _, rows = rows_of(self.folder / "frames.csv")
             stages = np.array([row[0] for row in rows], np.str_)
             steps = np.array([int(row[1]) for row in rows], np.int64)
             return np.array([float(row[2]) for row in rows]), steps, stages
@@ -160,7 +158,7 @@ class Results(Sequence["Frame"]):
     def probes(self) -> Histories:
         """What probes have recorded, by their names: tables of ``time`` (s), ``step`` and ``x``,
         ``y``, ``z`` or ``xx`` to ``zx``, as :attr:`Simulation.probes`."""
-        header, rows = _rows(self.folder / "probes.csv")
+        header, rows = rows_of(self.folder / "probes.csv")
         columns: dict[str, list[int]] = {}
         for number, column in enumerate(header[3:], start=3):
             columns.setdefault(column.rpartition(".")[0], []).append(number)
@@ -179,7 +177,7 @@ class Results(Sequence["Frame"]):
     @cached_property
     def energy(self) -> Table:
         """Energies over time [J], a row of ``stage``, ``step``, ``time`` (s) and each of them."""
-        header, rows = _rows(self.folder / "energy.csv")
+        header, rows = rows_of(self.folder / "energy.csv")
         width = max((len(row[0]) for row in rows), default=1)
         kind = np.dtype(
             [("stage", f"U{width}"), ("step", "i8"), *((name, "f8") for name in header[2:])]
@@ -205,7 +203,7 @@ class Results(Sequence["Frame"]):
         ValueError
             If no stage of that name has been done.
         """
-        header, rows = _rows(self.folder / "fragments.csv")
+        header, rows = rows_of(self.folder / "fragments.csv")
         if stage is not None:
             done = dict.fromkeys(row[0] for row in rows)
             rows = [row for row in rows if row[0] == one_of("stage", stage, done)]
@@ -216,10 +214,10 @@ class Results(Sequence["Frame"]):
         fragments = [(int(n[0]), *n[1:5], tuple(n[5:8]), tuple(n[8:11])) for n in numbers]
         return np.array(fragments, _FRAGMENT).view(Table)
 
-    def _file(self, name: str) -> _File:
-        files: dict[str, _File] = self.__dict__.setdefault("_files", {})
+    def _file(self, name: str) -> File:
+        files: dict[str, File] = self.__dict__.setdefault("_files", {})
         if name not in files:
-            files[name] = _File(self.folder / f"{name}.vtkhdf")
+            files[name] = File(self.folder / f"{name}.vtkhdf")
         return files[name]
 
 
@@ -250,10 +248,10 @@ class Frame:
         """Title of the model."""
         return self._results.title
 
-    def _blocks(self) -> _Read:
+    def _blocks(self) -> Read:
         return self._results._file("blocks").read(self.index)
 
-    def _joints(self) -> _Read | None:
+    def _joints(self) -> Read | None:
         there = (self._results.folder / "joints.vtkhdf").exists()
         return self._results._file("joints").read(self.index) if there else None
 
@@ -404,65 +402,3 @@ def _table(columns: dict[str, npt.NDArray[Any]]) -> Table:
     for name, values in columns.items():
         rows[name] = values
     return rows.view(Table)
-
-
-class _Read:
-    """What one frame of a VTKHDF file holds."""
-
-    def __init__(self, grid: Any) -> None:
-        self.points = np.array(grid.points, np.float64)
-        self.cells = np.array(grid.cell_connectivity, np.int64)
-        self.nodal = {name: np.array(grid.point_data[name]) for name in grid.point_data.keys()}
-        self.elemental = {name: np.array(grid.cell_data[name]) for name in grid.cell_data.keys()}
-
-
-class _File:
-    """A VTKHDF file with its time steps."""
-
-    def __init__(self, path: Path) -> None:
-        try:
-            import pyvista  # noqa: F401
-            from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
-            from vtkmodules.vtkIOHDF import vtkHDFReader
-        except ImportError as missing:
-            message = 'fields of results are read with PyVista: pip install "ddem[plot]"'
-            raise ImportError(message) from missing
-        if not path.exists():
-            raise FileNotFoundError(f"{path} does not exist")
-        self._reader: Any = vtkHDFReader()
-        self._reader.SetFileName(os.fspath(path))
-        self._reader.UpdateInformation()
-        information = self._reader.GetOutputInformation(0)
-        self.times = information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
-        # The last one: a frame is often asked for one field after the other.
-        self._last: tuple[int, _Read] | None = None
-
-    def read(self, index: int) -> _Read:
-        """One frame; what it holds is not to be changed."""
-        import pyvista as pv
-
-        if self._last is None or self._last[0] != index:
-            self._reader.UpdateTimeStep(self.times[index])
-            self._last = (index, _Read(pv.wrap(self._reader.GetOutputDataObject(0))))
-        return self._last[1]
-
-
-def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of a table; a run that was killed may have left its last row short."""
-    with open(path, encoding="utf-8", newline="") as file:
-        header, *rows = csv.reader(file)
-    return header, [row for row in rows if len(row) == len(header)]
-
-
-def _not_there(folder: Path) -> str:
-    """What is said of a folder without results, with where there may be some."""
-    if folder.is_file():
-        return f"{folder} is a file: results are in a folder, such as {str(folder.parent)!r}"
-    looked = ", ".join(_LOOKED_FOR)
-    said = f"{folder} holds no results: looked for {looked}"
-    around = folder
-    if not folder.exists():
-        said, around = f"{folder} does not exist", folder.parent
-    inside = sorted(around.iterdir()) if around.is_dir() else []
-    near = [str(path) for path in inside if any((path / name).exists() for name in _LOOKED_FOR)]
-    return f"{said}; {choices(str(folder), near)}" if near else said
