@@ -5,7 +5,7 @@
     cargo run --release -- examples/poisson.toml
     python docs/pictures/render.py [results folder] [output folder]
 
-Needs `pip install pyvista`; no display.
+Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
 import argparse
@@ -14,6 +14,7 @@ from pathlib import Path
 
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 
+import ddem
 import numpy as np
 import pyvista as pv
 import vtk
@@ -27,21 +28,6 @@ SIZE = (1800, 1000)
 # Lines on faces are drawn in front of them.
 vtk.vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
 vtk.vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
-
-
-def last_step(path):
-    """The blocks as they are at the last time step of a VTKHDF file."""
-    # PyVista's own reader knows no time steps of such files.
-    reader = vtk.vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    pipeline = vtk.vtkStreamingDemandDrivenPipeline
-    times = reader.GetOutputInformation(0).Get(pipeline.TIME_STEPS())
-    if times:
-        reader.UpdateTimeStep(times[-1])
-    else:
-        reader.Update()
-    return pv.wrap(reader.GetOutputDataObject(0))
 
 
 def stage(title, subtitle):
@@ -218,12 +204,12 @@ def main():
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     for name, draw in (("beam", beam), ("poisson", poisson)):
-        blocks = arguments.results / name / "blocks.vtkhdf"
-        if not blocks.exists():
-            print(f"{blocks}: not there; cargo run --release -- examples/{name}.toml makes it")
+        folder = arguments.results / name
+        if not folder.exists():
+            print(f"{folder}: not there; cargo run --release -- examples/{name}.toml makes it")
             continue
         picture = arguments.output / f"{name}.png"
-        draw(last_step(blocks), picture)
+        draw(ddem.Results(folder)[-1].mesh(), picture)
         print(picture)
 
 

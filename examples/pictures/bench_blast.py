@@ -4,7 +4,7 @@
     cargo run --release -- examples/bench-blast.toml
     python examples/pictures/bench_blast.py
 
-Needs `pip install h5py matplotlib`; no display.
+Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
 import matplotlib.pyplot as plt

@@ -1,8 +1,8 @@
-"""Reads results of ddem with h5py alone, and the style of the pictures."""
+"""Fields of results for pictures by matplotlib, and the style of these."""
 
 from pathlib import Path
 
-import h5py
+import ddem
 import matplotlib
 import numpy as np
 
@@ -32,31 +32,24 @@ matplotlib.rcParams.update(
 
 
 class Frames:
-    """One VTKHDF file: points and fields, frame by frame."""
+    """The blocks or the joints of results: points and fields, frame by frame."""
 
     def __init__(self, path):
         if not path.exists():
             name = path.parent.name
             raise SystemExit(f"{path}: not there; cargo run --release -- examples/{name}.toml")
-        self.group = h5py.File(path)["VTKHDF"]
-        self.times = self.group["Steps/Values"][:]
-        self.points = self.group["Points"][:]
-        self.cells = self.group["Connectivity"][:]
+        self.results, self.joints = ddem.Results(path.parent), path.stem == "joints"
+        self.times, first = self.results.times, self.results[0]
+        self.points = first.pairs["point"] if self.joints else first.points
+        self.cells = (first.quads if self.joints else first.elements).reshape(-1)
 
     def point_field(self, name, frame=-1):
         """A field on the points."""
-        return self._field("Point", name, frame, len(self.points))
+        return self.results[frame].pairs[name] if self.joints else self.results[frame][name]
 
     def cell_field(self, name, frame=-1):
         """A field on the cells."""
-        count = int(np.ravel(self.group["NumberOfCells"])[0])
-        return self._field("Cell", name, frame, count)
-
-    def _field(self, place, name, frame, count):
-        # Fields that never change are there once and have no offsets.
-        offsets = self.group[f"Steps/{place}DataOffsets"].get(name)
-        first = 0 if offsets is None else int(offsets[frame])
-        return self.group[f"{place}Data/{name}"][first : first + count]
+        return self.results[frame][name]
 
 
 def results(name):

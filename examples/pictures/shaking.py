@@ -4,7 +4,7 @@
     cargo run --release -- examples/shaking.toml
     python examples/pictures/shaking.py
 
-Needs `pip install h5py matplotlib`; no display.
+Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
 import csv

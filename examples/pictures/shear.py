@@ -4,7 +4,7 @@
     cargo run --release -- examples/shear.toml
     python examples/pictures/shear.py
 
-Needs `pip install h5py matplotlib`; no display.
+Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
 import matplotlib.pyplot as plt

@@ -4,7 +4,7 @@
     cargo run --release -- examples/tunnel.toml
     python examples/pictures/tunnel.py
 
-Needs `pip install h5py matplotlib`; no display.
+Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
 import matplotlib.pyplot as plt

@@ -45,7 +45,7 @@ const PEAKS: [(&str, &str, &str); 3] = [
 /// Everything in the result files, as bits.
 pub(crate) fn everything(folder: &Path) -> Vec<(String, Vec<u64>)> {
     let mut all = Vec::new();
-    for name in ["probes.csv", "energy.csv", "fragments.csv"] {
+    for name in ["probes.csv", "energy.csv", "fragments.csv", "frames.csv"] {
         let text = std::fs::read(folder.join(name)).expect("a table");
         all.push((name.to_owned(), text.into_iter().map(u64::from).collect()));
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ddem_core::{Deck, Simd};
-use ddem_io::run::{Event, Observer, Session};
+use ddem_io::run::{Event, Observer, Session, Went};
 
 use super::decks::mixed;
 use super::shared::{Frames, How, run_into};
@@ -58,7 +58,7 @@ fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
     ] {
         assert_eq!(last(run.path(), file, field), last(own.path(), file, field), "{field:?}");
     }
-    for file in ["probes.csv", "energy.csv"] {
+    for file in ["probes.csv", "energy.csv", "frames.csv"] {
         let read = |folder: &Path| std::fs::read(folder.join(file)).expect("a table");
         assert!(read(run.path()) == read(own.path()), "{file}");
     }
@@ -120,4 +120,46 @@ fn what_a_program_computed_must_be_there_again() {
     let error = without.err().map(|error| error.to_string()).unwrap_or_default();
     assert!(error.contains("load[0].history"), "{error}");
     assert!(Session::load(&path, Simd::default(), None, computed).is_ok());
+}
+
+#[test]
+fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
+    let deck = deck(&mixed());
+    let (mut plain, mut looked) = (session(&deck), session(&deck));
+    let all = all_stages(&mut plain, None);
+    let mut samples = Samples::default();
+    for stage in looked.simulation().model().deck().stage.clone() {
+        let every = stage.duration.map(|duration| duration / 7.0);
+        let mut begun =
+            looked.begin(&stage, None, every, &mut samples).expect("a stage").expect("begun");
+        let mut looks = 0;
+        while looked.go_on(&mut begun, &mut samples).expect("steps") == Went::ToLook {
+            looks += 1;
+            // What is only looked at stays as it is.
+            let simulation = looked.simulation_mut();
+            let _ = (simulation.energy(), simulation.contacts(), simulation.forces());
+        }
+        looked.end(begun, true, &mut samples).expect("an end");
+        // The seventh is the end itself, or a step beside it.
+        assert!(every.map_or(looks == 0, |_| (6..=7).contains(&looks)), "{looks}");
+    }
+    assert_eq!(looked.simulation().save(), plain.simulation().save());
+    let bits = |samples: &Samples| format!("{:?}", samples.0);
+    assert_eq!(bits(&samples), bits(&all));
+    // A stage that is ended at a look is as long as that, and others follow it.
+    let mut short = session(&deck);
+    let stages = short.simulation().model().deck().stage.clone();
+    let stage = stages.iter().find(|stage| stage.duration.is_some()).expect("one that moves");
+    let duration = stage.duration.expect("a duration");
+    let mut begun = short
+        .begin(stage, None, Some(duration / 4.0), &mut samples)
+        .expect("a stage")
+        .expect("begun");
+    assert_eq!(short.go_on(&mut begun, &mut samples).expect("steps"), Went::ToLook);
+    let before = short.simulation().time();
+    short.end(begun, true, &mut samples).expect("an end");
+    assert_eq!(short.simulation().time(), before);
+    assert!((before / duration - 0.25).abs() < 0.05);
+    assert_eq!(short.summary().stages.len(), 1);
+    assert!(short.stage(stage, None, &mut samples).expect("another"));
 }

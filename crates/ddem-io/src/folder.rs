@@ -20,11 +20,12 @@ const CONTACTS: &str = "contacts.vtkhdf";
 const PROBES: &str = "probes.csv";
 const ENERGY: &str = "energy.csv";
 const FRAGMENTS: &str = "fragments.csv";
+const FRAMES: &str = "frames.csv";
 /// Name of the summary in a folder of results.
 pub const SUMMARY: &str = "summary.json";
 pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
-const RESULTS: [&str; 8] =
-    [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, SUMMARY, CHECKPOINT];
+const RESULTS: [&str; 9] =
+    [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES, SUMMARY, CHECKPOINT];
 
 /// Why a folder cannot take the results. Nothing was written.
 #[derive(Debug, thiserror::Error)]
@@ -201,6 +202,11 @@ impl Folder {
     /// `fragments.csv`.
     pub fn fragments(&self) -> PathBuf {
         self.path.join(FRAGMENTS)
+    }
+
+    /// `frames.csv`.
+    pub fn frames(&self) -> PathBuf {
+        self.path.join(FRAMES)
     }
 
     /// `summary.json`.

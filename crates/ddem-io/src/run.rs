@@ -1,5 +1,7 @@
 //! A deck from start to end: stages, results, checkpoints.
 
+mod begun;
+mod doubts;
 mod drive;
 mod failure;
 mod files;
@@ -13,6 +15,7 @@ mod safety;
 mod session;
 mod stage;
 
+pub use begun::{Begun, Went};
 pub use drive::run;
 pub use failure::RunFailure;
 pub use plan::Plan;

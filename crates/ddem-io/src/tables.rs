@@ -1,4 +1,4 @@
-//! Tables over time: `probes.csv`, `energy.csv` and `fragments.csv`.
+//! Tables over time: `probes.csv`, `energy.csv`, `frames.csv` and `fragments.csv`.
 //!
 //! Every row begins with `stage,step,time`. Numbers have as many digits as it takes to read the
 //! same double back. Rows become durable with `sync`; a killed run can leave part of a last row,
@@ -30,6 +30,10 @@ pub struct EnergyTable(Table);
 /// number of the fragment and that of its blocks, are whole numbers.
 #[derive(Debug)]
 pub struct FragmentTable(Table);
+
+/// `frames.csv`: one row for each frame of the VTKHDF files, with its time in those files `[s]`.
+#[derive(Debug)]
+pub struct FrameTable(Table);
 
 impl ProbeTable {
     /// Creates the table with its header. The columns are `<probe>.<component>`.
@@ -70,83 +74,53 @@ impl ProbeTable {
     }
 }
 
-impl EnergyTable {
-    /// Creates the table with its header.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be written.
-    pub fn create<S: AsRef<str>>(
-        path: impl Into<PathBuf>,
-        columns: &[S],
-    ) -> Result<Self, OutputError> {
-        Table::create(path.into(), columns, 0).map(Self)
-    }
+/// Tables of plain numbers, with how many of their first columns are whole.
+macro_rules! plain {
+    ($table:ident, $whole:expr) => {
+        impl $table {
+            /// Creates the table with its header.
+            ///
+            /// # Errors
+            ///
+            /// The file cannot be written.
+            pub fn create<S: AsRef<str>>(
+                path: impl Into<PathBuf>,
+                columns: &[S],
+            ) -> Result<Self, OutputError> {
+                Table::create(path.into(), columns, $whole).map(Self)
+            }
 
-    /// Goes on with a table after its first `rows` rows and removes those behind.
-    ///
-    /// # Errors
-    ///
-    /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
-    pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
-        Table::reopen(path.into(), rows, 0).map(Self)
-    }
+            /// Goes on with a table after its first `rows` rows and removes those behind.
+            ///
+            /// # Errors
+            ///
+            /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
+            pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
+                Table::reopen(path.into(), rows, $whole).map(Self)
+            }
 
-    /// Adds the energies `[J]` at `time` `[s]`.
-    ///
-    /// # Errors
-    ///
-    /// [`OutputError::Mismatch`] if there is not one value for each column, others if the file
-    /// cannot be written.
-    pub fn row(
-        &mut self,
-        stage: &str,
-        step: u64,
-        time: f64,
-        values: &[f64],
-    ) -> Result<(), OutputError> {
-        self.0.row(stage, step, time, values.iter().copied().map(Some))
-    }
+            /// Adds one row at `time` `[s]`.
+            ///
+            /// # Errors
+            ///
+            /// [`OutputError::Mismatch`] if there is not one value for each column, others if the
+            /// file cannot be written.
+            pub fn row(
+                &mut self,
+                stage: &str,
+                step: u64,
+                time: f64,
+                values: &[f64],
+            ) -> Result<(), OutputError> {
+                self.0.row(stage, step, time, values.iter().copied().map(Some))
+            }
+        }
+    };
 }
 
-impl FragmentTable {
-    /// Creates the table with its header.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be written.
-    pub fn create<S: AsRef<str>>(
-        path: impl Into<PathBuf>,
-        columns: &[S],
-    ) -> Result<Self, OutputError> {
-        Table::create(path.into(), columns, FRAGMENT_WHOLE).map(Self)
-    }
-
-    /// Goes on with a table after its first `rows` rows and removes those behind.
-    ///
-    /// # Errors
-    ///
-    /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
-    pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
-        Table::reopen(path.into(), rows, FRAGMENT_WHOLE).map(Self)
-    }
-
-    /// Adds one fragment at `time` `[s]`.
-    ///
-    /// # Errors
-    ///
-    /// [`OutputError::Mismatch`] if there is not one value for each column, others if the file
-    /// cannot be written.
-    pub fn row(
-        &mut self,
-        stage: &str,
-        step: u64,
-        time: f64,
-        values: &[f64],
-    ) -> Result<(), OutputError> {
-        self.0.row(stage, step, time, values.iter().copied().map(Some))
-    }
-}
+plain!(EnergyTable, 0);
+plain!(FragmentTable, FRAGMENT_WHOLE);
+plain!(FrameTable, 0);
 
 macro_rules! delegate {
     ($table:ident) => {
@@ -191,6 +165,7 @@ macro_rules! delegate {
 delegate!(ProbeTable);
 delegate!(EnergyTable);
 delegate!(FragmentTable);
+delegate!(FrameTable);
 
 /// What all tables are.
 #[derive(Debug)]

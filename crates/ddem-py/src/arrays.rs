@@ -146,7 +146,7 @@ pub(crate) fn fill(out: &Bound<'_, PyAny>, values: &[f64], shape: &[usize]) -> P
     Ok(())
 }
 
-/// A structured array of `n` rows from named columns, each with its NumPy type.
+/// A table of `n` rows from named columns, each with its NumPy type.
 pub(crate) fn structured<'py>(
     py: Python<'py>,
     n: usize,
@@ -162,7 +162,7 @@ pub(crate) fn structured<'py>(
     for (name, _, column) in columns {
         array.set_item(name, column)?;
     }
-    Ok(array)
+    array.call_method1("view", (py.import("ddem._table")?.getattr("Table")?,))
 }
 
 fn shown(shape: &[usize]) -> String {

@@ -136,10 +136,36 @@ fn forget(pool: Option<(u32, Arc<ThreadPool>)>) {
 /// How work ended: what it gave or its panic, and what Ctrl-C or the progress bar raised meanwhile.
 type Ending<T> = (Result<T, Box<dyn Any + Send>>, Option<PyErr>);
 
-/// Does work on the threads of a pool.
+/// Does work on the threads of a pool, and closes the progress bar.
 ///
 /// Returns what the work gave, and the exception for which it was told to stop.
 pub(crate) fn away<T: Send>(
+    py: Python<'_>,
+    pool: &Pool,
+    bar: Option<&Py<PyAny>>,
+    work: impl FnOnce(&Watch) -> T + Send,
+) -> PyResult<(T, Option<PyErr>)> {
+    let done = parted(py, pool, bar, work);
+    let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
+    let (done, raised) = done?;
+    Ok((done, first(py, raised, closed.err())))
+}
+
+/// Whatever comes first is told, but nothing before an interruption.
+fn first(py: Python<'_>, raised: Option<PyErr>, later: Option<PyErr>) -> Option<PyErr> {
+    match (raised, later) {
+        (Some(first), Some(later))
+            if is_interruption(py, &later) && !is_interruption(py, &first) =>
+        {
+            Some(later)
+        }
+        (Some(first), _) => Some(first),
+        (None, later) => later,
+    }
+}
+
+/// A part of work whose progress bar stays, as [`away`].
+pub(crate) fn parted<T: Send>(
     py: Python<'_>,
     pool: &Pool,
     bar: Option<&Py<PyAny>>,
@@ -180,15 +206,8 @@ pub(crate) fn away<T: Send>(
     // Ctrl-C that came as the work ended is not left to whatever comes next.
     let signal = py.check_signals();
     let told = watch.tell(py, bar);
-    let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
-    // Whatever comes first is told, but nothing before an interruption.
-    let later = [signal.err(), told.err(), closed.err()].into_iter().flatten();
-    for error in later {
-        raised = match raised {
-            Some(first) if !is_interruption(py, &error) => Some(first),
-            _ => Some(error),
-        };
-    }
+    raised = first(py, raised, signal.err());
+    raised = first(py, raised, told.err());
     match done {
         Ok(done) => Ok((done, raised)),
         Err(panic) => Err(raised.unwrap_or_else(|| internal(py, &*panic))),

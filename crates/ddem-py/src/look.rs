@@ -88,10 +88,18 @@ pub(crate) fn elements(session: &Session) -> Vec<[i64; 8]> {
 }
 
 pub(crate) fn element_blocks(session: &Session) -> Vec<i64> {
+    of_elements(model(session), |block| block as i64)
+}
+
+pub(crate) fn element_materials(session: &Session) -> Vec<i64> {
     let model = model(session);
-    let blocks = (0..model.n_blocks())
-        .flat_map(|block| std::iter::repeat_n(block as i64, model.hexes(block).count()));
-    blocks.collect()
+    of_elements(model, |block| i64::from(model.material(block)))
+}
+
+/// What the elements of each block have.
+fn of_elements(model: &Model, value: impl Fn(usize) -> i64) -> Vec<i64> {
+    let of = |block| std::iter::repeat_n(value(block), model.hexes(block).count());
+    (0..model.n_blocks()).flat_map(of).collect()
 }
 
 pub(crate) fn quads(session: &Session) -> Vec<[i64; 4]> {
@@ -191,7 +199,7 @@ pub(crate) fn fragment_array<'py>(
 type Row = (f64, u64, Vec<f64>);
 
 /// The histories of the probes.
-pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyAny>> {
     let all = PyDict::new(py);
     let mut first = 0;
     for (name, components) in inner.session.probes() {
@@ -219,5 +227,5 @@ pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py,
         }
         all.set_item(name, arrays::structured(py, rows.len(), columns)?)?;
     }
-    Ok(all)
+    py.import("ddem._table")?.getattr("Histories")?.call1((all,))
 }

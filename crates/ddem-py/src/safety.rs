@@ -22,7 +22,7 @@ impl Simulation {
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Found> {
         let stage = read_stage(py, "safety", None, keys)?;
-        let mut inner = self.lock(py)?;
+        let mut inner = self.idle(py)?;
         let simulation = inner.session.simulation_mut();
         let mut faults = stage.check();
         faults.extend(stage.search().check(simulation.model().deck()));

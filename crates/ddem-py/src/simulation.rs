@@ -1,17 +1,18 @@
 //! A model in motion.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::sync::{Mutex, MutexGuard, TryLockError, TryLockResult};
 
 use ddem_core::{ModelError, RunError};
-use ddem_io::run::{RunFailure, Session};
+use ddem_io::run::Session;
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::away::{Pool, away, outcome};
-use crate::drive::{Observer, progress_bar, read_stage, steps};
+use crate::drive::{progress_bar, read_stage, steps};
 use crate::errors;
 use crate::functions::Called;
 use crate::look;
@@ -36,6 +37,10 @@ const _: () = assert!(align_of::<Simulation>() <= 16);
 pub(crate) struct Inner {
     pub(crate) session: Session,
     pub(crate) samples: Vec<Sample>,
+    /// Whether a run is under way, which looks at it now.
+    pub(crate) running: bool,
+    /// Stages of which it was said that loads or supports wait for them.
+    pub(crate) awaited: BTreeSet<String>,
 }
 
 /// What probes have seen at one time.
@@ -47,114 +52,6 @@ pub(crate) struct Sample {
 
 #[pymethods]
 impl Simulation {
-    /// Relaxes to static equilibrium, under the supports and loads in force. Time stands still.
-    ///
-    /// Parameters
-    /// ----------
-    /// tolerance : float, optional
-    ///     Unbalanced force ratio at which it is done; 1e-5 without it.
-    /// max_steps : int, optional
-    ///     After which it fails; 200 000 without it.
-    /// increments : int, optional
-    ///     Equal parts in which loads reach their value; without it 1, and 10 where supports are driven
-    ///     by a `displacement`.
-    /// on_failure : {"stop", "continue"}, optional
-    ///     Whether a stage that fails or stays undecided raises, or ends like any other; "stop" without
-    ///     it.
-    /// record : path, optional
-    ///     Folder of the results, with the files that a deck gives. What one simulation writes to
-    ///     one folder is one run; those of another model are not overwritten.
-    /// name : str, optional
-    ///     Of the stage. That of a stage of the model brings its supports and loads into force,
-    ///     unless they are.
-    /// quiet : bool, optional
-    ///     No progress bar.
-    ///
-    /// Returns
-    /// -------
-    /// int
-    ///     Steps taken.
-    ///
-    /// Raises
-    /// ------
-    /// NotConverged
-    ///     With `ratio`, what was reached; :class:`Collapsed` when blocks part without end.
-    /// Diverged
-    ///     Forces are not finite any more.
-    /// ModelError
-    ///     An argument is wrong.
-    /// OSError
-    ///     A file cannot be written.
-    /// KeyboardInterrupt
-    ///     The state is consistent, and another call goes on from it.
-    #[pyo3(signature = (*, record=None, name=None, quiet=false, **keys))]
-    fn relax(
-        &self,
-        py: Python<'_>,
-        record: Option<PathBuf>,
-        name: Option<String>,
-        quiet: bool,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<u64> {
-        self.stage(py, ("relax", None), (record, name, quiet), keys)
-    }
-
-    /// Moves in time, under the supports and loads in force.
-    ///
-    /// Parameters
-    /// ----------
-    /// duration : float
-    ///     Simulated time [s]; with `until_rest` at most.
-    /// until_rest : bool, optional
-    ///     Whether it ends as soon as blocks are at rest, or fail.
-    /// on_failure : {"stop", "continue"}, optional
-    ///     Whether a stage that fails raises, or ends like any other; "stop" without it.
-    /// damping : float, dict or "none", optional
-    ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck
-    ///     ``{"mass": alpha}``, ``{"stiffness": beta}``, ``{"local": 0.8}``; none without it.
-    /// time_step : float, optional
-    ///     [s]; without it a part of the critical one that fills the duration.
-    /// record : path, optional
-    ///     Folder of the results, with the files that a deck gives. What one simulation writes to
-    ///     one folder is one run; those of another model are not overwritten.
-    /// fields_every : float, optional
-    ///     Time between frames [s]; or
-    /// frames : int, optional
-    ///     Frames in all; 20 without either.
-    /// name : str, optional
-    ///     Of the stage. That of a stage of the model brings its supports and loads into force,
-    ///     unless they are.
-    /// quiet : bool, optional
-    ///     No progress bar.
-    ///
-    /// Returns
-    /// -------
-    /// int
-    ///     Steps taken.
-    ///
-    /// Raises
-    /// ------
-    /// Diverged
-    ///     Forces are not finite any more.
-    /// ModelError
-    ///     An argument is wrong, or the time step above the critical one.
-    /// OSError
-    ///     A file cannot be written.
-    /// KeyboardInterrupt
-    ///     The state is consistent, and another call goes on from it.
-    #[pyo3(signature = (duration, *, record=None, name=None, quiet=false, **keys))]
-    fn run(
-        &self,
-        py: Python<'_>,
-        duration: &Bound<'_, PyAny>,
-        record: Option<PathBuf>,
-        name: Option<String>,
-        quiet: bool,
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<u64> {
-        self.stage(py, ("dynamic", Some(duration)), (record, name, quiet), keys)
-    }
-
     /// Plain steps of time, for coupling and control loops. Their damping and length are those of
     /// :meth:`start`, or of the last :meth:`run`; without either they are undamped, of 0.9 of the
     /// critical step, and after :meth:`relax` their length is chosen anew. Probes record nothing.
@@ -178,7 +75,7 @@ impl Simulation {
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>, quiet: bool) -> PyResult<()> {
         let n = n.map_or(Ok(1), |n| arrays::whole(n, "n"))?;
         let bar = if n > 1 { progress_bar(py, quiet)? } else { None };
-        let mut inner = self.lock(py)?;
+        let mut inner = self.idle(py)?;
         let simulation = inner.session.simulation_mut();
         let (done, stopped) = away(py, &self.pool, bar.as_ref(), |watch| {
             simulation.stop_when(watch.stop_flag());
@@ -208,6 +105,7 @@ impl Simulation {
                 return Err(look::unknown(py, &key, &key, &["damping", "time_step"]));
             }
         }
+        drop(self.idle(py)?);
         let mut stage = read_stage(py, "dynamic", None, keys)?;
         // Only to be checked: there is none.
         stage.duration = Some(1.0);
@@ -238,7 +136,7 @@ impl Simulation {
     /// ValueError
     ///     The model has no such stage.
     fn enter(&self, py: Python<'_>, stage: &str) -> PyResult<()> {
-        let mut inner = self.lock(py)?;
+        let mut inner = self.idle(py)?;
         let simulation = inner.session.simulation_mut();
         let names: Vec<&str> =
             simulation.model().deck().stage.iter().map(|stage| stage.name.as_str()).collect();
@@ -328,15 +226,20 @@ impl Simulation {
 
 impl Simulation {
     pub(crate) fn new(session: Session, samples: Vec<Sample>, pool: Pool, called: Called) -> Self {
-        Self { inner: Mutex::new(Box::new(Inner { session, samples })), pool, called }
+        let inner = Inner { session, samples, running: false, awaited: BTreeSet::new() };
+        Self { inner: Mutex::new(Box::new(inner)), pool, called }
     }
 
     pub(crate) fn pool(&self) -> &Pool {
         &self.pool
     }
 
+    pub(crate) fn try_lock(&self) -> TryLockResult<MutexGuard<'_, Box<Inner>>> {
+        self.inner.try_lock()
+    }
+
     pub(crate) fn lock(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
-        match self.inner.try_lock() {
+        match self.try_lock() {
             Ok(inner) => Ok(inner),
             // A fault in the program was told when it happened.
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
@@ -344,33 +247,13 @@ impl Simulation {
         }
     }
 
-    /// One stage, through the driver that decks have.
-    fn stage(
-        &self,
-        py: Python<'_>,
-        (kind, duration): (&str, Option<&Bound<'_, PyAny>>),
-        (record, name, quiet): (Option<PathBuf>, Option<String>, bool),
-        keys: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<u64> {
-        let mut stage = read_stage(py, kind, duration, keys)?;
-        let bar = progress_bar(py, quiet)?;
-        let mut inner = self.lock(py)?;
-        let Inner { session, samples } = &mut **inner;
-        stage.name = name.unwrap_or_default();
-        let before = session.simulation().steps();
-        let (done, stopped) = away(py, &self.pool, bar.as_ref(), |watch| {
-            session.stage(&stage, record.as_deref(), &mut Observer { watch, samples })
-        })?;
-        let steps = inner.session.simulation().steps() - before;
-        drop(inner);
-        outcome(done, stopped, |failure| {
-            self.called.take_raised().unwrap_or_else(|| match failure {
-                RunFailure::Model(error) => errors::arguments(py, error, "stage[0]"),
-                RunFailure::Stage { source, .. } => errors::run_error(py, &source, ""),
-                failure => errors::failure(py, &failure),
-            })
-        })?;
-        Ok(steps)
+    /// The simulation to be moved, which what a run calls must not do.
+    pub(crate) fn idle(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
+        let inner = self.lock(py)?;
+        if inner.running {
+            return Err(errors::busy(py, "the simulation"));
+        }
+        Ok(inner)
     }
 
     /// What a short call on the simulation gave.

@@ -288,7 +288,7 @@ impl Simulation {
     /// What the probes have recorded so far: for each a structured array with `time` [s], `step` and
     /// the components, `x`, `y`, `z` or `xx`, `yy`, `zz`, `xy`, `yz`, `zx`.
     #[getter]
-    fn probes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn probes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock(py)?;
         look::probes(py, &inner)
     }

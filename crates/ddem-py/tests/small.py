@@ -124,6 +124,7 @@ def assert_same_results(a: Path, b: Path) -> None:
     """Two folders hold the same results, bit for bit."""
     assert (a / "probes.csv").read_text() == (b / "probes.csv").read_text()
     assert (a / "energy.csv").read_text() == (b / "energy.csv").read_text()
+    assert (a / "frames.csv").read_text() == (b / "frames.csv").read_text()
     for name in ("blocks.vtkhdf", "joints.vtkhdf", "contacts.vtkhdf"):
         assert (a / name).exists() == (b / name).exists()
         if (a / name).exists():

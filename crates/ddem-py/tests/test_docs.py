@@ -45,8 +45,8 @@ class Checker(doctest.OutputChecker):
 @pytest.mark.parametrize("test", examples(), ids=lambda test: test.name)
 def test_examples(test: doctest.DocTest, tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.chdir(tmp_path)
-    if any(word in test.name for word in ("plot", "probes", "fragments")):
-        if "plot" in test.name:
+    if any(word in test.name for word in ("plot", "probes", "fragments", "Results", "animate")):
+        if any(word in test.name for word in ("plot", "Results", "animate")):
             pytest.importorskip("pyvista")
             pytest.importorskip("matplotlib")
         test.globs["sim"] = recorded(Path("results/beam-crack"))

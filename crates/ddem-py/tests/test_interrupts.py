@@ -259,5 +259,6 @@ def test_ctrl_c_outlives_a_bar_that_fails(monkeypatch: Any) -> None:
 
     monkeypatch.setattr(ddem._progress.Bar, "close", close)
     simulation = long()
-    with interrupted(), pytest.raises(KeyboardInterrupt):
+    # Before there is any progress: to show some a bar closes the one before it.
+    with interrupted(0.05), pytest.raises(KeyboardInterrupt):
         simulation.run(ENDLESS)

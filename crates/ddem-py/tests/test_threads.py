@@ -67,6 +67,7 @@ def uses(simulation: ddem.Simulation, folder: Path) -> dict[str, Callable[[], An
         "start": lambda: simulation.start(),
         "enter": lambda: simulation.enter("a"),
         "apply_force": lambda: simulation.apply_force([0], (1, 0, 0)),
+        "mesh": lambda: simulation.mesh(),
         "save": lambda: simulation.save(folder / "state.h5"),
         "field": lambda: simulation.field("velocity"),
         "nodes": lambda: simulation.nodes(z=0.0),

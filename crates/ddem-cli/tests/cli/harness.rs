@@ -74,12 +74,13 @@ tolerance = 1e-30
 max_steps = 150000
 ";
 
-pub(crate) const RESULTS: [&str; 7] = [
+pub(crate) const RESULTS: [&str; 8] = [
     "blocks.vtkhdf",
     "joints.vtkhdf",
     "probes.csv",
     "energy.csv",
     "fragments.csv",
+    "frames.csv",
     "summary.json",
     "checkpoint.h5",
 ];

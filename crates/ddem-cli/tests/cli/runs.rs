@@ -212,7 +212,7 @@ fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
         assert!(went.stderr.contains(", from step "), "{}", went.stderr);
         let went = desk.run("column.toml --out=parts --resume");
         assert_eq!(went.status, Some(status), "{}", went.stderr);
-        for name in ["probes.csv", "energy.csv", "fragments.csv"] {
+        for name in ["probes.csv", "energy.csv", "fragments.csv", "frames.csv"] {
             let read = |out: &str| desk.read(&format!("{out}/{name}"));
             assert!(read("whole") == read("parts"), "{interrupted}: {name}");
         }

@@ -142,7 +142,7 @@ impl<'a> Drive<'a> {
             checkpoint(moved, (folder, text), 0.0, *observer)?;
             return Ok(Ended::Interrupted);
         }
-        let mut running = match Running::new(stage, stages, moved, *observer) {
+        let mut running = match Running::new((stage, stages), None, moved, *observer) {
             Err(failure) if failure.is_stopped() => {
                 checkpoint(moved, (folder, text), 0.0, *observer)?;
                 return Ok(Ended::Interrupted);

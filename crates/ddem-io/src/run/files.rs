@@ -1,11 +1,11 @@
 //! The files that grow during a run.
 
-use ddem_core::{CONTACT_FIELDS, Energy, Field, Fragment, Model, On, Simulation};
+use ddem_core::{CONTACT_FIELDS, Contact, Energy, Field, Fragment, Model, On, Simulation};
 
 use super::mesh::{self, Mesh};
 use crate::OutputError;
 use crate::folder::Folder;
-use crate::tables::{EnergyTable, FragmentTable, ProbeTable};
+use crate::tables::{EnergyTable, FragmentTable, FrameTable, ProbeTable};
 use crate::vtkhdf::{Cloud, FieldSpec, Kind, Values, Writer};
 
 /// Frames of a dynamic stage when the deck does not say.
@@ -27,6 +27,7 @@ pub(super) struct Files {
     pub(super) probes: ProbeTable,
     pub(super) energy: EnergyTable,
     fragments: FragmentTable,
+    frames: FrameTable,
     /// Time of the last frame in the files.
     last_frame: f64,
     /// What frames that would share a time are put apart by.
@@ -65,6 +66,7 @@ impl Files {
             probes: ProbeTable::create(folder.probes(), columns)?,
             energy: EnergyTable::create(folder.energy(), &Energy::NAMES)?,
             fragments: FragmentTable::create(folder.fragments(), &fragment_columns())?,
+            frames: FrameTable::create(folder.frames(), &["paraview_time"])?,
             last_frame: f64::NEG_INFINITY,
             nudge,
         })
@@ -89,6 +91,7 @@ impl Files {
             probes: ProbeTable::reopen(folder.probes(), position.probe_rows)?,
             energy: EnergyTable::reopen(folder.energy(), position.energy_rows)?,
             fragments: FragmentTable::reopen(folder.fragments(), position.fragment_rows)?,
+            frames: FrameTable::reopen(folder.frames(), position.frames)?,
             last_frame: position.last_frame,
             nudge,
         })
@@ -100,10 +103,14 @@ impl Files {
     }
 
     /// One time step in the files for ParaView.
-    pub(super) fn frame(&mut self, simulation: &mut Simulation) -> Result<(), OutputError> {
+    pub(super) fn frame(
+        &mut self,
+        simulation: &mut Simulation,
+        stage: &str,
+    ) -> Result<(), OutputError> {
         // Times must grow: relaxation takes none, so its frames are put a little apart.
-        let time = simulation.time();
-        let time = if time > self.last_frame { time } else { self.last_frame + self.nudge };
+        let now = simulation.time();
+        let time = if now > self.last_frame { now } else { self.last_frame + self.nudge };
         self.last_frame = time;
         let files = [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())];
         for (joints, writer) in files {
@@ -114,14 +121,12 @@ impl Files {
             let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
             writer.append(time, &values)?;
         }
-        let Some(cloud) = &mut self.contacts else { return Ok(()) };
-        let contacts = simulation.contacts();
-        let points: Vec<[f64; 3]> = contacts.iter().map(|contact| contact.position).collect();
-        let fields = CONTACT_FIELDS.iter();
-        let filled: Vec<Filled> =
-            fields.map(|field| Filled::new(kind(field.name), field.fill(&contacts))).collect();
-        let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
-        cloud.append(time, &points, &values)
+        if let Some(cloud) = &mut self.contacts {
+            append(cloud, time, &simulation.contacts())?;
+        }
+        // At once, after the others: what has a row is there for those who read while it runs.
+        self.frames.row(stage, simulation.steps(), now, &[time])?;
+        self.frames.flush()
     }
 
     /// The fragments at the end of a stage.
@@ -150,6 +155,7 @@ impl Files {
         self.probes.sync()?;
         self.energy.sync()?;
         self.fragments.sync()?;
+        self.frames.sync()?;
         Ok(Position {
             frames: self.blocks.steps() as u64,
             probe_rows: self.probes.rows_written(),
@@ -158,6 +164,16 @@ impl Files {
             last_frame: self.last_frame,
         })
     }
+}
+
+/// One time step in the file of the contacts.
+fn append(cloud: &mut Cloud, time: f64, contacts: &[Contact]) -> Result<(), OutputError> {
+    let points: Vec<[f64; 3]> = contacts.iter().map(|contact| contact.position).collect();
+    let fields = CONTACT_FIELDS.iter();
+    let filled: Vec<Filled> =
+        fields.map(|field| Filled::new(kind(field.name), field.fill(contacts))).collect();
+    let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
+    cloud.append(time, &points, &values)
 }
 
 /// Frames of a relaxation are a millionth of the shortest time between frames of motion apart, or

@@ -23,6 +23,7 @@ pub(super) struct Schedule {
     frames: Due,
     energy: Due,
     probes: Vec<Due>,
+    looks: Due,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +74,7 @@ impl Schedule {
             frames,
             energy: Due::Every((steps / ENERGY_ROWS).max(1)),
             probes: samplers.iter().map(sample).collect(),
+            looks: Due::End,
         }
     }
 
@@ -81,7 +83,18 @@ impl Schedule {
             frames: Due::End,
             energy: Due::Every(ENERGY_STEPS),
             probes: samplers.iter().map(|s| Due::Every(s.every_steps)).collect(),
+            looks: Due::End,
         }
+    }
+
+    /// With looks at the simulation so often `[s]`, if at all.
+    pub(super) fn looking(self, every: Option<f64>, time_step: f64) -> Self {
+        Self { looks: every.map_or(Due::End, |every| Due::seconds(every, time_step)), ..self }
+    }
+
+    /// Whether a look at the simulation is due after one of the steps.
+    pub(super) fn looks(&self, mut steps: RangeInclusive<u64>) -> bool {
+        steps.any(|step| self.looks.at(step))
     }
 }
 
@@ -153,7 +166,7 @@ impl Recorder {
             self.balance(simulation, stage)?;
         }
         if due(&schedule.frames) {
-            self.frame(simulation)?;
+            self.frame(simulation, stage)?;
         }
         Ok(())
     }
@@ -171,7 +184,7 @@ impl Recorder {
         }
         if new_files {
             self.balance(simulation, stage)?;
-            self.frame(simulation)?;
+            self.frame(simulation, stage)?;
         }
         Ok(())
     }
@@ -209,8 +222,12 @@ impl Recorder {
     }
 
     /// One time step in the files for ParaView.
-    pub(super) fn frame(&mut self, simulation: &mut Simulation) -> Result<(), OutputError> {
-        self.files.as_mut().map_or(Ok(()), |files| files.frame(simulation))
+    pub(super) fn frame(
+        &mut self,
+        simulation: &mut Simulation,
+        stage: &str,
+    ) -> Result<(), OutputError> {
+        self.files.as_mut().map_or(Ok(()), |files| files.frame(simulation, stage))
     }
 
     /// The fragments at the end of a stage.

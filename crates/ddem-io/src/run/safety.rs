@@ -31,7 +31,7 @@ pub(super) fn search(
     };
     let mut moving = Vec::new();
     if let Some(failing) = &mut found.failing {
-        recorder.frame(failing)?;
+        recorder.frame(failing, &stage.name)?;
         moving = failing.moving_blocks();
     }
     let [stable, unstable] = found.bracket;

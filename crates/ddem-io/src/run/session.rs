@@ -2,18 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::time::Duration;
 
-use ddem_core::deck::{Stage, StageKind};
 use ddem_core::{Deck, Fault, ModelError, Simd, Simulation};
 
+use super::RunFailure;
 use super::files::{Position, nudge};
 use super::record::Recorder;
-use super::report::{available_memory, build, check_steps, unsafe_steps};
+use super::report::{available_memory, build};
 use super::resume::{self, Cursor};
-use super::stage::{Halt, Moved, Running};
-use super::{Event, Observer, RunFailure};
+use super::stage::Moved;
 use crate::folder::{self, Earlier, Folder};
 use crate::summary::{
     ChargeSummary, FailedPairs, InterfaceSummary, SelectionSummary, Summary, peak_memory_bytes,
@@ -93,85 +90,8 @@ impl Session {
         self.moved.recorder.samplers.iter().map(|s| (s.name.as_str(), s.components)).collect()
     }
 
-    /// Moves the simulation through a stage, which need not be one of its deck, nor have a name: if
-    /// the deck has one of that name its supports and loads come into force, unless they are;
-    /// otherwise those of the stage that was [entered](Simulation::enter) last stay. With a folder
-    /// the results are written there, as those of a deck are: what one session writes to one folder
-    /// is one run, and the files are complete after each stage.
-    ///
-    /// False when the observer stopped it: the simulation can go on from where it is.
-    ///
-    /// # Errors
-    ///
-    /// What is wrong with the stage; a folder that cannot be used; a run that fails.
-    pub fn stage(
-        &mut self,
-        stage: &Stage,
-        folder: Option<&Path>,
-        observer: &mut dyn Observer,
-    ) -> Result<bool, RunFailure> {
-        self.moved.simulation.stop_when(observer.stop_flag());
-        let done = self.moved_through(stage, folder, observer);
-        self.moved.simulation.stop_when(Arc::default());
-        done
-    }
-
-    fn moved_through(
-        &mut self,
-        stage: &Stage,
-        folder: Option<&Path>,
-        observer: &mut dyn Observer,
-    ) -> Result<bool, RunFailure> {
-        let named = self.named(stage);
-        let faults = stage.check();
-        if !faults.is_empty() {
-            return Err(ModelError { faults }.into());
-        }
-        let simulation = &mut self.moved.simulation;
-        let stages = std::slice::from_ref(stage);
-        if let Err(failure) = check_steps(simulation, stages) {
-            return if failure.is_stopped() { Ok(false) } else { Err(failure) };
-        }
-        for warning in unsafe_steps(simulation, stages) {
-            observer.event(Event::Warning(&warning));
-        }
-        let doubts = begin(simulation, stage)?;
-        doubts.iter().for_each(|doubt| observer.event(Event::Warning(doubt)));
-        let folder = folder.map(|path| self.open(path)).transpose()?;
-        if let Some(kept) = folder.as_ref().and_then(Folder::kept) {
-            observer.event(Event::Kept(kept));
-        }
-        let ended = self.go(&named, observer);
-        let closed = folder.map_or(Ok(()), |folder| self.close(&folder));
-        self.moved.cursor.step = None;
-        let done = ended?;
-        closed?;
-        Ok(done)
-    }
-
-    /// A stage without a name gets one that tells its kind and its number.
-    fn named(&self, stage: &Stage) -> Stage {
-        let mut named = stage.clone();
-        if named.name.is_empty() {
-            let kind = if stage.kind == StageKind::Relax { "relax" } else { "run" };
-            named.name = format!("{kind} {}", self.moved.cursor.done.len() + 1);
-        }
-        named
-    }
-
-    fn go(&mut self, stage: &Stage, observer: &mut dyn Observer) -> Result<bool, RunFailure> {
-        let mut running = match Running::new(stage, 1, &mut self.moved, observer) {
-            Err(failure) if failure.is_stopped() => return Ok(false),
-            running => running?,
-        };
-        if running.go(Duration::MAX)? != Halt::End {
-            return Ok(false);
-        }
-        running.finish()?.map_or(Ok(true), Err)
-    }
-
     /// New files, or those that this session wrote before.
-    fn open(&mut self, path: &Path) -> Result<Folder, RunFailure> {
+    pub(super) fn open(&mut self, path: &Path) -> Result<Folder, RunFailure> {
         let Moved { simulation, recorder, .. } = &mut self.moved;
         let model = simulation.model();
         // The folder itself, however it is written.
@@ -189,8 +109,10 @@ impl Session {
         Ok(folder)
     }
 
-    /// Everything is on the disk and may be read by others.
-    fn close(&mut self, folder: &Folder) -> Result<(), RunFailure> {
+    /// The stage is over: everything is on the disk and may be read by others.
+    pub(super) fn close(&mut self, folder: Option<&Folder>) -> Result<(), RunFailure> {
+        self.moved.cursor.step = None;
+        let Some(folder) = folder else { return Ok(()) };
         let synced = self.moved.recorder.sync();
         self.moved.recorder.close();
         let position = synced?;
@@ -274,38 +196,6 @@ impl Session {
             deck: self.text.clone(),
         }
     }
-}
-
-/// Brings the supports and loads of the deck's stage of the same name into force, if there is one.
-/// Gives what is allowed but perhaps not meant.
-fn begin(simulation: &mut Simulation, stage: &Stage) -> Result<Vec<String>, ModelError> {
-    let mut doubts = Vec::new();
-    let stages = &simulation.model().deck().stage;
-    match stages.iter().position(|own| own.name == stage.name) {
-        Some(own) if own != simulation.stage() => simulation.enter(own),
-        Some(_) => {}
-        None if stage.name.is_empty() => {}
-        None => {
-            let names = stages.iter().map(|own| own.name.as_str());
-            if let Some(near) = ddem_core::deck::names::nearest(&stage.name, names) {
-                doubts.push(format!(
-                    "the model has a stage `{near}`, but none named `{}`: its supports and loads \
-                     do not come into force",
-                    stage.name
-                ));
-            }
-        }
-    }
-    if stage.kind == StageKind::Relax {
-        if let Some(fault) = simulation.free_motion() {
-            return Err(fault.into());
-        }
-        let idle = simulation.idle_loads().into_iter();
-        doubts.extend(idle.map(|load| {
-            format!("load {load} does not act: time stands still, and its history is 0 now")
-        }));
-    }
-    Ok(doubts)
 }
 
 /// A number that tells texts apart (FNV-1a).

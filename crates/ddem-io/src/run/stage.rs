@@ -1,10 +1,12 @@
 //! One stage from its start to its end: steps, what is recorded on the way, progress.
 
+use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
-use ddem_core::deck::{Damping, OnFailure, Stage, StageKind};
-use ddem_core::{ChargeState, Relaxed, RunError, Simulation, Verdict};
+use ddem_core::deck::{OnFailure, Stage, StageKind};
+use ddem_core::{Relaxed, RunError, Simulation, Verdict};
 
+use super::doubts::{charges, flutter, gone_off, unbalanced_energy};
 use super::record::{Recorder, Schedule};
 use super::resume::Cursor;
 use super::{Event, Observer, Progress, RunFailure};
@@ -12,14 +14,6 @@ use crate::summary::StageSummary;
 
 /// Wall time between two progress events.
 const PROGRESS: Duration = Duration::from_millis(100);
-
-/// Part of the energy out of balance above which something is said.
-const MUCH: f64 = 0.01;
-
-/// Part of the volume of a cavity by which it may change until its charge goes off.
-const CHANGED: f64 = 0.1;
-/// Part of the energy that friction has taken above which blocks have slid.
-const SLID: f64 = 0.1;
 
 /// What a stage moves.
 #[derive(Debug)]
@@ -32,11 +26,21 @@ pub(super) struct Moved {
 /// A stage that is running.
 pub(super) struct Running<'a> {
     stage: &'a Stage,
-    /// How many stages there are.
-    stages: usize,
     pub(super) moved: &'a mut Moved,
     pub(super) observer: &'a mut dyn Observer,
+    pace: Pace,
+}
+
+/// How far a stage is, besides what it moves.
+#[derive(Debug)]
+pub(super) struct Pace {
+    /// How many stages there are.
+    stages: usize,
     schedule: Schedule,
+    /// Wall time when it was put aside.
+    aside: Option<Instant>,
+    /// Whether all that is due at its end is written.
+    ended: bool,
     /// Wall time when the stage began or went on, less what recording took.
     clock: Instant,
     recording: Duration,
@@ -55,15 +59,19 @@ pub(super) enum Halt {
     End,
     /// The observer wants to stop.
     Stopped,
-    /// Enough time has passed.
+    /// Enough wall time has passed.
     Due,
+    /// A look at the simulation is due.
+    Look,
 }
 
 impl<'a> Running<'a> {
     /// From the stage's start, or from where a checkpoint left it.
+    ///
+    /// `looks` is the time between looks at the simulation, where they are wanted `[s]`.
     pub(super) fn new(
-        stage: &'a Stage,
-        stages: usize,
+        (stage, stages): (&'a Stage, usize),
+        looks: Option<f64>,
         moved: &'a mut Moved,
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
@@ -77,15 +85,15 @@ impl<'a> Running<'a> {
                 Schedule::dynamic(stage, samplers, cursor.steps, cursor.time_step)
             }
         };
+        let schedule = schedule.looking(looks, cursor.time_step);
         let steps_before = cursor.step.unwrap_or(0);
         let now = Instant::now();
         let off = charges(&moved.simulation).map(|(_, charge)| charge.began.is_some()).collect();
-        let mut running = Self {
-            stage,
+        let pace = Pace {
             stages,
-            moved,
-            observer,
             schedule,
+            aside: None,
+            ended: false,
             clock: now,
             recording: Duration::ZERO,
             steps_before,
@@ -93,6 +101,7 @@ impl<'a> Running<'a> {
             off,
             failure: None,
         };
+        let mut running = Self { stage, moved, observer, pace };
         // Not by the step: a run may be interrupted, or a relaxation be done, before the first one.
         running.recorded(|recorder, simulation, observer| {
             recorder.start(simulation, &stage.name, &mut |event| observer.event(event))
@@ -102,25 +111,45 @@ impl<'a> Running<'a> {
         Ok(running)
     }
 
-    /// Goes on to the end, until the observer wants to stop, or for this long at least.
+    /// From where [`aside`](Self::aside) left it, with what it had then.
+    pub(super) fn again(
+        stage: &'a Stage,
+        moved: &'a mut Moved,
+        observer: &'a mut dyn Observer,
+        mut pace: Pace,
+    ) -> Self {
+        pace.recording += pace.aside.take().map_or(Duration::ZERO, |since| since.elapsed());
+        Self { stage, moved, observer, pace }
+    }
+
+    /// Puts it aside between two steps: whoever moves it may look at the simulation.
+    pub(super) fn aside(self) -> Pace {
+        Pace { aside: Some(Instant::now()), ..self.pace }
+    }
+
+    /// Goes on to the end, to the next look that is due, until the observer wants to stop, or for this
+    /// long at least.
     pub(super) fn go(&mut self, at_least: Duration) -> Result<Halt, RunFailure> {
         let start = Instant::now();
         loop {
             if self.observer.wants_to_stop() {
                 return Ok(Halt::Stopped);
             }
-            let end = match self.step() {
+            let look = match self.step() {
                 Err(failure) if failure.is_stopped() => return Ok(Halt::Stopped),
-                end => end?,
+                look => look?,
             };
             let now = Instant::now();
-            if end || now - self.last_progress >= PROGRESS {
-                self.last_progress = now;
+            if self.pace.ended || now - self.pace.last_progress >= PROGRESS {
+                self.pace.last_progress = now;
                 let progress = self.progress();
                 self.observer.event(Event::Progress(&progress));
             }
-            if end {
+            if self.pace.ended {
                 return Ok(Halt::End);
+            }
+            if look {
+                return Ok(Halt::Look);
             }
             if now - start >= at_least {
                 return Ok(Halt::Due);
@@ -128,7 +157,7 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// One step, and what it is the time to record; true at the end of the stage.
+    /// One step, and what it is the time to record; true where a look is due.
     fn step(&mut self) -> Result<bool, RunFailure> {
         let (stage, relax) = (self.stage, self.relax());
         let before = self.moved.cursor.step;
@@ -137,17 +166,34 @@ impl<'a> Running<'a> {
             if relax { self.relax_step()? } else { self.moved.step(stage)? || self.decided() };
         let (step, stepped) =
             (self.moved.cursor.step.unwrap_or(0), self.moved.cursor.step != before);
+        let last = if relax { step } else { self.moved.nominal(relax) };
+        let steps = if stepped { first..=last } else { last..=last };
+        let look = stepped && self.pace.schedule.looks(steps.clone());
         if stepped || end {
-            let last = if relax { step } else { self.moved.nominal(relax) };
-            let steps = if stepped { first..=last } else { last..=last };
-            let schedule = self.schedule.clone();
-            self.recorded(|recorder, simulation, observer| {
-                let tell = &mut |event: Event<'_>| observer.event(event);
-                let (at, when) = ((stage.name.as_str(), steps), (end, stepped));
-                recorder.after_step(simulation, &schedule, at, when, tell)
-            })?;
+            self.record(steps, (end, stepped))?;
         }
-        Ok(end)
+        self.pace.ended = end;
+        Ok(look)
+    }
+
+    /// Writes what is due after some steps of the stage, or at its end.
+    fn record(&mut self, steps: RangeInclusive<u64>, when: (bool, bool)) -> Result<(), RunFailure> {
+        let schedule = self.pace.schedule.clone();
+        let at = (self.stage.name.as_str(), steps);
+        self.recorded(|recorder, simulation, observer| {
+            let tell = &mut |event: Event<'_>| observer.event(event);
+            recorder.after_step(simulation, &schedule, at, when, tell)
+        })
+    }
+
+    /// Ends the stage where it is, as if its time were over, unless it has ended.
+    pub(super) fn end_here(&mut self) -> Result<(), RunFailure> {
+        if self.pace.ended {
+            return Ok(());
+        }
+        let step = self.moved.nominal(self.relax());
+        self.pace.ended = true;
+        self.record(step..=step, (true, false))
     }
 
     /// True where a dynamic stage that ends with rest has come to it, or fails.
@@ -156,7 +202,7 @@ impl<'a> Running<'a> {
         let wanted = self.stage.until_rest == Some(true);
         let verdict = if wanted { simulation.decided() } else { None };
         if verdict == Some(Verdict::Fails) {
-            self.failure = Some(simulation.collapse());
+            self.pace.failure = Some(simulation.collapse());
         }
         verdict.is_some()
     }
@@ -184,12 +230,13 @@ impl<'a> Running<'a> {
             Err(failure @ (RunError::Collapsed { .. } | RunError::OutOfReach { .. })) => failure,
             Err(error) => return Err(failed(self.stage)(error)),
         };
-        self.failure = Some(failure);
+        self.pace.failure = Some(failure);
         Ok(true)
     }
 
     fn frame(&mut self) -> Result<(), RunFailure> {
-        self.recorded(|recorder, simulation, _| recorder.frame(simulation))
+        let stage = &self.stage.name;
+        self.recorded(|recorder, simulation, _| recorder.frame(simulation, stage))
     }
 
     fn recorded(
@@ -202,7 +249,7 @@ impl<'a> Running<'a> {
     ) -> Result<(), RunFailure> {
         let start = Instant::now();
         record(&mut self.moved.recorder, &mut self.moved.simulation, self.observer)?;
-        self.recording += start.elapsed();
+        self.pace.recording += start.elapsed();
         Ok(())
     }
 
@@ -213,7 +260,7 @@ impl<'a> Running<'a> {
         let Moved { simulation, recorder, cursor } = &mut *self.moved;
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
-        let verdict = match &self.failure {
+        let verdict = match &self.pace.failure {
             Some(RunError::Collapsed { .. }) => Verdict::Fails,
             Some(_) => Verdict::Undecided,
             None if relax => Verdict::AtRest,
@@ -250,14 +297,14 @@ impl<'a> Running<'a> {
             unbalanced_energy(summary.imbalance, cursor.imbalance, relax),
             flutter(simulation, self.stage, cursor),
         ];
-        let went_off = gone_off(simulation, &self.off);
+        let went_off = gone_off(simulation, &self.pace.off);
         for doubt in doubts.iter().flatten().chain(&went_off) {
             self.observer.event(Event::Warning(doubt));
         }
         self.observer.event(Event::StageDone(&summary));
         cursor.done.push(summary);
         (cursor.step, cursor.seconds) = (None, 0.0);
-        let Some(failure) = self.failure.map(failed(self.stage)) else { return Ok(None) };
+        let Some(failure) = self.pace.failure.map(failed(self.stage)) else { return Ok(None) };
         if self.stage.on_failure == Some(OnFailure::Continue) {
             self.observer.event(Event::Warning(&failure.to_string()));
             return Ok(None);
@@ -267,7 +314,7 @@ impl<'a> Running<'a> {
 
     /// Wall time of stepping since this stage began or went on `[s]`.
     pub(super) fn seconds(&self) -> f64 {
-        self.clock.elapsed().saturating_sub(self.recording).as_secs_f64()
+        self.pace.clock.elapsed().saturating_sub(self.pace.recording).as_secs_f64()
     }
 
     fn relax(&self) -> bool {
@@ -284,13 +331,13 @@ impl<'a> Running<'a> {
         let step = cursor.step.unwrap_or(0);
         let left = if relax { None } else { simulation.steps_left() };
         let steps = left.map_or(cursor.steps, |left| step + left);
-        let here = step - self.steps_before;
+        let here = step - self.pace.steps_before;
         let seconds = self.seconds();
         let rate = if seconds > 0.0 { here as f64 / seconds } else { 0.0 };
         let left = (steps.saturating_sub(step)) as f64 / rate;
         Progress {
             stage: self.stage.name.clone(),
-            stage_index: (cursor.stage, self.stages),
+            stage_index: (cursor.stage, self.pace.stages),
             relax,
             step,
             steps,
@@ -354,63 +401,4 @@ impl Moved {
 pub(super) fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     let stage = stage.name.clone();
     move |source| RunFailure::Stage { stage: stage.clone(), source }
-}
-
-/// Warning about deformable blocks that slide where a deck has turned all damping off.
-fn flutter(simulation: &mut Simulation, stage: &Stage, begun: &Cursor) -> Option<String> {
-    let contact = simulation.model().deck().damping_ratio();
-    let undamped = stage.damping.unwrap_or_default() == Damping::None && contact == 0.0;
-    if stage.kind == StageKind::Relax || !undamped {
-        return None;
-    }
-    let energy = simulation.energy();
-    let most = energy.kinetic.max(energy.external.abs());
-    let model = simulation.model();
-    let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
-    (!rigid && energy.friction - begun.friction > SLID * most).then(|| {
-        "deformable blocks have slid without damping (`damping` in `[contact]` is 0); such blocks flutter and \
-         slide too easily: look whether 0.2 changes the answer"
-            .to_owned()
-    })
-}
-
-/// The charges of a deck at the present time, by their numbers.
-fn charges(simulation: &Simulation) -> impl Iterator<Item = (usize, ChargeState)> {
-    (0..).map_while(|index| Some((index, simulation.charge(index)?)))
-}
-
-/// What is to be said of charges that have gone off since, where the rock around was not what it was at
-/// the start any more.
-fn gone_off(simulation: &Simulation, before: &[bool]) -> Vec<String> {
-    let sizes = simulation.model().charges();
-    let fresh = charges(simulation).zip(&sizes).zip(before).filter(|(_, off)| !**off);
-    let said = fresh.filter_map(|(((index, charge), size), _)| {
-        let part = charge.began.filter(|_| size.walls > 0)? / size.volume;
-        if charge.vented && charge.began == Some(charge.volume) {
-            return Some(format!(
-                "charge {index} did nothing: when it went off its walls had moved apart, and the gas was out"
-            ));
-        }
-        ((part - 1.0).abs() > CHANGED).then(|| {
-            format!(
-                "charge {index} went off in {:.3e} m³, {:.0} % of the room that there was at the start: the rock \
-                 around had moved",
-                part * size.volume,
-                100.0 * part
-            )
-        })
-    });
-    said.collect()
-}
-
-/// Warning about energy that has gone out of balance in a stage.
-fn unbalanced_energy(imbalance: f64, before: f64, relax: bool) -> Option<String> {
-    let help = if relax { "more `increments`" } else { "a shorter `time_step`" };
-    (imbalance > MUCH && imbalance > before + 0.5 * MUCH).then(|| {
-        format!(
-            "{:.1} % of the largest energy has come or gone without a cause (`balance` and `contact` in \
-             energy.csv): look whether {help} changes the answer",
-            100.0 * imbalance
-        )
-    })
 }

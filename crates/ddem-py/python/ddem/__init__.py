@@ -25,8 +25,10 @@ from ddem._ddem import (
     schema,
 )
 from ddem._errors import Busy, Collapsed, Diverged, Error, ModelError, NotConverged
+from ddem._animate import animate
 from ddem._plot import plot
 from ddem._probes import plot_probes, read_probes
+from ddem._results import Frame, Results
 from ddem._safety import Safety, factor_of_safety
 from ddem._sizes import plot_sizes, read_fragments
 
@@ -35,14 +37,17 @@ __all__ = [
     "Collapsed",
     "Diverged",
     "Error",
+    "Frame",
     "Joint",
     "Material",
     "Model",
     "ModelError",
     "NotConverged",
+    "Results",
     "Safety",
     "Simulation",
     "__version__",
+    "animate",
     "factor_of_safety",
     "load",
     "plot",

@@ -1,13 +1,17 @@
 """The compiled part of ddem; its docstrings say shapes, units and errors."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Final, Literal, final
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final, Literal, final
 
 import numpy as np
 import numpy.typing as npt
 from typing_extensions import Unpack
 
+from ddem._table import Histories, Table
 from ddem._types import Damping, Floats, History, Integers, Path, Vector, When, Where
+
+if TYPE_CHECKING:
+    import pyvista as pv
 
 __all__ = [
     "Joint",
@@ -236,6 +240,9 @@ class Simulation:
         on_failure: Literal["stop", "continue"] | None = None,
         damping: Damping | None = None,
         time_step: float | Literal["auto"] | None = None,
+        until: Callable[[Simulation], object] | None = None,
+        every: float | None = None,
+        callback: Callable[[Simulation], object] | None = None,
         name: str | None = None,
         record: Path | None = None,
         fields_every: float | None = None,
@@ -283,13 +290,20 @@ class Simulation:
     @property
     def element_block(self) -> Integers: ...
     @property
-    def pairs(self) -> npt.NDArray[np.void]: ...
+    def element_material(self) -> Integers: ...
+    @property
+    def _fields(self) -> list[list[str]]: ...
+    def mesh(
+        self, part: Literal["blocks", "joints", "contacts"] = "blocks"
+    ) -> pv.UnstructuredGrid: ...
+    @property
+    def pairs(self) -> Table: ...
     @property
     def quads(self) -> Integers: ...
     @property
-    def contacts(self) -> npt.NDArray[np.void]: ...
+    def contacts(self) -> Table: ...
     @property
-    def fragments(self) -> npt.NDArray[np.void]: ...
+    def fragments(self) -> Table: ...
     @property
     def block_fragment(self) -> Integers: ...
     @property
@@ -300,7 +314,7 @@ class Simulation:
     def nearest_node(self, at: Vector) -> int: ...
     def reaction(self, nodes: npt.ArrayLike) -> Floats: ...
     @property
-    def probes(self) -> dict[str, npt.NDArray[np.void]]: ...
+    def probes(self) -> Histories: ...
     @property
     def title(self) -> str: ...
     @property

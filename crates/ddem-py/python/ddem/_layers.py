@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ._names import UNITS, one_of
 from ._scene import (
-    UNITS,
     Floats,
     Frame,
     Integers,
     apart,
     lines_of,
     measure,
-    one_of,
     quarters,
     skin,
     values_of,
@@ -100,7 +99,7 @@ def blocks(
         values = values_of(frame, field, component, label)
         layer.on_points = values.on_nodes
         layer.values = values.scalars[nodes if values.on_nodes else owners]
-        layer.bar = _bar(values.label, layer.values, *bar)
+        layer.bar = bar_of(values.label, layer.values, *bar)
         if isinstance(field, str) and (field, bar, label) == ("fragment", (None, None), None):
             _tell_apart(frame, layer, values.scalars)
     if edges == "none":
@@ -110,7 +109,7 @@ def blocks(
     ends, lines = np.unique(lines, return_inverse=True)
     drawn = (frame.points + scale * frame.displacement)[ends]
     faint = 1.0 if opacity == 1.0 else 0.45
-    return [layer, Layer("edges", drawn, lines.reshape(-1, 2), faint, INK)]
+    return [layer, Layer("edges", drawn, lines.reshape(-1, 2), faint, INK, nodes=ends)]
 
 
 def _tell_apart(frame: Frame, layer: Layer, fragments: Floats) -> None:
@@ -164,7 +163,7 @@ def joints(
     title = f"{name} {words}".strip() + (f" ({UNITS[name]})" if name in UNITS else "")
     layer = part("joints", shown, 1.0, PLAIN)
     layer.values = values[quads].reshape(-1)[shown]
-    layer.bar = _bar(title.replace("_", " "), layer.values, *bar, plain="plasma")
+    layer.bar = bar_of(title.replace("_", " "), layer.values, *bar, plain="plasma")
     if name == "traction":
         return [layer]
     bonded = part("bonded", ~shown, HOLDING, STATES[0][1])
@@ -207,7 +206,7 @@ def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[
     layer = Layer("contacts", points, cells, 1.0, PLAIN)
     layer.values = np.repeat(size, len(_SIDES))
     clim = bar[1] or (0.0, float(size.max()))
-    layer.bar = _bar("contact force (N)", layer.values, bar[0], clim, plain="plasma")
+    layer.bar = bar_of("contact force (N)", layer.values, bar[0], clim, plain="plasma")
     return [layer]
 
 
@@ -222,7 +221,7 @@ def _lowest(frame: Frame) -> Floats:
     return lowest
 
 
-def _bar(
+def bar_of(
     label: str,
     values: Floats,
     cmap: Any,

@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from . import _layers
 from ._layers import INK, Bar, Layer, ticks
+from ._names import JOINTS, one_of
 from ._page import page_of
-from ._scene import JOINTS, Source, automatic_scale, frame_of, one_of
+from ._scene import Floats, Frame, Source, automatic_scale, frame_of
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -60,8 +61,8 @@ def plot(
 
     Parameters
     ----------
-    simulation : Simulation, str or os.PathLike
-        What to draw: a simulation as it is now, or a folder of results.
+    simulation : Simulation, Results, Frame, str or os.PathLike
+        What to draw: a simulation as it is now, results or their folder, or one frame of them.
     field : str or array, optional
         What colours the blocks. Of a simulation ``"displacement"`` (m), ``"velocity"`` (m/s),
         ``"force"`` (N), ``"mass"`` (kg), ``"stress"`` (Pa), ``"block"``, ``"fragment"`` or, of a
@@ -155,7 +156,7 @@ def plot(
     to_file = screenshot is not None or html is not None
     notebook = show and not to_file and _in_notebook()
     window = show and not to_file and not notebook
-    if window and _no_display() and not pv.OFF_SCREEN:
+    if window and no_display() and not pv.OFF_SCREEN:
         raise RuntimeError(
             'there is no display for a window: give screenshot="picture.png" or html="page.html"'
         )
@@ -183,23 +184,23 @@ def plot(
     if contacts:
         spare = wanted if field is None and joints is None else (None, None)
         layers += _layers.contacts(state, spare)
-    about = [state.title, _about(state.time, scale)]
+    words = [state.title, about(state, scale)]
 
     if html is not None or notebook:
         paper = pv.Color(background).float_rgb
-        page = page_of(layers, about, VIEWS, view, paper, window_size)
+        page = page_of(layers, words, VIEWS, view, paper, window_size)
         if html is not None:
             with open(html, "w", encoding="utf-8") as file:
                 file.write(page)
         else:
             _inline(page, window_size)
     # Without a display VTK finds another way to draw, but complains first.
-    with pv.vtk_verbosity("off") if _no_display() else nullcontext():
-        hidden = True if to_file or notebook or _no_display() else None
+    with pv.vtk_verbosity("off") if no_display() else nullcontext():
+        hidden = True if to_file or notebook or no_display() else None
         size = list(window_size)
         plotter = pv.Plotter(off_screen=hidden, window_size=size, lighting="none")
         try:
-            _fill(plotter, layers, about, view, background)
+            fill(plotter, layers, words, view, background)
             if screenshot is not None:
                 plotter.screenshot(os.fspath(screenshot))
             if window:
@@ -211,13 +212,21 @@ def plot(
     return plotter
 
 
-def _about(time: float, scale: float) -> str:
+def about(frame: Frame, scale: float) -> str:
+    """When a state is, and how it is drawn."""
     moved = "true displacements" if scale == 1.0 else f"displacements × {scale:g}"
-    return f"t = {time:.4g} s, {moved}" if time else moved
+    when = [frame.stage] if frame.stage else []
+    # In a relaxation at the start time stands still.
+    if frame.time:
+        when.append(f"t = {frame.time:.4g} s")
+    elif frame.step:
+        when.append(f"step {frame.step}")
+    return ", ".join([*when, moved])
 
 
 # PyVista's own types do not let some of its methods be called: here its objects are Any.
-def _fill(plotter: Any, layers: list[Layer], about: list[str], view: str, background: str) -> None:
+def fill(plotter: Any, layers: list[Layer], words: list[str], view: str, background: str) -> Any:
+    """Puts layers, bars, title and the line below it into a scene; gives that line."""
     import pyvista as pv
 
     plotter.set_background(background)
@@ -228,10 +237,10 @@ def _fill(plotter: Any, layers: list[Layer], about: list[str], view: str, backgr
     for layer in layers:
         if len(layer.cells) == 0:
             continue
+        mesh = mesh_of(layer)
         if layer.cells.shape[1] == 2:
-            lines = np.insert(layer.cells, 0, 2, axis=1)
             plotter.add_mesh(
-                pv.PolyData(layer.points, lines=lines.reshape(-1)),
+                mesh,
                 name=layer.name,
                 color=layer.colour if ink == INK else ink,
                 opacity=layer.opacity,
@@ -239,16 +248,8 @@ def _fill(plotter: Any, layers: list[Layer], about: list[str], view: str, backgr
                 lighting=False,
             )
             continue
-        faces: Any = layer.cells
-        mesh = pv.PolyData.from_regular_faces(layer.points, faces)
-        if layer.nodes is not None:
-            mesh.point_data["node"] = layer.nodes
-        if layer.owners is not None:
-            mesh.cell_data["element"] = layer.owners
         style: dict[str, Any] = {"color": layer.colour}
         if layer.bar is not None and layer.values is not None:
-            data = mesh.point_data if layer.on_points else mesh.cell_data
-            data[layer.bar.label] = layer.values
             style = {
                 "scalars": layer.bar.label,
                 "preference": "point" if layer.on_points else "cell",
@@ -269,14 +270,35 @@ def _fill(plotter: Any, layers: list[Layer], about: list[str], view: str, backgr
     for number, (bar, mapper) in enumerate(drawn):
         left = 0.32 if len(drawn) == 1 else 0.12 + 0.45 * number
         _bar(plotter, bar, mapper, left, ink)
-    _say(plotter, about[0], (0.02, 0.945), 13, ink)
-    _say(plotter, about[1], (0.02, 0.91), 9, ink)
+    _say(plotter, words[0], (0.02, 0.945), 13, ink)
+    line = _say(plotter, words[1], (0.02, 0.91), 9, ink)
     named = [(layer.legend, layer.colour) for layer in layers if layer.legend is not None]
     low = 0.04 if len(drawn) < 2 else 0.13
     for number, (legend, colour) in enumerate(reversed(named)):
         _say(plotter, legend, (0.98, low + 0.035 * number), 10, colour, "right")
     plotter.add_axes(color=ink)
-    _look(plotter, layers[0].points, view)
+    look(plotter, layers[0].points, view)
+    return line
+
+
+def mesh_of(layer: Layer) -> Any:
+    """Faces or lines of a layer with their values."""
+    import pyvista as pv
+
+    if layer.cells.shape[1] == 2:
+        lines = np.insert(layer.cells, 0, 2, axis=1)
+        return pv.PolyData(layer.points, lines=lines.reshape(-1))
+    faces: Any = layer.cells
+    mesh: Any = pv.PolyData.from_regular_faces(layer.points, faces)
+    if layer.nodes is not None:
+        mesh.point_data["node"] = layer.nodes
+    if layer.owners is not None:
+        mesh.cell_data["element"] = layer.owners
+    if layer.bar is not None and layer.values is not None:
+        data = mesh.point_data if layer.on_points else mesh.cell_data
+        data[layer.bar.label] = layer.values
+        mesh.set_active_scalars(layer.bar.label, preference="point" if layer.on_points else "cell")
+    return mesh
 
 
 def _bar(plotter: Any, bar: Bar, mapper: Any, left: float, ink: str) -> None:
@@ -306,10 +328,11 @@ def _say(
     size: int,
     colour: str,
     side: Literal["left", "center", "right"] = "left",
-) -> None:
+) -> Any:
     size = _pixels(plotter, size)
     actor = plotter.add_text(text, position=place, viewport=True, font_size=size, color=colour)
     actor.prop.justification_horizontal = side
+    return actor
 
 
 def _pixels(plotter: Any, size: int) -> int:
@@ -318,12 +341,17 @@ def _pixels(plotter: Any, size: int) -> int:
     return max(round(size * min(float(width) / 1200, float(height) / 900)), 4)
 
 
-def _look(plotter: Any, points: npt.NDArray[np.float64], view: str) -> None:
-    """Turns to a view and fits the model between the title and the bar."""
+def axes(view: str) -> tuple[Floats, Floats, Floats]:
+    """To the eye, to the right and up in a view."""
     back, up = (np.array(vector) / np.linalg.norm(vector) for vector in VIEWS[view])
     right = np.cross(up, back)
     right /= np.linalg.norm(right)
-    up = np.cross(back, right)
+    return back, right, np.cross(back, right)
+
+
+def look(plotter: Any, points: Floats, view: str) -> None:
+    """Turns to a view and fits the model between the title and the bar."""
+    back, right, up = axes(view)
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     seen = (points - middle) @ np.column_stack([right, up])
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -339,7 +367,7 @@ def _look(plotter: Any, points: npt.NDArray[np.float64], view: str) -> None:
     plotter.reset_camera_clipping_range()
 
 
-def _no_display() -> bool:
+def no_display() -> bool:
     named = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     return sys.platform.startswith("linux") and not named
 

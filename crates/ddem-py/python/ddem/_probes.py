@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import os
 from collections.abc import Iterable, Mapping
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ._scene import UNITS, VECTOR, Source, one_of
+from ._names import UNITS, VECTOR, one_of
+from ._results import Results
+from ._scene import Source
+from ._table import Histories
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Histories: TypeAlias = "Source | Mapping[str, npt.NDArray[np.void]]"
+Probes: TypeAlias = "Source | Mapping[str, npt.NDArray[np.void]]"
 
 
-def read_probes(folder: str | os.PathLike[str]) -> dict[str, npt.NDArray[np.void]]:
+def read_probes(folder: str | os.PathLike[str]) -> Histories:
     """Histories that a run has written to its folder.
 
     Parameters
@@ -31,7 +31,7 @@ def read_probes(folder: str | os.PathLike[str]) -> dict[str, npt.NDArray[np.void
 
     Returns
     -------
-    dict of str to structured array
+    dict of str to Table
         Of each probe by its name, one entry a sample: ``time`` (s), ``step``, and ``x``, ``y``,
         ``z``, of stresses ``xx``, ``yy``, ``zz``, ``xy``, ``yz``, ``zx`` (m, m/s, N or Pa).
 
@@ -45,27 +45,11 @@ def read_probes(folder: str | os.PathLike[str]) -> dict[str, npt.NDArray[np.void
     >>> force = ddem.read_probes("results/beam-crack")["line"]
     >>> force["time"], force["z"]
     """
-    with open(Path(folder) / "probes.csv", encoding="utf-8", newline="") as file:
-        header, *rows = csv.reader(file)
-    columns: dict[str, list[int]] = {}
-    for number, column in enumerate(header[3:], start=3):
-        columns.setdefault(column.rpartition(".")[0], []).append(number)
-    probes = {}
-    for name, numbers in columns.items():
-        parts = [header[number].rpartition(".")[2] for number in numbers]
-        kind = np.dtype([("time", "f8"), ("step", "i8"), *((part, "f8") for part in parts)])
-        # A run that was killed may have left its last row short.
-        sampled = [row for row in rows if len(row) == len(header) and row[numbers[0]] != ""]
-        samples = [
-            (float(row[2]), int(row[1]), *(float(row[number]) for number in numbers))
-            for row in sampled
-        ]
-        probes[name] = np.array(samples, kind)
-    return probes
+    return Results(folder).probes
 
 
 def plot_probes(
-    probes: Histories,
+    probes: Probes,
     names: str | Iterable[str] | None = None,
     *,
     component: str | None = None,
@@ -75,8 +59,8 @@ def plot_probes(
 
     Parameters
     ----------
-    probes : Simulation, str, os.PathLike or mapping
-        A simulation, a folder of results, or histories by name, as `read_probes` gives them.
+    probes : Simulation, Results, str, os.PathLike or mapping
+        A simulation, results or their folder, or histories by name, as `read_probes` gives them.
     names : str or sequence of str, optional
         Probes to draw; by default all.
     component : str, optional
@@ -110,9 +94,13 @@ def plot_probes(
     except ImportError as missing:
         raise ImportError('plots need matplotlib: pip install "ddem[plot]"') from missing
     if isinstance(probes, (str, os.PathLike)):
-        histories, deck = read_probes(probes), _deck(Path(probes))
+        probes = Results(probes)
+    histories: Mapping[str, npt.NDArray[np.void]]
+    deck: Any = None
+    if isinstance(probes, Results):
+        histories, deck = probes.probes, probes.deck
     elif isinstance(probes, Mapping):
-        histories, deck = probes, None
+        histories = probes
     elif hasattr(probes, "probes"):
         histories, deck = probes.probes, probes.summary.get("deck")
     else:
@@ -148,12 +136,6 @@ def plot_probes(
     if file is not None:
         figure.savefig(os.fspath(file), dpi=150)
     return figure
-
-
-def _deck(folder: Path) -> Any:
-    """The deck of a folder of results, where the run has ended."""
-    summary = folder / "summary.json"
-    return json.loads(summary.read_text("utf-8")).get("deck") if summary.exists() else None
 
 
 def _quantities(deck: Any) -> Mapping[str, str]:

@@ -2,60 +2,29 @@
 
 from __future__ import annotations
 
-import difflib
-import json
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+
+from ._names import ELEMENTAL, JOINTS, NODAL, PEAKS, TENSOR, UNITS, VECTOR, one_of
+from ._results import Frame as ResultsFrame
+from ._results import Results
 
 if TYPE_CHECKING:
     from ._ddem import Simulation
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.int64]
-Source: TypeAlias = "Simulation | str | os.PathLike[str]"
+Source: TypeAlias = "Simulation | Results | ResultsFrame | str | os.PathLike[str]"
 
-NODAL = ("displacement", "velocity", "force", "mass")
-ELEMENTAL = ("stress", "block", "fragment")
-# Of models that ask for them.
-PEAKS = ("peak_velocity", "peak_tension", "peak_compression")
-JOINTS = ("state", "failure_time", "slip", "opening", "traction", "damage")
-UNITS = {
-    "displacement": "m",
-    "velocity": "m/s",
-    "force": "N",
-    "mass": "kg",
-    "stress": "Pa",
-    "peak_velocity": "m/s",
-    "peak_tension": "Pa",
-    "peak_compression": "Pa",
-    "failure_time": "s",
-    "slip": "m",
-    "opening": "m",
-    "traction": "Pa",
-}
-VECTOR = ("x", "y", "z")
-TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
 # Corners of the six faces of a hexahedron, counterclockwise from outside, in the order of VTK.
 _FACES = np.array(
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
 )
-
-
-def one_of(argument: str, given: object, valid: Iterable[str]) -> str:
-    """`given`, or a ValueError that names the argument, the nearest valid value and all of them."""
-    names = list(valid)
-    if isinstance(given, str) and given in names:
-        return given
-    near = difflib.get_close_matches(str(given), names, n=1)
-    hint = f"did you mean {near[0]!r}? " if near else ""
-    listed = ", ".join(map(repr, names)) or "none"
-    raise ValueError(f"{argument}: {given!r} is not one of them; {hint}valid: {listed}")
 
 
 @dataclass
@@ -64,6 +33,8 @@ class Frame:
 
     title: str
     time: float
+    stage: str  # empty where it is not known
+    step: int | None
     points: Floats  # (n_nodes, 3) m, reference positions
     displacement: Floats  # (n_nodes, 3) m
     elements: Integers  # (n_elements, 8) in the order of VTK
@@ -78,118 +49,68 @@ class Frame:
 
 def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -> Frame:
     """The state to draw; pairs and contacts are looked up only where they are asked for."""
-    if isinstance(source, (str, os.PathLike)):
-        return _recorded(Path(source), index, joints, contacts)
-    if not hasattr(source, "element_block"):
-        kind = type(source).__name__
+    seen: Any = Results(source) if isinstance(source, (str, os.PathLike)) else source
+    if isinstance(seen, Results):
+        folder = seen.folder
+        if not -len(seen) <= index < len(seen):
+            raise ValueError(f"frame: {index} is not there, {folder} has {len(seen)} frames")
+        if joints and not (folder / "joints.vtkhdf").exists():
+            raise ValueError(f"joints: {folder} has no joints.vtkhdf, the model has no joints")
+        if contacts and not (folder / "contacts.vtkhdf").exists():
+            raise ValueError(f"contacts: {folder} has no contacts.vtkhdf, no blocks can meet there")
+        seen = seen[index]
+    elif not hasattr(seen, "element_block"):
+        kind = type(seen).__name__
         raise TypeError(f"simulation: a Simulation or a folder of results is needed, not {kind}")
-    if index != -1:
+    elif index != -1:
         raise ValueError("frame: a Simulation has its present state only; frames are in folders")
-    none = np.empty((0, 4), np.int64)
-    pairs: Any = source.pairs if joints else {}
-    names: Sequence[str] = pairs.dtype.names if joints else ()
+    if isinstance(seen, ResultsFrame):
+        fields: Sequence[str] = [name for names in seen._fields for name in names]
+        values = _recorded(seen, fields)
+    else:
+        fields, values = (*NODAL, *ELEMENTAL), _present(seen)
+    elements = seen.elements
+    try:
+        removed = np.asarray(seen.field("removed")).reshape(-1) != 0
+    except (ValueError, KeyError):
+        removed = np.zeros(len(elements), np.bool_)
+    pairs: Any = seen.pairs if joints else {}
+    met = seen.contacts if contacts else None
+    return Frame(
+        title=seen.title,
+        time=seen.time,
+        stage=getattr(seen, "stage", ""),
+        step=getattr(seen, "step", None) if isinstance(seen, ResultsFrame) else None,
+        points=seen.points,
+        displacement=np.asarray(seen.displacement, np.float64),
+        elements=elements,
+        removed=removed,
+        fields=fields,
+        values=values,
+        pairs=pairs,
+        pair_fields=pairs.dtype.names if joints else (),
+        quads=seen.quads if joints else np.empty((0, 4), np.int64),
+        contacts={} if met is None else {name: met[name] for name in met.dtype.names or ()},
+    )
 
+
+def _recorded(frame: ResultsFrame, fields: Sequence[str]) -> Callable[[str], npt.NDArray[Any]]:
+    return lambda name: frame.field(one_of("field", name, fields))
+
+
+def _present(simulation: Simulation) -> Callable[[str], npt.NDArray[Any]]:
     def values(name: str) -> npt.NDArray[Any]:
         if name == "block":
-            return source.element_block
+            return simulation.element_block
         if name in (*NODAL, "stress"):
-            return np.asarray(getattr(source, name))
+            return np.asarray(getattr(simulation, name))
         try:
-            return source.field(name)
+            return simulation.field(name)
         except (ValueError, KeyError):
             one_of("field", name, (*NODAL, *ELEMENTAL, *PEAKS))
             raise
 
-    try:
-        removed = np.asarray(source.field("removed")) != 0
-    except (ValueError, KeyError):
-        removed = np.zeros(len(source.elements), np.bool_)
-    return Frame(
-        title=source.title,
-        time=source.time,
-        points=source.points,
-        displacement=source.displacement,
-        elements=source.elements,
-        removed=removed,
-        fields=(*NODAL, *ELEMENTAL),
-        values=values,
-        pairs=pairs,
-        pair_fields=names,
-        quads=source.quads if joints else none,
-        contacts=_columns(source.contacts) if contacts else {},
-    )
-
-
-def _columns(rows: npt.NDArray[np.void]) -> dict[str, npt.NDArray[Any]]:
-    return {name: rows[name] for name in rows.dtype.names or ()}
-
-
-def _recorded(folder: Path, index: int, joints: bool, contacts: bool) -> Frame:
-    time, points, cells, fields = _read_vtkhdf(folder / "blocks.vtkhdf", index)
-    quads, pairs = np.empty(0, np.int64), dict[str, npt.NDArray[Any]]()
-    if joints:
-        if not (folder / "joints.vtkhdf").exists():
-            raise ValueError(f"joints: {folder} has no joints.vtkhdf, the model has no joints")
-        _, at, quads, pairs = _read_vtkhdf(folder / "joints.vtkhdf", index)
-        pairs["point"] = at
-    met = dict[str, npt.NDArray[Any]]()
-    if contacts:
-        if not (folder / "contacts.vtkhdf").exists():
-            raise ValueError(f"contacts: {folder} has no contacts.vtkhdf, no blocks can meet there")
-        _, at, _, met = _read_vtkhdf(folder / "contacts.vtkhdf", index)
-        met["point"] = at
-    title = folder.resolve().name
-    # The summary is written at the end of a run; pictures of one that still runs do without.
-    if (folder / "summary.json").exists():
-        title = json.loads((folder / "summary.json").read_text("utf-8"))["title"] or title
-
-    def values(name: str) -> npt.NDArray[Any]:
-        return fields[one_of("field", name, fields)]
-
-    return Frame(
-        title=title,
-        time=time,
-        points=points,
-        displacement=fields["displacement"].astype(np.float64),
-        elements=cells.reshape(-1, 8),
-        removed=fields.get("removed", np.zeros(len(cells) // 8)).reshape(-1) != 0,
-        fields=tuple(fields),
-        values=values,
-        pairs=pairs,
-        pair_fields=tuple(pairs),
-        quads=quads.reshape(-1, 4),
-        contacts=met,
-    )
-
-
-def _read_vtkhdf(
-    path: Path, index: int
-) -> tuple[float, Floats, Integers, dict[str, npt.NDArray[Any]]]:
-    """Time, points, connectivity and fields of one frame of a VTKHDF file."""
-    try:
-        import pyvista as pv
-        from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
-        from vtkmodules.vtkIOHDF import vtkHDFReader
-    except ImportError as missing:
-        raise ImportError('results are read with PyVista: pip install "ddem[plot]"') from missing
-    if not path.exists():
-        raise FileNotFoundError(f"simulation: {path} does not exist")
-    reader = vtkHDFReader()
-    reader.SetFileName(os.fspath(path))
-    reader.UpdateInformation()
-    information = reader.GetOutputInformation(0)
-    times = information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
-    if not -len(times) <= index < len(times):
-        raise ValueError(f"frame: {index} is not there, {path} has {len(times)} frames")
-    reader.UpdateTimeStep(times[index])
-    grid: Any = pv.wrap(reader.GetOutputDataObject(0))
-    fields = {
-        name: np.array(data[name])
-        for data in (grid.point_data, grid.cell_data)
-        for name in data.keys()
-    }
-    points = np.array(grid.points, np.float64)
-    return float(times[index]), points, grid.cell_connectivity.astype(np.int64), fields
+    return values
 
 
 @dataclass

@@ -2,37 +2,23 @@
 
 from __future__ import annotations
 
-import csv
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from ._scene import Source, one_of
+from ._results import Results
+from ._scene import Source
+from ._table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Fragments: TypeAlias = "Source | npt.NDArray[np.void]"
 
-_KIND = np.dtype(
-    [
-        ("blocks", "i8"),
-        ("volume", "f8"),
-        ("mass", "f8"),
-        ("size", "f8"),
-        ("passing", "f8"),
-        ("centroid", "f8", 3),
-        ("velocity", "f8", 3),
-    ]
-)
 
-
-def read_fragments(
-    folder: str | os.PathLike[str], stage: str | None = None
-) -> npt.NDArray[np.void]:
+def read_fragments(folder: str | os.PathLike[str], stage: str | None = None) -> Table:
     """Fragments at the end of a stage, as a run has written them to its folder.
 
     Parameters
@@ -44,7 +30,7 @@ def read_fragments(
 
     Returns
     -------
-    structured array
+    Table
         As :attr:`Simulation.fragments` has them.
 
     Raises
@@ -58,19 +44,7 @@ def read_fragments(
     --------
     >>> sizes = ddem.read_fragments("results/beam-crack")["size"]
     """
-    with open(Path(folder) / "fragments.csv", encoding="utf-8", newline="") as file:
-        header, *rows = csv.reader(file)
-    # A run that was killed may have left its last row short.
-    rows = [row for row in rows if len(row) == len(header)]
-    stages = [row[0] for row in rows]
-    if stage is not None:
-        rows = [row for row in rows if row[0] == one_of("stage", stage, dict.fromkeys(stages))]
-    # A stage of the same name may have been done more than once.
-    rows = [row for row in rows if row[:2] == rows[-1][:2]]
-    start = header.index("blocks")
-    numbers = [[float(cell) for cell in row[start:]] for row in rows]
-    fragments = [(int(n[0]), *n[1:5], tuple(n[5:8]), tuple(n[8:11])) for n in numbers]
-    return np.array(fragments, _KIND)
+    return Results(folder).fragments(stage)
 
 
 def plot_sizes(
@@ -83,8 +57,8 @@ def plot_sizes(
 
     Parameters
     ----------
-    fragments : Simulation, str, os.PathLike or structured array
-        A simulation as it is now, a folder of results, or some of the rows of
+    fragments : Simulation, Results, str, os.PathLike or structured array
+        A simulation as it is now, results or their folder, or some of the rows of
         :attr:`Simulation.fragments`.
     stage : str, optional
         Of a folder: at the end of which stage; by default the last one that was done.
@@ -116,7 +90,9 @@ def plot_sizes(
     except ImportError as missing:
         raise ImportError('plots need matplotlib: pip install "ddem[plot]"') from missing
     if isinstance(fragments, (str, os.PathLike)):
-        rows = read_fragments(fragments, stage)
+        fragments = Results(fragments)
+    if isinstance(fragments, Results):
+        rows: npt.NDArray[np.void] = fragments.fragments(stage)
     elif stage is not None:
         raise ValueError("stage: only folders of results have stages")
     else:

@@ -1,0 +1,230 @@
+//! Stages of a session: begun, moved from look to look, ended.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use ddem_core::deck::{Stage, StageKind};
+use ddem_core::{ModelError, Simulation};
+
+use super::report::{check_steps, unsafe_steps};
+use super::session::Session;
+use super::stage::{Halt, Pace, Running};
+use super::{Event, Observer, RunFailure};
+use crate::folder::Folder;
+
+/// A stage that a session has begun and not ended.
+#[derive(Debug)]
+pub struct Begun {
+    stage: Stage,
+    folder: Option<Folder>,
+    /// None only while it goes on.
+    pace: Option<Pace>,
+}
+
+/// How far a stage went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Went {
+    /// To its end.
+    ToEnd,
+    /// To a look that is due.
+    ToLook,
+    /// To where the observer stopped it.
+    Stopped,
+}
+
+impl Session {
+    /// Moves the simulation through a stage, which need not be one of its deck, nor have a name: if
+    /// the deck has one of that name its supports and loads come into force, unless they are;
+    /// otherwise those of the stage that was [entered](Simulation::enter) last stay. With a folder
+    /// the results are written there, as those of a deck are: what one session writes to one folder
+    /// is one run, and the files are complete after each stage.
+    ///
+    /// False when the observer stopped it: the simulation can go on from where it is.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the stage; a folder that cannot be used; a run that fails.
+    pub fn stage(
+        &mut self,
+        stage: &Stage,
+        folder: Option<&Path>,
+        observer: &mut dyn Observer,
+    ) -> Result<bool, RunFailure> {
+        let Some(mut begun) = self.begin(stage, folder, None, observer)? else { return Ok(false) };
+        let went = self.go_on(&mut begun, observer);
+        let done = matches!(went, Ok(Went::ToEnd));
+        let closed = self.end(begun, done, observer);
+        went?;
+        closed?;
+        Ok(done)
+    }
+
+    /// Begins what [`stage`](Self::stage) does in one call, for a program that looks at the simulation
+    /// on the way. [`go_on`](Self::go_on) moves it, [`end`](Self::end) must follow in any case.
+    /// `looks` is the time between looks in a dynamic stage, rounded to whole steps as that of a probe
+    /// is `[s]`.
+    ///
+    /// None when the observer stopped it.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the stage; a folder that cannot be used.
+    pub fn begin(
+        &mut self,
+        stage: &Stage,
+        folder: Option<&Path>,
+        looks: Option<f64>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Begun>, RunFailure> {
+        self.stoppable(observer.stop_flag(), |session| {
+            let Some(folder) = session.prepare(stage, folder, observer)? else { return Ok(None) };
+            let stage = session.named(stage);
+            match Running::new((&stage, 1), looks, &mut session.moved, observer) {
+                Ok(running) => {
+                    let pace = running.aside();
+                    Ok(Some(Begun { stage, folder, pace: Some(pace) }))
+                }
+                Err(failure) => {
+                    let closed = session.close(folder.as_ref());
+                    if !failure.is_stopped() {
+                        return Err(failure);
+                    }
+                    closed.map(|()| None)
+                }
+            }
+        })
+    }
+
+    /// Moves the simulation to the next look that is due, or to the end of the stage.
+    ///
+    /// # Errors
+    ///
+    /// A run that fails; a file that cannot be written.
+    pub fn go_on(
+        &mut self,
+        begun: &mut Begun,
+        observer: &mut dyn Observer,
+    ) -> Result<Went, RunFailure> {
+        let Begun { stage, pace, .. } = begun;
+        let Some(held) = pace.take() else { return Ok(Went::Stopped) };
+        self.stoppable(observer.stop_flag(), |session| {
+            let mut running = Running::again(stage, &mut session.moved, observer, held);
+            let went = running.go(Duration::MAX);
+            *pace = Some(running.aside());
+            Ok(match went? {
+                Halt::End => Went::ToEnd,
+                Halt::Look => Went::ToLook,
+                Halt::Stopped | Halt::Due => Went::Stopped,
+            })
+        })
+    }
+
+    /// Ends a stage, and its files where there are some. With `done` it ends as at its last step,
+    /// wherever it is; without, the simulation stays where it was stopped.
+    ///
+    /// # Errors
+    ///
+    /// A stage that has failed; a file that cannot be written.
+    pub fn end(
+        &mut self,
+        begun: Begun,
+        done: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<(), RunFailure> {
+        let Begun { stage, folder, pace } = begun;
+        let finish = |pace| {
+            let mut running = Running::again(&stage, &mut self.moved, observer, pace);
+            running.end_here()?;
+            running.finish()?.map_or(Ok(()), Err)
+        };
+        let ended = pace.filter(|_| done).map_or(Ok(()), finish);
+        let closed = self.close(folder.as_ref());
+        ended?;
+        closed
+    }
+
+    /// Does something that ends early when the flag is set.
+    fn stoppable<T>(
+        &mut self,
+        flag: Arc<AtomicBool>,
+        work: impl FnOnce(&mut Self) -> Result<T, RunFailure>,
+    ) -> Result<T, RunFailure> {
+        self.moved.simulation.stop_when(flag);
+        let done = work(self);
+        self.moved.simulation.stop_when(Arc::default());
+        done
+    }
+
+    /// Looks whether a stage can begin, brings its supports and loads into force and opens its files.
+    /// None when it was stopped.
+    fn prepare(
+        &mut self,
+        stage: &Stage,
+        folder: Option<&Path>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Option<Folder>>, RunFailure> {
+        let faults = stage.check();
+        if !faults.is_empty() {
+            return Err(ModelError { faults }.into());
+        }
+        let simulation = &mut self.moved.simulation;
+        let stages = std::slice::from_ref(stage);
+        if let Err(failure) = check_steps(simulation, stages) {
+            return if failure.is_stopped() { Ok(None) } else { Err(failure) };
+        }
+        for warning in unsafe_steps(simulation, stages) {
+            observer.event(Event::Warning(&warning));
+        }
+        let doubts = begin(simulation, stage)?;
+        doubts.iter().for_each(|doubt| observer.event(Event::Warning(doubt)));
+        let folder = folder.map(|path| self.open(path)).transpose()?;
+        if let Some(kept) = folder.as_ref().and_then(Folder::kept) {
+            observer.event(Event::Kept(kept));
+        }
+        Ok(Some(folder))
+    }
+
+    /// A stage without a name gets one that tells its kind and its number.
+    fn named(&self, stage: &Stage) -> Stage {
+        let mut named = stage.clone();
+        if named.name.is_empty() {
+            let kind = if stage.kind == StageKind::Relax { "relax" } else { "run" };
+            named.name = format!("{kind} {}", self.moved.cursor.done.len() + 1);
+        }
+        named
+    }
+}
+
+/// Brings the supports and loads of the deck's stage of the same name into force, if there is one.
+/// Gives what is allowed but perhaps not meant.
+fn begin(simulation: &mut Simulation, stage: &Stage) -> Result<Vec<String>, ModelError> {
+    let mut doubts = Vec::new();
+    let stages = &simulation.model().deck().stage;
+    match stages.iter().position(|own| own.name == stage.name) {
+        Some(own) if own != simulation.stage() => simulation.enter(own),
+        Some(_) => {}
+        None if stage.name.is_empty() => {}
+        None => {
+            let names = stages.iter().map(|own| own.name.as_str());
+            if let Some(near) = ddem_core::deck::names::nearest(&stage.name, names) {
+                doubts.push(format!(
+                    "the model has a stage `{near}`, but none named `{}`: its supports and loads \
+                     do not come into force",
+                    stage.name
+                ));
+            }
+        }
+    }
+    if stage.kind == StageKind::Relax {
+        if let Some(fault) = simulation.free_motion() {
+            return Err(fault.into());
+        }
+        let idle = simulation.idle_loads().into_iter();
+        doubts.extend(idle.map(|load| {
+            format!("load {load} does not act: time stands still, and its history is 0 now")
+        }));
+    }
+    Ok(doubts)
+}

@@ -1,0 +1,320 @@
+"""Films of results: one scene, whose points and colours follow the frames."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _layers, _plot
+from ._layers import Layer
+from ._names import one_of
+from ._results import Results
+from ._scene import Floats, Frame, automatic_scale, frame_of, values_of
+
+Picture = npt.NDArray[np.uint8]
+
+# Colours of a film as .gif, and pictures from which they are chosen.
+_COLOURS, _SAMPLES = 128, 6
+# How long a .gif rests on its last picture [ms].
+_REST = 1500
+# The angle that PyVista's camera sees, from its middle to its upper edge.
+_HALF = np.tan(np.radians(15.0))
+
+
+def animate(
+    results: Results | str | os.PathLike[str],
+    file: str | os.PathLike[str] = "film.gif",
+    field: str | npt.ArrayLike | None = None,
+    *,
+    component: str | None = None,
+    scale: float | None = None,
+    frames: slice | Iterable[int] | None = None,
+    fps: float = 15.0,
+    view: str = "iso",
+    camera: Sequence[Sequence[float]] | None = None,
+    cmap: Any = None,
+    clim: tuple[float, float] | None = None,
+    edges: Literal["blocks", "elements", "none"] = "blocks",
+    label: str | None = None,
+    title: str | None = None,
+    background: str = "white",
+    window_size: tuple[int, int] = (900, 600),
+) -> Path:
+    """Draw the frames of results as a film. Blocks that have been removed are not shown.
+
+    Colours, magnification and camera are the same in all pictures, so that they can be compared.
+
+    Parameters
+    ----------
+    results : Results, str or os.PathLike
+        Results, or their folder.
+    file : str or os.PathLike, optional
+        Film to write, ``.gif`` or ``.mp4``; the latter needs ``pip install "imageio[ffmpeg]"``.
+    field : str or array, optional
+        What colours the blocks, as in :func:`plot`: the name of a field, or numbers of your own of
+        nodes or elements, which stay from frame to frame; where they are NaN blocks are grey. By
+        default the displacement.
+    component : str, optional
+        Of vectors and stresses, as in :func:`plot`.
+    scale : float, optional
+        Magnification of the displacements; chosen from the largest of them without it.
+    frames : slice or sequence of int, optional
+        Which frames; ``slice(None, None, 2)`` takes every other one. By default all.
+    fps : float, optional
+        Pictures in a second. A ``.gif`` rounds their time to hundredths of a second.
+    view : str, optional
+        Direction of view, as in :func:`plot`, with all that moves in the picture.
+    camera : (position, focal point, up), optional
+        Instead of `view`, three points as ``plotter.camera_position`` of PyVista: how far away the
+        position is says how much is seen.
+    cmap : str or matplotlib.colors.Colormap, optional
+        Colours, as in :func:`plot`.
+    clim : (float, float), optional
+        Values at the ends of the colours; those of all frames without it.
+    edges : {"blocks", "elements", "none"}, optional
+        Which lines are drawn.
+    label : str, optional
+        Title of the colour bar.
+    title : str, optional
+        Title of the film; that of the model without it.
+    background : str, optional
+        Any colour that PyVista knows.
+    window_size : (int, int), optional
+        Width and height in pixels.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        If a name is wrong, there are no frames, or the file is neither ``.gif`` nor ``.mp4``.
+    FileNotFoundError
+        If the folder has no results.
+    ImportError
+        If PyVista is not installed: ``pip install "ddem[plot]"``.
+
+    Examples
+    --------
+    >>> ddem.animate("results/beam-crack", "crack.gif", "velocity", fps=10)
+    """
+    try:
+        import pyvista as pv
+    except ImportError as missing:
+        raise ImportError('films need PyVista: pip install "ddem[plot]"') from missing
+    path = Path(file)
+    one_of("file", path.suffix.lower(), (".gif", ".mp4"))
+    one_of("view", view, _plot.VIEWS)
+    one_of("edges", edges, ("blocks", "elements", "none"))
+    if not (np.isfinite(fps) and fps > 0.0):
+        raise ValueError(f"fps: {fps!r} must be above 0")
+    source = results if isinstance(results, Results) else Results(results)
+    numbers = _numbers(source, frames)
+    write = _gif if path.suffix.lower() == ".gif" else _mp4()
+    if field is None:
+        field = "displacement"
+    drawn = _Drawn(source, (field, component, label), (cmap, clim), edges)
+    extent = _Extent(view, 1.0 if scale is None else scale)
+    for number in numbers:
+        extent.add(drawn.at(number), drawn.frame)
+        drawn.widen()
+    drawn.scale = extent.choose(drawn.frame.points) if scale is None else scale
+    layers = drawn.at(numbers[0], anew=True)
+    name = drawn.frame.title if title is None else title
+    with pv.vtk_verbosity("off") if _plot.no_display() else nullcontext():
+        plotter = pv.Plotter(off_screen=True, window_size=list(window_size), lighting="none")
+        try:
+            text = _plot.fill(plotter, layers, [name, " "], view, background)
+            if camera is None:
+                _plot.look(plotter, extent.corners(drawn.scale), view)
+            else:
+                _aim(plotter, camera)
+
+            def picture(number: int) -> Picture:
+                _show(plotter, drawn.at(number))
+                text.input = _plot.about(drawn.frame, drawn.scale)
+                plotter.reset_camera_clipping_range()
+                plotter.render()
+                shown: Any = plotter.screenshot(return_img=True)
+                return np.asarray(shown)
+
+            write(path, picture, numbers, fps)
+        finally:
+            plotter.close()
+    return path
+
+
+def _numbers(results: Results, frames: slice | Iterable[int] | None) -> list[int]:
+    """The frames to draw."""
+    every = range(len(results))
+    if frames is None or isinstance(frames, slice):
+        numbers = list(every[frames or slice(None)])
+    else:
+        numbers = [int(number) for number in frames]
+        for number in numbers:
+            if not -len(every) <= number < len(every):
+                raise ValueError(f"frames: {number} is not there, there are {len(every)} frames")
+        numbers = [number % len(every) for number in numbers]
+    if not numbers:
+        raise ValueError(f"frames: there are none to draw, of {len(every)} in {results.folder}")
+    return numbers
+
+
+class _Drawn:
+    """Layers of one frame after the other; faces and lines are looked for when blocks go."""
+
+    def __init__(
+        self,
+        results: Results,
+        shown: tuple[str | npt.ArrayLike, str | None, str | None],
+        bar: tuple[Any, tuple[float, float] | None],
+        edges: str,
+    ) -> None:
+        self.scale = 1.0
+        self.frame: Frame
+        self._results, self._shown, self._edges = results, shown, edges
+        self._cmap, self._clim = bar
+        # Colours of fragments tell neighbours apart, which are others in every frame.
+        self._changing = isinstance(shown[0], str) and shown[0] == "fragment"
+        self._range = (np.inf, -np.inf)
+        self._layers: list[Layer] = []
+        self._removed: npt.NDArray[np.bool_] | None = None
+
+    def at(self, number: int, anew: bool = False) -> list[Layer]:
+        """Layers of a frame; the next call changes them."""
+        frame = self.frame = frame_of(self._results, number, joints=False)
+        same = self._removed is not None and np.array_equal(frame.removed, self._removed)
+        if anew or self._changing or not same:
+            bar = (self._cmap, self._clim)
+            field, component, label = self._shown
+            self._layers = _layers.blocks(
+                frame, field, component, label, bar, self.scale, self._edges, 1.0
+            )
+            self._removed = frame.removed
+        else:
+            moved = frame.points + self.scale * frame.displacement
+            for layer in self._layers:
+                layer.points = moved[layer.nodes]
+            blocks = self._layers[0]
+            values = values_of(frame, *self._shown)
+            blocks.values = values.scalars[blocks.nodes if values.on_nodes else blocks.owners]
+        blocks = self._layers[0]
+        if not self._changing and self._range[0] <= self._range[1] and blocks.bar is not None:
+            ends = np.array(self._range)
+            blocks.bar = _layers.bar_of(blocks.bar.label, ends, self._cmap, self._clim)
+        return self._layers
+
+    def widen(self) -> None:
+        """Makes the colours reach over the values of this frame, too."""
+        values = self._layers[0].values
+        if values is not None and (finite := values[np.isfinite(values)]).size:
+            low, high = self._range
+            self._range = (min(low, float(finite.min())), max(high, float(finite.max())))
+
+
+class _Extent:
+    """How large what moves is in the picture, over all frames."""
+
+    def __init__(self, view: str, scale: float) -> None:
+        self._axes = np.column_stack(_plot.axes(view))
+        self._scale = scale
+        self._low, self._high = np.full((2, 2, 3), [[[np.inf]], [[-np.inf]]])
+        self._most = np.zeros((1, 3))
+
+    def add(self, layers: list[Layer], frame: Frame) -> None:
+        """Takes a frame in, as it is drawn and as it was at the start."""
+        rows = layers[0].nodes
+        if rows is None or len(rows) == 0:
+            return
+        points, moved = frame.points[rows], frame.displacement[rows]
+        lengths = np.linalg.norm(moved, axis=1)
+        if lengths.max() > np.linalg.norm(self._most):
+            self._most = moved[[lengths.argmax()]]
+        for at, seen in enumerate(((points + self._scale * moved), moved)):
+            seen = seen @ self._axes
+            self._low[at] = np.minimum(self._low[at], seen.min(axis=0))
+            self._high[at] = np.maximum(self._high[at], seen.max(axis=0))
+
+    def choose(self, points: Floats) -> float:
+        """The magnification for the largest displacement."""
+        return automatic_scale(points, self._most)
+
+    def corners(self, scale: float) -> Floats:
+        """A box around everything, seen along its edges."""
+        # Where the magnification was chosen in the end, no displacement is larger than the largest.
+        more = scale - self._scale
+        low = self._low[0] + more * np.minimum(self._low[1], 0.0)
+        high = self._high[0] + more * np.maximum(self._high[1], 0.0)
+        box = np.array([[(low, high)[k][axis] for axis, k in enumerate(c)] for c in np.ndindex(2, 2, 2)])
+        corners: Floats = box @ self._axes.T
+        return corners
+
+
+def _show(plotter: Any, layers: list[Layer]) -> None:
+    """Gives the meshes of the scene the points and values of these layers."""
+    for layer in layers:
+        actor = plotter.actors.get(layer.name)
+        if actor is None:
+            continue
+        # In place it would not do: PyVista draws a copy that it makes of the mesh.
+        actor.mapper.dataset = _plot.mesh_of(layer)
+
+
+def _aim(plotter: Any, camera: Sequence[Sequence[float]]) -> None:
+    """Looks from a point to another, with parallel lines of sight."""
+    points = np.asarray(camera, np.float64)
+    if points.shape != (3, 3) or not np.isfinite(points).all():
+        raise ValueError("camera: three points are needed: position, focal point and up")
+    position, focus, up = points
+    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_scale = np.linalg.norm(position - focus) * _HALF
+    plotter.camera.focal_point, plotter.camera.position = tuple(focus), tuple(position)
+    plotter.camera.up = tuple(up)
+
+
+Draw = Callable[[int], Picture]
+
+
+def _gif(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
+    """One palette for all pictures: what stands still costs nothing then."""
+    from PIL import Image
+
+    samples = numbers[:: max(1, len(numbers) // _SAMPLES)]
+    tall = np.vstack([draw(number) for number in samples])
+    palette = Image.fromarray(tall).quantize(_COLOURS, method=Image.Quantize.MEDIANCUT)
+
+    def pictures() -> Iterator[Image.Image]:
+        for number in numbers:
+            picture = Image.fromarray(draw(number))
+            yield picture.quantize(palette=palette, dither=Image.Dither.NONE)
+
+    each = max(round(100.0 / fps), 2) * 10
+    first, *others = pictures()
+    times = [each] * len(others) + [max(each, _REST)]
+    first.save(path, "GIF", save_all=True, append_images=others, duration=times, loop=0)
+
+
+def _mp4() -> Callable[[Path, Draw, list[int], float], None]:
+    """What writes a film by ffmpeg, once it is known to be there."""
+    try:
+        import imageio_ffmpeg  # noqa: F401
+        from imageio.v2 import get_writer
+    except ImportError as missing:
+        raise ImportError('films as .mp4 need pip install "imageio[ffmpeg]"') from missing
+
+    def write(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
+        # Of both widths ffmpeg wants an even number.
+        writer: Any = get_writer(path, fps=fps, macro_block_size=2)
+        with writer as film:
+            for number in numbers:
+                film.append_data(draw(number))
+
+    return write

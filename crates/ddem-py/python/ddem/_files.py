@@ -1,0 +1,77 @@
+"""Files of results: VTKHDF by the reader of VTK, tables, and what is said where there are none."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ._names import choices
+
+# One of them is in every folder of results.
+LOOKED_FOR = ("frames.csv", "blocks.vtkhdf", "probes.csv", "energy.csv", "summary.json")
+
+
+class Read:
+    """What one frame of a VTKHDF file holds."""
+
+    def __init__(self, grid: Any) -> None:
+        self.points = np.array(grid.points, np.float64)
+        self.cells = np.array(grid.cell_connectivity, np.int64)
+        self.nodal = {name: np.array(grid.point_data[name]) for name in grid.point_data.keys()}
+        self.elemental = {name: np.array(grid.cell_data[name]) for name in grid.cell_data.keys()}
+
+
+class File:
+    """A VTKHDF file with its time steps."""
+
+    def __init__(self, path: Path) -> None:
+        try:
+            import pyvista  # noqa: F401
+            from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+            from vtkmodules.vtkIOHDF import vtkHDFReader
+        except ImportError as missing:
+            message = 'fields of results are read with PyVista: pip install "ddem[plot]"'
+            raise ImportError(message) from missing
+        if not path.exists():
+            raise FileNotFoundError(f"{path} does not exist")
+        self._reader: Any = vtkHDFReader()
+        self._reader.SetFileName(os.fspath(path))
+        self._reader.UpdateInformation()
+        information = self._reader.GetOutputInformation(0)
+        self.times = information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
+        # The last one: a frame is often asked for one field after the other.
+        self._last: tuple[int, Read] | None = None
+
+    def read(self, index: int) -> Read:
+        """One frame; what it holds is not to be changed."""
+        import pyvista as pv
+
+        if self._last is None or self._last[0] != index:
+            self._reader.UpdateTimeStep(self.times[index])
+            self._last = (index, Read(pv.wrap(self._reader.GetOutputDataObject(0))))
+        return self._last[1]
+
+
+def rows_of(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of a table; a run that was killed may have left its last row short."""
+    with open(path, encoding="utf-8", newline="") as file:
+        header, *rows = csv.reader(file)
+    return header, [row for row in rows if len(row) == len(header)]
+
+
+def not_there(folder: Path) -> str:
+    """What is said of a folder without results, with where there may be some."""
+    if folder.is_file():
+        return f"{folder} is a file: results are in a folder, such as {str(folder.parent)!r}"
+    looked = ", ".join(LOOKED_FOR)
+    said = f"{folder} holds no results: looked for {looked}"
+    around = folder
+    if not folder.exists():
+        said, around = f"{folder} does not exist", folder.parent
+    inside = sorted(around.iterdir()) if around.is_dir() else []
+    near = [str(path) for path in inside if any((path / name).exists() for name in LOOKED_FOR)]
+    return f"{said}; {choices(str(folder), near)}" if near else said

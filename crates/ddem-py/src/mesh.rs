@@ -1,0 +1,51 @@
+//! Meshes for PyVista.
+
+use ddem_core::On;
+use pyo3::prelude::*;
+
+use crate::look;
+use crate::simulation::Simulation;
+
+#[pymethods]
+impl Simulation {
+    /// The present state as a PyVista grid, for its filters and pictures: a copy. Its fields have the
+    /// names of the result files.
+    ///
+    /// Parameters
+    /// ----------
+    /// part : {"blocks", "joints", "contacts"}, optional
+    ///     Hexahedra of the blocks, quadrilaterals of the joints, or a point for each contact.
+    ///
+    /// Returns
+    /// -------
+    /// pyvista.UnstructuredGrid
+    ///     At the reference positions, contacts where they are now;
+    ///     ``mesh.warp_by_vector("displacement")`` has moved. Removed blocks are left out: `node` and
+    ///     `element`, or `pair` and `quad`, are the rows of the simulation's own arrays.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     No such part.
+    /// ImportError
+    ///     PyVista is not installed.
+    #[pyo3(signature = (part = "blocks"))]
+    fn mesh<'py>(slf: &Bound<'py, Self>, part: &str) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ddem._mesh")?.call_method1("mesh_of", (slf, part))
+    }
+
+    /// The material of each element, shape (n_elements,): numbers in sorted order of the names.
+    #[getter]
+    fn element_material<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        look::integers(py, self.looked(py, |inner| look::element_materials(&inner.session))?)
+    }
+
+    /// Names of the fields at nodes, and of elements.
+    #[getter]
+    fn _fields(&self, py: Python<'_>) -> PyResult<[Vec<&'static str>; 2]> {
+        let fields = look::fields(&self.lock(py)?.session);
+        Ok([On::Node, On::Element].map(|on| {
+            fields.iter().filter(|field| field.on == on).map(|field| field.name).collect()
+        }))
+    }
+}

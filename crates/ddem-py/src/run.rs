@@ -1,0 +1,382 @@
+//! `relax` and `run`: stages through the driver that decks have, with looks on the way.
+
+use std::path::PathBuf;
+use std::sync::{MutexGuard, TryLockError};
+use std::time::Duration;
+
+use ddem_core::deck::{Stage, names};
+use ddem_io::run::{Begun, RunFailure, Session, Went};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::away::{outcome, parted, warn};
+use crate::drive::{Observer, progress_bar, read_stage};
+use crate::errors::{self, model_error};
+use crate::look;
+use crate::simulation::{Inner, Simulation};
+
+/// How long to wait for another thread that looks at the simulation.
+const WAIT: Duration = Duration::from_millis(1);
+/// Arguments of `run` that are no keys of a stage.
+const OWN: [&str; 6] = ["until", "every", "callback", "record", "name", "quiet"];
+/// Looks in a run without `every`.
+const LOOKS: f64 = 100.0;
+
+#[pymethods]
+impl Simulation {
+    /// Relaxes to static equilibrium, under the supports and loads in force. Time stands still.
+    ///
+    /// Parameters
+    /// ----------
+    /// tolerance : float, optional
+    ///     Unbalanced force ratio at which it is done; 1e-5 without it.
+    /// max_steps : int, optional
+    ///     After which it fails; 200 000 without it.
+    /// increments : int, optional
+    ///     Equal parts in which loads reach their value; without it 1, and 10 where supports are driven
+    ///     by a `displacement`.
+    /// on_failure : {"stop", "continue"}, optional
+    ///     Whether a stage that fails or stays undecided raises, or ends like any other; "stop" without
+    ///     it.
+    /// record : path, optional
+    ///     Folder of the results, with the files that a deck gives. What one simulation writes to
+    ///     one folder is one run; those of another model are not overwritten.
+    /// name : str, optional
+    ///     Of the stage. That of a stage of the model brings its supports and loads into force,
+    ///     unless they are.
+    /// quiet : bool, optional
+    ///     No progress bar.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Steps taken.
+    ///
+    /// Raises
+    /// ------
+    /// NotConverged
+    ///     With `ratio`, what was reached; :class:`Collapsed` when blocks part without end.
+    /// Diverged
+    ///     Forces are not finite any more.
+    /// ModelError
+    ///     An argument is wrong.
+    /// OSError
+    ///     A file cannot be written.
+    /// KeyboardInterrupt
+    ///     The state is consistent, and another call goes on from it.
+    #[pyo3(signature = (*, record=None, name=None, quiet=false, **keys))]
+    fn relax(
+        slf: &Bound<'_, Self>,
+        record: Option<PathBuf>,
+        name: Option<String>,
+        quiet: bool,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<u64> {
+        let mut stage = read_stage(slf.py(), "relax", None, keys)?;
+        stage.name = name.unwrap_or_default();
+        Run { stage, record, looks: None }.go(slf, quiet)
+    }
+
+    /// Moves in time, under the supports and loads in force.
+    ///
+    /// Parameters
+    /// ----------
+    /// duration : float
+    ///     Simulated time [s]; with `until_rest` at most.
+    /// until_rest : bool, optional
+    ///     Whether it ends as soon as blocks are at rest, or fail.
+    /// on_failure : {"stop", "continue"}, optional
+    ///     Whether a stage that fails raises, or ends like any other; "stop" without it.
+    /// damping : float, dict or "none", optional
+    ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck
+    ///     ``{"mass": alpha}``, ``{"stiffness": beta}``, ``{"local": 0.8}``; none without it.
+    /// time_step : float, optional
+    ///     [s]; without it a part of the critical one that fills the duration.
+    /// record : path, optional
+    ///     Folder of the results, with the files that a deck gives. What one simulation writes to
+    ///     one folder is one run; those of another model are not overwritten.
+    /// fields_every : float, optional
+    ///     Time between frames [s]; or
+    /// frames : int, optional
+    ///     Frames in all; 20 without either.
+    /// name : str, optional
+    ///     Of the stage. That of a stage of the model brings its supports and loads into force,
+    ///     unless they are.
+    /// until : callable, optional
+    ///     Gets the simulation every so often; the run ends there when it returns true, as it would at
+    ///     the end of its duration.
+    /// callback : callable, optional
+    ///     Gets the simulation as often, before `until` does, and at the end of the run.
+    /// every : float, optional
+    ///     Simulated time between two calls of these [s], rounded to whole steps; a hundredth of the
+    ///     duration without it. They may look at everything, apply forces and save; what moves the
+    ///     simulation is refused with :class:`Busy`. Looking changes no bit.
+    /// quiet : bool, optional
+    ///     No progress bar.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    ///     Steps taken.
+    ///
+    /// Raises
+    /// ------
+    /// Diverged
+    ///     Forces are not finite any more.
+    /// ModelError
+    ///     An argument is wrong, or the time step above the critical one.
+    /// OSError
+    ///     A file cannot be written.
+    /// KeyboardInterrupt
+    ///     The state is consistent, and another call goes on from it. So it is with all that `until`
+    ///     and `callback` raise.
+    ///
+    /// Warns
+    /// -----
+    /// UserWarning
+    ///     Without `name`, once for each stage of the model for which supports, loads, charges or
+    ///     boundaries wait.
+    #[pyo3(signature = (
+        duration, *, until=None, every=None, callback=None, record=None, name=None, quiet=false, **keys
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "they are those of Python")]
+    fn run(
+        slf: &Bound<'_, Self>,
+        duration: &Bound<'_, PyAny>,
+        until: Option<Bound<'_, PyAny>>,
+        every: Option<Bound<'_, PyAny>>,
+        callback: Option<Bound<'_, PyAny>>,
+        record: Option<PathBuf>,
+        name: Option<String>,
+        quiet: bool,
+        keys: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<u64> {
+        let read = read_stage(slf.py(), "dynamic", Some(duration), keys);
+        let mut stage = read.map_err(|error| slip(slf.py(), keys, error))?;
+        let looks = Looks::new(slf.py(), [until, callback], every, stage.duration)?;
+        if name.is_none() {
+            slf.get().warn_of_waiting(slf.py())?;
+        }
+        stage.name = name.unwrap_or_default();
+        Run { stage, record, looks }.go(slf, quiet)
+    }
+}
+
+impl Simulation {
+    /// Says once of each stage of the model that supports or loads wait for it.
+    fn warn_of_waiting(&self, py: Python<'_>) -> PyResult<()> {
+        let mut inner = self.idle(py)?;
+        let Inner { session, awaited, .. } = &mut **inner;
+        let simulation = session.simulation();
+        let deck = simulation.model().deck();
+        let from = (deck.fix.iter().map(|entry| &entry.from))
+            .chain(deck.load.iter().map(|entry| &entry.from))
+            .chain(deck.charge.iter().map(|entry| &entry.from))
+            .chain(deck.boundary.iter().map(|entry| &entry.from));
+        let from: Vec<&String> = from.flatten().collect();
+        let later = deck.stage.iter().skip(simulation.stage() + 1).map(|stage| &stage.name);
+        let waiting: Vec<String> = later
+            .filter(|name| from.contains(name))
+            .filter(|name| awaited.insert((*name).clone()))
+            .cloned()
+            .collect();
+        drop(inner);
+        let Some(first) = waiting.first() else { return Ok(()) };
+        let names: Vec<String> = waiting.iter().map(|name| format!("`{name}`")).collect();
+        let stages = if names.len() == 1 { "stage" } else { "stages" };
+        warn(
+            py,
+            &format!(
+                "supports or loads wait for the {stages} {} and do not act in this run: \
+                 run(..., name=\"{first}\") or enter(\"{first}\") begins it",
+                names.join(", ")
+            ),
+        )
+    }
+
+    /// The simulation again, when no other thread looks at it any more; looks are short.
+    fn again(&self, py: Python<'_>) -> MutexGuard<'_, Box<Inner>> {
+        loop {
+            match self.try_lock() {
+                Ok(inner) => return inner,
+                Err(TryLockError::Poisoned(poisoned)) => return poisoned.into_inner(),
+                Err(TryLockError::WouldBlock) => py.detach(|| std::thread::sleep(WAIT)),
+            }
+        }
+    }
+}
+
+/// An error about an argument that may be meant for one that is no key of a stage.
+fn slip(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>, error: PyErr) -> PyErr {
+    let text = error.value(py).to_string();
+    let keys = keys.into_iter().flat_map(|keys| keys.keys());
+    let mut keys = keys.filter_map(|key| key.extract::<String>().ok());
+    let wrong = keys.find(|key| text.starts_with(&format!("{key}: ")));
+    // But `until_rest` is itself.
+    let mistyped = |key: &String| {
+        names::nearest(key, OWN).is_some() && !OWN.iter().any(|own| key.starts_with(own))
+    };
+    match wrong.filter(mistyped) {
+        Some(key) => look::unknown(py, &key, &key, &OWN),
+        None => error,
+    }
+}
+
+/// What a run calls on its way.
+struct Looks<'py> {
+    until: Option<Bound<'py, PyAny>>,
+    callback: Option<Bound<'py, PyAny>>,
+    /// Simulated time between two looks `[s]`.
+    every: f64,
+}
+
+impl<'py> Looks<'py> {
+    /// None where nothing is to be called.
+    fn new(
+        py: Python<'py>,
+        [until, callback]: [Option<Bound<'py, PyAny>>; 2],
+        every: Option<Bound<'py, PyAny>>,
+        duration: Option<f64>,
+    ) -> PyResult<Option<Self>> {
+        for (name, function) in [("until", &until), ("callback", &callback)] {
+            if function.as_ref().is_some_and(|function| !function.is_callable()) {
+                let help = "such as `lambda simulation: simulation.time > 0.1`";
+                return Err(model_error(
+                    py,
+                    name,
+                    "must be a function of the simulation",
+                    Some(help),
+                ));
+            }
+        }
+        let none = until.is_none() && callback.is_none();
+        let every = match every {
+            Some(_) if none => {
+                let message =
+                    "is the time between calls of `until` and `callback`, and there are none";
+                return Err(model_error(py, "every", message, None));
+            }
+            Some(every) => Some(every.extract().map_err(|error| {
+                errors::refuse(py, "every", "must be a number of seconds", error)
+            })?),
+            None => None,
+        };
+        if let Some(every) = every.filter(|every: &f64| !(every.is_finite() && *every > 0.0)) {
+            let message = format!("must be a finite number above 0, found {every}");
+            return Err(model_error(py, "every", &message, None));
+        }
+        let every = every.or(duration.map(|duration| duration / LOOKS)).unwrap_or(f64::INFINITY);
+        Ok((!none).then_some(Self { until, callback, every }))
+    }
+
+    /// Calls the functions; whether the run is to end.
+    fn look(&self, simulation: &Bound<'py, Simulation>) -> PyResult<bool> {
+        self.look_last(simulation)?;
+        self.until.as_ref().map_or(Ok(false), |until| until.call1((simulation,))?.is_truthy())
+    }
+
+    /// Calls what is called at the end, too.
+    fn look_last(&self, simulation: &Bound<'py, Simulation>) -> PyResult<()> {
+        self.callback.as_ref().map_or(Ok(()), |callback| callback.call1((simulation,)).map(|_| ()))
+    }
+}
+
+/// A stage, and what becomes of it.
+struct Run<'py> {
+    stage: Stage,
+    record: Option<PathBuf>,
+    looks: Option<Looks<'py>>,
+}
+
+impl<'py> Run<'py> {
+    /// Moves the simulation; gives the steps taken.
+    fn go(&self, simulation: &Bound<'py, Simulation>, quiet: bool) -> PyResult<u64> {
+        let py = simulation.py();
+        let bar = progress_bar(py, quiet)?;
+        let before = {
+            let mut inner = simulation.get().idle(py)?;
+            inner.running = true;
+            inner.session.simulation().steps()
+        };
+        let mut begun = None;
+        let went = self.move_on(simulation, &mut begun, bar.as_ref());
+        let ended = self.end(simulation, begun, &went, bar.as_ref());
+        let last = match (&went, &ended, &self.looks) {
+            (Ok(Went::ToEnd), Ok(()), Some(looks)) => looks.look_last(simulation),
+            _ => Ok(()),
+        };
+        let mut inner = simulation.get().again(py);
+        inner.running = false;
+        let steps = inner.session.simulation().steps() - before;
+        drop(inner);
+        let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
+        went?;
+        ended?;
+        last?;
+        closed?;
+        Ok(steps)
+    }
+
+    /// From look to look: to the end, or to where `until` ends it.
+    fn move_on(
+        &self,
+        simulation: &Bound<'py, Simulation>,
+        begun: &mut Option<Begun>,
+        bar: Option<&Py<PyAny>>,
+    ) -> PyResult<Went> {
+        let (py, this) = (simulation.py(), simulation.get());
+        let every = self.looks.as_ref().map(|looks| looks.every);
+        let Self { stage, record, .. } = self;
+        part(py, this, bar, |session, observer| {
+            *begun = session.begin(stage, record.as_deref(), every, observer)?;
+            Ok(())
+        })?;
+        let Some(begun) = begun else { return Ok(Went::Stopped) };
+        loop {
+            let went = part(py, this, bar, |session, observer| session.go_on(begun, observer))?;
+            match (went, &self.looks) {
+                (Went::ToLook, Some(looks)) => {
+                    if looks.look(simulation)? {
+                        return Ok(Went::ToLook);
+                    }
+                }
+                (went, _) => return Ok(went),
+            }
+        }
+    }
+
+    fn end(
+        &self,
+        simulation: &Bound<'py, Simulation>,
+        begun: Option<Begun>,
+        went: &PyResult<Went>,
+        bar: Option<&Py<PyAny>>,
+    ) -> PyResult<()> {
+        let Some(begun) = begun else { return Ok(()) };
+        let done = matches!(went, Ok(Went::ToEnd | Went::ToLook));
+        part(simulation.py(), simulation.get(), bar, |session, observer| {
+            session.end(begun, done, observer)
+        })
+    }
+}
+
+/// Part of a run, away from the interpreter.
+fn part<T: Send>(
+    py: Python<'_>,
+    simulation: &Simulation,
+    bar: Option<&Py<PyAny>>,
+    work: impl FnOnce(&mut Session, &mut Observer<'_>) -> Result<T, RunFailure> + Send,
+) -> PyResult<T> {
+    let mut inner = simulation.again(py);
+    let Inner { session, samples, .. } = &mut **inner;
+    let (done, stopped) =
+        parted(py, &simulation.pool, bar, |watch| work(session, &mut Observer { watch, samples }))?;
+    drop(inner);
+    outcome(done, stopped, |failure| {
+        simulation.called.take_raised().unwrap_or_else(|| match failure {
+            RunFailure::Model(error) => errors::arguments(py, error, "stage[0]"),
+            RunFailure::Stage { source, .. } => errors::run_error(py, &source, ""),
+            failure => errors::failure(py, &failure),
+        })
+    })
+}

@@ -1,0 +1,126 @@
+"""Films show every frame where it is, and no block that has been removed."""
+
+import ddem
+import numpy as np
+import pytest
+from small import refused
+
+pytest.importorskip("pyvista")
+Image = pytest.importorskip("PIL.Image")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A block that flies to the right, beside one that is held and then removed."""
+    out = tmp_path_factory.mktemp("films") / "flight"
+    model = ddem.Model(title="flight", contact=False)
+    rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+    for name, at in (("held", 0.0), ("free", 2.0)):
+        model.add_blocks(
+            name=name, origin=(at, 0, 0), size=(1, 1, 1), material=rock, body="rigid"
+        )
+    model.fix("xyz", set="held")
+    model.initial(velocity=(10, 0, 0), set="free")
+    model.remove(set="held", from_="gone")
+    model.stage("fly", kind="dynamic", duration=0.2, frames=4)
+    model.stage("gone", kind="dynamic", duration=0.2, frames=4)
+    ddem.run_deck(model, out=out, quiet=True)
+    return out
+
+
+def pictures(path):
+    film = Image.open(path)
+    found = []
+    for number in range(film.n_frames):
+        film.seek(number)
+        found.append(np.asarray(film.convert("RGB"), dtype=int))
+    return film, found
+
+
+SEEN = {"view": "xz", "window_size": (600, 400), "edges": "none"}
+
+
+def columns(picture):
+    """Columns of a picture in which something is drawn, away from text, axes and bar."""
+    part = picture[120:300, :]
+    return np.flatnonzero((np.abs(part - 255).sum(axis=2) > 30).any(axis=0))
+
+
+def test_blocks_move_and_are_removed(folder, tmp_path):
+    made = ddem.animate(folder, tmp_path / "film.gif", "block", fps=10, **SEEN)
+    film, found = pictures(made)
+    assert made == tmp_path / "film.gif" and film.size == (600, 400)
+    assert film.n_frames == len(ddem.Results(folder)) == 9
+    right = [columns(picture).max() for picture in found]
+    # 10 m/s: as far from each picture to the next, to a pixel or two.
+    assert np.ptp(np.diff(right)) <= 2 and min(np.diff(right)) > 20
+    left = np.array([columns(picture).min() for picture in found])
+    # The camera stands still: so does the held block, until it is gone.
+    assert np.ptp(left[:5]) <= 1
+    assert (left[5:] > left[0] + 50).all()
+
+
+def test_colours_follow_the_frames_on_one_bar(folder, tmp_path):
+    """The displacement grows: what is red at first is yellow in the end, and not before."""
+    made = ddem.animate(ddem.Results(folder), tmp_path / "film.gif", cmap="autumn", **SEEN)
+    _, found = pictures(made)
+    shades = []
+    for picture in found:
+        at = columns(picture).max() - 15
+        shades.append(picture[210, at, 1])
+    assert (np.diff(shades) > 5).all()
+
+
+def test_arrays_of_the_user_and_frames(folder, tmp_path):
+    values = np.array([np.nan, 1.0])
+    look = {"label": "mine", "title": "words", "frames": slice(None, None, 4), "clim": (0, 2)}
+    film, _ = pictures(ddem.animate(folder, tmp_path / "film.gif", values, **look, **SEEN))
+    assert film.n_frames == 3
+    film, found = pictures(ddem.animate(folder, tmp_path / "two.gif", frames=[-1, 0], **SEEN))
+    assert columns(found[0]).max() > columns(found[1]).max()
+    for field in ("velocity", "fragment"):
+        assert ddem.animate(folder, tmp_path / f"{field}.gif", field, frames=[0, -1]).exists()
+    camera = ((2.5, -30.0, 0.5), (2.5, 0.5, 0.5), (0, 0, 1))
+    _, found = pictures(
+        ddem.animate(folder, tmp_path / "near.gif", frames=[0, 1], camera=camera, **SEEN)
+    )
+    # 30.5 m away half the picture is 8.2 m high: a metre has 24 pixels.
+    assert columns(found[1]).max() - columns(found[0]).max() == pytest.approx(0.5 * 24.5, abs=2)
+
+
+def test_a_film_as_mp4(folder, tmp_path):
+    imageio = pytest.importorskip("imageio.v2")
+    pytest.importorskip("imageio_ffmpeg")
+    made = ddem.animate(folder, tmp_path / "film.mp4", fps=12, **SEEN)
+    with imageio.get_reader(made) as film:
+        assert film.count_frames() == 9 and film.get_meta_data()["fps"] == 12
+
+
+def test_a_film_takes_no_new_scene_for_each_frame(folder, tmp_path, monkeypatch):
+    import pyvista as pv
+
+    made = []
+    add = pv.Plotter.add_mesh
+    monkeypatch.setattr(
+        pv.Plotter, "add_mesh", lambda self, *args, **keys: made.append(1) or add(self, *args, **keys)
+    )
+    ddem.animate(folder, tmp_path / "film.gif")
+    assert len(made) <= 2
+
+
+def test_mistakes_are_named(folder, tmp_path, monkeypatch):
+    def said(*args, kind=ValueError, **keys):
+        return refused(lambda: ddem.animate(folder, *args, **keys), kind)
+
+    assert "'.avi' is not one of them" in said("film.avi")
+    assert "did you mean 'velocity'" in said("film.gif", "velocty")
+    assert "fps: 0" in said("film.gif", fps=0)
+    assert "frames: 99 is not there, there are 9 frames" in said("film.gif", frames=[99])
+    assert "frames: there are none" in said("film.gif", frames=slice(0, 0))
+    assert "view: 'zx'" in said("film.gif", view="zx")
+    assert "camera: three points" in said(tmp_path / "film.gif", camera=(1, 2, 3))
+    import sys
+
+    monkeypatch.setitem(sys.modules, "imageio", None)
+    monkeypatch.setitem(sys.modules, "imageio.v2", None)
+    assert "imageio[ffmpeg]" in said("film.mp4", kind=ImportError)
