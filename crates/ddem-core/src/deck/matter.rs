@@ -60,7 +60,7 @@ pub struct Joint {
     /// Tensile strength σ_t `[Pa]`; default 0 where the joint can fail.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension: Option<f64>,
-    /// Cohesion left after failure, not above `cohesion` `[Pa]`; default 0.
+    /// Cohesion left after failure where faces have not opened, not above `cohesion` `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_cohesion: Option<f64>,
     /// Friction angle after failure, not above `friction` `[degrees]`; default `friction`. With

@@ -167,7 +167,7 @@ fn failure_time(simulation: &mut Simulation) -> Vec<f64> {
 }
 
 fn damage(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.failed(0.0, |point| point.memory.damage)
+    simulation.failed(0.0, |point| point.memory.damage.min(1.0))
 }
 
 fn mean_displacement(simulation: &mut Simulation) -> Vec<f64> {

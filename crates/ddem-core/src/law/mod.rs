@@ -99,7 +99,8 @@ pub struct Memory {
     pub slip: Vector2<f64>,
     /// Opening that slip over the roughness has made, `tan ψ` for each unit of slip `[m]`.
     pub dilation: f64,
-    /// Part of the peak strength that is lost: 0 at the peak, 1 where the residual is left.
+    /// Part of the peak strength that is lost: 0 at the peak, 1 where the residual is left, 2 where the faces
+    /// have parted and the residual has no cohesion any more.
     pub damage: f64,
     /// Distance of the faces, negative where they press on each other `[m]`.
     pub gap: f64,

@@ -11,7 +11,8 @@
 //! D grows by the inelastic opening over `2G_I/σ_t` and by slip over `2G_II/(peak − residual)`: pure
 //! opening takes `G_I` for each unit of area and sliding under a pressure `G_II` above the residual,
 //! whatever the stiffness. The residual acts on closed faces only, so that an open point without bond
-//! bears nothing and forgets where it stuck.
+//! bears nothing and forgets where it stuck. Faces that have parted bear no cohesion any more when they
+//! close, D = 2: otherwise a point that opens and closes under little pressure takes energy from nowhere.
 //!
 //! In a relaxation slip, dilation and damage are those of the way straight from the last equilibrium:
 //! they depend on the present opening alone, and not on how often the motion went past it.
@@ -19,6 +20,9 @@
 use nalgebra::Vector2;
 
 use super::{JointLaw, Loss, Memory, Opening, Settled, Softening, Stiffness, Traction};
+
+/// Damage of faces that have parted: nothing is left but friction.
+const PARTED: f64 = 2.0;
 
 /// See [`JointLaw::respond`].
 pub(super) fn respond<L: JointLaw + ?Sized>(
@@ -31,12 +35,17 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     let softening = law.softening().unwrap_or_default();
     let gap = opening.normal - before.dilation;
     if let Some(settled) = before.settled {
-        (memory.slip, memory.damage) = (settled.stuck(opening, gap), settled.damage);
+        memory.slip = settled.stuck(opening, gap);
+        // What has parted on the way does not grow together.
+        memory.damage = if before.damage >= PARTED { PARTED } else { settled.damage };
     }
     let start = *memory;
     let tension = law.tension();
     let normal = if gap > 0.0 {
         memory.damage = opened(tension, stiffness.normal, softening, gap, start.damage);
+        if memory.damage >= 1.0 && law.residual(0.0) > 0.0 {
+            memory.damage = PARTED;
+        }
         secant(tension, stiffness.normal, softening, memory.damage) * gap
     } else {
         if start.damage < 1.0 && law.softening().is_none() {
@@ -117,7 +126,8 @@ fn slide<L: JointLaw + ?Sized>(
     let trial = (opening.shear - memory.slip) * stiffness;
     let size = trial.norm();
     let (peak, residual) = limits(law, memory);
-    let limit = (1.0 - memory.damage) * peak + memory.damage * residual;
+    let damage = memory.damage.min(1.0);
+    let limit = (1.0 - damage) * peak + damage * residual;
     if size <= limit {
         memory.traction.shear = trial;
         return;
@@ -146,7 +156,8 @@ fn damage_per_slip<L: JointLaw + ?Sized>(law: &L, softening: Softening, normal: 
 /// Peak and residual shear strength; the residual acts on closed faces only.
 fn limits<L: JointLaw + ?Sized>(law: &L, memory: &Memory) -> (f64, f64) {
     let normal = memory.traction.normal;
-    let residual = if memory.gap <= 0.0 { law.residual(normal) } else { 0.0 };
+    let cohesion = if memory.damage >= PARTED { law.residual(0.0) } else { 0.0 };
+    let residual = if memory.gap <= 0.0 { (law.residual(normal) - cohesion).max(0.0) } else { 0.0 };
     let peak = if memory.damage < 1.0 { law.peak(normal) } else { residual };
     // Softening never makes stronger.
     (peak.max(residual), residual)

@@ -81,7 +81,8 @@ fn pure_opening_takes_its_fracture_energy() {
         let path = path.map(|x| at(elastic + x * (last - elastic), 0.0));
         let (memory, loss) = lead(&law, path, start);
         assert!((loss.fracture / energy - 1.0).abs() < 1e-9, "{loss:?}");
-        assert_eq!((loss.friction, memory.traction.normal, memory.damage), (0.0, 0.0, 1.0));
+        // Parted faces have lost their residual cohesion, too.
+        assert_eq!((loss.friction, memory.traction.normal, memory.damage), (0.0, 0.0, 2.0));
     }
 }
 
@@ -123,6 +124,33 @@ fn sliding_under_pressure_takes_its_fracture_energy() {
             if softens { 3000.0 } else { (peak - residual).powi(2) / (2.0 * STIFFNESS.shear) };
         assert_eq!(memory.damage, 1.0);
         assert!((loss.fracture / exact - 1.0).abs() < 2e-3, "{pressure} {loss:?} {exact}");
+    }
+}
+
+/// What has slid keeps its residual cohesion; what has opened bears friction alone when it closes again.
+#[test]
+fn faces_that_have_parted_have_no_cohesion() {
+    let law = MohrCoulomb { tan_dilation: 0.0, ..coulomb(None) };
+    let friction = 4e6 * tan(25.0);
+    let pressed = -4e6 / STIFFNESS.normal;
+    let slides = |i: i32| at(pressed, f64::from(i) * 1e-5);
+    for settles in [false, true] {
+        let mut memory = Memory::default();
+        let mut act = |opening: Opening| {
+            law.respond(STIFFNESS, opening, &mut memory);
+            memory.traction.shear.norm()
+        };
+        let slid = (1..=1000).map(slides).map(&mut act).fold(0.0, |_, shear| shear);
+        assert!((slid / (0.3e6 + friction) - 1.0).abs() < 1e-12, "{slid}");
+        assert_eq!(act(at(1e-6, 0.01)), 0.0);
+        let closed = (1001..=2000).map(slides).map(&mut act).fold(0.0, |_, shear| shear);
+        assert!((closed / friction - 1.0).abs() < 1e-12, "{closed}");
+        if settles {
+            memory.settle();
+            law.respond(STIFFNESS, slides(3000), &mut memory);
+            let shear = memory.traction.shear.norm();
+            assert!((shear / friction - 1.0).abs() < 1e-12, "{shear}");
+        }
     }
 }
 
@@ -224,10 +252,12 @@ fn what_bounces_is_never_faster() {
 }
 
 /// In relaxation the answer is that of the way straight from the last equilibrium, however far the motion went
-/// past it, and it is that of a motion which goes straight there.
+/// past it, and it is that of a motion which goes straight there. (Only the residual cohesion of faces that
+/// parted on the way is gone.)
 #[test]
 fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
     for law in [coulomb(None), coulomb(Some([800.0, 5000.0]))] {
+        let law = MohrCoulomb { residual_cohesion: 0.0, ..law };
         let bonded = Memory::default();
         let slides = Memory { damage: 1.0, gap: -1e-3, ..Memory::default() };
         for mut settled in [bonded, slides] {

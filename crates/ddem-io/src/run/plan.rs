@@ -74,21 +74,27 @@ fn pace(simulation: &mut Simulation) -> [f64; 2] {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, steps, time_step, broken, seconds } = self;
-        let most = if *time_step > 0.0 { "" } else { "at most " };
-        write!(f, "stage {name}: {most}{steps} steps")?;
-        if *time_step > 0.0 {
-            write!(f, " of {time_step:.4e} s")?;
+        if *time_step == 0.0 {
+            // The most steps that it may take say nothing of how long it will take.
+            let each = seconds / *steps as f64;
+            let time = wall_time(1000.0 * each);
+            return write!(
+                f,
+                "stage {name}: until forces balance, about {time} for each 1000 steps"
+            );
         }
+        write!(f, "stage {name}: {steps} steps of {time_step:.4e} s")?;
         if let Some((steps, time_step)) = broken {
             write!(f, " ({steps} of {time_step:.4e} s once they fail)")?;
         }
-        write!(f, ", {most}about {}", wall_time(*seconds))
+        write!(f, ", about {}", wall_time(*seconds))
     }
 }
 
 /// A wall time for people.
 fn wall_time(seconds: f64) -> String {
     match seconds {
+        s if s < 0.1 => format!("{:.0} ms", 1e3 * s),
         s if s < 10.0 => format!("{s:.1} s"),
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
