@@ -21,7 +21,7 @@ impl Observer for Samples {
 }
 
 fn deck(text: &str) -> Deck {
-    ddem_io::deck::parse(text, "session.toml").unwrap_or_else(|error| panic!("{error:#}")).0
+    ddem_io::deck::parse(text, "session.toml").unwrap_or_else(|error| panic!("{error}")).0
 }
 
 fn session(deck: &Deck) -> Session {

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ddem_core::deck::{FileIn, FileOf, Heights, Triangles};
-use ddem_core::{Deck, Fault};
+use ddem_core::{Deck, Fault, ModelError};
 
 /// Points that a grid of heights may have: more are no grid.
 const MOST_POINTS: usize = 100_000_000;
@@ -17,7 +17,7 @@ const MOST_POINTS: usize = 100_000_000;
 /// # Errors
 ///
 /// Files that cannot be read, or hold something else.
-pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), Vec<Fault>> {
+pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
     let (mut surfaces, mut grids) = (BTreeMap::new(), BTreeMap::new());
     let mut faults = Vec::new();
     for (place, region) in deck.regions_mut() {
@@ -32,7 +32,7 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), Vec<Fault>> {
             }));
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
+    if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
 }
 
 /// Makes the paths of files that a deck names, which are relative to `folder`, relative to the folder of the

@@ -53,8 +53,8 @@ fn put(folder: &Path, name: &str, content: impl AsRef<[u8]>) {
 fn left(folder: &Path, region: &str) -> Result<usize, String> {
     let path = folder.join("deck.toml");
     put(folder, "deck.toml", deck(region));
-    let (deck, source) = ddem_io::deck::read(&path).map_err(|error| format!("{error:#}"))?;
-    ddem_io::deck::check(&deck, &source).map_err(|error| format!("{error:#}"))?;
+    let (deck, source) = ddem_io::deck::read(&path).map_err(|error| error.to_string())?;
+    ddem_io::deck::check(&deck, &source).map_err(|error| error.to_string())?;
     Model::new(&deck).map(|model| model.n_blocks()).map_err(|error| error.to_string())
 }
 
