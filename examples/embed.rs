@@ -1,37 +1,53 @@
-//! A wall of blocks is pushed at its top until it leans by a tenth of a millimetre.
+//! A block on a slope: how far it settles, how safe it is, and a push that makes it slide.
 //!
 //! `cargo run --release --example embed`
 
-use ddem::deck::{BlockSet, Damping, Extent, Fix, History, Joint, JointChoice, Load, Material};
-use ddem::deck::{TimeStep, Where};
+use ddem::deck::{
+    BlockSet, Damping, Extent, Fix, Joint, JointChoice, Material, Search, TimeStep, Where,
+};
 use ddem::{Deck, Model, Simulation};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let plane = |z| Where { z: Some(Extent::Plane(z)), ..Where::default() };
-    let mut deck = Deck { title: "wall".into(), ..Deck::default() };
-    let rock = Material { density: 2400.0, young: 18e9, poisson: 0.25 };
-    let seam = Joint { thickness: 0.01, material: Some("rock".into()), ..Joint::default() };
-    deck.materials.insert("rock".into(), rock);
+    // Two blocks, one on the other; gravity leans by 25°, as on a slope.
+    let lean = 25_f64.to_radians();
+    let mut deck = Deck::default();
+    deck.model.gravity = [9.81 * lean.sin(), 0.0, -9.81 * lean.cos()];
+    deck.materials.insert("rock".into(), Material { density: 2400.0, young: 18e9, poisson: 0.25 });
+    let seam = Joint {
+        normal_stiffness: Some(1e10),
+        shear_stiffness: Some(5e9),
+        friction: Some(35.0),
+        ..Joint::default()
+    };
     deck.joints.insert("seam".into(), seam);
     deck.blocks.push(BlockSet {
-        size: Some([1.0, 4.0, 3.0]),
-        count: Some([1, 4, 3]),
+        size: Some([2.0, 2.0, 2.0]),
+        count: Some([1, 1, 2]),
         material: "rock".into(),
         joint: Some(JointChoice::All("seam".into())),
         ..BlockSet::default()
     });
-    deck.fix.push(Fix { region: plane(0.0), axes: "xyz".into(), ..Fix::default() });
-    let (push, ramp) = (Some([2e5, 0.0, 0.0]), Some(History::Ramp(0.05)));
-    deck.load.push(Load { region: plane(3.0), traction: push, history: ramp, ..Load::default() });
+    let level = |z| Where { z: Some(Extent::Plane(z)), ..Where::default() };
+    deck.fix.push(Fix { region: level(0.0), axes: "xyz".into(), ..Fix::default() });
 
     let model = Model::new(&deck)?;
-    let top = model.nearest_node([0.5, 2.0, 3.0]);
+    let (corner, top) = (model.nearest_node([2.0, 2.0, 2.0]), model.nodes_in(&level(2.0)));
     let mut simulation = Simulation::new(model);
-    simulation.start(Damping::Ratio(0.05), TimeStep::Auto, None)?;
-    while simulation.displacement(top)[0] < 1e-4 && simulation.time() < 0.1 {
+    simulation.relax(1e-5, 20_000)?;
+    let [x, y, z] = simulation.displacement(corner).map(|u| 1e3 * u);
+    println!("the corner moves by ({x:.4}, {y:.4}, {z:.4}) mm");
+    let safety = simulation.factor_of_safety(&Search::default(), &|_| {})?;
+    println!("factor of safety {:.2}", safety.factor.unwrap_or(f64::NAN));
+
+    // A push of 30 kN, until the block has slid by a centimetre.
+    let push = vec![[30e3 / top.len() as f64, 0.0, 0.0]; top.len()];
+    simulation.apply_force(&top, &push);
+    simulation.start(Damping::None, TimeStep::Auto, None)?;
+    while simulation.displacement(corner)[0] < 0.01 {
         simulation.step()?;
     }
-    let lean = 1e3 * simulation.displacement(top)[0];
-    println!("leans by {lean:.4} mm at {:.4} s", simulation.time());
+    let (time, state) = (simulation.time(), simulation.state_summary());
+    println!("it has slid by a centimetre after {time:.3} s");
+    println!("{} of {} pairs have failed", state.joints[0].shear, state.joints[0].pairs);
     Ok(())
 }

@@ -11,6 +11,7 @@ mod blasts;
 mod breaking;
 mod contacts;
 mod decks;
+mod embedding;
 mod energies;
 mod histories;
 mod loads;

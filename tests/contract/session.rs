@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ddem_core::deck::{Stage, StageKind};
 use ddem_core::{Deck, Simd};
 use ddem_io::run::{Event, Observer, Session, Went};
 
@@ -21,7 +22,7 @@ impl Observer for Samples {
 }
 
 fn deck(text: &str) -> Deck {
-    ddem_io::deck::parse(text, "session.toml").unwrap_or_else(|error| panic!("{error:#}")).0
+    ddem_io::deck::parse(text, "session.toml").unwrap_or_else(|error| panic!("{error}")).0
 }
 
 fn session(deck: &Deck) -> Session {
@@ -162,4 +163,12 @@ fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
     assert!((before / duration - 0.25).abs() < 0.05);
     assert_eq!(short.summary().stages.len(), 1);
     assert!(short.stage(stage, None, &mut samples).expect("another"));
+}
+
+#[test]
+fn a_session_has_no_stage_for_a_factor_of_safety() {
+    let mut session = session(&deck(&mixed()));
+    let stage = Stage { name: "safety".into(), kind: StageKind::Safety, ..Stage::default() };
+    let error = session.stage(&stage, None, &mut Samples::default()).expect_err("no stage for it");
+    assert!(error.to_string().contains("`Simulation::factor_of_safety`"), "{error}");
 }

@@ -151,6 +151,14 @@ impl Conditions {
         Ok(())
     }
 
+    /// Takes over the histories of the same supports, loads and charges, some of which a program may compute.
+    pub(crate) fn take_histories(&mut self, from: &Self) {
+        let Self { fixed, loaded, charged } = self;
+        fixed.iter_mut().zip(&from.fixed).for_each(|(a, b)| a.history.clone_from(&b.history));
+        loaded.iter_mut().zip(&from.loaded).for_each(|(a, b)| a.history.clone_from(&b.history));
+        charged.iter_mut().zip(&from.charged).for_each(|(a, b)| a.history.clone_from(&b.history));
+    }
+
     /// Number of the factor of what programs apply; that of gravity follows, as the last one.
     pub(crate) fn applied_factor(&self) -> usize {
         self.loaded.len() + self.charged.len()

@@ -19,7 +19,7 @@ pub struct Moving {
 }
 
 /// One thing that is wrong with a deck: where, what, and what would be right.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fault {
     /// Path of the key, as in `materials.rock.poisson` or `blocks[0].count`.
@@ -46,7 +46,11 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.place, self.message)?;
+        // What is wrong with a whole deck has no place.
+        if !self.place.is_empty() {
+            write!(f, "{}: ", self.place)?;
+        }
+        f.write_str(&self.message)?;
         if let Some(help) = &self.help {
             write!(f, " ({help})")?;
         }
@@ -54,8 +58,10 @@ impl fmt::Display for Fault {
     }
 }
 
+impl std::error::Error for Fault {}
+
 /// A deck that cannot become a model: every fault that was found, at least one.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[error("{}", .faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct ModelError {
     /// What is wrong, in the order of the deck.
@@ -69,7 +75,7 @@ impl From<Fault> for ModelError {
 }
 
 /// A run that cannot go on.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
     /// The time step that was asked for is not stable.
@@ -231,6 +237,21 @@ pub enum RunError {
         far: Option<f64>,
     },
 }
+
+/// Implements `Debug` by `Display`: a program whose `main` returns an error shows its `Debug`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! debug_as_display {
+    ($($error:ty),*) => {$(
+        impl ::std::fmt::Debug for $error {
+            fn fmt(&self, f: &mut ::std::fmt::Formatter<'_>) -> ::std::fmt::Result {
+                ::std::fmt::Display::fmt(self, f)
+            }
+        }
+    )*};
+}
+
+crate::debug_as_display!(Fault, ModelError, RunError);
 
 /// What moves a block too fast.
 fn too_fast(driven: Option<usize>) -> String {

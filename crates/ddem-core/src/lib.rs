@@ -69,6 +69,7 @@ pub use fields::{
 pub use geometry::{Face, Interface, Selection};
 pub use history::Function;
 pub use model::Model;
+pub use nalgebra;
 pub use pairs::PairAt;
 pub use relax::Relaxed;
 pub use safety::{Safety, Trial};

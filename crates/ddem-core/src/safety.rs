@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use crate::contact::FRICTION;
 use crate::deck::{Deck, Joint, Search};
 use crate::error::{Fault, RunError};
-use crate::model::Model;
 use crate::relax::Relaxed;
 use crate::saved::Saved;
 use crate::simd::Simd;
@@ -128,7 +127,7 @@ impl Simulation {
         factor: f64,
     ) -> Result<(Trial, Self), RunError> {
         let deck = self.model.deck();
-        let model = Model::new(deck).map_err(|error| RunError::Search { faults: error.faults })?;
+        let model = self.model.anew().map_err(|error| RunError::Search { faults: error.faults })?;
         let simd = Simd::of(self.scratch.level);
         let lost = || RunError::Search { faults: vec![Fault::new("state", "it cannot be copied")] };
         let mut trial = Self::restore(model, simd, saved).ok_or_else(lost)?;

@@ -56,7 +56,7 @@ pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     match read_files(&mut deck, folder) {
         Ok(()) => Ok((deck, source)),
-        Err(faults) => Err(DeckError::from_faults(&source, faults)),
+        Err(error) => Err(DeckError::from_faults(&source, error.faults)),
     }
 }
 

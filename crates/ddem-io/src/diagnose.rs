@@ -1,9 +1,9 @@
 //! What is wrong with a deck, shown in its text.
 
-use std::fmt;
+use std::fmt::{self, Write};
 use std::io;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ddem_core::Fault;
@@ -17,14 +17,13 @@ const SHOWN: usize = 20;
 
 /// A deck that cannot be used.
 ///
-/// `{}` is one line; `{:#}` adds one line for each fault; [`report`](Self::report) shows the text
-/// of the deck with each fault underlined.
-#[derive(Debug, thiserror::Error, Diagnostic)]
+/// `{}` is a line for the deck and one for each mistake; [`report`](Self::report) shows the text of the deck
+/// with each mistake underlined.
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum DeckError {
     /// The file cannot be read.
-    #[error("cannot read the deck `{}`", .path.display())]
-    #[diagnostic(help("a deck is a TOML file"))]
+    #[error("{}: {source} ({A_DECK})", unreadable(path))]
     Unreadable {
         /// Path of the file.
         path: PathBuf,
@@ -38,31 +37,32 @@ pub enum DeckError {
         message: String,
     },
     /// Something in the deck is wrong.
-    #[error(fmt = summary)]
+    #[error("{}{}", headline(name, findings), lines(findings))]
     Wrong {
         /// What the deck is called, usually the path of its file.
         name: String,
         /// What is wrong, in the order of the text; at least one.
-        #[related]
         findings: Vec<Finding>,
     },
 }
 
-fn summary(name: &str, findings: &[Finding], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+ddem_core::debug_as_display!(DeckError);
+
+const A_DECK: &str = "a deck is a TOML file";
+
+fn unreadable(path: &Path) -> String {
+    format!("cannot read the deck `{}`", path.display())
+}
+
+fn headline(name: &str, findings: &[Finding]) -> String {
     match findings {
-        [one] => write!(f, "the deck `{name}` has a mistake in line {}", one.line)?,
-        many => write!(f, "the deck `{name}` has {} mistakes", many.len())?,
+        [one] => format!("the deck `{name}` has a mistake in line {}", one.line),
+        many => format!("the deck `{name}` has {} mistakes", many.len()),
     }
-    if f.alternate() {
-        for finding in findings {
-            write!(f, "\n{name}:{}:{}: ", finding.line, finding.column)?;
-            match finding.fault.place.as_str() {
-                "" => write!(f, "{}", finding.fault.message)?,
-                _ => write!(f, "{}", finding.fault)?,
-            }
-        }
-    }
-    Ok(())
+}
+
+fn lines(findings: &[Finding]) -> String {
+    findings.iter().map(|finding| format!("\n{finding}")).collect()
 }
 
 impl DeckError {
@@ -100,21 +100,24 @@ impl DeckError {
             .with_context_lines(1);
         let mut report = String::new();
         let rendered = match self {
-            Self::Wrong { findings, .. } => {
-                report = format!("{self}\n\n");
+            Self::Wrong { name, findings } => {
+                report = format!("{}\n\n", headline(name, findings));
                 let mut shown = findings.iter().take(SHOWN);
-                let rendered =
-                    shown.try_for_each(|finding| handler.render_report(&mut report, finding));
+                let rendered = shown
+                    .try_for_each(|finding| handler.render_report(&mut report, &InText(finding)));
                 if findings.len() > SHOWN {
                     report += &format!("\n… and {} more\n", findings.len() - SHOWN);
                 }
                 rendered
             }
-            _ => handler.render_report(&mut report, self),
+            Self::Unreadable { path, source } => {
+                handler.render_report(&mut report, &Unreadable { path, source })
+            }
+            Self::Unwritable { .. } => writeln!(report, "{self}"),
         };
         match rendered {
             Ok(()) => report,
-            Err(fmt::Error) => format!("{self:#}"),
+            Err(fmt::Error) => self.to_string(),
         }
     }
 }
@@ -159,26 +162,65 @@ impl Finding {
     }
 }
 
+/// Where it is, what is wrong and what helps, on one line.
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.fault.message)
+        write!(f, "{}:{}:{}: {}", self.text.name(), self.line, self.column, self.fault)
     }
 }
 
 impl std::error::Error for Finding {}
 
-impl Diagnostic for Finding {
+/// A finding as its text is shown.
+#[derive(Debug)]
+struct InText<'a>(&'a Finding);
+
+impl fmt::Display for InText<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0.fault.message)
+    }
+}
+
+impl std::error::Error for InText<'_> {}
+
+impl Diagnostic for InText<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.fault.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        self.0.fault.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn miette::SourceCode> {
-        Some(&self.text)
+        Some(&self.0.text)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let place = if self.fault.place.is_empty() { "here" } else { &self.fault.place };
-        let label = LabeledSpan::new_with_span(Some(place.to_owned()), self.span.clone());
+        let Finding { fault, span, .. } = self.0;
+        let place = if fault.place.is_empty() { "here" } else { &fault.place };
+        let label = LabeledSpan::new_with_span(Some(place.to_owned()), span.clone());
         Some(Box::new(std::iter::once(label)))
+    }
+}
+
+/// A file that cannot be read, its cause on a line of its own.
+#[derive(Debug)]
+struct Unreadable<'a> {
+    path: &'a Path,
+    source: &'a io::Error,
+}
+
+impl fmt::Display for Unreadable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&unreadable(self.path))
+    }
+}
+
+impl std::error::Error for Unreadable<'_> {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(self.source)
+    }
+}
+
+impl Diagnostic for Unreadable<'_> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(A_DECK))
     }
 }

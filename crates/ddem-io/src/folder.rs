@@ -28,7 +28,7 @@ const RESULTS: [&str; 9] =
     [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES, SUMMARY, CHECKPOINT];
 
 /// Why a folder cannot take the results. Nothing was written.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum FolderError {
     /// The results in it come from another deck.
@@ -95,6 +95,8 @@ pub enum FolderError {
         source: OutputError,
     },
 }
+
+ddem_core::debug_as_display!(FolderError);
 
 /// What becomes of the results that a folder holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -312,8 +314,10 @@ fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> 
         let (from, to) = (folder.join(name), kept.join(name));
         fs::rename(&from, &to).map_err(|e| not_writable(&to, "moving results to", e))?;
     }
-    let shown = folder.file_name().map(|_| folder.with_file_name(format!("{name}.{number}")));
-    Ok(Some(shown.unwrap_or(kept)))
+    // As the folder was given, unless that leads elsewhere, as from a link or from `..`.
+    let near = folder.with_file_name(format!("{name}.{number}"));
+    let leads_there = near.canonicalize().is_ok_and(|near| near == kept);
+    Ok(Some(if leads_there { near } else { kept }))
 }
 
 /// Permissions do not tell whether a folder can be written to; writing does.

@@ -17,3 +17,4 @@ pub mod vtkhdf;
 pub use deck::Source;
 pub use diagnose::{DeckError, Finding};
 pub use output_error::{Cause, OutputError};
+pub use {serde_json, toml};

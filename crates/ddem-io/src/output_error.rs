@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 pub type Cause = Box<dyn std::error::Error + Send + Sync + 'static>;
 
 /// A result file that could not be written or read. Every variant names the file.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
     /// The disk or the quota of the user is exhausted.
@@ -71,6 +71,8 @@ pub enum OutputError {
         message: String,
     },
 }
+
+ddem_core::debug_as_display!(OutputError);
 
 impl OutputError {
     /// The file the error is about.

@@ -306,6 +306,25 @@ fn a_run_that_begins_anew_keeps_earlier_results() {
     assert_eq!(folder.kept(), None);
 }
 
+/// Results behind a link are kept beside them, and the path that is said leads there.
+#[test]
+#[cfg(unix)]
+fn results_behind_a_link_are_kept_beside_them() {
+    let root = tempdir().unwrap();
+    let root = root.path().canonicalize().unwrap();
+    for name in ["here", "disk/beam"] {
+        fs::create_dir_all(root.join(name)).unwrap();
+    }
+    let link = root.join("here/latest");
+    std::os::unix::fs::symlink(root.join("disk/beam"), &link).unwrap();
+    for kept in [None, Some(root.join("disk/beam.1"))] {
+        let folder = prepare(&link, "beam.toml", "Beam", "a = 1", Earlier::Keep).unwrap();
+        assert_eq!(folder.kept(), kept.as_deref());
+        fs::write(folder.summary(), "{}").unwrap();
+    }
+    assert!(root.join("disk/beam.1/summary.json").exists());
+}
+
 #[test]
 fn paths_that_cannot_be_folders_are_refused() {
     let root = tempdir().unwrap();

@@ -251,10 +251,7 @@ pub(crate) fn table_alone(py: Python<'_>, section: &str, table: Table) -> PyResu
 
 /// A deck with what is in the files that it names; paths are relative to the folder of the program.
 pub(crate) fn with_files(mut deck: Deck) -> Result<Deck, ModelError> {
-    match ddem_io::deck::read_files(&mut deck, Path::new("")) {
-        Ok(()) => Ok(deck),
-        Err(faults) => Err(ModelError { faults }),
-    }
+    ddem_io::deck::read_files(&mut deck, Path::new("")).map(|()| deck)
 }
 
 /// Arguments are said without the place that they have in the deck.

@@ -154,6 +154,12 @@ impl Borders {
         Ok(())
     }
 
+    /// Takes over the histories of the same boundaries, some of which a program may compute.
+    pub(crate) fn take_histories(&mut self, from: &Self) {
+        let both = self.list.iter_mut().zip(&from.list);
+        both.for_each(|(own, other)| own.history.clone_from(&other.history));
+    }
+
     /// Forces that go on where supports end at boundaries: what held a node before a stage, besides
     /// what went on there already.
     pub(crate) fn kept(

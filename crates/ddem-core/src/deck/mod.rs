@@ -10,6 +10,7 @@ mod charge;
 mod check;
 mod conditions;
 mod contact;
+pub mod decimal;
 mod files;
 mod forms;
 mod matter;

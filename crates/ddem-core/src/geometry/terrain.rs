@@ -27,7 +27,9 @@ impl Terrain {
         let corners = [(i, j, (1.0 - s) * (1.0 - t)), (i + 1, j, s * (1.0 - t))];
         let upper = [(i, j + 1, (1.0 - s) * t), (i + 1, j + 1, s * t)];
         let held = corners.into_iter().chain(upper).filter(|(.., weight)| *weight > 0.0);
-        let height: f64 = held.map(|(i, j, weight)| weight * z[i + columns.len() * j]).sum();
+        // Heights that a program has made may be too few.
+        let at = |i: usize, j: usize| z.get(i + columns.len() * j).copied().unwrap_or(f64::NAN);
+        let height: f64 = held.map(|(i, j, weight)| weight * at(i, j)).sum();
         (!height.is_nan()).then_some(height)
     }
 
@@ -49,7 +51,7 @@ impl Terrain {
 /// The interval of an axis in which a point lies, and which part of it is below the point. A point
 /// beyond the ends, by no more than `rim`, is at the end.
 fn between(axis: &[f64], at: f64, rim: f64) -> Option<(usize, f64)> {
-    let (&first, &last) = (axis.first()?, axis.last()?);
+    let [first, .., last] = axis else { return None };
     if !(at >= first - rim && at <= last + rim) {
         return None;
     }
@@ -155,6 +157,15 @@ mod tests {
             assert!((height - of(x, y)).abs() < 1e-12, "{height} at {x}, {y}");
         }
         assert_eq!(terrain.height(&Vec3::new(4.1, 0.0, 0.0), 1e-6), None);
+    }
+
+    #[test]
+    fn what_is_no_grid_has_no_heights() {
+        let here = Vec3::zeros();
+        for (x, z) in [(&[0.0][..], &[1.0, 1.0][..]), (&[], &[]), (&[0.0, 1.0], &[1.0])] {
+            let height = terrain(x, &[-1.0, 0.5], z, 0.5).height(&here, 0.0);
+            assert_eq!(height, None, "{x:?}");
+        }
     }
 
     /// A missing height does not matter where it has no weight, and the rim has that of the end.

@@ -4,12 +4,32 @@ use std::sync::Arc;
 
 use super::Model;
 use crate::contact::Surfaces;
-use crate::error::Fault;
+use crate::error::{Fault, ModelError};
 use crate::history::Function;
 use crate::law::JointLaw;
 use crate::sliding::Sliding;
 
 impl Model {
+    /// The model of the same deck before its first stage, with the laws and histories that a program has given
+    /// to this one.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`new`](Self::new).
+    pub(crate) fn anew(&self) -> Result<Self, ModelError> {
+        let mut model = Self::new(&self.deck)?;
+        for (name, law) in self.deck.joints.keys().zip(&self.laws) {
+            let own = self.computed.contains(&format!("joints.{name}"));
+            if let Some(law) = law.as_ref().filter(|_| own) {
+                model.set_law(name, law.clone())?;
+            }
+        }
+        model.conditions.take_histories(&self.conditions);
+        model.borders.take_histories(&self.borders);
+        model.computed.clone_from(&self.computed);
+        Ok(model)
+    }
+
     /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
     /// of the deck: a simulation that is restored needs a model with the same laws, and warnings
     /// and reports speak of the deck's strengths. Contacts are looked for from now on, unless the deck

@@ -19,7 +19,8 @@ struct Plane {
     area: f64,
     asked: f64,
     lacking: Vec3,
-    /// Sum of the sizes.
+    /// Sums of the sizes, of each component and of the vectors: what lacks may cancel on a plane.
+    sizes: Vec3,
     lacks: f64,
 }
 
@@ -63,6 +64,7 @@ impl Model {
                 plane.area += area;
                 plane.asked += force.norm();
                 plane.lacking += lacking;
+                plane.sizes += lacking.abs();
                 plane.lacks += lacking.norm();
             }
         }
@@ -94,7 +96,7 @@ impl Model {
         let paste = if alone && (wanted - borne).norm() > 0.0 {
             let mut slope = stress.gradient[axis];
             slope[axis] += (wanted - borne)[axis];
-            let axis = AXES[axis];
+            let (axis, slope) = (AXES[axis], slope.map(|x| rounded(x, 9)));
             format!("; in `[[initial]]` that is\n  gradient = {{ {axis} = {slope:?} }}")
         } else {
             String::new()
@@ -153,8 +155,8 @@ impl Plane {
             None => format!("a plane through {:.4?} m", <[f64; 3]>::from(self.point)),
         };
         let [x, y, z] = self.lacking.into();
-        let cure = match along {
-            Some(axis) => format!("put in\n{}\n", self.paste(axis, gravity)),
+        let cure = match along.and_then(|axis| self.paste(axis, gravity)) {
+            Some(lines) => format!("put in\n{lines}\n"),
             None => {
                 "hold them with [[fix]], or load them with the stress times the normal; ".to_owned()
             }
@@ -167,18 +169,19 @@ impl Plane {
         )
     }
 
-    /// Lines of a deck that carry the stress: a support along the components that are missing; a load on faces
-    /// that look up.
-    fn paste(&self, axis: usize, gravity: &Vec3) -> String {
+    /// Lines of a deck that carry the stress: a support along the components that are missing; on faces that
+    /// look up a load, if one does it.
+    fn paste(&self, axis: usize, gravity: &Vec3) -> Option<String> {
         let place = format!("where = {{ {} = {:?} }}", AXES[axis], rounded(self.point[axis], 9));
-        let missing = |c: &usize| self.lacking[*c].abs() > SMALL * self.lacks;
         if self.normal.dot(gravity) < 0.0 {
+            let cancels = (self.sizes - self.lacking.abs()).norm() > SMALL * self.lacks;
             let traction = (self.lacking / self.area).map(|x| rounded(x, 6));
             let traction = <[f64; 3]>::from(traction);
-            return format!("  [[load]]\n  {place}\n  traction = {traction:?}");
+            return (!cancels).then(|| format!("  [[load]]\n  {place}\n  traction = {traction:?}"));
         }
+        let missing = |c: &usize| self.sizes[*c] > SMALL * self.lacks;
         let axes: String = (0..3).filter(missing).map(|c| AXES[c]).collect();
-        format!("  [[fix]]\n  {place}\n  axes = \"{axes}\"")
+        Some(format!("  [[fix]]\n  {place}\n  axes = \"{axes}\""))
     }
 }
 

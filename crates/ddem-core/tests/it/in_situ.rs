@@ -358,6 +358,17 @@ fn faces_that_do_not_carry_it_are_named() {
     below.model.gravity = [-9.81, 0.0, 0.0];
     let lines = "\n  [[load]]\n  where = { x = 3.0 }\n  traction = [-6000000.0, 0.0, 0.0]\n";
     assert!(unbalanced(&below)[0].contains(lines), "{:?}", unbalanced(&below));
+    // Pressure on one half and tension on the other cancel, and no one load carries them.
+    let mut bent = deck.clone();
+    bent.initial[0].stress = Some([-1e6, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let slope = Some([1e6, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    bent.initial[0].gradient = Some(Gradient { y: slope, ..Gradient::default() });
+    let lines = "\n  [[fix]]\n  where = { x = 3.0 }\n  axes = \"x\"\n";
+    let of_x = |deck: &Deck| unbalanced(deck).into_iter().find(|text| text.contains("along +x"));
+    assert!(of_x(&bent).is_some_and(|text| text.contains(lines)), "{:?}", unbalanced(&bent));
+    bent.model.gravity = [-9.81, 0.0, 0.0];
+    let said = of_x(&bent).unwrap_or_default();
+    assert!(said.contains("hold them") && !said.contains("[[load]]\n"), "{said}");
     deck.fix.push(fix(plane(0, 3.0), "x"));
     assert_eq!(unbalanced(&deck), Vec::<String>::new());
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ddem_core::deck::*;
+use ddem_core::law::JointLaw;
 use ddem_core::{Function, Model, Relaxed, RunError, Simd, Simulation};
 
 use crate::charges::{everywhere, gas, hollow};
@@ -208,4 +209,59 @@ fn a_relaxation_goes_on_without_asking_for_histories() {
         assert_eq!(on(simulation), Relaxed::Done);
     }
     assert_eq!(bits(&whole.displacements()), bits(&parts.displacements()));
+}
+
+/// Dry friction, which the deck does not know.
+#[derive(Debug)]
+struct Friction(f64);
+
+impl JointLaw for Friction {
+    fn tension(&self) -> f64 {
+        0.0
+    }
+
+    fn peak(&self, normal: f64) -> f64 {
+        (-normal * self.0).max(0.0)
+    }
+
+    fn residual(&self, normal: f64) -> f64 {
+        self.peak(normal)
+    }
+}
+
+/// Factor of safety of a slab on a held one, whose joint has friction of 35°.
+fn safety(deck: &Deck, function: Option<Arc<Function>>) -> f64 {
+    let mut model = model(deck);
+    let set = model.set_law("seam", Arc::new(Friction(35_f64.to_radians().tan())));
+    set.unwrap_or_else(|fault| panic!("{fault}"));
+    if let Some(function) = function {
+        model.set_load_history(0, function).unwrap_or_else(|fault| panic!("{fault}"));
+    }
+    let mut simulation = Simulation::new(model);
+    simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{error}"));
+    let found = simulation.factor_of_safety(&Search::default(), &|_| {});
+    let found = found.unwrap_or_else(|error| panic!("{error}"));
+    found.factor.unwrap_or_else(|| panic!("not in the bracket: {:?}", found.trials))
+}
+
+#[test]
+fn a_factor_of_safety_is_that_of_laws_and_histories_of_a_program() {
+    let mut deck = deck([1, 1, 2], [2.0, 2.0, 1.0], 1, 0.01);
+    let held = Where { z: Some(Extent::Range([0.0, 0.499])), ..Where::default() };
+    deck.fix = vec![fix(held, "xyz")];
+    let (sine, cosine) = 25_f64.to_radians().sin_cos();
+    deck.model.gravity = [9.81 * sine, 0.0, -9.81 * cosine];
+    let exact = 35_f64.to_radians().tan() / 25_f64.to_radians().tan();
+    let found = safety(&deck, None);
+    assert!((found / exact - 1.0).abs() < 5e-3, "{found}, not {exact}");
+
+    let pushed = |traction: f64, function: Option<Arc<Function>>| {
+        let mut deck = deck.clone();
+        deck.model.gravity = [0.0, 0.0, -9.81];
+        let traction = Some([traction, 0.0, 0.0]);
+        deck.load = vec![Load { region: plane(2, 1.0), traction, ..Load::default() }];
+        safety(&deck, function)
+    };
+    let half: Arc<Function> = Arc::new(|_| Ok(0.5));
+    assert_eq!(pushed(8e3, Some(half)).to_bits(), pushed(4e3, None).to_bits());
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ddem_core::deck::{FileIn, FileOf, Heights, Triangles};
-use ddem_core::{Deck, Fault};
+use ddem_core::{Deck, Fault, ModelError};
 
 /// Points that a grid of heights may have: more are no grid.
 const MOST_POINTS: usize = 100_000_000;
@@ -17,7 +17,7 @@ const MOST_POINTS: usize = 100_000_000;
 /// # Errors
 ///
 /// Files that cannot be read, or hold something else.
-pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), Vec<Fault>> {
+pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
     let (mut surfaces, mut grids) = (BTreeMap::new(), BTreeMap::new());
     let mut faults = Vec::new();
     for (place, region) in deck.regions_mut() {
@@ -32,7 +32,7 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), Vec<Fault>> {
             }));
         }
     }
-    if faults.is_empty() { Ok(()) } else { Err(faults) }
+    if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
 }
 
 /// Makes the paths of files that a deck names, which are relative to `folder`, relative to the folder of the
@@ -249,10 +249,12 @@ fn gridded(points: &[[f64; 3]]) -> Result<Heights, Fault> {
 fn raster(text: &str) -> Result<Heights, Fault> {
     let mut words = text.split_whitespace().peekable();
     let mut header = BTreeMap::new();
-    while let Some(word) = words.peek().filter(|word| number(word).is_none()) {
+    // Heights may be missing as `nan`.
+    let height = |word: &str| if missing(word) { Some(f64::NAN) } else { number(word) };
+    while let Some(word) = words.peek().filter(|word| height(word).is_none()) {
         let key = word.to_ascii_lowercase();
         words.next();
-        let value = words.next().and_then(number);
+        let value = words.next().and_then(height);
         let value = value.ok_or_else(|| no_grid(format!("`{key}` has no number")))?;
         header.insert(key, value);
     }
@@ -260,7 +262,12 @@ fn raster(text: &str) -> Result<Heights, Fault> {
     let needed = |key: &str| value(key).ok_or_else(|| no_grid(format!("`{key}` is missing")));
     let (columns, rows, cell) = (needed("ncols")?, needed("nrows")?, needed("cellsize")?);
     let whole = |number: f64| number.fract() == 0.0 && (2.0..=MOST_POINTS as f64).contains(&number);
-    if !whole(columns) || !whole(rows) || columns * rows > MOST_POINTS as f64 || cell <= 0.0 {
+    if !whole(columns)
+        || !whole(rows)
+        || columns * rows > MOST_POINTS as f64
+        || cell.is_nan()
+        || cell <= 0.0
+    {
         let message = format!("{columns} columns and {rows} rows of cells of {cell} m are no grid");
         return Err(no_grid(message));
     }
@@ -272,7 +279,7 @@ fn raster(text: &str) -> Result<Heights, Fault> {
         };
     let (west, south) = (start("x")?, start("y")?);
     let (columns, rows) = (columns as usize, rows as usize);
-    let numbers: Option<Vec<f64>> = words.map(number).collect();
+    let numbers: Option<Vec<f64>> = words.map(height).collect();
     let numbers = numbers.ok_or_else(|| no_grid("a height is no number"))?;
     if numbers.len() != columns * rows {
         let message =

@@ -1,32 +1,34 @@
 //! Numbers as people write them, and as TOML wants them.
 
-/// Units and their size in SI units.
-const UNITS: [(&str, f64); 25] = [
-    ("Pa", 1.0),
-    ("kPa", 1e3),
-    ("MPa", 1e6),
-    ("GPa", 1e9),
-    ("bar", 1e5),
-    ("m", 1.0),
-    ("mm", 1e-3),
-    ("cm", 1e-2),
-    ("km", 1e3),
-    ("s", 1.0),
-    ("ms", 1e-3),
-    ("us", 1e-6),
-    ("µs", 1e-6),
-    ("N", 1.0),
-    ("kN", 1e3),
-    ("MN", 1e6),
-    ("kg", 1.0),
-    ("t", 1e3),
-    ("g", 1e-3),
-    ("kg/m3", 1.0),
-    ("t/m3", 1e3),
-    ("g/cm3", 1e3),
-    ("MPa/m", 1e6),
-    ("GPa/m", 1e9),
-    ("m/s", 1.0),
+use ddem_core::deck::decimal::shifted;
+
+/// Units, and the power of ten that each is of the SI unit.
+const UNITS: [(&str, i32); 25] = [
+    ("Pa", 0),
+    ("kPa", 3),
+    ("MPa", 6),
+    ("GPa", 9),
+    ("bar", 5),
+    ("m", 0),
+    ("mm", -3),
+    ("cm", -2),
+    ("km", 3),
+    ("s", 0),
+    ("ms", -3),
+    ("us", -6),
+    ("µs", -6),
+    ("N", 0),
+    ("kN", 3),
+    ("MN", 6),
+    ("kg", 0),
+    ("t", 3),
+    ("g", -3),
+    ("kg/m3", 0),
+    ("t/m3", 3),
+    ("g/cm3", 3),
+    ("MPa/m", 6),
+    ("GPa/m", 9),
+    ("m/s", 0),
 ];
 
 /// How to write what is not a number in TOML, but was meant as one.
@@ -55,7 +57,7 @@ pub(crate) fn hint(text: &str) -> Option<String> {
     let plain = "numbers stand without a unit, in SI units (angles in degrees)";
     let unit = unit.replace(['^', '³'], if unit.contains('³') { "3" } else { "" });
     let known = UNITS.iter().find(|(name, _)| *name == unit);
-    let known = known.map(|(_, size)| value * size);
+    let known = known.map(|(_, power)| shifted(value, *power));
     let known = known.or(["°", "deg", "degrees"].contains(&unit.as_str()).then_some(value));
     Some(match known {
         Some(value) => format!("{plain}: write {}", written(value)),
@@ -93,6 +95,8 @@ mod tests {
             ("20 GPa", "2e10"),
             ("\"0.5 MPa\"", "5e5"),
             ("1e3 mm", "1.0"),
+            ("2.01 GPa", "2.01e9"),
+            ("0.07 mm", "7e-5"),
             ("2.7 g/cm^3", "2700.0"),
             ("2400 kg/m³", "2400.0"),
             ("30°", "30.0"),

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use ddem_core::deck::{Stage, StageKind};
-use ddem_core::{ModelError, Simulation};
+use ddem_core::{Fault, ModelError, Simulation};
 
 use super::report::{check_steps, unsafe_steps};
 use super::session::Session;
@@ -165,7 +165,13 @@ impl Session {
         folder: Option<&Path>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Option<Folder>>, RunFailure> {
-        let faults = stage.check();
+        let mut faults = stage.check();
+        if stage.kind == StageKind::Safety {
+            let fault =
+                Fault::new("kind", "a session has no stage that looks for a factor of safety");
+            faults
+                .push(fault.help("`Simulation::factor_of_safety` finds that of the present state"));
+        }
         if !faults.is_empty() {
             return Err(ModelError { faults }.into());
         }

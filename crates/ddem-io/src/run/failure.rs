@@ -8,7 +8,7 @@ use crate::folder::FolderError;
 use crate::{DeckError, OutputError};
 
 /// Why a run did not start, or did not reach its end.
-#[derive(Debug, thiserror::Error)]
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum RunFailure {
     /// The deck is wrong.
@@ -67,6 +67,8 @@ pub enum RunFailure {
         message: String,
     },
 }
+
+ddem_core::debug_as_display!(RunFailure);
 
 impl RunFailure {
     /// Whether it ended because it was told to.

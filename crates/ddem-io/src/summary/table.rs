@@ -28,10 +28,14 @@ fn vector(vector: [f64; 3], unit: &str) -> String {
     let (factor, prefix) = prefix(size, unit);
     // What is nothing beside the largest one is 0; all have as many decimals as that one.
     let decimals = decimals(size / factor);
-    let part = |x: f64| match x / factor {
-        _ if x.abs() < 1e-6 * size => "0".to_owned(),
-        x if (0.1..1e6).contains(&(size / factor)) => format!("{x:.decimals$}"),
-        x => digits(x),
+    let part = |x: f64| {
+        let text = match x / factor {
+            x if (0.1..1e6).contains(&(size / factor)) => format!("{x:.decimals$}"),
+            _ if x.abs() < 1e-6 * size => return "0".to_owned(),
+            x => digits(x),
+        };
+        // Not -0.000.
+        if text.contains(|c: char| matches!(c, '1'..='9')) { text } else { "0".to_owned() }
     };
     let [x, y, z] = vector.map(part);
     format!("({x}, {y}, {z}) {prefix}{unit}")
@@ -113,6 +117,9 @@ fn energy(energy: &Energy) -> String {
     let there = parts.iter().filter(|(_, value)| value.abs() > 1e-9 * energy.largest);
     let parts: Vec<String> =
         there.map(|(name, value)| format!("{name} {}", quantity(*value, "J"))).collect();
+    if parts.is_empty() {
+        return "none".to_owned();
+    }
     format!("{}; off by {:.1e} of the largest", parts.join(", "), energy.imbalance())
 }
 
@@ -233,5 +240,15 @@ mod tests {
             ["1.000 kPa", "12.50 MPa", "4.000 GPa", "-101.3 kPa"]
         );
         assert_eq!(vector([1500.0, -20.0, 1e-9], "N"), "(1.500, -0.020, 0) kN");
+        assert_eq!(vector([1500.0, -0.1, 0.6], "N"), "(1.500, 0, 0.001) kN");
+        assert_eq!(vector([0.0; 3], "N"), "(0, 0, 0) N");
+    }
+
+    #[test]
+    fn energies_that_are_not_there_are_left_out() {
+        let none = Energy::default();
+        assert_eq!(energy(&none), "none");
+        let some = Energy { kinetic: 2.0, largest: 2.0, ..none };
+        assert_eq!(energy(&some), "kinetic 2.000 J; off by 0.0e0 of the largest");
     }
 }

@@ -53,8 +53,8 @@ fn put(folder: &Path, name: &str, content: impl AsRef<[u8]>) {
 fn left(folder: &Path, region: &str) -> Result<usize, String> {
     let path = folder.join("deck.toml");
     put(folder, "deck.toml", deck(region));
-    let (deck, source) = ddem_io::deck::read(&path).map_err(|error| format!("{error:#}"))?;
-    ddem_io::deck::check(&deck, &source).map_err(|error| format!("{error:#}"))?;
+    let (deck, source) = ddem_io::deck::read(&path).map_err(|error| error.to_string())?;
+    ddem_io::deck::check(&deck, &source).map_err(|error| error.to_string())?;
     Model::new(&deck).map(|model| model.n_blocks()).map_err(|error| error.to_string())
 }
 
@@ -171,6 +171,11 @@ fn heights_as_csv_and_as_esri_grid() {
     put(path, "north.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 2\n0 0\n9 9\n");
     assert_eq!(left(path, "above = { topography = 'north.asc' }, y = [3, 4]"), Ok(48));
     assert_eq!(left(path, "below = { topography = 'north.asc' }, y = [0, 1]"), Ok(48));
+    // Where nothing is asked for, heights may be missing.
+    let east = "nan 9\nNaN 9\n";
+    let head = "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 3\nNODATA_value nan\n";
+    put(path, "nan.asc", format!("{head}{east}"));
+    assert_eq!(left(path, "below = { topography = 'nan.asc' }, x = [3, 4]"), Ok(48));
 }
 
 #[test]

@@ -90,10 +90,10 @@ fn no_number_may_be_infinite() {
     for (start, end) in floats(GOOD) {
         for value in ["nan", "inf", "-inf"] {
             let text = format!("{}{value}{}", &GOOD[..start], &GOOD[end..]);
-            let (deck, source) = parse(&text, "deck.toml").unwrap_or_else(|e| panic!("{e:#}"));
+            let (deck, source) = parse(&text, "deck.toml").unwrap_or_else(|e| panic!("{e}"));
             let error = check(&deck, &source).expect_err(&text[start - 20..]);
             let here = |f: &&ddem_io::Finding| f.span == (start..start + value.len());
-            let finding = error.findings().iter().find(here).unwrap_or_else(|| panic!("{error:#}"));
+            let finding = error.findings().iter().find(here).unwrap_or_else(|| panic!("{error}"));
             assert!(finding.fault.message.contains("finite"), "{}", finding.fault);
             changed += 1;
         }

@@ -1,5 +1,6 @@
 //! Numbers that look as if they were meant in another unit.
 
+use crate::deck::decimal::shifted;
 use crate::deck::{Damping, Deck, History, Joint, Material};
 
 /// Moduli below this are those of jelly `[Pa]`.
@@ -42,7 +43,7 @@ pub(super) fn units(deck: &Deck) -> Vec<String> {
             let of = format!("stage `{}`", stage.name);
             doubts.push(format!(
                 "{of}: a damping `ratio` of {ratio} is beyond critical damping, 1: {ratio} % would be written {}",
-                ratio / 100.0
+                shifted(ratio, -2)
             ));
         }
     }
@@ -72,8 +73,8 @@ fn strengths<'a>(of: &'a str, joint: &'a Joint) -> impl Iterator<Item = String> 
         [("normal_stiffness", normal_stiffness), ("shear_stiffness", shear_stiffness)];
     let slack = stiffnesses.into_iter().filter_map(move |(key, value)| {
         let value = value.filter(|value| *value < SLACKEST)?;
-        let (unit, size) = if value < 1e3 { ("GPa/m", 1e9) } else { ("MPa/m", 1e6) };
-        let meant = value * size;
+        let (unit, power) = if value < 1e3 { ("GPa/m", 9) } else { ("MPa/m", 6) };
+        let meant = shifted(value, power);
         Some(format!("{of}: `{key}` is {value} Pa/m: {value} {unit} would be written {meant:e}"))
     });
     weak.chain(slack)
@@ -105,7 +106,7 @@ fn loads(deck: &Deck) -> Vec<String> {
 }
 
 fn pressure(of: &str, key: &str, size: f64) -> Option<String> {
-    let meant = size * 1e6;
+    let meant = shifted(size, 6);
     (0.0 < size && size < WEAKEST).then(|| {
         format!(
             "{of}: `{key}` is {size} Pa, next to nothing: {size} MPa would be written {meant:e}"
@@ -114,14 +115,14 @@ fn pressure(of: &str, key: &str, size: f64) -> Option<String> {
 }
 
 fn modulus(of: &str, young: f64) -> Option<String> {
-    let meant = format!("{:e}", young * if young < 1e3 { 1e9 } else { 1e6 });
-    let unit = if young < 1e3 { "GPa" } else { "MPa" };
+    let (unit, power) = if young < 1e3 { ("GPa", 9) } else { ("MPa", 6) };
+    let meant = shifted(young, power);
     (young < SOFTEST)
-        .then(|| format!("{of}: `young` is {young} Pa: {young} {unit} would be written {meant}"))
+        .then(|| format!("{of}: `young` is {young} Pa: {young} {unit} would be written {meant:e}"))
 }
 
 fn mass(of: &str, density: f64) -> Option<String> {
-    let meant = 1e3 * density;
+    let meant = shifted(density, 3);
     (density < LIGHTEST).then(|| {
         format!("{of}: `density` is {density} kg/m³: {density} t/m³ would be written {meant}")
     })

@@ -1,0 +1,99 @@
+//! What other Rust programs rely on: errors that `?` passes on and that say all, types of dependencies
+//! without a dependency of their own, and the code in README.md.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+use ddem::deck::{BlockSet, Material};
+use ddem::io::deck::{check, from_table, parse, schema};
+use ddem::io::folder::FolderError;
+use ddem::io::run::RunFailure;
+use ddem::io::{DeckError, Finding, OutputError};
+use ddem::law::Traction;
+use ddem::{Deck, Fault, Model, ModelError, RunError, Simulation};
+
+fn passes_on<E: Error + Send + Sync + 'static>() {}
+
+#[test]
+fn errors_are_errors() {
+    passes_on::<Fault>();
+    passes_on::<ModelError>();
+    passes_on::<RunError>();
+    passes_on::<Finding>();
+    passes_on::<DeckError>();
+    passes_on::<RunFailure>();
+    passes_on::<FolderError>();
+    passes_on::<OutputError>();
+}
+
+/// One fault in each of two ways to a model.
+fn fails(text: Option<&str>) -> Result<Simulation, Box<dyn Error>> {
+    let deck = match text {
+        Some(text) => {
+            let (deck, source) = parse(text, "block.toml")?;
+            check(&deck, &source)?;
+            deck
+        }
+        None => {
+            let mut deck = Deck::default();
+            let rock = Material { density: 2400.0, young: 18e9, poisson: 0.75 };
+            deck.materials.insert("rock".into(), rock);
+            let size = Some([1.0; 3]);
+            deck.blocks.push(BlockSet { size, material: "rock".into(), ..BlockSet::default() });
+            deck
+        }
+    };
+    Ok(Simulation::new(Model::new(&deck)?))
+}
+
+/// Also by its `Debug`, which is what a `main` that returns an error shows.
+#[test]
+fn errors_say_what_is_wrong_where_and_what_helps() {
+    let unknown = "[materials.rock]\ndensity = 2400\nyoung = 18e9\npossion = 0.25\n";
+    for (text, wanted) in [
+        (None, &["materials.rock.poisson", "0.75", "0.5"][..]),
+        (Some(unknown), &["block.toml:4:1", "unknown key `possion`", "did you mean `poisson`?"]),
+        (
+            Some("[materials.rock]\nyoung = 20GPa\n"),
+            &["block.toml:2:", "not a number", "write 2e10"],
+        ),
+    ] {
+        let error = fails(text).map(|_| ()).expect_err("a mistake");
+        let said = error.to_string();
+        assert!(wanted.iter().all(|part| said.contains(part)), "{said}");
+        assert_eq!(format!("{error:?}"), said);
+    }
+}
+
+#[test]
+fn types_of_dependencies_come_with_the_library() -> Result<(), Box<dyn Error>> {
+    let shear = ddem::nalgebra::Vector2::new(3e3, 4e3);
+    assert_eq!(Traction { normal: -1e4, shear }.shear.norm(), 5e3);
+    let table: ddem::io::toml::Table = "title = 'a deck'".parse()?;
+    assert_eq!(from_table(&table)?.title, "a deck");
+    let schema: ddem::io::serde_json::Value = schema();
+    assert!(schema["properties"]["title"].is_object());
+    Ok(())
+}
+
+/// The Rust code in README.md is that of the examples, which are compiled.
+#[test]
+fn the_code_in_the_readme_is_that_of_the_examples() -> Result<(), Box<dyn Error>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = fs::read_to_string(root.join("README.md"))?;
+    let mut examples = String::new();
+    for entry in fs::read_dir(root.join("examples"))? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "rs") {
+            examples += &fs::read_to_string(path)?;
+        }
+    }
+    let blocks: Vec<&str> =
+        readme.split("```rust\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    assert!(blocks.len() >= 2, "no code in Rust");
+    for block in blocks {
+        assert!(examples.contains(block), "in no file of examples:\n{block}");
+    }
+    Ok(())
+}
