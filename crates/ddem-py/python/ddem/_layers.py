@@ -150,7 +150,7 @@ def far_points(frame: Frame, layer: Layer, scale: float) -> npt.NDArray[np.bool_
     far = outside(frame, scale)
     if len(far) == 0:
         return np.zeros(len(layer.points), np.bool_)
-    marked: npt.NDArray[np.bool_] = np.isin(layer.nodes, frame.elements[np.isin(frame.blocks, far)])
+    marked: npt.NDArray[np.bool_] = np.isin(np.asarray(layer.nodes), frame.elements[np.isin(frame.blocks, far)])
     return marked
 
 
@@ -319,9 +319,10 @@ def ticks(bar: Bar) -> list[tuple[float, str]]:
 
     low, high = bar.clim
     factor, _ = bar.scale
-    round_ones = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]).tick_values(low / factor, high / factor)
+    locator: Any = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10])
+    round_ones = factor * np.asarray(locator.tick_values(low / factor, high / factor))
     near = 0.11 * (high - low)
-    inner = [tick for tick in factor * round_ones if low + near < tick < high - near]
+    inner = [tick for tick in round_ones if low + near < tick < high - near]
     steps = max(abs(low), abs(high)) / (0.25 * (high - low))
     digits = max(4, math.ceil(math.log10(steps)) + 2)
     # What is only rounding reads 0.

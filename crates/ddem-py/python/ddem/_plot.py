@@ -181,7 +181,7 @@ def plot(
     if joints == "traces" and cmap is None and (bar := layers[0].bar) is not None and bar.shown:
         bar.cmap = _layers.pale(bar.cmap)
     if joints in ("state", "traces"):
-        layers += _traces.traces(state, scale, legend=joints == "traces")
+        layers += _traces.traces(state, scale, alone=joints == "traces")
     if contacts:
         spare = wanted if field is None and joints is None else (None, None)
         layers += _layers.contacts(state, spare)

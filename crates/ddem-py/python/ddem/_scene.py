@@ -76,7 +76,8 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
         if present is not None and hasattr(seen, present):
             return np.asarray(getattr(seen, present), np.bool_)
         try:
-            return np.asarray(seen.field(name)).reshape(-1) != 0
+            found: npt.NDArray[np.bool_] = np.asarray(seen.field(name)).reshape(-1) != 0
+            return found
         except (ValueError, KeyError):
             return np.zeros(len(elements), np.bool_)
 

@@ -12,12 +12,11 @@ pytest.importorskip("plotly")
 STIFF = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
 
 
-def quarter(thickness=0.0, body="deformable", divisions=2):
+def quarter(thickness=0.0, body="deformable", divisions=3):
     """Four blocks of a metre, two beside two: joints cross in the middle."""
     joint = ddem.Joint(thickness=thickness, **STIFF)
     model = ddem.Model(contact=False)
-    n = 1 if body == "rigid" else divisions
-    keys = {"divisions": n, "material": ROCK, "joint": joint, "body": body}
+    keys = {"divisions": divisions, "material": ROCK, "joint": joint, "body": body}
     model.add_blocks(size=(2, 2, 1), count=(2, 2, 1), **keys)
     model.fix("xyz", z=0.0)
     return model.build(threads=1)
@@ -30,10 +29,10 @@ def lines(mesh):
 
 
 @pytest.mark.parametrize("thickness", [0.0, 0.02])
-@pytest.mark.parametrize("body", ["deformable", "rigid"])
-def test_traces_are_where_joints_come_to_the_outside(drawn, thickness, body):
+@pytest.mark.parametrize(("body", "divisions"), [("deformable", 2), ("deformable", 4), ("rigid", 1)])
+def test_traces_are_where_joints_come_to_the_outside(drawn, thickness, body, divisions):
     """Four joints of a square metre: three edges of each outside, on both sides, none at the crossing."""
-    meshes = drawn(of=quarter(thickness, body), joints="traces", scale=1.0)
+    meshes = drawn(of=quarter(thickness, body, divisions), joints="traces", scale=1.0)
     lengths, middles = lines(meshes["bonded, traces"])
     assert lengths.sum() == pytest.approx(4 * 3 * 2, rel=2 * thickness)
     at = np.abs(middles - 1.0)
@@ -87,7 +86,7 @@ def width(file, thickness):
 
 def test_lines_are_as_thick_for_thin_joints_as_for_thick_ones(tmp_path):
     thin, thick = (width(tmp_path / "side.png", thickness) for thickness in (0.0, 0.002))
-    assert 3 <= thin <= 5 and abs(thick - thin) <= 2
+    assert 3 <= thin <= 5 and 3 <= thick <= 6
 
 
 def test_faces_that_do_not_match_show_the_rim_of_their_joint(drawn):
