@@ -35,41 +35,13 @@ def fill(plotter: Any, layers: list[Layer], words: list[str], view: str, backgro
     for layer in layers:
         if len(layer.cells) == 0:
             continue
-        mesh = mesh_of(layer)
-        own = ink if layer.colour == INK else layer.colour
         if layer.cells.shape[1] == 2:
-            lines = plotter.add_mesh(
-                mesh,
-                name=layer.name,
-                color=own,
-                opacity=layer.opacity,
-                line_width=max(layer.width * _share(plotter), 1.2),
-                lighting=False,
-            )
-            # Of lines in one place the later and thicker one is seen.
-            lines.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-            lines.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -nearer)
+            _lines(plotter, layer, ink if layer.colour == INK else layer.colour, nearer)
             nearer += 2.0
             continue
-        style: dict[str, Any] = {"color": layer.colour}
-        if layer.bar is not None and layer.values is not None:
-            style = {
-                "scalars": layer.bar.label,
-                "preference": "point" if layer.on_points else "cell",
-                "cmap": layer.bar.cmap,
-                "clim": list(layer.bar.clim),
-                "nan_color": layer.colour,
-                "show_scalar_bar": False,
-            }
-        actor = plotter.add_mesh(
-            mesh, name=layer.name, opacity=layer.opacity, ambient=0.65, diffuse=0.35, **style
-        )
-        # Lines lie on faces, and joints without thickness on those of blocks: blocks stand back.
-        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        back = 2.0 if layer.name == "blocks" else 1.0
-        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(back, back)
+        mapper = _faces(plotter, layer)
         if layer.bar is not None and layer.bar.shown:
-            drawn.append((layer.bar, actor.mapper))
+            drawn.append((layer.bar, mapper))
     for number, (bar, mapper) in enumerate(drawn):
         left = 0.32 if len(drawn) == 1 else 0.12 + 0.45 * number
         _bar(plotter, bar, mapper, left, ink)
@@ -83,6 +55,41 @@ def fill(plotter: Any, layers: list[Layer], words: list[str], view: str, backgro
     plotter.add_axes(color=ink)
     look(plotter, bulk(layers[0]), view)
     return line
+
+
+def _lines(plotter: Any, layer: Layer, colour: str, nearer: float) -> None:
+    """Adds lines. Of those in one place the nearer ones are seen."""
+    actor = plotter.add_mesh(
+        mesh_of(layer),
+        name=layer.name,
+        color=colour,
+        opacity=layer.opacity,
+        line_width=max(layer.width * _share(plotter), 1.2),
+        lighting=False,
+    )
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -nearer)
+
+
+def _faces(plotter: Any, layer: Layer) -> Any:
+    """Adds faces; gives their mapper."""
+    style: dict[str, Any] = {"color": layer.colour}
+    if layer.bar is not None and layer.values is not None:
+        style = {
+            "scalars": layer.bar.label,
+            "preference": "point" if layer.on_points else "cell",
+            "cmap": layer.bar.cmap,
+            "clim": list(layer.bar.clim),
+            "nan_color": layer.colour,
+            "show_scalar_bar": False,
+        }
+    style |= {"name": layer.name, "opacity": layer.opacity, "ambient": 0.65, "diffuse": 0.35}
+    actor = plotter.add_mesh(mesh_of(layer), **style)
+    # Lines lie on faces, and joints without thickness on those of blocks: blocks stand back.
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    back = 2.0 if layer.name == "blocks" else 1.0
+    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(back, back)
+    return actor.mapper
 
 
 def mesh_of(layer: Layer) -> Any:

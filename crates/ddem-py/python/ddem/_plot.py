@@ -122,7 +122,8 @@ def plot(
         Closed already, unless `show` is False. Its actor ``"blocks"`` has the mesh of the outer
         faces of the blocks, with the array ``"node"`` of its points and ``"element"`` of its
         cells: rows of the arrays of the simulation. Others are ``"edges"``, ``"contacts"`` and
-        ``"joints"``, or ``"bonded"``, ``"failed in shear"`` and ``"failed in tension"``.
+        ``"joints"``, or ``"bonded"``, ``"failed in shear"``, ``"failed in tension"`` and ``"open or
+        released"``, lines of these states such as ``"bonded, traces"``, and ``"moving"``.
 
     Raises
     ------
@@ -175,13 +176,9 @@ def plot(
         opacity = 1.0 if not inside else 0.06 if field is None else 0.15
     wanted = (cmap, clim)
     layers = _layers.blocks(state, field, component, label, wanted, scale, edges, opacity)
-    if joints is not None and joints != "traces":
-        spare = wanted if field is None else (None, None)
-        layers += _layers.joints(state, joints, joint_component, spare, scale)
-    if joints == "traces" and cmap is None and (bar := layers[0].bar) is not None and bar.shown:
-        bar.cmap = _layers.pale(bar.cmap)
-    if joints in ("state", "traces"):
-        layers += _traces.traces(state, scale, alone=joints == "traces")
+    if joints is not None:
+        spare = wanted if field is None or joints == "traces" else (None, None)
+        layers += _joints(state, layers[0], joints, joint_component, spare, scale)
     if contacts:
         spare = wanted if field is None and joints is None else (None, None)
         layers += _layers.contacts(state, spare)
@@ -213,6 +210,24 @@ def plot(
             if show:
                 plotter.close()
     return plotter
+
+
+def _joints(
+    state: Frame,
+    blocks: Layer,
+    name: str,
+    component: str | None,
+    bar: tuple[Any, tuple[float, float] | None],
+    scale: float,
+) -> list[Layer]:
+    """Faces of joints, lines where they come to the outside, or both."""
+    if name == "traces":
+        # Dark lines are not seen on dark blocks.
+        if bar[0] is None and blocks.bar is not None and blocks.bar.shown:
+            blocks.bar.cmap = _layers.pale(blocks.bar.cmap)
+        return _traces.traces(state, scale, alone=True)
+    layers = _layers.joints(state, name, component, bar, scale)
+    return layers + (_traces.traces(state, scale, alone=False) if name == "state" else [])
 
 
 def about(frame: Frame, scale: float, far: int = 0) -> str:

@@ -246,8 +246,8 @@ class Frame:
 
     @property
     def still(self) -> bool:
-        """Whether no time has passed since the frame before: the frame of a relaxation. The first
-        frame is as the next one of its stage."""
+        """Whether it is of a relaxation: no time has passed since the frame before, or, of the first
+        one, until the next."""
         times, _, stages = self._results._frames
         at = max(self.index, 1)
         if at == len(times) or stages[at] != stages[self.index]:
