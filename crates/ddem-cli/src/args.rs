@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
@@ -39,12 +40,62 @@ pub(crate) enum Command {
         #[arg(value_name = "DIR")]
         folder: PathBuf,
     },
+    /// Draw results to a picture, by the Python module of ddem
+    Plot(Plot),
     /// What users of other programs type: only a message
     #[command(hide = true, disable_help_flag = true)]
     Run {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+}
+
+/// What is drawn of results.
+#[derive(Debug, Args)]
+pub(crate) struct Plot {
+    /// Folder of the results
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+    /// Field that colours the blocks, or one of the joints [default: displacement]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) field: Option<String>,
+    /// Frame, a number from 0 or negative from the end [default: last]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    pub(crate) frame: Option<String>,
+    /// Direction of view: iso, xz, xy, yz, -xz, -xy or -yz [default: the side of a slab, iso otherwise]
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    pub(crate) view: Option<String>,
+    /// Magnification of the displacements [default: one that shows them]
+    #[arg(long, value_name = "X")]
+    pub(crate) scale: Option<String>,
+    /// Picture to write [default: DIR/plot.png]
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+impl Plot {
+    /// The arguments of the drawing program.
+    pub(crate) fn arguments(&self) -> Vec<OsString> {
+        let word = |word: &Option<String>| word.clone().map(OsString::from);
+        let given = [
+            ("--field=", word(&self.field)),
+            ("--frame=", word(&self.frame)),
+            ("--view=", word(&self.view)),
+            ("--scale=", word(&self.scale)),
+            ("--out=", self.out.clone().map(OsString::from)),
+        ];
+        let mut arguments = Vec::new();
+        for (name, value) in given {
+            arguments.extend(value.map(|value| {
+                let mut argument = OsString::from(name);
+                argument.push(value);
+                argument
+            }));
+        }
+        // A name that begins with a dash would be an option.
+        arguments.extend(["--".into(), self.folder.clone().into_os_string()]);
+        arguments
+    }
 }
 
 /// How a deck is run.

@@ -1,6 +1,7 @@
 //! Command line of ddem.
 
 mod args;
+mod plot;
 mod progress;
 mod results;
 
@@ -16,6 +17,7 @@ use ddem_io::run::{Options, Outcome, RunFailure};
 use ddem_io::{DeckError, deck, run};
 
 use args::{Cli, Command, Run};
+use plot::NoPicture;
 use progress::{Screen, Watcher};
 use results::NoResults;
 
@@ -38,6 +40,8 @@ enum Failure {
     Run(RunFailure),
     /// A folder has no results.
     Results(NoResults),
+    /// There is no picture.
+    Picture(NoPicture),
     /// `ddem run` and what followed.
     NoCommand(Vec<String>),
     /// Standard output cannot be written.
@@ -47,6 +51,12 @@ enum Failure {
 impl From<NoResults> for Failure {
     fn from(error: NoResults) -> Self {
         Self::Results(error)
+    }
+}
+
+impl From<NoPicture> for Failure {
+    fn from(error: NoPicture) -> Self {
+        Self::Picture(error)
     }
 }
 
@@ -72,6 +82,7 @@ fn main() -> ExitCode {
         Ok(Ending::Interrupted) => INTERRUPTED,
         Err(Failure::CommandLine(error)) => u8::from(error.use_stderr()) * 2,
         Err(Failure::Run(failure)) => failure.exit_status(),
+        Err(Failure::Picture(failure)) => failure.exit_status(),
         Err(Failure::Results(_) | Failure::NoCommand(_)) => 2,
         // Whoever reads the output has seen enough of it.
         Err(Failure::Output(error)) => u8::from(error.kind() != ErrorKind::BrokenPipe),
@@ -85,6 +96,11 @@ fn command() -> Result<Ending, Failure> {
         (None, Some(run)) => run_deck(&run),
         (Some(Command::Schema), _) => output(&format!("{:#}\n", deck::schema())),
         (Some(Command::Info { folder }), _) => output(&results::info(&folder)?),
+        (Some(Command::Plot(args)), _) => {
+            results::is_folder(&args.folder)?;
+            plot::plot(&args)?;
+            Ok(Ending::Done)
+        }
         (Some(Command::Run { arguments }), _) => Err(Failure::NoCommand(arguments)),
         // Asking for help on an empty command line is up to clap.
         (None, None) => Ok(Ending::Done),
@@ -193,6 +209,9 @@ fn say(failure: &Failure) {
             ));
         }
         Failure::Results(error) => complain(&format!("error: {error}\n")),
+        // The drawing program has told it.
+        Failure::Picture(NoPicture::Refused(_)) => {}
+        Failure::Picture(error) => complain(&format!("error: {error}\n")),
         Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => {}
         Failure::Output(error) => {
             complain(&format!("error: cannot write to standard output: {error}\n"));

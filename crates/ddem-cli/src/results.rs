@@ -51,6 +51,16 @@ pub(crate) fn info(folder: &Path) -> Result<String, NoResults> {
 
 /// Path of the summary in a folder of results.
 fn summary_path(folder: &Path) -> Result<PathBuf, NoResults> {
+    is_folder(folder)?;
+    let path = folder.join(SUMMARY);
+    if !path.exists() {
+        return Err(NoResults::Nothing { folder: folder.to_owned() });
+    }
+    Ok(path)
+}
+
+/// Checks that there is such a folder.
+pub(crate) fn is_folder(folder: &Path) -> Result<(), NoResults> {
     if folder.is_file() {
         let likely = Path::new("results").join(folder.file_stem().unwrap_or_default());
         return Err(NoResults::File { file: folder.to_owned(), likely });
@@ -59,9 +69,5 @@ fn summary_path(folder: &Path) -> Result<PathBuf, NoResults> {
         let near = crate::near(folder, Path::is_dir);
         return Err(NoResults::Missing { folder: folder.to_owned(), near });
     }
-    let path = folder.join(SUMMARY);
-    if !path.exists() {
-        return Err(NoResults::Nothing { folder: folder.to_owned() });
-    }
-    Ok(path)
+    Ok(())
 }

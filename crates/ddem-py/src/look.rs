@@ -96,6 +96,11 @@ pub(crate) fn element_materials(session: &Session) -> Vec<i64> {
     of_elements(model, |block| i64::from(model.material(block)))
 }
 
+pub(crate) fn element_rigid(session: &Session) -> Vec<bool> {
+    let model = model(session);
+    of_elements(model, |block| i64::from(model.is_rigid(block))).iter().map(|&n| n == 1).collect()
+}
+
 /// What the elements of each block have.
 fn of_elements(model: &Model, value: impl Fn(usize) -> i64) -> Vec<i64> {
     let of = |block| std::iter::repeat_n(value(block), model.hexes(block).count());

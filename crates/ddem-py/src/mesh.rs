@@ -1,6 +1,7 @@
 //! Meshes for PyVista.
 
 use ddem_core::On;
+use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::look;
@@ -38,6 +39,13 @@ impl Simulation {
     #[getter]
     fn element_material<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         look::integers(py, self.looked(py, |inner| look::element_materials(&inner.session))?)
+    }
+
+    /// Whether each element is a rigid block, which has no stress, shape (n_elements,).
+    #[getter]
+    fn element_rigid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let rigid = self.looked(py, |inner| look::element_rigid(&inner.session))?;
+        Ok(PyArray1::from_vec(py, rigid).into_any())
     }
 
     /// Names of the fields at nodes, and of elements.

@@ -18,6 +18,7 @@ fn help_goes_to_standard_output() {
     Commands:
       schema  Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
       info    Print what came out of a run: verdicts, largest displacement, failed joints, reactions, energy
+      plot    Draw results to a picture, by the Python module of ddem
 
     Arguments:
       <DECK>  Deck to run, a TOML file

@@ -6,5 +6,6 @@ mod excavation;
 mod fragments;
 mod harness;
 mod interfaces;
+mod pictures;
 mod runs;
 mod verdicts;

@@ -33,10 +33,12 @@ pub(super) fn blocks(model: &Model) -> Mesh {
     };
     let block = per_cell(&|block| block as i32);
     let material = per_cell(&|block| i32::from(model.material(block)));
-    Mesh {
-        grid: Grid { points, cells: Cells::Hexahedra(cells) },
-        fields: vec![("block", Location::Cell, block), ("material", Location::Cell, material)],
+    let mut fields = vec![("block", Location::Cell, block), ("material", Location::Cell, material)];
+    if (0..model.n_blocks()).any(|block| model.is_rigid(block)) {
+        let rigid = per_cell(&|block| i32::from(model.is_rigid(block)));
+        fields.push(("rigid", Location::Cell, rigid));
     }
+    Mesh { grid: Grid { points, cells: Cells::Hexahedra(cells) }, fields }
 }
 
 /// The joint elements seen along their normals: points lie between the nodes of each pair.

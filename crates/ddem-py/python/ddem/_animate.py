@@ -11,11 +11,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from . import _layers, _plot
+from . import _draw, _layers, _plot
+from ._draw import VIEWS
 from ._layers import Layer
 from ._names import one_of
 from ._results import Results
-from ._scene import Floats, Frame, automatic_scale, frame_of, values_of
+from ._scene import Floats, Frame, automatic_scale, frame_of, outside, values_of
 
 Picture = npt.NDArray[np.uint8]
 
@@ -112,7 +113,7 @@ def animate(
         raise ImportError('films need PyVista: pip install "ddem[plot]"') from missing
     path = Path(file)
     one_of("file", path.suffix.lower(), (".gif", ".mp4"))
-    one_of("view", view, _plot.VIEWS)
+    one_of("view", view, VIEWS)
     one_of("edges", edges, ("blocks", "elements", "none"))
     if not (np.isfinite(fps) and fps > 0.0):
         raise ValueError(f"fps: {fps!r} must be above 0")
@@ -132,15 +133,16 @@ def animate(
     with pv.vtk_verbosity("off") if _plot.no_display() else nullcontext():
         plotter = pv.Plotter(off_screen=True, window_size=list(window_size), lighting="none")
         try:
-            text = _plot.fill(plotter, layers, [name, " "], view, background)
+            text = _draw.fill(plotter, layers, [name, " "], view, background)
             if camera is None:
-                _plot.look(plotter, extent.corners(drawn.scale), view)
+                _draw.look(plotter, extent.corners(drawn.scale), view)
             else:
                 _aim(plotter, camera)
 
             def picture(number: int) -> Picture:
                 _show(plotter, drawn.at(number))
-                text.input = _plot.about(drawn.frame, drawn.scale)
+                far = len(outside(drawn.frame, drawn.scale)) if camera is None else 0
+                text.input = _plot.about(drawn.frame, drawn.scale, far)
                 plotter.reset_camera_clipping_range()
                 plotter.render()
                 shown: Any = plotter.screenshot(return_img=True)
@@ -204,12 +206,15 @@ class _Drawn:
             for layer in self._layers:
                 layer.points = moved[layer.nodes]
             blocks = self._layers[0]
-            values = values_of(frame, *self._shown)
-            blocks.values = values.scalars[blocks.nodes if values.on_nodes else blocks.owners]
+            if blocks.values is not None:
+                values = values_of(frame, *self._shown)
+                blocks.values = values.scalars[blocks.nodes if values.on_nodes else blocks.owners]
+            blocks.far = _layers.far_points(frame, blocks, self.scale)
         blocks = self._layers[0]
         if not self._changing and self._range[0] <= self._range[1] and blocks.bar is not None:
             ends = np.array(self._range)
-            blocks.bar = _layers.bar_of(blocks.bar.label, ends, self._cmap, self._clim)
+            old = blocks.bar
+            blocks.bar = _layers.bar_of(old.label, ends, self._cmap, self._clim, unit=old.unit)
         return self._layers
 
     def widen(self) -> None:
@@ -224,16 +229,18 @@ class _Extent:
     """How large what moves is in the picture, over all frames."""
 
     def __init__(self, view: str, scale: float) -> None:
-        self._axes = np.column_stack(_plot.axes(view))
+        self._axes = np.column_stack(_draw.axes(view))
         self._scale = scale
         self._low, self._high = np.full((2, 2, 3), [[[np.inf]], [[-np.inf]]])
         self._most = np.zeros((1, 3))
 
     def add(self, layers: list[Layer], frame: Frame) -> None:
         """Takes a frame in, as it is drawn and as it was at the start."""
-        rows = layers[0].nodes
+        rows, far = layers[0].nodes, layers[0].far
         if rows is None or len(rows) == 0:
             return
+        if far is not None:
+            rows = rows[~far]
         points, moved = frame.points[rows], frame.displacement[rows]
         lengths = np.linalg.norm(moved, axis=1)
         if lengths.max() > np.linalg.norm(self._most):
@@ -265,7 +272,7 @@ def _show(plotter: Any, layers: list[Layer]) -> None:
         if actor is None:
             continue
         # In place it would not do: PyVista draws a copy that it makes of the mesh.
-        actor.mapper.dataset = _plot.mesh_of(layer)
+        actor.mapper.dataset = _draw.mesh_of(layer)
 
 
 def _aim(plotter: Any, camera: Sequence[Sequence[float]]) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._names import UNITS, one_of
+from ._names import STRESSES, UNITS, one_of
 from ._scene import (
     Floats,
     Frame,
@@ -17,13 +17,22 @@ from ._scene import (
     apart,
     lines_of,
     measure,
+    outside,
     quarters,
     skin,
     values_of,
 )
+from ._units import prefix
 
 INK, PLAIN = "#1f2933", "#aab4be"
-STATES = (("bonded", "#8a94a0"), ("failed in shear", "#1f6fb4"), ("failed in tension", "#c0392b"))
+# Joints that hold, and what has become of others: the last one of those that are open now, or that contacts have
+# replaced.
+STATES = (
+    ("bonded", "#8a94a0"),
+    ("failed in shear", "#1f6fb4"),
+    ("failed in tension", "#c0392b"),
+    ("open or released", "#f08c00"),
+)
 # The largest fragment, and the others.
 FRAGMENTS = (
     "#d9480f",
@@ -39,8 +48,11 @@ FRAGMENTS = (
     "#7fcdbb",
     "#f3c6d8",
 )
+OPEN = 3
 # Enough to see where joints are, too little to hide what lies behind many of them.
 HOLDING = 0.04
+# How much of its strength a colour keeps below lines.
+_PALE = 0.6
 # Half of the thickness of the largest force of contacts, as a part of a bar's length.
 THICK = 0.22
 # Around a bar, and its ends.
@@ -56,8 +68,23 @@ class Bar:
     label: str
     cmap: Any
     clim: tuple[float, float]
+    # That of SI which is in the label; empty where numbers stay as they are.
+    unit: str = ""
     # False where colours only tell things apart.
     shown: bool = True
+
+    @property
+    def scale(self) -> tuple[float, str]:
+        """What numbers beside the bar are divided by, and the prefix of their unit."""
+        return prefix(max(abs(end) for end in self.clim), self.unit)
+
+    @property
+    def title(self) -> str:
+        """The label with the unit of the numbers beside the bar."""
+        whole = f"({self.unit})"
+        if not self.unit or not self.label.endswith(whole):
+            return self.label
+        return f"{self.label.removesuffix(whole)}({self.scale[1]}{self.unit})"
 
 
 @dataclass
@@ -75,6 +102,8 @@ class Layer:
     legend: str | None = None
     nodes: Integers | None = None  # nodes of the model that the points are
     owners: Integers | None = None  # elements that the cells belong to
+    width: float = 1.2  # of lines, in pixels of a picture of 1200 × 900
+    far: npt.NDArray[np.bool_] | None = None  # points that the picture leaves outside
 
 
 def blocks(
@@ -95,11 +124,15 @@ def blocks(
     points = (frame.points + scale * frame.displacement)[nodes]
     layer = Layer("blocks", points, cells.reshape(-1, 4), opacity, PLAIN)
     layer.nodes, layer.owners = nodes, owners
+    layer.far = far_points(frame, layer, scale)
     if field is not None:
         values = values_of(frame, field, component, label)
         layer.on_points = values.on_nodes
         layer.values = values.scalars[nodes if values.on_nodes else owners]
-        layer.bar = bar_of(values.label, layer.values, *bar)
+        far = layer.far if values.on_nodes else layer.far[layer.cells].any(axis=1)
+        layer.bar = bar_of(values.label, layer.values[~far], *bar, unit=values.unit)
+        if isinstance(field, str) and field in STRESSES:
+            _without_stress(frame, layer)
         if isinstance(field, str) and (field, bar, label) == ("fragment", (None, None), None):
             _tell_apart(frame, layer, values.scalars)
     if edges == "none":
@@ -110,6 +143,25 @@ def blocks(
     drawn = (frame.points + scale * frame.displacement)[ends]
     faint = 1.0 if opacity == 1.0 else 0.45
     return [layer, Layer("edges", drawn, lines.reshape(-1, 2), faint, INK, nodes=ends)]
+
+
+def far_points(frame: Frame, layer: Layer, scale: float) -> npt.NDArray[np.bool_]:
+    """Which points of the blocks belong to those that the picture leaves outside."""
+    far = outside(frame, scale)
+    if len(far) == 0:
+        return np.zeros(len(layer.points), np.bool_)
+    marked: npt.NDArray[np.bool_] = np.isin(np.asarray(layer.nodes), frame.elements[np.isin(frame.blocks, far)])
+    return marked
+
+
+def _without_stress(frame: Frame, layer: Layer) -> None:
+    """Rigid blocks are plain in pictures of stresses, and the legend says why."""
+    rigid = frame.rigid & ~frame.removed
+    if rigid.any():
+        number = len(np.unique(frame.blocks[rigid]))
+        layer.legend = f"rigid, no stress ({number} block{'s' if number > 1 else ''})"
+    if rigid[~frame.removed].all():
+        layer.values, layer.bar = None, None
 
 
 def _tell_apart(frame: Frame, layer: Layer, fragments: Floats) -> None:
@@ -140,7 +192,7 @@ def joints(
     pairs, quads = frame.pairs, frame.quads
     if "removed" in frame.pair_fields:
         quads = quads[~(np.asarray(pairs["removed"]).reshape(-1)[quads] != 0).any(axis=1)]
-    state = np.asarray(pairs["state"]).astype(int)
+    state = states(frame)
     if name not in ("slip", "traction") and component is not None:
         raise ValueError(f"joint_component: {name!r} has none")
     moved = np.asarray(pairs["point"]) + scale * np.asarray(pairs["displacement"], np.float64)
@@ -154,6 +206,8 @@ def joints(
     layers = []
     if name == "state":
         for number, (title, colour) in enumerate(STATES):
+            if number == OPEN and not (state == OPEN).any():
+                continue
             opacity = 1.0 if number else HOLDING
             layers.append(part(title, of_cells == number, opacity, colour))
             layers[-1].legend = f"{title} ({int((state == number).sum())})"
@@ -163,7 +217,8 @@ def joints(
     title = f"{name} {words}".strip() + (f" ({UNITS[name]})" if name in UNITS else "")
     layer = part("joints", shown, 1.0, PLAIN)
     layer.values = values[quads].reshape(-1)[shown]
-    layer.bar = bar_of(title.replace("_", " "), layer.values, *bar, plain="plasma")
+    unit = UNITS.get(name, "")
+    layer.bar = bar_of(title.replace("_", " "), layer.values, *bar, plain="plasma", unit=unit)
     if name == "traction":
         return [layer]
     bonded = part("bonded", ~shown, HOLDING, STATES[0][1])
@@ -171,6 +226,17 @@ def joints(
     if not shown.any():
         layer.bar = None
     return [bonded, layer]
+
+
+def states(frame: Frame) -> Integers:
+    """What has become of each pair: the place of its state in :data:`STATES`."""
+    pairs = frame.pairs
+    state = np.asarray(pairs["state"]).astype(np.int64)
+    if "open" in frame.pair_fields:
+        state[(state > 0) & (np.asarray(pairs["open"]) != 0)] = OPEN
+    if "released" in frame.pair_fields:
+        state[(state == 0) & (np.asarray(pairs["released"]) != 0)] = OPEN
+    return state
 
 
 def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[Layer]:
@@ -206,13 +272,13 @@ def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[
     layer = Layer("contacts", points, cells, 1.0, PLAIN)
     layer.values = np.repeat(size, len(_SIDES))
     clim = bar[1] or (0.0, float(size.max()))
-    layer.bar = bar_of("contact force (N)", layer.values, bar[0], clim, plain="plasma")
+    layer.bar = bar_of("contact force (N)", layer.values, bar[0], clim, plain="plasma", unit="N")
     return [layer]
 
 
 def _lowest(frame: Frame) -> Floats:
     """The shortest edge of the box around each block [m]."""
-    block = np.repeat(np.asarray(frame.values("block"), np.int64), 8)
+    block = np.repeat(frame.blocks, 8)
     ends = np.full((2, block.max() + 1, 3), np.inf)
     for end, sign in zip(ends, (1.0, -1.0)):
         np.minimum.at(end, block, sign * frame.points[frame.elements.reshape(-1)])
@@ -227,6 +293,7 @@ def bar_of(
     cmap: Any,
     clim: tuple[float, float] | None,
     plain: str = "viridis",
+    unit: str = "",
 ) -> Bar:
     """Colours for values: about zero where both signs matter."""
     finite = values[np.isfinite(values)]
@@ -243,15 +310,24 @@ def bar_of(
             clim = (low - room, low + room) if room else (0.0, 1.0)
     elif not clim[0] < clim[1]:
         raise ValueError(f"clim: {clim!r} must be two numbers that increase")
-    return Bar(label, colours(cmap or ("RdBu_r" if both else plain)), clim)
+    return Bar(label, colours(cmap or ("RdBu_r" if both else plain)), clim, unit)
 
 
-def ticks(clim: tuple[float, float]) -> list[tuple[float, str]]:
-    """Five values along a bar, with as many digits as tell them apart."""
-    low, high = clim
+def ticks(bar: Bar) -> list[tuple[float, str]]:
+    """Values along a bar with their text: round ones, and both ends."""
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = bar.clim
+    factor, _ = bar.scale
+    locator: Any = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10])
+    round_ones = factor * np.asarray(locator.tick_values(low / factor, high / factor))
+    near = 0.11 * (high - low)
+    inner = [tick for tick in round_ones if low + near < tick < high - near]
     steps = max(abs(low), abs(high)) / (0.25 * (high - low))
-    digits = max(3, math.ceil(math.log10(steps)) + 1)
-    return [(float(tick), f"{tick:.{digits}g}") for tick in np.linspace(low, high, 5)]
+    digits = max(4, math.ceil(math.log10(steps)) + 2)
+    # What is only rounding reads 0.
+    values = [0.0 if abs(tick) < 1e-9 * (high - low) else float(tick) for tick in (low, *inner, high)]
+    return [(tick, f"{tick / factor:.{digits}g}") for tick in values]
 
 
 def listed(names: tuple[str, ...]) -> Any:
@@ -259,6 +335,14 @@ def listed(names: tuple[str, ...]) -> Any:
     from matplotlib.colors import ListedColormap
 
     return ListedColormap(list(names))
+
+
+def pale(cmap: Any) -> Any:
+    """A colour map whose colours leave dark lines to be seen on them."""
+    from matplotlib.colors import ListedColormap
+
+    full = colours(cmap)(np.linspace(0.0, 1.0, 256))[:, :3]
+    return ListedColormap(1.0 - _PALE * (1.0 - full))
 
 
 def colours(cmap: Any) -> Any:

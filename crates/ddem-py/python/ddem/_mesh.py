@@ -50,6 +50,9 @@ def mesh_of(source: Any, part: str = "blocks") -> pv.UnstructuredGrid:
         if name not in values:
             values[name] = getattr(source, f"element_{name}")
             elemental = [*elemental, name]
+    rigid = getattr(source, "element_rigid", None) if "rigid" not in values else None
+    if rigid is not None and rigid.any():
+        values["rigid"], elemental = rigid, [*elemental, "rigid"]
     _put(grid.point_data, {"node": rows, **{name: values[name][rows] for name in nodal}})
     _put(grid.cell_data, {"element": kept, **{name: values[name][kept] for name in elemental}})
     return grid

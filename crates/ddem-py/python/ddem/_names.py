@@ -10,6 +10,8 @@ ELEMENTAL = ("stress", "block", "fragment")
 # Of models that ask for them.
 PEAKS = ("peak_velocity", "peak_tension", "peak_compression")
 JOINTS = ("state", "failure_time", "slip", "opening", "traction", "damage")
+# What is a stress: rigid blocks have none.
+STRESSES = ("stress", "peak_tension", "peak_compression")
 UNITS = {
     "displacement": "m",
     "velocity": "m/s",

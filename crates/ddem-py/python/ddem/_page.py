@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ._draw import bulk
 from ._layers import INK, Bar, Layer, ticks
 from ._scene import Floats
 
@@ -67,8 +68,11 @@ def _figure(
         raise ImportError('pages need plotly: pip install "ddem[plot]"') from missing
     title, told = about
     drawn = [layer for layer in layers if len(layer.cells)]
-    low = np.min([layer.points.min(axis=0) for layer in drawn], axis=0)
-    high = np.max([layer.points.max(axis=0) for layer in drawn], axis=0)
+    far = any(layer.far is not None and layer.far.any() for layer in drawn)
+    # Joints and lines lie on the blocks: where some of these are far away, the others say it all.
+    fitted = [bulk(layer) for layer in (drawn[:1] if far else drawn)]
+    low = np.min([points.min(axis=0) for points in fitted], axis=0)
+    high = np.max([points.max(axis=0) for points in fitted], axis=0)
     origin = _origin(low, high)
     # What lies on the edge of the axes would be cut off.
     room = 0.02 * (high - low).max()
@@ -80,7 +84,7 @@ def _figure(
     figure = go.Figure()
     for layer in drawn:
         if layer.cells.shape[1] == 2:
-            colour = layer.colour if ink == INK else ink
+            colour = ink if layer.colour == INK else layer.colour
             figure.add_trace(_lines(layer, origin, colour))
             continue
         for part in _numbers_apart(layer):
@@ -191,7 +195,7 @@ def _faces(layer: Layer, origin: Floats, bar: tuple[Bar, int, int] | None) -> di
         about, number, count = bar
         values = layer.values.astype(np.float32)
         low, high = about.clim
-        marks = ticks(about.clim)
+        marks = ticks(about)
         trace |= {
             "intensity": values if layer.on_points else np.repeat(values, 2),
             "intensitymode": "vertex" if layer.on_points else "cell",
@@ -206,7 +210,7 @@ def _faces(layer: Layer, origin: Floats, bar: tuple[Bar, int, int] | None) -> di
                 "hovertemplate": f"{_plain(about.label)}: %{{intensity:.4g}}<extra></extra>",
                 "colorbar": {
                     "orientation": "h",
-                    "title": {"text": _plain(about.label), "side": "top"},
+                    "title": {"text": _plain(about.title), "side": "top"},
                     "tickvals": [tick for tick, _ in marks],
                     "ticktext": [text for _, text in marks],
                     "len": 0.36,
@@ -227,10 +231,11 @@ def _lines(layer: Layer, origin: Floats, colour: str) -> dict[str, Any]:
         "type": "scatter3d",
         "mode": "lines",
         "name": layer.name,
+        "legendgroup": layer.name,
         "showlegend": False,
         "hoverinfo": "skip",
         **_places(ends.reshape(-1, 3), origin),
-        "line": {"color": colour, "width": 2},
+        "line": {"color": colour, "width": round(2.0 * layer.width / 1.2, 1)},
         "opacity": layer.opacity,
     }
 

@@ -11,26 +11,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from . import _layers
-from ._layers import INK, Bar, Layer, ticks
+from . import _layers, _traces
+from ._draw import VIEWS, fill
+from ._layers import Layer
 from ._names import JOINTS, one_of
 from ._page import page_of
-from ._scene import Floats, Frame, Source, automatic_scale, frame_of
+from ._results import Frame as ResultsFrame
+from ._results import Results
+from ._scene import Frame, Integers, Source, automatic_scale, frame_of, outside
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-# From where the model is seen, and what is up there.
-VIEWS = {
-    "iso": ((0.55, -1.0, 0.5), (0.0, 0.0, 1.0)),
-    "xy": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
-    "xz": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
-    "yz": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-    "-xy": ((0.0, 0.0, -1.0), (0.0, -1.0, 0.0)),
-    "-xz": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-    "-yz": ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-}
-
 
 def plot(
     simulation: Source,
@@ -41,6 +32,7 @@ def plot(
     joints: str | None = None,
     joint_component: str | None = None,
     contacts: bool = False,
+    moving: bool = False,
     frame: int = -1,
     view: str = "iso",
     cmap: Any = None,
@@ -81,13 +73,18 @@ def plot(
     joints : str, optional
         What colours the joints, which are left out by default: ``"state"``, ``"failure_time"``
         (s), ``"slip"`` (m), ``"opening"`` (m), ``"traction"`` (Pa) or ``"damage"``. The blocks
-        are translucent then; joints that hold show but faintly, save with ``"traction"``.
+        are translucent then; joints that hold show but faintly, save with ``"traction"``. With
+        ``"traces"`` the blocks stay as they are, and thick lines show the state of joints where
+        they come to the outside; ``"state"`` has these lines, too.
     joint_component : str, optional
         Of ``"slip"`` and ``"traction"``: ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default).
     contacts : bool, optional
         Draws what each two blocks that meet exert on each other: a bar where they do, along the
         force, as thick as the force is large. The blocks are translucent then, and
         displacements are true: `scale` is 1.
+    moving : bool, optional
+        Outlines the blocks that move on where a stage fails, or in the failing trial of a factor of
+        safety.
     frame : int, optional
         Of a folder: which frame, negative from the end. By default the last.
     view : str, optional
@@ -125,7 +122,8 @@ def plot(
         Closed already, unless `show` is False. Its actor ``"blocks"`` has the mesh of the outer
         faces of the blocks, with the array ``"node"`` of its points and ``"element"`` of its
         cells: rows of the arrays of the simulation. Others are ``"edges"``, ``"contacts"`` and
-        ``"joints"``, or ``"bonded"``, ``"failed in shear"`` and ``"failed in tension"``.
+        ``"joints"``, or ``"bonded"``, ``"failed in shear"``, ``"failed in tension"`` and ``"open or
+        released"``, lines of these states such as ``"bonded, traces"``, and ``"moving"``.
 
     Raises
     ------
@@ -152,7 +150,7 @@ def plot(
     one_of("view", view, VIEWS)
     one_of("edges", edges, ("blocks", "elements", "none"))
     if joints is not None:
-        one_of("joints", joints, JOINTS)
+        one_of("joints", joints, (*JOINTS, "traces"))
     to_file = screenshot is not None or html is not None
     notebook = show and not to_file and _in_notebook()
     window = show and not to_file and not notebook
@@ -171,7 +169,7 @@ def plot(
         scale = 1.0
     if scale is None:
         scale = automatic_scale(state.points, state.displacement)
-    inside = joints is not None or contacts
+    inside = joints not in (None, "traces") or contacts
     if field is None and not inside:
         field = "displacement"
     if opacity is None:
@@ -179,12 +177,14 @@ def plot(
     wanted = (cmap, clim)
     layers = _layers.blocks(state, field, component, label, wanted, scale, edges, opacity)
     if joints is not None:
-        spare = wanted if field is None else (None, None)
-        layers += _layers.joints(state, joints, joint_component, spare, scale)
+        spare = wanted if field is None or joints == "traces" else (None, None)
+        layers += _joints(state, layers[0], joints, joint_component, spare, scale)
     if contacts:
         spare = wanted if field is None and joints is None else (None, None)
         layers += _layers.contacts(state, spare)
-    words = [state.title, about(state, scale)]
+    if moving:
+        layers += [_traces.moving(state, number, scale) for number in _moving(simulation, frame)]
+    words = [state.title, about(state, scale, len(outside(state, scale)))]
 
     if html is not None or notebook:
         paper = pv.Color(background).float_rgb
@@ -212,159 +212,55 @@ def plot(
     return plotter
 
 
-def about(frame: Frame, scale: float) -> str:
-    """When a state is, and how it is drawn."""
-    moved = "true displacements" if scale == 1.0 else f"displacements × {scale:g}"
-    when = [frame.stage] if frame.stage else []
-    # In a relaxation at the start time stands still.
-    if frame.time:
-        when.append(f"t = {frame.time:.4g} s")
-    elif frame.step:
-        when.append(f"step {frame.step}")
-    return ", ".join([*when, moved])
+def _joints(
+    state: Frame,
+    blocks: Layer,
+    name: str,
+    component: str | None,
+    bar: tuple[Any, tuple[float, float] | None],
+    scale: float,
+) -> list[Layer]:
+    """Faces of joints, lines where they come to the outside, or both."""
+    if name == "traces":
+        # Dark lines are not seen on dark blocks.
+        if bar[0] is None and blocks.bar is not None and blocks.bar.shown:
+            blocks.bar.cmap = _layers.pale(blocks.bar.cmap)
+        return _traces.traces(state, scale, alone=True)
+    layers = _layers.joints(state, name, component, bar, scale)
+    return layers + (_traces.traces(state, scale, alone=False) if name == "state" else [])
 
 
-# PyVista's own types do not let some of its methods be called: here its objects are Any.
-def fill(plotter: Any, layers: list[Layer], words: list[str], view: str, background: str) -> Any:
-    """Puts layers, bars, title and the line below it into a scene; gives that line."""
-    import pyvista as pv
-
-    plotter.set_background(background)
-    # Little shade, from the eye: colours must be found again in the bar.
-    plotter.add_light(pv.Light(light_type="headlight"))
-    ink = INK if sum(pv.Color(background).float_rgb) > 1.5 else "white"
-    drawn: list[tuple[Bar, Any]] = []
-    for layer in layers:
-        if len(layer.cells) == 0:
-            continue
-        mesh = mesh_of(layer)
-        if layer.cells.shape[1] == 2:
-            plotter.add_mesh(
-                mesh,
-                name=layer.name,
-                color=layer.colour if ink == INK else ink,
-                opacity=layer.opacity,
-                line_width=1.2,
-                lighting=False,
-            )
-            continue
-        style: dict[str, Any] = {"color": layer.colour}
-        if layer.bar is not None and layer.values is not None:
-            style = {
-                "scalars": layer.bar.label,
-                "preference": "point" if layer.on_points else "cell",
-                "cmap": layer.bar.cmap,
-                "clim": list(layer.bar.clim),
-                "nan_color": layer.colour,
-                "show_scalar_bar": False,
-            }
-        actor = plotter.add_mesh(
-            mesh, name=layer.name, opacity=layer.opacity, ambient=0.65, diffuse=0.35, **style
-        )
-        # Lines lie on faces, and joints without thickness on those of blocks: blocks stand back.
-        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        back = 2.0 if layer.name == "blocks" else 1.0
-        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(back, back)
-        if layer.bar is not None and layer.bar.shown:
-            drawn.append((layer.bar, actor.mapper))
-    for number, (bar, mapper) in enumerate(drawn):
-        left = 0.32 if len(drawn) == 1 else 0.12 + 0.45 * number
-        _bar(plotter, bar, mapper, left, ink)
-    _say(plotter, words[0], (0.02, 0.945), 13, ink)
-    line = _say(plotter, words[1], (0.02, 0.91), 9, ink)
-    named = [(layer.legend, layer.colour) for layer in layers if layer.legend is not None]
-    low = 0.04 if len(drawn) < 2 else 0.13
-    for number, (legend, colour) in enumerate(reversed(named)):
-        _say(plotter, legend, (0.98, low + 0.035 * number), 10, colour, "right")
-    plotter.add_axes(color=ink)
-    look(plotter, layers[0].points, view)
-    return line
+def about(frame: Frame, scale: float, far: int = 0) -> str:
+    """When a state is, how it is drawn, and how many blocks are outside of the picture."""
+    words = [frame.when] if frame.when else []
+    words.append("true displacements" if scale == 1.0 else f"displacements × {scale:g}")
+    if far:
+        words.append(f"{far} block{' is' if far == 1 else 's are'} far outside of the picture")
+    return ", ".join(words)
 
 
-def mesh_of(layer: Layer) -> Any:
-    """Faces or lines of a layer with their values."""
-    import pyvista as pv
-
-    if layer.cells.shape[1] == 2:
-        lines = np.insert(layer.cells, 0, 2, axis=1)
-        return pv.PolyData(layer.points, lines=lines.reshape(-1))
-    faces: Any = layer.cells
-    mesh: Any = pv.PolyData.from_regular_faces(layer.points, faces)
-    if layer.nodes is not None:
-        mesh.point_data["node"] = layer.nodes
-    if layer.owners is not None:
-        mesh.cell_data["element"] = layer.owners
-    if layer.bar is not None and layer.values is not None:
-        data = mesh.point_data if layer.on_points else mesh.cell_data
-        data[layer.bar.label] = layer.values
-        mesh.set_active_scalars(layer.bar.label, preference="point" if layer.on_points else "cell")
-    return mesh
-
-
-def _bar(plotter: Any, bar: Bar, mapper: Any, left: float, ink: str) -> None:
-    """Colour bar at the lower edge. VTK writes its numbers across its title or its colours."""
-    width = 0.36
-    drawn = plotter.add_scalar_bar(
-        title=bar.label,
-        mapper=mapper,
-        vertical=False,
-        width=width,
-        height=0.02,
-        position_x=left,
-        position_y=0.065,
-        n_labels=0,
-    )
-    drawn.SetTitle("")
-    drawn.SetBarRatio(1.0)
-    _say(plotter, bar.label, (left + 0.5 * width, 0.095), 10, ink, "center")
-    for number, (_, text) in enumerate(ticks(bar.clim)):
-        _say(plotter, text, (left + 0.25 * number * width, 0.036), 8, ink, "center")
-
-
-def _say(
-    plotter: Any,
-    text: str,
-    place: tuple[float, float],
-    size: int,
-    colour: str,
-    side: Literal["left", "center", "right"] = "left",
-) -> Any:
-    size = _pixels(plotter, size)
-    actor = plotter.add_text(text, position=place, viewport=True, font_size=size, color=colour)
-    actor.prop.justification_horizontal = side
-    return actor
-
-
-def _pixels(plotter: Any, size: int) -> int:
-    """A size of text that was chosen for 1200 × 900."""
-    width, height = plotter.window_size
-    return max(round(size * min(float(width) / 1200, float(height) / 900)), 4)
-
-
-def axes(view: str) -> tuple[Floats, Floats, Floats]:
-    """To the eye, to the right and up in a view."""
-    back, up = (np.array(vector) / np.linalg.norm(vector) for vector in VIEWS[view])
-    right = np.cross(up, back)
-    right /= np.linalg.norm(right)
-    return back, right, np.cross(back, right)
-
-
-def look(plotter: Any, points: Floats, view: str) -> None:
-    """Turns to a view and fits the model between the title and the bar."""
-    back, right, up = axes(view)
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    seen = (points - middle) @ np.column_stack([right, up])
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    width, height = plotter.window_size
-    half = 0.5 * np.maximum(high - low, 1e-30)
-    camera = plotter.camera
-    camera.parallel_projection = True
-    camera.parallel_scale = max(half[1] / 0.74, half[0] / (0.9 * width / height))
-    focus = middle + 0.5 * (low + high) @ np.stack([right, up]) - 0.03 * camera.parallel_scale * up
-    camera.focal_point = tuple(focus)
-    camera.position = tuple(focus + 2.0 * np.ptp(points, axis=0).sum() * back)
-    camera.up = tuple(up)
-    plotter.reset_camera_clipping_range()
+def _moving(source: Any, index: int) -> list[Integers]:
+    """The blocks that move where the stage of a state fails, if it does."""
+    seen = Results(source) if isinstance(source, (str, os.PathLike)) else source
+    seen = seen[index] if isinstance(seen, Results) else seen
+    if isinstance(seen, ResultsFrame):
+        try:
+            marked = seen.element_block[seen.field("unstable").reshape(-1) != 0]
+        except ValueError:
+            marked = np.empty(0, np.int64)
+        if len(marked):
+            return [np.unique(marked)]
+        stage = seen.stage
+        try:
+            stages = seen._results.summary["stages"]
+        except FileNotFoundError:
+            return []
+        # A stage of the same name may have been done more than once.
+        done = [entry for entry in stages if entry["name"] == stage][-1:]
+    else:
+        done = seen.summary["stages"][-1:]
+    blocks = [moved["index"] for entry in done for moved in entry.get("moving", [])]
+    return [np.array(blocks, np.int64)] if blocks else []
 
 
 def no_display() -> bool:

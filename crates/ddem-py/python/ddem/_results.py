@@ -241,7 +241,18 @@ class Frame:
         self.stage = str(results._frames[2][index])
 
     def __repr__(self) -> str:
-        return f"<Frame {self.index} of {str(self._results.folder)!r}: {self.stage}, {self.time:.6g} s>"
+        when = f"step {self.step}" if self.still else f"{self.time:.6g} s"
+        return f"<Frame {self.index} of {str(self._results.folder)!r}: {self.stage}, {when}>"
+
+    @property
+    def still(self) -> bool:
+        """Whether it is of a relaxation: no time has passed since the frame before, or, of the first
+        one, until the next."""
+        times, _, stages = self._results._frames
+        at = max(self.index, 1)
+        if at == len(times) or stages[at] != stages[self.index]:
+            return False
+        return bool(times[at] <= times[at - 1])
 
     @property
     def title(self) -> str:

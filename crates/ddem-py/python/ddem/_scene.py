@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ._names import ELEMENTAL, JOINTS, NODAL, PEAKS, TENSOR, UNITS, VECTOR, one_of
+from ._names import ELEMENTAL, JOINTS, NODAL, PEAKS, STRESSES, TENSOR, UNITS, VECTOR, one_of
 from ._results import Frame as ResultsFrame
 from ._results import Results
 
@@ -32,13 +32,13 @@ class Frame:
     """One state of a model: of a running simulation, or a frame of its results."""
 
     title: str
-    time: float
-    stage: str  # empty where it is not known
-    step: int | None
+    when: str  # stage, and time in motion or step in a relaxation
     points: Floats  # (n_nodes, 3) m, reference positions
     displacement: Floats  # (n_nodes, 3) m
     elements: Integers  # (n_elements, 8) in the order of VTK
+    blocks: Integers  # (n_elements,) number of their block
     removed: npt.NDArray[np.bool_]  # (n_elements,) whether they have been taken out
+    rigid: npt.NDArray[np.bool_]  # (n_elements,) whether their block has no stress
     fields: Sequence[str]
     values: Callable[[str], npt.NDArray[Any]]
     pairs: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void]
@@ -70,21 +70,28 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
     else:
         fields, values = (*NODAL, *ELEMENTAL), _present(seen)
     elements = seen.elements
-    try:
-        removed = np.asarray(seen.field("removed")).reshape(-1) != 0
-    except (ValueError, KeyError):
-        removed = np.zeros(len(elements), np.bool_)
+
+    def marked(name: str, present: str | None = None) -> npt.NDArray[np.bool_]:
+        """Elements that a field marks, none where there is no such field."""
+        if present is not None and hasattr(seen, present):
+            return np.asarray(getattr(seen, present), np.bool_)
+        try:
+            found: npt.NDArray[np.bool_] = np.asarray(seen.field(name)).reshape(-1) != 0
+            return found
+        except (ValueError, KeyError):
+            return np.zeros(len(elements), np.bool_)
+
     pairs: Any = seen.pairs if joints else {}
     met = seen.contacts if contacts else None
     return Frame(
         title=seen.title,
-        time=seen.time,
-        stage=getattr(seen, "stage", ""),
-        step=getattr(seen, "step", None) if isinstance(seen, ResultsFrame) else None,
+        when=_when(seen),
         points=seen.points,
         displacement=np.asarray(seen.displacement, np.float64),
         elements=elements,
-        removed=removed,
+        blocks=np.asarray(seen.element_block, np.int64),
+        removed=marked("removed"),
+        rigid=marked("rigid", "element_rigid"),
         fields=fields,
         values=values,
         pairs=pairs,
@@ -92,6 +99,20 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
         quads=seen.quads if joints else np.empty((0, 4), np.int64),
         contacts={} if met is None else {name: met[name] for name in met.dtype.names or ()},
     )
+
+
+def _when(seen: Any) -> str:
+    """When a state is: in a relaxation time stands still, and steps are what goes on."""
+    if isinstance(seen, ResultsFrame):
+        words, still, step = [seen.stage] if seen.stage else [], seen.still, seen.step
+    else:
+        # Without a time step it has not moved in time, or has been relaxed since.
+        words, still, step = [], not getattr(seen, "time_step", 1.0), getattr(seen, "steps", None)
+    if not still:
+        words.append(f"t = {seen.time:.4g} s")
+    elif step is not None:
+        words.append(f"step {step}")
+    return ", ".join(words)
 
 
 def _recorded(frame: ResultsFrame, fields: Sequence[str]) -> Callable[[str], npt.NDArray[Any]]:
@@ -120,6 +141,7 @@ class Values:
     scalars: Floats
     on_nodes: bool
     label: str
+    unit: str  # empty where it is not known
 
 
 def values_of(
@@ -140,8 +162,34 @@ def values_of(
         raise ValueError(f"field: {name!r} has no numbers but {given.dtype}")
     scalars, part = measure(given.astype(np.float64), component)
     words = f"{name} {part.replace('von_mises', 'von Mises')}".strip()
-    unit = f" ({UNITS[name]})" if name in UNITS else ""
-    return Values(scalars, len(given) == counts[0], label or words + unit)
+    if name in STRESSES:
+        scalars[frame.rigid] = np.nan
+    unit = UNITS.get(name, "")
+    if label is not None:
+        return Values(scalars, len(given) == counts[0], label, "")
+    return Values(scalars, len(given) == counts[0], words + (f" ({unit})" if unit else ""), unit)
+
+
+# How far beyond the model at the start a block must be to be left outside, as a part of its size.
+_BEYOND = 0.5
+# The most blocks that may be left outside: with more of them the picture would not show the model.
+_FEW = 0.25
+
+
+def outside(frame: Frame, scale: float) -> Integers:
+    """Numbers of the few blocks that are drawn far from where the model was at the start."""
+    kept = ~frame.removed
+    if not kept.any():
+        return np.empty(0, np.int64)
+    corners = frame.elements[kept]
+    start = frame.points[corners].reshape(-1, 3)
+    low, high = start.min(axis=0), start.max(axis=0)
+    room = _BEYOND * float((high - low).max())
+    middles = (frame.points + scale * frame.displacement)[corners].mean(axis=1)
+    there = ((middles >= low - room) & (middles <= high + room)).all(axis=1)
+    blocks = frame.blocks[kept]
+    far = np.setdiff1d(blocks, blocks[there])
+    return far if len(far) <= _FEW * len(np.unique(blocks)) else far[:0]
 
 
 def measure(

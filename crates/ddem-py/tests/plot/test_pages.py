@@ -131,7 +131,7 @@ def test_page_has_each_state_with_its_count(drawn, simulation, tmp_path):
     assert list(entries) == ["bonded (9)", "failed in shear (18)", "failed in tension (0)"]
     faces = {trace["name"]: trace for trace in traces if trace["type"] == "mesh3d"}
     assert list(faces) == ["blocks", "bonded", "failed in shear"]
-    for (legend, entry), (name, colour) in zip(entries.items(), _layers.STATES, strict=True):
+    for (legend, entry), (name, colour) in zip(entries.items(), _layers.STATES[:3], strict=True):
         # A click on the entry hides what belongs to it.
         assert entry["legendgroup"] == name
         assert entry["marker"]["color"] == colour
