@@ -44,6 +44,15 @@ def test_others(name, tmp_path):
     assert is_picture(tmp_path / f"{name}.png")
 
 
+def test_slope_safety(tmp_path):
+    printed = run(EXAMPLES / "slope-safety.py", tmp_path, "slope")
+    factors = [float(factor) for factor in re.findall(r"safety ([\d.]+)", printed)]
+    # Friction of the bedding of 30, 34 and 32 degrees.
+    assert len(factors) == 3
+    assert 1.0 < factors[0] < factors[2] < factors[1] < 1.4
+    assert is_picture(tmp_path / "slope" / "slope.png")
+
+
 def test_notebook(tmp_path):
     nbformat = pytest.importorskip("nbformat")
     nbclient = pytest.importorskip("nbclient")
