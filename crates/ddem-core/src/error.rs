@@ -251,7 +251,7 @@ macro_rules! debug_as_display {
     )*};
 }
 
-crate::debug_as_display!(Fault, ModelError, RunError);
+debug_as_display!(Fault, ModelError, RunError);
 
 /// What moves a block too fast.
 fn too_fast(driven: Option<usize>) -> String {
