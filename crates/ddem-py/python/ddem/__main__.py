@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ._draw import VIEWS
-from ._names import JOINTS
+from ._names import JOINTS, one_of
 from ._plot import plot
 from ._results import Results
 
@@ -46,12 +46,12 @@ def draw(given: argparse.Namespace) -> Path:
     if not -len(results) <= given.frame < len(results):
         raise ValueError(f"--frame: {given.frame} is not there, there are {len(results)} frames")
     frame = results[given.frame]
+    if given.field is not None:
+        one_of("--field", given.field, frame.fields)
     options: dict[str, Any] = {"field": given.field, "scale": given.scale}
     if (results.folder / "joints.vtkhdf").exists():
         options["joints"] = "traces"
-        # States are what the traces show.
-        own = frame.mesh("joints").point_data if given.field in JOINTS else ()
-        if given.field in own and given.field not in frame._blocks().nodal:
+        if given.field in JOINTS:
             options |= {"field": None, "joints": given.field}
     view = given.view or _view(frame.points)
     path: Path = given.out or results.folder / "plot.png"

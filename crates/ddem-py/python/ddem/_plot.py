@@ -159,6 +159,8 @@ def plot(
             'there is no display for a window: give screenshot="picture.png" or html="page.html"'
         )
 
+    if scale is not None and not np.isfinite(scale):
+        raise ValueError(f"scale: {scale!r} is not finite")
     if contacts and scale not in (None, 1.0):
         raise ValueError(f"scale: {scale!r} with contacts, which are drawn where they are")
     state = frame_of(simulation, frame, joints is not None, contacts)

@@ -31,6 +31,7 @@ pytest.importorskip("plotly")
         ({"cmap": "virids"}, "cmap: 'virids' .* did you mean 'viridis'"),
         ({"clim": (1.0, 1.0)}, "clim"),
         ({"frame": 3}, "frame"),
+        ({"scale": np.nan}, "scale: nan is not finite"),
     ],
 )
 def test_mistakes_are_named(simulation, options, message):

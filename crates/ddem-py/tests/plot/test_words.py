@@ -182,6 +182,8 @@ def test_the_command_draws_a_folder(folder, tmp_path):
     ("more", "said"),
     [
         (("--field", "velocty"), "did you mean 'velocity'"),
+        (("--field", "slipp"), "did you mean 'slip'"),
+        (("--scale", "inf"), "scale: inf is not finite"),
         (("--frame", "7"), "--frame: 7 is not there, there are 7 frames"),
         (("--frame", "first"), "'first' is neither a whole number nor 'last'"),
         (("--view", "zx"), "invalid choice: 'zx'"),
