@@ -40,7 +40,7 @@ impl Simulation {
     ///     it.
     /// record : path, optional
     ///     Folder of the results, with the files that a deck gives. What one simulation writes to
-    ///     one folder is one run; those of another model are not overwritten.
+    ///     one folder is one run; earlier ones are moved to ``NAME.1``, ``NAME.2``, ...
     /// name : str, optional
     ///     Of the stage. That of a stage of the model brings its supports and loads into force,
     ///     unless they are.
@@ -94,7 +94,7 @@ impl Simulation {
     ///     [s]; without it a part of the critical one that fills the duration.
     /// record : path, optional
     ///     Folder of the results, with the files that a deck gives. What one simulation writes to
-    ///     one folder is one run; those of another model are not overwritten.
+    ///     one folder is one run; earlier ones are moved to ``NAME.1``, ``NAME.2``, ...
     /// fields_every : float, optional
     ///     Time between frames [s]; or
     /// frames : int, optional

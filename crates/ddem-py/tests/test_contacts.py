@@ -102,7 +102,9 @@ def test_there_are_no_contacts_where_none_are_looked_for(tmp_path: Path) -> None
     simulation = model.build()
     simulation.run(1e-3, record=tmp_path, quiet=True)
     assert simulation.contacts.shape == (0,)
-    assert simulation.summary["contacts"] == {"block_pairs": 0, "points": 0, "deepest": 0.0}
+    assert simulation.summary["contacts"] == dict.fromkeys(
+        ("block_pairs", "sliding", "open", "points", "deepest"), 0
+    )
     assert not (tmp_path / "contacts.vtkhdf").exists()
 
 

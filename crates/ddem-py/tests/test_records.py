@@ -79,13 +79,29 @@ def test_a_file_that_is_gone_stops_nothing(tmp_path: Path) -> None:
     simulation.run(1e-4, record=tmp_path / "other", quiet=True)
 
 
+def files(folder: Path) -> dict[str, bytes]:
+    """The bytes of the results in a folder; `ddem.json` is written anew where they are moved."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "ddem.json"}
+
+
 def test_the_results_of_a_deck_stay(tmp_path: Path) -> None:
     simulation = ddem.run_deck(staged(), out=tmp_path / "out", quiet=True)
-    before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
-    with pytest.raises(FileExistsError):
-        simulation.run(1e-4, record=tmp_path / "out", quiet=True)
-    assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+    before = files(tmp_path / "out")
+    simulation.run(1e-4, record=tmp_path / "out", quiet=True)
+    assert files(tmp_path / "out.1") == before
     simulation.run(1e-4, record=tmp_path / "more", quiet=True)
+
+
+def test_a_run_of_a_deck_keeps_or_overwrites(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    ddem.run_deck(staged(), out=out, quiet=True)
+    before = files(out)
+    ddem.run_deck(staged(), out=out, quiet=True)
+    assert files(tmp_path / "out.1") == before
+    ddem.run_deck(staged(), out=out, overwrite=True, quiet=True)
+    assert not (tmp_path / "out.2").exists()
+    with pytest.raises(ValueError, match="exclude each other"):
+        ddem.run_deck(staged(), out=out, resume=True, overwrite=True, quiet=True)
 
 
 def test_what_is_not_recorded_leaves_no_file(tmp_path: Path, monkeypatch: Any) -> None:
@@ -101,12 +117,10 @@ def test_what_is_not_recorded_leaves_no_file(tmp_path: Path, monkeypatch: Any) -
 def test_the_results_of_another_model_stay(tmp_path: Path, title: str) -> None:
     out = tmp_path / "out"
     column(title=title).build().run(1e-4, record=out, quiet=True)
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    before = files(out)
     other = cube(title="cube" if title else "").build()
-    with pytest.raises(FileExistsError, match="results of another"):
-        other.run(1e-4, record=out, quiet=True)
-    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
-    assert other.steps == 0
+    other.run(1e-4, record=out, quiet=True)
+    assert files(tmp_path / "out.1") == before
 
 
 def test_a_reader_of_the_results_is_not_in_the_way_for_ever(tmp_path: Path) -> None:
@@ -239,7 +253,6 @@ def test_a_changed_model_with_the_same_title_is_another(tmp_path: Path) -> None:
 
     pressed(1e6).relax(record=tmp_path / "out", quiet=True)
     before = (tmp_path / "out" / "summary.json").read_text()
-    with pytest.raises(FileExistsError, match="study"):
-        pressed(2e6).relax(record=tmp_path / "out", quiet=True)
-    assert (tmp_path / "out" / "summary.json").read_text() == before
-    pressed(1e6).relax(record=tmp_path / "out", quiet=True)
+    pressed(2e6).relax(record=tmp_path / "out", quiet=True)
+    assert (tmp_path / "out.1" / "summary.json").read_text() == before
+    assert (tmp_path / "out" / "summary.json").read_text() != before
