@@ -99,7 +99,9 @@ fn joint(JointSummary { pairs, shear, tension, open, .. }: &JointSummary) -> Str
 
 fn contacts(ContactSummary { block_pairs, sliding, open, .. }: &ContactSummary) -> String {
     let pairs = plural(*block_pairs, "pair");
-    format!("{pairs} of blocks in contact, {sliding} sliding; {open} near each other without touching")
+    format!(
+        "{pairs} of blocks in contact, {sliding} sliding; {open} near each other without touching"
+    )
 }
 
 fn energy(energy: &Energy) -> String {
