@@ -42,7 +42,7 @@ pub(crate) enum Command {
     },
     /// Draw results to a picture, by the Python module of ddem
     Plot(Plot),
-    /// What users of other programs type: only a message
+    /// Word that other programs want, answered by a message
     #[command(hide = true, disable_help_flag = true)]
     Run {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -50,7 +50,7 @@ pub(crate) enum Command {
     },
 }
 
-/// What is drawn of results.
+/// Picture of results.
 #[derive(Debug, Args)]
 pub(crate) struct Plot {
     /// Folder of the results
@@ -136,7 +136,7 @@ impl Run {
         }
     }
 
-    /// What becomes of earlier results.
+    /// Treatment of earlier results.
     pub(crate) fn earlier(&self) -> Earlier {
         match (self.resume, self.overwrite) {
             (true, _) => Earlier::Resume,

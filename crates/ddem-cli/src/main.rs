@@ -12,7 +12,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
-use ddem_core::deck::names;
 use ddem_io::run::{Options, Outcome, RunFailure};
 use ddem_io::{DeckError, deck, run};
 
@@ -196,9 +195,9 @@ fn say(failure: &Failure) {
             complain(&error.report(io::stderr().is_terminal() && !no_colour));
             if let DeckError::Unreadable { path, source } = error
                 && source.kind() == ErrorKind::NotFound
-                && let Some(near) = near(path, is_deck)
+                && let Some(near) = ddem_io::near(path, is_deck)
             {
-                complain(&format!("  did you mean `{near}`?\n"));
+                complain(&format!("  did you mean `{}`?\n", near.display()));
             }
         }
         Failure::Run(failure) => complain(&format!("error: {failure}\n")),
@@ -221,18 +220,4 @@ fn say(failure: &Failure) {
 
 fn is_deck(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "toml")
-}
-
-/// The path that was probably meant by one where there is nothing, of those that are wanted.
-fn near(path: &Path, wanted: impl Fn(&Path) -> bool) -> Option<String> {
-    let folder = path.parent()?;
-    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let names: Vec<String> = std::fs::read_dir(here)
-        .ok()?
-        .flatten()
-        .filter(|entry| wanted(&entry.path()))
-        .filter_map(|entry| entry.file_name().into_string().ok())
-        .collect();
-    let name = names::nearest(path.file_name()?.to_str()?, names.iter().map(String::as_str))?;
-    Some(folder.join(name).display().to_string())
 }

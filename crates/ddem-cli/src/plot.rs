@@ -80,7 +80,7 @@ fn python() -> Result<PathBuf, NoPicture> {
     })
 }
 
-/// Where Python may be.
+/// Commands that may start Python, in order.
 fn candidates() -> Vec<PathBuf> {
     let given = |name: &str| env::var_os(name).filter(|value: &OsString| !value.is_empty());
     if let Some(named) = given(NAMED) {
@@ -91,12 +91,12 @@ fn candidates() -> Vec<PathBuf> {
     environment.into_iter().chain(["python3", "python"].map(PathBuf::from)).collect()
 }
 
-/// Whether a Python has what draws.
+/// True where a Python has the module and PyVista.
 fn draws(python: &PathBuf) -> bool {
     runs(Command::new(python).args(["-c", PROBE]))
 }
 
-/// Whether there is such a Python.
+/// True where a Python starts.
 fn starts(python: &PathBuf) -> bool {
     runs(Command::new(python).arg("--version"))
 }

@@ -1,4 +1,4 @@
-//! What came out of a run, read from its folder.
+//! Results of a run, read from its folder.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub(crate) enum NoResults {
         /// The folder.
         folder: PathBuf,
         /// The one that was probably meant.
-        near: Option<String>,
+        near: Option<PathBuf>,
     },
     /// It is a file.
     #[error(
@@ -25,7 +25,7 @@ pub(crate) enum NoResults {
     File {
         /// The file.
         file: PathBuf,
-        /// Where results of a deck of this name are.
+        /// Folder of the results of a deck of this name.
         likely: PathBuf,
     },
     /// No stage has ended there, or nothing was ever run.
@@ -39,8 +39,8 @@ pub(crate) enum NoResults {
     Unreadable(#[from] OutputError),
 }
 
-fn meant(near: Option<&str>) -> String {
-    near.map_or_else(String::new, |near| format!(", did you mean `{near}`?"))
+fn meant(near: Option<&Path>) -> String {
+    near.map_or_else(String::new, |near| format!(", did you mean `{}`?", near.display()))
 }
 
 /// Summary of the run in a folder, as text.
@@ -66,7 +66,7 @@ pub(crate) fn is_folder(folder: &Path) -> Result<(), NoResults> {
         return Err(NoResults::File { file: folder.to_owned(), likely });
     }
     if !folder.is_dir() {
-        let near = crate::near(folder, Path::is_dir);
+        let near = ddem_io::near(folder, Path::is_dir);
         return Err(NoResults::Missing { folder: folder.to_owned(), near });
     }
     Ok(())

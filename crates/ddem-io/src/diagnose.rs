@@ -162,7 +162,7 @@ impl Finding {
     }
 }
 
-/// Where it is, what is wrong and what helps, on one line.
+/// Place, message and help on one line.
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}:{}: {}", self.text.name(), self.line, self.column, self.fault)

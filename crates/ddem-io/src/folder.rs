@@ -98,7 +98,7 @@ pub enum FolderError {
 
 ddem_core::debug_as_display!(FolderError);
 
-/// What becomes of the results that a folder holds.
+/// Treatment of the results that a folder holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Earlier {
     /// They are moved to a folder beside it, `NAME.1`, or the next number that is free.
@@ -166,7 +166,7 @@ pub fn prepare(
 }
 
 impl Folder {
-    /// Where earlier results were moved to, if there were any.
+    /// Folder that earlier results were moved to, if there were any.
     pub fn kept(&self) -> Option<&Path> {
         self.kept.as_deref()
     }

@@ -7,6 +7,7 @@ pub mod deck;
 pub mod diagnose;
 pub mod folder;
 mod hdf;
+mod near;
 mod output_error;
 mod replace;
 pub mod run;
@@ -16,5 +17,6 @@ pub mod vtkhdf;
 
 pub use deck::Source;
 pub use diagnose::{DeckError, Finding};
+pub use near::near;
 pub use output_error::{Cause, OutputError};
 pub use {serde_json, toml};

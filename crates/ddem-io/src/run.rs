@@ -39,7 +39,7 @@ pub struct Options {
     pub out: PathBuf,
     /// Threads; default one for each processor. Results do not depend on it.
     pub threads: Option<usize>,
-    /// What becomes of earlier results in `out`.
+    /// Treatment of earlier results in `out`.
     pub earlier: Earlier,
     /// Wall time between checkpoints within a stage.
     pub checkpoint_every: Duration,

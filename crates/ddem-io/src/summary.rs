@@ -44,7 +44,7 @@ pub struct Summary {
     /// Charges before they go off, in the order of the deck.
     #[serde(default)]
     pub charges: Vec<ChargeSummary>,
-    /// What curved and slanted shapes have selected of the blocks.
+    /// Blocks that curved and slanted shapes have selected.
     #[serde(default)]
     pub selections: Vec<SelectionSummary>,
     /// Largest memory the process had, `[B]`; 0 where the system does not tell.
@@ -117,18 +117,18 @@ impl From<ChargeSize> for ChargeSummary {
     }
 }
 
-/// What a curved or slanted shape has selected of the blocks.
+/// Blocks that a curved or slanted shape has selected.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SelectionSummary {
     /// Place in the deck.
     pub entry: String,
-    /// What is done to the blocks.
+    /// Action on the blocks.
     pub what: String,
     /// Number of blocks.
     pub blocks: u64,
     /// Their volume, half of the joints around included `[m³]`.
     pub volume: f64,
-    /// What the shape is called.
+    /// Name of the shape.
     pub shape: String,
     /// Volume of the shape, where it is known `[m³]`.
     pub holds: Option<f64>,

@@ -140,7 +140,7 @@ pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> 
     model(py, &error)
 }
 
-/// What says where, as a list.
+/// Keys of a `where`, as a list.
 fn where_keys() -> String {
     WHERE.map(|key| format!("`{key}`")).join(", ")
 }

@@ -101,7 +101,7 @@ pub(crate) fn element_rigid(session: &Session) -> Vec<bool> {
     of_elements(model, |block| i64::from(model.is_rigid(block))).iter().map(|&n| n == 1).collect()
 }
 
-/// What the elements of each block have.
+/// Values of the elements of each block.
 fn of_elements(model: &Model, value: impl Fn(usize) -> i64) -> Vec<i64> {
     let of = |block| std::iter::repeat_n(value(block), model.hexes(block).count());
     (0..model.n_blocks()).flat_map(of).collect()

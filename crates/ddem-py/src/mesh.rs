@@ -41,7 +41,7 @@ impl Simulation {
         look::integers(py, self.looked(py, |inner| look::element_materials(&inner.session))?)
     }
 
-    /// Whether each element is a rigid block, which has no stress, shape (n_elements,).
+    /// True for elements that are rigid blocks, which have no stress, shape (n_elements,).
     #[getter]
     fn element_rigid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rigid = self.looked(py, |inner| look::element_rigid(&inner.session))?;

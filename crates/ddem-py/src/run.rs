@@ -15,7 +15,7 @@ use crate::errors::{self, model_error};
 use crate::look;
 use crate::simulation::{Inner, Simulation};
 
-/// How long to wait for another thread that looks at the simulation.
+/// Time to wait for another thread that looks at the simulation.
 const WAIT: Duration = Duration::from_millis(1);
 /// Arguments of `run` that are no keys of a stage.
 const OWN: [&str; 6] = ["until", "every", "callback", "record", "name", "quiet"];
@@ -222,7 +222,7 @@ fn slip(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>, error: PyErr) -> PyErr
     }
 }
 
-/// What a run calls on its way.
+/// Python functions that a run calls on its way.
 struct Looks<'py> {
     until: Option<Bound<'py, PyAny>>,
     callback: Option<Bound<'py, PyAny>>,

@@ -14,7 +14,7 @@ type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(Strin
 
 #[pymethods]
 impl Simulation {
-    /// What :func:`ddem.factor_of_safety` finds.
+    /// Result of :func:`ddem.factor_of_safety`.
     #[pyo3(signature = (**keys))]
     fn _factor_of_safety(
         &self,

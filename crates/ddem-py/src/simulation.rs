@@ -37,7 +37,7 @@ const _: () = assert!(align_of::<Simulation>() <= 16);
 pub(crate) struct Inner {
     pub(crate) session: Session,
     pub(crate) samples: Vec<Sample>,
-    /// Whether a run is under way, which looks at it now.
+    /// True while a run is under way and looks at it.
     pub(crate) running: bool,
     /// Stages of which it was said that loads or supports wait for them.
     pub(crate) awaited: BTreeSet<String>,

@@ -17,7 +17,7 @@ use crate::law::{Memory, Mode};
 use crate::pack::{Pack, Packs, PairPlace};
 use crate::seams::{NO_JOINT, Seam, Seams};
 
-pub(crate) use springs::{GroundFrames, Look, Pull};
+pub(crate) use springs::{Ground, Look, Pull};
 
 /// Part of the spacing of its pairs that a failed pair has slid or opened when all others of its joint
 /// fail with it: the joint has turned about them, farther than pairs of points can follow.

@@ -44,8 +44,26 @@ pub(crate) struct Pull {
     pub(crate) grounded: Lanes,
 }
 
-/// Rotation of the ground against a joint's mean frame by lane, where the springs turn with it.
-pub(crate) type GroundFrames = [Option<Matrix3<f64>>; LANES];
+/// The frame of a ground with which the springs of a lane turn, from the joint's mean frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ground {
+    /// Axes of the springs, as columns, in the mean frame.
+    axes: Matrix3<f64>,
+    /// Turns openings along the joint's own axes to those along the springs'.
+    turn: Matrix3<f64>,
+    /// Opening that turning the gap makes, along the springs' axes `[m]`.
+    shift: Vector3<f64>,
+}
+
+impl Ground {
+    /// Of a ground that is turned so against the mean frame.
+    pub(crate) fn new(turned: &Matrix3<f64>, seam: &Seam, lane: usize) -> Self {
+        let axes = turned * seam.axes;
+        let gap = lane_of(seam.gap(), lane);
+        let shift = axes.tr_mul(&gap) - seam.axes.tr_mul(&gap);
+        Self { axes, turn: axes.tr_mul(&seam.axes), shift }
+    }
+}
 
 impl Broken {
     /// The springs of a lane bear tractions, along the joint's own axes, where nothing has moved.
@@ -155,14 +173,14 @@ impl Broken {
     pub(crate) fn pull(
         &mut self,
         (places, seam): (&[PairPlace], &Seam),
-        (look, way, frames): (Look<'_>, Option<&[Lanes]>, &GroundFrames),
+        (look, way, grounds): (Look<'_>, Option<&[Lanes]>, &[Option<Ground>; LANES]),
         (local, g): (&[Lanes], &mut [Lanes]),
         losses: &mut Losses,
     ) -> Pull {
-        let grounded = Lanes(frames.map(|frame| f64::from(u8::from(frame.is_some()))));
+        let grounded = Lanes(grounds.map(|ground| f64::from(u8::from(ground.is_some()))));
         let mut pull = Pull { grounded, ..Pull::default() };
         for (p, place) in places.iter().enumerate() {
-            for (lane, frame) in frames.iter().enumerate() {
+            for (lane, ground) in grounds.iter().enumerate() {
                 let point = &mut self.points[p][lane];
                 if point.quarters == 0 {
                     continue;
@@ -170,9 +188,8 @@ impl Broken {
                 let k = seam.stiffness(lane);
                 let area = point.area(seam, lane);
                 let mut apart = across(local, seam, place, lane);
-                if let Some(frame) = frame {
-                    let gap = lane_of(seam.gap(), lane);
-                    apart = seam.axes.tr_mul(&(frame.tr_mul(&(gap + seam.axes * apart)) - gap));
+                if let Some(Ground { turn, shift, .. }) = ground {
+                    apart = turn * apart + shift;
                 }
                 let opening = split(apart - point.origin);
                 let opening = Opening { normal: opening.normal, shear: opening.shear };
@@ -210,11 +227,13 @@ impl Broken {
                     point.memory.gap = opening.normal;
                 }
                 let Traction { normal: t_n, shear } = point.memory.borne();
-                let mut force = seam.axes * joined(t_n, shear) * area;
-                let mut couple = (seam.axes * joined(0.0, point.memory.slip)).cross(&force);
-                if let Some(frame) = frame {
-                    (force, couple) = (frame * force, Vector3::zeros());
-                }
+                let axes = ground.as_ref().map_or(&seam.axes, |ground| &ground.axes);
+                let force = axes * joined(t_n, shear) * area;
+                // A ground takes the whole torque.
+                let couple = match ground {
+                    Some(_) => Vector3::zeros(),
+                    None => (axes * joined(0.0, point.memory.slip)).cross(&force),
+                };
                 let [a, b] = place.sides;
                 for c in 0..3 {
                     g[3 * a + c].0[lane] -= force[c];

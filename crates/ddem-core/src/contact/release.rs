@@ -77,17 +77,27 @@ fn joint<'a>(
     Some((breaks.get(index, 1 << d)?, seam))
 }
 
+/// Opening at which a joint is released `[m]`. Pairs of rigid blocks are not at the corners on which a block
+/// turns, so that the contact comes at once.
+fn opens(rigid: bool, spacing: f64) -> f64 {
+    if rigid { 0.0 } else { LOOSE * spacing }
+}
+
 impl Broken {
-    /// True where all pairs of a lane's joint have failed and bear until they have slid, or opened, too far.
+    /// True where all pairs of a lane's joint have failed, and none has slid or opened so far that the joint is
+    /// released.
     pub(crate) fn rubs(&self, seam: &Seam, lane: usize, rigid: bool) -> bool {
-        self.points.iter().all(|points| points[lane].mode.is_some())
-            && self.release(seam, lane, (rigid, true)) < Release::Due
+        let spacing = seam.spacing(lane);
+        let (slid, open) = (SLID * spacing, opens(rigid, spacing));
+        self.points.iter().map(|points| &points[lane]).all(|point| {
+            let near = point.memory.slip.norm_squared() <= slid * slid;
+            point.mode.is_some() && near && point.memory.gap <= open
+        })
     }
 
     fn release(&self, seam: &Seam, lane: usize, (rigid, bonds): (bool, bool)) -> Release {
         let spacing = seam.spacing(lane);
-        // Pairs of rigid blocks are not at the corners on which a block turns, so that the contact comes at once.
-        let open = if rigid { 0.0 } else { LOOSE * spacing };
+        let open = opens(rigid, spacing);
         let (mut slid, mut opened, mut bonded) = (0.0_f64, 0.0_f64, false);
         for point in self.points.iter().map(|points| &points[lane]) {
             // Without any strength a pair that has not failed is no better than one that has.

@@ -16,7 +16,7 @@ use super::{Deck, Sheet, Where};
 pub struct FileOf<T> {
     /// Path, relative to the deck.
     pub path: String,
-    /// What is in the file; none as long as it has not been read.
+    /// Contents of the file; none as long as it has not been read.
     pub content: Option<Arc<T>>,
 }
 

@@ -54,12 +54,12 @@ pub struct Where {
 }
 
 impl Where {
-    /// Whether nothing is named, so that everything is selected.
+    /// True where nothing is named, so that everything is selected.
     pub fn is_everywhere(&self) -> bool {
         *self == Self::default()
     }
 
-    /// How many planes it names.
+    /// Number of planes that it names.
     pub(crate) fn n_planes(&self) -> usize {
         let along = [self.x, self.y, self.z];
         let along = along.iter().filter(|extent| matches!(extent, Some(Extent::Plane(_)))).count();
@@ -137,7 +137,7 @@ impl Plane {
     }
 }
 
-/// What parts the space above from the space below: a level z `[m]`, a topography, or a plane.
+/// Boundary between the space above and the space below: a level z `[m]`, a topography, or a plane.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Sheet {

@@ -79,7 +79,7 @@ impl Welder {
 }
 
 impl Mesh {
-    /// How often triangles go along each edge, the lower number first, and how often the other way.
+    /// Number of triangles along each edge, the lower node first, and of those the other way.
     fn edges(&self) -> BTreeMap<[u32; 2], [usize; 2]> {
         let mut edges = BTreeMap::new();
         for [a, b, c] in &self.triangles {
@@ -97,7 +97,7 @@ impl Mesh {
         self.edges().into_iter().filter(open).map(|(edge, _)| edge).collect()
     }
 
-    /// Whether all triangles are turned to the same side: along each edge as many go one way as the other.
+    /// True where all triangles are turned to the same side: along each edge as many go one way as the other.
     pub(crate) fn is_turned_one_way(&self) -> bool {
         self.edges().values().all(|[there, back]| there == back)
     }

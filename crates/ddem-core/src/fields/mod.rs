@@ -74,7 +74,7 @@ const EXCAVATION_FIELDS: [Field; 2] = [
     Field { name: "removed", unit: "1", on: On::Pair, components: 1, fill: removed_pairs },
 ];
 
-/// What a model with a stage that looks for a factor of safety has besides.
+/// Further fields of a model with a stage that looks for a factor of safety.
 const SAFETY_FIELDS: [Field; 1] =
     [Field { name: "unstable", unit: "1", on: On::Element, components: 1, fill: unstable }];
 

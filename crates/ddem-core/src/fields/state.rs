@@ -73,14 +73,14 @@ pub struct ContactSummary {
     pub open: u64,
     /// Pairs of points that press on each other.
     pub points: u64,
-    /// How far blocks reach into each other, at most `[m]`.
+    /// Largest depth to which blocks reach into each other `[m]`.
     pub deepest: f64,
 }
 
 /// Fragments as they are now: blocks that unbroken joints hold together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FragmentSummary {
-    /// How many there are.
+    /// Number of fragments.
     pub number: u64,
     /// Volume of the largest `[m³]`.
     pub largest_volume: f64,

@@ -8,11 +8,11 @@
 //! The part that comes of slip goes to the body that is held, if one is: the ground on which the
 //! other slides. Once all pairs of such a joint have failed its springs turn with the ground alone.
 
-use fearless_simd::{Simd, f64x4};
+use fearless_simd::{Select, Simd, SimdBase, f64x4};
 use fearless_simd_macros::simd;
 use nalgebra::Matrix3;
 
-use crate::breaks::{Broken, GroundFrames, Losses, Pull};
+use crate::breaks::{Broken, Ground, Losses, Pull};
 use crate::element::corotation::{Frame, split_torque};
 use crate::element::lattice::{force, force_left};
 use crate::kinematics::{Moved, joint_displacements, rotations};
@@ -51,13 +51,16 @@ pub(crate) fn joint<S: Simd>(
     if let (Some(face), Some(broken)) = (face, broken) {
         let fields = (&work.local[..n], &mut work.g[..n]);
         let way = fails.then_some(&work.way[..n]);
-        let frames = rotation.map(|mean| ground(simd, input, (at, face.1), &mean, broken));
-        let frames = frames.unwrap_or_default();
-        let springs = broken.pull(face, (input.look, way, &frames), fields, out.losses);
+        let bodies = rotations(simd, input.moved, at);
+        let grounds = rotation
+            .as_ref()
+            .zip(bodies.as_ref())
+            .map_or([None; LANES], |turned| grounds(simd, input, (at, face.1), turned, broken));
+        let springs = broken.pull(face, (input.look, way, &grounds), fields, out.losses);
         if let Some([_, joints]) = &mut out.energy {
             *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
         }
-        pull = Some((face.1, springs));
+        pull = Some((face.1, springs, bodies));
     }
     give(simd, input, at, (rotation, pull), out, work);
 }
@@ -205,33 +208,35 @@ fn any_fails<S: Simd>(
     (0..LANES).any(|lane| law(lane).is_some_and(|law| points(lane).any(|at| fails(law, at))))
 }
 
-/// Rotation of the ground of each lane's joint against the joint's mean frame: of the body that alone is held,
-/// once all pairs have failed, until a contact takes over.
+/// The ground that the springs of each lane turn with: the body that alone is held, once all pairs have
+/// failed, until a contact takes over. `mean` is the rotation of the joint's frame.
 #[inline(always)]
-fn ground<S: Simd>(
+fn grounds<S: Simd>(
     simd: S,
     input: Input<'_>,
     ((index, offset), seam): ((usize, usize), &Seam),
-    mean: &Matrix<S>,
+    (mean, bodies): (&Matrix<S>, &[Matrix<S>; 2]),
     broken: &Broken,
-) -> GroundFrames {
+) -> [Option<Ground>; LANES] {
     let pack = &input.moved.packs.packs[index];
     let part = input.own_part(pack.upper[offset], index);
-    let stands = part.0.map(|part| part != 0.5);
-    let mut frames = [None; LANES];
+    let stands = |lane: usize| part.0[lane] != 0.5 && broken.rubs(seam, lane, pack.rigid);
+    let stands: [bool; LANES] = std::array::from_fn(stands);
     if !input.look.turning || stands == [false; LANES] {
-        return frames;
+        return [None; LANES];
     }
-    let Some(bodies) = rotations(simd, input.moved, (index, offset)) else { return frames };
-    let turned = bodies.map(|body| transposed_product(mean, &body).map(|row| row.map(Lanes::from)));
-    for (lane, frame) in frames.iter_mut().enumerate() {
-        if stands[lane] && broken.rubs(seam, lane, pack.rigid) {
-            let rows = &turned[usize::from(part.0[lane] < 0.5)];
-            *frame = Some(Matrix3::from_fn(|i, j| rows[i][j].0[lane]));
-        }
-    }
-    frames
+    let own = part.load(simd).simd_gt(splat(simd, 0.5));
+    let [a, b] = bodies;
+    let body = [0, 1, 2].map(|i| [0, 1, 2].map(|j| own.select(a[i][j], b[i][j])));
+    let rows = transposed_product(mean, &body).map(|row| row.map(Lanes::from));
+    std::array::from_fn(|lane| {
+        let turned = || Matrix3::from_fn(|i, j| rows[i][j].0[lane]);
+        stands[lane].then(|| Ground::new(&turned(), seam, lane))
+    })
 }
+
+/// Seam of a broken joint, forces of its springs, and rotations of its two bodies.
+type Pulled<'a, S> = (&'a Seam, Pull, Option<[Matrix<S>; 2]>);
 
 /// Gives the forces of a joint lattice to its nodes and its torque to its bodies.
 #[inline(always)]
@@ -239,7 +244,7 @@ fn give<S: Simd>(
     simd: S,
     input: Input<'_>,
     (index, offset): (usize, usize),
-    (rotation, pull): (Option<Matrix<S>>, Option<(&Seam, Pull)>),
+    (rotation, pull): (Option<Matrix<S>>, Option<Pulled<'_, S>>),
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
@@ -270,17 +275,16 @@ fn give<S: Simd>(
     }
     let Some(rotation) = rotation else { return };
     let (mut on_own, mut on_others) = (zero(simd), zero(simd));
-    if let Some((seam, pull)) = pull {
+    if let Some((seam, pull, bodies)) = pull {
         torque = add(torque, cross(load(simd, seam.gap()), load(simd, &pull.force)));
-        if let Some(bodies) = rotations(simd, input.moved, (index, offset)) {
-            let torque = times(&rotation, torque);
-            [on_own, on_others] = split_torque(simd, bodies, &rotation, torque);
+        let whole = times(&rotation, torque);
+        if let Some(bodies) = bodies.filter(|_| pull.grounded.0 != [1.0; LANES]) {
+            [on_own, on_others] = split_torque(simd, bodies, &rotation, whole);
         }
         // The couple of slip goes to the body that is held, if one is; the whole torque if the springs turn with it.
         let couple = times(&rotation, load(simd, &pull.couple));
         let part = input.own_part(pack.upper[offset], index).load(simd);
         let more = scale(couple, part - 0.5);
-        let whole = times(&rotation, torque);
         let [own, others] = [(on_own, part), (on_others, part * -1.0 + 1.0)]
             .map(|(on, part)| scale(sub(scale(whole, part), on), pull.grounded.load(simd)));
         on_own = add(on_own, add(more, own));

@@ -36,7 +36,7 @@ impl Convex {
         Self(faces)
     }
 
-    /// What is left on the side of a plane from which its normal points away.
+    /// Part on the side of a plane from which its normal points away.
     pub(super) fn cut(&self, plane: &Flat) -> Self {
         let (mut faces, mut rim) = (Vec::new(), Vec::new());
         for face in &self.0 {

@@ -1,4 +1,4 @@
-//! What a `where` is relative to: the box around everything, and the sets.
+//! Reference of a `where`: the box around everything, and the sets.
 
 use super::region::Flat;
 use super::{Lattice, Vec3, lattice};

@@ -88,7 +88,7 @@ pub(crate) struct Geometry {
     pub(crate) abutting: HashMap<(u32, u8), u16>,
     /// The box around everything, and the sets.
     pub(crate) frame: Arc<Frame>,
-    /// What curved and slanted shapes have split and taken out before the run.
+    /// Blocks that curved and slanted shapes have split and taken out before the run.
     pub(crate) taken: Vec<Selection>,
 }
 
@@ -315,7 +315,7 @@ struct Refined {
     lattices: Vec<Lattice>,
     frame: Frame,
     taken: Vec<Selection>,
-    /// What is wrong with that.
+    /// Faults of the refinement.
     faults: Vec<Fault>,
 }
 

@@ -100,7 +100,7 @@ impl Region {
         nearest.map(|(_, found)| found)
     }
 
-    /// How far a node is from the planes, and the place that counts for it from ranges and shapes `[m]`.
+    /// Distance of a node from the planes, and of the place that counts for it from ranges and shapes `[m]`.
     pub(crate) fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
         let out = |axis: usize| {
             // Whatever the range is, this has a value.

@@ -5,7 +5,7 @@ use crate::deck::{Where, normal_of};
 
 /// Angle by which joints may deviate where a deck does not say `[degrees]`.
 const WITHIN: f64 = 2.0;
-/// What rounding adds to an angle `[rad]`.
+/// Error of an angle by rounding `[rad]`.
 const ROUNDING: f64 = 1e-9;
 
 /// Planes of an orientation.
@@ -30,7 +30,7 @@ impl Facing {
         })
     }
 
-    /// Whether a plane with this normal, which may point to either side, has the orientation.
+    /// True where a plane with this normal, which may point to either side, has the orientation.
     pub(super) fn has(&self, normal: &Vec3) -> bool {
         let off = match self.normal {
             Some(wanted) => wanted.cross(normal).norm().atan2(wanted.dot(normal).abs()),

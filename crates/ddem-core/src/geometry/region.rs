@@ -40,7 +40,7 @@ impl Flat {
 pub(crate) struct Region {
     /// Along the coordinate axes.
     pub(super) ranges: [Option<[f64; 2]>; 3],
-    /// What is selected lies on all of these.
+    /// Planes, on all of which a selected place lies.
     pub(super) planes: Vec<Flat>,
     /// And not on the side to which the normals of these point.
     pub(super) slopes: Vec<Flat>,
@@ -138,12 +138,12 @@ impl Region {
         self.ranges[axis]
     }
 
-    /// Whether a sphere or a cylinder is given.
+    /// True where a sphere or a cylinder is given.
     pub(crate) fn is_round(&self) -> bool {
         self.sphere.is_some() || self.cylinder.is_some()
     }
 
-    /// How many planes are given.
+    /// Number of planes that are given.
     pub(crate) fn planes(&self) -> usize {
         self.planes.len()
     }
@@ -165,12 +165,12 @@ impl Region {
         self.in_ranges(x) && self.on_planes(x)
     }
 
-    /// Whether a face with this centre and normal belongs.
+    /// True where a face with this centre and normal belongs to the region.
     pub(crate) fn contains_face(&self, centre: &Vec3, normal: &Vec3) -> bool {
         self.faces(normal) && self.contains(centre)
     }
 
-    /// Whether a face with this normal has the orientation that is asked for.
+    /// True where a face with this normal has the orientation that is asked for.
     pub(super) fn faces(&self, normal: &Vec3) -> bool {
         self.facing.is_none_or(|facing| facing.has(normal))
     }
@@ -196,7 +196,7 @@ impl Region {
             && self.solid.as_ref().is_none_or(|solid| solid.contains(x))
     }
 
-    /// Whether it depends on the height of a topography that a point belongs.
+    /// True where the height of a topography decides that a point belongs.
     pub(super) fn asks_heights_at(&self, x: &Vec3) -> bool {
         self.in_ranges_alone(x) && self.in_firm_shapes(x)
     }
@@ -206,7 +206,7 @@ impl Region {
         self.tolerance.iter().fold(f64::MAX, |a, &b| a.min(b))
     }
 
-    /// How far a point is outside of the sphere or the cylinder `[m]`.
+    /// Distance of a point outside of the sphere or the cylinder `[m]`.
     pub(super) fn beyond_round(&self, x: &Vec3) -> f64 {
         let sphere = self.sphere.map_or(0.0, |(centre, radius)| (x - centre).norm() - radius);
         let cylinder = self.cylinder.map_or(0.0, |([from, to], radius)| {
@@ -219,7 +219,7 @@ impl Region {
         sphere.max(cylinder).max(0.0)
     }
 
-    /// How far a point is outside of all shapes, of a closed surface outside of the box around it `[m]`.
+    /// Distance of a point outside of all shapes, of a closed surface from the box around it `[m]`.
     pub(super) fn beyond_shapes(&self, x: &Vec3) -> f64 {
         let slopes = self.slopes.iter().map(|slope| slope.off(x));
         let solid = self.solid.iter().map(|solid| solid.outside_box(x));

@@ -162,7 +162,7 @@ impl Region {
         Some(lengths)
     }
 
-    /// What selects lines in a direction: without what cuts them.
+    /// Region that selects lines in a direction: without the ranges that cut them.
     fn along(&self, line: &Vec3) -> Self {
         let ranges = [0, 1, 2].map(|k| self.ranges[k].filter(|_| line[k].abs() < 1e-9));
         let Self { planes, facing, set, tolerance, .. } = self.clone();

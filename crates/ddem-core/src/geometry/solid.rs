@@ -1,4 +1,4 @@
-//! What is inside of a closed surface of triangles.
+//! Points inside of a closed surface of triangles.
 //!
 //! An upright line through a point meets the surface; the point is inside where the surface above it is
 //! not crossed as often one way as the other. Which triangles the line meets is decided edge by edge, and
@@ -61,7 +61,7 @@ impl Solid {
         })
     }
 
-    /// How far a point is outside of the box around the surface `[m]`.
+    /// Distance of a point outside of the box around the surface `[m]`.
     pub(super) fn outside_box(&self, x: &Vec3) -> f64 {
         let [low, high] = &self.bounds;
         (low - x).sup(&(x - high)).sup(&Vec3::zeros()).norm()
@@ -72,7 +72,7 @@ impl Solid {
         self.bounds
     }
 
-    /// Whether a point is inside of the surface or on it.
+    /// True where a point is inside of the surface or on it.
     pub(super) fn contains(&self, x: &Vec3) -> bool {
         if self.outside_box(x) > self.clear {
             return false;

@@ -11,7 +11,7 @@ use crate::error::Fault;
 #[derive(Clone, Debug)]
 pub(crate) struct Stages {
     geometries: Vec<(usize, Arc<Geometry>)>,
-    /// What curved and slanted shapes take out.
+    /// Blocks that curved and slanted shapes take out.
     pub(crate) taken: Vec<Selection>,
 }
 

@@ -1,4 +1,4 @@
-//! How many blocks curved and slanted shapes have taken, beside what the shapes hold.
+//! Numbers of blocks that curved and slanted shapes have taken, beside the volume of the shapes.
 
 use std::fmt;
 
@@ -6,18 +6,18 @@ use super::convex::Convex;
 use super::region::{Flat, Region};
 use super::{Frame, Lattice, Vec3};
 
-/// What a curved or slanted `where` has selected of the blocks, which it takes as a whole.
+/// Blocks, each as a whole, that a curved or slanted `where` has selected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// Place of the entry in the deck, as in `remove[0]`.
     pub entry: String,
-    /// What is done to the blocks, as in "excavate `tunnel`".
+    /// Action on the blocks, as in "excavate `tunnel`".
     pub what: String,
     /// Number of blocks.
     pub blocks: usize,
     /// Volume of their cells, half of the joints around included `[m³]`.
     pub volume: f64,
-    /// What the shape is called: sphere, cylinder, surface, half-space, topography, box, or region for several
+    /// Name of the shape: sphere, cylinder, surface, half-space, topography, box, or region for several
     /// of them.
     pub shape: &'static str,
     /// Volume of the shape; of cylinders and half-spaces as far as the sets of blocks reach. None where
@@ -123,7 +123,7 @@ impl Region {
         }
     }
 
-    /// Whether a box goes beyond the one around the sets.
+    /// True where a box goes beyond the one around the sets.
     fn sticks_out(&self, [low, high]: [Vec3; 2], frame: &Frame) -> bool {
         let bounds = frame.bounds_of(|set| self.has_set(set));
         (0..3).any(|k| {

@@ -33,7 +33,7 @@ impl Terrain {
         (!height.is_nan()).then_some(height)
     }
 
-    /// What is said where there is no height.
+    /// Message for a place without a height.
     fn missing(&self, x: &Vec3, clear: f64) -> String {
         let Heights { x: columns, y: rows, rim, .. } = &*self.0;
         let out = [(columns, x.x), (rows, x.y)];

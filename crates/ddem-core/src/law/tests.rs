@@ -127,7 +127,7 @@ fn sliding_under_pressure_takes_its_fracture_energy() {
     }
 }
 
-/// What has slid keeps its residual cohesion; what has opened bears friction alone when it closes again.
+/// A point that has slid keeps its residual cohesion; one that has opened bears friction alone when it closes again.
 #[test]
 fn faces_that_have_parted_have_no_cohesion() {
     let law = MohrCoulomb { tan_dilation: 0.0, ..coulomb(None) };

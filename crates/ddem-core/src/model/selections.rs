@@ -1,10 +1,10 @@
-//! What curved and slanted shapes have selected of the blocks.
+//! Blocks that curved and slanted shapes have selected.
 
 use super::Model;
 use crate::geometry::{Geometry, Selection};
 
 impl Model {
-    /// What each curved or slanted `where` of the deck has selected of the blocks: first those that are split
+    /// Blocks that each curved or slanted `where` of the deck has selected: first those that are split
     /// and that never were there, then those that are dug, then those that get a material or a stress.
     #[must_use]
     pub fn selections(&self) -> Vec<Selection> {

@@ -9,6 +9,8 @@ use std::sync::Arc;
 use ddem_core::deck::{FileIn, FileOf, Heights, Triangles};
 use ddem_core::{Deck, Fault, ModelError};
 
+use crate::near::near;
+
 /// Points that a grid of heights may have: more are no grid.
 const MOST_POINTS: usize = 100_000_000;
 
@@ -76,8 +78,11 @@ fn fill<T>(
     let opened = open().map_err(|error: std::io::Error| {
         let message = format!("cannot read `{}`: {error}", path.display());
         let fault = Fault::new("", message);
-        match near(&path) {
-            Some(near) => fault.help(format!("did you mean `{near}`?")),
+        match near(&path, |_| true) {
+            Some(near) => {
+                let near = near.strip_prefix(folder).unwrap_or(&near);
+                fault.help(format!("did you mean `{}`?", near.display()))
+            }
             None => fault.help("paths are relative to the folder of the deck"),
         }
     })?;
@@ -88,19 +93,6 @@ fn fill<T>(
     known.insert(file.path.clone(), content.clone());
     file.content = Some(content);
     Ok(())
-}
-
-/// The file that was probably meant by a path where there is none.
-fn near(path: &Path) -> Option<String> {
-    let folder = path.parent()?;
-    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let entries = std::fs::read_dir(here).ok()?.flatten();
-    let mut names: Vec<String> =
-        entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-    names.sort();
-    let name = path.file_name()?.to_str()?;
-    let near = ddem_core::deck::names::nearest(name, names.iter().map(String::as_str));
-    near.filter(|near| *near != name).map(str::to_owned)
 }
 
 const STL: &str = "a closed surface is an STL file, in text or in binary";
@@ -293,7 +285,7 @@ fn raster(text: &str) -> Result<Heights, Fault> {
     Ok(Heights { x: along(west, columns), y: along(south, rows), z, rim: cell / 2.0 })
 }
 
-/// What the files of a deck hold, as numbers, each with its path.
+/// Contents of the files of a deck, as numbers, each with its path.
 pub(crate) fn contents(deck: &Deck) -> Vec<(String, Vec<f64>)> {
     let mut deck = deck.clone();
     let mut contents: BTreeMap<String, Vec<f64>> = BTreeMap::new();

@@ -31,7 +31,7 @@ const UNITS: [(&str, i32); 25] = [
     ("m/s", 0),
 ];
 
-/// How to write what is not a number in TOML, but was meant as one.
+/// Advice for a text that was meant as a number and is none in TOML.
 pub(crate) fn hint(text: &str) -> Option<String> {
     let text = text.trim().trim_matches(['"', '\'']);
     let starts = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+');
@@ -75,7 +75,7 @@ fn written(value: f64) -> String {
     }
 }
 
-/// What stands between the signs around a place of a text.
+/// Text between the signs around a place.
 pub(crate) fn word(text: &str, at: usize) -> &str {
     let sign = |c: char| matches!(c, '=' | ',' | '[' | ']' | '{' | '}' | '#' | '\n' | '\r');
     let (before, after) = text.split_at_checked(at).unwrap_or_default();

@@ -23,7 +23,7 @@ pub struct Begun {
     pace: Option<Pace>,
 }
 
-/// How far a stage went.
+/// Point that a stage went to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Went {
     /// To its end.
@@ -45,7 +45,7 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// What is wrong with the stage; a folder that cannot be used; a run that fails.
+    /// Faults of the stage; a folder that cannot be used; a run that fails.
     pub fn stage(
         &mut self,
         stage: &Stage,
@@ -70,7 +70,7 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// What is wrong with the stage; a folder that cannot be used.
+    /// Faults of the stage; a folder that cannot be used.
     pub fn begin(
         &mut self,
         stage: &Stage,

@@ -1,4 +1,4 @@
-//! What a stage leaves to be looked at: warnings at its end.
+//! Warnings at the end of a stage.
 
 use ddem_core::deck::{Damping, Stage, StageKind};
 use ddem_core::{ChargeState, Simulation};
@@ -40,7 +40,7 @@ pub(super) fn charges(simulation: &Simulation) -> impl Iterator<Item = (usize, C
     (0..).map_while(|index| Some((index, simulation.charge(index)?)))
 }
 
-/// What is to be said of charges that have gone off since, where the rock around was not what it was at
+/// Warnings about charges that have gone off since, where the rock around was not what it was at
 /// the start any more.
 pub(super) fn gone_off(simulation: &Simulation, before: &[bool]) -> Vec<String> {
     let sizes = simulation.model().charges();

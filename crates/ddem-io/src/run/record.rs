@@ -92,7 +92,7 @@ impl Schedule {
         Self { looks: every.map_or(Due::End, |every| Due::seconds(every, time_step)), ..self }
     }
 
-    /// Whether a look at the simulation is due after one of the steps.
+    /// True where a look at the simulation is due after one of the steps.
     pub(super) fn looks(&self, mut steps: RangeInclusive<u64>) -> bool {
         steps.any(|step| self.looks.at(step))
     }

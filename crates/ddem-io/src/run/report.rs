@@ -43,7 +43,7 @@ pub struct Report {
     pub bytes: u64,
     /// What there is of each charge before it goes off.
     pub charges: Vec<ChargeSize>,
-    /// What curved and slanted shapes have selected of the blocks.
+    /// Blocks that curved and slanted shapes have selected.
     pub selections: Vec<Selection>,
     /// What each stage will take.
     pub stages: Vec<Plan>,

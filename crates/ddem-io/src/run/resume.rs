@@ -129,7 +129,7 @@ impl Resumed {
         &self.checkpoint.deck
     }
 
-    /// What was in the files that the deck names, by their paths.
+    /// Contents of the files that the deck names, by their paths.
     pub(super) fn files(&self) -> BTreeMap<String, Vec<f64>> {
         let paths = self.checkpoint.texts.get("files").map_or("[]", String::as_str);
         let paths: Vec<String> = serde_json::from_str(paths).unwrap_or_default();

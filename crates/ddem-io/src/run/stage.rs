@@ -31,15 +31,15 @@ pub(super) struct Running<'a> {
     pace: Pace,
 }
 
-/// How far a stage is, besides what it moves.
+/// Progress of a stage, besides the state of its simulation.
 #[derive(Debug)]
 pub(super) struct Pace {
-    /// How many stages there are.
+    /// Number of stages.
     stages: usize,
     schedule: Schedule,
     /// Wall time when it was put aside.
     aside: Option<Instant>,
-    /// Whether all that is due at its end is written.
+    /// True once all that is due at its end is written.
     ended: bool,
     /// Wall time when the stage began or went on, less what recording took.
     clock: Instant,

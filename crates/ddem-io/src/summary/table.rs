@@ -202,7 +202,7 @@ impl StageSummary {
     }
 }
 
-/// What was run, its stages, and the state at the end of the last one.
+/// Size of the model, its stages, and the state at the end of the last one.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.title.is_empty() {

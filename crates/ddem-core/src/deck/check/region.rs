@@ -3,7 +3,7 @@
 use super::{Faults, Rule, shown};
 use crate::deck::{Deck, Extent, Heights, Plane, Sheet, Triangles, Where};
 
-/// What a part of space is to select.
+/// Kind of things that a part of space is to select.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Of {
     /// Joints or outer faces, which have an orientation.
@@ -13,7 +13,7 @@ pub(super) enum Of {
 }
 
 impl Where {
-    /// What is wrong with a part of a model that is not in its deck; places begin with `where`.
+    /// Faults of a part of a model that is not in its deck; places begin with `where`.
     #[must_use]
     pub fn check(&self, deck: &Deck) -> Vec<crate::Fault> {
         let mut faults = Faults(Vec::new());

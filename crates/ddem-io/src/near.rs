@@ -1,0 +1,23 @@
+//! Paths that were probably meant where there is nothing.
+
+use std::path::{Path, PathBuf};
+
+use ddem_core::deck::names;
+
+/// Path of the entry beside a path whose name is nearest to that of the path, of the entries that are wanted; none
+/// where no name is near.
+#[must_use]
+pub fn near(path: &Path, wanted: impl Fn(&Path) -> bool) -> Option<PathBuf> {
+    let folder = path.parent()?;
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let entries = std::fs::read_dir(here).ok()?.flatten();
+    let mut names: Vec<String> = entries
+        .filter(|entry| wanted(&entry.path()))
+        .filter_map(|entry| entry.file_name().into_string().ok())
+        .collect();
+    // Folders are listed in any order.
+    names.sort();
+    let name = path.file_name()?.to_str()?;
+    let nearest = names::nearest(name, names.iter().map(String::as_str));
+    nearest.filter(|nearest| *nearest != name).map(|nearest| folder.join(nearest))
+}
