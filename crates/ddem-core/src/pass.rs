@@ -11,28 +11,13 @@ use crate::lanes::{LANES, Lanes, splat};
 use crate::pack::{Neighbours, PairPlace};
 use crate::seams::{Seam, Seams};
 
-/// Damping of deformation, `C = β K + α M` without the part of rigid motion in M.
+/// Damping of the bodies by their stiffness, `C = β K`.
 #[derive(Clone, Copy)]
 pub(crate) struct Viscous<'a> {
     /// Velocities that it acts on `[m/s]`.
     pub(crate) v: &'a [Lanes],
     /// β of all deformable bodies `[s]`.
     pub(crate) stiffness: f64,
-    /// α of the bodies of each pack; empty: none `[1/s]`.
-    pub(crate) mass: &'a [Lanes],
-}
-
-impl Viscous<'_> {
-    /// α of the bodies of a pack `[1/s]`.
-    #[inline(always)]
-    pub(crate) fn mass(&self, pack: usize) -> Lanes {
-        self.mass.get(pack).copied().unwrap_or(Lanes::ZERO)
-    }
-
-    /// True where the bodies of a pack have any damping.
-    pub(crate) fn acts(&self, pack: usize) -> bool {
-        self.stiffness > 0.0 || self.mass(pack) != Lanes::ZERO
-    }
 }
 
 /// What the internal forces are computed from.

@@ -7,7 +7,7 @@
 
 use crate::assembly::Assembly;
 use crate::breaks::Breaks;
-use crate::contact::{Contacts, Skins, Surfaces, dashpot_rate};
+use crate::contact::{Contacts, Surfaces};
 use crate::deck::Deck;
 use crate::element::Elastic;
 use crate::geometry::Geometry;
@@ -19,15 +19,9 @@ use crate::pack::Packs;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sliding {
     /// ζ, as a fraction of critical.
-    ratio: f64,
+    pub(crate) ratio: f64,
     /// α of the bodies of each pack, where they slide `[1/s]`.
     rates: Vec<Lanes>,
-    /// Largest α `[1/s]`.
-    fastest: f64,
-    /// Largest ζ ω_c √(m/m_n) of the dashpots of deformable blocks `[1/s]`.
-    dashpots: f64,
-    /// Some blocks are rigid: joints and contacts are all that they vibrate on.
-    rigid: bool,
 }
 
 impl Sliding {
@@ -42,10 +36,8 @@ impl Sliding {
         if !can || ratio == 0.0 {
             return Self::default();
         }
-        let skins = Skins::new(deck, geometry);
         let mut sliding = Self { ratio, ..Self::default() };
         for (index, pack) in packs.packs.iter().enumerate() {
-            sliding.rigid |= pack.rigid;
             let mut rates = Lanes::ZERO;
             for lane in (0..pack.filled).filter(|_| !pack.rigid) {
                 let body = pack.bodies[lane] as usize;
@@ -53,23 +45,10 @@ impl Sliding {
                 let Some(element) = table.elements[lane] else { continue };
                 let elastic = &assembly.elements[element as usize].elastic;
                 rates.0[lane] = 2.0 * ratio * slowest(geometry, (body, elastic));
-                sliding.fastest = sliding.fastest.max(rates.0[lane]);
-                let rate = ratio * dashpot_rate(&skins, geometry, body);
-                sliding.dashpots = sliding.dashpots.max(rate);
             }
             sliding.rates.push(rates);
         }
         sliding
-    }
-
-    /// Critical step with the square of the largest angular frequency. The damping works with velocities half a
-    /// step old: `Δt² ω²/4 + Δt (ζ ω_c √(m/m_n) + α/2) ≤ 1`.
-    pub(crate) fn critical_step(&self, square: f64) -> f64 {
-        let undamped = 2.0 / square.sqrt();
-        let rigid = if self.rigid { self.ratio * square.sqrt() } else { 0.0 };
-        let dashpots = self.dashpots.max(rigid);
-        let part = 0.5 * undamped * (dashpots + 0.5 * self.fastest);
-        undamped * ((1.0 + part * part).sqrt() - part)
     }
 
     /// α of the bodies of each pack `[1/s]`; empty where none slides. Says whether any pair has failed.

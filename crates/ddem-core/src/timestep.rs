@@ -26,12 +26,14 @@ const TOLERANCE: f64 = 1e-10;
 const PATIENCE: usize = 8;
 
 /// Largest eigenvalue of `M⁻¹ K` for diagonal masses, given for each degree of freedom by
-/// (inertia, place, lane). An error where `stop` says so.
+/// (inertia, place, lane). `added` is what each node of deformable bodies has besides, for its mass; empty: nothing.
+/// An error where `stop` says so.
 pub(crate) fn largest_eigenvalue(
     model: &Model,
     breaks: &mut Breaks,
     scratch: &mut Scratch,
     mass: &dyn Fn(&Inertia, usize, usize) -> f64,
+    added: &[Lanes],
     stop: &dyn Fn() -> bool,
 ) -> Result<f64, RunError> {
     let n = 3 * model.packs.nodes;
@@ -68,7 +70,8 @@ pub(crate) fn largest_eigenvalue(
             }
             for (at, r) in range.zip(root(pack)) {
                 for lane in 0..LANES {
-                    let product = -scratch.f[at].0[lane] * r.0[lane];
+                    let more = added.get(at / 3).map_or(0.0, |more| more.0[lane]);
+                    let product = more * q[at].0[lane] - scratch.f[at].0[lane] * r.0[lane];
                     before[at].0[lane] = product - beta * before[at].0[lane];
                     alpha += before[at].0[lane] * q[at].0[lane];
                 }

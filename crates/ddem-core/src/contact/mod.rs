@@ -42,7 +42,7 @@ use crate::mechanism::is_connected;
 use crate::pack::Packs;
 use crate::touch::FaceOf;
 
-pub(crate) use bound::{bound, dashpot_rate, faces, outer};
+pub(crate) use bound::{Added, bound, faces, outer};
 pub(crate) use place::{Placed, Placing, Spot};
 pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};

@@ -5,11 +5,10 @@ use fearless_simd_macros::simd;
 
 use crate::element::lattice::force;
 use crate::in_situ::Borne;
-use crate::inertia::Moments;
 use crate::kinematics::turn;
 use crate::lanes::{
-    Lanes, Vector, add, cross, dot, inverse_symmetric, load, load_at, scale, splat, store_at, sub,
-    symmetric_times, times, transposed_times, zero,
+    Lanes, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times, transposed_times,
+    zero,
 };
 use crate::pass::{Input, Output, Viscous, Workspace, half_work};
 
@@ -71,9 +70,8 @@ pub(crate) fn body<S: Simd>(
     resist(simd, input, index, out, work);
 }
 
-/// §6: `f −= R β K w + α M (v − v̄)` with `w = Rᵀ v` and the rigid part v̄ of v, where the bodies are viscous.
-/// Whole motions of a block have no part in it, up to the turning of its strain. `work` holds the local
-/// displacements, whose arms the torque has.
+/// §6: `f −= R β K w` with `w = Rᵀ v`, where the bodies are viscous. Whole motions of a block have no part in it, up
+/// to the turning of its strain. `work` holds the local displacements, whose arms the torque has.
 #[simd]
 fn resist<S: Simd>(
     simd: S,
@@ -83,18 +81,7 @@ fn resist<S: Simd>(
     work: &mut Workspace,
 ) {
     let (Some(viscous), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else { return };
-    if !viscous.acts(index) {
-        return;
-    }
-    let mut torque = zero(simd);
-    if viscous.stiffness > 0.0 {
-        torque = stiffness_damping(simd, input, (index, viscous), drag, work);
-    } else {
-        drag.fill(Lanes::ZERO);
-    }
-    if viscous.mass(index) != Lanes::ZERO {
-        torque = add(torque, mass_damping(simd, input, (index, viscous), drag));
-    }
+    let torque = stiffness_damping(simd, input, (index, viscous), drag, work);
     for (f, drag) in out.f.iter_mut().zip(&*drag) {
         *f = Lanes::from(f.load(simd) - drag.load(simd));
     }
@@ -136,110 +123,6 @@ fn stiffness_damping<S: Simd>(
         store_at(drag, 3 * node, force);
     }
     rotation.map_or(torque, |r| times(&r, torque))
-}
-
-/// Adds `α M (v − v̄)` of four bodies to `drag`: the velocities without the translation and the spin that have
-/// their momentum and moment of momentum. Its torque is about the nodes where they are.
-#[inline(always)]
-fn mass_damping<S: Simd>(
-    simd: S,
-    input: Input<'_>,
-    (index, viscous): (usize, Viscous<'_>),
-    drag: &mut [Lanes],
-) -> Vector<S> {
-    let pack = &input.moved.packs.packs[index];
-    let shape = input.moved.packs.shape_of(pack);
-    let nodes = 3 * pack.start..3 * (pack.start + shape.nodes);
-    let (v, u) = (&viscous.v[nodes.clone()], &input.moved.u[nodes]);
-    let inertia = &input.assembly.inertia[input.assembly.pack_inertia[index] as usize];
-    let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
-    let at_rest = table.edges.each_ref().map(|edge| load(simd, edge));
-    let frame = input.moved.frames.map(|frames| &frames[index]);
-    let edges = frame.map_or(at_rest, |frame| at_rest.map(|edge| times(&frame.matrix(simd), edge)));
-    let [momentum, first @ ..] = lattice_moments(simd, shape.divisions, |node, _| {
-        scale(load_at(simd, v, 3 * node), inertia.mass[node].load(simd))
-    });
-    let (base, slopes) = rigid_motion(simd, &inertia.moments, &edges, momentum, first);
-    let alpha = viscous.mass(index).load(simd);
-    let mean = frame.map_or(zero(simd), |frame| load(simd, &frame.mean));
-    let mut torque = zero(simd);
-    let [_, first @ ..] = lattice_moments(simd, shape.divisions, |node, [x, y, z]| {
-        let row = add(add(base, scale(slopes[2], z)), scale(slopes[1], y));
-        let deforms = sub(load_at(simd, v, 3 * node), add(row, scale(slopes[0], x)));
-        let force = scale(deforms, alpha * inertia.mass[node].load(simd));
-        torque = add(torque, cross(sub(load_at(simd, u, 3 * node), mean), force));
-        store_at(drag, 3 * node, add(load_at(simd, drag, 3 * node), force));
-        force
-    });
-    (0..3).fold(torque, |torque, d| add(torque, cross(at_rest[d], first[d])))
-}
-
-/// Sum over the nodes of four bodies of a vector, and its first moments with the numbers of elements from the
-/// centre as coordinates, which `of` is given with the node.
-#[inline(always)]
-fn lattice_moments<S: Simd>(
-    simd: S,
-    divisions: usize,
-    mut of: impl FnMut(usize, Vector<S>) -> Vector<S>,
-) -> [Vector<S>; 4] {
-    let [mut sum, mut along_x, mut along_y, mut along_z] = [zero(simd); 4];
-    let from_centre = |i: usize| splat(simd, i as f64 - 0.5 * divisions as f64);
-    let mut node = 0;
-    for z in (0..=divisions).map(from_centre) {
-        let mut plane = zero(simd);
-        for y in (0..=divisions).map(from_centre) {
-            let mut row = zero(simd);
-            for x in (0..=divisions).map(from_centre) {
-                let vector = of(node, [x, y, z]);
-                row = add(row, vector);
-                along_x = add(along_x, scale(vector, x));
-                node += 1;
-            }
-            plane = add(plane, row);
-            along_y = add(along_y, scale(row, y));
-        }
-        sum = add(sum, plane);
-        along_z = add(along_z, scale(plane, z));
-    }
-    [sum, along_x, along_y, along_z]
-}
-
-/// Velocity at the centre of the lattices of four bodies, and its change from element to element, of the rigid
-/// motion that has a momentum and its first moments. `edges` are those of an element where it is.
-#[inline(always)]
-fn rigid_motion<S: Simd>(
-    simd: S,
-    moments: &Moments,
-    edges: &[Vector<S>; 3],
-    momentum: Vector<S>,
-    first: [Vector<S>; 3],
-) -> (Vector<S>, [Vector<S>; 3]) {
-    let centre = load(simd, &moments.centre);
-    // Σ m (x² 1 − x xᵀ) and Σ m x × v with x = Σ ι_d h_d, ι_d from the centre of mass.
-    let mut spread = [splat(simd, 0.0); 6];
-    (0..3).for_each(|k| spread[k] = moments.empty.load(simd));
-    let mut spin = zero(simd);
-    for d in 0..3 {
-        for e in 0..3 {
-            let at = if d == e {
-                d
-            } else if (d + 1) % 3 == e {
-                3 + d
-            } else {
-                3 + e
-            };
-            let moved = scale(edges[e], moments.second[at].load(simd));
-            let squares = dot(edges[d], moved);
-            (0..3).for_each(|k| spread[k] += squares - edges[d][k] * moved[k]);
-            (0..3).for_each(|k| spread[3 + k] -= edges[d][k] * moved[(k + 1) % 3]);
-        }
-        spin = add(spin, cross(edges[d], sub(first[d], scale(momentum, centre[d]))));
-    }
-    let spin = symmetric_times(inverse_symmetric(simd, spread), spin);
-    let slopes = edges.map(|edge| cross(spin, edge));
-    let mean = scale(momentum, moments.per_mass.load(simd));
-    let base = (0..3).fold(mean, |base, d| sub(base, scale(slopes[d], centre[d])));
-    (base, slopes)
 }
 
 /// Energy of the elements of a lattice `[J]`.

@@ -3,6 +3,7 @@
 pub(crate) mod body;
 pub(crate) mod boundary;
 pub(crate) mod contact;
+pub(crate) mod damping;
 pub(crate) mod external;
 pub(crate) mod joint;
 pub(crate) mod rigid;

@@ -50,7 +50,7 @@ impl Split for Relaxing<'_> {
 /// Fields of the first pass, of a run of packs.
 pub(crate) struct Forces<'a> {
     pub(crate) f: &'a mut [Lanes],
-    /// Empty where bodies are not viscous.
+    /// Empty where bodies never were viscous.
     pub(crate) viscous: &'a mut [Lanes],
     pub(crate) shares: &'a mut [Lanes],
     pub(crate) torques: &'a mut [[Lanes; 3]],
@@ -66,8 +66,8 @@ pub(crate) struct Balancing<'a> {
     pub(super) active: &'a Active,
     pub(super) outside: &'a Outside,
     pub(super) f: &'a mut [Lanes],
-    /// Empty where bodies are not viscous.
-    pub(super) viscous: &'a [Lanes],
+    /// Empty where bodies never were viscous.
+    pub(super) viscous: &'a mut [Lanes],
     pub(super) torques: &'a mut [[Lanes; 3]],
     pub(super) sums: &'a mut [Sums],
     pub(super) reactions: &'a mut [f64],
@@ -88,7 +88,7 @@ pub(crate) struct Moving<'a> {
 pub(crate) struct Part<'a> {
     pub(crate) f: &'a mut [Lanes],
     /// Viscous forces of the bodies, against the motion; empty where they are not viscous.
-    viscous: &'a [Lanes],
+    pub(crate) viscous: &'a mut [Lanes],
     pub(crate) torque: &'a mut [Lanes; 3],
     pub(crate) sums: &'a mut Sums,
     pub(crate) reactions: &'a mut [f64],
@@ -97,6 +97,8 @@ pub(crate) struct Part<'a> {
     /// Loads; of no meaning unless `loaded`.
     pub(crate) q: &'a mut Vec<Lanes>,
     pub(crate) loaded: bool,
+    /// Room for a nodal field.
+    pub(crate) room: &'a mut Vec<Lanes>,
 }
 
 impl Part<'_> {
@@ -127,15 +129,20 @@ impl Balancing<'_> {
             active.first_support(index) - support..active.first_support(index + 1) - support;
         let drag = self.outside.first(first);
         let drags = self.outside.first(index) - drag..self.outside.first(index + 1) - drag;
+        let spaces = &mut self.workspaces[0];
         Part {
-            viscous: self.viscous.get(nodes.clone()).filter(|_| viscous).unwrap_or(&[]),
+            viscous: match self.viscous.get_mut(nodes.clone()) {
+                Some(own) if viscous => own,
+                _ => &mut [],
+            },
             f: &mut self.f[nodes],
             torque: &mut self.torques[index - first],
             sums: &mut self.sums[index - first],
             reactions: &mut self.reactions[supports],
             drags: &mut self.drags[drags],
-            q: &mut self.workspaces[0].q,
+            q: &mut spaces.q,
             loaded: false,
+            room: &mut spaces.room,
         }
     }
 }
@@ -175,7 +182,7 @@ impl Split for Balancing<'_> {
         let nodes = node_start(packs, at) - node_start(packs, first);
         let supports = active.first_support(at) - active.first_support(first);
         let (f, f_high) = self.f.split_at_mut(nodes);
-        let (viscous, viscous_high) = self.viscous.split_at(nodes.min(self.viscous.len()));
+        let (viscous, viscous_high) = self.viscous.split_at_mut(nodes.min(self.viscous.len()));
         let (torques, torques_high) = self.torques.split_at_mut(at - first);
         let (sums, sums_high) = self.sums.split_at_mut(at - first);
         let (reactions, reactions_high) = self.reactions.split_at_mut(supports);

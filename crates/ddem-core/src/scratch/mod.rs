@@ -29,7 +29,7 @@ pub(crate) use fields::{Balancing, Forces, Moving, Part, Relaxing};
 pub(crate) struct Scratch {
     /// Forces on the nodes `[N]`.
     pub(crate) f: Vec<Lanes>,
-    /// Viscous forces of the bodies against the motion `[N]`; empty where they are not viscous.
+    /// Viscous forces of the bodies against the motion `[N]`; empty where they never were viscous.
     viscous: Vec<Lanes>,
     /// What joint cells do to upper neighbours.
     shares: Vec<Lanes>,
@@ -64,6 +64,8 @@ pub(crate) struct Spaces {
     pub(crate) elements: Workspace,
     /// Loads on one pack, or its accelerations in relaxation.
     pub(crate) q: Vec<Lanes>,
+    /// Room for a nodal field of one pack.
+    pub(crate) room: Vec<Lanes>,
 }
 
 impl Scratch {
@@ -165,7 +167,7 @@ impl Scratch {
         energies: bool,
         viscous: bool,
     ) -> (Forces<'a>, &'a [Frame], &'a [Range<usize>]) {
-        self.viscous.resize(if viscous { self.f.len() } else { 0 }, Lanes::ZERO);
+        self.has_viscous(viscous);
         let fields = Forces {
             f: &mut self.f,
             viscous: &mut self.viscous,
@@ -179,18 +181,26 @@ impl Scratch {
         (fields, &self.frames, &self.runs)
     }
 
+    /// Makes room for viscous forces where there are any.
+    fn has_viscous(&mut self, viscous: bool) {
+        let places = if viscous { self.f.len() } else { self.viscous.len() };
+        self.viscous.resize(places, Lanes::ZERO);
+    }
+
     /// Borrowed for adding up forces without moving.
     pub(crate) fn balancing<'a>(
         &'a mut self,
         (active, outside): (&'a Active, &'a Outside),
+        viscous: bool,
     ) -> (Balancing<'a>, &'a mut [Frame], &'a [Lanes], &'a [Range<usize>], Level) {
+        self.has_viscous(viscous);
         self.reactions.resize(active.supports.len(), 0.0);
         self.drags.resize(outside.dashpots.len(), [0.0; 3]);
         let fields = Balancing {
             active,
             outside,
             f: &mut self.f,
-            viscous: &self.viscous,
+            viscous: &mut self.viscous,
             torques: &mut self.torques,
             sums: &mut self.sums,
             reactions: &mut self.reactions,
@@ -220,9 +230,10 @@ impl Scratch {
     pub(crate) fn moving<'a>(
         &'a mut self,
         (active, outside): (&'a Active, &'a Outside),
+        viscous: bool,
         (u, v, poses): (&'a mut [Lanes], &'a mut [Lanes], &'a mut [[Pose; LANES]]),
     ) -> (Moving<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
-        let (balancing, frames, shares, runs, level) = self.balancing((active, outside));
+        let (balancing, frames, shares, runs, level) = self.balancing((active, outside), viscous);
         (Moving { balancing, frames, u, v, poses }, shares, runs, level)
     }
 }

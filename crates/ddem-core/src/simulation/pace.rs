@@ -1,9 +1,10 @@
 //! §6: how long the steps of time are.
 
+use std::borrow::Cow;
 use std::sync::atomic::Ordering;
 
 use super::Simulation;
-use crate::contact::{Skins, bound};
+use crate::contact::{Added, Skins, bound};
 use crate::deck::{Damping, TimeStep};
 use crate::error::RunError;
 use crate::motion::Motion;
@@ -85,34 +86,29 @@ impl Simulation {
             inertia.mass[at / 3].0[lane]
         };
         self.measured = None;
-        let mut breaks = self.model.tangent(broken);
-        let stop = || self.stop.load(Ordering::Relaxed);
-        let found = largest_eigenvalue(&self.model, &mut breaks, &mut self.scratch, &mass, &stop);
-        let step = self.with_gas(self.with_contacts(found?, broken));
-        self.critical_steps[usize::from(broken)] = Some(step);
-        Ok(step)
-    }
-
-    /// The critical step when contacts may join the stiffness whose largest eigenvalue is given, and with
-    /// the damping of blocks that slide `[s]`. One set of blocks whose joints all hold has neither.
-    fn with_contacts(&self, largest: f64, broken: bool) -> f64 {
         let model = &self.model;
         let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
+        // One set of blocks whose joints all hold has neither contacts nor dashpots.
+        let ratio = if broken || surfaces.is_some() { model.sliding.ratio } else { 0.0 };
         let of = (&*model.geometry, &model.packs, &model.assembly);
-        let fastest = match surfaces {
-            Some(surfaces) => {
-                let [more, rigid] = bound(&surfaces.skins, of);
-                (largest + more).max(rigid)
-            }
-            None if largest > 0.0 => largest,
-            // Rigid blocks without any joint have no stiffness: they step as if they met others.
-            None => bound(&Skins::new(&model.deck, &model.geometry), of)[1],
-        };
-        if broken || surfaces.is_some() {
-            model.sliding.critical_step(fastest)
-        } else {
-            2.0 / fastest.sqrt()
-        }
+        let own = || Skins::new(&model.deck, &model.geometry);
+        let skins = surfaces.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.skins));
+        let added = (surfaces.is_some() || ratio > 0.0)
+            .then(|| Added::new(&skins, of, (surfaces.is_some(), ratio)));
+        let mut breaks = model.tangent(broken);
+        let stop = || self.stop.load(Ordering::Relaxed);
+        let squares = added.as_ref().map_or(&[][..], |added| &added.squares);
+        let scratch = &mut self.scratch;
+        let largest = largest_eigenvalue(model, &mut breaks, scratch, &mass, squares, &stop)?;
+        let deformable = added.map_or(2.0 / largest.sqrt(), |added| added.critical_step(largest));
+        // Rigid blocks without any joint have no stiffness: they step as if they met others.
+        let met = surfaces.is_some() || largest == 0.0;
+        let fastest = largest.max(if met { bound(&skins, of)[1] } else { 0.0 });
+        let damped = if model.packs.rigid > 0 { ratio } else { 0.0 };
+        let rigid = 2.0 / fastest.sqrt() * ((1.0 + damped * damped).sqrt() - damped);
+        let step = self.with_gas(deformable.min(rigid));
+        self.critical_steps[usize::from(broken)] = Some(step);
+        Ok(step)
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the

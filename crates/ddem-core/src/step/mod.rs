@@ -5,20 +5,20 @@
 //! order, and the nodes move. The order of physics inside a pack is read in [`balance_pack`] and
 //! [`advance_pack`].
 
+mod context;
 mod driving;
 mod first;
 mod powers;
 mod relaxing;
 mod rigid;
+mod sliding;
 
 use std::ops::Range;
 
 use fearless_simd::{Simd, SimdBase, dispatch};
 use fearless_simd_macros::simd;
 
-use crate::boundary::{Dashpot, Outside, Push};
 use crate::breaks::{Breaks, Losses};
-use crate::conditions::Active;
 use crate::contact::Contacts;
 use crate::element::corotation::Frame;
 use crate::force::boundary;
@@ -28,16 +28,15 @@ use crate::force::shares;
 use crate::force::support;
 use crate::frames::{fit_pack, frame_of};
 use crate::lanes::{Lanes, load, splat};
-use crate::model::Model;
-use crate::motion::{Motion, Update, local_damping};
+use crate::motion::{Update, local_damping};
 use crate::parallel::{node_start, rigid_start, spread};
-use crate::pass::Viscous;
 use crate::scratch::{Balancing, Moving, Part, Scratch};
 use crate::state::State;
 use crate::sums::{Sums, Tally};
 
 use powers::{applied, drag_power, support_power};
 
+pub(crate) use context::Context;
 pub(crate) use driving::shift;
 pub(crate) use first::{Pass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
@@ -45,35 +44,6 @@ pub(crate) use rigid::{Poses, before, carry, present};
 
 /// What others do to the nodes of a pack: joint shares, and contacts.
 type Others<'a> = (&'a [Lanes], &'a Contacts);
-
-/// What a step needs to know besides the model and the state.
-#[derive(Clone, Copy)]
-pub(crate) struct Context<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) active: &'a Active,
-    pub(crate) outside: &'a Outside,
-    /// What boundaries do besides their dashpots.
-    pub(crate) pushes: &'a [Push],
-    pub(crate) motion: &'a Motion,
-    /// Factor of each load at time t.
-    pub(crate) factors: &'a [f64],
-    /// Gravity times its factor `[m/s²]`.
-    pub(crate) gravity: [f64; 3],
-    /// α of the bodies of each pack that slide, or nothing `[1/s]`.
-    pub(crate) sliding: &'a [Lanes],
-    /// As in [`Pass`].
-    pub(crate) undamped: bool,
-    /// Velocity of each fix half a step ahead `[m/s]`.
-    pub(crate) velocities: &'a [[f64; 3]],
-    /// As in [`Pass`].
-    pub(crate) failing: Option<f64>,
-    /// As in [`Pass`].
-    pub(crate) turning: bool,
-    /// Whether a step in which pairs fail is not taken.
-    pub(crate) waits: bool,
-    /// Present time `[s]`.
-    pub(crate) time: f64,
-}
 
 /// One explicit step, eq. (2) in the form (M2). Returns the sums over all nodes at time t and what
 /// the joints lost on the way there; nothing, and nothing moves, where it waits for failure.
@@ -107,11 +77,11 @@ pub(crate) fn balance(
 ) -> (Sums, Losses) {
     let losses = forces(context.pass((u, v), energies), breaks, Some(contacts), scratch);
     let (fields, frames, shares, runs, level) =
-        scratch.balancing((context.active, context.outside));
+        scratch.balancing((context.active, context.outside), context.has_viscous());
     let others = (shares, &*contacts);
-    let fixed = (v, &*frames, others, poses);
+    let fixed = (&*frames, others, poses);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Balancing<'_>| {
-        dispatch!(level, simd => run_balance(simd, context, fixed, &run, &mut fields));
+        dispatch!(level, simd => run_balance(simd, context, (u, v), fixed, &run, &mut fields));
     });
     (Sums::total(&scratch.sums), losses)
 }
@@ -120,7 +90,7 @@ pub(crate) fn balance(
 fn advance(context: Context<'_>, state: &mut State, scratch: &mut Scratch) -> Sums {
     let State { u, v, poses, contacts, .. } = state;
     let (fields, shares, runs, level) =
-        scratch.moving((context.active, context.outside), (u, v, poses));
+        scratch.moving((context.active, context.outside), context.has_viscous(), (u, v, poses));
     let others = (shares, &*contacts);
     spread(&context.model.packs, runs, fields, &|run, mut fields: Moving<'_>| {
         dispatch!(level, simd => run_advance(simd, context, others, &run, &mut fields));
@@ -153,7 +123,7 @@ fn run_advance<S: Simd>(
         let pack = &packs.packs[index];
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
-            balance_pack(simd, context, index, (v, frame, others, Some(poses)), &mut part);
+            balance_pack(simd, context, index, (u, v, frame), (others, Some(poses)), &mut part);
             let power =
                 |v: &[Lanes], part: &Part<'_>| support_power(context, index, v, part.reactions);
             let before = power(v, &part);
@@ -162,7 +132,7 @@ fn run_advance<S: Simd>(
             *frame = frame_of(poses);
             continue;
         }
-        balance_pack(simd, context, index, (v, frame, others, None), &mut part);
+        balance_pack(simd, context, index, (u, v, frame), (others, None), &mut part);
         advance_pack(simd, context, index, &mut part, (u, v));
         if context.model.corotational() {
             *frame = fit_pack(simd, context.model, index, u);
@@ -174,18 +144,20 @@ fn run_advance<S: Simd>(
 fn run_balance<S: Simd>(
     simd: S,
     context: Context<'_>,
-    (v, frames, others, poses): (&[Lanes], &[Frame], Others<'_>, &[Poses]),
+    (u, v): (&[Lanes], &[Lanes]),
+    (frames, others, poses): (&[Frame], Others<'_>, &[Poses]),
     run: &Range<usize>,
     fields: &mut Balancing<'_>,
 ) {
     let packs = &context.model.packs;
     for index in run.clone() {
-        let v = &v[node_start(packs, index)..node_start(packs, index + 1)];
+        let nodes = node_start(packs, index)..node_start(packs, index + 1);
+        let (u, v) = (&u[nodes.clone()], &v[nodes]);
         let mut part =
             fields.pack(context.active, packs, (run.start, index), context.is_viscous(index));
         let pack = &packs.packs[index];
         let poses = if pack.rigid { poses.get(pack.rigid_start) } else { None };
-        balance_pack(simd, context, index, (v, &frames[index], others, poses), &mut part);
+        balance_pack(simd, context, index, (u, v, &frames[index]), (others, poses), &mut part);
         if let Some(poses) = poses {
             rigid::weigh(context, index, (v, poses), &mut part);
             part.sums.supports[0] = support_power(context, index, v, part.reactions);
@@ -236,7 +208,8 @@ fn balance_pack<S: Simd>(
     simd: S,
     context: Context<'_>,
     index: usize,
-    (v, frame, (shares, contacts), poses): (&[Lanes], &Frame, Others<'_>, Option<&Poses>),
+    (u, v, frame): (&[Lanes], &[Lanes], &Frame),
+    ((shares, contacts), poses): (Others<'_>, Option<&Poses>),
     part: &mut Part<'_>,
 ) {
     let model = context.model;
@@ -272,6 +245,9 @@ fn balance_pack<S: Simd>(
     }
     if loaded {
         external::add_to(simd, part.f, q);
+    }
+    if let Some(alpha) = context.slides(index).filter(|_| poses.is_none()) {
+        sliding::slow_down(simd, context, index, alpha, (u, v, frame), part);
     }
     // Supports answer with what is missing.
     let supports = &context.active.supports[context.active.supports_of(index)];
@@ -341,56 +317,4 @@ fn advance_pack<S: Simd>(
     sums.damping[0] += drawn;
     sums.damping[1] += drag_power(context, index, v, part.drags);
     *part.sums = sums;
-}
-
-impl<'a> Context<'a> {
-    pub(crate) fn pass<'b>(&self, (u, v): (&'b [Lanes], &'b [Lanes]), energies: bool) -> Pass<'b>
-    where
-        'a: 'b,
-    {
-        Pass {
-            model: self.model,
-            u,
-            failing: self.failing,
-            turning: self.turning,
-            undamped: self.undamped,
-            relaxing: self.motion.fictitious,
-            waits: self.waits,
-            time: self.time,
-            last: (!self.motion.start).then_some((v, self.motion.time_step)),
-            way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
-            viscous: self.viscous(v),
-            held: &self.active.held_bodies,
-            linear: false,
-            energies,
-        }
-    }
-
-    fn viscous<'b>(&self, v: &'b [Lanes]) -> Option<Viscous<'b>>
-    where
-        'a: 'b,
-    {
-        let Self { motion: Motion { stiffness, .. }, sliding: mass, .. } = *self;
-        (*stiffness > 0.0 || !mass.is_empty()).then_some(Viscous { v, stiffness: *stiffness, mass })
-    }
-
-    fn is_viscous(&self, pack: usize) -> bool {
-        self.viscous(&[]).is_some_and(|viscous| viscous.acts(pack))
-    }
-
-    fn dashpots(&self, pack: usize) -> &'a [Dashpot] {
-        &self.outside.dashpots[self.outside.of(pack)]
-    }
-
-    fn pushes(&self, pack: usize) -> &'a [Push] {
-        &self.pushes[self.outside.of(pack)]
-    }
-
-    fn inertia(&self, pack: usize) -> usize {
-        self.model.assembly.pack_inertia[pack] as usize
-    }
-
-    fn coefficients(&self, pack: usize) -> &crate::motion::Coefficients {
-        &self.motion.classes[self.inertia(pack)]
-    }
 }

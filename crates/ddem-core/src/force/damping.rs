@@ -1,0 +1,117 @@
+//! §5: damping of the deformation of bodies that slide, one pack at a time.
+
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+
+use crate::assembly::Assembly;
+use crate::element::corotation::Frame;
+use crate::inertia::Moments;
+use crate::lanes::{
+    Lanes, Vector, add, cross, dot, inverse_symmetric, load, load_at, scale, splat, store_at, sub,
+    symmetric_times, times, zero,
+};
+use crate::pack::Packs;
+
+/// Forces `α M (v − v̄)` of four bodies against the deformation in their velocities: v̄ is the translation and the spin
+/// that have their momentum and moment of momentum. Taken from `f` and left in `drag`. Returns their torque about
+/// the nodes where they are `[N m]`.
+#[simd]
+pub(crate) fn damp<S: Simd>(
+    simd: S,
+    (packs, assembly): (&Packs, &Assembly),
+    index: usize,
+    frame: Option<&Frame>,
+    (alpha, u, v): (Lanes, &[Lanes], &[Lanes]),
+    (f, drag): (&mut [Lanes], &mut [Lanes]),
+) -> [Lanes; 3] {
+    let shape = packs.shape_of(&packs.packs[index]);
+    let inertia = &assembly.inertia[assembly.pack_inertia[index] as usize];
+    let table = &assembly.tables[assembly.pack_tables[index][0] as usize];
+    let at_rest = table.edges.each_ref().map(|edge| load(simd, edge));
+    let edges = frame.map_or(at_rest, |frame| at_rest.map(|edge| times(&frame.matrix(simd), edge)));
+    let [momentum, first @ ..] = lattice_moments(simd, shape.divisions, |node, _| {
+        scale(load_at(simd, v, 3 * node), inertia.mass[node].load(simd))
+    });
+    let (base, slopes) = rigid_motion(simd, &inertia.moments, &edges, momentum, first);
+    let alpha = alpha.load(simd);
+    let mean = frame.map_or(zero(simd), |frame| load(simd, &frame.mean));
+    let mut torque = zero(simd);
+    let [_, first @ ..] = lattice_moments(simd, shape.divisions, |node, [x, y, z]| {
+        let row = add(add(base, scale(slopes[2], z)), scale(slopes[1], y));
+        let deforms = sub(load_at(simd, v, 3 * node), add(row, scale(slopes[0], x)));
+        let force = scale(deforms, alpha * inertia.mass[node].load(simd));
+        torque = add(torque, cross(sub(load_at(simd, u, 3 * node), mean), force));
+        store_at(f, 3 * node, sub(load_at(simd, f, 3 * node), force));
+        store_at(drag, 3 * node, add(load_at(simd, drag, 3 * node), force));
+        force
+    });
+    (0..3).fold(torque, |torque, d| add(torque, cross(at_rest[d], first[d]))).map(Lanes::from)
+}
+
+/// Sum over the nodes of four bodies of a vector, and its first moments with the numbers of elements from the
+/// centre as coordinates, which `of` is given with the node.
+#[inline(always)]
+fn lattice_moments<S: Simd>(
+    simd: S,
+    divisions: usize,
+    mut of: impl FnMut(usize, Vector<S>) -> Vector<S>,
+) -> [Vector<S>; 4] {
+    let [mut sum, mut along_x, mut along_y, mut along_z] = [zero(simd); 4];
+    let from_centre = |i: usize| splat(simd, i as f64 - 0.5 * divisions as f64);
+    let mut node = 0;
+    for z in (0..=divisions).map(from_centre) {
+        let mut plane = zero(simd);
+        for y in (0..=divisions).map(from_centre) {
+            let mut row = zero(simd);
+            for x in (0..=divisions).map(from_centre) {
+                let vector = of(node, [x, y, z]);
+                row = add(row, vector);
+                along_x = add(along_x, scale(vector, x));
+                node += 1;
+            }
+            plane = add(plane, row);
+            along_y = add(along_y, scale(row, y));
+        }
+        sum = add(sum, plane);
+        along_z = add(along_z, scale(plane, z));
+    }
+    [sum, along_x, along_y, along_z]
+}
+
+/// Velocity at the centre of the lattices of four bodies, and its change from element to element, of the rigid
+/// motion that has a momentum and its first moments. `edges` are those of an element where it is.
+#[inline(always)]
+fn rigid_motion<S: Simd>(
+    simd: S,
+    moments: &Moments,
+    edges: &[Vector<S>; 3],
+    momentum: Vector<S>,
+    first: [Vector<S>; 3],
+) -> (Vector<S>, [Vector<S>; 3]) {
+    let centre = load(simd, &moments.centre);
+    // Σ m (x² 1 − x xᵀ) and Σ m x × v with x = Σ ι_d h_d, ι_d from the centre of mass.
+    let mut spread = [splat(simd, 0.0); 6];
+    (0..3).for_each(|k| spread[k] = moments.empty.load(simd));
+    let mut spin = zero(simd);
+    for d in 0..3 {
+        for e in 0..3 {
+            let at = if d == e {
+                d
+            } else if (d + 1) % 3 == e {
+                3 + d
+            } else {
+                3 + e
+            };
+            let moved = scale(edges[e], moments.second[at].load(simd));
+            let squares = dot(edges[d], moved);
+            (0..3).for_each(|k| spread[k] += squares - edges[d][k] * moved[k]);
+            (0..3).for_each(|k| spread[3 + k] -= edges[d][k] * moved[(k + 1) % 3]);
+        }
+        spin = add(spin, cross(edges[d], sub(first[d], scale(momentum, centre[d]))));
+    }
+    let spin = symmetric_times(inverse_symmetric(simd, spread), spin);
+    let slopes = edges.map(|edge| cross(spin, edge));
+    let mean = scale(momentum, moments.per_mass.load(simd));
+    let base = (0..3).fold(mean, |base, d| sub(base, scale(slopes[d], centre[d])));
+    (base, slopes)
+}

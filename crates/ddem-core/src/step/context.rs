@@ -1,0 +1,96 @@
+//! Model, conditions and settings of a step: all that it reads besides the state.
+
+use super::first::Pass;
+use crate::boundary::{Dashpot, Outside, Push};
+use crate::conditions::Active;
+use crate::lanes::Lanes;
+use crate::model::Model;
+use crate::motion::{Coefficients, Motion};
+use crate::pass::Viscous;
+
+/// Model, conditions and settings of a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Context<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) active: &'a Active,
+    pub(crate) outside: &'a Outside,
+    /// Forces of boundaries besides their dashpots.
+    pub(crate) pushes: &'a [Push],
+    pub(crate) motion: &'a Motion,
+    /// Factor of each load at time t.
+    pub(crate) factors: &'a [f64],
+    /// Gravity times its factor `[m/s²]`.
+    pub(crate) gravity: [f64; 3],
+    /// α of the bodies of each pack that slide, or nothing `[1/s]`.
+    pub(crate) sliding: &'a [Lanes],
+    /// As in [`Pass`].
+    pub(crate) undamped: bool,
+    /// Velocity of each fix half a step ahead `[m/s]`.
+    pub(crate) velocities: &'a [[f64; 3]],
+    /// As in [`Pass`].
+    pub(crate) failing: Option<f64>,
+    /// As in [`Pass`].
+    pub(crate) turning: bool,
+    /// A step in which pairs fail is not taken.
+    pub(crate) waits: bool,
+    /// Present time `[s]`.
+    pub(crate) time: f64,
+}
+
+impl<'a> Context<'a> {
+    pub(crate) fn pass<'b>(&self, (u, v): (&'b [Lanes], &'b [Lanes]), energies: bool) -> Pass<'b>
+    where
+        'a: 'b,
+    {
+        Pass {
+            model: self.model,
+            u,
+            failing: self.failing,
+            turning: self.turning,
+            undamped: self.undamped,
+            relaxing: self.motion.fictitious,
+            waits: self.waits,
+            time: self.time,
+            last: (!self.motion.start).then_some((v, self.motion.time_step)),
+            way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
+            viscous: self.viscous(v),
+            held: &self.active.held_bodies,
+            linear: false,
+            energies,
+        }
+    }
+
+    fn viscous<'b>(&self, v: &'b [Lanes]) -> Option<Viscous<'b>> {
+        let stiffness = self.motion.stiffness;
+        (stiffness > 0.0).then_some(Viscous { v, stiffness })
+    }
+
+    /// α of the bodies of a pack, if any of them slides `[1/s]`.
+    pub(super) fn slides(&self, pack: usize) -> Option<Lanes> {
+        self.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
+    }
+
+    pub(super) fn has_viscous(&self) -> bool {
+        self.motion.stiffness > 0.0 || !self.sliding.is_empty()
+    }
+
+    pub(super) fn is_viscous(&self, pack: usize) -> bool {
+        self.motion.stiffness > 0.0 || self.slides(pack).is_some()
+    }
+
+    pub(super) fn dashpots(&self, pack: usize) -> &'a [Dashpot] {
+        &self.outside.dashpots[self.outside.of(pack)]
+    }
+
+    pub(super) fn pushes(&self, pack: usize) -> &'a [Push] {
+        &self.pushes[self.outside.of(pack)]
+    }
+
+    pub(super) fn inertia(&self, pack: usize) -> usize {
+        self.model.assembly.pack_inertia[pack] as usize
+    }
+
+    pub(super) fn coefficients(&self, pack: usize) -> &Coefficients {
+        &self.motion.classes[self.inertia(pack)]
+    }
+}
