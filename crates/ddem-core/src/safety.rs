@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::FRICTION;
-use crate::deck::{Deck, Joint, Search};
+use crate::deck::{Deck, Search};
 use crate::error::{Fault, RunError};
+use crate::model::Model;
 use crate::relax::Relaxed;
 use crate::saved::Saved;
 use crate::simd::Simd;
@@ -134,7 +135,7 @@ impl Simulation {
         trial.finish_relaxation();
         trial.stop_when(self.stop.clone());
         trial.model.laws.clone_from(&self.model.laws);
-        let reduced = reduced(deck, search, factor);
+        let reduced = reduced(&self.model, search, factor);
         let numbers = deck.joints.keys().enumerate().filter(|(_, name)| search.divides(name));
         let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();
         trial.reduce_strengths(&reduced, &numbers, factor);
@@ -159,17 +160,13 @@ impl Simulation {
     }
 }
 
-/// The deck with strengths divided by a factor, as far as contacts know them.
-fn reduced(deck: &Deck, search: &Search, factor: f64) -> Deck {
-    let divided = |degrees: f64| (degrees.to_radians().tan() / factor).atan().to_degrees();
-    let mut reduced = deck.clone();
-    for (_, joint) in reduced.joints.iter_mut().filter(|(name, _)| search.divides(name)) {
-        joint.friction = joint.friction.map(divided);
-        joint.residual_friction = joint.residual_friction.map(divided);
-    }
+/// The deck with the friction of contacts that no joint gives divided by a factor.
+fn reduced(model: &Model, search: &Search, factor: f64) -> Deck {
+    let mut reduced = model.deck().clone();
     if search.joints.is_none() {
-        let alone = !deck.joints.values().any(Joint::breaks);
-        let friction = deck.contact.friction.or(alone.then_some(FRICTION));
+        let alone = model.laws.iter().all(Option::is_none);
+        let friction = reduced.contact.friction.or(alone.then_some(FRICTION));
+        let divided = |degrees: f64| (degrees.to_radians().tan() / factor).atan().to_degrees();
         reduced.contact.friction = friction.map(divided);
     }
     reduced

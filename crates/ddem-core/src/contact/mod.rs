@@ -37,7 +37,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use crate::deck::{Deck, Joint};
 use crate::geometry::{Geometry, Vec3};
 use crate::lanes::Lanes;
-use crate::law::{Memory, Settled, Traction};
+use crate::law::{Laws, Memory, Settled, Traction};
 use crate::mechanism::is_connected;
 use crate::pack::Packs;
 use crate::touch::FaceOf;
@@ -77,7 +77,7 @@ pub(crate) struct Surfaces {
 }
 
 impl Surfaces {
-    pub(crate) fn new(deck: &Deck, geometry: &Geometry, packs: &Packs) -> Self {
+    pub(crate) fn new(deck: &Deck, laws: &Laws, geometry: &Geometry, packs: &Packs) -> Self {
         let mut edges: Vec<f64> =
             (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body)).collect();
         edges.sort_unstable_by(f64::total_cmp);
@@ -87,7 +87,7 @@ impl Surfaces {
         let can_fail = deck.joints.values().any(Joint::breaks);
         let open = !(can_fail && is_connected(geometry));
         let joins = !geometry.abutments.is_empty();
-        let (skins, blocks) = (Skins::new(deck, geometry), placed(geometry, packs));
+        let (skins, blocks) = (Skins::new(deck, laws, geometry), placed(geometry, packs));
         let search = deck.finds_contacts();
         Self { skins, blocks, shortest, margin: MARGIN * median, open, joins, search }
     }

@@ -7,7 +7,7 @@ use super::{Contacts, Patch};
 use crate::deck::{Deck, Material};
 use crate::element::Elastic;
 use crate::geometry::Geometry;
-use crate::law::{MohrCoulomb, Stiffness};
+use crate::law::{Laws, Stiffness};
 use crate::seams::Moved;
 use crate::touch::{EdgeOf, FaceOf};
 
@@ -62,7 +62,7 @@ pub(crate) struct Skins {
 }
 
 impl Skins {
-    pub(crate) fn new(deck: &Deck, geometry: &Geometry) -> Self {
+    pub(crate) fn new(deck: &Deck, laws: &Laws, geometry: &Geometry) -> Self {
         let contact = &deck.contact;
         let tan = |degrees: f64| degrees.to_radians().tan();
         let mut skins = Self {
@@ -79,7 +79,7 @@ impl Skins {
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
                 let abuts = geometry.abutting.get(&(body as u32, face as u8)).copied();
-                let skin = Skin::new((deck, geometry), (body, face), abuts);
+                let skin = Skin::new((deck, laws, geometry), (body, face), abuts);
                 skins.thickest = skins.thickest.max(skin.thickness);
                 let Stiffness { normal, shear } = skin.stiffness;
                 skins.hardest.normal = skins.hardest.normal.max(normal);
@@ -95,8 +95,12 @@ impl Skins {
     }
 
     /// Of faces whose friction is a part of the way from that of `before`.
-    pub(crate) fn between((deck, now): (&Deck, &Geometry), before: &Geometry, part: f64) -> Self {
-        let [mut skins, old] = [now, before].map(|geometry| Self::new(deck, geometry));
+    pub(crate) fn between(
+        (deck, laws, now): (&Deck, &Laws, &Geometry),
+        before: &Geometry,
+        part: f64,
+    ) -> Self {
+        let [mut skins, old] = [now, before].map(|geometry| Self::new(deck, laws, geometry));
         if part >= 1.0 {
             return skins;
         }
@@ -278,7 +282,7 @@ pub(super) fn sides_of(edge: EdgeOf) -> [FaceOf; 2] {
 
 impl Skin {
     fn new(
-        (deck, geometry): (&Deck, &Geometry),
+        (deck, laws, geometry): (&Deck, &Laws, &Geometry),
         (body, face): (usize, usize),
         abuts: Option<u16>,
     ) -> Self {
@@ -297,18 +301,16 @@ impl Skin {
             let cell = geometry.bodies[owner].cell.map(|c| c as usize);
             lattice.joint_above(cell, d)
         });
-        let joint = abuts.or(number).and_then(|joint| deck.joints.values().nth(joint.into()));
+        let number = abuts.or(number).map(usize::from);
+        let joint = number.and_then(|number| deck.joints.values().nth(number));
+        let law = number.and_then(|number| laws.get(number)?.as_deref());
         let own = Stiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };
         let stiffness = joint.and_then(|joint| joint.stiffness(&deck.materials));
         let [normal, shear] = stiffness.unwrap_or([own.normal, own.shear]);
-        let tan_friction = joint.filter(|joint| joint.breaks()).map(|joint| {
-            let law = MohrCoulomb::new(joint);
-            law.tan_residual_friction
-        });
         Self {
             thickness: joint.map_or(0.0, |joint| joint.thickness / 2.0),
             stiffness: Stiffness { normal: 2.0 * normal, shear: 2.0 * shear },
-            tan_friction,
+            tan_friction: law.map(|law| law.tan_contact_friction()),
             moved,
             density,
             joint: stiffness.map(|[normal, shear]| Stiffness { normal, shear }),

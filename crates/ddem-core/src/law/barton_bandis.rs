@@ -54,6 +54,10 @@ impl JointLaw for BartonBandis {
         (-normal * self.residual_friction.to_radians().tan()).max(0.0)
     }
 
+    fn tan_contact_friction(&self) -> f64 {
+        self.residual_friction.to_radians().tan()
+    }
+
     fn tan_dilation(&self) -> f64 {
         self.tan_dilation
     }

@@ -38,6 +38,10 @@ impl JointLaw for Between {
         self.mix(|law| law.tan_dilation())
     }
 
+    fn tan_contact_friction(&self) -> f64 {
+        self.mix(|law| law.tan_contact_friction())
+    }
+
     fn softening(&self) -> Option<Softening> {
         self.laws[1].softening()
     }

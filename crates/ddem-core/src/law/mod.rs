@@ -186,6 +186,12 @@ pub trait JointLaw: Debug + Send + Sync {
         0.0
     }
 
+    /// Tangent of the friction angle of contacts, which take the place of joints that have slid far or opened: by
+    /// default the slope of the residual strength up to a pressure of 1 MPa.
+    fn tan_contact_friction(&self) -> f64 {
+        ((self.residual(-1e6) - self.residual(0.0)) / 1e6).max(0.0)
+    }
+
     /// How the strength goes from peak to residual; `None`: at once.
     fn softening(&self) -> Option<Softening> {
         None

@@ -64,6 +64,10 @@ impl JointLaw for MohrCoulomb {
         self.tan_dilation
     }
 
+    fn tan_contact_friction(&self) -> f64 {
+        self.tan_residual_friction
+    }
+
     fn softening(&self) -> Option<Softening> {
         self.softening
     }

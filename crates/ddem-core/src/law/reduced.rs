@@ -31,6 +31,10 @@ impl JointLaw for Reduced {
         self.law.tan_dilation().min(friction / self.factor)
     }
 
+    fn tan_contact_friction(&self) -> f64 {
+        self.law.tan_contact_friction() / self.factor
+    }
+
     fn softening(&self) -> Option<Softening> {
         self.law.softening()
     }

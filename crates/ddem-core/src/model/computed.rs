@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Model;
-use crate::contact::Surfaces;
+use crate::contact::{Skins, Surfaces};
 use crate::error::{Fault, ModelError};
 use crate::history::Function;
 use crate::law::JointLaw;
@@ -33,7 +33,8 @@ impl Model {
     /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
     /// of the deck: a simulation that is restored needs a model with the same laws, and warnings
     /// and reports speak of the deck's strengths. Contacts are looked for from now on, unless the deck
-    /// has `contact = false`; their friction is that of the deck.
+    /// has `contact = false`; their friction is [`JointLaw::tan_contact_friction`], unless `[contact]` of the deck has
+    /// one.
     ///
     /// # Errors
     ///
@@ -49,11 +50,14 @@ impl Model {
         self.sliding = Sliding::new(can, &self.deck, of);
         // Blocks whose joints can fail now may meet, unless the deck says that none do.
         if self.deck.model.contact.is_none() && self.can_fail() {
-            let new = || Surfaces::new(&self.deck, &self.geometry, &self.packs);
+            let new = || Surfaces::new(&self.deck, &self.laws, &self.geometry, &self.packs);
             let mut surfaces = self.contact.take().unwrap_or_else(new);
             surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
             surfaces.search = true;
             self.contact = Some(surfaces);
+        }
+        if let Some(surfaces) = &mut self.contact {
+            surfaces.skins = Skins::new(&self.deck, &self.laws, &self.geometry);
         }
         Ok(())
     }

@@ -69,7 +69,7 @@ impl Model {
         packs.link(geometry);
         self.seams = Seams::new(deck, geometry, packs, &mut |_, _, joint| joint);
         if let Some(surfaces) = &mut self.contact {
-            *surfaces = Surfaces::new(deck, geometry, packs);
+            *surfaces = Surfaces::new(deck, &self.laws, geometry, packs);
         }
         self.assembly = Assembly::new(geometry, packs, constants, deck.model.element);
         let met = (self.contact.as_ref(), &self.seated[..]);

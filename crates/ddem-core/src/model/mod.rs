@@ -99,14 +99,14 @@ impl Model {
             return Err(faults);
         }
         let mut assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
+        let laws = laws(&deck.joints);
         let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
-        let contact = meets.then(|| Surfaces::new(deck, &geometry, &packs));
+        let contact = meets.then(|| Surfaces::new(deck, &laws, &geometry, &packs));
         let first = faces.last().map_or(0, Face::end);
         let (all, start) = ((deck, &*geometry, &packs), (first, &stresses[..]));
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
         let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
         assembly.assemble(&geometry, &packs, &seams, &bonds);
-        let laws = laws(&deck.joints);
         let can = (&laws, contact.as_ref());
         let sliding = Sliding::new(can, deck, (&geometry, &packs, &assembly));
         borders.note_ground(&packs, &assembly);

@@ -54,7 +54,7 @@ impl Simulation {
             }
         }
         if let Some(surfaces) = &mut model.contact {
-            surfaces.skins = Skins::new(reduced, &model.geometry);
+            surfaces.skins = Skins::new(reduced, &model.laws, &model.geometry);
         }
         state.contacts.make_anew(|patch| patch.bond.is_none());
         state.breaks.look_again();

@@ -265,3 +265,26 @@ fn a_factor_of_safety_is_that_of_laws_and_histories_of_a_program() {
     let half: Arc<Function> = Arc::new(|_| Ok(0.5));
     assert_eq!(pushed(8e3, Some(half)).to_bits(), pushed(4e3, None).to_bits());
 }
+
+/// A block that slides until contacts take the place of its joint keeps the friction of a law of the program's own.
+#[test]
+fn contacts_have_the_friction_of_a_law_of_ones_own() {
+    let mut deck = deck([1, 1, 2], [2.0, 2.0, 1.0], 4, 0.01);
+    let held = Where { z: Some(Extent::Range([0.0, 0.499])), ..Where::default() };
+    deck.fix = vec![fix(held, "xyz")];
+    let (sine, cosine) = 30_f64.to_radians().sin_cos();
+    deck.model.gravity = [9.81 * sine, 0.0, -9.81 * cosine];
+    let mut model = model(&deck);
+    let set = model.set_law("seam", Arc::new(Friction(0.3)));
+    set.unwrap_or_else(|fault| panic!("{fault}"));
+    let mut simulation = Simulation::new(model);
+    let start = simulation.start(Damping::None, TimeStep::Auto, Some(0.75));
+    for _ in 0..start.unwrap_or_else(|error| panic!("{error}")) {
+        simulation.step().unwrap_or_else(|error| panic!("{error}"));
+    }
+    assert!(!simulation.contacts().is_empty(), "the joint is still there");
+    let exact = 9.81 * (sine - 0.3 * cosine) * simulation.time();
+    let top = simulation.model().nearest_node([1.0, 1.0, 1.0]);
+    let speed = simulation.velocity(top)[0];
+    assert!((speed / exact - 1.0).abs() < 5e-3, "{speed}, not {exact}");
+}
