@@ -121,6 +121,21 @@ impl Simulation {
         Ok(())
     }
 
+    /// A copy of this simulation in a state that it has been in, with the laws and histories that a program has set.
+    ///
+    /// # Errors
+    ///
+    /// The state is of another model.
+    pub fn back_to(&self, saved: &Saved) -> Result<Self, RunError> {
+        let model = self.model.anew().map_err(|error| RunError::Search { faults: error.faults })?;
+        let simd = Simd::of(self.scratch.level);
+        let lost = || RunError::Search { faults: vec![Fault::new("state", "it cannot be copied")] };
+        let mut copy = Self::restore(model, simd, saved).ok_or_else(lost)?;
+        copy.stop_when(self.stop.clone());
+        copy.model.laws.clone_from(&self.model.laws);
+        Ok(copy)
+    }
+
     /// Relaxes a copy with strengths divided by a factor.
     fn trial(
         &self,
@@ -128,13 +143,8 @@ impl Simulation {
         factor: f64,
     ) -> Result<(Trial, Self), RunError> {
         let deck = self.model.deck();
-        let model = self.model.anew().map_err(|error| RunError::Search { faults: error.faults })?;
-        let simd = Simd::of(self.scratch.level);
-        let lost = || RunError::Search { faults: vec![Fault::new("state", "it cannot be copied")] };
-        let mut trial = Self::restore(model, simd, saved).ok_or_else(lost)?;
+        let mut trial = self.back_to(saved)?;
         trial.finish_relaxation();
-        trial.stop_when(self.stop.clone());
-        trial.model.laws.clone_from(&self.model.laws);
         let reduced = reduced(&self.model, search, factor);
         let numbers = deck.joints.keys().enumerate().filter(|(_, name)| search.divides(name));
         let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();

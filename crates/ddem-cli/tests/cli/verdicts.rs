@@ -127,6 +127,22 @@ fn a_safety_stage_gives_the_factor_of_safety() {
     );
 }
 
+/// tan 20°/tan 30° = 0.63041: what does not stand has a factor of safety, too, that of its state before it fell.
+#[test]
+fn what_does_not_stand_has_a_factor_of_safety() {
+    let relaxed = "kind = 'relax'\n[[stage]]\nname = 'safety'\nkind = 'safety'";
+    let (status, said, stages) = ended(20.0, relaxed);
+    assert_eq!((status, stages.len()), (Some(0), 3), "{said}");
+    assert_eq!(stages[0]["verdict"], "fails");
+    assert!(said.contains("that of the state at the start of `weight`"), "{said}");
+    let factor = stages[1]["factor"].as_f64().expect("a factor");
+    assert!((factor / 0.63041 - 1.0).abs() < 5e-3, "{said}");
+    // Who says what is to be done then has it so.
+    let stop = relaxed.replacen("'relax'", "'relax'\non_failure = 'stop'", 1);
+    let (status, said, stages) = ended(20.0, &stop);
+    assert_eq!((status, stages.len()), (Some(1), 1), "{said}");
+}
+
 #[test]
 fn a_wrong_search_is_refused() {
     let desk = Desk::new();

@@ -11,7 +11,7 @@ use super::report::{available_memory, check_steps, located, prepare, report};
 use super::resume;
 use super::safety::search;
 use super::session::Session;
-use super::stage::{Halt, Moved, Running};
+use super::stage::{Halt, Moved, Running, failed};
 use super::{Event, Observer, Options, Outcome, RunFailure};
 use crate::deck::files;
 use crate::folder::{self, Earlier, Folder};
@@ -112,7 +112,7 @@ impl<'a> Drive<'a> {
     fn run(mut self) -> Result<Outcome, RunFailure> {
         let stages = self.session.simulation().model().deck().stage.clone();
         while let Some(stage) = stages.get(self.session.moved.cursor.stage) {
-            let ended = self.stage(stage, stages.len())?;
+            let ended = self.stage(stage, &stages)?;
             if let Ended::Done(_) = ended {
                 self.session.moved.cursor.stage += 1;
                 let Self { observer, folder, session: Session { moved, text, .. }, .. } = &mut self;
@@ -130,10 +130,13 @@ impl<'a> Drive<'a> {
     }
 
     /// One stage, from its start or from where a checkpoint left it.
-    fn stage(&mut self, stage: &Stage, stages: usize) -> Result<Ended, RunFailure> {
+    fn stage(&mut self, stage: &Stage, stages: &[Stage]) -> Result<Ended, RunFailure> {
         let Self { observer, folder, session: Session { moved, text, .. }, options } = self;
+        let mut start = None;
         if moved.cursor.step.is_none() {
             moved.simulation.enter(moved.cursor.stage);
+            let next = stages.get(moved.cursor.stage + 1);
+            start = is_for_safety(stage, next).then(|| moved.simulation.save());
         }
         if stage.kind == StageKind::Safety {
             if search(stage, moved, *observer)? {
@@ -142,7 +145,7 @@ impl<'a> Drive<'a> {
             checkpoint(moved, (folder, text), 0.0, *observer)?;
             return Ok(Ended::Interrupted);
         }
-        let mut running = match Running::new((stage, stages), None, moved, *observer) {
+        let mut running = match Running::new((stage, stages.len()), None, moved, *observer) {
             Err(failure) if failure.is_stopped() => {
                 checkpoint(moved, (folder, text), 0.0, *observer)?;
                 return Ok(Ended::Interrupted);
@@ -160,8 +163,24 @@ impl<'a> Drive<'a> {
                 return Ok(Ended::Interrupted);
             }
         }
-        Ok(Ended::Done(running.finish()?))
+        let failure = running.finish()?;
+        let (Some(failure), Some(start)) = (&failure, start) else {
+            return Ok(Ended::Done(failure));
+        };
+        // How far a slope is from standing is asked all the more where it does not stand.
+        moved.simulation = moved.simulation.back_to(&start).map_err(failed(stage))?;
+        observer.event(Event::Warning(&format!(
+            "{failure}: the factor of safety is that of the state at the start of `{}`",
+            stage.name
+        )));
+        Ok(Ended::Done(None))
     }
+}
+
+/// True where a stage looks for the equilibrium whose factor of safety the next stage finds.
+fn is_for_safety(stage: &Stage, next: Option<&Stage>) -> bool {
+    let searches = next.is_some_and(|next| next.kind == StageKind::Safety);
+    searches && stage.kind == StageKind::Relax && stage.on_failure.is_none()
 }
 
 /// A file that the deck names and that is not what it was.
