@@ -48,7 +48,7 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// A bracket that is none, or joints that do not exist; [told to stop](Self::stop_when); numbers that are
+    /// A bracket that is none, or joints that do not exist; nothing that can fail; [told to stop](Self::stop_when); numbers that are
     /// not finite.
     pub fn factor_of_safety(
         &self,
@@ -58,6 +58,13 @@ impl Simulation {
         let faults = search.check(self.model.deck());
         if !faults.is_empty() {
             return Err(RunError::Search { faults });
+        }
+        if self.model.laws.iter().all(Option::is_none) && !self.model.can_meet() {
+            let nothing =
+                "there is no strength to divide: no joint can fail, and blocks do not meet";
+            let fault = Fault::new("", nothing)
+                .help("give joints `friction`, `cohesion` or `tension`, or let blocks meet");
+            return Err(RunError::Search { faults: vec![fault] });
         }
         let mut found =
             Safety { factor: None, bracket: [None; 2], trials: Vec::new(), failing: None };

@@ -144,6 +144,16 @@ fn what_does_not_stand_has_a_factor_of_safety() {
 }
 
 #[test]
+fn a_search_without_anything_that_can_fail_is_refused() {
+    let desk = Desk::new();
+    let slope = slope(35.0, "kind = 'safety'").replace("[model]", "[model]\ncontact = false");
+    desk.write("slope.toml", &slope.replace("[contact]\nfriction = 35.0\n", ""));
+    let went = desk.run("slope.toml");
+    assert_eq!(went.status, Some(1), "{}", went.stderr);
+    assert!(went.stderr.contains("there is no strength to divide"), "{}", went.stderr);
+}
+
+#[test]
 fn a_wrong_search_is_refused() {
     let desk = Desk::new();
     for (keys, words) in [
