@@ -132,11 +132,16 @@ pub struct SelectionSummary {
     pub shape: String,
     /// Volume of the shape, where it is known `[m³]`.
     pub holds: Option<f64>,
+    /// The volume of the shape has parts outside of the sets of blocks.
+    #[serde(default)]
+    pub sticks_out: bool,
 }
 
 impl From<Selection> for SelectionSummary {
-    fn from(Selection { entry, what, blocks, volume, shape, holds, .. }: Selection) -> Self {
-        Self { entry, what, blocks: blocks as u64, volume, shape: shape.to_owned(), holds }
+    fn from(selection: Selection) -> Self {
+        let Selection { entry, what, blocks, volume, shape, holds, sticks_out } = selection;
+        let (blocks, shape) = (blocks as u64, shape.to_owned());
+        Self { entry, what, blocks, volume, shape, holds, sticks_out }
     }
 }
 
