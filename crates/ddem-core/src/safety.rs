@@ -18,6 +18,10 @@ use crate::simd::Simd;
 use crate::simulation::Simulation;
 use crate::watch::Verdict;
 
+/// Strengths fall by no more than this factor at once: what many pairs that fail together set free makes others
+/// fail that would hold.
+const PART: f64 = 1.05;
+
 /// One trial.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
@@ -143,7 +147,7 @@ impl Simulation {
         Ok(copy)
     }
 
-    /// Relaxes a copy with strengths divided by a factor.
+    /// Relaxes a copy with strengths divided by a factor, in parts.
     fn trial(
         &self,
         (search, saved): (&Search, &Saved),
@@ -152,28 +156,44 @@ impl Simulation {
         let deck = self.model.deck();
         let mut trial = self.back_to(saved)?;
         trial.finish_relaxation();
-        let reduced = reduced(&self.model, search, factor);
+        trial.far = search.limit;
         let numbers = deck.joints.keys().enumerate().filter(|(_, name)| search.divides(name));
         let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();
-        trial.reduce_strengths(&reduced, &numbers, factor);
-        trial.far = search.limit;
-        trial.start_relaxation(1)?;
-        let mut steps = 0;
+        let laws = trial.model.laws.clone();
+        let parts = (factor.ln() / PART.ln()).ceil().max(1.0);
+        let (mut steps, mut part) = (0, 1.0);
         let verdict = loop {
-            match trial.relax_step(search.tolerance) {
-                Ok(Relaxed::Done) => break Verdict::AtRest,
-                Err(RunError::Collapsed { .. } | RunError::TooDeep { .. }) => break Verdict::Fails,
-                // Nothing but rounding is out of balance.
-                Err(RunError::OutOfReach { .. }) => break Verdict::AtRest,
-                Err(error) => return Err(error),
-                Ok(_) if steps >= search.max_steps => break Verdict::Undecided,
-                Ok(_) => steps += 1,
+            let divisor = if part < parts { factor.powf(part / parts) } else { factor };
+            trial.model.laws.clone_from(&laws);
+            trial.reduce_strengths(&reduced(&self.model, search, divisor), &numbers, divisor);
+            trial.start_relaxation(1)?;
+            let verdict = trial.come_to_rest(search, &mut steps)?;
+            if verdict != Verdict::AtRest || part >= parts {
+                break verdict;
             }
-            if steps % 64 == 0 && self.stop.load(Ordering::Relaxed) {
-                return Err(RunError::Stopped);
-            }
+            part += 1.0;
         };
         Ok((Trial { factor, verdict, steps }, trial))
+    }
+
+    /// Relaxes until there is a verdict, and counts the steps.
+    fn come_to_rest(&mut self, search: &Search, steps: &mut u64) -> Result<Verdict, RunError> {
+        loop {
+            match self.relax_step(search.tolerance) {
+                Ok(Relaxed::Done) => return Ok(Verdict::AtRest),
+                Err(RunError::Collapsed { .. } | RunError::TooDeep { .. }) => {
+                    return Ok(Verdict::Fails);
+                }
+                // Nothing but rounding is out of balance.
+                Err(RunError::OutOfReach { .. }) => return Ok(Verdict::AtRest),
+                Err(error) => return Err(error),
+                Ok(_) if *steps >= search.max_steps => return Ok(Verdict::Undecided),
+                Ok(_) => *steps += 1,
+            }
+            if steps.is_multiple_of(64) && self.stop.load(Ordering::Relaxed) {
+                return Err(RunError::Stopped);
+            }
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use ddem_core::deck::Stage;
-use ddem_core::{RunError, Verdict};
+use ddem_core::{RunError, Safety, Trial, Verdict};
 
 use super::stage::{Moved, failed};
 use super::{Event, Observer, RunFailure};
@@ -29,6 +29,10 @@ pub(super) fn search(
         Err(RunError::Stopped) => return Ok(false),
         found => found.map_err(failed(stage))?,
     };
+    for doubt in doubts(&found) {
+        let warning = format!("stage `{}`: {doubt}", stage.name);
+        observer.event(Event::Warning(&warning));
+    }
     let mut moving = Vec::new();
     if let Some(failing) = &mut found.failing {
         recorder.frame(failing, &stage.name)?;
@@ -77,4 +81,25 @@ pub(super) fn search(
     observer.event(Event::StageDone(&summary));
     cursor.done.push(summary);
     Ok(true)
+}
+
+/// Reasons why the factor of safety may be larger.
+fn doubts(found: &Safety) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let Some(unstable) = found.bracket[1] else { return doubts };
+    let is_end = |trial: &&Trial| trial.factor == unstable && trial.verdict == Verdict::Undecided;
+    if let Some(Trial { steps, .. }) = found.trials.iter().find(is_end) {
+        doubts.push(format!(
+            "the trial with strengths / {unstable:.4} was undecided after {steps} steps and counts as unstable: the \
+             factor of safety may be larger; raise `max_steps`"
+        ));
+    }
+    let rests = |trial: &&Trial| trial.factor > unstable && trial.verdict == Verdict::AtRest;
+    if let Some(Trial { factor, .. }) = found.trials.iter().rev().find(rests) {
+        doubts.push(format!(
+            "strengths / {factor:.4} came to rest although strengths / {unstable:.4} did not: the factor of safety \
+             may be larger, by up to this; look for it with a `bracket` above {unstable:.4}"
+        ));
+    }
+    doubts
 }
