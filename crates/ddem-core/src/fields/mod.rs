@@ -182,6 +182,10 @@ fn mean_displacement(simulation: &mut Simulation) -> Vec<f64> {
 
 impl Simulation {
     /// Displacement of a node `[m]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     #[must_use]
     pub fn displacement(&self, node: usize) -> [f64; 3] {
         self.model.get(&self.state.u, node)
@@ -202,6 +206,10 @@ impl Simulation {
     }
 
     /// Velocity of a node at the present time `[m/s]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     pub fn velocity(&mut self, node: usize) -> [f64; 3] {
         self.measure_once();
         let (pack, local, lane) = self.model.place(node);
@@ -292,8 +300,18 @@ impl Simulation {
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }
 
-    /// Sum of the support forces on some nodes, given in order, as they act on the model `[N]`.
+    /// Sum of the support forces on some nodes, as they act on the model `[N]`. Their order does not
+    /// matter, and a node that is given twice counts once.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     pub fn reaction(&mut self, nodes: &[u32]) -> [f64; 3] {
+        let mut nodes = nodes.to_vec();
+        nodes.sort_unstable();
+        if let Some(&last) = nodes.last() {
+            self.model.geometry.has_node(last as usize);
+        }
         self.measure_once();
         let mut sum = [0.0; 3];
         for (support, reaction) in self.active.supports.iter().zip(&self.scratch.reactions) {

@@ -300,8 +300,10 @@ impl Simulation {
     ///
     /// # Panics
     ///
-    /// A node that the model does not have.
+    /// If the model has no such node, or there is not one force for each of them.
     pub fn apply_force(&mut self, nodes: &[u32], forces: &[[f64; 3]]) {
+        let (n, found) = (nodes.len(), forces.len());
+        assert!(n == found, "there are {found} forces for {n} nodes");
         let mut sums = Applied::new();
         for (&node, force) in nodes.iter().zip(forces) {
             let sum = sums.entry(node).or_default();
