@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::FRICTION;
 use crate::deck::{Deck, Joint, Search};
-use crate::error::{Fault, RunError};
+use crate::error::RunError;
 use crate::relax::Relaxed;
 use crate::saved::Saved;
 use crate::simd::Simd;
@@ -42,13 +42,14 @@ pub struct Safety {
 }
 
 impl Simulation {
-    /// Factor of safety of the present state, which should be an equilibrium: it stays as it is. `tell` hears of
-    /// each trial.
+    /// Factor of safety of the present state, which should be an equilibrium: it stays as it is. Two trials run at
+    /// once, on threads of the pool of rayon that calls, each with a copy of the model; `tell` hears of each trial
+    /// on its thread.
     ///
     /// # Errors
     ///
-    /// A bracket that is none, or joints that do not exist; [told to stop](Self::stop_when); numbers that are
-    /// not finite.
+    /// [`RunError::Values`] of a search that cannot be, as of a bracket that is none or joints that do not exist;
+    /// [told to stop](Self::stop_when); [`RunError::Diverged`], of the present state, too.
     pub fn factor_of_safety(
         &self,
         search: &Search,
@@ -56,7 +57,7 @@ impl Simulation {
     ) -> Result<Safety, RunError> {
         let faults = search.check(self.model.deck());
         if !faults.is_empty() {
-            return Err(RunError::Search { faults });
+            return Err(RunError::Values { faults });
         }
         let mut found =
             Safety { factor: None, bracket: [None; 2], trials: Vec::new(), failing: None };
@@ -127,10 +128,10 @@ impl Simulation {
         factor: f64,
     ) -> Result<(Trial, Self), RunError> {
         let deck = self.model.deck();
-        let model = self.model.anew().map_err(|error| RunError::Search { faults: error.faults })?;
+        let model = self.model.anew().map_err(|error| RunError::Values { faults: error.faults })?;
         let simd = Simd::of(self.scratch.level);
-        let lost = || RunError::Search { faults: vec![Fault::new("state", "it cannot be copied")] };
-        let mut trial = Self::restore(model, simd, saved).ok_or_else(lost)?;
+        // Of a run, only a state that is not finite is none to begin from.
+        let mut trial = Self::restore(model, simd, saved).ok_or_else(|| self.diverged())?;
         trial.finish_relaxation();
         trial.stop_when(self.stop.clone());
         trial.model.laws.clone_from(&self.model.laws);

@@ -168,8 +168,8 @@ impl Simulation {
     /// blocks, the other gets its opposite) [N], `traction` (force by area; along the normal it is
     /// negative, pressure) [Pa], `normal` (from the first block to the second), `area` [m²], `gap`
     /// (distance of the faces, negative where they overlap) [m], `slip` (way that they have slid over
-    /// each other since they met) [m], `sliding` (friction bears all that it can), `blocks` (their
-    /// numbers). Empty where no blocks meet.
+    /// each other since they met, or since the contact took the place of their joint) [m], `sliding` (friction
+    /// bears all that it can), `blocks` (their numbers). Empty where no blocks meet.
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let contacts = self.looked(py, |inner| inner.session.simulation_mut().contacts())?;

@@ -51,7 +51,13 @@ pub struct Field {
 }
 
 /// All output fields that change with time, of any model; [`Model::fields`](crate::Model::fields) has
-/// those that the deck asks for besides.
+/// those that the deck asks for besides. All components are those of the global axes, also of tractions and slip.
+///
+/// | On | Fields |
+/// |---|---|
+/// | nodes | `displacement`, `velocity` |
+/// | elements | `stress` (xx yy zz xy yz zx), `fragment` (its number) |
+/// | pairs | `displacement` (mean of both sides), `traction`, `slip`, `opening`, `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has taken the place of the joint), `failure_time`, `damage` |
 pub const FIELDS: [Field; 13] = [
     Field { name: "displacement", unit: "m", on: On::Node, components: 3, fill: displacement },
     Field { name: "velocity", unit: "m/s", on: On::Node, components: 3, fill: velocity },

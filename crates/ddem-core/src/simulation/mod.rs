@@ -200,8 +200,10 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// A number that is not finite: the run has diverged. A history that a program computes and that
-    /// has no value: nothing has moved.
+    /// [`RunError::Diverged`]: a number is not finite. [`RunError::TooFast`] and [`RunError::TooDeep`]: a block
+    /// went so far, or is so deep in another, that contacts could be missed. [`RunError::History`]: one that a
+    /// program computes has no value, and nothing has moved. The first step has those of
+    /// [`start`](Self::start), too; so has one after an excavation.
     pub fn step(&mut self) -> Result<(), RunError> {
         if !self.started {
             self.start(self.damping, TimeStep::Auto, None)?;

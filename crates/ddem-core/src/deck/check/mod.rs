@@ -14,6 +14,7 @@ mod strength;
 mod tests;
 mod units;
 
+pub(crate) use conditions::no_velocity;
 pub(crate) use doubts::doubts;
 
 use std::fmt::Display;
