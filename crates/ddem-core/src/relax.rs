@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
 use crate::cluster::{Clusters, Meeting, Relaxation};
-use crate::deck::Stage;
+use crate::deck::allow_tolerance;
 use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
@@ -172,7 +172,7 @@ impl Simulation {
     /// As [`relax`](Self::relax), but for [`RunError::NotConverged`]; of the first step those of
     /// [`start_relaxation`](Self::start_relaxation), too.
     pub fn relax_step(&mut self, tolerance: f64) -> Result<Relaxed, RunError> {
-        allow(tolerance)?;
+        allow_tolerance(tolerance)?;
         if self.relaxation.is_none() {
             self.start_relaxation(self.default_increments())?;
         }
@@ -323,7 +323,7 @@ impl Simulation {
     /// [`RunError::Values`] of a tolerance that is not between 0 and 1; those of
     /// [`start_relaxation`](Self::start_relaxation).
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
-        allow(tolerance)?;
+        allow_tolerance(tolerance)?;
         self.start_relaxation(self.default_increments())?;
         for step in 0..=max_steps {
             let relaxed = self.relax_step(tolerance);
@@ -353,14 +353,6 @@ impl Simulation {
         }
         self.keep_slip(false);
         true
-    }
-}
-
-/// Refuses a tolerance that no deck could have.
-fn allow(tolerance: f64) -> Result<(), RunError> {
-    match tolerance > 0.0 && tolerance < 1.0 {
-        true => Ok(()),
-        false => Stage { tolerance: Some(tolerance), ..Stage::default() }.allow(),
     }
 }
 

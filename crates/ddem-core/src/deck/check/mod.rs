@@ -16,6 +16,7 @@ mod units;
 
 pub(crate) use conditions::no_velocity;
 pub(crate) use doubts::doubts;
+pub(crate) use stages::allow_tolerance;
 
 use std::fmt::Display;
 

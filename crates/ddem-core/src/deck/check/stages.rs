@@ -48,6 +48,14 @@ impl Stage {
     }
 }
 
+/// Refuses a tolerance that no deck could have, at every step.
+pub(crate) fn allow_tolerance(tolerance: f64) -> Result<(), RunError> {
+    match tolerance > 0.0 && tolerance < 1.0 {
+        true => Ok(()),
+        false => Stage { tolerance: Some(tolerance), ..Stage::default() }.allow(),
+    }
+}
+
 fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
     other_kind(at, stage, faults);
     numbers(at, stage, faults);
