@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     deck.fix.push(Fix { region: level(0.0), axes: "xyz".into(), ..Fix::default() });
 
     let model = Model::new(&deck)?;
-    let (corner, top) = (model.nearest_node([2.0, 2.0, 2.0]), model.nodes_in(&level(2.0)));
+    let (corner, top) = (model.nearest_node([2.0, 2.0, 2.0]), model.nodes_in(&level(2.0))?);
     let mut simulation = Simulation::new(model);
     simulation.relax(1e-5, 20_000)?;
     let [x, y, z] = simulation.displacement(corner).map(|u| 1e3 * u);

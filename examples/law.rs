@@ -23,11 +23,12 @@ impl JointLaw for Patton {
     }
 
     fn peak(&self, normal: f64) -> f64 {
-        (-normal * self.tan_teeth).min(self.cohesion - normal * self.tan_friction)
+        let tooth = (-normal * self.tan_teeth).min(self.cohesion - normal * self.tan_friction);
+        tooth.max(0.0)
     }
 
     fn residual(&self, normal: f64) -> f64 {
-        -normal * self.tan_friction
+        (-normal * self.tan_friction).max(0.0)
     }
 }
 

@@ -23,7 +23,7 @@
 //! deck.fix.push(Fix { region: floor.clone(), axes: "z".into(), ..Fix::default() });
 //!
 //! let model = Model::new(&deck)?;
-//! let (top, floor) = (model.nearest_node([0.5, 0.5, 2.0]), model.nodes_in(&floor));
+//! let (top, floor) = (model.nearest_node([0.5, 0.5, 2.0]), model.nodes_in(&floor)?);
 //! let mut simulation = Simulation::new(model);
 //! simulation.start(Damping::Ratio(0.05), TimeStep::Auto, None)?;
 //! while simulation.time() < 0.02 {

@@ -66,6 +66,50 @@ fn errors_say_what_is_wrong_where_and_what_helps() {
     }
 }
 
+/// What helps is not the same on the command line, in Python and in Rust; and a chain says nothing twice.
+#[test]
+fn errors_of_files_say_the_fact_alone_and_once() {
+    let folder = || "results".into();
+    let path = || "results/energy.csv".into();
+    let operation = "writing";
+    let refused = || std::io::Error::other("the quota is spent");
+    let diverged = RunError::Diverged { step: 3, time: 0.1, block: 1, node: 2 };
+    let all: Vec<(Box<dyn Error>, &str)> = vec![
+        (
+            Box::new(FolderError::OtherDeck {
+                folder: folder(),
+                deck: "a.toml".into(),
+                title: "a".into(),
+            }),
+            "results holds the results of another deck, a.toml \"a\"",
+        ),
+        (
+            Box::new(FolderError::NothingToResume { folder: folder() }),
+            "results holds no checkpoint to resume",
+        ),
+        (
+            Box::new(FolderError::NotWritable {
+                source: OutputError::Io { path: path(), operation, error: refused() },
+            }),
+            "writing results/energy.csv failed: the quota is spent",
+        ),
+        (
+            Box::new(OutputError::DiskFull { path: path(), operation, source: refused().into() }),
+            "no space left on the disk while writing results/energy.csv",
+        ),
+        (
+            Box::new(RunFailure::Stage { stage: "shake".into(), error: diverged }),
+            "stage `shake`: diverged",
+        ),
+    ];
+    for (error, wanted) in all {
+        let said = error.to_string();
+        assert!(said.starts_with(wanted) && !said.contains("--"), "{said}");
+        let below = error.source().map(ToString::to_string);
+        assert!(below.is_none_or(|below| !said.contains(&below)), "{said}");
+    }
+}
+
 #[test]
 fn types_of_dependencies_come_with_the_library() -> Result<(), Box<dyn Error>> {
     let shear = ddem::nalgebra::Vector2::new(3e3, 4e3);

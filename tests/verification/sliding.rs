@@ -60,7 +60,7 @@ fn sliding_set() -> Where {
 
 /// Velocity of a region down the plane at times `[s, m/s]`, and where it has come to `[m]`.
 fn down(deck: &Deck, simulation: &mut Simulation, region: &Where, samples: u64) -> Vec<[f64; 3]> {
-    let nodes = simulation.model().nodes_in(region);
+    let nodes = simulation.model().nodes_in(region).unwrap();
     let stage = deck.stage.last().expect("a stage");
     let steps = simulation
         .start(

@@ -1,5 +1,6 @@
 //! Command line of ddem.
 
+mod advice;
 mod args;
 mod plot;
 mod progress;
@@ -200,7 +201,9 @@ fn say(failure: &Failure) {
                 complain(&format!("  did you mean `{}`?\n", near.display()));
             }
         }
-        Failure::Run(failure) => complain(&format!("error: {failure}\n")),
+        Failure::Run(failure) => {
+            complain(&format!("error: {failure}{}\n", advice::advice(failure)));
+        }
         Failure::NoCommand(arguments) => {
             let deck = if arguments.is_empty() { "deck.toml".into() } else { arguments.join(" ") };
             complain(&format!(

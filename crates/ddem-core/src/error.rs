@@ -103,10 +103,10 @@ pub enum RunError {
     /// The stiffness or the masses are outside what numbers can hold.
     #[error("the critical time step is not a number: density or moduli are out of all proportion")]
     NoCriticalStep,
-    /// A factor of safety cannot be looked for.
+    /// Values that a program gives are none that a deck could have; nothing has changed.
     #[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("; "))]
-    Search {
-        /// Faults of the search, by key.
+    Values {
+        /// Faults of the values, by key.
         faults: Vec<Fault>,
     },
     /// A program wanted it to stop, before anything moved.
@@ -324,6 +324,9 @@ const NAMED: usize = 3;
 
 /// Blocks that move.
 fn named(moving: &[Moving]) -> String {
+    if moving.is_empty() {
+        return "no block has moved so far".to_owned();
+    }
     let each =
         moving.iter().take(NAMED).map(|Moving { set, block, distance, direction: [x, y, z] }| {
             format!("block {block} of `{set}`, {distance:.2e} m towards ({x:.2}, {y:.2}, {z:.2})")

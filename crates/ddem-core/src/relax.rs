@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
 use crate::cluster::{Clusters, Meeting, Relaxation};
+use crate::deck::allow_tolerance;
 use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
@@ -168,8 +169,10 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// A number that is not finite.
+    /// As [`relax`](Self::relax), but for [`RunError::NotConverged`]; of the first step those of
+    /// [`start_relaxation`](Self::start_relaxation), too.
     pub fn relax_step(&mut self, tolerance: f64) -> Result<Relaxed, RunError> {
+        allow_tolerance(tolerance)?;
         if self.relaxation.is_none() {
             self.start_relaxation(self.default_increments())?;
         }
@@ -314,9 +317,13 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached;
-    /// [`RunError::OutOfReach`] where rounding keeps it above the tolerance; a number that is not finite.
+    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached; [`RunError::Collapsed`] where
+    /// blocks move on without end; [`RunError::OutOfReach`] where rounding keeps the ratio above the tolerance;
+    /// [`RunError::TooDeep`] where a contact does not carry what lies on it; [`RunError::Diverged`];
+    /// [`RunError::Values`] of a tolerance that is not between 0 and 1; those of
+    /// [`start_relaxation`](Self::start_relaxation).
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
+        allow_tolerance(tolerance)?;
         self.start_relaxation(self.default_increments())?;
         for step in 0..=max_steps {
             let relaxed = self.relax_step(tolerance);

@@ -47,13 +47,14 @@ pub struct Safety {
 }
 
 impl Simulation {
-    /// Factor of safety of the present state, which should be an equilibrium: it stays as it is. `tell` hears of
-    /// each trial.
+    /// Factor of safety of the present state, which should be an equilibrium: it stays as it is. Two trials run at
+    /// once, on threads of the pool of rayon that calls, each with a copy of the model; `tell` hears of each trial
+    /// on its thread.
     ///
     /// # Errors
     ///
-    /// A bracket that is none, or joints that do not exist; nothing that can fail; [told to stop](Self::stop_when); numbers that are
-    /// not finite.
+    /// [`RunError::Values`] of a search that cannot be, as of a bracket that is none or joints that do not exist, or
+    /// where nothing can fail; [told to stop](Self::stop_when); [`RunError::Diverged`], of the present state, too.
     pub fn factor_of_safety(
         &self,
         search: &Search,
@@ -61,14 +62,14 @@ impl Simulation {
     ) -> Result<Safety, RunError> {
         let faults = search.check(self.model.deck());
         if !faults.is_empty() {
-            return Err(RunError::Search { faults });
+            return Err(RunError::Values { faults });
         }
         if self.model.laws.iter().all(Option::is_none) && !self.model.can_meet() {
             let nothing =
                 "there is no strength to divide: no joint can fail, and blocks do not meet";
             let fault = Fault::new("", nothing)
                 .help("give joints `friction`, `cohesion` or `tension`, or let blocks meet");
-            return Err(RunError::Search { faults: vec![fault] });
+            return Err(RunError::Values { faults: vec![fault] });
         }
         let mut found =
             Safety { factor: None, bracket: [None; 2], trials: Vec::new(), failing: None };
@@ -136,12 +137,12 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// The state is of another model.
+    /// The state is of another model, or not finite.
     pub fn back_to(&self, saved: &Saved) -> Result<Self, RunError> {
-        let model = self.model.anew().map_err(|error| RunError::Search { faults: error.faults })?;
+        let model = self.model.anew().map_err(|error| RunError::Values { faults: error.faults })?;
         let simd = Simd::of(self.scratch.level);
-        let lost = || RunError::Search { faults: vec![Fault::new("state", "it cannot be copied")] };
-        let mut copy = Self::restore(model, simd, saved).ok_or_else(lost)?;
+        // Of a run, only a state that is not finite is none to begin from.
+        let mut copy = Self::restore(model, simd, saved).ok_or_else(|| self.diverged())?;
         copy.stop_when(self.stop.clone());
         copy.model.laws.clone_from(&self.model.laws);
         Ok(copy)

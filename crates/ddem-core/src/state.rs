@@ -174,7 +174,7 @@ impl State {
             let velocity = Vec3::from(initial.velocity.unwrap_or_default());
             let spin = Vec3::from(initial.spin.unwrap_or_default());
             let centre = Vec3::from(initial.centre.unwrap_or_default());
-            for node in model.nodes_in(&initial.region) {
+            for node in model.selected(&initial.region) {
                 let arm = Vec3::from(model.point(node as usize)) - centre;
                 let v = velocity + spin.cross(&arm);
                 model.set(&mut state.v, node as usize, v.into());

@@ -27,16 +27,13 @@ pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
 const RESULTS: [&str; 9] =
     [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES, SUMMARY, CHECKPOINT];
 
-/// Why a folder cannot take the results. Nothing was written.
+/// Why a folder cannot take the results. Nothing was written. The texts say the fact; what helps depends on how a
+/// program lets its users choose the folder and [`Earlier`].
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum FolderError {
     /// The results in it come from another deck.
-    #[error(
-        "{} holds the results of another deck, {deck} \"{title}\": give another --out, or run without --overwrite \
-         to keep them",
-        folder.display()
-    )]
+    #[error("{} holds the results of another deck, {deck} \"{title}\"", folder.display())]
     OtherDeck {
         /// The folder.
         folder: PathBuf,
@@ -46,11 +43,7 @@ pub enum FolderError {
         title: String,
     },
     /// A file has the name of a result, but nothing tells that this program wrote it.
-    #[error(
-        "{} holds {file}, which is not known to be a result of ddem: give another --out or \
-         delete the file",
-        folder.display()
-    )]
+    #[error("{} holds {file}, which is not known to be a result of ddem", folder.display())]
     ForeignFile {
         /// The folder.
         folder: PathBuf,
@@ -58,22 +51,19 @@ pub enum FolderError {
         file: String,
     },
     /// The path names a file.
-    #[error("{} is a file, not a folder: give another --out", folder.display())]
+    #[error("{} is a file, not a folder", folder.display())]
     NotAFolder {
         /// The path.
         folder: PathBuf,
     },
     /// Another run is writing its results there.
-    #[error(
-        "another run is writing to {}: wait until it has finished or give another --out",
-        folder.display()
-    )]
+    #[error("another run is writing to {}", folder.display())]
     InUse {
         /// The folder.
         folder: PathBuf,
     },
     /// There is no checkpoint to go on from.
-    #[error("{} holds no checkpoint to resume: run without --resume", folder.display())]
+    #[error("{} holds no checkpoint to resume", folder.display())]
     NothingToResume {
         /// The folder.
         folder: PathBuf,
@@ -81,7 +71,7 @@ pub enum FolderError {
     /// The deck is not the one the run was started with.
     #[error(
         "the deck has changed since the run in {} was started, and a run resumes only with the \
-         same deck: restore it, or run without --resume to start over",
+         same deck",
         folder.display()
     )]
     DeckChanged {
@@ -89,7 +79,7 @@ pub enum FolderError {
         folder: PathBuf,
     },
     /// The folder cannot be created or written to.
-    #[error("{source}: give another --out")]
+    #[error(transparent)]
     NotWritable {
         /// The cause, which names the file.
         source: OutputError,

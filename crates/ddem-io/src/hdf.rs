@@ -38,8 +38,8 @@ fn refused(
     error: hdf5::Error,
 ) -> OutputError {
     match OutputError::hdf5(path, operation, error) {
-        OutputError::Format { source, .. } if mode != OpenMode::Create => {
-            OutputError::unusable(path, format!("not a complete HDF5 file ({source})"))
+        OutputError::Format { error, .. } if mode != OpenMode::Create => {
+            OutputError::unusable(path, format!("not a complete HDF5 file ({error})"))
         }
         other => other,
     }

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The cause below an [`OutputError`], kept for those who want the whole chain.
+/// The cause of an [`OutputError`]: its `source()` where the text does not have it.
 pub type Cause = Box<dyn std::error::Error + Send + Sync + 'static>;
 
 /// A result file that could not be written or read. Every variant names the file.
@@ -11,10 +11,7 @@ pub type Cause = Box<dyn std::error::Error + Send + Sync + 'static>;
 #[non_exhaustive]
 pub enum OutputError {
     /// The disk or the quota of the user is exhausted.
-    #[error(
-        "no space left on the disk while {operation} {}: free some space or give another --out",
-        path.display()
-    )]
+    #[error("no space left on the disk while {operation} {}", path.display())]
     DiskFull {
         /// The file being written.
         path: PathBuf,
@@ -34,24 +31,24 @@ pub enum OutputError {
         source: Cause,
     },
     /// The system refused.
-    #[error("{operation} {} failed: {source}", path.display())]
+    #[error("{operation} {} failed: {error}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// What was being done, as in `writing`.
         operation: &'static str,
-        /// The error of the system.
-        source: io::Error,
+        /// The error of the system, which the text has.
+        error: io::Error,
     },
     /// The HDF5 library, the CSV or the JSON reader refused.
-    #[error("{operation} {} failed: {source}", path.display())]
+    #[error("{operation} {} failed: {error}", path.display())]
     Format {
         /// The file.
         path: PathBuf,
         /// What was being done, as in `writing`.
         operation: &'static str,
-        /// The error of the library.
-        source: Cause,
+        /// The error of the library, which the text has.
+        error: Cause,
     },
     /// The file is not what its name says: truncated, written by another program or by a newer
     /// version.
@@ -93,7 +90,7 @@ impl OutputError {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 Self::DiskFull { path, operation, source: source.into() }
             }
-            _ => Self::Io { path, operation, source },
+            _ => Self::Io { path, operation, error: source },
         }
     }
 
@@ -107,7 +104,7 @@ impl OutputError {
         } else if has("unable to lock file") {
             Self::Busy { path, operation, source: source.into() }
         } else {
-            Self::Format { path, operation, source: source.into() }
+            Self::Format { path, operation, error: source.into() }
         }
     }
 
@@ -116,7 +113,7 @@ impl OutputError {
             csv::ErrorKind::Io(source) => Self::io(path, operation, source),
             kind => {
                 let words = format!("{kind:?}");
-                Self::Format { path: path.to_owned(), operation, source: words.into() }
+                Self::Format { path: path.to_owned(), operation, error: words.into() }
             }
         }
     }

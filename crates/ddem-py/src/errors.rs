@@ -119,6 +119,7 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         RunError::History { ref entry, .. } => {
             model_error(py, &format!("{entry}.history"), &message, None)
         }
+        RunError::Values { faults: ref wrong } => faults(py, wrong, &|_| None),
         RunError::TimeStep { .. } | RunError::TooShort { .. } => {
             model_error(py, "time_step", &error.to_string(), None)
         }
@@ -179,7 +180,7 @@ pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
         RunFailure::Model(error) => model(py, error),
         RunFailure::Folder(error) => folder(error),
         RunFailure::Memory { .. } => PyMemoryError::new_err(failure.to_string()),
-        RunFailure::Stage { stage, source } => run_error(py, source, &format!("stage `{stage}`: ")),
+        RunFailure::Stage { stage, error } => run_error(py, error, &format!("stage `{stage}`: ")),
         RunFailure::Output(error) => output(error),
         RunFailure::Checkpoint { .. } => PyOSError::new_err(failure.to_string()),
         _ => PyRuntimeError::new_err(failure.to_string()),
@@ -187,8 +188,18 @@ pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
 }
 
 fn folder(error: &FolderError) -> PyErr {
-    let message = error.to_string().replace("--out", "folder").replace("--resume", "resume=True");
-    let message = message.replace("--overwrite", "overwrite=True");
+    let advice = match error {
+        FolderError::OtherDeck { .. } => {
+            ": give another folder, or run without resume=True and overwrite=True to keep them"
+        }
+        FolderError::ForeignFile { .. } => ": give another folder or delete the file",
+        FolderError::NotAFolder { .. } => ": give another folder",
+        FolderError::InUse { .. } => ": wait until it has finished or give another folder",
+        FolderError::NothingToResume { .. } => ": run without resume=True",
+        FolderError::DeckChanged { .. } => ": restore it, or run without resume=True to start over",
+        _ => "",
+    };
+    let message = format!("{error}{advice}");
     match error {
         FolderError::NotWritable { source } => output(source),
         FolderError::OtherDeck { .. }
@@ -199,9 +210,11 @@ fn folder(error: &FolderError) -> PyErr {
 }
 
 pub(crate) fn output(error: &OutputError) -> PyErr {
-    let message = error.to_string().replace("--out", "folder");
+    let full = matches!(error, OutputError::DiskFull { .. });
+    let advice = if full { ": free some space or give another folder" } else { "" };
+    let message = format!("{error}{advice}");
     match error {
-        OutputError::Io { path, source, .. } => os_error(source, path, &message),
+        OutputError::Io { path, error, .. } => os_error(error, path, &message),
         _ => PyOSError::new_err(message),
     }
 }

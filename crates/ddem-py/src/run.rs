@@ -375,7 +375,7 @@ fn part<T: Send>(
     outcome(done, stopped, |failure| {
         simulation.called.take_raised().unwrap_or_else(|| match failure {
             RunFailure::Model(error) => errors::arguments(py, error, "stage[0]"),
-            RunFailure::Stage { source, .. } => errors::run_error(py, &source, ""),
+            RunFailure::Stage { error, .. } => errors::run_error(py, &error, ""),
             failure => errors::failure(py, &failure),
         })
     })

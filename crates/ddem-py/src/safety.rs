@@ -25,7 +25,10 @@ impl Simulation {
         let mut inner = self.idle(py)?;
         let simulation = inner.session.simulation_mut();
         let mut faults = stage.check();
-        faults.extend(stage.search().check(simulation.model().deck()));
+        let wrong = stage.search().check(simulation.model().deck());
+        let known = |key: &str| faults.iter().any(|known| known.place == format!("stage[0].{key}"));
+        let new: Vec<_> = wrong.into_iter().filter(|fault| !known(&fault.place)).collect();
+        faults.extend(new);
         if !faults.is_empty() {
             return Err(errors::arguments(py, ModelError { faults }, "stage[0]."));
         }

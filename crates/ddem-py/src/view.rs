@@ -168,8 +168,8 @@ impl Simulation {
     /// blocks, the other gets its opposite) [N], `traction` (force by area; along the normal it is
     /// negative, pressure) [Pa], `normal` (from the first block to the second), `area` [m²], `gap`
     /// (distance of the faces, negative where they overlap) [m], `slip` (way that they have slid over
-    /// each other since they met) [m], `sliding` (friction bears all that it can), `blocks` (their
-    /// numbers). Empty where no blocks meet.
+    /// each other since they met, or since the contact took the place of their joint) [m], `sliding` (friction
+    /// bears all that it can), `blocks` (their numbers). Empty where no blocks meet.
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let contacts = self.looked(py, |inner| inner.session.simulation_mut().contacts())?;
@@ -224,7 +224,8 @@ impl Simulation {
     /// Raises
     /// ------
     /// ModelError
-    ///     A key that does not exist or a value of the wrong type.
+    ///     A key that does not exist or a value of the wrong type; a topography that does not cover what is
+    ///     selected.
     #[pyo3(signature = (**keys))]
     fn nodes<'py>(
         &self,
@@ -234,9 +235,8 @@ impl Simulation {
         let region = read_where(py, keys)?;
         let found = self.looked(py, move |inner| {
             let model = inner.session.simulation().model();
-            let faults = region.check(model.deck());
-            let nodes = || model.nodes_in(&region).into_iter().map(i64::from).collect();
-            if faults.is_empty() { Ok(nodes()) } else { Err(ModelError { faults }) }
+            let nodes = model.nodes_in(&region).map_err(ModelError::from)?;
+            Ok(nodes.into_iter().map(i64::from).collect())
         })?;
         let found = found.map_err(|error| errors::arguments(py, error, "where"))?;
         look::integers(py, found)
@@ -279,8 +279,7 @@ impl Simulation {
         py: Python<'py>,
         nodes: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let mut nodes = arrays::nodes(nodes, "nodes", self.n_nodes(py)?)?;
-        nodes.sort_unstable();
+        let nodes = arrays::nodes(nodes, "nodes", self.n_nodes(py)?)?;
         let sum = self.looked(py, move |inner| inner.session.simulation_mut().reaction(&nodes))?;
         arrays::components(py, sum.to_vec(), 1)
     }

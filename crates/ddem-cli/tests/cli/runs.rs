@@ -151,6 +151,7 @@ fn the_results_of_another_deck_are_left_alone() {
     let went = desk.run("other.toml --out a --overwrite");
     assert_eq!(went.status, Some(2));
     assert!(went.stderr.contains("holds the results of another deck"), "{}", went.stderr);
+    assert!(went.stderr.contains("give another --out, or run without"), "{}", went.stderr);
     assert!(before == read());
 }
 
@@ -185,7 +186,7 @@ fn a_relaxation_without_end_fails_and_keeps_its_results() {
 #[test]
 fn there_is_nothing_to_resume_at_first() {
     let stderr = refused("column.toml --resume");
-    assert!(stderr.contains("holds no checkpoint to resume"), "{stderr}");
+    assert!(stderr.contains("holds no checkpoint to resume: run without --resume"), "{stderr}");
 }
 
 #[test]

@@ -160,7 +160,8 @@ fn a_wrong_search_is_refused() {
         ("bracket = [2, 1]", "two factors above 0, the smaller one first"),
         ("joints = ['seam']", "there is no joint `seam`"),
         ("duration = 1.0", "`duration` is a key of a dynamic stage"),
-        ("resolution = 0", "it must be above 0"),
+        ("resolution = 0", "`resolution` is 0 but must be above 0"),
+        ("joints = []", "`joints` is empty: no strength would be divided"),
     ] {
         desk.write("slope.toml", &slope(35.0, &format!("kind = 'safety'\n{keys}")));
         let went = desk.run("slope.toml");

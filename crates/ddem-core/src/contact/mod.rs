@@ -112,7 +112,7 @@ pub(crate) struct Point {
     pub(crate) drag: f64,
     /// Energy taken so far beyond what the springs hold and what is lost `[J/m²]`.
     pub(crate) account: f64,
-    /// Way that it has slid since the blocks met `[m]`.
+    /// Way that it has slid since the blocks met, or it took the place of a joint `[m]`.
     pub(crate) slid: f64,
     /// At the last equilibrium of a relaxation.
     pub(crate) settled: Option<Settled>,

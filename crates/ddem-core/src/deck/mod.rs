@@ -26,7 +26,7 @@ pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
 pub(crate) use charge::EXPLOSIVES;
 pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use check::check;
-pub(crate) use check::doubts;
+pub(crate) use check::{allow_tolerance, doubts, no_velocity};
 pub use conditions::{
     Boundary, BoundaryKind, Duvall, Fix, Gradient, History, Initial, Load, Probe, Quantity,
     Triangle,

@@ -29,8 +29,9 @@ pub struct Contact {
     /// Distance of the two faces along the normal, less half the thickness of the joint of each
     /// `[m]`: negative where they overlap.
     pub gap: f64,
-    /// Way that the points have slid over each other since the blocks met: the length of the path,
-    /// without what the springs give `[m]`.
+    /// Way that the points have slid over each other since the blocks met, or since the contact took the place
+    /// of their joint: the length of the path, without what the springs give `[m]`. What they slid before, while the joint
+    /// was there, was the field `slip` of its pairs, which is 0 from then on (`released`).
     pub slip: f64,
     /// Whether friction bears all that it can; without friction never.
     pub sliding: bool,

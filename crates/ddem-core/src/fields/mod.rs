@@ -51,7 +51,13 @@ pub struct Field {
 }
 
 /// All output fields that change with time, of any model; [`Model::fields`](crate::Model::fields) has
-/// those that the deck asks for besides.
+/// those that the deck asks for besides. All components are those of the global axes, also of tractions and slip.
+///
+/// | On | Fields |
+/// |---|---|
+/// | nodes | `displacement`, `velocity` |
+/// | elements | `stress` (xx yy zz xy yz zx), `fragment` (its number) |
+/// | pairs | `displacement` (mean of both sides), `traction`, `slip`, `opening`, `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has taken the place of the joint), `failure_time`, `damage` |
 pub const FIELDS: [Field; 13] = [
     Field { name: "displacement", unit: "m", on: On::Node, components: 3, fill: displacement },
     Field { name: "velocity", unit: "m/s", on: On::Node, components: 3, fill: velocity },
@@ -182,6 +188,10 @@ fn mean_displacement(simulation: &mut Simulation) -> Vec<f64> {
 
 impl Simulation {
     /// Displacement of a node `[m]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     #[must_use]
     pub fn displacement(&self, node: usize) -> [f64; 3] {
         self.model.get(&self.state.u, node)
@@ -202,6 +212,10 @@ impl Simulation {
     }
 
     /// Velocity of a node at the present time `[m/s]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     pub fn velocity(&mut self, node: usize) -> [f64; 3] {
         self.measure_once();
         let (pack, local, lane) = self.model.place(node);
@@ -292,8 +306,18 @@ impl Simulation {
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }
 
-    /// Sum of the support forces on some nodes, given in order, as they act on the model `[N]`.
+    /// Sum of the support forces on some nodes, as they act on the model `[N]`. Their order does not
+    /// matter, and a node that is given twice counts once.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     pub fn reaction(&mut self, nodes: &[u32]) -> [f64; 3] {
+        let mut nodes = nodes.to_vec();
+        nodes.sort_unstable();
+        if let Some(&last) = nodes.last() {
+            self.model.geometry.has_node(last as usize);
+        }
         self.measure_once();
         let mut sum = [0.0; 3];
         for (support, reaction) in self.active.supports.iter().zip(&self.scratch.reactions) {

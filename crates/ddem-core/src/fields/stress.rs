@@ -40,8 +40,18 @@ impl Simulation {
     }
 
     /// Stress at the centre of the element at lattice steps `at` of a block `[Pa]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block, or the block no such element.
     #[must_use]
     pub fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
+        self.model.geometry.has_block(block);
+        let n = self.model.geometry.lattice(block).divisions;
+        assert!(
+            at.iter().all(|&step| step < n),
+            "block {block} has no element at {at:?}: it has {n} along each edge, from 0"
+        );
         self.strained(block).map_or([0.0; 6], |block| block.stress(at))
     }
 

@@ -46,6 +46,7 @@ pub(crate) use region::Region;
 pub(crate) use stages::Stages;
 pub(crate) use surface::Surface;
 pub use taken::Selection;
+pub(crate) use terrain::uncovered;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -96,7 +97,9 @@ impl Geometry {
     /// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
     pub(crate) fn new(deck: &Deck, names: &Names) -> Result<Self, Vec<Fault>> {
         let Refined { mut lattices, frame, mut taken, mut faults } = refined(deck, names)?;
-        let uncovered = terrain::uncovered(deck, &frame, &lattices);
+        let uncovered =
+            |(at, region): (String, _)| uncovered((&at, region), deck, &frame, &lattices);
+        let uncovered: Vec<Fault> = deck.regions().into_iter().flat_map(uncovered).collect();
         if !uncovered.is_empty() {
             return Err(uncovered);
         }
@@ -251,8 +254,24 @@ impl Geometry {
         }
     }
 
+    /// Panics where there is no such node: the answer to a wrong number would be a wrong place.
+    #[track_caller]
+    pub(crate) fn has_node(&self, node: usize) {
+        let n = self.n_nodes;
+        assert!(node < n, "there is no node {node}: the model has {n} nodes, from 0");
+    }
+
+    /// Panics where there is no such block.
+    #[track_caller]
+    pub(crate) fn has_block(&self, block: usize) {
+        let n = self.bodies.len();
+        assert!(block < n, "there is no block {block}: the model has {n} blocks, from 0");
+    }
+
     /// The body that has a node, and the node's lattice steps in it.
+    #[track_caller]
     pub(crate) fn locate(&self, node: usize) -> (usize, [usize; 3]) {
+        self.has_node(node);
         let body = self.bodies.partition_point(|b| b.first_node as usize <= node) - 1;
         let local = node - self.bodies[body].first_node as usize;
         let n = self.lattice(body).divisions + 1;

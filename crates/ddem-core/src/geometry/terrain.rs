@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Frame, Lattice, Region, Vec3, place};
-use crate::deck::{Deck, Heights};
+use crate::deck::{Deck, Heights, Where};
 use crate::error::Fault;
 
 /// Part of a cell of the grid within which a point is on a line of it.
@@ -67,32 +67,34 @@ fn between(axis: &[f64], at: f64, rim: f64) -> Option<(usize, f64)> {
     Some((i, snapped))
 }
 
-/// Topographies that do not say a height where one is asked for.
-pub(super) fn uncovered(deck: &Deck, frame: &Frame, lattices: &[Lattice]) -> Vec<Fault> {
+/// Topographies of the `where` at a place that do not say a height where one is asked for.
+pub(crate) fn uncovered(
+    (at, where_): (&str, &Where),
+    deck: &Deck,
+    frame: &Frame,
+    lattices: &[Lattice],
+) -> Vec<Fault> {
     let mut faults = Vec::new();
-    for (at, where_) in deck.regions() {
-        if where_.topographies().next().is_none() {
-            continue;
-        }
-        let region = Region::new(where_, frame);
-        for ((key, file), (terrain, _)) in where_.topographies().zip(&region.terrains) {
-            let lattices = lattices.iter().filter(|lattice| region.has_set(lattice.set));
-            let alone = deck.blocks.len() == 1;
-            let asked = lattices.flat_map(|lattice| asked(lattice, &at, alone));
-            let unknown =
-                |x: &Vec3| region.asks_heights_at(x) && terrain.height(x, region.clear()).is_none();
-            let mut asked = asked;
-            if let Some(x) = asked.find(unknown) {
-                let message = format!(
-                    "the topography `{}` does not cover the model: {}",
-                    file.path,
-                    terrain.missing(&x, region.clear())
-                );
-                faults.push(Fault::new(format!("{at}.{key}.topography"), message).help(
-                    "a larger grid, or `x`, `y` or `set` in the same `where`, which leave out what it \
-                     does not cover",
-                ));
-            }
+    if where_.topographies().next().is_none() {
+        return faults;
+    }
+    let region = Region::new(where_, frame);
+    for ((key, file), (terrain, _)) in where_.topographies().zip(&region.terrains) {
+        let lattices = lattices.iter().filter(|lattice| region.has_set(lattice.set));
+        let alone = deck.blocks.len() == 1;
+        let mut asked = lattices.flat_map(|lattice| asked(lattice, at, alone));
+        let unknown =
+            |x: &Vec3| region.asks_heights_at(x) && terrain.height(x, region.clear()).is_none();
+        if let Some(x) = asked.find(unknown) {
+            let message = format!(
+                "the topography `{}` does not cover the model: {}",
+                file.path,
+                terrain.missing(&x, region.clear())
+            );
+            faults.push(Fault::new(format!("{at}.{key}.topography"), message).help(
+                "a larger grid, or `x`, `y` or `set` in the same `where`, which leave out what it \
+                 does not cover",
+            ));
         }
     }
     faults

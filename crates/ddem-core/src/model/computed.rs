@@ -95,8 +95,11 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// The deck has no such support.
+    /// The deck has no such support, or it has no `velocity`.
     pub fn set_fix_history(&mut self, fix: usize, function: Arc<Function>) -> Result<(), Fault> {
+        if self.deck.fix.get(fix).is_some_and(|fix| fix.velocity.is_none()) {
+            return Err(crate::deck::no_velocity(&format!("fix[{fix}]")));
+        }
         self.conditions.set_history(("fix", fix), function)?;
         self.computed.push(format!("fix[{fix}].history"));
         Ok(())

@@ -5,8 +5,13 @@ use crate::geometry::{ON_FACE, Vec3};
 
 impl Model {
     /// Volume of a block in its reference position, without the joints around it `[m³]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block.
     #[must_use]
     pub fn volume(&self, block: usize) -> f64 {
+        self.geometry.has_block(block);
         let (pack, lane) = self.packs.slot(block);
         let cells: usize = self.packs.shape_of(&self.packs.packs[pack]).dims(0).iter().product();
         let table = &self.assembly.tables[self.assembly.pack_tables[pack][0] as usize];
@@ -18,8 +23,13 @@ impl Model {
     /// elements the lower one, on faces between blocks that of the one that is not taken out, or later, or
     /// the lower one, and where no block is the one nearest to it among the elements that have the
     /// nearest node.
+    ///
+    /// # Panics
+    ///
+    /// If a coordinate is not a finite number.
     #[must_use]
     pub fn element_at(&self, point: [f64; 3]) -> (usize, [usize; 3]) {
+        assert!(point.iter().all(|x| x.is_finite()), "no element is at {point:?}: it is no place");
         let at = Vec3::from(point);
         let mut most: Option<(f64, (usize, [usize; 3]))> = None;
         for block in 0..self.n_blocks() {
@@ -46,6 +56,10 @@ impl Model {
     }
 
     /// The elements that have one of some nodes, as block and lattice steps.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     #[must_use]
     pub fn elements_at(&self, nodes: &[u32]) -> Vec<(usize, [usize; 3])> {
         let mut elements = Vec::new();

@@ -30,14 +30,24 @@ impl Model {
     }
 
     /// Whether a block has been taken out by the present stage.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block.
     #[must_use]
     pub fn is_removed(&self, block: usize) -> bool {
+        self.geometry.has_block(block);
         self.geometry.is_gone(block)
     }
 
     /// The stage at whose start a block is taken out, by its number in the deck.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block.
     #[must_use]
     pub fn removed_in(&self, block: usize) -> Option<usize> {
+        self.geometry.has_block(block);
         self.stages.removes(block)
     }
 
@@ -46,10 +56,16 @@ impl Model {
         self.removed_in(block).unwrap_or(usize::MAX)
     }
 
+    /// Panics where values that a program gives to all nodes are more or fewer than these.
+    #[track_caller]
+    pub(crate) fn one_for_each_node(&self, what: &str, found: usize) {
+        let n = self.n_nodes();
+        assert!(found == n, "there are {found} {what} for the {n} nodes of the model");
+    }
+
     /// Numbers and values of the nodes of blocks that have not been taken out, of values of all nodes.
     pub(crate) fn there<'a, T>(&'a self, values: &'a [T]) -> impl Iterator<Item = (usize, &'a T)> {
-        let values = values.iter().enumerate().take(self.n_nodes());
-        values.filter(|(node, _)| !self.is_removed(self.block_of(*node)))
+        values.iter().enumerate().filter(|(node, _)| !self.is_removed(self.block_of(*node)))
     }
 
     /// Takes out the blocks that are gone, with their joints; the others have the joints and materials that

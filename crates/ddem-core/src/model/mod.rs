@@ -9,7 +9,6 @@ mod ramp;
 mod selections;
 mod unbalanced;
 
-use std::cmp::Reverse;
 use std::sync::Arc;
 
 use meeting::at_bonds;
@@ -225,6 +224,10 @@ impl Model {
     }
 
     /// Reference position of a node `[m]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     #[must_use]
     pub fn point(&self, node: usize) -> [f64; 3] {
         let (body, at) = self.geometry.locate(node);
@@ -232,7 +235,12 @@ impl Model {
     }
 
     /// Nodes of the hex8 elements of a block, VTK order, shape `(divisions³, 8)`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block.
     pub fn hexes(&self, block: usize) -> impl Iterator<Item = [u32; 8]> + '_ {
+        self.geometry.has_block(block);
         let n = self.geometry.lattice(block).divisions;
         let cells =
             (0..n).flat_map(move |k| (0..n).flat_map(move |j| (0..n).map(move |i| [i, j, k])));
@@ -259,18 +267,32 @@ impl Model {
     }
 
     /// Whether a block is rigid: it has no stress.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block.
     #[must_use]
     pub fn is_rigid(&self, block: usize) -> bool {
+        self.geometry.has_block(block);
         self.geometry.lattice(block).rigid
     }
 
     /// Number of a block's material, in sorted order of the names.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block.
     #[must_use]
     pub fn material(&self, block: usize) -> u16 {
+        self.geometry.has_block(block);
         self.geometry.bodies[block].material
     }
 
     /// The block that a node belongs to.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     #[must_use]
     pub fn block_of(&self, node: usize) -> usize {
         self.geometry.locate(node).0
@@ -295,31 +317,6 @@ impl Model {
         first..first + (self.geometry.lattice(block).divisions + 1).pow(3)
     }
 
-    /// Nodes that a `where` selects, in order.
-    #[must_use]
-    pub fn nodes_in(&self, region: &crate::deck::Where) -> Vec<u32> {
-        self.region(region).nodes(&self.geometry)
-    }
-
-    /// What is wrong with a `where`, at this place in the deck, that selects no node.
-    #[must_use]
-    pub fn no_node(&self, place: String, region: &crate::deck::Where) -> Fault {
-        crate::geometry::no_node(place, &self.region(region), &self.geometry)
-    }
-
-    /// The node nearest to a reference position; on a tie that of a block that is not taken out, or later,
-    /// and of these the lower number.
-    #[must_use]
-    pub fn nearest_node(&self, at: [f64; 3]) -> usize {
-        let at = Vec3::from(at);
-        let tie = 1e-12 * (self.geometry.frame.bounds[1] - self.geometry.frame.bounds[0]).norm();
-        let distance = |node: usize| (Vec3::from(self.point(node)) - at).norm();
-        let nearest = (0..self.n_nodes()).map(distance).fold(f64::INFINITY, f64::min);
-        let near = (0..self.n_nodes()).filter(|&node| distance(node) <= nearest + tie);
-        let best = near.min_by_key(|&node| (Reverse(self.stays(self.block_of(node))), node));
-        best.unwrap_or(0)
-    }
-
     /// Memory of everything whose size grows with the model `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
         let tables: usize = self.assembly.tables.iter().map(|table| table.bytes()).sum();
@@ -335,6 +332,10 @@ impl Model {
     }
 
     /// Lumped mass of a node `[kg]`, eq. (3).
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     #[must_use]
     pub fn mass(&self, node: usize) -> f64 {
         let (pack, local, lane) = self.place(node);
@@ -342,6 +343,10 @@ impl Model {
     }
 
     /// Diagonal of the assembled intact stiffness at a node `[N/m]`: body, joints, strips.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
     #[must_use]
     pub fn stiffness_diagonal(&self, node: usize) -> [f64; 3] {
         let (pack, local, lane) = self.place(node);

@@ -156,7 +156,12 @@ impl Simulation {
 
     /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`; those of blocks that have been taken
     /// out stay where they were. Energies balance from here on, and contacts begin anew.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one for each node.
     pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
+        self.model.one_for_each_node("displacements", displacements.len());
         let before = self.energy().balance;
         for (node, u) in self.model.there(displacements) {
             self.model.set(&mut self.state.u, node, *u);
@@ -169,7 +174,12 @@ impl Simulation {
 
     /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; those of blocks
     /// that have been taken out stay at rest. Energies balance from here on.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one for each node.
     pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
+        self.model.one_for_each_node("velocities", velocities.len());
         self.settle();
         let before = self.energy().balance;
         for (node, v) in self.model.there(velocities) {

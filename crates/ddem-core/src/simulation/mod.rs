@@ -200,8 +200,10 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// A number that is not finite: the run has diverged. A history that a program computes and that
-    /// has no value: nothing has moved.
+    /// [`RunError::Diverged`]: a number is not finite. [`RunError::TooFast`] and [`RunError::TooDeep`]: a block
+    /// went so far, or is so deep in another, that contacts could be missed. [`RunError::History`]: one that a
+    /// program computes has no value, and nothing has moved. The first step has those of
+    /// [`start`](Self::start), too; so has one after an excavation.
     pub fn step(&mut self) -> Result<(), RunError> {
         if !self.started {
             self.start(self.damping, TimeStep::Auto, None)?;
@@ -300,8 +302,10 @@ impl Simulation {
     ///
     /// # Panics
     ///
-    /// A node that the model does not have.
+    /// If the model has no such node, or there is not one force for each of them.
     pub fn apply_force(&mut self, nodes: &[u32], forces: &[[f64; 3]]) {
+        let (n, found) = (nodes.len(), forces.len());
+        assert!(n == found, "there are {found} forces for {n} nodes");
         let mut sums = Applied::new();
         for (&node, force) in nodes.iter().zip(forces) {
             let sum = sums.entry(node).or_default();

@@ -17,7 +17,13 @@ impl Simulation {
     /// by then is. Joints and materials become those of the stage; blocks do not come back in an earlier
     /// one, and a release that has begun goes on until a relax stage is entered. What supports bore that
     /// end where a boundary is goes on as constant forces.
+    ///
+    /// # Panics
+    ///
+    /// If the deck has no such stage; one without stages has stage 0.
     pub fn enter(&mut self, stage: usize) {
+        let n = self.model.deck.stage.len().max(1);
+        assert!(stage < n, "there is no stage {stage}: the deck has {n}, from 0");
         self.settle();
         let active = self.model.active(stage, &self.state.applied);
         // What they bore, they bore with the blocks that are taken out now.

@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 
 use super::Simulation;
 use crate::contact::{Added, Skins, bound};
-use crate::deck::{Damping, TimeStep};
+use crate::deck::{Damping, Stage, TimeStep};
 use crate::error::RunError;
 use crate::motion::Motion;
 use crate::timestep::largest_eigenvalue;
@@ -118,14 +118,16 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// A time step above the critical one; [told to stop](Self::stop_when), before anything has
-    /// changed.
+    /// A damping, a time step or a duration that no deck could have; a time step above the critical one or far
+    /// below it; [told to stop](Self::stop_when). Nothing has changed then.
     pub fn start(
         &mut self,
         damping: Damping,
         time_step: TimeStep,
         duration: Option<f64>,
     ) -> Result<u64, RunError> {
+        let (own, step) = (Some(damping), Some(time_step));
+        Stage { damping: own, time_step: step, duration, ..Stage::default() }.allow()?;
         let critical = damping.stable_step(self.critical_step()?);
         let largest = damping.stable_step(self.critical(false)?);
         self.settle();

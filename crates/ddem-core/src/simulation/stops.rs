@@ -22,7 +22,7 @@ impl Simulation {
         self.state.watch.decided(self.last.ratio())
     }
 
-    /// The error of a stage in which blocks move on against each other.
+    /// The error of a stage in which blocks move on against each other, with those that have moved so far.
     #[must_use]
     pub fn collapse(&self) -> RunError {
         let (blocks, distance) = self.state.farthest(&self.model);
@@ -43,8 +43,13 @@ impl Simulation {
             self.check_speed(sums)?;
             return self.check_depth(contacts);
         }
+        Err(self.diverged())
+    }
+
+    /// The error of forces that are not finite.
+    pub(crate) fn diverged(&self) -> RunError {
         let (block, node) = self.worst_node();
-        Err(RunError::Diverged { step: self.state.steps, time: self.state.time, block, node })
+        RunError::Diverged { step: self.state.steps, time: self.state.time, block, node }
     }
 
     /// Blocks that are deep in each other may come out on the other side.

@@ -89,7 +89,7 @@ fn pairs_are_kept_where_no_contacts_are_looked_for() {
         let mut simulation = simulation(&deck);
         let started = simulation.start(Damping::None, TimeStep::Auto, None);
         started.unwrap_or_else(|error| panic!("{error}"));
-        let top = simulation.model().nodes_in(&plane(2, 2.0))[0] as usize;
+        let top = simulation.model().nodes_in(&plane(2, 2.0)).unwrap()[0] as usize;
         while simulation.displacement(top).iter().all(|u| u.abs() < 0.4) {
             simulation.step().unwrap_or_else(|error| panic!("{error}"));
         }

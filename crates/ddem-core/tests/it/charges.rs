@@ -232,7 +232,7 @@ fn gas_gets_out_where_a_wall_has_gone() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
     deck.charge = vec![given(ball([1.5; 3], 0.7), 1e6, History::Ramp(0.0))];
     let mut simulation = simulation(&deck);
-    let nodes = simulation.model().nodes_in(&ball([2.5, 1.5, 1.5], 0.85));
+    let nodes = simulation.model().nodes_in(&ball([2.5, 1.5, 1.5], 0.85)).unwrap();
     let mut moved = simulation.displacements();
     for (far, vented) in [(1.2, false), (1.5, true)] {
         nodes.iter().for_each(|node| moved[*node as usize] = [far, 0.0, 0.0]);
@@ -311,7 +311,7 @@ fn a_blast_goes_on_from_any_step() {
         .unwrap_or_else(|error| panic!("{error}"));
     // The gas of the first charge is out.
     let mut moved = whole.displacements();
-    let nodes = whole.model().nodes_in(&ball([3.5, 1.5, 1.5], 0.85));
+    let nodes = whole.model().nodes_in(&ball([3.5, 1.5, 1.5], 0.85)).unwrap();
     nodes.iter().for_each(|node| moved[*node as usize] = [1.5, 0.0, 0.0]);
     whole.set_displacements(&moved);
     more(&mut whole, 1);

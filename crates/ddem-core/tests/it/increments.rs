@@ -74,7 +74,7 @@ fn go(simulation: &mut Simulation, deck: &Deck, every: u64) {
 }
 
 fn top(simulation: &Simulation) -> Vec<u32> {
-    simulation.model().nodes_in(&plane(2, 1.0))
+    simulation.model().nodes_in(&plane(2, 1.0)).unwrap()
 }
 
 #[test]

@@ -19,6 +19,7 @@ mod collisions;
 mod corotation;
 mod decks;
 mod determinism;
+mod embedded;
 mod equations;
 mod excavation;
 mod fallen;

@@ -232,7 +232,7 @@ fn gas_behind_a_single_wall_gets_out() {
     let mut deck = boxes(&[[1.0; 3]]);
     deck.charge = vec![given(within([1.9, 1.1, 1.1], [2.1, 1.9, 1.9]), 1e6, History::Ramp(0.0))];
     let mut simulation = simulation(&deck);
-    let nodes = simulation.model().nodes_in(&ball([2.5, 1.5, 1.5], 0.88));
+    let nodes = simulation.model().nodes_in(&ball([2.5, 1.5, 1.5], 0.88)).unwrap();
     let mut moved = simulation.displacements();
     for (far, vented) in [(0.99, false), (1.01, true)] {
         nodes.iter().for_each(|node| moved[*node as usize] = [far, 0.0, 0.0]);

@@ -31,7 +31,7 @@ pub fn run(
 ) -> Result<Outcome, RunFailure> {
     let threads = options.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|source| RunFailure::Threads { threads, source: Box::new(source) })?;
+    let pool = pool.map_err(|error| RunFailure::Threads { threads, error: Box::new(error) })?;
     // Entered once: every step forks from inside.
     pool.install(|| Drive::start(deck, source, options, observer)?.run())
 }

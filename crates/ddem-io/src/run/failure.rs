@@ -7,7 +7,7 @@ use ddem_core::{ModelError, RunError};
 use crate::folder::FolderError;
 use crate::{DeckError, OutputError};
 
-/// Why a run did not start, or did not reach its end.
+/// Why a run did not start, or did not reach its end. Texts have what is below them: `source()` does not say it again.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum RunFailure {
@@ -37,23 +37,23 @@ pub enum RunFailure {
         nodes: u64,
     },
     /// The threads could not be started.
-    #[error("cannot start {threads} threads: {source}")]
+    #[error("cannot start {threads} threads: {error}")]
     Threads {
         /// Threads asked for.
         threads: usize,
         /// Why not.
-        source: Box<dyn std::error::Error + Send + Sync>,
+        error: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The observer wanted it to stop before anything was written.
     #[error("stopped before the first step")]
     Stopped,
     /// A stage could not go on. What was written so far is intact.
-    #[error("stage `{stage}`: {source}")]
+    #[error("stage `{stage}`: {error}")]
     Stage {
         /// Name of the stage.
         stage: String,
         /// What happened.
-        source: RunError,
+        error: RunError,
     },
     /// A result file could not be written. What was written before is intact.
     #[error(transparent)]
@@ -74,7 +74,7 @@ impl RunFailure {
     /// Whether it ended because it was told to.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
-        matches!(self, Self::Stopped | Self::Stage { source: RunError::Stopped, .. })
+        matches!(self, Self::Stopped | Self::Stage { error: RunError::Stopped, .. })
     }
 
     /// Exit status of a command that ends so: 2 when nothing has run, 1 when the run failed.
@@ -89,7 +89,7 @@ impl RunFailure {
             | Self::Threads { .. }
             | Self::Checkpoint { .. }
             | Self::Stage {
-                source: RunError::TimeStep { .. } | RunError::TooShort { .. }, ..
+                error: RunError::TimeStep { .. } | RunError::TooShort { .. }, ..
             } => 2,
             Self::Stage { .. } | Self::Output(_) => 1,
         }

@@ -23,7 +23,10 @@ impl Sampler {
     pub(super) fn new(probe: &Probe, index: usize, model: &Model) -> Result<Self, Fault> {
         let nodes = match (&probe.at, &probe.region) {
             (Some(at), _) => vec![model.nearest_node(*at) as u32],
-            (None, Some(region)) => model.nodes_in(region),
+            (None, Some(region)) => model.nodes_in(region).map_err(|mut fault| {
+                fault.place = format!("probe[{index}].{}", fault.place);
+                fault
+            })?,
             (None, None) => Vec::new(),
         };
         if let Some(region) = probe.region.as_ref().filter(|_| nodes.is_empty()) {

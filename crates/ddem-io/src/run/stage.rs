@@ -400,5 +400,5 @@ impl Moved {
 
 pub(super) fn failed(stage: &Stage) -> impl Fn(RunError) -> RunFailure {
     let stage = stage.name.clone();
-    move |source| RunFailure::Stage { stage: stage.clone(), source }
+    move |error| RunFailure::Stage { stage: stage.clone(), error }
 }

@@ -2,6 +2,7 @@
 
 use super::region::{Of, region};
 use super::{Faults, Rule, history, shown};
+use crate::Fault;
 use crate::deck::{Boundary, BoundaryKind, Deck, Fix, Gradient, Initial, Load, StageKind};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
@@ -96,13 +97,16 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
         }
     }
     if fix.velocity.is_none() && fix.history.is_some() {
-        faults.add_help(
-            format!("{at}.history"),
-            "`history` needs `velocity`",
-            "it is the factor on the velocity in time; without a velocity the support stands still",
-        );
+        faults.0.push(no_velocity(at));
     }
     history::check(at, fix.history.as_ref(), faults);
+}
+
+/// What is wrong with a history of a support that is not driven.
+pub(crate) fn no_velocity(at: &str) -> Fault {
+    Fault::new(format!("{at}.history"), "`history` needs `velocity`").help(
+        "it is the factor on the velocity in time; without a velocity the support stands still",
+    )
 }
 
 /// A support that goes to a displacement does so in relaxation.

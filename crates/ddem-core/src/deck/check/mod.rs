@@ -14,7 +14,9 @@ mod strength;
 mod tests;
 mod units;
 
+pub(crate) use conditions::no_velocity;
 pub(crate) use doubts::doubts;
+pub(crate) use stages::allow_tolerance;
 
 use std::fmt::Display;
 

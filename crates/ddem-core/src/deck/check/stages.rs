@@ -2,10 +2,10 @@
 
 use super::region::Of;
 use super::{Faults, Rule};
-use crate::Fault;
 use crate::deck::{
     BlockSet, Body, Damping, Deck, Probe, Quantity, Search, Stage, StageKind, TimeStep, Where,
 };
+use crate::{Fault, RunError};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let named = deck.stage.iter().enumerate();
@@ -15,9 +15,11 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
         stage(&at, entry, faults);
         if entry.kind == StageKind::Safety {
             let wrong = entry.search().check(deck).into_iter();
-            faults.0.extend(
-                wrong.map(|fault| Fault { place: format!("{at}.{}", fault.place), ..fault }),
-            );
+            let wrong =
+                wrong.map(|fault| Fault { place: format!("{at}.{}", fault.place), ..fault });
+            // Keys that other stages have, too, are looked at already.
+            let new: Vec<Fault> = wrong.filter(|fault| !faults.0.contains(fault)).collect();
+            faults.0.extend(new);
         }
     }
     let named = deck.probe.iter().enumerate();
@@ -35,10 +37,43 @@ impl Stage {
         stage("stage[0]", self, &mut faults);
         faults.0
     }
+
+    /// Refuses values that a program gives to a simulation itself, by key.
+    pub(crate) fn allow(&self) -> Result<(), RunError> {
+        let mut faults = Faults(Vec::new());
+        numbers("", self, &mut faults);
+        let own = |fault: Fault| Fault { place: fault.place[1..].to_owned(), ..fault };
+        let faults: Vec<Fault> = faults.0.into_iter().map(own).collect();
+        if faults.is_empty() { Ok(()) } else { Err(RunError::Values { faults }) }
+    }
+}
+
+/// Refuses a tolerance that no deck could have, at every step.
+pub(crate) fn allow_tolerance(tolerance: f64) -> Result<(), RunError> {
+    match tolerance > 0.0 && tolerance < 1.0 {
+        true => Ok(()),
+        false => Stage { tolerance: Some(tolerance), ..Stage::default() }.allow(),
+    }
 }
 
 fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
     other_kind(at, stage, faults);
+    numbers(at, stage, faults);
+    if stage.fields_every.is_some() && stage.frames.is_some() {
+        faults.add_help(
+            format!("{at}.frames"),
+            "`frames` does not go with `fields_every`",
+            "give the time between frames or their number",
+        );
+    }
+    if stage.kind == StageKind::Dynamic && stage.duration.is_none() {
+        let message = "key `duration` is missing: a dynamic stage needs it";
+        faults.add_help(format!("{at}.duration"), message, "the simulated time, in seconds");
+    }
+}
+
+/// Values of keys, each by itself.
+fn numbers(at: &str, stage: &Stage, faults: &mut Faults) {
     faults.optional(format!("{at}.limit"), stage.limit, Rule::AboveZero);
     faults.optional(format!("{at}.tolerance"), stage.tolerance, Rule::Between(0.0, 1.0));
     faults.optional(format!("{at}.duration"), stage.duration, Rule::AboveZero);
@@ -64,17 +99,6 @@ fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
         Some(Damping::Local(alpha)) => faults.number(place("local"), alpha, Rule::From(0.0, 1.0)),
         Some(Damping::None) | None => true,
     };
-    if stage.fields_every.is_some() && stage.frames.is_some() {
-        faults.add_help(
-            format!("{at}.frames"),
-            "`frames` does not go with `fields_every`",
-            "give the time between frames or their number",
-        );
-    }
-    if stage.kind == StageKind::Dynamic && stage.duration.is_none() {
-        let message = "key `duration` is missing: a dynamic stage needs it";
-        faults.add_help(format!("{at}.duration"), message, "the simulated time, in seconds");
-    }
 }
 
 /// Keys which only other kinds of stages have.
@@ -117,26 +141,31 @@ impl Search {
     /// Faults of the search for a deck, by key.
     #[must_use]
     pub fn check(&self, deck: &Deck) -> Vec<Fault> {
-        let mut faults = Vec::new();
-        if self.resolution.is_nan() || self.resolution <= 0.0 {
-            faults.push(Fault::new("resolution", "it must be above 0"));
-        }
+        let mut faults = Faults(Vec::new());
+        faults.number("resolution", self.resolution, Rule::AboveZero);
+        faults.number("limit", self.limit, Rule::AboveZero);
+        faults.number("tolerance", self.tolerance, Rule::Between(0.0, 1.0));
+        faults.not_zero("max_steps", self.max_steps);
         let [low, high] = self.bracket;
         if !(low > 0.0 && low < high && high.is_finite()) {
             let message =
                 format!("`bracket` is [{low}, {high}]: two factors above 0, the smaller one first");
-            faults.push(Fault::new("bracket", message));
+            faults.add("bracket", message);
+        }
+        if self.joints.as_ref().is_some_and(Vec::is_empty) {
+            let message = "`joints` is empty: no strength would be divided";
+            faults.add_help("joints", message, "without it those of all joints are");
         }
         for name in self.joints.iter().flatten() {
             match deck.joints.get(name) {
-                None => faults.push(Fault::new("joints", format!("there is no joint `{name}`"))),
+                None => faults.add("joints", format!("there is no joint `{name}`")),
                 Some(joint) if !joint.breaks() => {
-                    faults.push(Fault::new("joints", format!("joint `{name}` never fails")));
+                    faults.add("joints", format!("joint `{name}` never fails"));
                 }
                 Some(_) => {}
             }
         }
-        faults
+        faults.0
     }
 
     /// True for a joint whose strengths are divided.

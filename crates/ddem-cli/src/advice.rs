@@ -1,0 +1,39 @@
+//! What helps on the command line where results cannot be written.
+
+use ddem_io::OutputError;
+use ddem_io::folder::FolderError;
+use ddem_io::run::RunFailure;
+
+/// The end of a message: the options that help, or nothing.
+pub(crate) fn advice(failure: &RunFailure) -> &'static str {
+    match failure {
+        RunFailure::Output(error) => room(error),
+        RunFailure::Folder(error) => folder(error),
+        _ => "",
+    }
+}
+
+fn folder(error: &FolderError) -> &'static str {
+    match error {
+        FolderError::OtherDeck { .. } => {
+            ": give another --out, or run without --resume and --overwrite to keep them"
+        }
+        FolderError::ForeignFile { .. } => ": give another --out or delete the file",
+        FolderError::NotAFolder { .. } => ": give another --out",
+        FolderError::InUse { .. } => ": wait until it has finished or give another --out",
+        FolderError::NothingToResume { .. } => ": run without --resume",
+        FolderError::DeckChanged { .. } => ": restore it, or run without --resume to start over",
+        FolderError::NotWritable { source } => match room(source) {
+            "" => ": give another --out",
+            more => more,
+        },
+        _ => "",
+    }
+}
+
+fn room(error: &OutputError) -> &'static str {
+    match error {
+        OutputError::DiskFull { .. } => ": free some space or give another --out",
+        _ => "",
+    }
+}
