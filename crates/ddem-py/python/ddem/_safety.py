@@ -40,7 +40,7 @@ def factor_of_safety(
     *,
     bracket: tuple[float, float] | None = None,
     resolution: float | None = None,
-    joints: Sequence[str] | None = None,
+    joints: str | Sequence[str] | None = None,
     limit: float | None = None,
     tolerance: float | None = None,
     max_steps: int | None = None,
@@ -58,7 +58,7 @@ def factor_of_safety(
         Factors between which it is looked for; (0.5, 4) without it.
     resolution : float, optional
         Width of the bracket that is left; 0.005 without it.
-    joints : sequence of str, optional
+    joints : str or sequence of str, optional
         Names of the joints whose strengths are divided; without it all, and the friction of contacts.
     limit : float, optional
         Motion of neighbours that counts as failure where it goes on, as a part of an edge; 0.02 without it.
@@ -86,7 +86,7 @@ def factor_of_safety(
     keys = {
         "bracket": bracket,
         "resolution": resolution,
-        "joints": None if joints is None else list(joints),
+        "joints": [joints] if isinstance(joints, str) else joints,
         "limit": limit,
         "tolerance": tolerance,
         "max_steps": max_steps,
