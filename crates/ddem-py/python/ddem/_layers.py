@@ -330,7 +330,10 @@ def bar_of(
             only, clim = low, (low - room, low + room)
     elif not clim[0] < clim[1]:
         raise ValueError(f"clim: {clim!r} must be two numbers that increase")
-    return Bar(label, colours(cmap or ("RdBu_r" if both else plain)), clim, unit, only=only)
+    chosen = colours(cmap or ("RdBu_r" if both else plain))
+    if only is not None:
+        chosen = listed((chosen(0.5),))
+    return Bar(label, chosen, clim, unit, only=only)
 
 
 def ticks(bar: Bar) -> list[tuple[float, str]]:
@@ -353,7 +356,7 @@ def ticks(bar: Bar) -> list[tuple[float, str]]:
     return [(tick, f"{tick / factor:.{digits}g}") for tick in values]
 
 
-def listed(names: tuple[str, ...]) -> Any:
+def listed(names: tuple[Any, ...]) -> Any:
     """A colour map of these colours."""
     from matplotlib.colors import ListedColormap
 
