@@ -19,6 +19,9 @@ const UNKNOWN: u64 = 2500;
 const GROWS: f64 = 1.5;
 /// Part of the unbalanced ratio of the first half that a motion without end keeps in the second.
 const KEEPS: f64 = 0.8;
+/// Part of the way of the first half that blocks in time must go in the second, or they slow down. Friction
+/// takes more than this off the speed of what slides to rest.
+const STEADY: f64 = 1.0 - 1e-4;
 /// Motion as a part of an edge that is more than what finds its place.
 pub(crate) const FAR: f64 = 0.02;
 /// Motion as a part of an edge below which it may be rounding.
@@ -100,7 +103,7 @@ impl Watch {
     pub(crate) fn verdict(&self, ratio: f64) -> Verdict {
         let motion = |at: usize| self.looks.get(at).map_or(0.0, |look| look[0]);
         let last = self.looks.len().saturating_sub(1);
-        if motion(last) >= FAR && self.grows() {
+        if motion(last) >= FAR && self.grows() && !self.slows() {
             Verdict::Fails
         } else if ratio <= BALANCED && motion(last) - motion(3 * last / 4) <= STILL {
             Verdict::AtRest
@@ -120,6 +123,16 @@ impl Watch {
     fn grows(&self) -> bool {
         let Some(&[last, _]) = self.looks.last() else { return false };
         last >= LEAST && last >= GROWS * self.looks[self.looks.len() / 2][0]
+    }
+
+    /// True where the way of the second half is shorter than that of the first.
+    fn slows(&self) -> bool {
+        let half = self.looks.len() / 2;
+        if half == 0 {
+            return false;
+        }
+        let [first, both] = [half, 2 * half].map(|looks| self.looks[looks - 1][0]);
+        both - first < STEADY * first
     }
 
     /// True where the unbalanced force does not fade.
@@ -171,5 +184,20 @@ mod tests {
         let slides = |steps: f64| [1e-8 * steps * steps, 1e-4];
         assert_eq!(watched(10_000, slides).verdict(1e-4), Verdict::Fails);
         assert_eq!(Watch::default().verdict(1e-4), Verdict::AtRest);
+    }
+
+    #[test]
+    fn blocks_that_slide_to_rest_in_time_do_not_fail() {
+        // From 3 m/s, over 1e5 steps of 10 µs.
+        let to_rest = |steps: f64| {
+            let left = 1.0 - (steps / 1e5).min(1.0);
+            [1.5 * (1.0 - left * left), 1e-4]
+        };
+        for steps in (2000..100_000).step_by(200) {
+            assert_eq!(watched(steps, to_rest).decided(0.1), None, "{steps}");
+        }
+        assert_eq!(watched(140_000, to_rest).decided(1e-4), Some(Verdict::AtRest));
+        let steady = |steps: f64| [3e-5 * steps, 1e-4];
+        assert_eq!(watched(10_000, steady).decided(0.1), Some(Verdict::Fails));
     }
 }

@@ -75,15 +75,39 @@ pub(crate) fn faults(
         if !place.is_empty() {
             text += &format!("{place}: ");
         }
-        text += &fault.message;
-        if let Some(help) = &fault.help {
+        let (message, help) = (in_python(&fault.message), fault.help.as_deref().map(in_python));
+        text += &message;
+        if let Some(help) = &help {
             text += &format!(" ({help})");
         }
         lines.push(text);
-        list.push((place, fault.message.clone(), fault.help.clone()));
+        list.push((place, message, help));
     }
     raise!(py, "ModelError", (lines.join("\n"), list))
 }
+
+/// A message in which the sections of a deck are methods of a model.
+pub(crate) fn in_python(text: &str) -> String {
+    let mut text = text.to_owned();
+    for section in SECTIONS {
+        let method = match section {
+            "blocks" => "`Model.add_blocks`".to_owned(),
+            "model" => "`Model(...)`".to_owned(),
+            section => format!("`Model.{section}`"),
+        };
+        let written =
+            if ONE.contains(&section) { format!("[{section}]") } else { format!("[[{section}]]") };
+        text = text.replace(&format!("`{written}`"), &method).replace(&written, &method);
+    }
+    text
+}
+
+/// Sections of a deck, and those that are there once.
+const SECTIONS: [&str; 13] = [
+    "model", "contact", "blocks", "refine", "assign", "remove", "fix", "load", "charge",
+    "boundary", "initial", "stage", "probe",
+];
+const ONE: [&str; 2] = ["model", "contact"];
 
 /// A place in a deck, as Python's arguments are called.
 fn python_place(place: &str) -> String {
@@ -182,6 +206,7 @@ pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
         RunFailure::Memory { .. } => PyMemoryError::new_err(failure.to_string()),
         RunFailure::Stage { stage, error } => run_error(py, error, &format!("stage `{stage}`: ")),
         RunFailure::Output(error) => output(error),
+        RunFailure::Recorded { .. } => PyFileExistsError::new_err(failure.to_string()),
         RunFailure::Checkpoint { .. } => PyOSError::new_err(failure.to_string()),
         _ => PyRuntimeError::new_err(failure.to_string()),
     }
@@ -225,7 +250,11 @@ pub(crate) fn os_error(source: &io::Error, path: &std::path::Path, message: &str
     match source.raw_os_error() {
         Some(number) => {
             let text = source.to_string();
-            let text = text.split(" (os error").next().unwrap_or_default().to_owned();
+            let mut text = text.split(" (os error").next().unwrap_or_default().to_owned();
+            let missing = source.kind() == io::ErrorKind::NotFound && !path.exists();
+            if let Some(near) = ddem_io::near(path, |_| true).filter(|_| missing) {
+                text += &format!("; did you mean '{}'?", near.display());
+            }
             PyOSError::new_err((number, text, path.display().to_string()))
         }
         None => io::Error::new(source.kind(), message.to_owned()).into(),

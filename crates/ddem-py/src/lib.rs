@@ -9,6 +9,7 @@ mod errors;
 mod extremes;
 mod functions;
 mod look;
+mod looks;
 mod matter;
 mod mesh;
 mod model;
@@ -101,8 +102,9 @@ fn load(
 /// ------
 /// ModelError
 ///     The deck is wrong; nothing was written.
-/// NotConverged, Diverged
-///     A stage failed; what was written so far is intact.
+/// NotConverged, Collapsed, Diverged
+///     A stage failed; what was written so far is intact. A stage with ``on_failure="continue"`` that
+///     fails raises nothing, nor does a dynamic stage without `until_rest`, whatever its verdict.
 /// OSError
 ///     A file cannot be read or written; the folder has results of another deck, which `overwrite`
 ///     and `resume` leave as they are.
@@ -162,6 +164,12 @@ fn run_deck(
     drive::driven(py, (&deck, &source), (&options, pool), &located, quiet)
 }
 
+/// The path that was probably meant by one at which nothing is.
+#[pyfunction]
+fn _near(path: PathBuf) -> Option<PathBuf> {
+    ddem_io::near(&path, |_| true)
+}
+
 /// The JSON Schema of decks, as a dictionary.
 #[pyfunction]
 fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
@@ -177,5 +185,6 @@ fn _ddem(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Simulation>()?;
     module.add_function(wrap_pyfunction!(load, module)?)?;
     module.add_function(wrap_pyfunction!(run_deck, module)?)?;
+    module.add_function(wrap_pyfunction!(_near, module)?)?;
     module.add_function(wrap_pyfunction!(schema, module)?)
 }

@@ -4,6 +4,7 @@ use ddem_core::deck::names;
 use ddem_core::{CONTACT_FIELDS, Contact, Field, Fragment, Model, On, Simulation};
 use ddem_io::run::Session;
 use numpy::PyArray1;
+use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -60,6 +61,19 @@ pub(crate) fn unknown(py: Python<'_>, argument: &str, name: &str, known: &[&str]
         known => format!("{near}there are {}", names::list(known.iter().copied())),
     };
     model_error(py, argument, &format!("there is no `{name}`"), Some(&help))
+}
+
+/// The error of an attribute that an object does not have, with the nearest one.
+pub(crate) fn no_attribute(object: &Bound<'_, PyAny>, name: &str) -> PyErr {
+    let found = || -> PyResult<String> {
+        let class = object.get_type().name()?;
+        let known: Vec<String> = object.get_type().dir()?.extract()?;
+        let known = known.iter().map(String::as_str).filter(|known| !known.starts_with('_'));
+        let near = names::nearest(name, known).filter(|_| !name.starts_with('_'));
+        let near = near.map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
+        Ok(format!("'{class}' object has no attribute '{name}'{near}"))
+    };
+    found().map_or_else(|error| error, PyAttributeError::new_err)
 }
 
 fn model(session: &Session) -> &Model {

@@ -14,6 +14,7 @@ use crate::draft::Draft;
 use crate::drive::assembled;
 use crate::errors::{self, model_error, refuse};
 use crate::functions::Functions;
+use crate::look;
 use crate::simulation::Simulation;
 use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, value, with_files};
 
@@ -175,6 +176,10 @@ impl Model {
     #[getter]
     fn deck<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, &self.whole(py)?)
+    }
+
+    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<Py<PyAny>> {
+        Err(look::no_attribute(slf.as_any(), name))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -12,15 +12,32 @@ use pyo3::types::PyDict;
 use crate::away::{outcome, parted, warn};
 use crate::drive::{Observer, progress_bar, read_stage};
 use crate::errors::{self, model_error};
-use crate::look;
+use crate::looks::Looks;
 use crate::simulation::{Inner, Simulation};
 
 /// Time to wait for another thread that looks at the simulation.
 const WAIT: Duration = Duration::from_millis(1);
-/// Arguments of `run` that are no keys of a stage.
-const OWN: [&str; 6] = ["until", "every", "callback", "record", "name", "quiet"];
-/// Looks in a run without `every`.
-const LOOKS: f64 = 100.0;
+/// Arguments of `relax`.
+const RELAX: [&str; 7] =
+    ["tolerance", "max_steps", "increments", "on_failure", "record", "name", "quiet"];
+/// Arguments of `run`.
+const RUN: [&str; 13] = [
+    "duration",
+    "until",
+    "every",
+    "callback",
+    "until_rest",
+    "on_failure",
+    "damping",
+    "time_step",
+    "record",
+    "fields_every",
+    "frames",
+    "name",
+    "quiet",
+];
+/// Keys that are arguments of neither, and what is said of them is of their own.
+const OTHERS: [&str; 6] = ["kind", "bracket", "resolution", "joints", "limit", "history"];
 
 #[pymethods]
 impl Simulation {
@@ -61,7 +78,8 @@ impl Simulation {
     /// ModelError
     ///     An argument is wrong.
     /// OSError
-    ///     A file cannot be written.
+    ///     A file cannot be written; FileExistsError where another simulation has recorded in the
+    ///     folder since this one did.
     /// KeyboardInterrupt
     ///     The state is consistent, and another call goes on from it.
     #[pyo3(signature = (*, record=None, name=None, quiet=false, **keys))]
@@ -72,6 +90,7 @@ impl Simulation {
         quiet: bool,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<u64> {
+        known(slf.py(), keys, &RELAX, &RUN[4..])?;
         let mut stage = read_stage(slf.py(), "relax", None, keys)?;
         stage.name = name.unwrap_or_default();
         Run { stage, record, looks: None }.go(slf, quiet)
@@ -84,9 +103,12 @@ impl Simulation {
     /// duration : float
     ///     Simulated time [s]; with `until_rest` at most.
     /// until_rest : bool, optional
-    ///     Whether it ends as soon as blocks are at rest, or fail.
+    ///     Whether it ends as soon as blocks are at rest, or fail: move on against each other without
+    ///     slowing down. Blocks that slide to rest do not fail.
     /// on_failure : {"stop", "continue"}, optional
-    ///     Whether a stage that fails raises, or ends like any other; "stop" without it.
+    ///     Whether a run with `until_rest` that ends because blocks fail raises, or ends like any
+    ///     other; "stop" without it. A run that lasts for its `duration` never raises for what
+    ///     blocks do: `summary["stages"][-1]["verdict"]` says it.
     /// damping : float, dict or "none", optional
     ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck
     ///     ``{"mass": alpha}``, ``{"stiffness": beta}``, ``{"local": 0.8}``; none without it.
@@ -121,12 +143,15 @@ impl Simulation {
     ///
     /// Raises
     /// ------
+    /// Collapsed
+    ///     Blocks fail in a run with `until_rest`, unless `on_failure` is "continue".
     /// Diverged
     ///     Forces are not finite any more.
     /// ModelError
     ///     An argument is wrong, or the time step above the critical one.
     /// OSError
-    ///     A file cannot be written.
+    ///     A file cannot be written; FileExistsError where another simulation has recorded in the
+    ///     folder since this one did.
     /// KeyboardInterrupt
     ///     The state is consistent, and another call goes on from it. So it is with all that `until`
     ///     and `callback` raise.
@@ -151,8 +176,8 @@ impl Simulation {
         quiet: bool,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<u64> {
-        let read = read_stage(slf.py(), "dynamic", Some(duration), keys);
-        let mut stage = read.map_err(|error| slip(slf.py(), keys, error))?;
+        known(slf.py(), keys, &RUN, &RELAX)?;
+        let mut stage = read_stage(slf.py(), "dynamic", Some(duration), keys)?;
         let looks = Looks::new(slf.py(), [until, callback], every, stage.duration)?;
         if name.is_none() {
             slf.get().warn_of_waiting(slf.py())?;
@@ -206,79 +231,25 @@ impl Simulation {
     }
 }
 
-/// An error about an argument that may be meant for one that is no key of a stage.
-fn slip(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>, error: PyErr) -> PyErr {
-    let text = error.value(py).to_string();
-    let keys = keys.into_iter().flat_map(|keys| keys.keys());
-    let mut keys = keys.filter_map(|key| key.extract::<String>().ok());
-    let wrong = keys.find(|key| text.starts_with(&format!("{key}: ")));
-    // But `until_rest` is itself.
-    let mistyped = |key: &String| {
-        names::nearest(key, OWN).is_some() && !OWN.iter().any(|own| key.starts_with(own))
-    };
-    match wrong.filter(mistyped) {
-        Some(key) => look::unknown(py, &key, &key, &OWN),
-        None => error,
-    }
-}
-
-/// Python functions that a run calls on its way.
-struct Looks<'py> {
-    until: Option<Bound<'py, PyAny>>,
-    callback: Option<Bound<'py, PyAny>>,
-    /// Simulated time between two looks `[s]`.
-    every: f64,
-}
-
-impl<'py> Looks<'py> {
-    /// None where nothing is to be called.
-    fn new(
-        py: Python<'py>,
-        [until, callback]: [Option<Bound<'py, PyAny>>; 2],
-        every: Option<Bound<'py, PyAny>>,
-        duration: Option<f64>,
-    ) -> PyResult<Option<Self>> {
-        for (name, function) in [("until", &until), ("callback", &callback)] {
-            if function.as_ref().is_some_and(|function| !function.is_callable()) {
-                let help = "such as `lambda simulation: simulation.time > 0.1`";
-                return Err(model_error(
-                    py,
-                    name,
-                    "must be a function of the simulation",
-                    Some(help),
-                ));
-            }
+/// Refuses the first keyword that is neither an argument of the method nor one that `other` stages
+/// have, which a message of its own tells apart.
+fn known(
+    py: Python<'_>,
+    keys: Option<&Bound<'_, PyDict>>,
+    own: &[&str],
+    other: &[&str],
+) -> PyResult<()> {
+    for key in keys.into_iter().flat_map(|keys| keys.keys()) {
+        let key: String = key.extract()?;
+        if ![own, other, &OTHERS].iter().any(|known| known.contains(&key.as_str())) {
+            let near = names::nearest(&key, own.iter().copied());
+            let near = near.map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+            let help = format!("{near}arguments here: {}", names::list(own.iter().copied()));
+            let message = format!("unknown key `{key}`");
+            return Err(model_error(py, &key, &message, Some(&help)));
         }
-        let none = until.is_none() && callback.is_none();
-        let every = match every {
-            Some(_) if none => {
-                let message =
-                    "is the time between calls of `until` and `callback`, and there are none";
-                return Err(model_error(py, "every", message, None));
-            }
-            Some(every) => Some(every.extract().map_err(|error| {
-                errors::refuse(py, "every", "must be a number of seconds", error)
-            })?),
-            None => None,
-        };
-        if let Some(every) = every.filter(|every: &f64| !(every.is_finite() && *every > 0.0)) {
-            let message = format!("must be a finite number above 0, found {every}");
-            return Err(model_error(py, "every", &message, None));
-        }
-        let every = every.or(duration.map(|duration| duration / LOOKS)).unwrap_or(f64::INFINITY);
-        Ok((!none).then_some(Self { until, callback, every }))
     }
-
-    /// Calls the functions; whether the run is to end.
-    fn look(&self, simulation: &Bound<'py, Simulation>) -> PyResult<bool> {
-        self.look_last(simulation)?;
-        self.until.as_ref().map_or(Ok(false), |until| until.call1((simulation,))?.is_truthy())
-    }
-
-    /// Calls what is called at the end, too.
-    fn look_last(&self, simulation: &Bound<'py, Simulation>) -> PyResult<()> {
-        self.callback.as_ref().map_or(Ok(()), |callback| callback.call1((simulation,)).map(|_| ()))
-    }
+    Ok(())
 }
 
 /// A stage, and what becomes of it.

@@ -84,6 +84,8 @@ impl Model {
     ///     Where.
     /// dip, dip_direction, within : float, optional
     ///     Joints of this orientation, within an angle [degrees]; 2 without it.
+    /// from_, until : str, optional
+    ///     Stages from whose start, and up to whose start, it is in force; always without them.
     ///
     /// Raises
     /// ------
@@ -100,6 +102,11 @@ impl Model {
     /// ----------
     /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where.
+    /// from_ : str, optional
+    ///     Stage at whose start they go, an excavation; without it they were never there.
+    /// release : float, optional
+    ///     Time in which the forces that they exerted on the rest go to zero linearly [s], in a relax
+    ///     stage in its `increments`; at once without it.
     ///
     /// Raises
     /// ------
@@ -110,12 +117,13 @@ impl Model {
         self.add(py, "remove", None, keys)
     }
 
-    /// Splits the blocks whose centroid lies inside. Not yet there: :meth:`build` refuses it.
+    /// Splits the blocks whose centroid lies inside into smaller ones. Later calls may split these
+    /// again. Where they meet other blocks their joints are springs between faces that do not match.
     ///
     /// Parameters
     /// ----------
     /// factor : int
-    ///     Parts along each edge.
+    ///     Parts along each edge, at least 2.
     /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where.
     ///
@@ -255,7 +263,7 @@ impl Model {
         self.add(py, "boundary", Some(("kind", kind)), keys)
     }
 
-    /// Sets the motion at the start.
+    /// Sets the motion and the stress at the start.
     ///
     /// Parameters
     /// ----------
@@ -265,6 +273,11 @@ impl Model {
     ///     Angular velocity about `centre` [rad/s], added to `velocity`.
     /// centre : (float, float, float), optional
     ///     [m]; the origin without it.
+    /// stress : array of 6, optional
+    ///     Stress at the origin in deformable blocks and their joints [Pa]: xx, yy, zz, xy, yz, zx,
+    ///     tension positive.
+    /// gradient : dict, optional
+    ///     Change of the stress along axes, ``{"z": (xx, yy, zz, xy, yz, zx)}`` [Pa/m].
     /// x, y, z, sphere, cylinder, plane, above, below, inside, side, set : optional
     ///     Where; every node without any.
     ///

@@ -207,6 +207,10 @@ impl Simulation {
         self.called.clear();
     }
 
+    fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<Py<PyAny>> {
+        Err(look::no_attribute(slf.as_any(), name))
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         // Debuggers and logs ask for it at any time.
         let Ok(inner) = self.lock(py) else { return Ok("<Simulation, busy>".to_owned()) };

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
 use toml::{Table, Value};
 
-use crate::errors::{arguments, model_error, refuse};
+use crate::errors::{arguments, is_interruption, model_error, refuse};
 use crate::functions::Timed;
 use crate::matter::{Joint, Material};
 
@@ -198,7 +198,9 @@ pub(crate) fn table<'py>(
             function = Some(given);
             continue;
         }
-        let value = shorthand((section, &key), value(&given, &key, name)?);
+        let value =
+            value(&given, &key, name).map_err(|error| unknown(section, &given, &key, error))?;
+        let value = shorthand((section, &key), value);
         let put = |into: &mut Table, key: &str, value| match into.insert(key.to_owned(), value) {
             None => Ok(()),
             Some(_) => Err(model_error(given.py(), key, "is given twice", None)),
@@ -222,6 +224,30 @@ pub(crate) fn table<'py>(
         table.entry("where").or_insert(Value::Table(region));
     }
     Ok((table, function))
+}
+
+/// The error of a value that cannot be read, or that its key does not exist: the type of a value matters
+/// only to a key.
+fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> PyErr {
+    let py = given.py();
+    let part_of_where = has_where(section) && (WHERE.contains(&key) || key == "where");
+    if part_of_where || is_interruption(py, &error) {
+        return error;
+    }
+    let key = if key == "from_" { "from" } else { key };
+    let entry = Value::Table(Table::from_iter([(key.to_owned(), Value::Boolean(false))]));
+    let (place, entry) = match section {
+        "materials" | "joints" => {
+            let named = Table::from_iter([("it".to_owned(), entry)]);
+            (format!("{section}.it"), Value::Table(named))
+        }
+        "model" | "contact" => (section.to_owned(), entry),
+        _ => (format!("{section}[0]"), Value::Array(vec![entry])),
+    };
+    let read = ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), entry)]));
+    let mut faults = read.err().map(|error| error.faults).unwrap_or_default();
+    faults.retain(|fault| fault.message.starts_with("unknown key"));
+    if faults.is_empty() { error } else { arguments(py, ModelError { faults }, &place) }
 }
 
 /// What may be written shorter than in a deck: the ratio of damping of a stage, the rows of a table.

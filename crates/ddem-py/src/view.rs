@@ -83,6 +83,7 @@ impl Simulation {
 
     #[setter]
     fn set_displacement(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        drop(self.idle(py)?);
         let value = arrays::vectors(value, "displacement", &[&[self.n_nodes(py)?, 3]])?;
         self.moved(py, move |simulation| {
             simulation.set_displacements(&value);
@@ -99,6 +100,7 @@ impl Simulation {
 
     #[setter]
     fn set_velocity(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        drop(self.idle(py)?);
         let value = arrays::vectors(value, "velocity", &[&[self.n_nodes(py)?, 3]])?;
         self.moved(py, move |simulation| {
             simulation.set_velocities(&value);
@@ -213,6 +215,8 @@ impl Simulation {
     ///     STL file of a closed surface.
     /// side : {"x-", "x+", "y-", "y+", "z-", "z+"}, optional
     ///     Side of a set of blocks.
+    /// dip, dip_direction, within : float, optional
+    ///     Nodes of joints and outer faces of this orientation, within an angle [degrees].
     /// set : str, optional
     ///     Name of a set of blocks.
     ///

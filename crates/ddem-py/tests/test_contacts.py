@@ -9,6 +9,7 @@ import ddem
 import h5py
 import numpy as np
 import pytest
+from small import ROCK
 
 SOFT = ddem.Material(density=2400, young=1e8, poisson=0.25)
 
@@ -148,3 +149,39 @@ def test_forces_of_contacts_are_drawn(tmp_path: Path) -> None:
     (tmp_path / "contacts.vtkhdf").unlink()
     with pytest.raises(ValueError, match="contacts"):
         ddem.plot(tmp_path, contacts=True, show=False)
+
+
+@pytest.mark.parametrize("friction", [20.0, 40.0])
+@pytest.mark.parametrize("body", ["deformable", "rigid"])
+def test_a_block_slides_to_rest(friction: float, body: str) -> None:
+    model = ddem.Model(gravity=(0, 0, -9.81))
+    model.add_blocks(
+        origin=(-1, -0.5, -0.5), size=(8, 2, 0.5), divisions=1, material=ROCK, name="base", body=body
+    )
+    model.add_blocks(size=(1, 1, 1), divisions=2, material=ROCK, name="block", body=body)
+    model.contact(friction=friction)
+    model.fix("xyz", set="base")
+    model.initial(velocity=(3, 0, 0), set="block")
+    simulation = model.build(threads=1)
+    simulation.run(5.0, until_rest=True, quiet=True)
+    assert simulation.time < 2.0
+    assert simulation.summary["stages"][-1]["verdict"] == "at rest"
+    slid = simulation.displacement[simulation.nodes(set="block"), 0].mean()
+    assert slid == pytest.approx(9 / (2 * 9.81 * np.tan(np.radians(friction))), rel=0.01)
+
+
+def test_a_block_that_speeds_up_fails_and_says_so() -> None:
+    model = ddem.Model(gravity=(6.0, 0, -7.76))
+    model.add_blocks(
+        origin=(-1, -0.5, -0.5), size=(8, 2, 0.5), divisions=1, material=ROCK, name="base"
+    )
+    model.add_blocks(size=(1, 1, 1), divisions=2, material=ROCK, name="block")
+    model.contact(friction=20.0)
+    model.fix("xyz", set="base")
+    with pytest.raises(ddem.Collapsed):
+        model.build(threads=1).run(1.0, until_rest=True, quiet=True)
+    assert model.build(threads=1).run(1.0, until_rest=True, on_failure="continue", quiet=True) > 0
+    # Without `until_rest` the end is the duration, whatever blocks do.
+    simulation = model.build(threads=1)
+    simulation.run(0.2, quiet=True)
+    assert simulation.summary["stages"][-1]["verdict"] == "fails"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ddem
 import numpy as np
 import pytest
-from small import column
+from small import ROCK, column
 
 
 def driven(damping: float | None = None) -> ddem.Simulation:
@@ -58,3 +58,19 @@ def test_after_a_mended_state_the_account_begins_anew() -> None:
     simulation.velocity = zero
     simulation.step(10)
     assert all(np.isfinite(value) for value in simulation.energy.values())
+
+
+@pytest.mark.parametrize(
+    ("body", "divisions", "times"),
+    [("deformable", 1, 3.0), ("deformable", 2, 1.5), ("deformable", 4, 1.125), ("rigid", 1, 1.0)],
+)
+def test_lumped_masses_make_the_moment_of_inertia_larger(
+    body: str, divisions: int, times: float
+) -> None:
+    model = ddem.Model()
+    model.add_blocks(
+        origin=(-0.5, -0.5, -0.5), size=(1, 1, 1), divisions=divisions, material=ROCK, body=body
+    )
+    model.initial(spin=(0, 0, 1))
+    turning = model.build(threads=1).angular_momentum[2]
+    assert turning == pytest.approx(times * 2400 / 6, rel=1e-12)

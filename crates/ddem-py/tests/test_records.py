@@ -256,3 +256,33 @@ def test_a_changed_model_with_the_same_title_is_another(tmp_path: Path) -> None:
     pressed(2e6).relax(record=tmp_path / "out", quiet=True)
     assert (tmp_path / "out.1" / "summary.json").read_text() == before
     assert (tmp_path / "out" / "summary.json").read_text() != before
+
+
+def test_two_simulations_do_not_share_a_folder(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    first = column().build()
+    first.run(1e-4, frames=2, record=out, quiet=True)
+    one, other = ddem.load(out), ddem.load(out)
+    one.run(1e-4, frames=2, record=out, quiet=True)
+    one.run(1e-4, frames=2, record=out, quiet=True)
+    times = ddem.Results(out).times
+    for late in (first, other):
+        steps = late.steps
+        with pytest.raises(FileExistsError, match="another simulation has recorded in"):
+            late.run(1e-4, frames=2, record=out, quiet=True)
+        assert late.steps == steps
+    assert same(ddem.Results(out).times, times)
+    # A new simulation begins anew, and the one before it is not continued there.
+    column().build().run(1e-4, frames=2, record=out, quiet=True)
+    assert same(ddem.Results(tmp_path / "out.1").times, times)
+    with pytest.raises(FileExistsError):
+        one.run(1e-4, record=out, quiet=True)
+
+
+def test_times_that_do_not_grow_are_refused(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    column().build().run(1e-4, frames=4, record=out, quiet=True)
+    lines = (out / "frames.csv").read_text().splitlines()
+    (out / "frames.csv").write_text("\n".join([*lines, *lines[2:]]) + "\n")
+    with pytest.raises(ValueError, match="frames of more than one run: frame 5 at"):
+        len(ddem.Results(out))

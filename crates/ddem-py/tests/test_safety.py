@@ -37,9 +37,19 @@ def test_a_block_on_a_plane() -> None:
     assert ddem.factor_of_safety(simulation, bracket=(2.0, 3.0)).factor is None
 
 
-def test_what_does_not_hold_collapses() -> None:
-    with pytest.raises(ddem.Collapsed):
-        ddem.factor_of_safety(slope(25.0))
+@pytest.mark.parametrize("friction", [25.0, 30.0])
+def test_a_model_that_does_not_stand_has_a_factor_below_1(friction: float) -> None:
+    exact = math.tan(math.radians(friction)) / math.tan(math.radians(30))
+    found = ddem.factor_of_safety(slope(friction))
+    assert found.factor == pytest.approx(exact, rel=5e-3)
+    assert [block for _, block in found.moving] == [1]
+
+
+def test_a_model_on_the_limit_has_an_end() -> None:
+    # Neither at rest nor failing: the first relaxation must not take all steps of a trial.
+    found = ddem.factor_of_safety(slope(30.0), bracket=(0.9, 1.2), max_steps=5000)
+    assert found.factor == pytest.approx(1.0, rel=5e-3)
+    assert max(steps for _, _, steps in found.trials) <= 5000
 
 
 def test_wrong_searches_are_refused() -> None:

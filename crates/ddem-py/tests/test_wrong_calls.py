@@ -148,3 +148,52 @@ def test_what_is_given_twice() -> None:
     assert "where" in refused(lambda: model.fix("x", where=5, x=0.0))
     model.fix("x", where={"y": 0.0}, x=0.0)
     assert model.deck["fix"][-1]["where"] == {"x": 0.0, "y": 0.0}
+
+
+def test_unknown_keys_come_before_their_types() -> None:
+    simulation = cube().build()
+    law = lambda slip: 0.0  # noqa: E731
+    for call in (
+        lambda: simulation.relax(callback=law),
+        lambda: simulation.run(1e-3, law=law),
+        lambda: ddem.Joint(law=law),
+        lambda: ddem.Model(law=law),
+        lambda: cube().contact(law=law),
+        lambda: cube().fix("xyz", law=law),
+    ):
+        assert ": unknown key `" in refused(call, ddem.ModelError)
+    message = refused(lambda: simulation.run(1e-3, dt=1e-5), ddem.ModelError)
+    assert all(f"`{name}`" in message for name in ("until", "every", "callback", "record"))
+    assert "`tolerance`" not in message
+
+
+def test_a_call_on_the_way_moves_nothing() -> None:
+    simulation = cube().build()
+
+    def push(seen: ddem.Simulation) -> None:
+        seen.velocity = seen.velocity
+
+    def shift(seen: ddem.Simulation) -> None:
+        seen.displacement = seen.displacement
+
+    for move in (push, shift):
+        with pytest.raises(ddem.Busy):
+            simulation.run(1e-4, callback=move, quiet=True)
+    push(simulation)
+
+
+def test_attributes_that_are_not_there() -> None:
+    simulation = cube().build()
+    assert "did you mean `displacement`?" in refused(lambda: simulation.displacements, AttributeError)
+    assert "did you mean `add_blocks`?" in refused(lambda: cube().add_block, AttributeError)
+    assert not hasattr(simulation, "nothing_like_it")
+
+
+def test_messages_have_words_of_python() -> None:
+    message = refused(lambda: cube(gravity=(0, 0, -9.81)).build().relax(quiet=True), ddem.ModelError)
+    assert "hold that motion with `Model.fix`" in message and "[[" not in message
+
+
+def test_the_name_of_one_joint_is_no_list_of_letters() -> None:
+    message = refused(lambda: ddem.factor_of_safety(cube().build(), joints="plane"), ddem.ModelError)
+    assert message == "joints: there is no joint `plane`"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import ddem
 import pytest
-from small import column
+from small import column, cube, refused
 
 
 def test_files_that_are_not_there(tmp_path: Path) -> None:
@@ -98,3 +98,23 @@ def test_a_name_with_a_null(tmp_path: Path) -> None:
     ):
         with pytest.raises((OSError, ValueError), match="(?i)null|nul"):
             call()
+
+
+def test_the_nearest_path_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    simulation = cube().build()
+    simulation.run(1e-4, record="results/pile", quiet=True)
+    simulation.save("state.h5")
+    cube().to_deck("block.toml")
+    for call, near in (
+        (lambda: ddem.Results("result/pile"), "results/pile"),
+        (lambda: ddem.load("result/pile"), "results/pile"),
+        (lambda: ddem.load("state.hdf"), "state.h5"),
+        (lambda: ddem.run_deck("blok.toml"), "block.toml"),
+        (lambda: ddem.Model.from_deck("blok.toml"), "block.toml"),
+    ):
+        assert f"did you mean '{near}'?" in refused(call, FileNotFoundError)
+    with pytest.raises(TypeError, match=r"frame: a whole number is needed, not 1.0; frame \d+ is"):
+        ddem.Results("results/pile")[1.0]  # type: ignore[call-overload]
+    with pytest.raises(TypeError, match="give the folder that `record=` of `run`"):
+        ddem.animate(simulation)  # type: ignore[arg-type]

@@ -73,10 +73,7 @@ fn a_topography_must_have_a_height_where_nodes_are_selected() {
     let model = model(&pile());
     let above = |to: f64, x: Option<Extent>| {
         let heights = Heights { x: vec![0.0, to], y: vec![0.0, 1.0], z: vec![1.2; 4], rim: 0.0 };
-        let topography = FileOf {
-            path: "ground.csv".into(),
-            content: Some(heights.into()),
-        };
+        let topography = FileOf { path: "ground.csv".into(), content: Some(heights.into()) };
         model.nodes_in(&Where {
             x,
             above: Some(Sheet::Topography { topography }),

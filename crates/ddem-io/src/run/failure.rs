@@ -58,6 +58,15 @@ pub enum RunFailure {
     /// A result file could not be written. What was written before is intact.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// Another simulation has written results to a folder since this one did.
+    #[error(
+        "another simulation has recorded in {} since this one did: record in another folder",
+        folder.display()
+    )]
+    Recorded {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// The checkpoint is not one of this deck.
     #[error("`{}` cannot be resumed: {message}", path.display())]
     Checkpoint {
@@ -88,6 +97,7 @@ impl RunFailure {
             | Self::Memory { .. }
             | Self::Threads { .. }
             | Self::Checkpoint { .. }
+            | Self::Recorded { .. }
             | Self::Stage {
                 error: RunError::TimeStep { .. } | RunError::TooShort { .. }, ..
             } => 2,

@@ -1,7 +1,9 @@
 //! A simulation that a program moves, stage by stage, with its probes and its files.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use ddem_core::{Deck, Fault, ModelError, Simd, Simulation};
 
@@ -28,8 +30,16 @@ pub struct Session {
     pub(super) moved: Moved,
     /// Text of the deck.
     pub(super) text: String,
-    /// Folders of files, and how far they had got.
-    recorded: BTreeMap<PathBuf, Position>,
+    /// Folders of files, how far they had got, and the checkpoint that was left there.
+    recorded: BTreeMap<PathBuf, (Position, Option<Stamp>)>,
+}
+
+/// Time and size of a file: another one when another simulation has written it.
+type Stamp = (SystemTime, u64);
+
+fn stamp(file: &Path) -> Option<Stamp> {
+    let about = fs::metadata(file).ok()?;
+    Some((about.modified().ok()?, about.len()))
 }
 
 impl Session {
@@ -103,7 +113,10 @@ impl Session {
         let earlier = if before.is_some() { Earlier::Resume } else { Earlier::Keep };
         let folder = folder::prepare(path, &name, title, &self.text, earlier)?;
         match before {
-            Some(position) => recorder.reopen(&folder, model, *position)?,
+            Some((_, left)) if stamp(&folder.checkpoint()) != *left => {
+                return Err(RunFailure::Recorded { folder: path.to_owned() });
+            }
+            Some((position, _)) => recorder.reopen(&folder, model, *position)?,
             None => recorder.create(&folder, model)?,
         }
         Ok(folder)
@@ -117,10 +130,11 @@ impl Session {
         self.moved.recorder.close();
         let position = synced?;
         let path = folder.path().canonicalize().unwrap_or_else(|_| folder.path().to_owned());
-        self.recorded.insert(path, position);
         let Moved { simulation, cursor, .. } = &self.moved;
         let between = Cursor { step: None, ..cursor.clone() };
-        resume::save(&folder.checkpoint(), &self.text, simulation, &between, position)?;
+        let saved = resume::save(&folder.checkpoint(), &self.text, simulation, &between, position);
+        self.recorded.insert(path, (position, stamp(&folder.checkpoint())));
+        saved?;
         self.summary().write(folder.summary())?;
         Ok(())
     }
@@ -137,6 +151,8 @@ impl Session {
         deck: Option<&Deck>,
         change: impl FnOnce(&mut ddem_core::Model) -> Result<(), Fault>,
     ) -> Result<Self, RunFailure> {
+        // Before it is read: what is written meanwhile is another's.
+        let read = stamp(path);
         let resumed = resume::load(path)?;
         let text = resumed.deck_text();
         let (mut saved, _) = crate::deck::parse_alone(text, &path.display().to_string())?;
@@ -155,7 +171,7 @@ impl Session {
         if let (Some(folder), true) = (path.parent(), path.ends_with(folder::CHECKPOINT))
             && let Ok(folder) = folder.canonicalize()
         {
-            session.recorded.insert(folder, resumed.position);
+            session.recorded.insert(folder, (resumed.position, read));
         }
         session.moved.cursor = Cursor { step: None, ..resumed.cursor };
         Ok(session)

@@ -96,6 +96,8 @@ def animate(
 
     Raises
     ------
+    TypeError
+        If `results` are neither Results nor a path.
     ValueError
         If a name is wrong, there are no frames, or the file is neither ``.gif`` nor ``.mp4``.
     FileNotFoundError
@@ -226,7 +228,7 @@ class _Drawn:
 
 
 class _Extent:
-    """How large what moves is in the picture, over all frames."""
+    """Extent of the blocks in the picture, over all frames."""
 
     def __init__(self, view: str, scale: float) -> None:
         self._axes = np.column_stack(_draw.axes(view))
@@ -310,7 +312,7 @@ def _gif(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
 
 
 def _mp4() -> Callable[[Path, Draw, list[int], float], None]:
-    """What writes a film by ffmpeg, once it is known to be there."""
+    """Writer of films by ffmpeg, once it is known to be there."""
     try:
         import imageio_ffmpeg  # noqa: F401
         from imageio.v2 import get_writer

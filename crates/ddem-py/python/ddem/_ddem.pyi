@@ -8,6 +8,8 @@ import numpy.typing as npt
 from typing_extensions import Unpack
 
 from ddem._table import Histories, Table
+from pathlib import Path as FoundPath
+
 from ddem._types import Damping, Floats, History, Integers, Path, Vector, When, Where
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ __all__ = [
     "Model",
     "Simulation",
     "__version__",
+    "_near",
     "load",
     "run_deck",
     "schema",
@@ -352,4 +355,5 @@ def run_deck(
     overwrite: bool = False,
     quiet: bool = False,
 ) -> Simulation: ...
+def _near(path: Path) -> FoundPath | None: ...
 def schema() -> dict[str, Any]: ...

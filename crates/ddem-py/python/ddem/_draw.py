@@ -148,7 +148,7 @@ def _say(
 
 
 def _share(plotter: Any) -> float:
-    """What sizes of text and lines are multiplied by: they were chosen for 1200 × 900."""
+    """Factor on sizes of text and lines, which were chosen for 1200 × 900."""
     width, height = plotter.window_size
     return min(float(width) / 1200, float(height) / 900)
 

@@ -1,4 +1,4 @@
-"""What can go wrong, all under :class:`Error`."""
+"""Exceptions, all under :class:`Error`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of results: VTKHDF by the reader of VTK, tables, and what is said where there are none."""
+"""Files of results: VTKHDF by the reader of VTK, tables, and messages where there are none."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ._ddem import _near
 from ._names import choices
 
 # One of them is in every folder of results.
@@ -16,7 +17,7 @@ LOOKED_FOR = ("frames.csv", "blocks.vtkhdf", "probes.csv", "energy.csv", "summar
 
 
 class Read:
-    """What one frame of a VTKHDF file holds."""
+    """Contents of one frame of a VTKHDF file."""
 
     def __init__(self, grid: Any) -> None:
         self.points = np.array(grid.points, np.float64)
@@ -64,7 +65,7 @@ def rows_of(path: Path) -> tuple[list[str], list[list[str]]]:
 
 
 def not_there(folder: Path) -> str:
-    """What is said of a folder without results, with where there may be some."""
+    """Message about a folder without results, with folders that have some."""
     if folder.is_file():
         return f"{folder} is a file: results are in a folder, such as {str(folder.parent)!r}"
     looked = ", ".join(LOOKED_FOR)
@@ -72,6 +73,9 @@ def not_there(folder: Path) -> str:
     around = folder
     if not folder.exists():
         said, around = f"{folder} does not exist", folder.parent
+        meant = _near(folder)
+        if meant is not None and any((meant / name).exists() for name in LOOKED_FOR):
+            return f"{said}; did you mean {str(meant)!r}?"
     inside = sorted(around.iterdir()) if around.is_dir() else []
     near = [str(path) for path in inside if any((path / name).exists() for name in LOOKED_FOR)]
     return f"{said}; {choices(str(folder), near)}" if near else said

@@ -1,4 +1,4 @@
-"""What is drawn, layer by layer, whether by PyVista or on a page."""
+"""Layers of a picture, whether PyVista draws them or a page."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ _SIDES = np.array(
 
 @dataclass
 class Bar:
-    """What the colours of a layer mean."""
+    """Meaning of the colours of a layer."""
 
     label: str
     cmap: Any
@@ -72,11 +72,14 @@ class Bar:
     unit: str = ""
     # False where colours only tell things apart.
     shown: bool = True
+    # The value where all are the same: the only one beside the bar.
+    only: float | None = None
 
     @property
     def scale(self) -> tuple[float, str]:
-        """What numbers beside the bar are divided by, and the prefix of their unit."""
-        return prefix(max(abs(end) for end in self.clim), self.unit)
+        """Divisor of the numbers beside the bar, and the prefix of their unit."""
+        largest = max(map(abs, self.clim)) if self.only is None else abs(self.only)
+        return prefix(largest, self.unit)
 
     @property
     def title(self) -> str:
@@ -104,6 +107,7 @@ class Layer:
     owners: Integers | None = None  # elements that the cells belong to
     width: float = 1.2  # of lines, in pixels of a picture of 1200 × 900
     far: npt.NDArray[np.bool_] | None = None  # points that the picture leaves outside
+    beyond: str = ""  # the largest value there, where it is beyond the bar
 
 
 def blocks(
@@ -131,6 +135,9 @@ def blocks(
         layer.values = values.scalars[nodes if values.on_nodes else owners]
         far = layer.far if values.on_nodes else layer.far[layer.cells].any(axis=1)
         layer.bar = bar_of(values.label, layer.values[~far], *bar, unit=values.unit)
+        layer.beyond = _beyond(layer.bar, layer.values[far])
+        if not np.isfinite(layer.values).any():
+            layer.values, layer.bar, layer.legend = None, None, f"{values.label}: no values"
         if isinstance(field, str) and field in STRESSES:
             _without_stress(frame, layer)
         if isinstance(field, str) and (field, bar, label) == ("fragment", (None, None), None):
@@ -146,12 +153,24 @@ def blocks(
 
 
 def far_points(frame: Frame, layer: Layer, scale: float) -> npt.NDArray[np.bool_]:
-    """Which points of the blocks belong to those that the picture leaves outside."""
+    """Mask of the points of blocks that the picture leaves outside."""
     far = outside(frame, scale)
     if len(far) == 0:
         return np.zeros(len(layer.points), np.bool_)
     marked: npt.NDArray[np.bool_] = np.isin(np.asarray(layer.nodes), frame.elements[np.isin(frame.blocks, far)])
     return marked
+
+
+def _beyond(bar: Bar, values: Floats) -> str:
+    """The largest of some values in words, where it is beyond the bar; otherwise nothing."""
+    finite = values[np.isfinite(values)]
+    low, high = bar.clim if bar.only is None else (bar.only, bar.only)
+    if len(finite) == 0 or (low <= finite.min() and finite.max() <= high):
+        return ""
+    largest = float(finite[np.abs(finite).argmax()])
+    factor, name = prefix(abs(largest), bar.unit)
+    label = bar.label.removesuffix(f"({bar.unit})").strip()
+    return f"{label} up to {largest / factor:.3g} {name}{bar.unit}".strip()
 
 
 def _without_stress(frame: Frame, layer: Layer) -> None:
@@ -229,7 +248,7 @@ def joints(
 
 
 def states(frame: Frame) -> Integers:
-    """What has become of each pair: the place of its state in :data:`STATES`."""
+    """State of each pair, as its place in :data:`STATES`."""
     pairs = frame.pairs
     state = np.asarray(pairs["state"]).astype(np.int64)
     if "open" in frame.pair_fields:
@@ -240,12 +259,12 @@ def states(frame: Frame) -> Integers:
 
 
 def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[Layer]:
-    """What each two blocks exert on each other: a bar along the force, as thick as it is large."""
+    """Forces between each two blocks: a bar along the force, as thick as it is large."""
     # A dashpot may take all that springs press with; an empty frame has no arrays.
     force = np.asarray(frame.contacts.get("force", np.empty((0, 3))), np.float64)
     acts = force.any(axis=1)
     if not acts.any():
-        return []
+        raise ValueError("contacts: there are none to draw, no two blocks press on each other")
     force, met = force[acts], {name: frame.contacts[name][acts] for name in ("point", "blocks")}
     pairs, number = np.unique(met["blocks"].astype(np.int64), axis=0, return_inverse=True)
 
@@ -301,16 +320,20 @@ def bar_of(
     # What is only rounding beside the other end reads 0.
     most = max(abs(low), abs(high))
     low, high = (0.0 if abs(end) < 1e-9 * most else end for end in (low, high))
+    only = None
     both = low < 0.0 < high and min(-low, high) > 0.05 * max(-low, high)
     if clim is None:
         clim = (-most, most) if both and cmap is None else (low, high)
-        # All the same but for rounding: a bar needs some length.
+        # All the same but for rounding: a bar needs some length, and has one value in its middle.
         if clim[1] - clim[0] <= 1e-6 * most:
-            room = 0.5 * abs(low)
-            clim = (low - room, low + room) if room else (0.0, 1.0)
+            room = 0.5 * abs(low) or 1.0
+            only, clim = low, (low - room, low + room)
     elif not clim[0] < clim[1]:
         raise ValueError(f"clim: {clim!r} must be two numbers that increase")
-    return Bar(label, colours(cmap or ("RdBu_r" if both else plain)), clim, unit)
+    chosen = colours(cmap or ("RdBu_r" if both else plain))
+    if only is not None:
+        chosen = listed((chosen(0.5),))
+    return Bar(label, chosen, clim, unit, only=only)
 
 
 def ticks(bar: Bar) -> list[tuple[float, str]]:
@@ -319,9 +342,12 @@ def ticks(bar: Bar) -> list[tuple[float, str]]:
 
     low, high = bar.clim
     factor, _ = bar.scale
+    if bar.only is not None:
+        return [(bar.only, f"{bar.only / factor:.4g}")]
     locator: Any = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10])
     round_ones = factor * np.asarray(locator.tick_values(low / factor, high / factor))
-    near = 0.11 * (high - low)
+    # Two texts side by side need this room.
+    near = 0.15 * (high - low)
     inner = [tick for tick in round_ones if low + near < tick < high - near]
     steps = max(abs(low), abs(high)) / (0.25 * (high - low))
     digits = max(4, math.ceil(math.log10(steps)) + 2)
@@ -330,7 +356,7 @@ def ticks(bar: Bar) -> list[tuple[float, str]]:
     return [(tick, f"{tick / factor:.{digits}g}") for tick in values]
 
 
-def listed(names: tuple[str, ...]) -> Any:
+def listed(names: tuple[Any, ...]) -> Any:
     """A colour map of these colours."""
     from matplotlib.colors import ListedColormap
 

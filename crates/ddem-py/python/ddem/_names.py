@@ -1,4 +1,4 @@
-"""Names of fields and their units, and what is said of wrong ones."""
+"""Names of fields and their units, and messages about wrong ones."""
 
 from __future__ import annotations
 
@@ -30,16 +30,26 @@ VECTOR = ("x", "y", "z")
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
 
 
+# Names that a message lists; of more it has the nearest and some others.
+_MOST = 40
+
+
 def choices(given: object, valid: Iterable[str]) -> str:
-    """The nearest valid name, if one is near, and all of them."""
+    """The nearest valid name, if one is near, and the others as far as a message has room."""
     names = list(valid)
-    near = difflib.get_close_matches(str(given), names, n=1)
+    # Among many names some are near to anything.
+    near = difflib.get_close_matches(str(given), names, n=1 if len(names) <= _MOST else 5)
+    # What begins like it, such as a word that was cut short.
+    near = near or [name for name in names if given and name.startswith(str(given))][:1]
+    if len(names) > _MOST:
+        others = f"{len(names)} names are valid, such as {', '.join(map(repr, (near or names)[:5]))}"
+        return f"did you mean {near[0]!r}? {others}" if near else others
     hint = f"did you mean {near[0]!r}? " if near else ""
     return f"{hint}valid: {', '.join(map(repr, names)) or 'none'}"
 
 
 def one_of(argument: str, given: object, valid: Iterable[str]) -> str:
-    """`given`, or a ValueError that names the argument, the nearest valid value and all of them."""
+    """The value itself, or a ValueError with the argument, the nearest valid value and the others."""
     names = list(valid)
     if isinstance(given, str) and given in names:
         return given

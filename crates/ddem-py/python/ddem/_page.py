@@ -145,7 +145,7 @@ def _figure(
 
 
 def _origin(low: Floats, high: Floats) -> Floats:
-    """What positions are counted from: round numbers where single precision would not do."""
+    """Origin of the positions: round numbers where single precision would not do."""
     size = float((high - low).max()) or 1.0
     middle = 0.5 * (low + high)
     step = 10.0 ** np.ceil(np.log10(size))

@@ -143,14 +143,8 @@ def plot(
     >>> ddem.plot(sim, "stress", component="s1", screenshot="beam.png")
     >>> ddem.plot("results/beam-crack", joints="state", html="crack.html")
     """
-    try:
-        import pyvista as pv
-    except ImportError as missing:
-        raise ImportError('plots need PyVista: pip install "ddem[plot]"') from missing
-    one_of("view", view, VIEWS)
-    one_of("edges", edges, ("blocks", "elements", "none"))
-    if joints is not None:
-        one_of("joints", joints, (*JOINTS, "traces"))
+    pv = _pyvista()
+    _check(view, edges, joints, scale, contacts)
     to_file = screenshot is not None or html is not None
     notebook = show and not to_file and _in_notebook()
     window = show and not to_file and not notebook
@@ -158,39 +152,15 @@ def plot(
         raise RuntimeError(
             'there is no display for a window: give screenshot="picture.png" or html="page.html"'
         )
-
-    if scale is not None and not np.isfinite(scale):
-        raise ValueError(f"scale: {scale!r} is not finite")
-    if contacts and scale not in (None, 1.0):
-        raise ValueError(f"scale: {scale!r} with contacts, which are drawn where they are")
     state = frame_of(simulation, frame, joints is not None, contacts)
-    wrong = int((~np.isfinite(state.displacement)).any(axis=1).sum())
-    if wrong:
-        raise ValueError(f"displacement: not finite at {wrong} nodes, there is nothing to draw")
-    if contacts:
-        scale = 1.0
-    if scale is None:
-        scale = automatic_scale(state.points, state.displacement)
-    inside = joints not in (None, "traces") or contacts
-    if field is None and not inside:
-        field = "displacement"
-    if opacity is None:
-        opacity = 1.0 if not inside else 0.06 if field is None else 0.15
-    wanted = (cmap, clim)
-    layers = _layers.blocks(state, field, component, label, wanted, scale, edges, opacity)
-    if joints is not None:
-        spare = wanted if field is None or joints == "traces" else (None, None)
-        layers += _joints(state, layers[0], joints, joint_component, spare, scale)
-    if contacts:
-        spare = wanted if field is None and joints is None else (None, None)
-        layers += _layers.contacts(state, spare)
+    scale = _scale(state, scale, contacts)
+    shown, bar = (field, component, label), (cmap, clim)
+    layers = _drawn(state, shown, bar, (joints, joint_component), contacts, scale, edges, opacity)
+    words = [state.title, about(state, scale, len(outside(state, scale)), layers[0].beyond)]
     if moving:
         layers += [_traces.moving(state, number, scale) for number in _moving(simulation, frame)]
-    words = [state.title, about(state, scale, len(outside(state, scale)))]
-
     if html is not None or notebook:
-        paper = pv.Color(background).float_rgb
-        page = page_of(layers, words, VIEWS, view, paper, window_size)
+        page = page_of(layers, words, VIEWS, view, pv.Color(background).float_rgb, window_size)
         if html is not None:
             with open(html, "w", encoding="utf-8") as file:
                 file.write(page)
@@ -199,8 +169,7 @@ def plot(
     # Without a display VTK finds another way to draw, but complains first.
     with pv.vtk_verbosity("off") if no_display() else nullcontext():
         hidden = True if to_file or notebook or no_display() else None
-        size = list(window_size)
-        plotter = pv.Plotter(off_screen=hidden, window_size=size, lighting="none")
+        plotter = pv.Plotter(off_screen=hidden, window_size=list(window_size), lighting="none")
         try:
             fill(plotter, layers, words, view, background)
             if screenshot is not None:
@@ -212,6 +181,65 @@ def plot(
             if show:
                 plotter.close()
     return plotter
+
+
+def _pyvista() -> Any:
+    try:
+        import pyvista
+    except ImportError as missing:
+        raise ImportError('plots need PyVista: pip install "ddem[plot]"') from missing
+    return pyvista
+
+
+def _check(
+    view: str, edges: str, joints: str | None, scale: float | None, contacts: bool
+) -> None:
+    """Refuses names that are none, and magnifications that cannot be drawn."""
+    one_of("view", view, VIEWS)
+    one_of("edges", edges, ("blocks", "elements", "none"))
+    if joints is not None:
+        one_of("joints", joints, (*JOINTS, "traces"))
+    if scale is not None and not np.isfinite(scale):
+        raise ValueError(f"scale: {scale!r} is not finite")
+    if contacts and scale not in (None, 1.0):
+        raise ValueError(f"scale: {scale!r} with contacts, which are drawn where they are")
+
+
+def _scale(state: Frame, scale: float | None, contacts: bool) -> float:
+    """The magnification: contacts are drawn where they are."""
+    wrong = int((~np.isfinite(state.displacement)).any(axis=1).sum())
+    if wrong:
+        raise ValueError(f"displacement: not finite at {wrong} nodes, there is nothing to draw")
+    if contacts:
+        return 1.0
+    return automatic_scale(state.points, state.displacement) if scale is None else scale
+
+
+def _drawn(
+    state: Frame,
+    shown: tuple[str | npt.ArrayLike | None, str | None, str | None],
+    bar: tuple[Any, tuple[float, float] | None],
+    seams: tuple[str | None, str | None],
+    contacts: bool,
+    scale: float,
+    edges: str,
+    opacity: float | None,
+) -> list[Layer]:
+    """Layers of blocks, joints and contacts. Where blocks are plain others have the colours."""
+    (field, component, label), (joints, joint_component) = shown, seams
+    inside = joints not in (None, "traces") or contacts
+    if field is None and not inside:
+        field = "displacement"
+    if opacity is None:
+        opacity = 1.0 if not inside else 0.06 if field is None else 0.15
+    layers = _layers.blocks(state, field, component, label, bar, scale, edges, opacity)
+    if joints is not None:
+        spare = bar if field is None or joints == "traces" else (None, None)
+        layers += _joints(state, layers[0], joints, joint_component, spare, scale)
+    if contacts:
+        spare = bar if field is None and joints is None else (None, None)
+        layers += _layers.contacts(state, spare)
+    return layers
 
 
 def _joints(
@@ -232,12 +260,13 @@ def _joints(
     return layers + (_traces.traces(state, scale, alone=False) if name == "state" else [])
 
 
-def about(frame: Frame, scale: float, far: int = 0) -> str:
-    """When a state is, how it is drawn, and how many blocks are outside of the picture."""
+def about(frame: Frame, scale: float, far: int = 0, beyond: str = "") -> str:
+    """Line below the title: time of the state, scale, blocks outside of the picture."""
     words = [frame.when] if frame.when else []
     words.append("true displacements" if scale == 1.0 else f"displacements × {scale:g}")
     if far:
-        words.append(f"{far} block{' is' if far == 1 else 's are'} far outside of the picture")
+        there = f"{far} block{' is' if far == 1 else 's are'} far outside of the picture"
+        words.append(f"{there} ({beyond})" if beyond else there)
     return ", ".join(words)
 
 
@@ -252,7 +281,10 @@ def _moving(source: Any, index: int) -> list[Integers]:
             marked = np.empty(0, np.int64)
         if len(marked):
             return [np.unique(marked)]
-        stage = seen.stage
+        stage, stages_of = seen.stage, seen._results.stages
+        # The blocks move on from where the stage has failed, at its end.
+        if (stages_of[seen.index + 1 :] == stage).any():
+            return []
         try:
             stages = seen._results.summary["stages"]
         except FileNotFoundError:

@@ -139,7 +139,7 @@ def plot_probes(
 
 
 def _quantities(deck: Any) -> Mapping[str, str]:
-    """What each probe measures, as the deck says it; nothing where that cannot be read."""
+    """Quantity of each probe, as the deck says it; nothing where that cannot be read."""
     if isinstance(deck, str):
         try:
             tomllib = import_module("tomllib")  # from Python 3.11 on

@@ -7,32 +7,19 @@ import os
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from ._files import LOOKED_FOR, File, Read, not_there, rows_of
-from ._mesh import mesh_of
-from ._names import choices, one_of
+from ._files import LOOKED_FOR, File, not_there, rows_of
+from ._frame import Frame
+from ._names import one_of
 from ._table import Histories, Table
-
-if TYPE_CHECKING:
-    import pyvista as pv
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-_VECTOR = ("force", "traction", "normal")
-_CONTACT = np.dtype(
-    [
-        ("point", "f8", 3),
-        *((name, "f8", 3) for name in _VECTOR),
-        *((name, "f8") for name in ("area", "gap", "slip")),
-        ("sliding", "?"),
-        ("blocks", "i8", 2),
-    ]
-)
 _FRAGMENT = np.dtype(
     [
         ("blocks", "i8"),
@@ -59,6 +46,8 @@ class Results(Sequence["Frame"]):
     ------
     FileNotFoundError
         If there is no such folder, or no results in it.
+    ValueError
+        If times of its frames do not grow, because more than one run has written there.
 
     Examples
     --------
@@ -69,6 +58,12 @@ class Results(Sequence["Frame"]):
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
+        if not isinstance(folder, (str, os.PathLike)):
+            hint = ""
+            if hasattr(folder, "element_block"):
+                hint = ": give the folder that `record=` of `run` or `relax` has named"
+            kind = type(folder).__name__
+            raise TypeError(f"folder: the path of a folder of results is needed, not {kind}{hint}")
         self._folder = Path(folder)
         if not any((self._folder / name).exists() for name in LOOKED_FOR):
             raise FileNotFoundError(not_there(self._folder))
@@ -102,7 +97,7 @@ class Results(Sequence["Frame"]):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What was run and how it went: the contents of ``summary.json``, at the end of a run."""
+        """Contents of ``summary.json``, at the end of a run: its model, and each stage with its end."""
         path = self.folder / "summary.json"
         if not path.exists():
             raise FileNotFoundError(f"{path} is not there: it is written when the run ends")
@@ -116,7 +111,16 @@ class Results(Sequence["Frame"]):
             _, rows = rows_of(self.folder / "frames.csv")
             stages = np.array([row[0] for row in rows], np.str_)
             steps = np.array([int(row[1]) for row in rows], np.int64)
-            return np.array([float(row[2]) for row in rows]), steps, stages
+            times = np.array([float(row[2]) for row in rows])
+            back = np.flatnonzero((np.diff(times) < 0.0) | (np.diff(steps) < 0))
+            if len(back):
+                at = int(back[0]) + 1
+                raise ValueError(
+                    f"{self.folder} holds frames of more than one run: frame {at} at "
+                    f"{times[at]:.6g} s, step {steps[at]}, comes after one at {times[at - 1]:.6g} s, "
+                    f"step {steps[at - 1]}; record each run in a folder of its own"
+                )
+            return times, steps, stages
         # Not of this version, or not of ddem.
         times = np.array(self._file("blocks").times, np.float64)
         return times, np.full(len(times), -1), np.full(len(times), "", np.str_)
@@ -146,6 +150,12 @@ class Results(Sequence["Frame"]):
     def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
         if isinstance(index, slice):
             return [self[at] for at in range(*index.indices(len(self)))]
+        if not hasattr(index, "__index__"):
+            hint = ""
+            if isinstance(index, float) and len(self):
+                nearest = int(np.abs(self.times - index).argmin())
+                hint = f"; frame {nearest} is the nearest to {index:g} s, see `times`"
+            raise TypeError(f"frame: a whole number is needed, not {index!r}{hint}")
         at = index.__index__()
         if not -len(self) <= at < len(self):
             raise IndexError(f"frame: {index} is not there, {self.folder} has {len(self)} frames")
@@ -156,7 +166,7 @@ class Results(Sequence["Frame"]):
 
     @cached_property
     def probes(self) -> Histories:
-        """What probes have recorded, by their names: tables of ``time`` (s), ``step`` and ``x``,
+        """Histories of the probes by their names: tables of ``time`` (s), ``step`` and ``x``,
         ``y``, ``z`` or ``xx`` to ``zx``, as :attr:`Simulation.probes`."""
         header, rows = rows_of(self.folder / "probes.csv")
         columns: dict[str, list[int]] = {}
@@ -219,197 +229,3 @@ class Results(Sequence["Frame"]):
         if name not in files:
             files[name] = File(self.folder / f"{name}.vtkhdf")
         return files[name]
-
-
-class Frame:
-    """One frame of results. It has every field as an attribute, and by its name as an item.
-
-    Arrays are as those of :class:`Simulation`, and of the caller alone: ``displacement``
-    (n_nodes, 3), ``stress`` (n_elements, 6), ``traction`` (n_pairs, 3). Where nodes and pairs have
-    a field of the same name it is that of the nodes; ``pairs`` has the other.
-    """
-
-    def __init__(self, results: Results, index: int) -> None:
-        self._results = results
-        self.index = index
-        #: Simulated time [s].
-        self.time = float(results._frames[0][index])
-        step = int(results._frames[1][index])
-        #: Steps since the start of the run; None where it is not known.
-        self.step = step if step >= 0 else None
-        #: Name of the stage.
-        self.stage = str(results._frames[2][index])
-
-    def __repr__(self) -> str:
-        when = f"step {self.step}" if self.still else f"{self.time:.6g} s"
-        return f"<Frame {self.index} of {str(self._results.folder)!r}: {self.stage}, {when}>"
-
-    @property
-    def still(self) -> bool:
-        """Whether it is of a relaxation: no time has passed since the frame before, or, of the first
-        one, until the next."""
-        times, _, stages = self._results._frames
-        at = max(self.index, 1)
-        if at == len(times) or stages[at] != stages[self.index]:
-            return False
-        return bool(times[at] <= times[at - 1])
-
-    @property
-    def title(self) -> str:
-        """Title of the model."""
-        return self._results.title
-
-    def _blocks(self) -> Read:
-        return self._results._file("blocks").read(self.index)
-
-    def _joints(self) -> Read | None:
-        there = (self._results.folder / "joints.vtkhdf").exists()
-        return self._results._file("joints").read(self.index) if there else None
-
-    @property
-    def _fields(self) -> tuple[list[str], list[str]]:
-        read = self._blocks()
-        return list(read.nodal), list(read.elemental)
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """Names of all fields."""
-        joints = self._joints()
-        nodal, elemental = self._fields
-        return tuple(dict.fromkeys((*nodal, *elemental, *(joints.nodal if joints else ()))))
-
-    @property
-    def points(self) -> Floats:
-        """Reference positions of the nodes [m], shape (n_nodes, 3)."""
-        return self._blocks().points.copy()
-
-    @property
-    def elements(self) -> Integers:
-        """The nodes of each element, in VTK's order, shape (n_elements, 8)."""
-        return self._blocks().cells.reshape(-1, 8).copy()
-
-    @property
-    def element_block(self) -> Integers:
-        """The block of each element, shape (n_elements,)."""
-        return self.field("block").astype(np.int64)
-
-    @property
-    def quads(self) -> Integers:
-        """The pairs around each joint element, shape (n_quads, 4)."""
-        joints = self._joints()
-        return joints.cells.reshape(-1, 4).copy() if joints else np.empty((0, 4), np.int64)
-
-    @property
-    def pairs(self) -> Table:
-        """The pairs of facing nodes with their fields: a table as :attr:`Simulation.pairs`, without
-        their normals and nodes. Empty of a model that has no joints."""
-        joints = self._joints()
-        if joints is None:
-            return np.empty(0, [("point", "f8", 3)]).view(Table)
-        return _table({"point": joints.points, **joints.nodal})
-
-    @property
-    def contacts(self) -> Table:
-        """What presses, a table as :attr:`Simulation.contacts`. Empty where no blocks meet."""
-        if not (self._results.folder / "contacts.vtkhdf").exists():
-            return np.empty(0, _CONTACT).view(Table)
-        read = self._results._file("contacts").read(self.index)
-        rows = np.zeros(len(read.points), _CONTACT)
-        # A frame without contacts has no arrays.
-        for name in _CONTACT.names or ():
-            if len(rows):
-                rows[name] = read.points if name == "point" else read.nodal[name]
-        return rows.view(Table)
-
-    def field(self, name: str) -> npt.NDArray[Any]:
-        """An array by the name of a field.
-
-        Parameters
-        ----------
-        name : str
-            One of :attr:`fields`.
-
-        Returns
-        -------
-        array
-            One row for each node, element or pair.
-
-        Raises
-        ------
-        ValueError
-            If there is no such field.
-        """
-        found = self._found(name)
-        if found is None:
-            one_of("field", name, self.fields)
-        return np.array(found)
-
-    def _found(self, name: str) -> npt.NDArray[Any] | None:
-        read = self._blocks()
-        for fields in (read.nodal, read.elemental):
-            if name in fields:
-                return fields[name]
-        joints = self._joints()
-        return joints.nodal.get(name) if joints else None
-
-    def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        found = self._found(name)
-        if found is None:
-            raise _Missing(f"the frame has no field {name!r}; {choices(name, self.fields)}")
-        return found.copy()
-
-    def __getattr__(self, name: str) -> npt.NDArray[Any]:
-        found = None if name.startswith("_") else self._found(name)
-        if found is None:
-            known = () if name.startswith("_") else (*self.fields, *_own())
-            raise AttributeError(f"the frame has no {name!r}; {choices(name, known)}")
-        return found.copy()
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self.fields]
-
-    def mesh(self, part: str = "blocks") -> pv.UnstructuredGrid:
-        """The frame as a PyVista grid with all its fields, as :meth:`Simulation.mesh`.
-
-        Parameters
-        ----------
-        part : {"blocks", "joints", "contacts"}, optional
-            Hexahedra of the blocks, quadrilaterals of the joints, or a point for each contact.
-
-        Returns
-        -------
-        pyvista.UnstructuredGrid
-            At the reference positions, contacts where they are then. Removed blocks are left out:
-            `node` and `element`, or `pair` and `quad`, are the rows of the arrays.
-
-        Raises
-        ------
-        ValueError
-            If there is no such part.
-        ImportError
-            If PyVista is not installed.
-        """
-        return mesh_of(self, part)
-
-
-class _Missing(KeyError):
-    """A field that is not there. The text of other errors of this kind is quoted."""
-
-    def __str__(self) -> str:
-        return str(self.args[0])
-
-
-def _own() -> list[str]:
-    own = [name for name in vars(Frame) if not name.startswith("_")]
-    return [*own, "index", "time", "step", "stage"]
-
-
-def _table(columns: dict[str, npt.NDArray[Any]]) -> Table:
-    kinds = [
-        (name, "?" if name in ("open", "released", "removed") else values.dtype, values.shape[1:])
-        for name, values in columns.items()
-    ]
-    rows = np.empty(len(columns["point"]), kinds)
-    for name, values in columns.items():
-        rows[name] = values
-    return rows.view(Table)

@@ -1,4 +1,4 @@
-"""What a picture shows, as NumPy arrays: deformed faces of blocks and joints with their values."""
+"""Contents of a picture as NumPy arrays: deformed faces of blocks and joints with their values."""
 
 from __future__ import annotations
 
@@ -102,12 +102,16 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
 
 
 def _when(seen: Any) -> str:
-    """When a state is: in a relaxation time stands still, and steps are what goes on."""
+    """Stage of a state, and its time or, in a relaxation, its step: time stands still there."""
     if isinstance(seen, ResultsFrame):
         words, still, step = [seen.stage] if seen.stage else [], seen.still, seen.step
     else:
         # Without a time step it has not moved in time, or has been relaxed since.
-        words, still, step = [], not getattr(seen, "time_step", 1.0), getattr(seen, "steps", None)
+        still, step = not getattr(seen, "time_step", 1.0), getattr(seen, "steps", None)
+        done = seen.summary.get("stages", [])
+        # Where it has gone on since, such as in a run that calls this, no stage is over.
+        over = done and sum(stage["steps"] for stage in done) == step
+        words = [done[-1]["name"]] if over and done[-1]["name"] else []
     if not still:
         words.append(f"t = {seen.time:.4g} s")
     elif step is not None:
@@ -128,7 +132,9 @@ def _present(simulation: Simulation) -> Callable[[str], npt.NDArray[Any]]:
         try:
             return simulation.field(name)
         except (ValueError, KeyError):
-            one_of("field", name, (*NODAL, *ELEMENTAL, *PEAKS))
+            nodal, elemental = getattr(simulation, "_fields", ((), ()))
+            peaks = [peak for peak in PEAKS if peak in nodal or peak in elemental]
+            one_of("field", name, (*NODAL, *ELEMENTAL, *peaks))
             raise
 
     return values

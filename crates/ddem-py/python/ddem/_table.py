@@ -59,7 +59,7 @@ class Table(np.recarray[Any, Any]):
 
 
 class Histories(dict[str, Table]):
-    """What probes have recorded: a dictionary of tables by the name of the probe."""
+    """Histories of probes: a dictionary of tables by the name of the probe."""
 
     def to_pandas(self) -> pd.DataFrame:
         """All probes in one data frame, a row for each step at which one of them was sampled.

@@ -23,7 +23,7 @@ MOVING = "#d6006c"
 
 
 def traces(frame: Frame, scale: float, alone: bool) -> list[Layer]:
-    """Where joints come to the outside, a layer of lines for each state; lines have one width,
+    """Lines where joints come to the outside, a layer for each state; lines have one width,
     however thick the joints are. `alone` they have a legend, otherwise those that hold are faint.
 
     They lie on the edges of the blocks on both sides, so that they are seen along the joints.
@@ -44,7 +44,7 @@ def traces(frame: Frame, scale: float, alone: bool) -> list[Layer]:
 
 @dataclass
 class _Found:
-    """Where joints come to the outside."""
+    """Edges at which joints come to the outside."""
 
     ends: Integers  # (n, 2) nodes: edges of blocks
     pairs: Integers  # (n, 2) pairs at these
@@ -100,7 +100,7 @@ def _layers_of(
 
 
 def _rim(quads: Integers) -> npt.NDArray[np.bool_]:
-    """Which edges of each element of a joint belong to no other, (n, 4)."""
+    """Mask of the edges of each element of a joint that belong to no other, (n, 4)."""
     edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     _, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     rim: npt.NDArray[np.bool_] = (count[number.reshape(-1)] == 1).reshape(-1, 4)

@@ -129,3 +129,27 @@ def test_blocks_that_move_are_outlined(tmp_path):
     assert "moving: 2 blocks" in texts
     # All edges of a box of 2 × 1 × 1.
     assert lengths.sum() == pytest.approx(4 * (2 + 1 + 1), rel=1e-3)
+
+
+def test_moving_blocks_are_outlined_in_the_last_frame_of_a_stage_that_fails(tmp_path):
+    slippery = ddem.Joint(normal_stiffness=1e10, shear_stiffness=1e10, friction=10)
+    model = ddem.Model(gravity=(4.905, 0, -8.4957))
+    model.add_blocks(
+        size=(1, 1, 2), count=(1, 1, 2), divisions=1, material=ROCK, joint=slippery, body="rigid"
+    )
+    model.fix("xyz", z=0.0)
+    with pytest.raises(ddem.Collapsed):
+        model.build().relax(record=tmp_path / "slides", quiet=True)
+    results = ddem.Results(tmp_path / "slides")
+    assert len(results) > 1
+    for frame, outlined in ((0, False), (-1, True)):
+        plotter = plot(results, moving=True, frame=frame, show=False)
+        assert ("moving" in plotter.actors) == outlined
+        plotter.close()
+
+
+def test_contacts_that_are_not_there_are_refused():
+    model = ddem.Model(contact=True)
+    model.add_blocks(size=(1, 1, 1), divisions=1, material=ROCK)
+    with pytest.raises(ValueError, match="contacts: there are none to draw"):
+        plot(model.build(), contacts=True, show=False)

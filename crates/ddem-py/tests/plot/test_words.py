@@ -43,9 +43,15 @@ def test_frames_of_a_relaxation_have_steps_and_others_their_time(folder):
 def test_a_simulation_has_steps_until_it_moves_in_time():
     simulation = column().build(threads=1)
     steps = simulation.relax(quiet=True)
-    assert f"step {steps}, displacements × 20" in written(simulation, scale=20)
+    assert f"relax 1, step {steps}, displacements × 20" in written(simulation, scale=20)
     simulation.run(1e-4, quiet=True)
-    assert "t = 0.0001 s, true displacements" in written(simulation, scale=1)
+    assert "run 2, t = 0.0001 s, true displacements" in written(simulation, scale=1)
+    # No stage is over while one goes on, or once plain steps have followed.
+    during = []
+    simulation.run(1e-4, callback=lambda s: during.append(written(s, scale=1)), every=5e-5, quiet=True)
+    assert any(text.startswith("t = 0.0001") for text in during[0])
+    simulation.step()
+    assert not any("run" in text for text in written(simulation, scale=1))
 
 
 @pytest.mark.parametrize(
@@ -70,6 +76,7 @@ def test_prefixes_are_those_of_the_summary(size, unit, expected):
     ("clim", "unit", "title", "texts"),
     [
         ((0.0, 2.466e-3), "m", "u (mm)", ["0", "1", "2", "2.466"]),
+        ((0.0, 4.634), "m", "u (m)", ["0", "2", "4.634"]),
         ((-7.3e6, 7.3e6), "Pa", "u (MPa)", ["-7.3", "-5", "0", "5", "7.3"]),
         ((0.0, 1.0), "m", "u (m)", ["0", "0.25", "0.5", "0.75", "1"]),
         ((1e6, 1.0001e6), "Pa", "u (MPa)", ["1", "1.000025", "1.00005", "1.000075", "1.0001"]),
@@ -82,6 +89,14 @@ def test_bars_have_round_numbers_in_the_unit_of_their_size(clim, unit, title, te
     assert [text for _, text in marks] == texts
     factor, _ = bar.scale
     assert np.allclose([value / factor for value, _ in marks], np.array(texts, float), rtol=5e-3)
+
+
+def test_a_field_of_one_value_has_it_alone_beside_the_bar(simulation):
+    for value, text in ((0.0, "0"), (12.5, "12.5")):
+        bar = _layers.bar_of("u (m)", np.full(4, value), None, None, unit="m")
+        assert [text for _, text in _layers.ticks(bar)] == [text]
+    texts = written(simulation, np.full(len(simulation.points), np.nan), label="mine")
+    assert "mine: no values" in texts and "0" not in texts and "1" not in texts
 
 
 def test_units_are_written_by_size(simulation):
@@ -154,9 +169,10 @@ def test_few_blocks_far_away_do_not_shrink_the_model(gone, there, tmp_path):
         assert 0.5 * heights[0] < heights[1] <= heights[0] * 1.001
         assert bars == pytest.approx([1e-3, 1e-3])
         number = "1 block is" if gone == 1 else "2 blocks are"
-        assert said == [f"true displacements, {number} far outside of the picture"] or said[0].endswith(
-            f"{number} far outside of the picture"
-        )
+        beyond = "(displacement magnitude up to 500 m)"
+        assert [text.partition("true displacements, ")[2] for text in said] == [
+            f"{number} far outside of the picture {beyond}"
+        ]
     else:
         assert not said and heights[1] > 10 * heights[0]
 

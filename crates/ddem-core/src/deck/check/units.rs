@@ -1,5 +1,7 @@
 //! Numbers that look as if they were meant in another unit.
 
+use std::f64::consts::FRAC_PI_2;
+
 use crate::deck::decimal::shifted;
 use crate::deck::{Damping, Deck, History, Joint, Material};
 
@@ -130,10 +132,17 @@ fn mass(of: &str, density: f64) -> Option<String> {
 
 fn coefficient(of: &str, key: &str, angle: f64) -> Option<String> {
     let meant = angle.atan().to_degrees();
+    let rounded = (angle * 1e4).round() / 1e4;
+    let short = if rounded > 0.0 { rounded } else { angle };
+    let radians = if angle < FRAC_PI_2 {
+        format!(", {short} rad {:.1}", angle.to_degrees())
+    } else {
+        String::new()
+    };
     (0.0 < angle && angle < SMALLEST).then(|| {
         format!(
-            "{of}: `{key}` is an angle, {angle} degrees: a coefficient of {angle} would be written \
-             {meant:.1}"
+            "{of}: `{key}` is an angle, {short} degrees: a coefficient of {short} would be written \
+             {meant:.1}{radians}"
         )
     })
 }
