@@ -5,7 +5,7 @@ use super::{Faults, Rule};
 use crate::deck::{
     BlockSet, Body, Damping, Deck, Probe, Quantity, Search, Stage, StageKind, TimeStep, Where,
 };
-use crate::{Fault, RunError};
+use crate::error::{Fault, RunError};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let named = deck.stage.iter().enumerate();
