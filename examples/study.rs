@@ -12,7 +12,7 @@ use ddem::deck::{
     TimeStep, Where,
 };
 use ddem::io::run::{Event, Observer, RunFailure, Session};
-use ddem::{Deck, Model, Simd, Simulation};
+use ddem::{Deck, Model, RunError, Simd, Simulation};
 
 /// Hears of warnings, stages, frames, samples of probes and progress.
 struct Listener;
@@ -33,10 +33,9 @@ fn write_results(deck: &Deck, folder: &Path) -> Result<(), RunFailure> {
     Ok(())
 }
 
-fn copy(simulation: &Simulation) -> Result<Simulation, Box<dyn Error + Send + Sync>> {
+fn copy(simulation: &Simulation) -> Result<Simulation, RunError> {
     let saved = simulation.save();
-    let model = Model::new(simulation.model().deck())?;
-    Ok(Simulation::restore(model, Simd::default(), &saved).ok_or("the state of another model")?)
+    simulation.back_to(&saved)
 }
 
 fn sweep(frictions: &[f64]) -> Result<Vec<f64>, Box<dyn Error + Send + Sync>> {

@@ -276,7 +276,7 @@ fn folders_of_others_stay_as_they_are() {
     fs::remove_file(out.join("ddem.json")).unwrap();
     let error =
         prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap_err().to_string();
-    assert!(error.contains("probes.csv") && error.contains("--out"), "{error}");
+    assert!(error.contains("probes.csv"), "{error}");
     assert_eq!(contents(&out).len(), 1);
 }
 
@@ -333,7 +333,7 @@ fn paths_that_cannot_be_folders_are_refused() {
     let error = prepare(&file, "beam.toml", "Beam", "", Earlier::Keep).unwrap_err();
     assert!(matches!(error, FolderError::NotAFolder { .. }), "{error}");
     let error = prepare(&file.join("below"), "beam.toml", "Beam", "", Earlier::Keep).unwrap_err();
-    assert!(error.to_string().contains("--out"), "{error}");
+    assert!(matches!(error, FolderError::NotWritable { .. }), "{error}");
     let error =
         prepare(&root.path().join("new"), "beam.toml", "Beam", "", Earlier::Resume).unwrap_err();
     assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
