@@ -33,7 +33,7 @@ def main():
             figure,
             place,
             f"{1e3 * frame.time:.0f} ms",
-            lambda size: scene(frame, values, (5.5, 2.6, 2.03), height, size, (0.4, -1.0, 0.58), **look),
+            lambda size: scene(frame, values, (5.5, 2.6, 2.07), height, size, (0.4, -1.0, 0.58), **look),
         )
     colour_bar(figure, (8.3, 8.6, 3.3, 0.13), COLOURS, RANGE, "speed (m/s)")
     save(figure, "bench-blast.png")

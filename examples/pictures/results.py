@@ -17,6 +17,8 @@ LOAD = "#c0392b"
 GROUND = "#d5dae0"
 ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "docs" / "pictures"
+# Bytes of a picture.
+MOST = 300_000
 
 matplotlib.rcParams.update(
     {
@@ -61,17 +63,20 @@ def results(name):
 
 
 def save(figure, name):
-    """Writes a picture in 256 colours and says where."""
-    PICTURES.mkdir(parents=True, exist_ok=True)
-    path, whole = PICTURES / name, io.BytesIO()
+    """Writes a figure."""
+    whole = io.BytesIO()
     figure.savefig(whole, facecolor="white")
-    small(Image.open(whole)).save(path, optimize=True)
+    write(Image.open(whole), PICTURES / name)
+
+
+def write(picture, path):
+    """Writes a picture, in 256 colours where all of them take too much, and says where."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture = picture.convert("RGB")
+    picture.save(path, optimize=True)
+    if path.stat().st_size > MOST:
+        picture.quantize(256, kmeans=3, dither=Image.Dither.NONE).save(path, optimize=True)
     print(path)
-
-
-def small(picture):
-    """A picture in 256 colours, which nobody tells from all of them."""
-    return picture.convert("RGB").quantize(256, kmeans=3, dither=Image.Dither.NONE)
 
 
 def nearest(results, time):
@@ -92,13 +97,17 @@ def speed(frame, least):
     return by_block(frame, nodes[frame.elements].mean(axis=1), least)
 
 
-def scene(frame, values, focus, height, size, direction=(0.0, -1.0, 0.0), behind=None, **look):
+def scene(frame, values, focus, height, size, direction=(0.0, -1.0, 0.0), behind=None, bold=1.0, **look):
     """A picture by `ddem.plot` at true scale with nothing but the model: `height` metres around
-    `focus`, seen from a direction, cut open to what is `behind` a plane across y."""
+    `focus`, seen from a direction, cut open to what is `behind` a plane across y; `bold` widens the
+    traces of joints that have failed."""
     plotter = ddem.plot(frame, values, scale=1.0, window_size=size, show=False, **look)
     for words in plotter.renderer.GetActors2D():
         words.VisibilityOff()
     plotter.hide_axes()
+    for name, actor in plotter.actors.items():
+        if name.endswith(", traces") and not name.startswith("bonded"):
+            actor.prop.line_width *= bold
     if behind is not None:
         _open(plotter, frame, behind)
     camera, back = plotter.camera, np.array(direction) / np.linalg.norm(direction)
