@@ -97,11 +97,14 @@ def speed(frame, least):
     return by_block(frame, nodes[frame.elements].mean(axis=1), least)
 
 
-def scene(frame, values, focus, height, size, direction=(0.0, -1.0, 0.0), behind=None, bold=1.0, **look):
-    """A picture by `ddem.plot` at true scale with nothing but the model: `height` metres around
-    `focus`, seen from a direction, cut open to what is `behind` a plane across y; `bold` widens the
-    traces of joints that have failed."""
-    plotter = ddem.plot(frame, values, scale=1.0, window_size=size, show=False, **look)
+SIDE = (0.0, -1.0, 0.0)
+
+
+def scene(frame, values, focus, height, size, direction=SIDE, behind=None, bold=1.0, scale=1.0, **look):
+    """A picture by `ddem.plot` with nothing but the model: `height` metres around `focus`, seen from
+    a direction, cut open to what is `behind` a plane across y. `bold` widens the traces of joints that
+    have failed; displacements are true where no `scale` is given."""
+    plotter = ddem.plot(frame, values, scale=scale, window_size=size, show=False, **look)
     for words in plotter.renderer.GetActors2D():
         words.VisibilityOff()
     plotter.hide_axes()
@@ -124,7 +127,8 @@ def _open(plotter, frame, plane):
     middles = by_block(frame, frame.points[frame.elements][:, :, 1].mean(axis=1))
     mapper = plotter.actors["blocks"].mapper
     faces = mapper.dataset
-    kept = faces.extract_cells(middles[faces["element"]] > plane).extract_surface(algorithm="dataset_surface")
+    kept = faces.extract_cells(middles[faces["element"]] > plane)
+    kept = kept.extract_surface(algorithm="dataset_surface")
     edges = kept.extract_feature_edges(30.0, non_manifold_edges=False, manifold_edges=False)
     mapper.dataset, plotter.actors["edges"].mapper.dataset = kept, edges
 
