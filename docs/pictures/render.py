@@ -9,84 +9,29 @@ Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
 import argparse
-import os
+import sys
 from pathlib import Path
-
-os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
 
 import ddem
 import numpy as np
 import pyvista as pv
-import vtk
+from PIL import Image
 
-INK = "#1f2933"
-FAINT = "#52606d"
-LOAD = "#c0392b"
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples" / "pictures"))
+
+from results import FAINT, GROUND, LOAD, write
+
 SUPPORT = "#9aa5b1"
-SIZE = (1800, 1000)
-
-# Lines on faces are drawn in front of them.
-vtk.vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
-vtk.vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+SIZE = (1500, 1000)
 
 
-def stage(title, subtitle):
-    """An empty picture with its title."""
-    plotter = pv.Plotter(off_screen=True, window_size=SIZE, lighting="none")
-    plotter.set_background("white")
-    plotter.enable_anti_aliasing("ssaa")
-    plotter.enable_parallel_projection()
-    for position, intensity in (((-7, -8, 8), 0.62), ((9, -6, 4), 0.32), ((0, 0, 10), 0.22)):
-        plotter.add_light(
-            pv.Light(position=position, light_type="scene light", intensity=intensity)
-        )
-    plotter.add_text(title, position=(0.035, 0.915), viewport=True, font_size=20, color=INK)
-    plotter.add_text(subtitle, position=(0.035, 0.868), viewport=True, font_size=13, color=FAINT)
+def blocks(frame, values, scale, label, shift=(0.0, 0.0, 0.0), **look):
+    """A picture by `ddem.plot` to add to, with the region before it was loaded, shifted."""
+    plotter = ddem.plot(frame, values, scale=scale, label=label, window_size=SIZE, show=False, **look)
+    bounds = np.stack([frame.points.min(axis=0), frame.points.max(axis=0)], axis=1).reshape(-1)
+    box = pv.Box(bounds).extract_all_edges().translate(shift)
+    plotter.add_mesh(box, color=FAINT, line_width=1.5, opacity=0.65, lighting=False)
     return plotter
-
-
-def add_blocks(plotter, grid, scale, scalars, bar, **colours):
-    """Deformed blocks: coloured faces, faint element lines, dark block edges."""
-    surface = grid.extract_surface(algorithm="dataset_surface")
-    # Blocks share no nodes, so the sharp edges of the surface are the edges of the blocks.
-    edges = surface.extract_feature_edges(
-        feature_angle=45.0, boundary_edges=False, manifold_edges=False, non_manifold_edges=False
-    )
-    mesh = surface.extract_all_edges()
-
-    def deformed(part):
-        return part.warp_by_vector("displacement", factor=scale)
-
-    actor = plotter.add_mesh(
-        deformed(surface),
-        scalars=scalars,
-        ambient=0.5,
-        diffuse=0.6,
-        smooth_shading=False,
-        show_scalar_bar=False,
-        **colours,
-    )
-    plotter.add_mesh(deformed(mesh), color="white", line_width=1.0, opacity=0.3, lighting=False)
-    plotter.add_mesh(deformed(edges), color=INK, line_width=2.6, lighting=False)
-    plotter.add_scalar_bar(
-        title=bar,
-        mapper=actor.mapper,
-        n_labels=5,
-        fmt="%.1f",
-        color=INK,
-        width=0.36,
-        height=0.055,
-        position_x=0.32,
-        position_y=0.055,
-        title_font_size=26,
-        label_font_size=22,
-    )
-
-
-def outline(plotter, bounds):
-    """The region before it is loaded."""
-    box = pv.Box(bounds).extract_all_edges()
-    plotter.add_mesh(box, color=FAINT, line_width=1.2, opacity=0.65, lighting=False)
 
 
 def arrow(plotter, tip, direction, length):
@@ -114,39 +59,39 @@ def wedge(x, width, z, height):
     return pv.PolyData(np.array(points), np.hstack(faces))
 
 
-def look(plotter, direction, focus, height):
-    """Camera from `direction`, with `height` metres of picture above and below `focus`."""
-    focus = np.asarray(focus, float)
-    plotter.camera.focal_point = focus
-    plotter.camera.position = focus + 60.0 * np.asarray(direction) / np.linalg.norm(direction)
-    plotter.camera.up = (0, 0, 1)
-    plotter.camera.parallel_scale = height
+def finish(plotter, wider, output):
+    """Shows what was added, too, and writes the picture."""
+    plotter.camera.parallel_scale *= wider
     plotter.reset_camera_clipping_range()
+    write(Image.fromarray(plotter.screenshot(return_img=True)), output)
+    plotter.close()
 
 
-def beam(grid, output):
+def beam(frame, output):
     """The simply supported beam under a line load."""
-    scale = 800.0
-    u = grid["displacement"]
-    grid["down"] = -1e3 * u[:, 2]
-    plotter = stage(
-        "Simply supported beam, 12 × 3 × 3 m",
-        f"108 blocks, 13 500 nodes, line load 600 kN/m at midspan; displacements × {scale:g}",
-    )
-    outline(plotter, grid.bounds)
-    top = 0.4 * np.ceil(grid["down"].max() / 0.4)
-    add_blocks(
-        plotter, grid, scale, "down", "downward displacement (mm)\n", cmap="viridis", clim=(0, top)
-    )
-    width, upper = grid.bounds[3], grid.bounds[5]
-    under = (np.abs(grid.points[:, 0] - 6.0) < 0.05) & (grid.points[:, 2] > upper - 1e-6)
+    scale, u, points = 1000.0, frame.displacement, frame.points
+    down = -1e3 * u[:, 2]
+    plotter = blocks(frame, down, scale, "downward displacement (mm)", clim=(0.0, down.max()))
+    width, upper = points[:, 1].max(), points[:, 2].max()
+    under = (np.abs(points[:, 0] - 6.0) < 0.05) & (points[:, 2] > upper - 1e-6)
     sunk = upper + scale * u[under, 2].mean()
     for y in np.linspace(0.0, width, 7):
         arrow(plotter, (6.0, y, sunk), (0, 0, -1), 1.25)
     bar = pv.Line((6.0, 0.0, sunk + 1.25), (6.0, width, sunk + 1.25)).tube(radius=0.035)
     plotter.add_mesh(bar, color=LOAD, ambient=0.35, diffuse=0.75)
+    above = [(6.0, width, sunk + 1.5)]
+    plotter.add_point_labels(
+        above,
+        ["600 kN/m"],
+        shape=None,
+        show_points=False,
+        text_color=LOAD,
+        font_size=22,
+        bold=False,
+        always_visible=True,
+    )
     plotter.add_mesh(wedge(0.0, width, 0.0, 0.55), color=SUPPORT, ambient=0.3)
-    rolled = 12.0 + scale * u[np.argmin(np.abs(grid.points - (12, 0, 0)).sum(axis=1)), 0]
+    rolled = 12.0 + scale * u[np.argmin(np.abs(points - (12, 0, 0)).sum(axis=1)), 0]
     roller = pv.Cylinder(
         center=(rolled, width / 2, -0.275),
         direction=(0, 1, 0),
@@ -157,43 +102,28 @@ def beam(grid, output):
     plotter.add_mesh(roller, color=SUPPORT, ambient=0.3)
     for x in (0.0, rolled):
         ground = pv.Box((x - 0.75, x + 0.75, -0.15, width + 0.15, -0.65, -0.55))
-        plotter.add_mesh(ground, color="#d5dae0", ambient=0.35)
-    look(plotter, (-0.42, -1.0, 0.42), (6.0, 1.5, 1.35), 4.9)
-    plotter.screenshot(output)
-    plotter.close()
+        plotter.add_mesh(ground, color=GROUND, ambient=0.35)
+    finish(plotter, 1.04, output)
 
 
-def poisson(grid, output):
+def poisson(frame, output):
     """The cube that grows sideways under pressure."""
-    scale = 4e4
     # One corner is held: the displacement from the axis is what shows the effect.
-    u = np.array(grid["displacement"])
-    u[:, :2] -= u[:, :2].mean(axis=0)
-    grid["displacement"] = u
-    grid["sideways"] = 1e6 * u[:, 0]
-    plotter = stage(
-        "Poisson effect, 4 × 4 × 4 m",
-        f"64 blocks, 8 000 nodes, 50 kPa on top, smooth base; displacements × 40 000",
-    )
-    outline(plotter, grid.bounds)
-    reach = 0.2 * np.ceil(np.abs(grid["sideways"]).max() / 0.2)
-    add_blocks(
-        plotter,
-        grid,
-        scale,
-        "sideways",
-        "displacement along x, relative to the axis (µm)\n",
-        cmap="coolwarm",
-        clim=(-reach, reach),
-    )
-    upper = grid.bounds[5] + scale * u[:, 2].min()
+    u = frame.displacement
+    sideways = 1e6 * (u[:, 0] - u[:, 0].mean())
+    reach = np.abs(sideways).max()
+    scale = 5e4
+    shift = scale * u.mean(axis=0) * (1.0, 1.0, 0.0)
+    label = "displacement along x, relative to the axis (µm)"
+    plotter = blocks(frame, sideways, scale, label, shift, cmap="coolwarm", clim=(-reach, reach))
+    low, upper = scale * u[:, :2].min(axis=0), 4.0 + scale * u[:, 2].min()
+    high = 4.0 + scale * u[:, :2].max(axis=0)
     for x in np.linspace(0.5, 3.5, 4):
         for y in np.linspace(0.5, 3.5, 4):
             arrow(plotter, (x, y, upper), (0, 0, -1), 0.7)
-    plotter.add_mesh(pv.Box((-0.5, 4.5, -0.5, 4.5, -0.16, -0.02)), color="#d5dae0", ambient=0.35)
-    look(plotter, (-0.5, -1.0, 0.42), (2.0, 2.0, 1.75), 4.6)
-    plotter.screenshot(output)
-    plotter.close()
+    plate = (low[0] - 0.5, high[0] + 0.5, low[1] - 0.5, high[1] + 0.5, -0.16, -0.02)
+    plotter.add_mesh(pv.Box(plate), color=GROUND, ambient=0.35)
+    finish(plotter, 1.18, output)
 
 
 def main():
@@ -202,15 +132,12 @@ def main():
     parser.add_argument("results", nargs="?", type=Path, default=Path("results"))
     parser.add_argument("output", nargs="?", type=Path, default=Path(__file__).parent)
     arguments = parser.parse_args()
-    arguments.output.mkdir(parents=True, exist_ok=True)
     for name, draw in (("beam", beam), ("poisson", poisson)):
         folder = arguments.results / name
         if not folder.exists():
             print(f"{folder}: not there; cargo run --release -- examples/{name}.toml makes it")
             continue
-        picture = arguments.output / f"{name}.png"
-        draw(ddem.Results(folder)[-1].mesh(), picture)
-        print(picture)
+        draw(ddem.Results(folder)[-1], arguments.output / f"{name}.png")
 
 
 if __name__ == "__main__":

@@ -10,70 +10,79 @@ Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
 import sys
-from pathlib import Path
 
 import ddem
 import numpy as np
-from PIL import Image
 
-EXAMPLES = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(EXAMPLES))
+from results import PICTURES, ROOT, colour_bar, nearest, panel, results, save, scene, sheet
+
+sys.path.insert(0, str(ROOT / "examples"))
 
 from animate import camera, origin
 
-RESULTS = EXAMPLES.parent / "results"
-PICTURES = EXAMPLES.parent / "docs" / "pictures"
+# Numbers of materials go by their names: sandstone, steel.
+STEEL = 1
 
 
-def toppling(path):
+def toppling():
     """The film, until everything is at rest."""
-    results = ddem.Results(RESULTS / "toppling")
+    run, path = ddem.Results(results("toppling")), PICTURES / "toppling.gif"
     ddem.animate(
-        results,
+        run,
         path,
-        origin(results, "x"),
+        origin(run, "x"),
         label="x at the start (m)",
         title="Columns topple off a rock slope: 129 rigid blocks, friction 21°",
-        frames=np.flatnonzero(results.times < 7.4),
-        camera=camera((-0.2, -1.0, 0.35), (12.0, 3.0, 6.6), 13.5),
-        fps=14,
-        window_size=(900, 500),
+        frames=np.flatnonzero(run.times < 7.4)[::2],
+        camera=camera((-0.2, -1.0, 0.35), (12.0, 3.0, 6.3), 14.7),
+        fps=9,
+        window_size=(720, 420),
     )
+    print(path)
 
 
-def pair(name, seen, moments):
-    """Two moments of a run side by side."""
-    results = ddem.Results(RESULTS / name)
-    values, halves = origin(results, "z"), []
-    for moment in moments:
-        frame = results[int(np.abs(results.times - moment).argmin())]
-        plotter = ddem.plot(
-            frame, values, label="height at the start (m)", window_size=(900, 1000), show=False
+def pair(name, title, about, seen, moments, apart=None):
+    """Two moments of a run, coloured by where the blocks come from, but for those of a material."""
+    direction, focus, height, tall = seen
+    run = ddem.Results(results(name))
+    values = origin(run, "z")
+    if apart is not None:
+        values[run[0].material == apart] = np.nan
+    clim = np.nanmin(values), np.nanmax(values)
+    figure = sheet((12, tall + 1.35), title, about)
+    for column, (moment, words) in enumerate(moments):
+        frame = nearest(run, moment)
+        panel(
+            figure,
+            (0.2 + 5.85 * column, 0.1, 5.75, tall),
+            f"{frame.time:.1f} s: {words}",
+            lambda size: scene(frame, values, focus, height, size, direction, clim=clim),
         )
-        plotter.camera_position = seen
-        plotter.camera.parallel_scale = np.linalg.norm(np.subtract(*seen[:2])) * np.tan(np.radians(15.0))
-        plotter.reset_camera_clipping_range()
-        halves.append(plotter.screenshot(return_img=True))
-        plotter.close()
-    return Image.fromarray(np.hstack(halves))
+    colour_bar(figure, (8.5, tall + 0.97, 3.2, 0.13), "viridis", clim, "height at the start (m)")
+    save(figure, f"{name}.png")
 
 
-def wall(path):
+def wall():
     """The wall as it falls, and the stones at rest."""
-    pair("wall", camera((1.0, 1.2, 0.55), (1.7, 1.9, 1.05), 3.5), (1.9, 6.0)).save(path)
+    about = "86 stones in running bond, which weight and friction hold; true displacements"
+    moments = (1.9, "it tilts about its toe"), (6.0, "at rest")
+    seen = (0.9, 1.2, 0.5), (1.5, 1.6, 0.62), 3.8, 3.7
+    pair("wall", "A dry-stone wall is pushed over", about, seen, moments, apart=STEEL)
 
 
-def rockfall(path):
-    """The blocks as they hit the berm, and at rest."""
-    pair("rockfall", camera((0.75, -1.0, 0.5), (-3.0, 4.0, 13.2), 19.5), (2.9, 10.0)).save(path)
+def rockfall():
+    """The blocks as they hit the berm, and in the end."""
+    about = "34 blocks of 1 to 10 t slide off a bedding plane; true displacements"
+    moments = (2.9, "the first ones hit the berm"), (10.0, "caught by the berm, or on the floor")
+    seen = (0.9, -1.0, 0.55), (-5.0, 4.0, 9.2), 31.0, 5.6
+    pair("rockfall", "Rockfall down a benched slope", about, seen, moments)
 
 
 def main():
     """Draws all of them."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    for draw, name in ((toppling, "toppling.gif"), (wall, "wall.png"), (rockfall, "rockfall.png")):
-        draw(PICTURES / name)
-        print(PICTURES / name)
+    for draw in (toppling, wall, rockfall):
+        draw()
 
 
 if __name__ == "__main__":

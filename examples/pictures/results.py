@@ -1,10 +1,13 @@
-"""Fields of results for pictures by matplotlib, and the style of these."""
+"""What the pictures share: scenes by `ddem.plot`, sheets of them, fields of results, and the style."""
 
+import io
 from pathlib import Path
 
 import ddem
 import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
+from PIL import Image
 
 matplotlib.use("Agg")
 
@@ -14,6 +17,8 @@ LOAD = "#c0392b"
 GROUND = "#d5dae0"
 ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "docs" / "pictures"
+# Bytes of a picture.
+MOST = 300_000
 
 matplotlib.rcParams.update(
     {
@@ -58,11 +63,101 @@ def results(name):
 
 
 def save(figure, name):
-    """Writes a picture and says where."""
-    PICTURES.mkdir(parents=True, exist_ok=True)
-    path = PICTURES / name
-    figure.savefig(path, facecolor="white")
+    """Writes a figure."""
+    whole = io.BytesIO()
+    figure.savefig(whole, facecolor="white")
+    write(Image.open(whole), PICTURES / name)
+
+
+def write(picture, path):
+    """Writes a picture, in 256 colours where all of them take too much, and says where."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture = picture.convert("RGB")
+    picture.save(path, optimize=True)
+    if path.stat().st_size > MOST:
+        picture.quantize(256, kmeans=3, dither=Image.Dither.NONE).save(path, optimize=True)
     print(path)
+
+
+def nearest(results, time):
+    """The frame that is nearest to a time in motion."""
+    return results[int(np.abs(results.times - time).argmin())]
+
+
+def by_block(frame, values, least=0.0):
+    """Of each element the mean of its block, NaN, which is drawn grey, below `least`."""
+    _, block = np.unique(frame.element_block, return_inverse=True)
+    means = (np.bincount(block, values) / np.bincount(block))[block]
+    return np.where(means < least, np.nan, means)
+
+
+def speed(frame, least):
+    """Of each element the speed of its block (m/s), NaN below `least`."""
+    nodes = np.linalg.norm(frame.velocity, axis=1)
+    return by_block(frame, nodes[frame.elements].mean(axis=1), least)
+
+
+SIDE = (0.0, -1.0, 0.0)
+
+
+def scene(frame, values, focus, height, size, direction=SIDE, behind=None, bold=1.0, scale=1.0, **look):
+    """A picture by `ddem.plot` with nothing but the model: `height` metres around `focus`, seen from
+    a direction, cut open to what is `behind` a plane across y. `bold` widens the traces of joints that
+    have failed; displacements are true where no `scale` is given."""
+    plotter = ddem.plot(frame, values, scale=scale, window_size=size, show=False, **look)
+    for words in plotter.renderer.GetActors2D():
+        words.VisibilityOff()
+    plotter.hide_axes()
+    for name, actor in plotter.actors.items():
+        if name.endswith(", traces") and not name.startswith("bonded"):
+            actor.prop.line_width *= bold
+    if behind is not None:
+        _open(plotter, frame, behind)
+    camera, back = plotter.camera, np.array(direction) / np.linalg.norm(direction)
+    camera.focal_point, camera.position = focus, np.array(focus) + 100.0 * back
+    camera.up, camera.parallel_scale = (0.0, 0.0, 1.0), 0.5 * height
+    plotter.reset_camera_clipping_range()
+    picture = plotter.screenshot(return_img=True)
+    plotter.close()
+    return picture
+
+
+def _open(plotter, frame, plane):
+    """Leaves the blocks whose middle is behind the plane, with their edges."""
+    middles = by_block(frame, frame.points[frame.elements][:, :, 1].mean(axis=1))
+    mapper = plotter.actors["blocks"].mapper
+    faces = mapper.dataset
+    kept = faces.extract_cells(middles[faces["element"]] > plane)
+    kept = kept.extract_surface(algorithm="dataset_surface")
+    edges = kept.extract_feature_edges(30.0, non_manifold_edges=False, manifold_edges=False)
+    mapper.dataset, plotter.actors["edges"].mapper.dataset = kept, edges
+
+
+def sheet(size, title, about):
+    """An empty figure with its title, and a line about it."""
+    figure = plt.figure(figsize=size)
+    figure.text(0.02, 1.0 - 0.5 / size[1], title, size=21, weight="bold")
+    figure.text(0.02, 1.0 - 0.82 / size[1], about, size=13, color=FAINT)
+    return figure
+
+
+def panel(figure, place, words, draw):
+    """A part of a figure with a line above: `place` is left, low, width, height in inches, and `draw`
+    makes the picture of a size in pixels."""
+    left, low, width, height = np.array(place) / np.tile(figure.get_size_inches(), 2)
+    axes = figure.add_axes((left, low, width, height))
+    pixels = tuple(int(round(figure.dpi * length)) for length in place[2:])
+    axes.imshow(draw(pixels), aspect="auto", interpolation="antialiased")
+    axes.axis("off")
+    axes.set_title(words, loc="left", size=13, weight="bold", pad=5)
+
+
+def colour_bar(figure, place, cmap, clim, label):
+    """What colours mean; `place` as that of a panel."""
+    colours = plt.cm.ScalarMappable(cmap=cmap)
+    colours.set_clim(*clim)
+    axes = figure.add_axes(np.array(place) / np.tile(figure.get_size_inches(), 2))
+    figure.colorbar(colours, cax=axes, orientation="horizontal").set_label(label)
 
 
 def side(frames, axis, place):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A tunnel in jointed rock: blocks where they are, coloured by the stress along z.
+"""A tunnel in jointed rock: blocks where they are, coloured by the vertical pressure.
 
     cargo run --release -- examples/tunnel.toml
     python examples/pictures/tunnel.py
@@ -7,54 +7,31 @@
 Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
-import matplotlib.pyplot as plt
-import numpy as np
-from matplotlib.collections import LineCollection, PolyCollection
+import ddem
 
-from results import FAINT, INK, Frames, results, save
+from results import colour_bar, nearest, panel, results, save, scene, sheet
 
-TIMES = ((0.0, "before"), (0.25, "the heading is dug"), (0.5, "blocks slide out of the roof"), (1.0, "the bench is dug"))
-MOST = 2.5
-FRONT = (0, 1, 5, 4)
-
-
-def section(axes, blocks, frame):
-    """The front of all blocks that are there, and the joints between them."""
-    moved = blocks.points + blocks.point_field("displacement", frame)
-    there = blocks.cell_field("removed", frame) == 0
-    hexes = blocks.cells.reshape(-1, 8)
-    front = there & (blocks.points[hexes[:, 0], 1] < 0.01)
-    quads = moved[hexes[front][:, FRONT]][:, :, [0, 2]]
-    pressure = -blocks.cell_field("stress", frame)[front, 2] / 1e6
-    shown = PolyCollection(quads, array=pressure, cmap="YlGnBu", clim=(0, MOST), edgecolors="face", lw=0.3)
-    axes.add_collection(shown)
-    # A block has four elements here; its outline is what they do not share.
-    numbers = blocks.cell_field("block", frame)[front]
-    ends = hexes[front][:, FRONT]
-    sides = np.stack([ends, np.roll(ends, -1, axis=1)], axis=2).reshape(-1, 2)
-    keys, counts = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
-    assert len(numbers) == len(quads)
-    axes.add_collection(LineCollection(moved[keys[counts == 1]][:, :, [0, 2]], colors=INK, lw=0.35))
-    axes.set(xlim=(-9.5, 9.5), ylim=(-6.5, 8.5), aspect="equal")
-    axes.axis("off")
-    return shown
+# Time, words, middle and height of what is seen, and where it is on the sheet.
+VIEWS = (
+    (1.0, "1 s: the bench is dug, blocks of the roof fall", (0.0, 0.5, 0.2), 13.4, (0.2, 0.25, 7.7, 7.3)),
+    (0.0, "before", (0.0, 0.5, 0.4), 11.5, (8.1, 5.55, 3.7, 2.0)),
+    (0.25, "0.25 s: the heading is dug", (0.0, 0.5, 0.4), 11.5, (8.1, 3.15, 3.7, 2.0)),
+    (0.5, "0.5 s: the roof comes down", (0.0, 0.5, 0.4), 11.5, (8.1, 0.75, 3.7, 2.0)),
+)
+COLOURS, RANGE = "RdYlBu", (0.0, 3.0)
 
 
 def main():
-    """Draws four times."""
-    blocks = Frames(results("tunnel") / "blocks.vtkhdf")
-    figure = plt.figure(figsize=(12, 10.3))
-    figure.text(0.035, 0.955, "A tunnel in jointed rock, 60 m below ground", size=19, weight="bold")
-    about = "stress in place at the start; the joints of the crown have lost their cohesion"
-    figure.text(0.035, 0.926, about, size=12, color=FAINT)
-    for place, (time, words) in enumerate(TIMES):
-        left, low = 0.01 + 0.49 * (place % 2), 0.475 - 0.455 * (place // 2)
-        axes = figure.add_axes((left, low, 0.49, 0.42))
-        frame = int(np.abs(blocks.times - time).argmin())
-        shown = section(axes, blocks, frame)
-        axes.text(-9.4, 8.75, f"{time:g} s: {words}", size=12, weight="bold")
-    bar = figure.colorbar(shown, cax=figure.add_axes((0.72, 0.955, 0.24, 0.016)), orientation="horizontal")
-    bar.set_label("pressure along z, MPa")
+    """Draws the end large, and what led to it."""
+    run = ddem.Results(results("tunnel"))
+    about = "true displacements; thick lines: joints that hold (black), failed in shear (blue), open (orange)"
+    figure = sheet((12, 9), "A tunnel in jointed rock, 60 m below ground", about)
+    for time, words, focus, height, place in VIEWS:
+        frame = nearest(run, time)
+        pressure = -frame.stress[:, 2] / 1e6
+        look = {"cmap": COLOURS, "clim": RANGE, "view": "xz", "joints": "traces"}
+        panel(figure, place, words, lambda size: scene(frame, pressure, focus, height, size, **look))
+    colour_bar(figure, (8.3, 0.55, 3.3, 0.13), COLOURS, RANGE, "vertical pressure (MPa)")
     save(figure, "tunnel.png")
 
 

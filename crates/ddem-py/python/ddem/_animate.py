@@ -298,7 +298,7 @@ def _gif(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
 
     samples = numbers[:: max(1, len(numbers) // _SAMPLES)]
     tall = np.vstack([draw(number) for number in samples])
-    palette = Image.fromarray(tall).quantize(_COLOURS, method=Image.Quantize.MEDIANCUT)
+    palette = Image.fromarray(tall).quantize(_COLOURS, method=Image.Quantize.MEDIANCUT, kmeans=3)
 
     def pictures() -> Iterator[Image.Image]:
         for number in numbers:

@@ -211,7 +211,7 @@ def joints(
     pairs, quads = frame.pairs, frame.quads
     if "removed" in frame.pair_fields:
         quads = quads[~(np.asarray(pairs["removed"]).reshape(-1)[quads] != 0).any(axis=1)]
-    state = states(frame)
+    state, numbers = states(frame), pairs_by_state(frame)
     if name not in ("slip", "traction") and component is not None:
         raise ValueError(f"joint_component: {name!r} has none")
     moved = np.asarray(pairs["point"]) + scale * np.asarray(pairs["displacement"], np.float64)
@@ -229,7 +229,7 @@ def joints(
                 continue
             opacity = 1.0 if number else HOLDING
             layers.append(part(title, of_cells == number, opacity, colour))
-            layers[-1].legend = f"{title} ({int((state == number).sum())})"
+            layers[-1].legend = f"{title} ({numbers[number]})"
         return layers
     values, words = measure(np.asarray(pairs[name], np.float64), component, "joint_component")
     shown = np.ones(len(of_cells), bool) if name == "traction" else of_cells > 0
@@ -241,7 +241,7 @@ def joints(
     if name == "traction":
         return [layer]
     bonded = part("bonded", ~shown, HOLDING, STATES[0][1])
-    bonded.legend = f"bonded ({int((state == 0).sum())})"
+    bonded.legend = f"bonded ({numbers[0]})"
     if not shown.any():
         layer.bar = None
     return [bonded, layer]
@@ -256,6 +256,14 @@ def states(frame: Frame) -> Integers:
     if "released" in frame.pair_fields:
         state[(state == 0) & (np.asarray(pairs["released"]) != 0)] = OPEN
     return state
+
+
+def pairs_by_state(frame: Frame) -> Integers:
+    """How many pairs are in each of the states, without those of blocks that have been removed."""
+    state = states(frame)
+    if "removed" in frame.pair_fields:
+        state = state[np.asarray(frame.pairs["removed"]).reshape(-1) == 0]
+    return np.bincount(state, minlength=len(STATES))
 
 
 def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[Layer]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ._layers import INK, STATES, Layer, states
+from ._layers import INK, STATES, Layer, pairs_by_state, states
 from ._scene import Floats, Frame, Integers, lines_of, skin
 
 # Of traces that hold and of others, in pixels of a picture of 1200 × 900.
@@ -39,7 +39,7 @@ def traces(frame: Frame, scale: float, alone: bool) -> list[Layer]:
             frame.pairs["displacement"], np.float64
         )
         parts.append((drawn[found.alone], state[found.alone]))
-    return _layers_of(parts, state, alone)
+    return _layers_of(parts, state, pairs_by_state(frame), alone)
 
 
 @dataclass
@@ -76,7 +76,7 @@ def _found(frame: Frame) -> _Found:
 
 
 def _layers_of(
-    parts: list[tuple[Floats, Integers]], state: Integers, alone: bool
+    parts: list[tuple[Floats, Integers]], state: Integers, numbers: Integers, alone: bool
 ) -> list[Layer]:
     """Half of each line has the state of the pair at its end."""
     ends = np.concatenate([ends for ends, _ in parts])
@@ -85,7 +85,7 @@ def _layers_of(
     halves = np.stack([ends, middles], axis=2).reshape(-1, 2, 3)
     layers = []
     for number, (title, colour) in enumerate(STATES):
-        if not (state == number).any():
+        if not numbers[number]:
             continue
         points = halves[of_ends == number].reshape(-1, 3)
         colour = colour if number else INK
@@ -94,7 +94,7 @@ def _layers_of(
         layer = Layer(f"{title}, traces", points, cells, opacity, colour)
         layer.width = _FAILED if number else _HOLDS
         if alone:
-            layer.legend = f"{title} ({int((state == number).sum())})"
+            layer.legend = f"{title} ({numbers[number]})"
         layers.append(layer)
     return layers
 

@@ -28,6 +28,23 @@ def lines(mesh):
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), ends.mean(axis=1)
 
 
+def test_legends_count_the_pairs_that_are_there(tmp_path):
+    """A cavity at a corner of eight blocks has taken three of their twelve joints, of four pairs each."""
+    model = ddem.Model(contact=False)
+    joint = ddem.Joint(**STIFF)
+    model.add_blocks(size=(2, 2, 2), count=(2, 2, 2), divisions=1, material=ROCK, joint=joint)
+    model.fix("xyz", z=0.0)
+    model.remove(x=(1, 2), y=(0, 1), z=(1, 2), from_="dig")
+    for name in ("weight", "dig"):
+        model.stage(name, kind="relax")
+    ddem.run_deck(model, out=tmp_path / "dug", quiet=True)
+    for joints in ("traces", "state"):
+        plotter = plot(tmp_path / "dug", joints=joints, show=False)
+        words = [actor.input for actor in plotter.actors.values() if isinstance(actor, pv.Text)]
+        plotter.close()
+        assert [word for word in words if "bonded" in word] == ["bonded (36)"]
+
+
 @pytest.mark.parametrize("thickness", [0.0, 0.02])
 @pytest.mark.parametrize(("body", "divisions"), [("deformable", 2), ("deformable", 4), ("rigid", 1)])
 def test_traces_are_where_joints_come_to_the_outside(drawn, thickness, body, divisions):
