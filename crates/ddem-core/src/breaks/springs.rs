@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{Broken, Losses, Point};
 use crate::lanes::{LANES, Lanes};
-use crate::law::bearing::Bearing;
+use crate::law::bearing::{Bearing, break_off};
 use crate::law::response::stored;
 use crate::law::{JointLaw, Memory, Mode, Opening, Traction};
 use crate::pack::PairPlace;
@@ -204,13 +204,8 @@ impl Broken {
                     let mut loss = bearing.act(law, opening, &mut point.memory);
                     if let Some(way) = way.filter(|_| self.fresh.contains(&(p as u32, lane as u8)))
                     {
-                        // What the joint bore is gone before it could do its half of the work on
-                        // the last way.
-                        let now = point.memory.traction;
-                        let gone = joined(bore.normal - now.normal, bore.shear - now.shear);
-                        loss.fracture -= 0.5 * gone.dot(&across(way, seam, place, lane));
-                        loss.friction += loss.fracture.min(0.0);
-                        loss.fracture = loss.fracture.max(0.0);
+                        let way = across(way, seam, place, lane);
+                        break_off((bore, way), &mut loss, &mut point.memory);
                     }
                     losses.friction += area * loss.friction;
                     losses.fracture += area * loss.fracture;

@@ -5,7 +5,7 @@
 //! failed and one has moved, the patch is a contact like any other, which begins with the force that
 //! the joint bore.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::fit::Fitting;
@@ -17,7 +17,7 @@ use crate::element::corotation::Frame;
 use crate::geometry::{Abutment, Geometry, Vec3};
 use crate::in_situ::{Stress, between};
 use crate::lanes::Lanes;
-use crate::law::bearing::Bearing;
+use crate::law::bearing::{Bearing, break_off};
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
 use crate::pack::Packs;
 
@@ -308,15 +308,8 @@ impl Patch {
                     let mut memory = Memory { damage: pair.damage, ..point.memory() };
                     let opening = Opening { normal: own.x, shear: own.yz() };
                     let mut loss = bearing.act(law, opening, &mut memory);
-                    if let (Some(bore), Some(way)) = (fresh, way) {
-                        // What it bore is gone before it could do its half of the work on the last
-                        // way.
-                        let now = memory.traction;
-                        let gone = Vec3::new(bore.normal - now.normal, 0.0, 0.0)
-                            + across(bore.shear - now.shear);
-                        loss.fracture -= 0.5 * gone.dot(&way);
-                        loss.friction += loss.fracture.min(0.0);
-                        loss.fracture = loss.fracture.max(0.0);
+                    if let Some(fresh) = fresh.zip(way) {
+                        break_off(fresh, &mut loss, &mut memory);
                     }
                     losses.friction += point.area * loss.friction;
                     losses.fracture += point.area * loss.fracture;
@@ -388,8 +381,4 @@ impl Patch {
         let area = self.points.iter().map(|point| point.area).sum();
         Load { energy: self.held(&[]), area, force, moment, about }
     }
-}
-
-fn across(shear: Vector2<f64>) -> Vec3 {
-    Vec3::new(0.0, shear.x, shear.y)
 }

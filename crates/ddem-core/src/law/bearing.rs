@@ -8,6 +8,8 @@
 //! used. Where it falls below nothing, a drag against the last way takes the difference back; what is left over
 //! when the faces part is given back by the same with the other sign.
 
+use nalgebra::Vector3;
+
 use super::{JointLaw, Loss, Memory, Opening, Stiffness, Traction};
 
 /// Largest drag that settles an account, as a part of the spring's stiffness times the way of a step: what faces
@@ -73,6 +75,20 @@ impl Bearing {
         }
         taken
     }
+}
+
+/// A point that has just failed loses what it bore before that could do its half of the work on the last way
+/// `[m]`, along the normal and both tangents. What it would gain so it owes.
+pub(crate) fn break_off(
+    (bore, way): (Traction, Vector3<f64>),
+    loss: &mut Loss,
+    memory: &mut Memory,
+) {
+    let normal = bore.normal - memory.traction.normal;
+    let shear = bore.shear - memory.traction.shear;
+    loss.fracture -= 0.5 * (normal * way.x + shear.dot(&way.yz()));
+    memory.account += loss.fracture.min(0.0);
+    loss.fracture = loss.fracture.max(0.0);
 }
 
 impl Memory {

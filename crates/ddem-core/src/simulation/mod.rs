@@ -213,6 +213,7 @@ impl Simulation {
         if self.critical_steps[0].is_none() {
             self.check_step()?;
         }
+        self.leave_impact()?;
         // An automatic step becomes shorter before the first failure.
         let waits = self.state.automatic && self.state.failed == [0; 2];
         let done = match self.try_step(waits)? {
@@ -339,7 +340,7 @@ impl Simulation {
     }
 
     /// Factors of the loads and velocities of the supports for the next step.
-    fn take_factors(&mut self) -> Result<(), RunError> {
+    pub(crate) fn take_factors(&mut self) -> Result<(), RunError> {
         let State { stage, time, stage_starts, .. } = &self.state;
         let half = time + 0.5 * self.motion.time_step;
         let conditions = &self.model.conditions;
@@ -370,7 +371,7 @@ impl Simulation {
             gravity: (self.model.gravity * gravity).into(),
             velocities: &self.velocities,
             sliding: &self.sliding,
-            failing: (!self.motion.fictitious && !self.holds).then_some(1.0),
+            failing: (!self.motion.fictitious).then_some(1.0),
             turning: self.model.can_meet(),
             undamped,
             waits: false,

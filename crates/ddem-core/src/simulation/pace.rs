@@ -1,13 +1,17 @@
 //! §6: how long the steps of time are.
 
 use std::borrow::Cow;
+use std::iter::zip;
 use std::sync::atomic::Ordering;
 
 use super::Simulation;
 use crate::contact::{Added, Skins, bound};
 use crate::deck::{Damping, Stage, TimeStep};
 use crate::error::RunError;
+use crate::lanes::Lanes;
 use crate::motion::Motion;
+use crate::pack::Pack;
+use crate::state::State;
 use crate::timestep::largest_eigenvalue;
 
 /// Part of the critical step that `"auto"` takes (§6).
@@ -20,6 +24,10 @@ const BROKEN_SAFETY: f64 = 0.8;
 /// Part of these that is left where rigid blocks may meet: a contact that lasts a few steps only gains or
 /// loses some per cent of the energy.
 const RESOLVED: f64 = 0.25;
+
+/// Part of an automatic step that is taken while an impact at the start of a stage goes through the joints
+/// that it breaks, and for how many automatic steps that is so: half a vibration of a thin joint is over then.
+const IMPACT: (f64, f64) = (0.125, 4.0);
 
 /// Part of the critical step below which a step, or a duration, is a mistake, and its inverse may
 /// overflow.
@@ -134,8 +142,11 @@ impl Simulation {
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
         }
+        let impact = time_step == TimeStep::Auto && self.starts_with_impact(critical)?;
+        let (part, lasts) = if impact { IMPACT } else { (1.0, 0.0) };
+        let automatic = self.present_part() * critical;
         let step = match time_step {
-            TimeStep::Auto => self.present_part() * critical,
+            TimeStep::Auto => part * automatic,
             TimeStep::Seconds(step) if step > largest => {
                 return Err(RunError::TimeStep { time_step: step, critical: largest });
             }
@@ -151,6 +162,7 @@ impl Simulation {
             _ => step,
         };
         self.state.automatic = time_step == TimeStep::Auto;
+        self.state.impact_until = impact.then_some(self.state.time + lasts * automatic);
         self.state.end = self.state.time + duration.unwrap_or(f64::INFINITY);
         let whole = duration.map_or(u64::MAX, |_| steps as u64);
         self.state.last_step = self.state.steps.saturating_add(whole);
@@ -172,8 +184,7 @@ impl Simulation {
     }
 
     /// Springs can be stiffer than the elements whose place they take, and faces can meet: an
-    /// automatic step becomes shorter when the first pairs are about to fail, while forces are
-    /// still those of the intact model.
+    /// automatic step becomes shorter when the first pairs fail.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.breaks();
         let safe = self.broken_step(self.damping)?;
@@ -199,21 +210,41 @@ impl Simulation {
 
     /// Steps of this length, unless they are that short.
     fn slow_down(&mut self, safe: f64) {
-        if self.motion.time_step <= safe {
-            return;
+        if self.motion.time_step > safe {
+            self.change_step(safe);
         }
-        self.holds = true;
-        // A measurement before lets pairs fail, and forces now are those of the step that waits.
-        self.measured = None;
-        let was_half = !self.state.whole;
+    }
+
+    /// Automatic steps have their own length again once the impact at the start of the stage is over.
+    pub(super) fn leave_impact(&mut self) -> Result<(), RunError> {
+        let State { time, impact_until, .. } = &mut self.state;
+        if impact_until.take_if(|until| *time >= *until).is_some() {
+            let critical = self.damping.stable_step(self.critical_step()?);
+            self.change_step(self.present_part() * critical);
+        }
+        Ok(())
+    }
+
+    /// Steps of at most this length. The velocities of the last half step go on with the present forces for
+    /// half of each of the two steps; pairs that are about to fail have failed then. What the scheme's measure
+    /// of energy still gains or loses stays in the balance.
+    fn change_step(&mut self, longest: f64) {
+        let (was_half, initial) = (!self.state.whole, self.initial_energy);
+        let (old, last) = (self.motion.time_step, self.state.v.clone());
+        let damped = self.state.failed;
         self.settle();
+        // Blocks that slide from now on are damped from the next step on.
+        let failed = std::mem::replace(&mut self.state.failed, damped);
         let left = self.state.end - self.state.time;
-        let mut step = safe;
+        let mut step = longest;
         // Programs may go on beyond the end.
         if left.is_finite() && left > 0.0 {
-            let steps = whole_steps(left, safe);
+            let steps = whole_steps(left, longest);
             step = left / steps;
             self.state.last_step = self.state.steps.saturating_add(steps as u64);
+        }
+        if was_half {
+            self.keep_energy(&last, step / old);
         }
         self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
         self.state.origin = (self.state.time, self.state.steps);
@@ -221,18 +252,71 @@ impl Simulation {
         if was_half {
             self.unsettle();
         }
-        self.holds = false;
+        self.state.failed = failed;
+        self.initial_energy = initial;
         self.measured = None;
     }
 
+    /// Takes velocities a little before or after the present time, so that a step which becomes `ratio` times as
+    /// long leaves the scheme's energy `½ v⁻ m v⁺ + U` of the deformable blocks as it is: with `d` the half of
+    /// what a step changes velocities by, `v + κ d` has `κ Σ v m d + ½ κ² Σ d m d` more, and the new step
+    /// `½ (1 − ratio²) Σ d m d`. Both are right to the same order where κ is at most what the step changes by.
+    fn keep_energy(&mut self, last: &[Lanes], ratio: f64) {
+        let model = &self.model;
+        let deformable = || model.packs.packs.iter().enumerate().filter(|(_, pack)| !pack.rigid);
+        let place =
+            |pack: &Pack| 3 * pack.start..3 * (pack.start + model.packs.shape_of(pack).nodes);
+        let [mut power, mut square] = [0.0; 2];
+        for (index, pack) in deformable() {
+            let inertia = &model.assembly.inertia[model.assembly.pack_inertia[index] as usize];
+            for (at, i) in place(pack).enumerate() {
+                for ((v, last), m) in zip(zip(self.state.v[i].0, last[i].0), inertia.mass[at / 3].0)
+                {
+                    power += m * v * (v - last);
+                    square += m * (v - last) * (v - last);
+                }
+            }
+        }
+        let part = shift(power, 0.5 * square, 0.5 * (1.0 - ratio * ratio) * square);
+        let most = (1.0 - ratio).abs();
+        let part = part.clamp(-most, most);
+        for (_, pack) in deformable() {
+            for i in place(pack) {
+                let now = self.state.v[i].0;
+                let later = |l: usize| now[l] + part * (now[l] - last[i].0[l]);
+                self.state.v[i] = Lanes(std::array::from_fn(later));
+            }
+        }
+        self.measured = None;
+    }
+
+    /// Whether what moves at the start of a stage breaks joints in its first steps, as far as the strains of
+    /// one critical step tell.
+    fn starts_with_impact(&mut self, critical: f64) -> Result<bool, RunError> {
+        if !self.state.whole || self.state.failed != [0; 2] || !self.model.can_fail() {
+            return Ok(false);
+        }
+        self.take_factors()?;
+        Ok(self.fails_within(critical))
+    }
+
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
-    /// is no imbalance.
+    /// between stages is no imbalance.
     pub(crate) fn change_motion(&mut self, motion: Motion) {
         let before = self.mechanical_energy();
         self.motion = motion;
         self.measured = None;
         self.initial_energy += self.mechanical_energy() - before;
     }
+}
+
+/// The κ nearest to 0 at which `κ b + κ² a + c` is 0, or nearest to it.
+fn shift(b: f64, a: f64, c: f64) -> f64 {
+    if a == 0.0 {
+        return 0.0;
+    }
+    let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+    if root == 0.0 { -0.5 * b / a } else { -2.0 * c / (b + root.copysign(b)) }
 }
 
 /// Whole steps that fill a duration, at least one.
