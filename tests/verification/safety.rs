@@ -1,12 +1,12 @@
 //! Factors of safety by strength reduction.
 
 use ddem_core::deck::{Body, Search};
-use ddem_core::{Deck, Model, Simulation};
+use ddem_core::{Deck, Model, Simulation, Verdict};
 
 use super::limit::{STRENGTHS, in_contact, layered, plane, wedges, with_body};
 use super::record::Tolerance::Relative;
 use super::record::{Case, check, of};
-use super::shared::{deck, example};
+use super::shared::{deck, edited, example, root};
 
 /// What strengths are divided by beforehand, as a part of what they bear.
 const PART: f64 = 0.7;
@@ -55,4 +55,18 @@ fn a_column_that_leans_on_a_block_has_its_factor_of_safety() {
         deck.blocks.iter_mut().for_each(|set| set.divisions = divisions);
         find((case, &format!("{body:?}, {divisions}").to_lowercase()), &deck);
     }
+}
+
+/// Rigid blocks that rattle on their joints come to rest, or fall; the trial took 200 000 steps and ended undecided.
+#[test]
+fn a_slope_of_rigid_blocks_stands_or_falls() {
+    let text = std::fs::read_to_string(root("examples/slope-safety.toml")).expect("the deck");
+    let deck = deck(&edited(&text, "divisions = 1", "body = \"rigid\""));
+    let mut simulation = Simulation::new(Model::new(&deck).expect("a model"));
+    simulation.relax(1e-5, 20_000).expect("it stands");
+    let search = Search { bracket: [1.0, 1.1197], resolution: 0.2, ..Search::default() };
+    let found = simulation.factor_of_safety(&search, &|_| {}).expect("two trials");
+    let verdicts: Vec<_> = found.trials.iter().map(|trial| trial.verdict).collect();
+    assert_eq!(verdicts, [Verdict::AtRest, Verdict::Fails]);
+    assert!(found.trials.iter().all(|trial| trial.steps < 30_000), "{:?}", found.trials);
 }

@@ -254,9 +254,7 @@ impl Simulation {
             clusters.turned.clone_from(&self.scratch.frames);
         }
         let restart = memory.since_restart == 0 || sums.power < 0.0;
-        if restart {
-            memory.since_restart = 0;
-        }
+        memory.since_restart *= u64::from(!restart);
         let c = (3.0 / (memory.since_restart as f64 + 1.5)).min(2.0);
         memory.since_restart += 1;
         let keep = if restart { 0.0 } else { (1.0 - c / 2.0) / (1.0 + c / 2.0) };
@@ -270,14 +268,16 @@ impl Simulation {
         Ok(Relaxed::Moving)
     }
 
-    /// Blocks move on against each other without end.
+    /// Looks whether blocks move on against each other without end, or only rattle: then slip is kept.
     fn check_motion(&mut self) -> Result<(), RunError> {
-        let ratio = self.last.ratio();
-        self.state.look_at_motion(&self.model, ratio);
-        if !self.state.watch.fails(self.far) {
-            return Ok(());
+        self.state.look_at_motion(&self.model, self.last.ratio());
+        if self.state.watch.fails(self.far) {
+            return Err(self.collapse());
         }
-        Err(self.collapse())
+        if self.state.watch.rattles(self.state.steps) {
+            self.keep_slip(true);
+        }
+        Ok(())
     }
 
     /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks

@@ -88,9 +88,21 @@ impl Watch {
         self.calm = self.calm.max(step - self.since.min(step));
     }
 
+    /// True at a look after which forces have not faded for long although nothing moves on: slip that is mapped
+    /// from the last equilibrium takes no energy, and blocks that rattle on it need not come to rest.
+    pub(crate) fn rattles(&self, step: u64) -> bool {
+        let steps = step - self.since;
+        steps.is_multiple_of(LOOK) && steps >= self.known() && self.keeps()
+    }
+
+    /// Steps after an event from which on something can be said.
+    fn known(&self) -> u64 {
+        if self.calm == 0 { UNKNOWN } else { SOON.max(self.calm.saturating_mul(2)) }
+    }
+
     /// True where a relaxation has become a motion without end: it goes this far, as a part of an edge, or long on.
     pub(crate) fn fails(&self, far: f64) -> bool {
-        let known = if self.calm == 0 { UNKNOWN } else { SOON.max(self.calm.saturating_mul(2)) };
+        let known = self.known();
         let steps = LOOK * self.looks.len() as u64;
         let far = self.looks.last().is_some_and(|look| look[0] >= far);
         steps >= known
@@ -174,6 +186,15 @@ mod tests {
             assert!(!watched(steps, fades).fails(FAR), "{steps}");
             assert!(steps < 2000 || !watched(steps, |s| [swings(s)[0], 1e-2 / s]).fails(FAR));
         }
+    }
+
+    #[test]
+    fn what_swings_under_forces_that_stay_rattles() {
+        let looks =
+            |ratio: fn(f64) -> f64| watched(2000, |steps| [1e-5 * steps.sin(), ratio(steps)]);
+        assert!(looks(|_| 1e-4).rattles(2000));
+        assert!(!looks(|_| 1e-4).rattles(1900));
+        assert!(!looks(|steps| 1.0 / steps).rattles(2000));
     }
 
     #[test]
