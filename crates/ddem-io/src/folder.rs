@@ -300,9 +300,16 @@ fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> 
     };
     let mut file = create_marker(&kept)?;
     write_marker(&kept, &mut file, marker)?;
-    for name in there {
-        let (from, to) = (folder.join(name), kept.join(name));
-        fs::rename(&from, &to).map_err(|e| not_writable(&to, "moving results to", e))?;
+    let moves = |from: &Path, to: &Path, name: &str| fs::rename(from.join(name), to.join(name));
+    for (at, name) in there.iter().enumerate() {
+        moves(folder, &kept, name).map_err(|e| {
+            // All or nothing: results stay together.
+            for name in &there[..at] {
+                let _ = moves(&kept, folder, name);
+            }
+            let _ = fs::remove_file(kept.join(MARKER)).and_then(|()| fs::remove_dir(&kept));
+            not_writable(&kept.join(name), "moving results to", e)
+        })?;
     }
     // As the folder was given, unless that leads elsewhere, as from a link or from `..`.
     let near = folder.with_file_name(format!("{name}.{number}"));

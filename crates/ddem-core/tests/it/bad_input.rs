@@ -363,6 +363,8 @@ fn doubts_about_units() {
     let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.01);
     let stuff = Material { density: 2.4, young: 18.0, poisson: 0.25 };
     deck.materials.insert("light".into(), stuff);
+    let weighed = Material { density: 26.0, young: 18e9, poisson: 0.25 };
+    deck.materials.insert("weighed".into(), weighed);
     let joint = Joint { friction: Some(0.6), ..spring_with_tension() };
     deck.joints.insert("smooth".into(), joint);
     let joint = Joint {
@@ -393,6 +395,7 @@ fn doubts_about_units() {
     let expected = [
         "material `light`: `young` is 18 Pa: 18 GPa would be written 1.8e10",
         "material `light`: `density` is 2.4 kg/m³: 2.4 t/m³ would be written 2400",
+        "material `weighed`: `density` is 26 kg/m³: 26 kN/m³ would be written 2650",
         "joint `smooth`: `friction` is an angle, 0.6 degrees: a coefficient of 0.6 would be written 31.0, 0.6 rad 34.4",
         "joint `weak`: `cohesion` is 0.5 Pa, next to nothing: 0.5 MPa would be written 5e5",
         "joint `weak`: `normal_stiffness` is 20 Pa/m: 20 GPa/m would be written 2e10",

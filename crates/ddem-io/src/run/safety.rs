@@ -72,9 +72,13 @@ pub(super) fn search(
             (None, _) => format!(
                 "the blocks do not even hold with a factor of {low}: lower the first of `bracket`"
             ),
-            _ => format!(
-                "the blocks hold with a factor of {high}, too: raise the second of `bracket`"
-            ),
+            _ => {
+                let weightless = simulation.model().deck().model.gravity == [0.0; 3];
+                let gravity = if weightless { "; the deck has no `gravity`" } else { "" };
+                format!(
+                    "the blocks hold with a factor of {high}, too: raise the second of `bracket`{gravity}"
+                )
+            }
         };
         observer.event(Event::Warning(&format!("stage `{}`: {warning}", stage.name)));
     }

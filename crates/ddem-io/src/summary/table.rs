@@ -159,9 +159,23 @@ impl fmt::Display for StageSummary {
         }
         if self.kind == "safety" {
             line(f, "safety", &self.safety())?;
+            if let [_, Some(unstable)] = self.bracket.unwrap_or_default() {
+                line(
+                    f,
+                    "frames",
+                    &format!("of the failing trial, strengths / {unstable:.4}, in which move"),
+                )?;
+            }
+            moving(f, &self.moving)?;
+            line(
+                f,
+                "verdict",
+                &format!("{}, the state before the search and after it:", self.verdict),
+            )?;
+        } else {
+            line(f, "verdict", &self.verdict.to_string())?;
+            moving(f, &self.moving)?;
         }
-        line(f, "verdict", &self.verdict.to_string())?;
-        moving(f, &self.moving)?;
         if let Some(displacement) = displacement {
             line(f, "displacement", &largest(displacement, "m"))?;
         }

@@ -9,6 +9,8 @@ use crate::deck::{Damping, Deck, History, Joint, Material};
 const SOFTEST: f64 = 1e5;
 /// Densities below this are those of foam `[kg/m³]`.
 const LIGHTEST: f64 = 100.0;
+/// Standard gravity `[m/s²]`.
+const GRAVITY: f64 = 9.81;
 /// Angles of friction below this are rather coefficients `[degrees]`.
 const SMALLEST: f64 = 2.0;
 /// Strengths, tractions and pressures below this are next to nothing `[Pa]`.
@@ -124,9 +126,13 @@ fn modulus(of: &str, young: f64) -> Option<String> {
 }
 
 fn mass(of: &str, density: f64) -> Option<String> {
-    let meant = shifted(density, 3);
+    let (unit, meant) = match density {
+        // Rock weighs 15 to 35 kN/m³, and no more than 8 t/m³.
+        ..10.0 => ("t/m³", shifted(density, 3)),
+        _ => ("kN/m³", (density * 1e3 / GRAVITY).round()),
+    };
     (density < LIGHTEST).then(|| {
-        format!("{of}: `density` is {density} kg/m³: {density} t/m³ would be written {meant}")
+        format!("{of}: `density` is {density} kg/m³: {density} {unit} would be written {meant}")
     })
 }
 
