@@ -16,7 +16,7 @@ fn free_energy(run: &Run) -> [f64; 3] {
         ["kinetic", "strain_bodies", "strain_joints", "external_work"].map(column);
     let all = (0..kinetic.len()).map(|i| kinetic[i] + bodies[i] + joints[i] - work[i]);
     let [first, last] =
-        [all.clone().next(), all.clone().last()].map(|energy| energy.expect("a row"));
+        [all.clone().next(), all.clone().next_back()].map(|energy| energy.expect("a row"));
     [all.fold(0.0, f64::max), first, last]
 }
 
