@@ -1,6 +1,6 @@
 //! Blocks that meet make no energy, whatever their contact, mesh and rock.
 
-use ddem_core::deck::{Body, Damping, TimeStep};
+use ddem_core::deck::{BlockSet, Body, Damping, TimeStep};
 use ddem_core::{Deck, Model, Simulation};
 use nalgebra::{Rotation3, Unit, Vector3};
 
@@ -134,5 +134,35 @@ fn cubes_that_hit_each_other_make_no_energy() {
         let mut deck = turned(cubes.clone(), skew, angle);
         (deck.blocks[0].body, deck.blocks[1].body) = (body[0], body[1]);
         hit(case, &format!("{angle}°, {body:?}"), &deck);
+    }
+}
+
+/// A deformable block and a rigid one over a joint without strength: what one gains the other loses.
+#[test]
+fn blocks_of_both_kinds_keep_their_momentum_when_their_joint_breaks() {
+    let case = of("meet_toss");
+    for rigid in [0, 1] {
+        for thickness in [0.0001, 0.01] {
+            let text = edited(&example(case.deck), "[0.0, 0.0, -9.81]", "[0.0, 0.0, 0.0]");
+            let text = edited(&text, "velocity = [0.0, 0.0, 1.0]", "velocity = [0.0, 0.0, -1.0]");
+            let text = edited(&text, "thickness = 0.01 ", &format!("thickness = {thickness} "));
+            let mut deck = deck(&edited(&text, "divisions = 3", "divisions = 1"));
+            deck.fix.clear();
+            let mut set = deck.blocks[0].clone();
+            (set.size, set.count) = (Some([1.0; 3]), Some([1; 3]));
+            let upper = BlockSet { origin: [0.0, 0.0, 1.0 + thickness], ..set.clone() };
+            deck.blocks = vec![set, upper];
+            deck.blocks[rigid].body = Body::Rigid;
+            let mut simulation = Simulation::new(Model::new(&deck).expect("a model"));
+            simulation.start(Damping::None, TimeStep::Auto, None).expect("a start");
+            let before = invariants(&mut simulation).0;
+            for _ in 0..400 {
+                simulation.step().expect("a step");
+            }
+            assert!(simulation.failed_pairs() != [0; 2]);
+            let off = (invariants(&mut simulation).0 - before).norm() / before.norm();
+            let what = format!("block {rigid} rigid, joint of {} mm", 1e3 * thickness);
+            check(case, &format!("momentum, {what} [part]"), 0.0, off, Absolute(1e-12));
+        }
     }
 }

@@ -44,6 +44,8 @@ impl Simulation {
     /// Whether pairs fail, or nearly do, when everything moves on for a time `[s]` as it does now, or as far the
     /// other way: what closes springs back.
     pub(super) fn fails_within(&mut self, time: f64) -> bool {
+        // Forces are those of a trial from here on.
+        self.measured = None;
         let mut v = self.state.v.clone();
         for (index, pack) in self.model.packs.packs.iter().enumerate() {
             let held = &self.active.supports[self.active.supports_of(index)];

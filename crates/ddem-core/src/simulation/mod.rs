@@ -371,7 +371,7 @@ impl Simulation {
             gravity: (self.model.gravity * gravity).into(),
             velocities: &self.velocities,
             sliding: &self.sliding,
-            failing: (!self.motion.fictitious).then_some(1.0),
+            failing: (!self.motion.fictitious && !self.holds).then_some(1.0),
             turning: self.model.can_meet(),
             undamped,
             waits: false,

@@ -220,7 +220,13 @@ impl Simulation {
         let State { time, impact_until, .. } = &mut self.state;
         if impact_until.take_if(|until| *time >= *until).is_some() {
             let critical = self.damping.stable_step(self.critical_step()?);
+            let failed = self.state.failed;
             self.change_step(self.present_part() * critical);
+            if self.state.failed != failed {
+                // Pairs have failed just now, for which this step may be too long.
+                let safe = self.broken_step(self.damping)?;
+                self.slow_down(safe);
+            }
         }
         Ok(())
     }
@@ -243,7 +249,8 @@ impl Simulation {
             step = left / steps;
             self.state.last_step = self.state.steps.saturating_add(steps as u64);
         }
-        if was_half {
+        // A shift of the deformable blocks alone would push them against rigid ones, and momentum with it.
+        if was_half && self.model.packs.rigid == 0 {
             self.keep_energy(&last, step / old);
         }
         self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
