@@ -49,8 +49,6 @@ pub(crate) struct State {
     pub(crate) last_step: u64,
     /// The time step was not given but chosen.
     pub(crate) automatic: bool,
-    /// Until when it is short because the stage starts with an impact `[s]`.
-    pub(crate) impact_until: Option<f64>,
     /// Steps since the start of the run.
     pub(crate) steps: u64,
     /// The stage that is running, by its number in the deck.
@@ -149,7 +147,6 @@ impl State {
             end: f64::INFINITY,
             last_step: u64::MAX,
             automatic: false,
-            impact_until: None,
             steps: 0,
             stage: 0,
             dug: 0,

@@ -43,7 +43,6 @@ impl Simulation {
             end,
             last_step,
             automatic,
-            impact_until,
             steps,
             stage,
             dug,
@@ -92,7 +91,6 @@ impl Simulation {
             fills.iter().flat_map(|fill| [row(fill.began), row(fill.left)]).flatten().collect(),
         );
         put("way", vec![*way]);
-        put("impact_until", impact_until.iter().copied().collect());
         put("damping", vec![damping_number(self.damping)]);
         let Work { loads, supports, damping, friction, fracture, contact, most } = *work;
         put("work", vec![loads, supports, damping, friction, fracture, contact, most]);
@@ -192,7 +190,6 @@ impl Simulation {
         state.whole = count("whole")? == 1;
         (state.end, state.automatic) = (end, count("automatic")? == 1);
         state.last_step = count("last_step")?;
-        state.impact_until = array("impact_until")?.first().copied();
         state.work = Work { loads, supports, damping: damped, friction, fracture, contact, most };
         state.failed = [count("failed_shear")?, count("failed_tension")?];
         state.contacts = contacts::restore(&simulation.model, saved)?;

@@ -213,7 +213,6 @@ impl Simulation {
         if self.critical_steps[0].is_none() {
             self.check_step()?;
         }
-        self.leave_impact()?;
         // An automatic step becomes shorter before the first failure.
         let waits = self.state.automatic && self.state.failed == [0; 2];
         let done = match self.try_step(waits)? {
@@ -340,7 +339,7 @@ impl Simulation {
     }
 
     /// Factors of the loads and velocities of the supports for the next step.
-    pub(crate) fn take_factors(&mut self) -> Result<(), RunError> {
+    fn take_factors(&mut self) -> Result<(), RunError> {
         let State { stage, time, stage_starts, .. } = &self.state;
         let half = time + 0.5 * self.motion.time_step;
         let conditions = &self.model.conditions;

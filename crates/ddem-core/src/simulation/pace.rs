@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::iter::zip;
+use std::mem;
 use std::sync::atomic::Ordering;
 
 use super::Simulation;
@@ -10,8 +11,8 @@ use crate::deck::{Damping, Stage, TimeStep};
 use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
-use crate::pack::Pack;
 use crate::state::State;
+use crate::step::Poses;
 use crate::timestep::largest_eigenvalue;
 
 /// Part of the critical step that `"auto"` takes (§6).
@@ -25,9 +26,9 @@ const BROKEN_SAFETY: f64 = 0.8;
 /// loses some per cent of the energy.
 const RESOLVED: f64 = 0.25;
 
-/// Part of an automatic step that is taken while an impact at the start of a stage goes through the joints
-/// that it breaks, and for how many automatic steps that is so: half a vibration of a thin joint is over then.
-const IMPACT: (f64, f64) = (0.125, 4.0);
+/// Critical steps within which motion at the start of a stage must not break joints, for a step that is to become
+/// shorter when they fail: the accelerations of a shock are too large for that change.
+const AHEAD: f64 = 20.0;
 
 /// Part of the critical step below which a step, or a duration, is a mistake, and its inverse may
 /// overflow.
@@ -142,11 +143,9 @@ impl Simulation {
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
         }
-        let impact = time_step == TimeStep::Auto && self.starts_with_impact(critical)?;
-        let (part, lasts) = if impact { IMPACT } else { (1.0, 0.0) };
-        let automatic = self.present_part() * critical;
         let step = match time_step {
-            TimeStep::Auto => part * automatic,
+            TimeStep::Auto if self.soon_fails(critical)? => self.broken_step(damping)?,
+            TimeStep::Auto => self.present_part() * critical,
             TimeStep::Seconds(step) if step > largest => {
                 return Err(RunError::TimeStep { time_step: step, critical: largest });
             }
@@ -162,7 +161,6 @@ impl Simulation {
             _ => step,
         };
         self.state.automatic = time_step == TimeStep::Auto;
-        self.state.impact_until = impact.then_some(self.state.time + lasts * automatic);
         self.state.end = self.state.time + duration.unwrap_or(f64::INFINITY);
         let whole = duration.map_or(u64::MAX, |_| steps as u64);
         self.state.last_step = self.state.steps.saturating_add(whole);
@@ -188,8 +186,7 @@ impl Simulation {
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.breaks();
         let safe = self.broken_step(self.damping)?;
-        self.slow_down(safe);
-        Ok(())
+        self.slow_down(safe)
     }
 
     /// After an excavation: whether the step that was set is stable in what is left. One that was chosen
@@ -199,8 +196,9 @@ impl Simulation {
         let largest = self.damping.stable_step(self.critical(false)?);
         let time_step = self.motion.time_step;
         if self.state.automatic {
-            self.slow_down(self.present_part() * critical);
-        } else if time_step > largest {
+            return self.slow_down(self.present_part() * critical);
+        }
+        if time_step > largest {
             // To be said at the next step, too.
             self.critical_steps = [None; 2];
             return Err(RunError::TimeStep { time_step, critical: largest });
@@ -208,103 +206,101 @@ impl Simulation {
         Ok(())
     }
 
-    /// Steps of this length, unless they are that short.
-    fn slow_down(&mut self, safe: f64) {
-        if self.motion.time_step > safe {
-            self.change_step(safe);
+    /// Makes the steps at most this long `[s]`. Velocities go on for half of the old step and half of the new one
+    /// under the present forces; pairs that are about to fail have failed by then.
+    fn slow_down(&mut self, longest: f64) -> Result<(), RunError> {
+        let old = self.motion.time_step;
+        if old <= longest {
+            return Ok(());
         }
-    }
-
-    /// Automatic steps have their own length again once the impact at the start of the stage is over.
-    pub(super) fn leave_impact(&mut self) -> Result<(), RunError> {
-        let State { time, impact_until, .. } = &mut self.state;
-        if impact_until.take_if(|until| *time >= *until).is_some() {
-            let critical = self.damping.stable_step(self.critical_step()?);
-            let failed = self.state.failed;
-            self.change_step(self.present_part() * critical);
-            if self.state.failed != failed {
-                // Pairs have failed just now, for which this step may be too long.
-                let safe = self.broken_step(self.damping)?;
-                self.slow_down(safe);
-            }
-        }
-        Ok(())
-    }
-
-    /// Steps of at most this length. The velocities of the last half step go on with the present forces for
-    /// half of each of the two steps; pairs that are about to fail have failed then. What the scheme's measure
-    /// of energy still gains or loses stays in the balance.
-    fn change_step(&mut self, longest: f64) {
-        let (was_half, initial) = (!self.state.whole, self.initial_energy);
-        let (old, last) = (self.motion.time_step, self.state.v.clone());
-        let damped = self.state.failed;
+        let initial = self.initial_energy;
+        let last = (!self.state.whole).then(|| (self.state.v.clone(), self.state.poses.clone()));
+        let before = self.state.failed;
         self.settle();
         // Blocks that slide from now on are damped from the next step on.
-        let failed = std::mem::replace(&mut self.state.failed, damped);
-        let left = self.state.end - self.state.time;
-        let mut step = longest;
-        // Programs may go on beyond the end.
-        if left.is_finite() && left > 0.0 {
-            let steps = whole_steps(left, longest);
-            step = left / steps;
-            self.state.last_step = self.state.steps.saturating_add(steps as u64);
-        }
-        // A shift of the deformable blocks alone would push them against rigid ones, and momentum with it.
-        if was_half && self.model.packs.rigid == 0 {
-            self.keep_energy(&last, step / old);
+        let failed = mem::replace(&mut self.state.failed, before);
+        let step = self.fill_up(longest);
+        if let Some(last) = &last {
+            self.keep_energy(last, step / old);
         }
         self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
         self.state.origin = (self.state.time, self.state.steps);
-        // Forces change at once now: they must not do so in the middle of a step.
-        if was_half {
+        if last.is_some() {
             self.unsettle();
         }
         self.state.failed = failed;
+        // What the scheme's measure of energy still gains or loses stays in the balance.
         self.initial_energy = initial;
         self.measured = None;
+        if failed == before {
+            return Ok(());
+        }
+        let safe = self.broken_step(self.damping)?;
+        self.slow_down(safe)
+    }
+
+    /// The longest step, at most this long, of which whole ones fill what is left of the duration `[s]`.
+    fn fill_up(&mut self, longest: f64) -> f64 {
+        let left = self.state.end - self.state.time;
+        // Programs may go on beyond the end.
+        if !left.is_finite() || left <= 0.0 {
+            return longest;
+        }
+        let steps = whole_steps(left, longest);
+        self.state.last_step = self.state.steps.saturating_add(steps as u64);
+        left / steps
     }
 
     /// Takes velocities a little before or after the present time, so that a step which becomes `ratio` times as
-    /// long leaves the scheme's energy `½ v⁻ m v⁺ + U` of the deformable blocks as it is: with `d` the half of
-    /// what a step changes velocities by, `v + κ d` has `κ Σ v m d + ½ κ² Σ d m d` more, and the new step
-    /// `½ (1 − ratio²) Σ d m d`. Both are right to the same order where κ is at most what the step changes by.
-    fn keep_energy(&mut self, last: &[Lanes], ratio: f64) {
-        let model = &self.model;
-        let deformable = || model.packs.packs.iter().enumerate().filter(|(_, pack)| !pack.rigid);
-        let place =
-            |pack: &Pack| 3 * pack.start..3 * (pack.start + model.packs.shape_of(pack).nodes);
+    /// long, a shorter one, leaves the scheme's energy `½ v⁻ m v⁺ + U` as it is. With `d` the half of what a step
+    /// changes velocities by, `v + κ d` has `κ Σ v m d + ½ κ² Σ d m d` more, and the new step
+    /// `½ (1 − ratio²) Σ d m d`. Velocities are right to the same order for every |κ| up to `1 − ratio`.
+    fn keep_energy(&mut self, (last, poses): &(Vec<Lanes>, Vec<Poses>), ratio: f64) {
+        let Self { model, state, .. } = self;
         let [mut power, mut square] = [0.0; 2];
-        for (index, pack) in deformable() {
+        for (index, pack) in model.packs.packs.iter().enumerate() {
+            if pack.rigid {
+                let (now, last) = (&state.poses[pack.rigid_start], &poses[pack.rigid_start]);
+                let matter = &model.assembly.rigid[pack.rigid_start];
+                for ((now, last), matter) in zip(zip(now, last), matter).take(pack.filled) {
+                    let d = last.further(now);
+                    power += 2.0 * now.kinetic(&d, matter);
+                    square += 2.0 * d.kinetic(&d, matter);
+                }
+                continue;
+            }
             let inertia = &model.assembly.inertia[model.assembly.pack_inertia[index] as usize];
-            for (at, i) in place(pack).enumerate() {
-                for ((v, last), m) in zip(zip(self.state.v[i].0, last[i].0), inertia.mass[at / 3].0)
-                {
+            for at in 0..3 * model.packs.shape_of(pack).nodes {
+                let (now, last) = (state.v[3 * pack.start + at], last[3 * pack.start + at]);
+                for ((v, last), m) in zip(zip(now.0, last.0), inertia.mass[at / 3].0) {
                     power += m * v * (v - last);
                     square += m * (v - last) * (v - last);
                 }
             }
         }
+        let most = 1.0 - ratio;
         let part = shift(power, 0.5 * square, 0.5 * (1.0 - ratio * ratio) * square);
-        let most = (1.0 - ratio).abs();
         let part = part.clamp(-most, most);
-        for (_, pack) in deformable() {
-            for i in place(pack) {
-                let now = self.state.v[i].0;
-                let later = |l: usize| now[l] + part * (now[l] - last[i].0[l]);
-                self.state.v[i] = Lanes(std::array::from_fn(later));
-            }
+        for (v, last) in zip(&mut state.v, last) {
+            *v = Lanes(std::array::from_fn(|l| v.0[l] + part * (v.0[l] - last.0[l])));
+        }
+        for (pose, last) in zip(state.poses.as_flattened_mut(), poses.as_flattened()) {
+            let d = last.further(pose);
+            pose.velocity += d.velocity * part;
+            pose.momentum += d.momentum * part;
         }
         self.measured = None;
     }
 
-    /// Whether what moves at the start of a stage breaks joints in its first steps, as far as the strains of
-    /// one critical step tell.
-    fn starts_with_impact(&mut self, critical: f64) -> Result<bool, RunError> {
+    /// True where the motion at the start of a stage breaks the first joints within some steps of this length
+    /// `[s]`, if it goes on as it is.
+    fn soon_fails(&mut self, step: f64) -> Result<bool, RunError> {
         if !self.state.whole || self.state.failed != [0; 2] || !self.model.can_fail() {
             return Ok(false);
         }
-        self.take_factors()?;
-        Ok(self.fails_within(critical))
+        let State { time, stage_starts, .. } = &self.state;
+        let velocities = self.model.conditions.velocities(time + 0.5 * step, stage_starts)?;
+        Ok(self.fails_within(AHEAD * step, &velocities))
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it

@@ -221,7 +221,7 @@ fn joints_that_became_contacts_are_marked() {
     assert_eq!(pair_field(&mut simulation, "released"), [0.0; 4]);
     let started = simulation.start(Damping::Mass(1.0), TimeStep::Auto, Some(0.9));
     started.unwrap_or_else(|error| panic!("{error}"));
-    let mut slid_before = false;
+    let (mut slid_before, mut pressed) = (false, Vec::new());
     while simulation.steps_left() != Some(0) {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));
         if simulation.steps().is_multiple_of(20) {
@@ -230,13 +230,17 @@ fn joints_that_became_contacts_are_marked() {
             slid_before |= pair_field(&mut simulation, "state") == [1.0; 4] && released == [0.0; 4];
             // Either the joint acts, or a contact.
             assert!(released == [0.0; 4] && contacts.is_empty() || released == [1.0; 4]);
+            if simulation.time() > 0.5 {
+                pressed.push(contacts.iter().map(|contact| contact.force[2]).sum::<f64>());
+            }
         }
     }
     assert!(slid_before, "the joint was let go before it slid");
     assert_eq!(pair_field(&mut simulation, "released"), [1.0; 4]);
     assert_eq!(pair_field(&mut simulation, "state"), [1.0; 4]);
     assert_eq!(pair_field(&mut simulation, "traction"), [0.0; 12]);
-    let pressed: f64 = simulation.contacts().iter().map(|contact| contact.force[2]).sum();
+    // The weight came at once: the block rocks.
+    let mean = pressed.iter().sum::<f64>() / pressed.len() as f64;
     let weight = 2400.0 * 0.5 * 8.66;
-    assert!(pressed < -0.5 * weight, "{pressed}");
+    assert!((mean / weight + 1.0).abs() < 0.1, "{mean} {weight}");
 }
