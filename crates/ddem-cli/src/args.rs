@@ -3,7 +3,8 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use ddem_core::Simd;
 use ddem_core::deck::names;
 use ddem_io::folder::Earlier;
@@ -163,6 +164,19 @@ impl Run {
     }
 }
 
+/// The error of a second word in plain English: it is a misspelt command, or a second deck.
+pub(crate) fn explained(error: clap::Error) -> clap::Error {
+    match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(word)) if error.kind() == ErrorKind::ArgumentConflict => {
+            Cli::command().error(
+                ErrorKind::ArgumentConflict,
+                format!("unexpected `{word}`: ddem runs one deck, and its commands are schema, info and plot"),
+            )
+        }
+        _ => error,
+    }
+}
+
 fn threads(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(threads @ 1..=MOST_THREADS) => Ok(threads),
@@ -207,7 +221,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        use clap::CommandFactory;
         Cli::command().debug_assert();
     }
 

@@ -90,7 +90,7 @@ fn main() -> ExitCode {
 }
 
 fn command() -> Result<Ending, Failure> {
-    let cli = Cli::try_parse().map_err(Failure::CommandLine)?;
+    let cli = Cli::try_parse().map_err(|error| Failure::CommandLine(args::explained(error)))?;
     match (cli.command, cli.run) {
         (None, Some(run)) if run.check => check(&run),
         (None, Some(run)) => run_deck(&run),

@@ -111,7 +111,9 @@ fn wrong_options() {
     assert!(stderr.contains("this machine has `baseline`"), "{stderr}");
     assert!(refused("column.toml --out").contains("--out <DIR>"));
     assert!(refused("column.toml --thread 2").contains("a similar argument exists: '--threads'"));
-    assert!(refused("column.toml other.toml").contains("other.toml"));
+    for line in ["column.toml other.toml", "column.toml info", "inf column"] {
+        assert!(refused(line).contains("ddem runs one deck, and its commands are"), "{line}");
+    }
 }
 
 #[test]
