@@ -9,6 +9,24 @@ use crate::history::Function;
 use crate::law::JointLaw;
 use crate::sliding::Sliding;
 
+/// Normal tractions at which a law is tried before it is taken `[Pa]`.
+const TRIED: [f64; 4] = [0.0, -1e3, -1e6, -1e8];
+
+/// Refuses a law of which a strength is negative or not a number: a joint would never fail, silently.
+fn check(law: &dyn JointLaw) -> Result<(), String> {
+    let at = |what, value: f64, normal: Option<f64>| match normal {
+        _ if value >= 0.0 => Ok(()),
+        Some(normal) => Err(format!("{what}({normal}) is {value}, expected 0 Pa or more")),
+        None => Err(format!("{what}() is {value}, expected 0 or more")),
+    };
+    at("tension", law.tension(), None)?;
+    at("tan_contact_friction", law.tan_contact_friction(), None)?;
+    TRIED.into_iter().try_for_each(|normal| {
+        at("peak", law.peak(normal), Some(normal))?;
+        at("residual", law.residual(normal), Some(normal))
+    })
+}
+
 impl Model {
     /// The model of the same deck before its first stage, with the laws and histories that a program has given
     /// to this one.
@@ -38,11 +56,12 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// No joint has that name.
+    /// No joint has that name; a strength of the law is negative or not a number.
     pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
         let Some(index) = self.deck.joints.keys().position(|name| name == joint) else {
             return Err(Fault::new(format!("joints.{joint}"), "no joint has this name"));
         };
+        check(&*law).map_err(|why| Fault::new(format!("joints.{joint}"), why))?;
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));
         let can = (&self.laws, self.contact.as_ref());

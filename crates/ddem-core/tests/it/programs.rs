@@ -229,6 +229,36 @@ impl JointLaw for Friction {
     }
 }
 
+/// Cohesion that a program has computed.
+#[derive(Debug)]
+struct Cohesion(f64);
+
+impl JointLaw for Cohesion {
+    fn tension(&self) -> f64 {
+        0.0
+    }
+
+    fn peak(&self, _: f64) -> f64 {
+        self.0
+    }
+
+    fn residual(&self, _: f64) -> f64 {
+        0.0
+    }
+}
+
+#[test]
+fn laws_without_a_strength_are_refused() {
+    let mut model = model(&deck([1, 1, 2], [2.0, 2.0, 1.0], 1, 0.01));
+    for (cohesion, told) in [(f64::NAN, "NaN"), (-2.5, "-2.5")] {
+        let refused =
+            model.set_law("seam", Arc::new(Cohesion(cohesion))).map_err(|e| e.to_string());
+        let expected = format!("joints.seam: peak(0) is {told}, expected 0 Pa or more");
+        assert_eq!(refused, Err(expected));
+    }
+    assert!(model.set_law("seam", Arc::new(Cohesion(f64::INFINITY))).is_ok());
+}
+
 /// Factor of safety of a slab on a held one, whose joint has friction of 35°.
 fn safety(deck: &Deck, function: Option<Arc<Function>>) -> f64 {
     let mut model = model(deck);
