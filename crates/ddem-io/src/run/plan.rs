@@ -4,14 +4,16 @@ use std::fmt;
 use std::time::Instant;
 
 use ddem_core::Simulation;
-use ddem_core::deck::{Stage, StageKind, TimeStep};
+use ddem_core::deck::{Search, Stage, StageKind, TimeStep};
 
 /// What a stage will take.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
     /// Name of the stage.
     pub name: String,
-    /// Steps; the most, in relaxation.
+    /// Trials of a safety stage, at most; 0 in others.
+    pub trials: u64,
+    /// Steps; the most, in a relaxation.
     pub steps: u64,
     /// Time step `[s]`; 0 in relaxation.
     pub time_step: f64,
@@ -26,7 +28,9 @@ impl Plan {
     pub(super) fn new(stage: &Stage, part: f64, critical_step: f64) -> Self {
         let name = stage.name.clone();
         if stage.kind != StageKind::Dynamic {
-            return Self { name, steps: stage.max_steps.unwrap_or(200_000), ..Self::default() };
+            let trials = if stage.kind == StageKind::Safety { trials(&stage.search()) } else { 0 };
+            let steps = stage.max_steps.unwrap_or(200_000);
+            return Self { name, trials, steps, ..Self::default() };
         }
         let time_step = match stage.time_step {
             Some(TimeStep::Seconds(step)) => step,
@@ -34,6 +38,16 @@ impl Plan {
         };
         Self { name, steps: steps(stage, time_step), time_step, ..Self::default() }
     }
+}
+
+/// Trials after which a search ends: two at the ends of the bracket, then two that leave a third of it.
+fn trials(search: &Search) -> u64 {
+    let [stable, unstable] = search.bracket;
+    let (mut trials, mut ratio) = (2, unstable / stable);
+    while ratio > 1.0 && unstable * (1.0 - 1.0 / ratio) > search.resolution {
+        (trials, ratio) = (trials + 2, ratio.cbrt());
+    }
+    trials
 }
 
 fn steps(stage: &Stage, time_step: f64) -> u64 {
@@ -73,15 +87,16 @@ fn pace(simulation: &mut Simulation) -> [f64; 2] {
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, steps, time_step, broken, seconds } = self;
+        let Self { name, trials, steps, time_step, broken, seconds } = self;
         if *time_step == 0.0 {
             // The most steps that it may take say nothing of how long it will take.
             let each = seconds / *steps as f64;
             let time = wall_time(1000.0 * each);
-            return write!(
-                f,
-                "stage {name}: until forces balance, about {time} for each 1000 steps"
-            );
+            write!(f, "stage {name}: ")?;
+            if *trials > 0 {
+                write!(f, "at most {trials} trials, each ")?;
+            }
+            return write!(f, "until forces balance, about {time} for each 1000 steps");
         }
         write!(f, "stage {name}: {steps} steps of {time_step:.4e} s")?;
         if let Some((steps, time_step)) = broken {
@@ -99,5 +114,18 @@ fn wall_time(seconds: f64) -> String {
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
         s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trials_of_a_search_are_known() {
+        // A third of the logarithm of what is left for each two: ln 3 / 3⁶ is below 0.005 / 3, ln 3.75 / 3⁶ above.
+        for (bracket, expected) in [([1.0, 3.0], 14), ([0.8, 3.0], 16), ([1.0, 1.004], 2)] {
+            assert_eq!(trials(&Search { bracket, ..Search::default() }), expected, "{bracket:?}");
+        }
     }
 }
