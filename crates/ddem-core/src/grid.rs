@@ -72,7 +72,7 @@ fn spacing(boxes: &[Bounds], sound: &[u32]) -> f64 {
         let high = sound.iter().map(|&i| boxes[i as usize][0][d]).fold(f64::NEG_INFINITY, f64::max);
         high - low
     };
-    [0, 1, 2].map(span).into_iter().fold(0.0, f64::max) / (sound.len() as f64).cbrt()
+    [0, 1, 2].map(span).into_iter().fold(0.0, f64::max) / libm::cbrt(sound.len() as f64)
 }
 
 /// The cell that a point is in. Not decreasing with any coordinate, whatever is rounded or beyond

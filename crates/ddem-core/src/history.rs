@@ -77,14 +77,14 @@ impl Duvall {
     #[must_use]
     pub fn peak(&self) -> f64 {
         let Self { alpha, beta } = self;
-        (beta / alpha).ln() / (beta - alpha)
+        libm::log(beta / alpha) / (beta - alpha)
     }
 
     fn factor(&self, time: f64) -> f64 {
         if time <= 0.0 {
             return 0.0;
         }
-        let bare = |time: f64| (-self.alpha * time).exp() - (-self.beta * time).exp();
+        let bare = |time: f64| libm::exp(-self.alpha * time) - libm::exp(-self.beta * time);
         bare(time) / bare(self.peak())
     }
 }

@@ -79,7 +79,7 @@ impl Simulation {
                 break;
             }
             let ratio = unstable / stable;
-            let thirds = [1.0, 2.0].map(|third| stable * ratio.powf(third / 3.0));
+            let thirds = [1.0, 2.0].map(|third| stable * libm::pow(ratio, third / 3.0));
             // No number is between them that is fine enough.
             if !(stable < thirds[0] && thirds[1] < unstable) {
                 break;
@@ -161,10 +161,10 @@ impl Simulation {
         let numbers = deck.joints.keys().enumerate().filter(|(_, name)| search.divides(name));
         let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();
         let laws = trial.model.laws.clone();
-        let parts = (factor.ln() / PART.ln()).ceil().max(1.0);
+        let parts = (libm::log(factor) / libm::log(PART)).ceil().max(1.0);
         let (mut steps, mut part) = (0, 1.0);
         let verdict = loop {
-            let divisor = if part < parts { factor.powf(part / parts) } else { factor };
+            let divisor = if part < parts { libm::pow(factor, part / parts) } else { factor };
             trial.model.laws.clone_from(&laws);
             trial.reduce_strengths(&reduced(&self.model, search, divisor), &numbers, divisor);
             trial.start_relaxation(1)?;
@@ -204,7 +204,8 @@ fn reduced(model: &Model, search: &Search, factor: f64) -> Deck {
     if search.joints.is_none() {
         let alone = model.laws.iter().all(Option::is_none);
         let friction = reduced.contact.friction.or(alone.then_some(FRICTION));
-        let divided = |degrees: f64| (degrees.to_radians().tan() / factor).atan().to_degrees();
+        let divided =
+            |degrees: f64| libm::atan(libm::tan(degrees.to_radians()) / factor).to_degrees();
         reduced.contact.friction = friction.map(divided);
     }
     reduced

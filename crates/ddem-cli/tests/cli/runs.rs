@@ -127,6 +127,62 @@ fn results_depend_neither_on_threads_nor_on_the_instruction_set() {
     }
 }
 
+/// The system's library chooses its functions by processor; results do not depend on it.
+#[test]
+#[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
+fn results_do_not_depend_on_the_processor() {
+    let desk = Desk::new();
+    let thrown = "
+[model]
+gravity = [0, 0, -9.81]
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[joints.seam]
+normal_stiffness = 1e10
+shear_stiffness = 1e10
+residual_friction = 25
+jrc = 8
+jcs = 60e6
+[[blocks]]
+size = [4, 3, 3]
+count = [4, 3, 3]
+divisions = 1
+dip = 20
+dip_direction = 65
+material = 'rock'
+joint = 'seam'
+[[blocks]]
+origin = [-6, -2, 6]
+size = [2, 1, 1]
+count = [2, 1, 1]
+body = 'rigid'
+material = 'rock'
+joint = 'seam'
+[[initial]]
+where = { z = [5.9, 8] }
+spin = [3, 2, 1]
+[[load]]
+where = { x = [-9, 9], z = [-3, 0] }
+force = [1e3, 0, 0]
+history = { duvall = { alpha = 100, beta = 900 } }
+[[stage]]
+name = 'fly'
+kind = 'dynamic'
+duration = 0.05
+frames = 2
+";
+    desk.write("thrown.toml", thrown);
+    let run = |tunables: &str| {
+        let ran = desk.command("thrown.toml --overwrite").env("GLIBC_TUNABLES", tunables).output();
+        let ran = ran.unwrap();
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        ["energy.csv", "blocks.vtkhdf"].map(|name| desk.read(&format!("results/thrown/{name}")))
+    };
+    assert!(run("") == run("glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX512F"));
+}
+
 #[test]
 fn a_folder_that_cannot_be_written_is_refused() {
     let desk = Desk::with(&[SHAKE]);

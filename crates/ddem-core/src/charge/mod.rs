@@ -52,7 +52,7 @@ impl Gas {
     /// Its pressure as a part of the charge's.
     fn part(&self, first: f64, grown: f64) -> f64 {
         let own = if self.given { first } else { self.own };
-        (own / self.volume(first, grown)).powf(self.gamma)
+        libm::pow(own / self.volume(first, grown), self.gamma)
     }
 }
 
@@ -214,7 +214,7 @@ impl Charge {
         let mut areas = still.clone();
         self.shells.iter().for_each(|shell| shell.add_areas(&self.start, at, &mut areas));
         let own = if gas.given { first } else { gas.own };
-        Some((gas.gamma * self.pressure * (own / volume).powf(gas.gamma) / volume, areas))
+        Some((gas.gamma * self.pressure * libm::pow(own / volume, gas.gamma) / volume, areas))
     }
 
     /// Volume that its gas has at first, and by how much that has grown `[m³]`.

@@ -346,7 +346,7 @@ fn are_parallel(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
     let edge = |quad: &[[f64; 2]; 4], to: usize| [0, 1].map(|c| quad[to][c] - quad[0][c]);
     let sine = |x: [f64; 2], y: [f64; 2]| {
         let cross = x[0] * y[1] - x[1] * y[0];
-        cross.abs() / (x[0].hypot(x[1]) * y[0].hypot(y[1]))
+        cross.abs() / (libm::hypot(x[0], x[1]) * libm::hypot(y[0], y[1]))
     };
     let same = |along: usize, other: usize| sine(edge(a, along), edge(b, other)) < PARALLEL;
     (same(1, 1) && same(3, 3)) || (same(1, 3) && same(3, 1))

@@ -64,7 +64,7 @@ pub(crate) struct Skins {
 impl Skins {
     pub(crate) fn new(deck: &Deck, laws: &Laws, geometry: &Geometry) -> Self {
         let contact = &deck.contact;
-        let tan = |degrees: f64| degrees.to_radians().tan();
+        let tan = |degrees: f64| libm::tan(degrees.to_radians());
         let mut skins = Self {
             kinds: Vec::new(),
             of_block: Vec::with_capacity(geometry.bodies.len()),
@@ -239,7 +239,7 @@ impl Skins {
         Both {
             skin: a.thickness + b.thickness,
             stiffness: [normal, self.shear.unwrap_or(shear)],
-            tan_friction: tan_friction.unwrap_or_else(|| FRICTION.to_radians().tan()),
+            tan_friction: tan_friction.unwrap_or_else(|| libm::tan(FRICTION.to_radians())),
             dashpot: self.dashpot(normal, mass),
         }
     }

@@ -51,7 +51,7 @@ impl ContactTable {
             return self.damping;
         };
         let rebound =
-            |ratio: f64| (-2.0 * ratio * ratio.acos() / (1.0 - ratio * ratio).sqrt()).exp();
+            |ratio: f64| libm::exp(-2.0 * ratio * libm::acos(ratio) / (1.0 - ratio * ratio).sqrt());
         if restitution <= CRITICAL {
             return Some(1.0);
         }

@@ -41,7 +41,7 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
         90.0 => (1.0, 0.0),
         180.0 => (0.0, -1.0),
         270.0 => (-1.0, 0.0),
-        other => other.to_radians().sin_cos(),
+        other => libm::sincos(other.to_radians()),
     }
 }
 

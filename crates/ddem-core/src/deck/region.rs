@@ -132,7 +132,7 @@ impl Plane {
         let Some(normal) = self.normal else {
             return normal_of(self.dip.unwrap_or(0.0), self.dip_direction.unwrap_or(0.0));
         };
-        let length = normal.iter().fold(0.0_f64, |length, part| length.hypot(*part));
+        let length = normal.iter().fold(0.0_f64, |length, part| libm::hypot(length, *part));
         normal.map(|part| part / length)
     }
 }

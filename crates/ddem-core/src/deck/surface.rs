@@ -25,7 +25,7 @@ impl Triangles {
             low = [0, 1, 2].map(|k| low[k].min(corner[k]));
             high = [0, 1, 2].map(|k| high[k].max(corner[k]));
         }
-        let size = (0..3).fold(0.0_f64, |size, k| size.hypot(high[k] - low[k]));
+        let size = (0..3).fold(0.0_f64, |size, k| libm::hypot(size, high[k] - low[k]));
         let mut welder = Welder { low, reach: WELDED * size, ..Welder::default() };
         let numbers = self.0.iter().map(|corners| corners.map(|corner| welder.number(corner)));
         let triangles: Vec<[u32; 3]> =
@@ -69,7 +69,7 @@ impl Welder {
     fn beside(&self, corner: [f64; 3], cell: [i64; 3]) -> Option<u32> {
         let near = |number: &&u32| {
             let other = self.points[**number as usize];
-            (0..3).fold(0.0_f64, |far, k| far.hypot(corner[k] - other[k])) <= self.reach
+            (0..3).fold(0.0_f64, |far, k| libm::hypot(far, corner[k] - other[k])) <= self.reach
         };
         let around = (0..27_i64)
             .map(|n| [cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1]);

@@ -46,7 +46,7 @@ impl Fragment {
     /// Equivalent size, the edge of a cube of its volume, `V^(1/3)` `[m]`.
     #[must_use]
     pub fn size(&self) -> f64 {
-        self.volume.cbrt()
+        libm::cbrt(self.volume)
     }
 
     /// The number of its blocks and all else, in the order of [`NAMES`](Self::NAMES).

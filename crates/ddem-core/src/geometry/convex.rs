@@ -24,9 +24,9 @@ impl Convex {
         let across = Vec3::ith(axis.iamin(), 1.0).cross(&axis).normalize();
         let third = axis.cross(&across);
         let step = std::f64::consts::TAU / SIDES as f64;
-        let reach = radius * (step / step.sin()).sqrt();
+        let reach = radius * (step / libm::sin(step)).sqrt();
         let at = |k: usize| {
-            let (sine, cosine) = (step * (k % SIDES) as f64).sin_cos();
+            let (sine, cosine) = libm::sincos(step * (k % SIDES) as f64);
             (across * cosine + third * sine) * reach
         };
         let side = |k| vec![from + at(k), from + at(k + 1), to + at(k + 1), to + at(k)];
@@ -84,7 +84,7 @@ fn lid(normal: &Vec3, rim: Vec<Vec3>) -> Option<Vec<Vec3>> {
     let middle = rim.iter().sum::<Vec3>() / rim.len() as f64;
     let across = (first - middle).try_normalize(0.0)?;
     let third = normal.cross(&across);
-    let angle = |x: &Vec3| (x - middle).dot(&third).atan2((x - middle).dot(&across));
+    let angle = |x: &Vec3| libm::atan2((x - middle).dot(&third), (x - middle).dot(&across));
     let mut lid = rim;
     lid.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
     (lid.len() > 2).then_some(lid)

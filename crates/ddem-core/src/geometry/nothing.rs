@@ -59,7 +59,7 @@ pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fa
     let mut help = RULES.to_owned();
     if let Some((body, node)) = region.nearest(geometry) {
         let size = (geometry.frame.bounds[1] - geometry.frame.bounds[0]).norm();
-        let digits = (4.0 - size.log10().floor()).clamp(0.0, 12.0) as usize;
+        let digits = (4.0 - libm::log10(size).floor()).clamp(0.0, 12.0) as usize;
         let show = |x: Vec3| {
             let [x, y, z] = <[f64; 3]>::from(x).map(|x| format!("{x:.digits$}"));
             format!("[{x}, {y}, {z}]")
@@ -108,7 +108,7 @@ impl Region {
         };
         let off = self.planes.iter().map(|plane| plane.off(x));
         let all: f64 = off.chain((0..3).map(out)).map(|far| far * far).sum();
-        all.sqrt().hypot(self.beyond_shapes(place))
+        libm::hypot(all.sqrt(), self.beyond_shapes(place))
     }
 
     /// How far a point is from the centre of the sphere or the axis of the cylinder, and the radius `[m]`.

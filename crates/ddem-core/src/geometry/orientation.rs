@@ -33,8 +33,8 @@ impl Facing {
     /// True where a plane with this normal, which may point to either side, has the orientation.
     pub(super) fn has(&self, normal: &Vec3) -> bool {
         let off = match self.normal {
-            Some(wanted) => wanted.cross(normal).norm().atan2(wanted.dot(normal).abs()),
-            None => (normal.xy().norm().atan2(normal.z.abs()) - self.dip).abs(),
+            Some(wanted) => libm::atan2(wanted.cross(normal).norm(), wanted.dot(normal).abs()),
+            None => (libm::atan2(normal.xy().norm(), normal.z.abs()) - self.dip).abs(),
         };
         off <= self.within
     }

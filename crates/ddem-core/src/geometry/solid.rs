@@ -228,7 +228,7 @@ mod tests {
         let at = |i: usize, j: usize| {
             let (a, b) = (i as f64 / n as f64, (j % (2 * n)) as f64 / n as f64);
             let ((sa, ca), (sb, cb)) =
-                ((a * std::f64::consts::PI).sin_cos(), (b * std::f64::consts::PI).sin_cos());
+                (libm::sincos(a * std::f64::consts::PI), libm::sincos(b * std::f64::consts::PI));
             if i == 0 || i == n { [0.0, 0.0, ca.round()] } else { [sa * cb, sa * sb, ca] }
         };
         for (i, j) in (0..n).flat_map(|i| (0..2 * n).map(move |j| (i, j))) {

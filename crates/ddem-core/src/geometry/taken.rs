@@ -43,7 +43,7 @@ fn shown(volume: f64) -> String {
     if !(1e-3..1e7).contains(&volume) && volume != 0.0 {
         return format!("{volume:.3e}");
     }
-    let digits = (3.0 - volume.max(1e-3).log10().floor()).max(0.0) as usize;
+    let digits = (3.0 - libm::log10(volume.max(1e-3)).floor()).max(0.0) as usize;
     let text = format!("{volume:.digits$}");
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),

@@ -31,7 +31,7 @@ impl BartonBandis {
             jcs,
             residual_friction: joint.residual_friction.unwrap_or(0.0),
             tension: joint.tension.unwrap_or(0.0),
-            tan_dilation: joint.dilation.unwrap_or(0.0).to_radians().tan(),
+            tan_dilation: libm::tan(joint.dilation.unwrap_or(0.0).to_radians()),
         }
     }
 }
@@ -45,17 +45,17 @@ impl JointLaw for BartonBandis {
         if normal >= 0.0 {
             return 0.0;
         }
-        let roughness = (self.jrc * (self.jcs / -normal).log10()).max(0.0);
+        let roughness = (self.jrc * libm::log10(self.jcs / -normal)).max(0.0);
         let angle = (self.residual_friction + roughness).min(STEEPEST.max(self.residual_friction));
-        -normal * angle.to_radians().tan()
+        -normal * libm::tan(angle.to_radians())
     }
 
     fn residual(&self, normal: f64) -> f64 {
-        (-normal * self.residual_friction.to_radians().tan()).max(0.0)
+        (-normal * libm::tan(self.residual_friction.to_radians())).max(0.0)
     }
 
     fn tan_contact_friction(&self) -> f64 {
-        self.residual_friction.to_radians().tan()
+        libm::tan(self.residual_friction.to_radians())
     }
 
     fn tan_dilation(&self) -> f64 {

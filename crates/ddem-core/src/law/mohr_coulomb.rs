@@ -29,7 +29,7 @@ impl MohrCoulomb {
         let [cohesion, friction, tension] =
             [joint.cohesion, joint.friction, joint.tension].map(|x| x.unwrap_or(0.0));
         let residual_cohesion = joint.residual_cohesion.unwrap_or(0.0);
-        let tan = |degrees: f64| degrees.to_radians().tan();
+        let tan = |degrees: f64| libm::tan(degrees.to_radians());
         let softening = joint.fracture_energy.map(|[opening, sliding]| Softening {
             // Without tensile strength there is nothing to soften.
             opening: if tension > 0.0 { 2.0 * opening / tension } else { 0.0 },

@@ -190,6 +190,6 @@ fn rounded(x: f64, digits: i32) -> f64 {
     if x == 0.0 || !x.is_finite() {
         return 0.0;
     }
-    let scale = 10_f64.powi(digits - 1 - x.abs().log10().floor() as i32);
+    let scale = 10_f64.powi(digits - 1 - libm::log10(x.abs()).floor() as i32);
     (x * scale).round() / scale
 }

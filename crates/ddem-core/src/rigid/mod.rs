@@ -135,7 +135,7 @@ fn turn_by(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
         (cos, sinc)
     } else {
         let angle = half.sqrt();
-        (angle.cos(), angle.sin() / angle)
+        (libm::cos(angle), libm::sin(angle) / angle)
     };
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, rotation * (0.5 * sinc)))
 }

@@ -2,7 +2,7 @@
 //!
 //! Several tests print what they measure: `cargo test -p ddem-core --test it -- --nocapture`.
 
-#![allow(clippy::print_stdout)]
+#![allow(clippy::disallowed_methods, clippy::print_stdout)]
 
 mod abutments;
 mod anything;

@@ -228,7 +228,7 @@ fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
         if !faults.finite(format!("{place}[{k}]"), axis) {
             return;
         }
-        lengths[k] = axis.iter().fold(0.0_f64, |length, &component| length.hypot(component));
+        lengths[k] = axis.iter().fold(0.0_f64, |length, &component| libm::hypot(length, component));
         if !(lengths[k] > 0.0 && lengths[k].is_finite()) {
             let message = format!("axis {} has length {}", AXES[k], shown(lengths[k]));
             faults.add(format!("{place}[{k}]"), message);

@@ -93,7 +93,7 @@ fn tension_out_of_reach(name: &str, joint: &Joint) -> Option<String> {
         return None;
     }
     let (tension, cohesion) = (joint.tension?, joint.cohesion.unwrap_or(0.0));
-    let slope = joint.friction.unwrap_or(0.0).to_radians().tan();
+    let slope = libm::tan(joint.friction.unwrap_or(0.0).to_radians());
     let apex = if cohesion > 0.0 { cohesion / slope } else { 0.0 };
     // A tension that is meant to be the apex is off by rounding.
     (tension > apex * (1.0 + 1e-9)).then(|| {

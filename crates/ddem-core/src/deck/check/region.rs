@@ -107,7 +107,7 @@ fn plane(at: &str, plane: &Plane, faults: &mut Faults) {
     if let Some(normal) = plane.normal {
         let place = format!("{at}.normal");
         if faults.finite(&place, &normal) {
-            let length = normal.iter().fold(0.0_f64, |length, part| length.hypot(*part));
+            let length = normal.iter().fold(0.0_f64, |length, part| libm::hypot(length, *part));
             if !(length > 0.0 && length.is_finite()) {
                 let message = format!("`normal` has length {}", shown(length));
                 faults.add_help(place, message, "any other length will do: it gives a direction");

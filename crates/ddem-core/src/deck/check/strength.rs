@@ -164,6 +164,6 @@ fn rounded_up(value: f64) -> f64 {
     if near >= value * (1.0 - 1e-12) {
         return near;
     }
-    let unit = 10.0_f64.powi(value.log10().floor() as i32 - 3);
+    let unit = 10.0_f64.powi(libm::log10(value).floor() as i32 - 3);
     four_digits(near + unit)
 }

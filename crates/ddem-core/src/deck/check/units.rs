@@ -137,7 +137,7 @@ fn mass(of: &str, density: f64) -> Option<String> {
 }
 
 fn coefficient(of: &str, key: &str, angle: f64) -> Option<String> {
-    let meant = angle.atan().to_degrees();
+    let meant = libm::atan(angle).to_degrees();
     let rounded = (angle * 1e4).round() / 1e4;
     let short = if rounded > 0.0 { rounded } else { angle };
     let radians = if angle < FRAC_PI_2 {
