@@ -31,6 +31,8 @@ say "tests"
 # Not of the module: its tests are in Python, and a test in Rust would need the library of Python.
 cargo test --workspace --exclude ddem-py --all-targets --locked
 cargo test --workspace --exclude ddem-py --doc --locked
+# As users run it: a compiler can be wrong in one profile only.
+cargo test --release --package ddem-core --locked
 DDEM_CLI="${CARGO_TARGET_DIR:-$PWD/target}/debug/ddem"
 export DDEM_CLI
 

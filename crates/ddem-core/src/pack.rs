@@ -13,7 +13,7 @@
 //! the neighbours' nodes that they touch and one for the torque; the neighbours collect it later.
 //! So every number is written by one task and summed in one order.
 
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, moved_to};
 use crate::lanes::LANES;
 
 /// Lane without a neighbour.
@@ -132,21 +132,17 @@ fn pair_places(divisions: usize, d: usize) -> Vec<PairPlace> {
     let node = |at: [usize; 3]| at[0] + (dims[0] + 1) * (at[1] + (dims[1] + 1) * at[2]);
     let element = |at: [usize; 3]| at[0] + dims[0] * (at[1] + dims[1] * at[2]);
     let place = |i: usize, k: usize| {
-        let mut at = [0; 3];
-        (at[e], at[f]) = (i, k);
-        let mut across = at;
-        across[d] = 1;
+        let on_face = |i, k| moved_to(moved_to([0; 3], e, i), f, k);
+        let at = on_face(i, k);
         let (mut elements, mut count) = ([0; 4], 0);
         for (i, k) in [(i, k), (i + 1, k), (i, k + 1), (i + 1, k + 1)] {
             // The element above the lines i − 1 and k − 1.
             if (1..=divisions).contains(&i) && (1..=divisions).contains(&k) {
-                let mut at = [0; 3];
-                (at[e], at[f]) = (i - 1, k - 1);
-                elements[count] = element(at) as u32;
+                elements[count] = element(on_face(i - 1, k - 1)) as u32;
                 count += 1;
             }
         }
-        PairPlace { sides: [node(at), node(across)], elements, count: count as u8 }
+        PairPlace { sides: [node(at), node(moved_to(at, d, 1))], elements, count: count as u8 }
     };
     let lines = 0..=divisions;
     lines

@@ -10,7 +10,7 @@ use super::outside::{Standing, place};
 use super::{Made, Push, Resistance, resistance};
 use crate::element::Elastic;
 use crate::error::Fault;
-use crate::geometry::{Region, Surface, Vec3};
+use crate::geometry::{Region, Surface, Vec3, moved_to};
 use crate::touch::FaceOf;
 
 /// Between two levels: tractions by difference of displacements `[Pa/m]`.
@@ -252,9 +252,8 @@ impl<'a> Ground<'a> {
         }
         let n = geometry.lattice(body).divisions;
         let on = |body: usize, level: usize| {
-            let mut at = at;
-            at[upright] = if raised { level } else { n - level };
-            geometry.node(body, at) as u32
+            let level = if raised { level } else { n - level };
+            geometry.node(body, moved_to(at, upright, level)) as u32
         };
         if let Some(&column) = self.by_foot.get(&on(body, 0)) {
             return Ok(column);

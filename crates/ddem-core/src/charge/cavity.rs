@@ -11,7 +11,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::shell::Mesh;
-use crate::geometry::{ELSEWHERE, Geometry, Lattice, NONE, Region, Surface, Vec3};
+use crate::geometry::{ELSEWHERE, Geometry, Lattice, NONE, Region, Surface, Vec3, moved_to};
 
 type Cell = [usize; 3];
 
@@ -54,9 +54,8 @@ pub(super) enum End {
 
 /// The cell on a side of a cell, if the lattice has it.
 fn beside(lattice: &Lattice, cell: Cell, d: usize, side: i32) -> Option<Cell> {
-    let mut other = cell;
-    other[d] = other[d].checked_add_signed(side as isize)?;
-    (other[d] < lattice.count[d]).then_some(other)
+    let next = cell[d].checked_add_signed(side as isize).filter(|next| *next < lattice.count[d])?;
+    Some(moved_to(cell, d, next))
 }
 
 fn body(lattice: &Lattice, cell: Cell) -> Option<usize> {
@@ -146,10 +145,7 @@ impl Space<'_> {
             let (e, f) = ((d + 1) % 3, (d + 2) % 3);
             let around = |cell: &Cell| {
                 let edge = |(i, j): (usize, usize)| {
-                    let mut at = *cell;
-                    at[e] += i;
-                    at[f] += j;
-                    at
+                    moved_to(moved_to(*cell, e, cell[e] + i), f, cell[f] + j)
                 };
                 [(0, 0), (1, 0), (0, 1), (1, 1)].map(edge)
             };
@@ -279,9 +275,8 @@ impl Space<'_> {
     fn around(&self, d: usize, edge: Cell) -> [Option<Cell>; 4] {
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         [(1, 1), (0, 1), (0, 0), (1, 0)].map(|(i, j)| {
-            let mut cell = edge;
-            cell[e] = cell[e].checked_sub(i)?;
-            cell[f] = cell[f].checked_sub(j)?;
+            let (along_e, along_f) = (edge[e].checked_sub(i)?, edge[f].checked_sub(j)?);
+            let cell = moved_to(moved_to(edge, e, along_e), f, along_f);
             (0..3).all(|k| cell[k] < self.lattice.count[k]).then_some(cell)
         })
     }

@@ -49,10 +49,7 @@ pub(crate) fn fit<S: Simd>(
     let spread = splat(simd, n * (n + 2.0) / 12.0);
     let h = [load(simd, &edges[0]), load(simd, &edges[1]), load(simd, &edges[2])];
     // Columns v h_d + m_d: the deformed edges, from which the rotation is guessed.
-    let mut deformed = h;
-    for d in 0..3 {
-        deformed[d] = add(scale(h[d], spread), moments[d]);
-    }
+    let deformed = std::array::from_fn(|d| add(scale(h[d], spread), moments[d]));
     // F̄ = Σ_d deformed_d h_dᵀ.
     let f = transposed_product(&deformed, &h);
     // Orthonormal frames of the deformed and of the reference edges: R₀ = E e ᵀ.

@@ -1,8 +1,16 @@
-//! In which cells of a lattice points lie.
+//! Cells of a lattice: those in which points lie, and the next ones.
 
 use std::ops::Range;
 
 use super::{Lattice, Vec3};
+
+/// The cell, or node, with another number along an axis.
+///
+/// Rust 1.95 loses a number that is written into the copy of an array at an index that is known at run time only; the
+/// tests search the source for that pattern.
+pub(crate) fn moved_to(cell: [usize; 3], axis: usize, number: usize) -> [usize; 3] {
+    std::array::from_fn(|k| if k == axis { number } else { cell[k] })
+}
 
 impl Lattice {
     /// The cell that a point lies in.
@@ -28,5 +36,34 @@ impl Lattice {
             let (first, last) = (below().min().unwrap_or(0), below().max().unwrap_or(0));
             first.saturating_sub(2)..(last + 1).min(self.count[d])
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::hint::black_box;
+
+    use super::moved_to;
+
+    /// Neighbours of two cells, found where the compiler gets copies of arrays wrong.
+    #[inline(never)]
+    fn neighbours(n: usize) -> Vec<[usize; 3]> {
+        let upper = |c: [usize; 3], d: usize| (c[d] + 1 < n).then(|| moved_to(c, d, c[d] + 1));
+        let lower = |c: [usize; 3], d: usize| (c[d] > 0).then(|| moved_to(c, d, c[d] - 1));
+        let mut found = Vec::new();
+        for c in [[6, 3, 3], [7, 0, 11]] {
+            for d in 0..3 {
+                found.extend(upper(c, d));
+                found.extend(lower(c, d));
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn neighbours_of_cells_are_right_in_this_profile() {
+        let first = [[7, 3, 3], [5, 3, 3], [6, 4, 3], [6, 2, 3], [6, 3, 4], [6, 3, 2]];
+        let second = [[8, 0, 11], [6, 0, 11], [7, 1, 11], [7, 0, 10]];
+        assert_eq!(neighbours(black_box(12)), [&first[..], &second[..]].concat());
     }
 }

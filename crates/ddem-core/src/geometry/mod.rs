@@ -35,6 +35,7 @@ mod taken;
 mod terrain;
 
 pub(crate) use abut::Abutment;
+pub(crate) use cells::moved_to;
 pub use face::Face;
 pub(crate) use face::faces;
 pub(crate) use frame::Frame;

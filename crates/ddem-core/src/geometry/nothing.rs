@@ -1,5 +1,6 @@
 //! What is said of a `where` that selects nothing.
 
+use super::cells::moved_to;
 use super::lattice::Lattice;
 use super::region::Region;
 use super::{Geometry, Vec3};
@@ -36,8 +37,7 @@ pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Lattice]) -> F
         let cells = (0..l.body.len()).filter(|&at| l.has_body(at)).map(|at| l.cell(at));
         let sides = cells.flat_map(|cell| (0..3).map(move |d| (cell, d)));
         let next = |cell: [usize; 3], d: usize| {
-            let mut next = cell;
-            next[d] += 1;
+            let next = moved_to(cell, d, cell[d] + 1);
             next[d] < l.count[d] && l.has_body(l.index(next))
         };
         let inner = sides.filter(move |(cell, d)| next(*cell, *d));

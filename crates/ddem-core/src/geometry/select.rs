@@ -7,6 +7,7 @@
 //!           5.995 6.005          and half of each neighbouring gap
 //! ```
 
+use super::cells::moved_to;
 use super::{Geometry, Region, Surface, Vec3};
 
 /// A node of a surface, the sine of the angle between its edges, and the node's lengths along the two
@@ -286,16 +287,15 @@ impl Geometry {
         side: i32,
     ) -> Option<(usize, [usize; 3])> {
         let n = self.lattice(body).divisions;
-        let mut next = at;
         let in_body = if side < 0 { at[d] > 0 } else { at[d] < n };
         if in_body {
-            next[d] = if side < 0 { at[d] - 1 } else { at[d] + 1 };
-            return Some((body, next));
+            let next = if side < 0 { at[d] - 1 } else { at[d] + 1 };
+            return Some((body, moved_to(at, d, next)));
         }
         let mut offset = [0; 3];
         offset[d] = side;
-        next[d] = if side < 0 { n } else { 0 };
-        Some((self.neighbour(body, offset)?, next))
+        let next = if side < 0 { n } else { 0 };
+        Some((self.neighbour(body, offset)?, moved_to(at, d, next)))
     }
 
     fn spacing(&self, body: usize, d: usize) -> f64 {

@@ -16,6 +16,7 @@ mod boundaries;
 mod breaking;
 mod charges;
 mod collisions;
+mod compiler;
 mod corotation;
 mod decks;
 mod determinism;
