@@ -210,7 +210,8 @@ impl Simulation {
     /// under the present forces; pairs that are about to fail have failed by then.
     fn slow_down(&mut self, longest: f64) -> Result<(), RunError> {
         let old = self.motion.time_step;
-        if old <= longest {
+        // Steps that fill a duration are longer than asked for, by rounding.
+        if old <= longest * (1.0 + 1e-9) {
             return Ok(());
         }
         let initial = self.initial_energy;
@@ -278,7 +279,7 @@ impl Simulation {
                 }
             }
         }
-        let most = 1.0 - ratio;
+        let most = (1.0 - ratio).max(0.0);
         let part = shift(power, 0.5 * square, 0.5 * (1.0 - ratio * ratio) * square);
         let part = part.clamp(-most, most);
         for (v, last) in zip(&mut state.v, last) {
