@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{Broken, Losses, Point};
 use crate::lanes::{LANES, Lanes};
-use crate::law::bearing::{Bearing, break_off};
+use crate::law::bearing::Bearing;
 use crate::law::response::stored;
 use crate::law::{JointLaw, Memory, Mode, Opening, Traction};
 use crate::pack::PairPlace;
@@ -205,7 +205,7 @@ impl Broken {
                     if let Some(way) = way.filter(|_| self.fresh.contains(&(p as u32, lane as u8)))
                     {
                         let way = across(way, seam, place, lane);
-                        break_off((bore, way), &mut loss, &mut point.memory);
+                        bearing.break_off((bore, way), &mut loss, &mut point.memory);
                     }
                     losses.friction += area * loss.friction;
                     losses.fracture += area * loss.fracture;

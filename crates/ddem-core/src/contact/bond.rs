@@ -17,7 +17,7 @@ use crate::element::corotation::Frame;
 use crate::geometry::{Abutment, Geometry, Vec3};
 use crate::in_situ::{Stress, between};
 use crate::lanes::Lanes;
-use crate::law::bearing::{Bearing, break_off};
+use crate::law::bearing::Bearing;
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
 use crate::pack::Packs;
 
@@ -309,7 +309,7 @@ impl Patch {
                     let opening = Opening { normal: own.x, shear: own.yz() };
                     let mut loss = bearing.act(law, opening, &mut memory);
                     if let Some(fresh) = fresh.zip(way) {
-                        break_off(fresh, &mut loss, &mut memory);
+                        bearing.break_off(fresh, &mut loss, &mut memory);
                     }
                     losses.friction += point.area * loss.friction;
                     losses.fracture += point.area * loss.fracture;

@@ -65,30 +65,42 @@ impl Bearing {
         let work = 0.5 * (before + memory.drag) * way;
         let taken = if self.dashpot > 0.0 { work.max(0.0) } else { 0.0 };
         memory.account += work - taken;
-        // Half of the work of what settles the account is done now, half on the way that comes.
-        let settles = memory.account < 0.0 || (way > 0.0 && pressed);
-        if settles && way != 0.0 {
-            let most = MOST_DRAG * self.stiffness.normal;
-            let drag = (-memory.account / (way * way)).max(-most).min(most);
-            memory.account += 0.5 * drag * way * way;
-            memory.drag += drag * way;
+        if memory.account < 0.0 || (way > 0.0 && pressed) {
+            self.pay(way, memory);
         }
         taken
     }
-}
 
-/// A point that has just failed loses what it bore before that could do its half of the work on the last way
-/// `[m]`, along the normal and both tangents. What it would gain so it owes.
-pub(crate) fn break_off(
-    (bore, way): (Traction, Vector3<f64>),
-    loss: &mut Loss,
-    memory: &mut Memory,
-) {
-    let normal = bore.normal - memory.traction.normal;
-    let shear = bore.shear - memory.traction.shear;
-    loss.fracture -= 0.5 * (normal * way.x + shear.dot(&way.yz()));
-    memory.account += loss.fracture.min(0.0);
-    loss.fracture = loss.fracture.max(0.0);
+    /// Lets the point bear what brings its account to nothing after a way along the normal. Half of the work is
+    /// done now, half on the way that comes.
+    fn pay(&self, way: f64, memory: &mut Memory) {
+        if way == 0.0 {
+            return;
+        }
+        let most = MOST_DRAG * self.stiffness.normal;
+        let drag = (-memory.account / (way * way)).max(-most).min(most);
+        memory.account += 0.5 * drag * way * way;
+        memory.drag += drag * way;
+    }
+
+    /// A point that has just failed loses what it bore before that could do its half of the work on the last way
+    /// `[m]`, along the normal and both tangents. What it would gain so it owes.
+    pub(crate) fn break_off(
+        &self,
+        (bore, way): (Traction, Vector3<f64>),
+        loss: &mut Loss,
+        memory: &mut Memory,
+    ) {
+        let normal = bore.normal - memory.traction.normal;
+        let shear = bore.shear - memory.traction.shear;
+        let lost = loss.friction + loss.fracture - 0.5 * (normal * way.x + shear.dot(&way.yz()));
+        loss.friction = loss.friction.min(lost.max(0.0));
+        loss.fracture = lost.max(0.0) - loss.friction;
+        memory.account += lost.min(0.0);
+        if memory.account < 0.0 && self.time_step.is_some_and(|step| step > 0.0) {
+            self.pay(way.x, memory);
+        }
+    }
 }
 
 impl Memory {

@@ -144,7 +144,7 @@ impl Simulation {
             return Err(RunError::NoCriticalStep);
         }
         let step = match time_step {
-            TimeStep::Auto if self.soon_fails(critical)? => self.broken_step(damping)?,
+            TimeStep::Auto if self.moves() => self.broken_step(damping)?,
             TimeStep::Auto => self.present_part() * critical,
             TimeStep::Seconds(step) if step > largest => {
                 return Err(RunError::TimeStep { time_step: step, critical: largest });
@@ -293,15 +293,9 @@ impl Simulation {
         self.measured = None;
     }
 
-    /// True where the motion at the start of a stage breaks the first joints within some steps of this length
-    /// `[s]`, if it goes on as it is.
-    fn soon_fails(&mut self, step: f64) -> Result<bool, RunError> {
-        if !self.state.whole || self.state.failed != [0; 2] || !self.model.can_fail() {
-            return Ok(false);
-        }
-        let State { time, stage_starts, .. } = &self.state;
-        let velocities = self.model.conditions.velocities(time + 0.5 * step, stage_starts)?;
-        Ok(self.fails_within(AHEAD * step, &velocities))
+    /// True where joints can fail and blocks move.
+    fn moves(&self) -> bool {
+        self.model.can_fail() && self.state.v.iter().any(|v| *v != Lanes::ZERO)
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
