@@ -148,7 +148,7 @@ pub(super) struct Handed {
     pub(super) offset: f64,
     /// Shear traction in space `[Pa]`.
     pub(super) shear: Vec3,
-    pub(super) drag: f64,
+    pub(super) drag: [f64; 2],
     pub(super) slid: f64,
     /// The last equilibrium of a relaxation, and the slip since in space `[m]`.
     pub(super) settled: Option<(Settled, Vec3)>,

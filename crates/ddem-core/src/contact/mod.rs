@@ -108,8 +108,8 @@ pub(crate) struct Point {
     pub(crate) gap: f64,
     /// Of the springs `[Pa]`.
     pub(crate) traction: Traction,
-    /// Normal traction of the dashpot, and of what settles the account, at the last step `[Pa]`.
-    pub(crate) drag: f64,
+    /// Normal tractions at the last step, of the dashpot and of what settles the account `[Pa]`.
+    pub(crate) drag: [f64; 2],
     /// Energy taken so far beyond what the springs hold and what is lost `[J/m²]`.
     pub(crate) account: f64,
     /// Way that it has slid since the blocks met, or it took the place of a joint `[m]`.
@@ -357,7 +357,7 @@ impl Patch {
 
     /// Whether a point exerts anything.
     pub(crate) fn acts(&self, point: &Point) -> bool {
-        point.gap <= 0.0 || point.drag != 0.0 || self.bond.is_some()
+        point.gap <= 0.0 || point.drag != [0.0; 2] || self.bond.is_some()
     }
 
     /// Force of a point on block a `[N]`.

@@ -197,7 +197,7 @@ fn let_go(
         account += area * memory.account;
         whole += area;
         memory.traction = Traction::default();
-        (memory.drag, memory.account) = (0.0, 0.0);
+        (memory.drag, memory.account) = ([0.0; 2], 0.0);
     }
     broken.let_go(lane);
     Some((Load { energy, area: whole, force, moment, about }, account))

@@ -106,7 +106,7 @@ fn is_contact(patch: &Patch) -> bool {
 
 /// Points whose faces have just parted may bear what settles their account.
 fn bears(point: &Point) -> bool {
-    point.gap < 0.0 || point.drag != 0.0
+    point.gap < 0.0 || point.drag != [0.0; 2]
 }
 
 impl Simulation {

@@ -45,7 +45,7 @@ impl Bearing {
         loss.contact = 0.0;
         let Some(time_step) = self.time_step else { return loss };
         if time_step == 0.0 {
-            memory.drag = 0.0;
+            memory.drag = [0.0; 2];
             // What faces that meet within a step lose, no motion in time has lost: damping takes it.
             loss.damping = std::mem::take(&mut memory.account);
             return loss;
@@ -57,14 +57,16 @@ impl Bearing {
     /// Drag after a way along the normal; returns what the dashpot takes on it.
     fn resist(&self, way: f64, time_step: f64, memory: &mut Memory) -> f64 {
         let pressed = memory.gap < 0.0;
-        let before = std::mem::take(&mut memory.drag);
+        let [dashpot, settling] = std::mem::take(&mut memory.drag);
         if pressed && self.dashpot > 0.0 {
             // Together with the spring it never pulls.
-            memory.drag = (self.dashpot * way / time_step).min(-memory.traction.normal);
+            memory.drag[0] = (self.dashpot * way / time_step).min(-memory.traction.normal);
         }
-        let work = 0.5 * (before + memory.drag) * way;
-        let taken = if self.dashpot > 0.0 { work.max(0.0) } else { 0.0 };
-        memory.account += work - taken;
+        let work = 0.5 * (dashpot + memory.drag[0]) * way;
+        // On the way back it gives what its last force took on the way in, half a step early, and no more.
+        let back = 0.5 * dashpot * dashpot * time_step / self.dashpot;
+        let taken = if self.dashpot > 0.0 { work.max(-back) } else { 0.0 };
+        memory.account += work - taken + 0.5 * settling * way;
         if memory.account < 0.0 || (way > 0.0 && pressed) {
             self.pay(way, memory);
         }
@@ -80,7 +82,7 @@ impl Bearing {
         let most = MOST_DRAG * self.stiffness.normal;
         let drag = (-memory.account / (way * way)).max(-most).min(most);
         memory.account += 0.5 * drag * way * way;
-        memory.drag += drag * way;
+        memory.drag[1] = drag * way;
     }
 
     /// A point that has just failed loses what it bore before that could do its half of the work on the last way
@@ -107,6 +109,6 @@ impl Memory {
     /// Traction of springs and drag together `[Pa]`.
     pub(crate) fn borne(&self) -> Traction {
         let Traction { normal, shear } = self.traction;
-        Traction { normal: normal + self.drag, shear }
+        Traction { normal: normal + self.drag[0] + self.drag[1], shear }
     }
 }

@@ -108,8 +108,8 @@ pub struct Memory {
     pub lifted: f64,
     /// Traction of the springs at the last step `[Pa]`.
     pub traction: Traction,
-    /// Normal traction of the dashpot, and of what settles the account, at the last step `[Pa]`.
-    pub drag: f64,
+    /// Normal tractions at the last step, of the dashpot and of what settles the account `[Pa]`.
+    pub drag: [f64; 2],
     /// Energy taken so far beyond what the springs hold and what is lost, for each unit of area `[J/m²]`.
     pub account: f64,
     /// The last equilibrium, from which a relaxation maps slip and damage, so that neither keeps what

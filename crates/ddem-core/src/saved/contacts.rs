@@ -12,7 +12,7 @@ use crate::law::{Mode, Traction};
 use crate::model::Model;
 
 const PATCH: usize = 28;
-const POINT: usize = 26;
+const POINT: usize = 27;
 const NEAR: usize = 3;
 const PAIR: usize = 6;
 const NAMES: [&str; 6] = [
@@ -272,7 +272,7 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
         offset: [offset, lifted],
         gap,
         traction,
-        drag,
+        drag: [drag, settling],
         account,
         slid,
         settled,
@@ -285,7 +285,7 @@ fn point_numbers(point: &Point) -> [f64; POINT] {
     let Traction { normal, shear } = traction;
     [
         i, k, x, y, j, l, u, v, area, slip.x, slip.y, offset, lifted, gap, normal, shear.x,
-        shear.y, drag, account, slid, known, s, t, d, part, at,
+        shear.y, drag, settling, account, slid, known, s, t, d, part, at,
     ]
 }
 
@@ -300,8 +300,21 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
             on: on.map(|x| x as f32),
         })
     };
-    let [area, slip_x, slip_y, offset, lifted, gap, normal, shear_x, shear_y, drag, account, slid] =
-        std::array::from_fn(|k| numbers[8 + k]);
+    let [
+        area,
+        slip_x,
+        slip_y,
+        offset,
+        lifted,
+        gap,
+        normal,
+        shear_x,
+        shear_y,
+        drag,
+        settling,
+        account,
+        slid,
+    ] = std::array::from_fn(|k| numbers[8 + k]);
     let point = Point {
         spots: [spot(0)?, spot(4)?],
         area,
@@ -309,10 +322,10 @@ fn point(numbers: &[f64; POINT], diverged: bool) -> Option<Point> {
         offset: [offset, lifted],
         gap,
         traction: Traction { normal, shear: Vector2::new(shear_x, shear_y) },
-        drag,
+        drag: [drag, settling],
         account,
         slid,
-        settled: settled(std::array::from_fn(|k| numbers[20 + k])),
+        settled: settled(std::array::from_fn(|k| numbers[21 + k])),
     };
     (area >= 0.0 || diverged).then_some(point)
 }
