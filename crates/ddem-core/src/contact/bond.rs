@@ -358,7 +358,9 @@ impl Patch {
         let slid = self.points.iter().map(|point| point.slip.norm()).fold(0.0, f64::max);
         let opened = self.points.iter().map(|point| point.gap).fold(0.0, f64::max);
         let far = bond.pairs.iter().any(|pair| pair.mode.is_some());
-        Some(if !held && (slid > SLID * spacing || opened > LOOSE * spacing) {
+        let softens = bond.pairs.iter().any(|pair| pair.mode.is_some() && pair.damage < 1.0);
+        let open = if softens { SLID } else { LOOSE } * spacing;
+        Some(if !held && (slid > SLID * spacing || opened > open) {
             Release::Due
         } else if far && slid.max(opened) > LOOSE * spacing {
             Release::Loose

@@ -97,8 +97,8 @@ impl Broken {
 
     fn release(&self, seam: &Seam, lane: usize, (rigid, bonds): (bool, bool)) -> Release {
         let spacing = seam.spacing(lane);
-        let open = opens(rigid, spacing);
-        let (mut slid, mut opened, mut bonded) = (0.0_f64, 0.0_f64, false);
+        let (mut slid, mut opened) = (0.0_f64, 0.0_f64);
+        let (mut bonded, mut softens) = (false, false);
         for point in self.points.iter().map(|points| &points[lane]) {
             // Without any strength a pair that has not failed is no better than one that has.
             if point.mode.is_none() {
@@ -107,7 +107,9 @@ impl Broken {
             }
             slid = slid.max(point.memory.slip.norm());
             opened = opened.max(point.memory.gap);
+            softens |= point.memory.damage < 1.0;
         }
+        let open = if softens { SLID * spacing } else { opens(rigid, spacing) };
         if !bonded && (slid > SLID * spacing || opened > open) {
             Release::Due
         } else if slid.max(opened) > LOOSE * spacing {
