@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::fit::Fitting;
-use super::release::{LOOSE, Load, Release, SLID};
+use super::release::{LOOSE, Load, Release, SLID, opens};
 use super::{Both, Patch, Placed, Placing, Point, Surfaces};
 use crate::breaks::{self, Look, Losses};
 use crate::deck::Deck;
@@ -359,7 +359,8 @@ impl Patch {
         let opened = self.points.iter().map(|point| point.gap).fold(0.0, f64::max);
         let far = bond.pairs.iter().any(|pair| pair.mode.is_some());
         let softens = bond.pairs.iter().any(|pair| pair.mode.is_some() && pair.damage < 1.0);
-        let open = if softens { SLID } else { LOOSE } * spacing;
+        let rigid = self.blocks.iter().any(|&block| placing.blocks[block as usize].rigid);
+        let open = opens(rigid, softens, spacing);
         Some(if !held && (slid > SLID * spacing || opened > open) {
             Release::Due
         } else if far && slid.max(opened) > LOOSE * spacing {

@@ -24,6 +24,7 @@ pub(crate) struct Placed {
     pub(crate) size: f64,
     /// Elements along each edge.
     pub(crate) divisions: usize,
+    pub(crate) rigid: bool,
     /// First number in a nodal field.
     first: usize,
     pub(crate) pack: usize,
@@ -72,6 +73,7 @@ pub(crate) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
             size: 0.5 * lattice.divisions as f64 * (edges[0] + edges[1] + edges[2]),
             steps,
             divisions: lattice.divisions,
+            rigid: lattice.rigid,
             first: 3 * packs.packs[pack].start,
             pack,
             lane,

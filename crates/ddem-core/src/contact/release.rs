@@ -78,9 +78,13 @@ fn joint<'a>(
 }
 
 /// Opening at which a joint is released `[m]`. Pairs of rigid blocks are not at the corners on which a block
-/// turns, so that the contact comes at once.
-fn opens(rigid: bool, spacing: f64) -> f64 {
-    if rigid { 0.0 } else { LOOSE * spacing }
+/// turns, so that the contact comes at once. One that softens bears tension.
+pub(super) fn opens(rigid: bool, softens: bool, spacing: f64) -> f64 {
+    match (softens, rigid) {
+        (true, _) => SLID * spacing,
+        (_, true) => 0.0,
+        _ => LOOSE * spacing,
+    }
 }
 
 impl Broken {
@@ -88,7 +92,7 @@ impl Broken {
     /// released.
     pub(crate) fn rubs(&self, seam: &Seam, lane: usize, rigid: bool) -> bool {
         let spacing = seam.spacing(lane);
-        let (slid, open) = (SLID * spacing, opens(rigid, spacing));
+        let (slid, open) = (SLID * spacing, opens(rigid, false, spacing));
         self.points.iter().map(|points| &points[lane]).all(|point| {
             let near = point.memory.slip.norm_squared() <= slid * slid;
             point.mode.is_some() && near && point.memory.gap <= open
@@ -109,7 +113,7 @@ impl Broken {
             opened = opened.max(point.memory.gap);
             softens |= point.memory.damage < 1.0;
         }
-        let open = if softens { SLID * spacing } else { opens(rigid, spacing) };
+        let open = opens(rigid, softens, spacing);
         if !bonded && (slid > SLID * spacing || opened > open) {
             Release::Due
         } else if slid.max(opened) > LOOSE * spacing {
