@@ -131,6 +131,32 @@ fn it_slides_as_fast_as_friction_lets_it() {
     }
 }
 
+/// The weight of a cube is near its front edge, where the pairs of a joint of rigid blocks are not.
+#[test]
+fn a_cube_slides_as_fast_as_a_plate() {
+    let case = of("slide_plane");
+    for (plane, slopes) in [
+        (Plane::Spring(1e11), [[35.0, 33.0], [30.0, 28.0]]),
+        (Plane::Layer(0.01), [[35.0, 33.0], [25.0, 23.0]]),
+    ] {
+        for ([slope, friction], (kind, name)) in
+            slopes.into_iter().flat_map(|slope| BLOCKS.map(|kind| (slope, kind)))
+        {
+            let mut deck = block(plane, [slope, friction], kind);
+            deck.blocks[1].size = Some([1.0; 3]);
+            deck.stage[0].duration = Some(0.3);
+            let rows = down(&deck, &mut simulation(&deck), &sliding_set(), 200);
+            let [late, end] = [rows[rows.len() / 2], rows[rows.len() - 1]];
+            let found = (end[1] - late[1]) / (end[0] - late[0]);
+            let [a, f] = [slope, friction].map(f64::to_radians);
+            let exact = G * (a.sin() - a.cos() * f.tan());
+            let what =
+                format!("cube, acceleration at {friction}° on {slope}°, {plane:?}, {name} [m/s²]");
+            check(case, &what, exact, found, Relative(1e-2));
+        }
+    }
+}
+
 #[test]
 fn in_one_set_it_slides_in_the_plane_of_the_block_that_is_held() {
     let case = of("slide_plane");

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::{Contacts, Patch};
 use crate::deck::{Deck, Material};
 use crate::element::Elastic;
-use crate::geometry::Geometry;
+use crate::geometry::{Abuts, Geometry};
 use crate::law::{Laws, Stiffness};
 use crate::seams::Moved;
 use crate::touch::{EdgeOf, FaceOf};
@@ -284,7 +284,7 @@ impl Skin {
     fn new(
         (deck, laws, geometry): (&Deck, &Laws, &Geometry),
         (body, face): (usize, usize),
-        abuts: Option<u16>,
+        abuts: Option<Abuts>,
     ) -> Self {
         let (d, upper) = (face / 2, face % 2 == 1);
         let lattice = geometry.lattice(body);
@@ -301,14 +301,16 @@ impl Skin {
             let cell = geometry.bodies[owner].cell.map(|c| c as usize);
             lattice.joint_above(cell, d)
         });
-        let number = abuts.or(number).map(usize::from);
+        let number = abuts.map(|abuts| abuts.joint).or(number).map(usize::from);
         let joint = number.and_then(|number| deck.joints.values().nth(number));
         let law = number.and_then(|number| laws.get(number)?.as_deref());
         let own = Stiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };
         let stiffness = joint.and_then(|joint| joint.stiffness(&deck.materials));
         let [normal, shear] = stiffness.unwrap_or([own.normal, own.shear]);
+        // Faces that are nearer than their joint is thick do not overlap.
+        let room = abuts.map_or(f64::INFINITY, |abuts| abuts.gap);
         Self {
-            thickness: joint.map_or(0.0, |joint| joint.thickness / 2.0),
+            thickness: joint.map_or(0.0, |joint| joint.thickness.min(room) / 2.0),
             stiffness: Stiffness { normal: 2.0 * normal, shear: 2.0 * shear },
             tan_friction: law.map(|law| law.tan_contact_friction()),
             moved,

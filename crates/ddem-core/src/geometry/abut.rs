@@ -80,19 +80,30 @@ fn faces() -> impl Iterator<Item = [FaceOf; 2]> {
     (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number))
 }
 
-/// The joint at each face, by block and number: of several the stiffest, which bounds what the others do.
-pub(super) fn abutting(abutments: &[Abutment]) -> HashMap<(u32, u8), u16> {
-    let mut stiffest: HashMap<(u32, u8), &Abutment> = HashMap::new();
+/// What a face has of the joints to others that it does not match.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Abuts {
+    /// Of several the stiffest, which bounds what the others do.
+    pub(crate) joint: u16,
+    stiffness: f64,
+    /// Least distance to the other faces `[m]`.
+    pub(crate) gap: f64,
+}
+
+/// The joint at each face, by block and number.
+pub(super) fn abutting(abutments: &[Abutment]) -> HashMap<(u32, u8), Abuts> {
+    let mut faces: HashMap<(u32, u8), Abuts> = HashMap::new();
     for abutment in abutments {
+        let &Abutment { joint, stiffness, gap, .. } = abutment;
+        let new = Abuts { joint, stiffness, gap: gap.max(0.0) };
         for side in 0..2 {
             let face = (abutment.blocks[side], abutment.faces[side].number());
-            let known = stiffest.entry(face).or_insert(abutment);
-            if abutment.stiffness > known.stiffness {
-                *known = abutment;
-            }
+            let known = faces.entry(face).or_insert(new);
+            let gap = known.gap.min(new.gap);
+            *known = Abuts { gap, ..if new.stiffness > known.stiffness { new } else { *known } };
         }
     }
-    stiffest.into_iter().map(|(face, abutment)| (face, abutment.joint)).collect()
+    faces
 }
 
 impl Geometry {

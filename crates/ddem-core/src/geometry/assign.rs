@@ -83,8 +83,10 @@ impl Geometry {
     pub(crate) fn differs(&self, before: &Self, block: usize) -> bool {
         let joints = |geometry: &Self| {
             let number = |k: u8| {
-                let abutting = geometry.abutting.get(&(block as u32, k)).copied();
-                abutting.or_else(|| geometry.joint_at(block, FaceOf::of_number(k)))
+                let abuts = geometry.abutting.get(&(block as u32, k));
+                abuts
+                    .map(|abuts| abuts.joint)
+                    .or_else(|| geometry.joint_at(block, FaceOf::of_number(k)))
             };
             [0, 1, 2, 3, 4, 5].map(number)
         };

@@ -34,7 +34,7 @@ mod surface;
 mod taken;
 mod terrain;
 
-pub(crate) use abut::Abutment;
+pub(crate) use abut::{Abutment, Abuts};
 pub(crate) use cells::moved_to;
 pub use face::Face;
 pub(crate) use face::faces;
@@ -87,7 +87,7 @@ pub(crate) struct Geometry {
     /// Faces of different sets that are nearer than their joint is thick, and not joined.
     apart: Vec<Abutment>,
     /// The joint at each face, by block and number, that one of these has.
-    pub(crate) abutting: HashMap<(u32, u8), u16>,
+    pub(crate) abutting: HashMap<(u32, u8), Abuts>,
     /// The box around everything, and the sets.
     pub(crate) frame: Arc<Frame>,
     /// Blocks that curved and slanted shapes have split and taken out before the run.
