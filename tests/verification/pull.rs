@@ -87,6 +87,15 @@ fn softening_takes_the_fracture_energy_for_any_divisions() {
     softens("divisions 4", &edited(&text, "divisions = 2", "divisions = 4"), 200.0);
 }
 
+/// Blocks that may meet let go of a joint that has opened, but not before it has softened.
+#[test]
+fn softening_takes_the_fracture_energy_where_contacts_wait() {
+    let text = edited(&example("v05_pull_softening"), "contact = false", "contact = true");
+    softens("with contact", &text, 200.0);
+    let rigid = "joint = \"seam\"\nbody = \"rigid\"\n";
+    softens("rigid blocks", &edited(&text, "joint = \"seam\"\n", rigid), 200.0);
+}
+
 #[test]
 fn softening_of_a_thick_joint_takes_the_fracture_energy() {
     let brittle = "tension = 1e6                      # Pa\n";

@@ -91,7 +91,8 @@ impl Simulation {
     /// damping : float, dict or "none", optional
     ///     As in :meth:`run`; none without it.
     /// time_step : float, optional
-    ///     [s]; 0.9 of the critical one without it, 0.8 once joints have failed.
+    ///     [s]; 0.9 of the critical one without it; 0.8 of that with failed joints once any have, or from
+    ///     the start where blocks already move.
     ///
     /// Raises
     /// ------

@@ -173,7 +173,8 @@ impl Damping {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TimeStep {
     /// 0.9 of the critical step, a quarter of that where rigid blocks may meet, shrunk so that the stage
-    /// ends on time.
+    /// ends on time; 0.8 of the one with failed joints from the first failure on, or from the start where blocks
+    /// already move and joints can fail.
     #[default]
     Auto,
     /// Taken as given `[s]`.

@@ -3,11 +3,9 @@
 use super::Simulation;
 use crate::breaks::Losses;
 use crate::energy::Energy;
-use crate::force::support;
-use crate::lanes::Lanes;
 use crate::scratch::Scratch;
 use crate::state::Work;
-use crate::step::{balance, forces};
+use crate::step::balance;
 use crate::sums::Sums;
 
 impl Simulation {
@@ -36,34 +34,6 @@ impl Simulation {
         self.debt = trial.debt(&self.model.seams) + trial_contacts.debt();
         self.strain[1] += trial_contacts.stored() - self.debt;
         (sums, self.strain)
-    }
-
-    /// True where pairs fail when everything moves on for a time `[s]` as it does now, supports with these
-    /// velocities `[m/s]`, or as far the other way: what closes springs back.
-    pub(super) fn fails_within(&mut self, time: f64, velocities: &[[f64; 3]]) -> bool {
-        let mut v = self.state.v.clone();
-        for (index, pack) in self.model.packs.packs.iter().enumerate() {
-            let held = &self.active.supports[self.active.supports_of(index)];
-            let first = 3 * pack.start;
-            let n = 3 * self.model.packs.shape_of(pack).nodes;
-            support::enforce(held, velocities, first, &mut v[first..first + n]);
-        }
-        if v.iter().all(|v| *v == Lanes::ZERO) {
-            return false;
-        }
-        // Forces are those of a trial from here on.
-        self.measured = None;
-        [time, -time].into_iter().any(|time| {
-            let moved =
-                |(u, v): (&Lanes, &Lanes)| Lanes(std::array::from_fn(|l| u.0[l] + time * v.0[l]));
-            let u: Vec<_> = self.state.u.iter().zip(&v).map(moved).collect();
-            let mut breaks = self.state.breaks.clone();
-            let mut contacts = self.state.contacts.clone();
-            let (mut context, _, scratch) = self.parts();
-            (context.failing, context.waits) = (Some(1.0), true);
-            let pass = context.pass((&u, &v), false);
-            forces(pass, &mut breaks, Some(&mut contacts), scratch).failed != [0; 2]
-        })
     }
 
     /// Measures unless that has been done since the last step.

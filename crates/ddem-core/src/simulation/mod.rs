@@ -210,7 +210,7 @@ impl Simulation {
         }
         self.state.fresh = None;
         self.look_at_new_gas()?;
-        if self.critical_steps[0].is_none() {
+        if self.critical_steps[0].is_none() || self.state.whole {
             self.check_step()?;
         }
         // An automatic step becomes shorter before the first failure.

@@ -26,10 +26,6 @@ const BROKEN_SAFETY: f64 = 0.8;
 /// loses some per cent of the energy.
 const RESOLVED: f64 = 0.25;
 
-/// Critical steps within which motion at the start of a stage must not break joints, for a step that is to become
-/// shorter when they fail: the accelerations of a shock are too large for that change.
-const AHEAD: f64 = 20.0;
-
 /// Part of the critical step below which a step, or a duration, is a mistake, and its inverse may
 /// overflow.
 pub const SHORTEST_STEP: f64 = 1e-9;
@@ -61,25 +57,34 @@ impl Simulation {
         Ok(BROKEN_SAFETY * intact.min(self.critical(true)?))
     }
 
-    /// What an automatic step is not longer than from the first failure on `[s]`.
+    /// Automatic step of a stage that begins with blocks at rest, or `moving` `[s]`. It lasts until the first
+    /// failure, when it becomes a shorter one. A shock is too rough for such a change: where joints can fail, a
+    /// stage that begins with blocks in motion has the shorter step from the start.
+    ///
+    /// # Errors
+    ///
+    /// As [`critical_step`](Self::critical_step).
+    pub fn automatic_step(&mut self, damping: Damping, moving: bool) -> Result<f64, RunError> {
+        if self.state.failed != [0; 2] || (moving && self.model.can_fail()) {
+            return self.broken_step(damping);
+        }
+        Ok(SAFETY * self.resolved() * damping.stable_step(self.critical(false)?))
+    }
+
+    /// Automatic step from the first failure on `[s]`.
     ///
     /// # Errors
     ///
     /// As [`critical_step`](Self::critical_step).
     pub fn broken_step(&mut self, damping: Damping) -> Result<f64, RunError> {
-        Ok(self.resolved() * damping.stable_step(self.safe_step()?))
+        let critical = self.critical(false)?.min(self.critical(true)?);
+        Ok(BROKEN_SAFETY * self.resolved() * damping.stable_step(critical))
     }
 
-    /// Part of the critical step that `"auto"` takes before anything has failed.
+    /// True where any block moves.
     #[must_use]
-    pub fn automatic_part(&self) -> f64 {
-        SAFETY * self.resolved()
-    }
-
-    /// The same with the joints as they are now.
-    fn present_part(&self) -> f64 {
-        let safety = if self.state.failed == [0; 2] { SAFETY } else { BROKEN_SAFETY };
-        safety * self.resolved()
+    pub fn moves(&self) -> bool {
+        self.state.v.iter().any(|v| *v != Lanes::ZERO)
     }
 
     fn resolved(&self) -> f64 {
@@ -120,10 +125,9 @@ impl Simulation {
         Ok(step)
     }
 
-    /// Sets the damping and the time step of the steps that follow. `"auto"` takes 0.9 of the
-    /// critical step, 0.8 once pairs have failed, a quarter of that where rigid blocks may meet, and of a
-    /// shorter one with some damping ([`Damping::stable_step`]); with a `duration` `[s]` it is shrunk
-    /// so that whole steps fill it. Returns the number of steps that fill the duration (0 without one).
+    /// Sets the damping and the time step of the steps that follow: `"auto"` takes the
+    /// [automatic one](Self::automatic_step), with a `duration` `[s]` shrunk so that whole steps fill it. Returns
+    /// the number of steps that fill the duration (0 without one).
     ///
     /// # Errors
     ///
@@ -137,24 +141,23 @@ impl Simulation {
     ) -> Result<u64, RunError> {
         let (own, step) = (Some(damping), Some(time_step));
         Stage { damping: own, time_step: step, duration, ..Stage::default() }.allow()?;
-        let critical = damping.stable_step(self.critical_step()?);
-        let largest = damping.stable_step(self.critical(false)?);
-        self.settle();
+        let critical = damping.stable_step(self.critical(false)?);
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);
         }
-        let step = match time_step {
-            TimeStep::Auto if self.moves() => self.broken_step(damping)?,
-            TimeStep::Auto => self.present_part() * critical,
-            TimeStep::Seconds(step) if step > largest => {
-                return Err(RunError::TimeStep { time_step: step, critical: largest });
-            }
-            TimeStep::Seconds(step) => step,
-        };
-        let shortest = duration.map_or(step, |duration| step.min(duration));
+        let given = if let TimeStep::Seconds(step) = time_step { Some(step) } else { None };
+        if let Some(time_step) = given.filter(|&step| step > critical) {
+            return Err(RunError::TimeStep { time_step, critical });
+        }
+        let shortest = given.into_iter().chain(duration).fold(f64::INFINITY, f64::min);
         if shortest < SHORTEST_STEP * critical {
             return Err(RunError::TooShort { time_step: shortest, critical });
         }
+        self.settle();
+        let step = match given {
+            Some(step) => step,
+            None => self.automatic_step(damping, self.moves())?,
+        };
         let steps = duration.map_or(0.0, |duration| whole_steps(duration, step));
         let step = match (time_step, duration) {
             (TimeStep::Auto, Some(duration)) => duration / steps,
@@ -189,19 +192,19 @@ impl Simulation {
         self.slow_down(safe)
     }
 
-    /// After an excavation: whether the step that was set is stable in what is left. One that was chosen
-    /// becomes shorter where need be.
+    /// Whether the step that was set is stable in what is left after an excavation, and with what has failed
+    /// between two steps. One that was chosen becomes shorter where need be.
     pub(super) fn check_step(&mut self) -> Result<(), RunError> {
-        let critical = self.damping.stable_step(self.critical_step()?);
-        let largest = self.damping.stable_step(self.critical(false)?);
-        let time_step = self.motion.time_step;
         if self.state.automatic {
-            return self.slow_down(self.present_part() * critical);
+            let longest = self.automatic_step(self.damping, false)?;
+            return self.slow_down(longest);
         }
-        if time_step > largest {
+        let critical = self.damping.stable_step(self.critical(false)?);
+        let time_step = self.motion.time_step;
+        if time_step > critical {
             // To be said at the next step, too.
             self.critical_steps = [None; 2];
-            return Err(RunError::TimeStep { time_step, critical: largest });
+            return Err(RunError::TimeStep { time_step, critical });
         }
         Ok(())
     }
@@ -256,7 +259,25 @@ impl Simulation {
     /// long, a shorter one, leaves the scheme's energy `½ v⁻ m v⁺ + U` as it is. With `d` the half of what a step
     /// changes velocities by, `v + κ d` has `κ Σ v m d + ½ κ² Σ d m d` more, and the new step
     /// `½ (1 − ratio²) Σ d m d`. Velocities are right to the same order for every |κ| up to `1 − ratio`.
-    fn keep_energy(&mut self, (last, poses): &(Vec<Lanes>, Vec<Poses>), ratio: f64) {
+    fn keep_energy(&mut self, last: &(Vec<Lanes>, Vec<Poses>), ratio: f64) {
+        let [power, square] = self.changes(last);
+        let most = (1.0 - ratio).max(0.0);
+        let part = shift(power, 0.5 * square, 0.5 * (1.0 - ratio * ratio) * square);
+        let part = part.clamp(-most, most);
+        let State { v, poses, .. } = &mut self.state;
+        for (v, last) in zip(v, &last.0) {
+            *v = Lanes(std::array::from_fn(|l| v.0[l] + part * (v.0[l] - last.0[l])));
+        }
+        for (pose, last) in zip(poses.as_flattened_mut(), last.1.as_flattened()) {
+            let d = last.further(pose);
+            pose.velocity += d.velocity * part;
+            pose.momentum += d.momentum * part;
+        }
+        self.measured = None;
+    }
+
+    /// `Σ v m d` and `Σ d m d` with d the change of velocities since the last half step.
+    fn changes(&self, (last, poses): &(Vec<Lanes>, Vec<Poses>)) -> [f64; 2] {
         let Self { model, state, .. } = self;
         let [mut power, mut square] = [0.0; 2];
         for (index, pack) in model.packs.packs.iter().enumerate() {
@@ -279,23 +300,7 @@ impl Simulation {
                 }
             }
         }
-        let most = (1.0 - ratio).max(0.0);
-        let part = shift(power, 0.5 * square, 0.5 * (1.0 - ratio * ratio) * square);
-        let part = part.clamp(-most, most);
-        for (v, last) in zip(&mut state.v, last) {
-            *v = Lanes(std::array::from_fn(|l| v.0[l] + part * (v.0[l] - last.0[l])));
-        }
-        for (pose, last) in zip(state.poses.as_flattened_mut(), poses.as_flattened()) {
-            let d = last.further(pose);
-            pose.velocity += d.velocity * part;
-            pose.momentum += d.momentum * part;
-        }
-        self.measured = None;
-    }
-
-    /// True where joints can fail and blocks move.
-    fn moves(&self) -> bool {
-        self.model.can_fail() && self.state.v.iter().any(|v| *v != Lanes::ZERO)
+        [power, square]
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
@@ -320,4 +325,19 @@ fn shift(b: f64, a: f64, c: f64) -> f64 {
 /// Whole steps that fill a duration, at least one.
 fn whole_steps(duration: f64, step: f64) -> f64 {
     (duration / step - 1e-9).ceil().max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shifts_are_the_nearest_roots() {
+        // κ² + 3 κ + 2 has −1 and −2, κ² − 3 κ + 2 has 1 and 2; κ² + κ + 1 is least at −1/2.
+        let found = [shift(3.0, 1.0, 2.0), shift(-3.0, 1.0, 2.0), shift(1.0, 1.0, 1.0)];
+        assert_eq!(found, [-1.0, 1.0, -0.5]);
+        // With κ² − 4: either of two as near.
+        assert_eq!(shift(0.0, 1.0, -4.0).abs(), 2.0);
+        assert_eq!([shift(1.0, 0.0, 1.0), shift(0.0, 1.0, 0.0)], [0.0; 2]);
+    }
 }

@@ -335,6 +335,58 @@ fn what_fails_beyond_the_end_of_a_duration_goes_on() {
     assert!(simulation.time() > time && simulation.energy().kinetic.is_finite());
 }
 
+/// A duration of whole safe steps, whose sum is a little longer than they are.
+#[test]
+fn a_duration_of_whole_steps_does_not_shorten_them() {
+    let mut simulation = driven(weak(seam(1)), [0.0, 0.0, 1e-3], 0.0);
+    let safe = simulation.broken_step(Damping::None).unwrap_or_else(|error| panic!("{error}"));
+    let velocities = vec![[0.0, 0.0, 1e-6]; simulation.model().n_nodes()];
+    for n in 90..110 {
+        simulation.set_velocities(&velocities);
+        let duration = (0..n).map(|_| safe).sum();
+        let begun = simulation.start(Damping::None, TimeStep::Auto, Some(duration));
+        assert_eq!(begun.ok(), Some(n));
+        steps(&mut simulation, n as usize);
+    }
+}
+
+/// Velocities that are set bring the ones before to the present time, and pairs fail there.
+#[test]
+fn steps_become_shorter_where_pairs_fail_between_them() {
+    let mut simulation = driven(weak(seam(1)), [0.0, 0.0, 1e-3], 0.0);
+    start(&mut simulation, Damping::None);
+    let first = simulation.time_step();
+    while {
+        simulation.energy();
+        simulation.failed_pairs() == [0; 2]
+    } {
+        steps(&mut simulation, 1);
+    }
+    assert_eq!(simulation.time_step(), first);
+    let velocities = simulation.velocities();
+    simulation.set_velocities(&velocities);
+    steps(&mut simulation, 1);
+    let safe = simulation.broken_step(Damping::None).unwrap_or_else(|error| panic!("{error}"));
+    assert!(simulation.time_step() <= safe && safe < first);
+}
+
+/// Blocks that move at the start of a stage may bring a shock to the joints, which a change of the step is too
+/// rough for.
+#[test]
+fn stages_that_begin_in_motion_have_the_safe_step() {
+    for joint in [seam(1), weak(seam(1))] {
+        let mut simulation = driven(joint, [0.0; 3], 0.0);
+        start(&mut simulation, Damping::None);
+        let at_rest = simulation.time_step();
+        simulation.set_velocities(&vec![[1e-3, 0.0, 0.0]; simulation.model().n_nodes()]);
+        start(&mut simulation, Damping::None);
+        let safe = simulation.broken_step(Damping::None).unwrap_or_else(|error| panic!("{error}"));
+        let moving = if simulation.model().can_fail() { safe } else { at_rest };
+        assert_eq!(simulation.time_step(), moving);
+        assert!(safe < at_rest);
+    }
+}
+
 /// Energies, tractions and slips are those of a step to come: asking for them takes none.
 #[test]
 fn looking_at_what_breaks_changes_no_bit() {

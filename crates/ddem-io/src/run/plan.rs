@@ -24,8 +24,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// With joints that hold. An automatic step is this part of the critical one.
-    pub(super) fn new(stage: &Stage, part: f64, critical_step: f64) -> Self {
+    /// With joints that hold; `automatic` is the step of a dynamic stage that gives none.
+    fn new(stage: &Stage, automatic: f64) -> Self {
         let name = stage.name.clone();
         if stage.kind != StageKind::Dynamic {
             let trials = if stage.kind == StageKind::Safety { trials(&stage.search()) } else { 0 };
@@ -34,10 +34,23 @@ impl Plan {
         }
         let time_step = match stage.time_step {
             Some(TimeStep::Seconds(step)) => step,
-            _ => part * stage.damping.unwrap_or_default().stable_step(critical_step),
+            _ => automatic,
         };
         Self { name, steps: steps(stage, time_step), time_step, ..Self::default() }
     }
+}
+
+/// What the stages of a simulation that has not begun will take.
+pub(super) fn plans(simulation: &mut Simulation, stages: &[Stage]) -> Vec<Plan> {
+    let mut moving = simulation.moves();
+    let plan = |stage: &Stage| {
+        let dynamic = stage.kind == StageKind::Dynamic;
+        let damping = stage.damping.unwrap_or_default();
+        let step = if dynamic { simulation.automatic_step(damping, moving) } else { Ok(0.0) };
+        moving = dynamic;
+        Plan::new(stage, step.unwrap_or(f64::NAN))
+    };
+    stages.iter().map(plan).collect()
 }
 
 /// Trials after which a search ends: two at the ends of the bracket, then two that leave a third of it.

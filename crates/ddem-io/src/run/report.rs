@@ -9,7 +9,7 @@ use ddem_core::{
 };
 
 use super::RunFailure;
-use super::plan::{Plan, estimate};
+use super::plan::{Plan, estimate, plans};
 use super::probe::Sampler;
 use crate::{DeckError, Source};
 
@@ -244,11 +244,10 @@ pub(super) fn report(simulation: &mut Simulation, samplers: &[Sampler]) -> Repor
     warnings.extend(samplers.iter().filter_map(|sampler| sampler.doubt.clone()));
     let stages = simulation.model().deck().stage.clone();
     warnings.extend(unsafe_steps(simulation, &stages));
+    let plans = plans(simulation, &stages);
     let near = simulation.contact_counts().near as u64;
     let model = simulation.model();
     let deck = model.deck();
-    let part = simulation.automatic_part();
-    let stages = deck.stage.iter().map(|stage| Plan::new(stage, part, critical_step));
     let [breakable_joints, breakable_pairs] = model.n_breakable().map(|count| count as u64);
     Report {
         title: deck.title.clone(),
@@ -265,7 +264,7 @@ pub(super) fn report(simulation: &mut Simulation, samplers: &[Sampler]) -> Repor
         charges: model.charges(),
         interfaces: model.interfaces(),
         selections: model.selections(),
-        stages: stages.collect(),
+        stages: plans,
         warnings,
     }
 }
