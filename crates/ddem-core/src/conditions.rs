@@ -256,7 +256,7 @@ impl Factor {
 
 impl Period {
     /// Time since the start of the stage named in `from`, otherwise of the run.
-    fn since(&self, time: f64, starts: &[f64]) -> f64 {
+    pub(crate) fn since(&self, time: f64, starts: &[f64]) -> f64 {
         time - self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0)
     }
 

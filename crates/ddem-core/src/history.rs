@@ -36,6 +36,13 @@ impl Course {
     }
 }
 
+impl Course {
+    /// Whether the factor may change after a time `[s]`; what a program computes is not known.
+    pub(crate) fn changes_after(&self, time: f64) -> bool {
+        matches!(self, Self::Given(history) if time < history.end())
+    }
+}
+
 impl fmt::Debug for Course {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -68,6 +75,18 @@ impl History {
                     (None, None) => 0.0,
                 }
             }
+        }
+    }
+}
+
+impl History {
+    /// From when on the factor stays as it is, a pulse that fades to within a thousandth `[s]`.
+    fn end(&self) -> f64 {
+        match self {
+            Self::Ramp(rise) => *rise,
+            Self::Duvall(Duvall { alpha, beta }) => libm::log(1000.0) / alpha.min(*beta),
+            Self::Triangle(pulse) => pulse.rise + pulse.down(),
+            Self::Table(rows) => rows.last().map_or(0.0, |row| row[0]),
         }
     }
 }

@@ -117,7 +117,10 @@ impl Watch {
         let last = self.looks.len().saturating_sub(1);
         if motion(last) >= FAR && self.grows() && !self.slows() {
             Verdict::Fails
-        } else if ratio <= BALANCED && motion(last) - motion(3 * last / 4) <= STILL {
+        } else if ratio <= BALANCED
+            && motion(last) - motion(3 * last / 4) <= STILL
+            && (motion(last) < LEAST || self.slows())
+        {
             Verdict::AtRest
         } else {
             Verdict::Undecided

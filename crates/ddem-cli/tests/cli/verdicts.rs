@@ -87,6 +87,17 @@ fn what_friction_holds_is_at_rest() {
     }
 }
 
+/// A block that speeds up is not at rest, however slow it still is, nor is one that a load goes on pushing.
+#[test]
+fn rest_does_not_come_before_the_motion() {
+    let push = "[[load]]\nwhere = { set = 'block', side = 'x-' }\ntraction = [4e3, 0, 0]\n\
+                history = { ramp = 0.3 }";
+    for (friction, stage) in [(29.0, TO_REST.to_owned()), (35.0, format!("{TO_REST}\n{push}"))] {
+        let (status, said, stages) = ended(friction, &stage);
+        assert_eq!((status, &stages[0]["verdict"]), (Some(1), &"fails".into()), "{said}");
+    }
+}
+
 #[test]
 fn a_run_goes_on_after_a_failure_where_it_is_told_to() {
     let (status, said, stages) = ended(25.0, "kind = 'relax'\non_failure = 'continue'");

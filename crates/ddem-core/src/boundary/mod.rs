@@ -137,6 +137,15 @@ impl Borders {
         self.list.iter().enumerate().map(factor).collect()
     }
 
+    /// Whether any wave may change after a time.
+    pub(crate) fn change_after(&self, (stage, time): (usize, f64), starts: &[f64]) -> bool {
+        let changes = |border: &Border| {
+            let since = border.period.since(time, starts);
+            border.period.has(stage) && border.history.changes_after(since)
+        };
+        self.list.iter().any(changes)
+    }
+
     /// A wave that goes with time as a program says.
     ///
     /// # Errors

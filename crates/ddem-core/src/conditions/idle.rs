@@ -1,6 +1,6 @@
-//! Loads that are in force and do not act, and charges that act where nothing moves.
+//! Loads that are in force and do not act, charges that act where nothing moves, and what has come to its end.
 
-use super::{Charged, Conditions, Loaded};
+use super::{Charged, Conditions, Fixed, Loaded};
 use crate::deck::{Deck, StageKind};
 use crate::history::Course;
 
@@ -36,6 +36,24 @@ impl Conditions {
             load.period.has(stage) && varies(load) && factors.get(index) == Some(&0.0)
         };
         (0..deck_loads).filter(idle).collect()
+    }
+
+    /// Whether anything in force may change after a time: a load, a charge, or a support that is driven.
+    pub(crate) fn change_after(&self, (stage, time): (usize, f64), starts: &[f64]) -> bool {
+        let load = |load: &Loaded| load.acts(stage) && load.changes_after(time, starts);
+        let charge = |charged: &Charged| {
+            let since = charged.period.since(time, starts) - charged.delay;
+            charged.period.has(stage) && (since < 0.0 || charged.history.changes_after(since))
+        };
+        let fix = |fix: &Fixed| {
+            let since = fix.period.since(time, starts);
+            let moves = fix.history.factor(since).is_ok_and(|factor| factor != 0.0);
+            let driven = fix.period.has(stage) && fix.velocity != [0.0; 3];
+            driven && (moves || fix.history.changes_after(since))
+        };
+        self.loaded.iter().any(load)
+            || self.charged.iter().any(charge)
+            || self.fixed.iter().any(fix)
     }
 
     /// Blasts that are in force from the start and go off in a relax stage before a dynamic one: each with

@@ -43,6 +43,15 @@ impl Loaded {
         }
     }
 
+    /// Whether its forces may change after a time.
+    pub(super) fn changes_after(&self, time: f64, starts: &[f64]) -> bool {
+        let since = match &self.fading {
+            Some(fading) => time - fading.began,
+            None => self.period.since(time, starts),
+        };
+        self.history.changes_after(since)
+    }
+
     /// Whether its forces are gone in a stage, whatever the time.
     pub(crate) fn ends(&self, stage: usize) -> bool {
         // Programs may enter a stage from before, and leave out those between.

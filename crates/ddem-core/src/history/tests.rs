@@ -1,3 +1,4 @@
+use super::Course;
 use crate::deck::{Duvall, History, Triangle};
 
 #[test]
@@ -50,4 +51,22 @@ fn a_triangle_goes_up_and_down() {
     }
     let steep = History::Triangle(Triangle { rise: 0.0, fall: Some(2.0), duration: None });
     assert_eq!([-0.1, 0.0, 1.0, 2.0].map(|time| steep.factor(time)), [0.0, 1.0, 0.5, 0.0]);
+}
+
+#[test]
+fn histories_come_to_an_end() {
+    let course = |history: History| Course::new(Some(&history));
+    let triangle = Triangle { rise: 1.0, duration: Some(3.0), fall: None };
+    let table = History::Table(vec![[0.0, 0.0], [2.0, 5.0]]);
+    for (course, end) in [
+        (course(History::Ramp(0.5)), 0.5),
+        (course(History::Triangle(triangle)), 3.0),
+        (course(table), 2.0),
+        (course(History::Duvall(Duvall { alpha: 10.0, beta: 1e3 })), 0.1 * 1000_f64.ln()),
+    ] {
+        let last = course.factor(1e3);
+        assert!(course.changes_after(0.99 * end) && !course.changes_after(1.01 * end));
+        assert!((course.factor(1.01 * end).unwrap() - last.unwrap()).abs() < 1.1e-3);
+    }
+    assert!(!Course::Constant.changes_after(-1.0));
 }

@@ -5,6 +5,7 @@ use crate::contact::Contacts;
 use crate::error::{Moving, RunError};
 use crate::geometry::Vec3;
 use crate::model::Model;
+use crate::state::State;
 use crate::sums::Sums;
 use crate::watch::Verdict;
 
@@ -16,10 +17,16 @@ impl Simulation {
         self.state.watch.verdict(self.last.ratio())
     }
 
-    /// The same once it is known well enough to end the stage: after 2000 steps or more.
+    /// The same once it is known well enough to end the stage: after 2000 steps or more, and at rest when loads,
+    /// supports and waves with a history in the deck have come to their last value.
     #[must_use]
     pub fn decided(&self) -> Option<Verdict> {
-        self.state.watch.decided(self.last.ratio())
+        let verdict = self.state.watch.decided(self.last.ratio())?;
+        let State { stage, time, stage_starts, .. } = &self.state;
+        let Model { conditions, borders, .. } = &self.model;
+        let changes = conditions.change_after((*stage, *time), stage_starts)
+            || borders.change_after((*stage, *time), stage_starts);
+        (verdict != Verdict::AtRest || !changes).then_some(verdict)
     }
 
     /// The error of a stage in which blocks move on against each other, with those that have moved so far.
