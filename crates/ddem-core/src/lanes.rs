@@ -157,3 +157,28 @@ pub(crate) fn symmetric_times<S: Simd>(a: [f64x4<S>; 6], v: Vector<S>) -> Vector
         zx * v[0] + yz * v[1] + zz * v[2],
     ]
 }
+
+/// Sum of a vector over the nodes of bodies with some elements along each edge: by rows, planes of rows, and all
+/// planes, so that chains of additions are short and the same wherever they are made.
+#[inline(always)]
+pub(crate) fn over_nodes<S: Simd>(
+    simd: S,
+    divisions: usize,
+    mut of: impl FnMut(usize) -> Vector<S>,
+) -> Vector<S> {
+    let mut sum = zero(simd);
+    let mut node = 0;
+    for _ in 0..=divisions {
+        let mut plane = zero(simd);
+        for _ in 0..=divisions {
+            let mut row = zero(simd);
+            for _ in 0..=divisions {
+                row = add(row, of(node));
+                node += 1;
+            }
+            plane = add(plane, row);
+        }
+        sum = add(sum, plane);
+    }
+    sum
+}

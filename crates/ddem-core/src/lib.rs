@@ -24,6 +24,7 @@ mod conditions;
 mod contact;
 mod energy;
 mod error;
+mod exact;
 mod fields;
 mod force;
 mod frames;

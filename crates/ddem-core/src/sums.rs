@@ -8,6 +8,7 @@
 
 use fearless_simd::{Simd, f64x4};
 
+use crate::exact::sum;
 use crate::lanes::{Lanes, splat};
 
 /// Sums over the nodes of a pack, or over all.
@@ -37,25 +38,22 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    /// Sum over packs, in order.
+    /// Sum over packs, in whatever order.
     pub(crate) fn total(packs: &[Self]) -> Self {
-        let mut total = Self::default();
-        for sums in packs {
-            total.free += sums.free;
-            total.applied += sums.applied;
-            total.power += sums.power;
-            total.kinetic += sums.kinetic;
-            total.ahead += sums.ahead;
-            total.moved += sums.moved;
-            let fastest = sums.fastest.0.into_iter().fold(total.fastest.0[0], f64::max);
-            total.fastest.0[0] = fastest;
-            for side in 0..2 {
-                total.loads[side] += sums.loads[side];
-                total.supports[side] += sums.supports[side];
-                total.damping[side] += sums.damping[side];
-            }
+        let of = |part: fn(&Self) -> f64| sum(packs.iter().map(part));
+        let fastest = packs.iter().flat_map(|sums| sums.fastest.0).fold(0.0, f64::max);
+        Self {
+            free: of(|sums| sums.free),
+            applied: of(|sums| sums.applied),
+            power: of(|sums| sums.power),
+            loads: [of(|sums| sums.loads[0]), of(|sums| sums.loads[1])],
+            supports: [of(|sums| sums.supports[0]), of(|sums| sums.supports[1])],
+            damping: [of(|sums| sums.damping[0]), of(|sums| sums.damping[1])],
+            kinetic: of(|sums| sums.kinetic),
+            ahead: of(|sums| sums.ahead),
+            moved: of(|sums| sums.moved),
+            fastest: Lanes([fastest, 0.0, 0.0, 0.0]),
         }
-        total
     }
 
     /// Unbalanced force ratio `‖F_free‖ / ‖F_applied + reactions‖` (§7); not a number where
@@ -69,9 +67,19 @@ impl Sums {
     }
 }
 
-/// Running sums of the four lanes while a pack is gone through.
+/// Running sums of the four lanes while a pack is gone through: by rows of nodes, planes of rows, and all planes, so
+/// that chains of additions are short and the same wherever they are made.
 #[derive(Clone, Copy)]
 pub(crate) struct Tally<S: Simd> {
+    row: Running<S>,
+    plane: Running<S>,
+    pack: Running<S>,
+    /// Rows of a plane, and of the present one so far.
+    rows: [usize; 2],
+}
+
+#[derive(Clone, Copy)]
+struct Running<S: Simd> {
     free: f64x4<S>,
     power: f64x4<S>,
     loads: [f64x4<S>; 2],
@@ -81,9 +89,9 @@ pub(crate) struct Tally<S: Simd> {
     moved: f64x4<S>,
 }
 
-impl<S: Simd> Tally<S> {
+impl<S: Simd> Running<S> {
     #[inline(always)]
-    pub(crate) fn new(simd: S) -> Self {
+    fn new(simd: S) -> Self {
         let zero = splat(simd, 0.0);
         let two = [zero; 2];
         Self {
@@ -97,63 +105,99 @@ impl<S: Simd> Tally<S> {
         }
     }
 
+    #[inline(always)]
+    fn add(&mut self, more: &Self) {
+        self.free += more.free;
+        self.power += more.power;
+        for side in 0..2 {
+            self.loads[side] += more.loads[side];
+            self.damping[side] += more.damping[side];
+        }
+        self.kinetic += more.kinetic;
+        self.ahead += more.ahead;
+        self.moved += more.moved;
+    }
+}
+
+impl<S: Simd> Tally<S> {
+    /// Of bodies with some elements along each edge.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, divisions: usize) -> Self {
+        let none = Running::new(simd);
+        Self { row: none, plane: none, pack: none, rows: [divisions + 1, 0] }
+    }
+
+    /// After the last node of each row.
+    #[inline(always)]
+    pub(crate) fn end_row(&mut self, simd: S) {
+        self.plane.add(&self.row);
+        self.row = Running::new(simd);
+        let [all, done] = &mut self.rows;
+        *done += 1;
+        if done == all {
+            *done = 0;
+            self.pack.add(&self.plane);
+            self.plane = Running::new(simd);
+        }
+    }
+
     /// The force on one component of one node.
     #[inline(always)]
     pub(crate) fn force(&mut self, force: f64x4<S>) {
-        self.free += force * force;
+        self.row.free += force * force;
     }
 
     /// The load on one component of one node and the velocities before and after.
     #[inline(always)]
     pub(crate) fn loaded(&mut self, load: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
-        self.loads[0] += load * before;
-        self.loads[1] += load * after;
+        self.row.loads[0] += load * before;
+        self.row.loads[1] += load * after;
     }
 
     /// The damping force `D` (against the motion) and the velocities before and after.
     #[inline(always)]
     pub(crate) fn damped(&mut self, force: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
-        self.damping[0] += force * before;
-        self.damping[1] += force * after;
+        self.row.damping[0] += force * before;
+        self.row.damping[1] += force * after;
     }
 
     /// For relaxation: the force on a component and its velocity before.
     #[inline(always)]
     pub(crate) fn relaxed(&mut self, force: f64x4<S>, old: f64x4<S>) {
-        self.free += force * force;
-        self.power += force * old;
+        self.row.free += force * force;
+        self.row.power += force * old;
     }
 
     /// For relaxation: the force on a component and the way that it goes.
     #[inline(always)]
     pub(crate) fn moved(&mut self, force: f64x4<S>, new: f64x4<S>) {
-        self.power += force * new;
-        self.moved += new * new;
+        self.row.power += force * new;
+        self.row.moved += new * new;
     }
 
     #[inline(always)]
     pub(crate) fn kinetic(&mut self, mass: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
-        self.kinetic += mass * before * after * 0.5;
+        self.row.kinetic += mass * before * after * 0.5;
     }
 
     /// At a whole step: the velocity there and half a step ahead.
     #[inline(always)]
     pub(crate) fn whole(&mut self, mass: f64x4<S>, now: f64x4<S>, after: f64x4<S>) {
         let more = after - now;
-        self.kinetic += mass * now * now * 0.5;
-        self.ahead += mass * more * more * 0.5;
+        self.row.kinetic += mass * now * now * 0.5;
+        self.row.ahead += mass * more * more * 0.5;
     }
 
     /// Into the sums of the pack.
     #[inline(always)]
     pub(crate) fn give(self, sums: &mut Sums) {
         let sum = |x: f64x4<S>| Lanes::from(x).sum();
-        sums.free = sum(self.free);
-        sums.power = sum(self.power);
-        sums.loads = self.loads.map(sum);
-        sums.damping = self.damping.map(sum);
-        sums.kinetic = sum(self.kinetic);
-        sums.ahead = sum(self.ahead);
-        sums.moved = sum(self.moved);
+        sums.free = sum(self.pack.free);
+        sums.power = sum(self.pack.power);
+        sums.loads = self.pack.loads.map(sum);
+        sums.damping = self.pack.damping.map(sum);
+        sums.kinetic = sum(self.pack.kinetic);
+        sums.ahead = sum(self.pack.ahead);
+        sums.moved = sum(self.pack.moved);
     }
 }

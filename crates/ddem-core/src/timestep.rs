@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use crate::breaks::Breaks;
 use crate::cluster::{Clusters, accelerations};
 use crate::error::RunError;
+use crate::exact::Exact;
 use crate::geometry::Vec3;
 use crate::inertia::Inertia;
 use crate::lanes::{LANES, Lanes};
@@ -63,8 +64,9 @@ pub(crate) fn largest_eigenvalue(
         internal_forces(Pass::linear(model, &scaled), breaks, scratch);
         // w = A q − β q₋; α = w·q; w −= α q; β = |w|. The product is −f.
         let beta = beside.last().copied().unwrap_or(0.0);
-        let mut alpha = 0.0;
+        let mut alpha = Exact::default();
         for_each_pack(model, |pack, range| {
+            let mut own = 0.0;
             if model.packs.packs[pack].rigid {
                 bodies.resultants(model, pack, &mut scratch.f[range.clone()]);
             }
@@ -73,18 +75,24 @@ pub(crate) fn largest_eigenvalue(
                     let more = added.get(at / 3).map_or(0.0, |more| more.0[lane]);
                     let product = more * q[at].0[lane] - scratch.f[at].0[lane] * r.0[lane];
                     before[at].0[lane] = product - beta * before[at].0[lane];
-                    alpha += before[at].0[lane] * q[at].0[lane];
+                    own += before[at].0[lane] * q[at].0[lane];
                 }
             }
+            alpha.add(own);
         });
-        let mut norm = 0.0;
-        for (w, q) in before.iter_mut().zip(&q) {
-            for lane in 0..LANES {
-                w.0[lane] -= alpha * q.0[lane];
-                norm += w.0[lane] * w.0[lane];
+        let alpha = alpha.value();
+        let mut norm = Exact::default();
+        for_each_pack(model, |_, range| {
+            let mut own = 0.0;
+            for (w, q) in before[range.clone()].iter_mut().zip(&q[range]) {
+                for lane in 0..LANES {
+                    w.0[lane] -= alpha * q.0[lane];
+                    own += w.0[lane] * w.0[lane];
+                }
             }
-        }
-        let beta = norm.sqrt();
+            norm.add(own);
+        });
+        let beta = norm.value().sqrt();
         diagonal.push(alpha);
         values.push(largest_of_tridiagonal(&diagonal, &beside));
         let largest = values[values.len() - 1];
@@ -175,13 +183,14 @@ fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) ->
     roots
 }
 
-/// A unit vector that favours no mode: numbers from a fixed sequence, none where no body is.
+/// A unit vector that favours no mode: numbers from a fixed sequence for each pack, none where no body is.
 fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut q = vec![Lanes::ZERO; n];
-    let mut seed = 0x9E37_79B9_7F4A_7C15_u64;
-    let mut norm = 0.0;
+    let mut norm = Exact::default();
     for_each_pack(model, |pack, range| {
         let Pack { rigid, filled, .. } = model.packs.packs[pack];
+        let mut seed = 0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(2 * pack as u64 + 1);
+        let mut own = 0.0;
         for at in range.take(if rigid { 6 } else { usize::MAX }) {
             for lane in 0..filled {
                 seed ^= seed << 13;
@@ -189,11 +198,12 @@ fn start(model: &Model, n: usize) -> Vec<Lanes> {
                 seed ^= seed << 17;
                 let x = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
                 q[at].0[lane] = x;
-                norm += x * x;
+                own += x * x;
             }
         }
+        norm.add(own);
     });
-    let norm = norm.sqrt();
+    let norm = norm.value().sqrt();
     q.iter_mut().for_each(|q| q.0.iter_mut().for_each(|x| *x /= norm));
     q
 }
@@ -237,23 +247,27 @@ pub(crate) fn largest_clustered(
         }
         internal_forces(Pass::linear(model, &x), breaks, scratch);
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
-        let (mut above, mut below, mut size) = (0.0, 0.0, 0.0_f64);
+        let (mut above, mut below, mut size) = (Exact::default(), Exact::default(), 0.0_f64);
         for pack in 0..model.packs.packs.len() {
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             let mut next = vec![Lanes::ZERO; range.len()];
             dispatch!(scratch.level, simd => {
                 accelerations(simd, (model, None), clusters, pack, &scratch.f, &mut next)
             });
+            let mut own = [0.0; 2];
             for (at, next) in range.zip(next) {
                 for lane in 0..LANES {
                     let (y, m) = (-scratch.f[at].0[lane], -next.0[lane]);
-                    above += y * m;
-                    below += y * x[at].0[lane];
+                    own[0] += y * m;
+                    own[1] += y * x[at].0[lane];
                     size = size.max(m.abs());
                     x[at].0[lane] = m;
                 }
             }
+            above.add(own[0]);
+            below.add(own[1]);
         }
+        let (above, below) = (above.value(), below.value());
         if below <= 0.0 {
             break;
         }

@@ -12,6 +12,7 @@ mod tests;
 use nalgebra::Vector3;
 
 use crate::assembly::{Assembly, ElementPack, NO_TABLE};
+use crate::exact::Exact;
 use crate::lanes::{LANES, Lanes};
 use crate::law::{Memory, Mode};
 use crate::pack::{Pack, Packs, PairPlace};
@@ -115,14 +116,42 @@ impl Clone for Broken {
     }
 }
 
-impl Losses {
-    /// Sum over packs, in order.
-    pub(crate) fn total(packs: &[Self]) -> Self {
-        let mut total = Self::default();
-        packs.iter().for_each(|losses| total.add(losses));
-        total
+/// Sum of losses over packs or contacts, in whatever order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lost {
+    sums: [Exact; 4],
+    failed: [u64; 2],
+}
+
+impl Lost {
+    pub(crate) fn add(&mut self, more: &Losses) {
+        let Losses { friction, fracture, contact, damping, failed } = *more;
+        let each = [friction, fracture, contact, damping];
+        self.sums.iter_mut().zip(each).for_each(|(sum, more)| sum.add(more));
+        self.failed = [0, 1].map(|mode| self.failed[mode] + failed[mode]);
     }
 
+    pub(crate) fn merge(mut self, other: &Self) -> Self {
+        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, more)| sum.merge(more));
+        self.failed = [0, 1].map(|mode| self.failed[mode] + other.failed[mode]);
+        self
+    }
+
+    pub(crate) fn total(&self) -> Losses {
+        let [friction, fracture, contact, damping] = self.sums.each_ref().map(Exact::value);
+        Losses { friction, fracture, contact, damping, failed: self.failed }
+    }
+}
+
+impl<'a> FromIterator<&'a Losses> for Lost {
+    fn from_iter<T: IntoIterator<Item = &'a Losses>>(all: T) -> Self {
+        let mut lost = Self::default();
+        all.into_iter().for_each(|losses| lost.add(losses));
+        lost
+    }
+}
+
+impl Losses {
     /// Adds what others have lost.
     pub(crate) fn add(&mut self, more: &Self) {
         self.friction += more.friction;
@@ -209,7 +238,7 @@ impl Breaks {
 
     /// Energy that points have given and not taken: the accounts below nothing `[J]`.
     pub(crate) fn debt(&self, seams: &Seams) -> f64 {
-        let mut debt = 0.0;
+        let mut debt = Exact::default();
         for (index, d) in (0..self.packs.len()).flat_map(|index| [0, 1, 2].map(|d| (index, d))) {
             let Some((broken, seam)) = self.get(index, 1 << d).zip(seams.get(index, d)) else {
                 continue;
@@ -217,10 +246,10 @@ impl Breaks {
             for points in &broken.points {
                 let lanes = points.iter().enumerate();
                 let each = lanes.map(|(lane, p)| p.area(seam, lane) * p.memory.account.min(0.0));
-                debt += each.sum::<f64>();
+                each.for_each(|owed| debt.add(owed));
             }
         }
-        debt
+        debt.value()
     }
 
     /// The joint lattices of a pack.

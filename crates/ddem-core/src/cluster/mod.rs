@@ -21,7 +21,6 @@ use crate::element::corotation::Frame;
 use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
-use crate::pack::Neighbours;
 use crate::rigid::Pose;
 use crate::state::Memory;
 
@@ -32,11 +31,11 @@ use meeting::contact_diagonal;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Partner {
     /// Directions that are crossed.
-    pub(crate) part: usize,
-    /// Sides at which the node lies: bit set at the upper end.
-    pub(crate) sides: usize,
+    part: usize,
+    /// Where the partner's body is: place in [`Clusters::beside`].
+    beside: usize,
     /// Local number in the partner's body.
-    pub(crate) local: usize,
+    local: usize,
 }
 
 /// Rows of the inverse masses of a pack's nodes.
@@ -82,6 +81,9 @@ pub(crate) struct Clusters {
     /// Of rigid bodies, pack by pack of these.
     rigid: Vec<rigid::Inverses>,
     pub(crate) meeting: Meeting,
+    /// Four times the pack, and the lane, of the bodies around those of each pack: by place, three times as many
+    /// from direction to direction (0: the same cell, 1: the one above, 2: the one below).
+    beside: Vec<[[u32; LANES]; 27]>,
     /// Frames of the packs, where masses turn with them.
     pub(crate) turned: Vec<Frame>,
 }
@@ -97,7 +99,9 @@ impl Clusters {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
         let surfaces = model.contact.as_ref().filter(|_| meeting.any);
         let around = Around { model, couplings: &couplings, held, surfaces, meeting };
-        let mut clusters = Self { meeting, ..Self::default() };
+        let packs = 0..model.packs.packs.len();
+        let beside = packs.map(|pack| beside(model, pack)).collect();
+        let mut clusters = Self { meeting, beside, ..Self::default() };
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in 0..model.packs.packs.len() {
             if stop() {
@@ -130,6 +134,32 @@ impl Clusters {
     }
 }
 
+/// Places of the cells above in [`Clusters::beside`], by direction.
+const POWERS: [usize; 3] = [1, 3, 9];
+/// No body.
+const NOBODY: u32 = u32::MAX;
+
+/// As in [`Clusters::beside`].
+fn beside(model: &Model, pack: usize) -> [[u32; LANES]; 27] {
+    let bodies = &model.packs.packs[pack].bodies;
+    std::array::from_fn(|place| {
+        let offset = POWERS.map(|power| [0, 1, -1][place / power % 3]);
+        bodies.map(|body| {
+            // A body that has been taken out is still there itself.
+            let there = (place == 0).then_some(body as usize);
+            let other = there.or_else(|| model.geometry.neighbour(body as usize, offset));
+            let slot = other.map(|other| model.packs.slot(other));
+            slot.map_or(NOBODY, |(pack, lane)| (LANES * pack + lane) as u32)
+        })
+    })
+}
+
+/// Pack and lane.
+#[inline(always)]
+fn slot(body: u32) -> Option<(usize, usize)> {
+    (body != NOBODY).then_some((body as usize / LANES, body as usize % LANES))
+}
+
 fn coupling(element: &Element) -> Coupling {
     // Corners with x fastest, to VTK order.
     const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
@@ -160,10 +190,11 @@ impl InverseMass {
                 if part != 0 && !used {
                     continue;
                 }
-                let sides = (0..3).filter(|&d| at[d] == n).map(|d| 1 << d).sum();
+                let crossed = (0..3).filter(|d| part >> d & 1 == 1);
+                let beside = crossed.map(|d| POWERS[d] * if at[d] == n { 1 } else { 2 }).sum();
                 let there = across(at, part, n);
                 let local = there[0] + (n + 1) * (there[1] + (n + 1) * there[2]);
-                mass.partner.push(Partner { part, sides, local });
+                mass.partner.push(Partner { part, beside, local });
                 mass.rows.extend((0..3).map(|c| Lanes(rows.map(|row| row[part][c]))));
             }
             debug_assert!(first < mass.partner.len());
@@ -308,15 +339,13 @@ pub(crate) fn accelerations<S: Simd>(
     for node in 0..out.len() / 3 {
         let mut sum = zero(simd);
         for row in class.start[node] as usize..class.start[node + 1] as usize {
-            let Partner { part, sides, local } = class.partner[row];
+            let Partner { part, beside, local } = class.partner[row];
             let force = if part == 0 {
                 load_at(simd, f, 3 * (pack.start + node))
             } else {
                 let mut there = [Lanes::ZERO; 3];
-                for lane in 0..pack.filled {
-                    let Some((other, lane_there)) = beside(model, index, lane, part, sides) else {
-                        continue;
-                    };
+                for (lane, &body) in clusters.beside[index][beside].iter().enumerate() {
+                    let Some((other, lane_there)) = slot(body) else { continue };
                     let place = 3 * (packs.packs[other].start + local);
                     for c in 0..3 {
                         there[c].0[lane] = f[place + c].0[lane_there];
@@ -330,38 +359,5 @@ pub(crate) fn accelerations<S: Simd>(
             }
         }
         store_at(out, 3 * node, sum);
-    }
-}
-
-/// Pack and lane of the body across the directions of `part`, up or down as `sides` says.
-#[inline(always)]
-fn beside(
-    model: &Model,
-    index: usize,
-    lane: usize,
-    part: usize,
-    sides: usize,
-) -> Option<(usize, usize)> {
-    let packs = &model.packs.packs;
-    let (up, down) = (part & sides, part & !sides);
-    let at = |neighbours: &Neighbours, lane: usize| neighbours.at(lane);
-    match (up, down) {
-        (0, down) => at(&packs[index].lower[down], lane),
-        (up, 0) => at(&packs[index].upper[up], lane),
-        // Up one way and down another: over the body between, or the other one, if one is gone,
-        // or straight there, if both are and the cluster hangs together by others.
-        (up, down) => {
-            let over = at(&packs[index].upper[up], lane)
-                .and_then(|(pack, lane)| at(&packs[pack].lower[down], lane));
-            over.or_else(|| {
-                at(&packs[index].lower[down], lane)
-                    .and_then(|(pack, lane)| at(&packs[pack].upper[up], lane))
-            })
-            .or_else(|| {
-                let offset = [0, 1, 2].map(|d| (up >> d & 1) as i32 - (down >> d & 1) as i32);
-                let body = packs[index].bodies[lane] as usize;
-                model.geometry.neighbour(body, offset).map(|body| model.packs.slot(body))
-            })
-        }
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use rayon::prelude::*;
 
 use super::{Contacts, Patch, Placing, Point};
-use crate::breaks::{Look, Losses};
+use crate::breaks::{Look, Losses, Lost};
 use crate::geometry::Vec3;
 use crate::law::bearing::Bearing;
 use crate::law::{MohrCoulomb, Opening, Stiffness};
@@ -12,33 +12,30 @@ use crate::law::{MohrCoulomb, Opening, Stiffness};
 /// Patches that one task takes.
 const TOGETHER: usize = 64;
 
-/// Forces of all patches; what they lose is summed in their order.
+/// Forces of all patches, and what they lose.
 pub(crate) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
     let chunks = contacts.patches.par_chunks_mut(TOGETHER);
-    let acting: Vec<(Losses, f64)> = chunks
-        .map(|patches| {
-            let (mut losses, mut deepest) = (Losses::default(), 0.0_f64);
-            for patch in patches {
-                if patch.bond.is_some() {
-                    losses.add(&patch.bear_as_joint(&placing, look));
-                } else {
-                    losses.add(&patch.act(&placing));
-                    deepest = deepest.max(patch.depth());
-                }
-                if look.relaxing {
-                    patch.settle();
-                }
+    let acting = chunks.map(|patches| {
+        let (mut lost, mut deepest) = (Lost::default(), 0.0_f64);
+        for patch in patches {
+            if patch.bond.is_some() {
+                lost.add(&patch.bear_as_joint(&placing, look));
+            } else {
+                lost.add(&patch.act(&placing));
+                deepest = deepest.max(patch.depth());
             }
-            (losses, deepest)
-        })
-        .collect();
-    let mut losses = Losses::default();
-    contacts.deepest = 0.0;
-    for (lost, depth) in acting {
-        losses.add(&lost);
-        contacts.deepest = contacts.deepest.max(depth);
-    }
-    losses
+            if look.relaxing {
+                patch.settle();
+            }
+        }
+        (lost, deepest)
+    });
+    let none = || (Lost::default(), 0.0);
+    let (lost, deepest) = acting.reduce(none, |(lost, deepest), (more, other)| {
+        (lost.merge(&more), f64::max(deepest, other))
+    });
+    contacts.deepest = deepest;
+    lost.total()
 }
 
 impl Patch {

@@ -35,6 +35,7 @@ mod skins;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::deck::{Deck, Joint};
+use crate::exact::sum;
 use crate::geometry::{Geometry, Vec3};
 use crate::lanes::Lanes;
 use crate::law::{Laws, Memory, Settled, Traction};
@@ -260,13 +261,13 @@ impl Contacts {
 
     /// Energy in all springs `[J]`.
     pub(crate) fn stored(&self) -> f64 {
-        self.patches.iter().map(Patch::stored).sum()
+        sum(self.patches.iter().map(Patch::stored))
     }
 
     /// Energy that points have given and not taken: the accounts below nothing `[J]`.
     pub(crate) fn debt(&self) -> f64 {
         let points = self.patches.iter().flat_map(|patch| &patch.points);
-        points.map(|point| point.area * point.account.min(0.0)).sum()
+        sum(points.map(|point| point.area * point.account.min(0.0)))
     }
 
     /// Memory in use `[bytes]`.

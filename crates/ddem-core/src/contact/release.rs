@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::{self, Breaks, Broken};
+use crate::exact::Exact;
 use crate::geometry::{Geometry, Vec3};
 use crate::law::{Laws, Traction};
 use crate::pack::{Pack, Packs};
@@ -144,7 +145,7 @@ pub(crate) fn release(
     contacts: &mut Contacts,
     make: &dyn Fn([u32; 2]) -> Option<Patch>,
 ) -> Option<f64> {
-    let (mut patches, mut any, mut lost) = (Vec::new(), false, 0.0);
+    let (mut patches, mut any, mut lost) = (Vec::new(), false, Exact::default());
     for (index, pack) in at.packs.packs.iter().enumerate() {
         for (d, lane) in (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane))) {
             let body = pack.bodies[lane] as usize;
@@ -159,11 +160,11 @@ pub(crate) fn release(
             let gone = let_go((at, placing), breaks, (index, d), (pack, lane, other));
             let Some((load, account)) = gone else { continue };
             let blocks = [body.min(other) as u32, body.max(other) as u32];
-            lost += load.energy[0] + load.energy[1] + account;
+            lost.add(load.energy[0] + load.energy[1] + account);
             let Some(mut patch) = make(blocks) else { continue };
             let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
             patch.bear(placing, &load, sign);
-            lost -= patch.stored();
+            lost.add(-patch.stored());
             patches.push(patch);
         }
     }
@@ -173,7 +174,7 @@ pub(crate) fn release(
         contacts.patches.retain(|old| taken(old).is_err());
         contacts.renew(patches);
     }
-    any.then_some(lost)
+    any.then(|| lost.value())
 }
 
 /// Takes the springs of a joint out and returns what they bore, and what was on their accounts `[J]`.

@@ -9,7 +9,7 @@ use super::fit::Fitting;
 use super::heirs::Old;
 use super::release::{Places, Release};
 use super::{Bond, Contacts, Patch, Placed, Placing, Surfaces, act, release};
-use crate::breaks::{Breaks, Look, Losses};
+use crate::breaks::{Breaks, Look, Losses, Lost};
 use crate::geometry::Geometry;
 use crate::grid;
 use crate::lanes::{LANES, Lanes};
@@ -193,7 +193,7 @@ fn renew(fitting: &Fitting<'_>, ground: Ground<'_>, contacts: &mut Contacts) -> 
     };
     let patches = &mut contacts.patches;
     let lost: Vec<_> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
-    let mut losses = Losses::default();
+    let mut losses = Lost::default();
     for (lost, loosened) in lost {
         losses.add(&lost);
         if let Some(ended) = loosened {
@@ -203,7 +203,7 @@ fn renew(fitting: &Fitting<'_>, ground: Ground<'_>, contacts: &mut Contacts) -> 
         }
     }
     contacts.ended.sort_by_key(|(blocks, _)| *blocks);
-    losses
+    losses.total()
 }
 
 /// A joint that has come further: with what is left of it where it has ended.

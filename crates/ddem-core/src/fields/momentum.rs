@@ -1,5 +1,6 @@
 //! Momentum and its moment.
 
+use crate::exact::Exact;
 use crate::geometry::Vec3;
 use crate::simulation::Simulation;
 
@@ -17,15 +18,16 @@ impl Simulation {
         self.momenta()[1].into()
     }
 
-    /// Both, block after block.
+    /// Both.
     fn momenta(&mut self) -> [Vec3; 2] {
-        let mut sums = [Vec3::zeros(); 2];
+        let mut sums: [[Exact; 3]; 2] = Default::default();
         self.each_mass(|_, mass, x, v, turning| {
             let p = v * mass;
-            sums[0] += p;
-            sums[1] += x.cross(&p) + turning;
+            for (sums, more) in sums.iter_mut().zip([p, x.cross(&p) + turning]) {
+                sums.iter_mut().zip(&more).for_each(|(sum, more)| sum.add(*more));
+            }
         });
-        sums
+        sums.map(|sum| sum.each_ref().map(Exact::value).into())
     }
 
     /// Calls `see` with every mass, block after block: its block, kilograms, position and velocity now,

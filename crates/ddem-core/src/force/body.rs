@@ -7,8 +7,8 @@ use crate::element::lattice::force;
 use crate::in_situ::Borne;
 use crate::kinematics::turn;
 use crate::lanes::{
-    Lanes, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times, transposed_times,
-    zero,
+    Lanes, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, sub, times,
+    transposed_times, zero,
 };
 use crate::pass::{Input, Output, Viscous, Workspace, half_work};
 
@@ -56,12 +56,11 @@ pub(crate) fn body<S: Simd>(
     if let Some(borne) = borne {
         borne.add(simd, None, g);
     }
-    let mut torque = zero(simd);
-    for node in 0..shape.nodes {
+    let torque = over_nodes(simd, shape.divisions, |node| {
         let (ui, gi) = (load_at(simd, local, 3 * node), load_at(simd, g, 3 * node));
-        torque = add(torque, cross(ui, gi));
         store_at(out.f, 3 * node, sub(zero(simd), times(&rotation, gi)));
-    }
+        cross(ui, gi)
+    });
     let [x, y, z] = times(&rotation, torque);
     *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
     if let Some([bodies, _]) = &mut out.energy {
@@ -113,15 +112,15 @@ fn stiffness_damping<S: Simd>(
     }
     force(simd, shape.dims(0), &table.table, way, g, planes);
     let beta = splat(simd, viscous.stiffness);
-    let mut torque = zero(simd);
-    for node in 0..shape.nodes {
-        let mut force = scale(load_at(simd, g, 3 * node), beta);
-        if let Some(rotation) = &rotation {
-            torque = add(torque, cross(load_at(simd, local, 3 * node), force));
-            force = times(rotation, force);
-        }
-        store_at(drag, 3 * node, force);
-    }
+    let torque = over_nodes(simd, shape.divisions, |node| {
+        let force = scale(load_at(simd, g, 3 * node), beta);
+        let Some(rotation) = &rotation else {
+            store_at(drag, 3 * node, force);
+            return zero(simd);
+        };
+        store_at(drag, 3 * node, times(rotation, force));
+        cross(load_at(simd, local, 3 * node), force)
+    });
     rotation.map_or(torque, |r| times(&r, torque))
 }
 

@@ -29,53 +29,54 @@ pub(crate) fn damp<S: Simd>(
     let table = &assembly.tables[assembly.pack_tables[index][0] as usize];
     let at_rest = table.edges.each_ref().map(|edge| load(simd, edge));
     let edges = frame.map_or(at_rest, |frame| at_rest.map(|edge| times(&frame.matrix(simd), edge)));
-    let [momentum, first @ ..] = lattice_moments(simd, shape.divisions, |node, _| {
-        scale(load_at(simd, v, 3 * node), inertia.mass[node].load(simd))
+    let ([momentum, first @ ..], _) = lattice_moments(simd, shape.divisions, |node, _| {
+        [scale(load_at(simd, v, 3 * node), inertia.mass[node].load(simd)), zero(simd)]
     });
     let (base, slopes) = rigid_motion(simd, &inertia.moments, &edges, momentum, first);
     let alpha = alpha.load(simd);
     let mean = frame.map_or(zero(simd), |frame| load(simd, &frame.mean));
-    let mut torque = zero(simd);
-    let [_, first @ ..] = lattice_moments(simd, shape.divisions, |node, [x, y, z]| {
+    let ([_, first @ ..], torque) = lattice_moments(simd, shape.divisions, |node, [x, y, z]| {
         let row = add(add(base, scale(slopes[2], z)), scale(slopes[1], y));
         let deforms = sub(load_at(simd, v, 3 * node), add(row, scale(slopes[0], x)));
         let force = scale(deforms, alpha * inertia.mass[node].load(simd));
-        torque = add(torque, cross(sub(load_at(simd, u, 3 * node), mean), force));
         store_at(f, 3 * node, sub(load_at(simd, f, 3 * node), force));
         store_at(drag, 3 * node, add(load_at(simd, drag, 3 * node), force));
-        force
+        [force, cross(sub(load_at(simd, u, 3 * node), mean), force)]
     });
     (0..3).fold(torque, |torque, d| add(torque, cross(at_rest[d], first[d]))).map(Lanes::from)
 }
 
 /// Sum over the nodes of four bodies of a vector, and its first moments with the numbers of elements from the
-/// centre as coordinates, which `of` is given with the node.
+/// centre as coordinates, which `of` is given with the node; and the sum of another vector.
 #[inline(always)]
 fn lattice_moments<S: Simd>(
     simd: S,
     divisions: usize,
-    mut of: impl FnMut(usize, Vector<S>) -> Vector<S>,
-) -> [Vector<S>; 4] {
-    let [mut sum, mut along_x, mut along_y, mut along_z] = [zero(simd); 4];
+    mut of: impl FnMut(usize, Vector<S>) -> [Vector<S>; 2],
+) -> ([Vector<S>; 4], Vector<S>) {
+    let [mut sum, mut along_x, mut along_y, mut along_z, mut others] = [zero(simd); 5];
     let from_centre = |i: usize| splat(simd, i as f64 - 0.5 * divisions as f64);
     let mut node = 0;
     for z in (0..=divisions).map(from_centre) {
-        let mut plane = zero(simd);
+        let [mut plane, mut others_of_plane] = [zero(simd); 2];
         for y in (0..=divisions).map(from_centre) {
-            let mut row = zero(simd);
+            let [mut row, mut others_of_row] = [zero(simd); 2];
             for x in (0..=divisions).map(from_centre) {
-                let vector = of(node, [x, y, z]);
+                let [vector, other] = of(node, [x, y, z]);
                 row = add(row, vector);
+                others_of_row = add(others_of_row, other);
                 along_x = add(along_x, scale(vector, x));
                 node += 1;
             }
             plane = add(plane, row);
+            others_of_plane = add(others_of_plane, others_of_row);
             along_y = add(along_y, scale(row, y));
         }
         sum = add(sum, plane);
+        others = add(others, others_of_plane);
         along_z = add(along_z, scale(plane, z));
     }
-    [sum, along_x, along_y, along_z]
+    ([sum, along_x, along_y, along_z], others)
 }
 
 /// Velocity at the centre of the lattices of four bodies, and its change from element to element, of the rigid

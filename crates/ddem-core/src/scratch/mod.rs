@@ -11,6 +11,7 @@ use crate::breaks::{Breaks, Losses};
 use crate::conditions::Active;
 use crate::contact::Contacts;
 use crate::element::corotation::Frame;
+use crate::exact::sum;
 use crate::force::rigid::Member;
 use crate::force::shares::{collect, spread_torque};
 use crate::frames::{fit_pack, frame_of};
@@ -155,9 +156,7 @@ impl Scratch {
 
     /// Strain energy of bodies and joints `[J]`, packs in order.
     pub(crate) fn strain_energy(&self) -> [f64; 2] {
-        self.energies
-            .iter()
-            .fold([0.0; 2], |sum, energy| [sum[0] + energy[0].sum(), sum[1] + energy[1].sum()])
+        [0, 1].map(|part| sum(self.energies.iter().map(|energy| energy[part].sum())))
     }
 
     /// Borrowed for the first pass.

@@ -9,6 +9,7 @@ use super::Simulation;
 use crate::contact::{Added, Skins, bound};
 use crate::deck::{Damping, Stage, TimeStep};
 use crate::error::RunError;
+use crate::exact::Exact;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::state::State;
@@ -279,15 +280,15 @@ impl Simulation {
     /// `Σ v m d` and `Σ d m d` with d the change of velocities since the last half step.
     fn changes(&self, (last, poses): &(Vec<Lanes>, Vec<Poses>)) -> [f64; 2] {
         let Self { model, state, .. } = self;
-        let [mut power, mut square] = [0.0; 2];
+        let [mut power, mut square]: [Exact; 2] = Default::default();
         for (index, pack) in model.packs.packs.iter().enumerate() {
             if pack.rigid {
                 let (now, last) = (&state.poses[pack.rigid_start], &poses[pack.rigid_start]);
                 let matter = &model.assembly.rigid[pack.rigid_start];
                 for ((now, last), matter) in zip(zip(now, last), matter).take(pack.filled) {
                     let d = last.further(now);
-                    power += 2.0 * now.kinetic(&d, matter);
-                    square += 2.0 * d.kinetic(&d, matter);
+                    power.add(2.0 * now.kinetic(&d, matter));
+                    square.add(2.0 * d.kinetic(&d, matter));
                 }
                 continue;
             }
@@ -295,12 +296,12 @@ impl Simulation {
             for at in 0..3 * model.packs.shape_of(pack).nodes {
                 let (now, last) = (state.v[3 * pack.start + at], last[3 * pack.start + at]);
                 for ((v, last), m) in zip(zip(now.0, last.0), inertia.mass[at / 3].0) {
-                    power += m * v * (v - last);
-                    square += m * (v - last) * (v - last);
+                    power.add(m * v * (v - last));
+                    square.add(m * (v - last) * (v - last));
                 }
             }
         }
-        [power, square]
+        [power.value(), square.value()]
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it

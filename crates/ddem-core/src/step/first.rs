@@ -6,9 +6,10 @@ use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
 use crate::assembly::NO_TABLE;
-use crate::breaks::{Breaks, Broken, Look, Losses};
+use crate::breaks::{Breaks, Broken, Look, Losses, Lost};
 use crate::contact::{Contacts, Ground, Placing, Surfaces, find, let_go};
 use crate::element::corotation::Frame;
+use crate::exact::Exact;
 use crate::force::body::body;
 use crate::force::joint::{cell_energy, joint};
 use crate::kinematics::Moved;
@@ -100,7 +101,7 @@ pub(crate) fn forces(
     spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
         dispatch!(level, simd => run_forces(simd, input, &run, fields));
     });
-    let mut losses = Losses::total(&scratch.losses);
+    let mut losses = Lost::from_iter(&scratch.losses).total();
     if let Some((contacts, surfaces)) = contacts.as_ref().filter(|_| pass.waits) {
         let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
         let failing = contacts.failing(&placing, ground.look);
@@ -161,7 +162,7 @@ fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f
     let Model { packs, assembly, .. } = pass.model;
     let cells = breaks.touched(packs, assembly);
     let mut work = Workspace::default();
-    let mut lost = 0.0;
+    let mut lost = Exact::default();
     for cells in cells.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let at = (cells[0].0, cells[0].1);
         let input = input(pass, &scratch.frames);
@@ -170,11 +171,11 @@ fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f
                 cell_energy(simd, input, at, breaks.get(at.0, at.1), &mut work)
             })
         };
-        lost += energy(breaks);
+        lost.add(energy(breaks));
         breaks.remove(packs, assembly, cells);
-        lost -= energy(breaks);
+        lost.add(-energy(breaks));
     }
-    lost
+    lost.value()
 }
 
 /// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.

@@ -166,9 +166,13 @@ fn run_balance<S: Simd>(
         let class = context.coefficients(index);
         let mass = &context.model.assembly.inertia[context.inertia(index)].mass;
         let update = Update::new(simd, context.motion);
-        let mut tally = Tally::new(simd);
+        let divisions = packs.shape_of(pack).divisions;
+        let mut tally = Tally::new(simd, divisions);
         let damped = context.motion.damped || part.is_viscous();
         for (at, (f, v)) in part.f.iter().zip(v).enumerate() {
+            if at > 0 && at % (3 * (divisions + 1)) == 0 {
+                tally.end_row(simd);
+            }
             let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
             let (old, force) = (v.load(simd), f.load(simd));
             if context.motion.fictitious {
@@ -196,6 +200,7 @@ fn run_balance<S: Simd>(
                 tally.damped(local + c * mean + part.viscous(simd, at), old, new);
             }
         }
+        tally.end_row(simd);
         tally.give(part.sums);
         part.sums.supports[0] = support_power(context, index, v, part.reactions);
         part.sums.damping[0] += drag_power(context, index, v, part.drags);
@@ -282,25 +287,30 @@ fn advance_pack<S: Simd>(
     let class = context.coefficients(index);
     let first = 3 * context.model.packs.packs[index].start;
     let update = Update::new(simd, motion);
-    let mut tally = Tally::new(simd);
+    let divisions = context.model.packs.shape_of(&context.model.packs.packs[index]).divisions;
+    let mut tally = Tally::new(simd, divisions);
     let damped = motion.damped || part.is_viscous();
     let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
     sums.supports[0] = support_power(context, index, v, part.reactions);
     let drawn = drag_power(context, index, v, part.drags);
-    for (at, (f, v)) in part.f.iter().zip(v.iter_mut()).enumerate() {
-        let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
-        let (old, force) = (v.load(simd), f.load(simd));
-        let local = local_damping(simd, motion.local, force, old);
-        let (new, c) = update.velocity(abc, old, force - local);
-        tally.force(force);
-        if part.loaded {
-            tally.loaded(part.q[at].load(simd), old, new);
+    let row = 3 * (divisions + 1);
+    for (number, (f, v)) in part.f.chunks(row).zip(v.chunks_mut(row)).enumerate() {
+        for (at, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
+            let abc = [class.a[at].load(simd), class.b[at].load(simd), class.c[at].load(simd)];
+            let (old, force) = (v.load(simd), f.load(simd));
+            let local = local_damping(simd, motion.local, force, old);
+            let (new, c) = update.velocity(abc, old, force - local);
+            tally.force(force);
+            if part.loaded {
+                tally.loaded(part.q[at].load(simd), old, new);
+            }
+            if damped {
+                let mean = if motion.start { old } else { (old + new) * 0.5 };
+                tally.damped(local + c * mean + part.viscous(simd, at), old, new);
+            }
+            *v = Lanes::from(new);
         }
-        if damped {
-            let mean = if motion.start { old } else { (old + new) * 0.5 };
-            tally.damped(local + c * mean + part.viscous(simd, at), old, new);
-        }
-        *v = Lanes::from(new);
+        tally.end_row(simd);
     }
     let held = &context.active.supports[context.active.supports_of(index)];
     support::enforce(held, context.velocities, first, v);

@@ -54,14 +54,19 @@ fn run_relaxing<S: Simd>(
         let pack = &packs.packs[index];
         let poses = pack.rigid.then(|| &fields.poses[pack.rigid_start - first_rigid]);
         cluster::accelerations(simd, (model, poses), clusters, index, f, &mut q[..u.len()]);
-        let mut tally = Tally::new(simd);
+        let divisions = packs.shape_of(pack).divisions;
+        let row = 3 * (divisions + 1);
+        let mut tally = Tally::new(simd, divisions);
         let mut fastest = splat(simd, 0.0);
-        for (at, (u, v)) in u.iter_mut().zip(v.iter_mut()).enumerate() {
-            let new = a * v.load(simd) + b * q[at].load(simd);
-            tally.moved(f[nodes.start + at].load(simd), new);
-            fastest = fastest.max(new.abs());
-            *v = Lanes::from(new);
-            *u = Lanes::from(u.load(simd) + new);
+        for (number, (u, v)) in u.chunks_mut(row).zip(v.chunks_mut(row)).enumerate() {
+            for (at, (u, v)) in (number * row..).zip(u.iter_mut().zip(v)) {
+                let new = a * v.load(simd) + b * q[at].load(simd);
+                tally.moved(f[nodes.start + at].load(simd), new);
+                fastest = fastest.max(new.abs());
+                *v = Lanes::from(new);
+                *u = Lanes::from(u.load(simd) + new);
+            }
+            tally.end_row(simd);
         }
         let mut sums = Sums { fastest: Lanes::from(fastest), ..Sums::default() };
         tally.give(&mut sums);

@@ -25,7 +25,7 @@ const ROWS: [&[&str]; 22] = [
     &["charge"],
     &["geometry"],
     &["element", "law", "rigid", "touch", "grid", "history", "sums", "energy", "watch"],
-    &["lanes", "simd", "deck"],
+    &["lanes", "simd", "exact", "deck"],
 ];
 /// Below all rows.
 const LOWEST: [&str; 1] = ["error"];
