@@ -84,7 +84,11 @@ impl History {
     fn end(&self) -> f64 {
         match self {
             Self::Ramp(rise) => *rise,
-            Self::Duvall(Duvall { alpha, beta }) => libm::log(1000.0) / alpha.min(*beta),
+            Self::Duvall(pulse) => {
+                // The slower of the two exponentials is left.
+                let slower = pulse.alpha.min(pulse.beta);
+                libm::log(1000.0 / pulse.bare(pulse.peak()).abs()) / slower
+            }
             Self::Triangle(pulse) => pulse.rise + pulse.down(),
             Self::Table(rows) => rows.last().map_or(0.0, |row| row[0]),
         }
@@ -103,8 +107,12 @@ impl Duvall {
         if time <= 0.0 {
             return 0.0;
         }
-        let bare = |time: f64| libm::exp(-self.alpha * time) - libm::exp(-self.beta * time);
-        bare(time) / bare(self.peak())
+        self.bare(time) / self.bare(self.peak())
+    }
+
+    /// The pulse, not yet divided by its peak.
+    fn bare(&self, time: f64) -> f64 {
+        libm::exp(-self.alpha * time) - libm::exp(-self.beta * time)
     }
 }
 

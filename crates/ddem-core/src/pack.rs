@@ -240,8 +240,9 @@ impl Packs {
         for index in 0..self.packs.len() {
             for offset in 1..8 {
                 let pack = &self.packs[index];
-                let upper = self.neighbours(geometry, pack, offset, 1);
-                let lower = self.neighbours(geometry, pack, offset, -1);
+                let step = [0, 1, 2].map(|d| i32::from(offset & (1 << d) != 0));
+                let upper = self.neighbours(geometry, pack, step);
+                let lower = self.neighbours(geometry, pack, step.map(|d| -d));
                 let pack = &mut self.packs[index];
                 (pack.upper[offset], pack.lower[offset]) = (upper, lower);
             }
@@ -297,11 +298,20 @@ impl Packs {
         })
     }
 
-    fn neighbours(&self, geometry: &Geometry, pack: &Pack, offset: usize, sign: i32) -> Neighbours {
-        let step = [0, 1, 2].map(|d| if offset & (1 << d) == 0 { 0 } else { sign });
+    /// The bodies some cells along the axes from those of a pack.
+    pub(crate) fn neighbours(
+        &self,
+        geometry: &Geometry,
+        pack: &Pack,
+        step: [i32; 3],
+    ) -> Neighbours {
         Neighbours(std::array::from_fn(|lane| {
             let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize);
-            let other = body.and_then(|body| geometry.neighbour(body, step));
+            // A body that has been taken out is still there itself.
+            let other = match step {
+                [0, 0, 0] => body,
+                _ => body.and_then(|body| geometry.neighbour(body, step)),
+            };
             other.map_or(NOBODY, |other| self.slots[other])
         }))
     }

@@ -191,6 +191,7 @@ impl<S: Simd> Tally<S> {
     /// Into the sums of the pack.
     #[inline(always)]
     pub(crate) fn give(self, sums: &mut Sums) {
+        debug_assert_eq!(self.rows[1], 0, "a plane has not ended");
         let sum = |x: f64x4<S>| Lanes::from(x).sum();
         sums.free = sum(self.pack.free);
         sums.power = sum(self.pack.power);

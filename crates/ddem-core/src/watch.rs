@@ -115,23 +115,19 @@ impl Watch {
     pub(crate) fn verdict(&self, ratio: f64) -> Verdict {
         let motion = |at: usize| self.looks.get(at).map_or(0.0, |look| look[0]);
         let last = self.looks.len().saturating_sub(1);
+        let late = motion(last) - motion(3 * last / 4);
         if motion(last) >= FAR && self.grows() && !self.slows() {
             Verdict::Fails
-        } else if ratio <= BALANCED
-            && motion(last) - motion(3 * last / 4) <= STILL
-            && (motion(last) < LEAST || self.slows())
-        {
+        } else if ratio <= BALANCED && (late < LEAST || (late <= STILL && self.slows())) {
             Verdict::AtRest
         } else {
             Verdict::Undecided
         }
     }
 
-    /// Verdict on a stage in time that ends with it, once there is one.
-    pub(crate) fn decided(&self, ratio: f64) -> Option<Verdict> {
-        let known = self.looks.len() >= ENOUGH;
-        let verdict = Some(self.verdict(ratio)).filter(|_| known)?;
-        (verdict != Verdict::Undecided).then_some(verdict)
+    /// True where a stage in time has had looks enough to end with its verdict.
+    pub(crate) fn is_long_enough(&self) -> bool {
+        self.looks.len() >= ENOUGH
     }
 
     /// True where the second half of the motion is as long as the first, nearly.
@@ -207,6 +203,12 @@ mod tests {
         assert_eq!(watched(10_000, rests).verdict(0.1), Verdict::Undecided);
         let slides = |steps: f64| [1e-8 * steps * steps, 1e-4];
         assert_eq!(watched(10_000, slides).verdict(1e-4), Verdict::Fails);
+        let creeps = |steps: f64| [1e-13 * steps * steps, 1e-4];
+        assert_eq!(watched(10_000, creeps).verdict(1e-4), Verdict::Undecided);
+        // A shift late in the stage, and nothing since.
+        let shifts = |steps: f64| [if steps < 6000.0 { 0.0 } else { 5e-6 }, 1e-4];
+        assert_eq!(watched(10_000, shifts).verdict(1e-4), Verdict::AtRest);
+        assert_eq!(watched(7_000, shifts).verdict(1e-4), Verdict::Undecided);
         assert_eq!(Watch::default().verdict(1e-4), Verdict::AtRest);
     }
 
@@ -218,10 +220,10 @@ mod tests {
             [1.5 * (1.0 - left * left), 1e-4]
         };
         for steps in (2000..100_000).step_by(200) {
-            assert_eq!(watched(steps, to_rest).decided(0.1), None, "{steps}");
+            assert_eq!(watched(steps, to_rest).verdict(0.1), Verdict::Undecided, "{steps}");
         }
-        assert_eq!(watched(140_000, to_rest).decided(1e-4), Some(Verdict::AtRest));
+        assert_eq!(watched(140_000, to_rest).verdict(1e-4), Verdict::AtRest);
         let steady = |steps: f64| [3e-5 * steps, 1e-4];
-        assert_eq!(watched(10_000, steady).decided(0.1), Some(Verdict::Fails));
+        assert_eq!(watched(10_000, steady).verdict(0.1), Verdict::Fails);
     }
 }

@@ -1,7 +1,7 @@
 //! `checkpoint.h5`: arrays, counters and texts, kept bit for bit.
 //!
 //! ```text
-//! /            attributes format = "ddem checkpoint", version = 1
+//! /            attributes format = "ddem checkpoint", version = 6
 //! /deck        the text of the deck, bytes
 //! /arrays/*    doubles, one dimension, as they are: neither converted nor compressed
 //! /counters/*  one unsigned integer, 64 bits, each
@@ -24,7 +24,7 @@ use crate::replace::replace;
 const FORMAT: &[u8; 15] = b"ddem checkpoint";
 
 /// Grows when files of before can no longer be read.
-const VERSION: u64 = 5;
+const VERSION: u64 = 6;
 
 /// Everything a checkpoint holds.
 #[derive(Clone, Debug, Default, PartialEq)]

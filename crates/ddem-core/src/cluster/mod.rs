@@ -21,6 +21,7 @@ use crate::element::corotation::Frame;
 use crate::error::RunError;
 use crate::lanes::{LANES, Lanes, load_at, store_at, zero};
 use crate::model::Model;
+use crate::pack::Neighbours;
 use crate::rigid::Pose;
 use crate::state::Memory;
 
@@ -81,9 +82,9 @@ pub(crate) struct Clusters {
     /// Of rigid bodies, pack by pack of these.
     rigid: Vec<rigid::Inverses>,
     pub(crate) meeting: Meeting,
-    /// Four times the pack, and the lane, of the bodies around those of each pack: by place, three times as many
-    /// from direction to direction (0: the same cell, 1: the one above, 2: the one below).
-    beside: Vec<[[u32; LANES]; 27]>,
+    /// The bodies around those of each pack: by place, three times as many from direction to direction (0: the
+    /// same cell, 1: the one above, 2: the one below).
+    beside: Vec<[Neighbours; 27]>,
     /// Frames of the packs, where masses turn with them.
     pub(crate) turned: Vec<Frame>,
 }
@@ -136,28 +137,13 @@ impl Clusters {
 
 /// Places of the cells above in [`Clusters::beside`], by direction.
 const POWERS: [usize; 3] = [1, 3, 9];
-/// No body.
-const NOBODY: u32 = u32::MAX;
 
 /// As in [`Clusters::beside`].
-fn beside(model: &Model, pack: usize) -> [[u32; LANES]; 27] {
-    let bodies = &model.packs.packs[pack].bodies;
+fn beside(model: &Model, pack: usize) -> [Neighbours; 27] {
     std::array::from_fn(|place| {
-        let offset = POWERS.map(|power| [0, 1, -1][place / power % 3]);
-        bodies.map(|body| {
-            // A body that has been taken out is still there itself.
-            let there = (place == 0).then_some(body as usize);
-            let other = there.or_else(|| model.geometry.neighbour(body as usize, offset));
-            let slot = other.map(|other| model.packs.slot(other));
-            slot.map_or(NOBODY, |(pack, lane)| (LANES * pack + lane) as u32)
-        })
+        let step = POWERS.map(|power| [0, 1, -1][place / power % 3]);
+        model.packs.neighbours(&model.geometry, &model.packs.packs[pack], step)
     })
-}
-
-/// Pack and lane.
-#[inline(always)]
-fn slot(body: u32) -> Option<(usize, usize)> {
-    (body != NOBODY).then_some((body as usize / LANES, body as usize % LANES))
 }
 
 fn coupling(element: &Element) -> Coupling {
@@ -344,8 +330,9 @@ pub(crate) fn accelerations<S: Simd>(
                 load_at(simd, f, 3 * (pack.start + node))
             } else {
                 let mut there = [Lanes::ZERO; 3];
-                for (lane, &body) in clusters.beside[index][beside].iter().enumerate() {
-                    let Some((other, lane_there)) = slot(body) else { continue };
+                let bodies = &clusters.beside[index][beside];
+                for lane in 0..LANES {
+                    let Some((other, lane_there)) = bodies.at(lane) else { continue };
                     let place = 3 * (packs.packs[other].start + local);
                     for c in 0..3 {
                         there[c].0[lane] = f[place + c].0[lane_there];

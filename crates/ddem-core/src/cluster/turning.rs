@@ -7,7 +7,7 @@
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use super::{Clusters, InverseMass, slot};
+use super::{Clusters, InverseMass};
 use crate::element::corotation::{Frame, mean_rotation};
 use crate::lanes::{
     LANES, Lanes, add, load, load_at, scale, splat, store_at, times, transposed_times, zero,
@@ -62,7 +62,8 @@ pub(super) fn accelerations<S: Simd>(
         let mut rest = splat(simd, 1.0);
         for (place, row) in places.iter_mut().zip(rows.clone()) {
             let partner = &class.partner[row];
-            *place = clusters.beside[index][partner.beside].map(slot);
+            let bodies = &clusters.beside[index][partner.beside];
+            *place = std::array::from_fn(|lane| bodies.at(lane));
             let share = class.shares[row].load(simd);
             let rotation = rotation(turned, place);
             for (sum, row) in mean.iter_mut().zip(&rotation) {

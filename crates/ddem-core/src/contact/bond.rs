@@ -5,11 +5,13 @@
 //! failed and one has moved, the patch is a contact like any other, which begins with the force that
 //! the joint bore.
 
+use std::iter::zip;
+
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::fit::Fitting;
-use super::release::{LOOSE, Load, Release, SLID, opens};
+use super::release::{Load, Moved, Release};
 use super::{Both, Patch, Placed, Placing, Point, Surfaces};
 use crate::breaks::{self, Look, Losses};
 use crate::deck::Deck;
@@ -352,22 +354,16 @@ impl Patch {
     /// How far the joint has come.
     pub(super) fn moved(&self, placing: &Placing<'_>, look: Look<'_>) -> Option<Release> {
         let bond = self.bond.as_deref()?;
-        let spacing = self.spacing(placing);
-        let bonds = bond.law(look).is_none_or(|law| law.bonds());
-        let held = !bond.failed() && bonds;
-        let slid = self.points.iter().map(|point| point.slip.norm()).fold(0.0, f64::max);
-        let opened = self.points.iter().map(|point| point.gap).fold(0.0, f64::max);
-        let far = bond.pairs.iter().any(|pair| pair.mode.is_some());
-        let softens = bond.pairs.iter().any(|pair| pair.mode.is_some() && pair.damage < 1.0);
+        let law = bond.law(look);
+        let softens = law.is_some_and(|law| law.softening().is_some());
+        let mut moved = Moved::default();
+        for (point, pair) in zip(&self.points, &bond.pairs).filter(|(_, pair)| pair.mode.is_some())
+        {
+            moved.add(point.slip.norm(), point.gap, softens && pair.damage < 1.0);
+        }
+        let bonded = !bond.failed() && law.is_none_or(|law| law.bonds());
         let rigid = self.blocks.iter().any(|&block| placing.blocks[block as usize].rigid);
-        let open = opens(rigid, softens, spacing);
-        Some(if !held && (slid > SLID * spacing || opened > open) {
-            Release::Due
-        } else if far && slid.max(opened) > LOOSE * spacing {
-            Release::Loose
-        } else {
-            Release::Holds
-        })
+        Some(moved.release(bonded, rigid, self.spacing(placing)))
     }
 
     /// What the joint bears, on block a.

@@ -4,13 +4,15 @@
 //! joint all of whose pairs have failed is released: its springs are gone, and the two blocks are a
 //! contact like any other, which begins with the force that the joint bore.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::{self, Breaks, Broken};
 use crate::exact::Exact;
 use crate::geometry::{Geometry, Vec3};
-use crate::law::{Laws, Traction};
+use crate::law::{JointLaw, Laws, Traction};
 use crate::pack::{Pack, Packs};
 use crate::seams::{NO_JOINT, Seam, Seams};
 
@@ -55,9 +57,11 @@ impl Contacts {
                 if *known >= Release::Due {
                     continue;
                 }
-                let law = laws[usize::from(seam.laws[lane])].as_ref();
-                let bonds = law.is_none_or(|law| law.bonds());
-                let found = broken.release(seam, lane, (pack.rigid, bonds));
+                let law = law_of(laws, seam, lane);
+                let (moved, whole) = broken.moved(law, lane);
+                // Without any strength a pair that has not failed is no better than one that has.
+                let bonded = whole && law.is_none_or(|law| law.bonds());
+                let found = moved.release(bonded, pack.rigid, seam.spacing(lane));
                 if found > *known {
                     *known = found;
                     self.known = false;
@@ -78,50 +82,83 @@ fn joint<'a>(
     Some((breaks.get(index, 1 << d)?, seam))
 }
 
-/// Opening at which a joint is released `[m]`. Pairs of rigid blocks are not at the corners on which a block
-/// turns, so that the contact comes at once. One that softens bears tension.
-pub(super) fn opens(rigid: bool, softens: bool, spacing: f64) -> f64 {
-    match (softens, rigid) {
-        (true, _) => SLID * spacing,
-        (_, true) => 0.0,
-        _ => LOOSE * spacing,
+/// Law of a lane's joint, if it has one.
+fn law_of<'a>(
+    laws: &'a [Option<Arc<dyn JointLaw>>],
+    seam: &Seam,
+    lane: usize,
+) -> Option<&'a dyn JointLaw> {
+    laws.get(usize::from(seam.laws[lane]))?.as_deref()
+}
+
+/// How far the failed pairs of a joint have moved.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Moved {
+    /// Largest slip `[m]`.
+    slid: f64,
+    /// Largest opening `[m]`.
+    opened: f64,
+    /// True where a pair bears tension that softens.
+    softens: bool,
+}
+
+impl Moved {
+    /// Takes in a failed pair with its slip and gap `[m]`.
+    pub(super) fn add(&mut self, slip: f64, gap: f64, softens: bool) {
+        self.slid = self.slid.max(slip);
+        self.opened = self.opened.max(gap);
+        self.softens |= softens && gap > 0.0;
+    }
+
+    /// True where a contact must take the place of the joint. Pairs of rigid blocks are not at the corners on which
+    /// a block turns, so that the contact comes when one opens.
+    fn is_far(self, rigid: bool, spacing: f64) -> bool {
+        let open = match (self.softens, rigid) {
+            (true, _) => SLID,
+            (_, true) => 0.0,
+            _ => LOOSE,
+        };
+        self.slid > SLID * spacing || self.opened > open * spacing
+    }
+
+    pub(super) fn release(self, bonded: bool, rigid: bool, spacing: f64) -> Release {
+        if !bonded && self.is_far(rigid, spacing) {
+            Release::Due
+        } else if self.slid.max(self.opened) > LOOSE * spacing {
+            Release::Loose
+        } else {
+            Release::Holds
+        }
     }
 }
 
 impl Broken {
     /// True where all pairs of a lane's joint have failed, and none has slid or opened so far that the joint is
     /// released.
-    pub(crate) fn rubs(&self, seam: &Seam, lane: usize, rigid: bool) -> bool {
-        let spacing = seam.spacing(lane);
-        let (slid, open) = (SLID * spacing, opens(rigid, false, spacing));
-        self.points.iter().map(|points| &points[lane]).all(|point| {
-            let near = point.memory.slip.norm_squared() <= slid * slid;
-            point.mode.is_some() && near && point.memory.gap <= open
-        })
+    pub(crate) fn rubs(
+        &self,
+        laws: &[Option<Arc<dyn JointLaw>>],
+        seam: &Seam,
+        lane: usize,
+        rigid: bool,
+    ) -> bool {
+        let (moved, whole) = self.moved(law_of(laws, seam, lane), lane);
+        !whole && !moved.is_far(rigid, seam.spacing(lane))
     }
 
-    fn release(&self, seam: &Seam, lane: usize, (rigid, bonds): (bool, bool)) -> Release {
-        let spacing = seam.spacing(lane);
-        let (mut slid, mut opened) = (0.0_f64, 0.0_f64);
-        let (mut bonded, mut softens) = (false, false);
-        for point in self.points.iter().map(|points| &points[lane]) {
-            // Without any strength a pair that has not failed is no better than one that has.
-            if point.mode.is_none() {
-                bonded |= bonds;
-                continue;
+    /// How far the failed pairs of a lane have moved, and whether there are others.
+    fn moved(&self, law: Option<&dyn JointLaw>, lane: usize) -> (Moved, bool) {
+        let softens = law.is_some_and(|law| law.softening().is_some());
+        let (mut moved, mut whole) = (Moved::default(), false);
+        for breaks::Point { mode, memory, .. } in self.points.iter().map(|points| &points[lane]) {
+            match mode {
+                Some(_) => {
+                    moved.add(memory.slip.norm(), memory.gap, softens && memory.damage < 1.0)
+                }
+                None => whole = true,
             }
-            slid = slid.max(point.memory.slip.norm());
-            opened = opened.max(point.memory.gap);
-            softens |= point.memory.damage < 1.0;
         }
-        let open = opens(rigid, softens, spacing);
-        if !bonded && (slid > SLID * spacing || opened > open) {
-            Release::Due
-        } else if slid.max(opened) > LOOSE * spacing {
-            Release::Loose
-        } else {
-            Release::Holds
-        }
+        (moved, whole)
     }
 }
 

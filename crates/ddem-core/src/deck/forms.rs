@@ -192,7 +192,7 @@ impl JsonSchema for TimeStep {
             "description": "Time step of a dynamic stage.",
             "oneOf": [
                 {
-                    "description": "0.9 of the critical step, shrunk so that the stage ends on time; less once joints fail.",
+                    "description": "0.9 of the critical step, shrunk so that the stage ends on time; less once joints fail, and from the start where blocks move then and joints can fail.",
                     "type": "string",
                     "const": "auto"
                 },

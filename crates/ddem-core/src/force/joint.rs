@@ -220,7 +220,8 @@ fn grounds<S: Simd>(
 ) -> [Option<Ground>; LANES] {
     let pack = &input.moved.packs.packs[index];
     let part = input.own_part(pack.upper[offset], index);
-    let stands = |lane: usize| part.0[lane] != 0.5 && broken.rubs(seam, lane, pack.rigid);
+    let stands =
+        |lane: usize| part.0[lane] != 0.5 && broken.rubs(input.look.laws, seam, lane, pack.rigid);
     let stands: [bool; LANES] = std::array::from_fn(stands);
     if !input.look.turning || stands == [false; LANES] {
         return [None; LANES];

@@ -62,11 +62,15 @@ fn histories_come_to_an_end() {
         (course(History::Ramp(0.5)), 0.5),
         (course(History::Triangle(triangle)), 3.0),
         (course(table), 2.0),
-        (course(History::Duvall(Duvall { alpha: 10.0, beta: 1e3 })), 0.1 * 1000_f64.ln()),
     ] {
         let last = course.factor(1e3);
         assert!(course.changes_after(0.99 * end) && !course.changes_after(1.01 * end));
-        assert!((course.factor(1.01 * end).unwrap() - last.unwrap()).abs() < 1.1e-3);
+        assert!((course.factor(1.01 * end).unwrap() - last.unwrap()).abs() < 1e-12);
+    }
+    for beta in [1.01, 2.0, 100.0] {
+        let pulse = History::Duvall(Duvall { alpha: 10.0, beta: 10.0 * beta });
+        let left = pulse.factor(pulse.end());
+        assert!((1e-4..1.001e-3).contains(&left), "{beta}: {left}");
     }
     assert!(!Course::Constant.changes_after(-1.0));
 }

@@ -251,6 +251,34 @@ fn what_bounces_is_never_faster() {
     }
 }
 
+/// A dashpot takes energy on the way in and on the way out; what it gives back at a turn it has taken before, and
+/// all of it is in the balance of the mass that bounces.
+#[test]
+fn a_dashpot_gives_no_more_than_it_took() {
+    let law = MohrCoulomb::default();
+    let omega = STIFFNESS.normal.sqrt();
+    for (step, ratio) in [(1.0, 0.2), (0.3, 0.2), (0.3, 1.0), (0.03, 0.5)] {
+        let time_step = step / omega;
+        let bearing = Bearing {
+            stiffness: STIFFNESS,
+            dashpot: 2.0 * ratio * omega,
+            time_step: Some(time_step),
+        };
+        let (mut v, mut gap, mut taken) = (-1.0, time_step * 1.5, 0.0);
+        let mut memory = Memory { damage: 1.0, gap: gap + time_step, ..Memory::default() };
+        for _ in 0..(20.0 + 10.0 / step) as usize {
+            let damping = bearing.act(&law, at(gap, 0.0), &mut memory).damping;
+            taken += damping;
+            assert!(taken >= 0.0, "{step} {ratio}: {taken}");
+            v -= time_step * memory.borne().normal;
+            gap += time_step * v;
+        }
+        // What is missing from the energy has been taken, or is still on the account.
+        let left = 0.5 * v * v + taken + memory.account;
+        assert!(gap > 0.0 && (left - 0.5).abs() < 1e-12, "{step} {ratio}: {left} {gap}");
+    }
+}
+
 /// In relaxation the answer is that of the way straight from the last equilibrium, however far the motion went
 /// past it, and it is that of a motion which goes straight there. (Only the residual cohesion of faces that
 /// parted on the way is gone.)

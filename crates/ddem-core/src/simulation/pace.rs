@@ -154,6 +154,10 @@ impl Simulation {
         if shortest < SHORTEST_STEP * critical {
             return Err(RunError::TooShort { time_step: shortest, critical });
         }
+        if given.is_none() && (!self.state.whole || self.moves()) && self.model.can_fail() {
+            // What can be stopped comes before the first change.
+            self.critical(true)?;
+        }
         self.settle();
         let step = match given {
             Some(step) => step,
@@ -197,7 +201,8 @@ impl Simulation {
     /// between two steps. One that was chosen becomes shorter where need be.
     pub(super) fn check_step(&mut self) -> Result<(), RunError> {
         if self.state.automatic {
-            let longest = self.automatic_step(self.damping, false)?;
+            // Between two steps velocities have been set anew.
+            let longest = self.automatic_step(self.damping, self.state.whole && self.moves())?;
             return self.slow_down(longest);
         }
         let critical = self.damping.stable_step(self.critical(false)?);

@@ -10,23 +10,28 @@ use crate::sums::Sums;
 use crate::watch::Verdict;
 
 impl Simulation {
-    /// Verdict on the dynamic stage that was started, if it ended now: at rest where forces are balanced and no
-    /// blocks move on against each other.
+    /// Verdict on the dynamic stage that was started, if it ended now: at rest where forces are balanced, no
+    /// blocks move on against each other, and loads, supports and waves with a history in the deck have come to
+    /// their last value.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
-        self.state.watch.verdict(self.last.ratio())
+        let verdict = self.state.watch.verdict(self.last.ratio());
+        if verdict == Verdict::AtRest && self.loads_change() { Verdict::Undecided } else { verdict }
     }
 
-    /// The same once it is known well enough to end the stage: after 2000 steps or more, and at rest when loads,
-    /// supports and waves with a history in the deck have come to their last value.
+    /// The same once it is known well enough to end the stage: after 2000 steps or more.
     #[must_use]
     pub fn decided(&self) -> Option<Verdict> {
-        let verdict = self.state.watch.decided(self.last.ratio())?;
+        let known = self.state.watch.is_long_enough().then(|| self.verdict());
+        known.filter(|verdict| *verdict != Verdict::Undecided)
+    }
+
+    /// True where loads, supports or waves change after the present time.
+    fn loads_change(&self) -> bool {
         let State { stage, time, stage_starts, .. } = &self.state;
         let Model { conditions, borders, .. } = &self.model;
-        let changes = conditions.change_after((*stage, *time), stage_starts)
-            || borders.change_after((*stage, *time), stage_starts);
-        (verdict != Verdict::AtRest || !changes).then_some(verdict)
+        conditions.change_after((*stage, *time), stage_starts)
+            || borders.change_after((*stage, *time), stage_starts)
     }
 
     /// The error of a stage in which blocks move on against each other, with those that have moved so far.
