@@ -119,7 +119,7 @@ fn a_deformable_block_rocks() {
         let text = leaning(&body(&example(case.deck), "block", "deformable"), part);
         let text = edited(&text, "divisions = 2", &format!("divisions = {divisions}"));
         let text = edited(&text, "young = 18e9", "young = 18e8");
-        let run = run(&edited(&text, "duration = 2.2 ", "duration = 0.55"));
+        let run = run(&edited(&text, "duration = 2.5 ", "duration = 0.55"));
         let period = 4.0 * level(&angles(&run, part));
         let what = format!("θ0/α = {part}, {divisions} divisions");
         let exact = 4.0 * quarter(part, inertia(Some(divisions)));

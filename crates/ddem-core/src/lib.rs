@@ -30,6 +30,7 @@ mod force;
 mod frames;
 mod geometry;
 mod grid;
+mod groups;
 mod history;
 mod in_situ;
 mod inertia;

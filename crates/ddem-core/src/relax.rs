@@ -270,7 +270,7 @@ impl Simulation {
 
     /// Looks whether blocks move on against each other without end, or only rattle: then slip is kept.
     fn check_motion(&mut self) -> Result<(), RunError> {
-        self.state.look_at_motion(&self.model, self.last.ratio());
+        self.state.look_at_motion(&self.model, self.last.ratio(), true);
         if self.state.watch.fails(self.far) {
             return Err(self.collapse());
         }

@@ -1,8 +1,9 @@
 //! Which blocks have moved against each other, and how a stage ends.
 
-use crate::contact::Patch;
+use crate::contact::{Patch, Release};
 use crate::error::Moving;
-use crate::geometry::Vec3;
+use crate::geometry::{Face, Vec3};
+use crate::groups::Groups;
 use crate::model::Model;
 use crate::pairs::face_places;
 use crate::state::State;
@@ -10,6 +11,20 @@ use crate::watch::LOOK;
 
 /// Part of the motion of the block that moves most with which a block moves.
 const MOVES: f64 = 0.1;
+
+/// Each two blocks that a joint or a contact is between, bonded or not.
+fn linked(model: &Model, state: &State) -> impl Iterator<Item = [usize; 2]> {
+    let State { contacts, .. } = state;
+    let released = |face: &Face| {
+        let joints = contacts.joints.get(face.a as usize);
+        joints.is_some_and(|joints| joints[face.direction as usize] == Release::Done)
+    };
+    let joints = model.faces.iter().filter(move |face| !released(face));
+    let patches = contacts.patches.iter().filter(|patch| !patch.points.is_empty());
+    let all = joints.map(|face| [face.a, face.b]).chain(patches.map(|patch| patch.blocks));
+    let all = all.map(|blocks| blocks.map(|block| block as usize));
+    all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block)))
+}
 
 /// Each two blocks with failed pairs between them, or in contact, some of them twice.
 fn loose(model: &Model, state: &State) -> Vec<[u32; 2]> {
@@ -46,7 +61,7 @@ impl State {
     }
 
     /// Notes how far blocks have moved against each other since, where it is time to.
-    pub(crate) fn look_at_motion(&mut self, model: &Model, ratio: f64) {
+    pub(crate) fn look_at_motion(&mut self, model: &Model, ratio: f64, relaxes: bool) {
         if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(LOOK) {
             return;
         }
@@ -55,7 +70,30 @@ impl State {
             distance / a.min(b)
         };
         let most = self.apart(model).into_iter().map(part).fold(0.0, f64::max);
-        self.watch.looks.push([most, ratio]);
+        // A relaxation is over when blocks fall.
+        let flight = if relaxes { 0.0 } else { self.flight(model) };
+        self.watch.looks.push([most, ratio, flight]);
+    }
+
+    /// Motion since the last event of blocks that nothing links to the largest group of blocks, against that group, as
+    /// a part of their edges: they fly or fall.
+    fn flight(&self, model: &Model) -> f64 {
+        let n = model.n_blocks();
+        let mut groups = Groups::new(n);
+        linked(model, self).for_each(|blocks| groups.join(blocks));
+        let mut volumes = vec![0.0; n];
+        for block in (0..n).filter(|&block| !model.is_removed(block)) {
+            volumes[groups.lowest(block)] += model.volume(block);
+        }
+        let largest = (0..n).reduce(|a, b| if volumes[b] > volumes[a] { b } else { a });
+        let Some(largest) = largest else { return 0.0 };
+        let (now, then) = (places(model, self), &self.watch.places[1]);
+        let way = |block: usize| Vec3::from(now[block]) - place(then, block);
+        let ground = way(largest);
+        let free =
+            (0..n).filter(|&block| !model.is_removed(block) && groups.lowest(block) != largest);
+        let part = |block| (way(block) - ground).norm() / model.geometry.shortest_edge(block);
+        free.map(part).fold(0.0, f64::max)
     }
 
     /// Motion of neighbours that no joint holds together since the last event, by their blocks `[m]`.

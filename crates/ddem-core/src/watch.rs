@@ -24,6 +24,11 @@ const KEEPS: f64 = 0.8;
 const STEADY: f64 = 1.0 - 1e-4;
 /// Motion as a part of an edge that is more than what finds its place.
 pub(crate) const FAR: f64 = 0.02;
+/// Motion as a part of an edge with which a stage in time ends before its duration: blocks that settle on soft joints go far.
+const GONE: f64 = 0.5;
+/// Parts of the way that the last eighth of the looks may have in a motion that goes on: less where it stops, more where
+/// blocks have just come together.
+const LATE: [f64; 2] = [0.1, 0.5];
 /// Motion as a part of an edge below which it may be rounding.
 const LEAST: f64 = 1e-6;
 /// Times the first steps after which a motion that grows is one without end, however slow.
@@ -66,8 +71,9 @@ pub(crate) struct Watch {
     pub(crate) since: u64,
     /// Most steps from an event to where its forces were nearly in equilibrium; 0: not known.
     pub(crate) calm: u64,
-    /// Motion as a part of an edge, and the unbalanced force ratio, at each look.
-    pub(crate) looks: Vec<[f64; 2]>,
+    /// Motion of blocks that touch as a part of an edge, the unbalanced force ratio, and motion of blocks in flight,
+    /// at each look.
+    pub(crate) looks: Vec<[f64; 3]>,
     /// Mean displacement of each block at the start of the stage and at the event `[m]`.
     pub(crate) places: [Vec<[f64; 3]>; 2],
 }
@@ -106,52 +112,73 @@ impl Watch {
         let steps = LOOK * self.looks.len() as u64;
         let far = self.looks.last().is_some_and(|look| look[0] >= far);
         steps >= known
-            && self.grows()
+            && grows(&self.touching())
             && self.keeps()
             && (far || steps >= known.saturating_mul(LONG))
     }
 
     /// Verdict on a stage in time.
     pub(crate) fn verdict(&self, ratio: f64) -> Verdict {
-        let motion = |at: usize| self.looks.get(at).map_or(0.0, |look| look[0]);
-        let last = self.looks.len().saturating_sub(1);
-        let late = motion(last) - motion(3 * last / 4);
-        if motion(last) >= FAR && self.grows() && !self.slows() {
+        let motion: Vec<f64> = self.looks.iter().map(|look| look[0].max(look[2])).collect();
+        let last = motion.last().copied().unwrap_or_default();
+        let late = last - motion.get(3 * motion.len().saturating_sub(1) / 4).unwrap_or(&0.0);
+        if last >= FAR && grows(&motion) && !slows(&motion) {
             Verdict::Fails
-        } else if ratio <= BALANCED && (late < LEAST || (late <= STILL && self.slows())) {
+        } else if ratio <= BALANCED && (late < LEAST || (late <= STILL && slows(&motion))) {
             Verdict::AtRest
         } else {
             Verdict::Undecided
         }
     }
 
-    /// True where a stage in time has had looks enough to end with its verdict.
-    pub(crate) fn is_long_enough(&self) -> bool {
-        self.looks.len() >= ENOUGH
-    }
-
-    /// True where the second half of the motion is as long as the first, nearly.
-    fn grows(&self) -> bool {
-        let Some(&[last, _]) = self.looks.last() else { return false };
-        last >= LEAST && last >= GROWS * self.looks[self.looks.len() / 2][0]
-    }
-
-    /// True where the way of the second half is shorter than that of the first.
-    fn slows(&self) -> bool {
-        let half = self.looks.len() / 2;
-        if half == 0 {
-            return false;
+    /// Verdict with which a stage in time ends early, if any. Blocks that fall may come to rest: only those that
+    /// slide or turn on others, steadily and far, fail.
+    pub(crate) fn decided(&self, ratio: f64) -> Option<Verdict> {
+        if self.looks.len() < ENOUGH {
+            return None;
         }
-        let [first, both] = [half, 2 * half].map(|looks| self.looks[looks - 1][0]);
-        both - first < STEADY * first
+        match self.verdict(ratio) {
+            Verdict::Fails => self.goes_on().then_some(Verdict::Fails),
+            Verdict::AtRest => Some(Verdict::AtRest),
+            Verdict::Undecided => None,
+        }
+    }
+
+    /// True where blocks that touch have gone half an edge far without slowing down, and all the way on each other.
+    fn goes_on(&self) -> bool {
+        let motion = self.touching();
+        let last = motion.last().copied().unwrap_or_default();
+        let late = 1.0 - motion[7 * motion.len() / 8] / last;
+        last >= GONE && grows(&motion) && !slows(&motion) && (LATE[0]..=LATE[1]).contains(&late)
+    }
+
+    /// Motion of blocks that touch at each look.
+    fn touching(&self) -> Vec<f64> {
+        self.looks.iter().map(|look| look[0]).collect()
     }
 
     /// True where the unbalanced force does not fade.
     fn keeps(&self) -> bool {
         let half = self.looks.len() / 2;
-        let least = |looks: &[[f64; 2]]| looks.iter().map(|look| look[1]).fold(f64::MAX, f64::min);
+        let least = |looks: &[[f64; 3]]| looks.iter().map(|look| look[1]).fold(f64::MAX, f64::min);
         least(&self.looks[half..]) >= KEEPS * least(&self.looks[half / 2..half.max(1)])
     }
+}
+
+/// True where the second half of a motion is as long as the first, nearly.
+fn grows(motion: &[f64]) -> bool {
+    let Some(&last) = motion.last() else { return false };
+    last >= LEAST && last >= GROWS * motion[motion.len() / 2]
+}
+
+/// True where the way of the second half is shorter than that of the first.
+fn slows(motion: &[f64]) -> bool {
+    let half = motion.len() / 2;
+    if half == 0 {
+        return false;
+    }
+    let [first, both] = [half, 2 * half].map(|looks| motion[looks - 1]);
+    both - first < STEADY * first
 }
 
 #[cfg(test)]
@@ -160,8 +187,16 @@ mod tests {
 
     /// Looks at a motion over steps.
     fn watched(steps: u64, motion: impl Fn(f64) -> [f64; 2]) -> Watch {
-        let looks = (1..=steps / LOOK).map(|i| motion((i * LOOK) as f64)).collect();
-        Watch { calm: 400, looks, ..Watch::default() }
+        flown(steps, |steps| (motion(steps), 0.0))
+    }
+
+    /// The same, with blocks in flight.
+    fn flown(steps: u64, motion: impl Fn(f64) -> ([f64; 2], f64)) -> Watch {
+        let look = |i: u64| {
+            let ([touching, ratio], flight) = motion((i * LOOK) as f64);
+            [touching, ratio, flight]
+        };
+        Watch { calm: 400, looks: (1..=steps / LOOK).map(look).collect(), ..Watch::default() }
     }
 
     #[test]
@@ -220,10 +255,26 @@ mod tests {
             [1.5 * (1.0 - left * left), 1e-4]
         };
         for steps in (2000..100_000).step_by(200) {
-            assert_eq!(watched(steps, to_rest).verdict(0.1), Verdict::Undecided, "{steps}");
+            assert_eq!(watched(steps, to_rest).decided(0.1), None, "{steps}");
         }
-        assert_eq!(watched(140_000, to_rest).verdict(1e-4), Verdict::AtRest);
+        assert_eq!(watched(140_000, to_rest).decided(1e-4), Some(Verdict::AtRest));
         let steady = |steps: f64| [3e-5 * steps, 1e-4];
         assert_eq!(watched(10_000, steady).verdict(0.1), Verdict::Fails);
+        assert_eq!(watched(10_000, steady).decided(0.1), None);
+        assert_eq!(watched(40_000, steady).decided(0.1), Some(Verdict::Fails));
+    }
+
+    #[test]
+    fn blocks_that_fall_may_land() {
+        // Two edges down over 20 000 steps of which half are the fall.
+        let lands = |steps: f64| {
+            let fallen = 2.0 * (steps / 1e4).min(1.0).powi(2);
+            if steps < 1e4 { ([0.0, 1.0], fallen) } else { ([fallen, 1e-4], 0.0) }
+        };
+        for steps in (2000..16_000).step_by(200) {
+            assert_eq!(flown(steps, lands).decided(1.0), None, "{steps}");
+        }
+        assert_eq!(flown(8000, lands).verdict(1.0), Verdict::Fails);
+        assert_eq!(flown(40_000, lands).decided(1e-4), Some(Verdict::AtRest));
     }
 }

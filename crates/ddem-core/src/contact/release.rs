@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::{self, Breaks, Broken};
@@ -276,7 +276,7 @@ impl Placing<'_> {
 
 impl Patch {
     /// Begins with a load: a pressure that goes linearly over the area so that force and moments
-    /// are those of the joint, and an even shear. `sign` is 1 where block a was on the joint's side a.
+    /// are those of the joint, and a shear in proportion, which friction bears wherever it bore the joint's. `sign` is 1 where block a was on the joint's side a.
     pub(super) fn bear(&mut self, placing: &Placing<'_>, load: &Load, sign: f64) {
         let axes = self.frame();
         let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
@@ -302,10 +302,13 @@ impl Patch {
         // Points on a line bear an even pressure.
         let even = Vector3::new(given.x / area, 0.0, 0.0);
         let field = matrix.try_inverse().map_or(even, |inverse| inverse * given);
-        let shear = nalgebra::Vector2::new(s.dot(&force), t.dot(&force)) / area;
+        let wanted = |x: &Vec3| field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
+        let normal: f64 = self.points.iter().zip(&places).map(|(p, x)| p.area * wanted(x)).sum();
+        let shear = Vector2::new(s.dot(&force), t.dot(&force));
         let [stiff, soft] = self.both.stiffness;
         for (point, x) in self.points.iter_mut().zip(&places) {
-            let wanted = field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
+            let wanted = wanted(x);
+            let shear = if normal < 0.0 { shear * (wanted / normal) } else { Vector2::zeros() };
             // The gap as it was is where the springs bear what is wanted.
             let bare = point.gap + point.offset[0];
             point.gap = wanted / stiff;

@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 
 use crate::geometry::Vec3;
+use crate::groups::Groups;
 use crate::pairs::face_places;
 use crate::simulation::Simulation;
 
@@ -106,15 +107,11 @@ impl Simulation {
     fn bare_fragments(&mut self) -> Vec<Fragment> {
         self.measure_once();
         let n = self.model.n_blocks();
-        // The lowest block that each one is known to hang together with.
-        let mut roots: Vec<usize> = (0..n).collect();
-        for [a, b] in self.held_together() {
-            let [a, b] = [a, b].map(|block| root(&mut roots, block));
-            roots[a.max(b)] = a.min(b);
-        }
+        let mut groups = Groups::new(n);
+        self.held_together().for_each(|blocks| groups.join(blocks));
         let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
         for block in (0..n).filter(|&block| !self.model.is_removed(block)) {
-            let fragment = &mut fragments[root(&mut roots, block)];
+            let fragment = &mut fragments[groups.lowest(block)];
             fragment.volume += self.model.volume(block);
             fragment.blocks.push(block);
         }
@@ -174,13 +171,4 @@ impl Simulation {
 /// Volume in steps, so that rounding does not part equal ones.
 fn rank(fragment: &Fragment, step: f64) -> u64 {
     (fragment.volume / step).round() as u64
-}
-
-/// The lowest block known of those that hang together with one.
-fn root(roots: &mut [usize], mut block: usize) -> usize {
-    while roots[block] != block {
-        roots[block] = roots[roots[block]];
-        block = roots[block];
-    }
-    block
 }

@@ -17,8 +17,6 @@ use crate::touch::{self, FaceOf};
 const MISSES: f64 = 1e-4;
 /// Square of the sine of the angle between faces that lie on each other, at most.
 const PARALLEL: f64 = 1e-8;
-/// Part of a joint's thickness by which the gap of its faces is off by rounding.
-const EXACT: f64 = 1e-6;
 /// Part of the smaller face that is over the other at least.
 const SLIVER: f64 = 1e-6;
 
@@ -195,10 +193,6 @@ impl Geometry {
         let joint = self.joint_between(bodies, faces, fine, (&seats[fine], assigned))?;
         let [thickness, stiffness] = joints[joint as usize];
         let [gap, area] = self.lie_on(bodies, &seats, [-thickness, thickness])?;
-        // Rounding would make every face one of a kind.
-        let exact =
-            [0.0, thickness].into_iter().find(|exact| (gap - exact).abs() <= EXACT * thickness);
-        let gap = exact.unwrap_or(gap);
         let joined = self.joins(bodies, &seats, (gap, thickness));
         Some((Abutment { blocks, faces, joint, area, gap, stiffness }, joined))
     }

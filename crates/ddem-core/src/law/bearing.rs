@@ -36,7 +36,13 @@ impl Bearing {
         opening: Opening,
         memory: &mut Memory,
     ) -> Loss {
-        let before = memory.gap + memory.lifted;
+        let way = opening.normal - (memory.gap + memory.lifted);
+        let last = memory.drag;
+        if let Some(time_step) = self.time_step {
+            // Before the springs, for friction knows it.
+            let dashpot = if time_step > 0.0 { self.dashpot * way / time_step } else { 0.0 };
+            memory.drag = [dashpot, 0.0];
+        }
         let mut loss = law.respond(self.stiffness, opening, memory);
         // Friction that gives would be energy from nowhere; a relaxation undoes slip that it overshoots.
         let given = if memory.settled.is_some() { 0.0 } else { loss.friction.min(0.0) };
@@ -45,23 +51,23 @@ impl Bearing {
         loss.contact = 0.0;
         let Some(time_step) = self.time_step else { return loss };
         if time_step == 0.0 {
-            memory.drag = [0.0; 2];
             // What faces that meet within a step lose, no motion in time has lost: damping takes it.
             loss.damping = std::mem::take(&mut memory.account);
             return loss;
         }
-        loss.damping = self.resist(opening.normal - before, time_step, memory);
+        loss.damping = self.resist((way, time_step), last, memory);
         loss
     }
 
-    /// Drag after a way along the normal; returns what the dashpot takes on it.
-    fn resist(&self, way: f64, time_step: f64, memory: &mut Memory) -> f64 {
+    /// Drag after a way along the normal, with that of the last step; returns what the dashpot takes on it.
+    fn resist(
+        &self,
+        (way, time_step): (f64, f64),
+        [dashpot, settling]: [f64; 2],
+        memory: &mut Memory,
+    ) -> f64 {
         let pressed = memory.gap < 0.0;
-        let [dashpot, settling] = std::mem::take(&mut memory.drag);
-        if pressed && self.dashpot > 0.0 {
-            // Together with the spring it never pulls.
-            memory.drag[0] = (self.dashpot * way / time_step).min(-memory.traction.normal);
-        }
+        memory.drag[0] = memory.dashpot();
         let work = 0.5 * (dashpot + memory.drag[0]) * way;
         // On the way back it gives what its last force took on the way in, half a step early, and no more.
         let back = 0.5 * dashpot * dashpot * time_step / self.dashpot;
@@ -106,6 +112,12 @@ impl Bearing {
 }
 
 impl Memory {
+    /// Traction of the dashpot: that of faces that press on each other, which together with the spring never
+    /// pulls `[Pa]`.
+    pub(super) fn dashpot(&self) -> f64 {
+        if self.gap < 0.0 { self.drag[0].min(-self.traction.normal) } else { 0.0 }
+    }
+
     /// Traction of springs and drag together `[Pa]`.
     pub(crate) fn borne(&self) -> Traction {
         let Traction { normal, shear } = self.traction;

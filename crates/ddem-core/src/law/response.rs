@@ -153,9 +153,10 @@ fn damage_per_slip<L: JointLaw + ?Sized>(law: &L, softening: Softening, normal: 
     if drop > 0.0 { drop / (2.0 * softening.sliding) } else { f64::INFINITY }
 }
 
-/// Peak and residual shear strength; the residual acts on closed faces only.
+/// Peak and residual shear strength under the pressure of spring and dashpot; the residual acts on closed faces
+/// only.
 fn limits<L: JointLaw + ?Sized>(law: &L, memory: &Memory) -> (f64, f64) {
-    let normal = memory.traction.normal;
+    let normal = memory.traction.normal + memory.dashpot();
     let cohesion = if memory.damage >= PARTED { law.residual(0.0) } else { 0.0 };
     let residual = if memory.gap <= 0.0 { (law.residual(normal) - cohesion).max(0.0) } else { 0.0 };
     let peak = if memory.damage < 1.0 { law.peak(normal) } else { residual };

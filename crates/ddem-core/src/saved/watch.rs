@@ -21,7 +21,7 @@ pub(super) fn restore(saved: &Saved) -> Option<Watch> {
     Some(Watch {
         since: count("watch_since")?,
         calm: count("watch_calm")?,
-        looks: array("watch_looks")?.as_chunks::<2>().0.to_vec(),
+        looks: array("watch_looks")?.as_chunks::<3>().0.to_vec(),
         places: [places("watch_stage")?, places("watch_event")?],
     })
 }

@@ -227,7 +227,7 @@ impl Simulation {
         self.book(sums, ahead);
         self.book_losses(losses);
         self.note_peaks();
-        self.state.look_at_motion(&self.model, sums.ratio());
+        self.state.look_at_motion(&self.model, sums.ratio(), false);
         self.check(sums, &self.state.contacts)
     }
 

@@ -19,11 +19,12 @@ impl Simulation {
         if verdict == Verdict::AtRest && self.loads_change() { Verdict::Undecided } else { verdict }
     }
 
-    /// The same once it is known well enough to end the stage: after 2000 steps or more.
+    /// The same once it is known well enough to end the stage: after 2000 steps or more, and fails where blocks that
+    /// touch have gone on against each other for half an edge. Blocks that fall may still come to rest.
     #[must_use]
     pub fn decided(&self) -> Option<Verdict> {
-        let known = self.state.watch.is_long_enough().then(|| self.verdict());
-        known.filter(|verdict| *verdict != Verdict::Undecided)
+        let verdict = self.state.watch.decided(self.last.ratio())?;
+        (verdict != Verdict::AtRest || !self.loads_change()).then_some(verdict)
     }
 
     /// True where loads, supports or waves change after the present time.

@@ -24,7 +24,7 @@ const ROWS: [&[&str]; 22] = [
     &["pack"],
     &["charge"],
     &["geometry"],
-    &["element", "law", "rigid", "touch", "grid", "history", "sums", "energy", "watch"],
+    &["element", "law", "rigid", "touch", "grid", "groups", "history", "sums", "energy", "watch"],
     &["lanes", "simd", "exact", "deck"],
 ];
 /// Below all rows.

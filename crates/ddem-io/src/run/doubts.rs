@@ -1,7 +1,7 @@
 //! Warnings at the end of a stage.
 
 use ddem_core::deck::{Damping, Stage, StageKind};
-use ddem_core::{ChargeState, Simulation};
+use ddem_core::{ChargeState, Energy, Simulation};
 
 use super::resume::Cursor;
 
@@ -65,12 +65,21 @@ pub(super) fn gone_off(simulation: &Simulation, before: &[bool]) -> Vec<String> 
 }
 
 /// Warning about energy that has gone out of balance in a stage.
-pub(super) fn unbalanced_energy(imbalance: f64, before: f64, relax: bool) -> Option<String> {
+pub(super) fn unbalanced_energy(energy: &Energy, before: f64, relax: bool) -> Option<String> {
     let help = if relax { "more `increments`" } else { "a shorter `time_step`" };
+    let Energy { balance, contact, .. } = *energy;
+    // What is lost has the other sign in `balance`.
+    let (error, column, place) = if contact.abs() > balance.abs() {
+        (-contact, "contact", " where blocks meet, part and turn on each other")
+    } else {
+        (balance, "balance", "")
+    };
+    let went = if error < 0.0 { "lost" } else { "gained" };
+    let imbalance = energy.imbalance();
     (imbalance > MUCH && imbalance > before + 0.5 * MUCH).then(|| {
         format!(
-            "{:.1} % of the largest energy has come or gone without a cause (`balance` and `contact` in \
-             energy.csv): look whether {help} changes the answer",
+            "{:.1} % of the largest energy is {went}{place} (`{column}` in energy.csv): look whether {help} \
+             changes the answer",
             100.0 * imbalance
         )
     })

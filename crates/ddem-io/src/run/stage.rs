@@ -162,8 +162,12 @@ impl<'a> Running<'a> {
         let (stage, relax) = (self.stage, self.relax());
         let before = self.moved.cursor.step;
         let first = self.moved.nominal(relax) + 1;
-        let end =
-            if relax { self.relax_step()? } else { self.moved.step(stage)? || self.decided() };
+        let end = if relax {
+            self.relax_step()?
+        } else {
+            let over = self.moved.step(stage)?;
+            self.decided(over)
+        };
         let (step, stepped) =
             (self.moved.cursor.step.unwrap_or(0), self.moved.cursor.step != before);
         let last = if relax { step } else { self.moved.nominal(relax) };
@@ -196,11 +200,13 @@ impl<'a> Running<'a> {
         self.record(step..=step, (true, false))
     }
 
-    /// True where a dynamic stage that ends with rest has come to it, or fails.
-    fn decided(&mut self) -> bool {
+    /// True where a dynamic stage is over, or is to end with rest and has come to it, or fails.
+    fn decided(&mut self, over: bool) -> bool {
         let Moved { simulation, .. } = &*self.moved;
-        let wanted = self.stage.until_rest == Some(true);
-        let verdict = if wanted { simulation.decided() } else { None };
+        if self.stage.until_rest != Some(true) {
+            return over;
+        }
+        let verdict = if over { Some(simulation.verdict()) } else { simulation.decided() };
         if verdict == Some(Verdict::Fails) {
             self.pace.failure = Some(simulation.collapse());
         }
@@ -279,6 +285,7 @@ impl<'a> Running<'a> {
         }
         recorder.fragments(simulation, &self.stage.name)?;
         let updates = simulation.model().n_nodes() as f64 * steps as f64;
+        let energy = simulation.energy();
         let summary = StageSummary {
             name: self.stage.name.clone(),
             kind: if relax { "relax" } else { "dynamic" }.to_owned(),
@@ -289,12 +296,12 @@ impl<'a> Running<'a> {
             wall_seconds: seconds,
             node_updates_per_second: if seconds > 0.0 { updates / seconds } else { 0.0 },
             unbalanced,
-            imbalance: simulation.energy().imbalance(),
+            imbalance: energy.imbalance(),
             state: simulation.state_summary(),
             ..StageSummary::default()
         };
         let doubts = [
-            unbalanced_energy(summary.imbalance, cursor.imbalance, relax),
+            unbalanced_energy(&energy, cursor.imbalance, relax),
             flutter(simulation, self.stage, cursor),
         ];
         let went_off = gone_off(simulation, &self.pace.off);
