@@ -157,6 +157,44 @@ fn a_cube_slides_as_fast_as_a_plate() {
     }
 }
 
+/// A rigid block as slender as can slide without toppling chatters on its front edge: friction knows the pressure of
+/// spring and dashpot.
+#[test]
+fn a_slender_block_slides_as_fast_as_a_plate() {
+    let case = of("slide_plane");
+    let [slope, friction] = [31.0, 26.0];
+    for plane in [Plane::Contact(1e10), Plane::Spring(1e10), Plane::Layer(0.01)] {
+        let mut deck = block(plane, [slope, friction], (Body::Rigid, 1));
+        deck.blocks[1].size = Some([0.8, 0.7, 1.28]);
+        deck.stage[0].duration = Some(1.2);
+        let rows = down(&deck, &mut simulation(&deck), &sliding_set(), 200);
+        let [late, end] = [rows[rows.len() / 2], rows[rows.len() - 1]];
+        let found = (end[1] - late[1]) / (end[0] - late[0]);
+        let [a, f] = [slope, friction].map(f64::to_radians);
+        let exact = G * (a.sin() - a.cos() * f.tan());
+        let what =
+            format!("slender block, acceleration at {friction}° on {slope}°, {plane:?} [m/s²]");
+        check(case, &what, exact, found, Relative(5e-3));
+    }
+}
+
+/// Near the limit on a soft joint a cube tilts until half of its base is open, and its joint becomes a contact, which
+/// bears the same shear.
+#[test]
+fn a_cube_on_a_soft_joint_comes_to_rest() {
+    let case = of("slide_plane");
+    for stiffness in [1e6, 3e6] {
+        let mut deck = block(Plane::Spring(stiffness), [28.0, 30.0], (Body::Deformable, 2));
+        deck.blocks[1].size = Some([0.7; 3]);
+        deck.stage =
+            vec![Stage { name: "weight".to_owned(), kind: StageKind::Relax, ..Stage::default() }];
+        let mut simulation = simulation(&deck);
+        simulation.relax(1e-5, 200_000).unwrap_or_else(|error| panic!("{stiffness:e}: {error}"));
+        let what = format!("cube on {stiffness:e} Pa/m, imbalance of a relax stage");
+        check(case, &what, 5e-2, simulation.energy().imbalance(), AtMost);
+    }
+}
+
 #[test]
 fn in_one_set_it_slides_in_the_plane_of_the_block_that_is_held() {
     let case = of("slide_plane");

@@ -98,6 +98,31 @@ fn rest_does_not_come_before_the_motion() {
     }
 }
 
+/// A block that falls may land, and comes to rest; one that is still falling at the end does not.
+#[test]
+fn blocks_that_fall_fail_unless_they_land() {
+    for (height, duration, status, verdict) in [
+        (0.05, 3.0, Some(0), "at rest"),
+        (0.6, 3.0, Some(0), "at rest"),
+        (0.6, 0.3, Some(1), "fails"),
+    ] {
+        let stage = format!("kind = 'dynamic'\nduration = {duration:?}\nuntil_rest = true");
+        let deck = slope(60.0, &stage)
+            .replace("size = [1, 1, 1]", &format!("origin = [0, 0, {height}]\nsize = [1, 1, 1]"));
+        let desk = Desk::new();
+        desk.write("slope.toml", &deck.replace("[4.905, 0, -8.495709]", "[0, 0, -9.81]"));
+        let went = desk.run("slope.toml");
+        let summary: Value =
+            serde_json::from_slice(&desk.read("results/slope/summary.json")).expect("a summary");
+        assert_eq!(
+            (went.status, &summary["stages"][0]["verdict"]),
+            (status, &verdict.into()),
+            "{}",
+            went.stderr
+        );
+    }
+}
+
 #[test]
 fn a_run_goes_on_after_a_failure_where_it_is_told_to() {
     let (status, said, stages) = ended(25.0, "kind = 'relax'\non_failure = 'continue'");
