@@ -178,6 +178,33 @@ fn a_slender_block_slides_as_fast_as_a_plate() {
     }
 }
 
+/// A cube tilts as it sinks into a soft layer as thick as its sinking is deep. When all pairs have failed the axes of
+/// the joint turn with the ground, and no spring jumps.
+#[test]
+fn a_cube_on_a_soft_layer_slides_as_fast_as_a_plate() {
+    let case = of("slide_plane");
+    let [slope, friction] = [25.0, 22.0];
+    let (thickness, stiffness, poisson) = (0.05, 1e6, 0.2);
+    let mut deck = block(Plane::Layer(thickness), [slope, friction], (Body::Rigid, 1));
+    deck.blocks[0].body = Body::Rigid;
+    deck.blocks[1].size = Some([0.7; 3]);
+    deck.blocks[1].origin[2] += thickness;
+    let joint = deck.joints.get_mut("plane").expect("the joint");
+    (joint.material, joint.density, joint.poisson) = (None, Some(2000.0), Some(poisson));
+    let constrained = (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+    joint.young = Some(stiffness * thickness / constrained);
+    deck.stage[0].duration = Some(2.6);
+    let mut simulation = simulation(&deck);
+    let rows = down(&deck, &mut simulation, &sliding_set(), 200);
+    let [late, end] = [rows[rows.len() / 2], rows[rows.len() - 1]];
+    let found = (end[1] - late[1]) / (end[0] - late[0]);
+    let [a, f] = [slope, friction].map(f64::to_radians);
+    let exact = G * (a.sin() - a.cos() * f.tan());
+    let what = format!("cube on a soft layer, acceleration at {friction}° on {slope}° [m/s²]");
+    check(case, &what, exact, found, Relative(1e-2));
+    check(case, "cube on a soft layer, imbalance", 2e-2, simulation.energy().imbalance(), AtMost);
+}
+
 /// Near the limit on a soft joint a cube tilts until half of its base is open, and its joint becomes a contact, which
 /// bears the same shear.
 #[test]

@@ -274,7 +274,7 @@ impl Patch {
     pub(super) fn bear_as_joint(&mut self, placing: &Placing<'_>, look: Look<'_>) -> Losses {
         let Some(mut bond) = self.bond.take() else { return Losses::default() };
         if bond.failed() {
-            self.turn_with_larger(placing);
+            self.turn_with_larger(placing, &mut bond.pairs);
         }
         self.turn(placing);
         let law = bond.law(look);
@@ -330,17 +330,25 @@ impl Patch {
     }
 
     /// Once all pairs have failed the axes turn with the larger face: the ground on which the other slides,
-    /// however that tilts as it sinks into a soft joint.
-    fn turn_with_larger(&mut self, placing: &Placing<'_>) {
+    /// however that tilts as it sinks into a soft joint. No opening jumps when the axes change.
+    fn turn_with_larger(&mut self, placing: &Placing<'_>, pairs: &mut [Pair]) {
         let area = |side: usize| {
             let placed = &placing.blocks[self.blocks[side] as usize];
             placed.element_area(self.faces()[side]) * (placed.divisions as f64).powi(2)
         };
         let own = usize::from(self.reference);
-        // At rest the axes are the same in both blocks.
-        if area(1 - own) > LARGER * area(own) {
-            self.reference = 1 - self.reference;
+        if area(1 - own) <= LARGER * area(own) {
+            return;
         }
+        let openings = |patch: &Self, pairs: &[Pair]| -> Vec<Vec3> {
+            pairs.iter().enumerate().map(|(i, pair)| patch.opening(placing, i, pair).1).collect()
+        };
+        let before = openings(self, pairs);
+        // At rest the axes are the same in both blocks.
+        self.reference = 1 - self.reference;
+        let after = openings(self, pairs);
+        zip(pairs, zip(before, after))
+            .for_each(|(pair, (before, after))| pair.origin += after - before);
     }
 
     /// Way of b against a in the last step, along the patch's axes `[m]`.
