@@ -59,8 +59,9 @@ impl Contacts {
                 }
                 let law = law_of(laws, seam, lane);
                 let (moved, whole) = broken.moved(law, lane);
-                // Without any strength a pair that has not failed is no better than one that has.
-                let bonded = whole && law.is_none_or(|law| law.bonds());
+                // Without any strength a pair that has not failed is no better than one that has. Nor is one of
+                // rigid blocks: it is at the quarter of a face, and the block turns about its edge.
+                let bonded = whole && !pack.rigid && law.is_none_or(|law| law.bonds());
                 let found = moved.release(bonded, pack.rigid, seam.spacing(lane));
                 if found > *known {
                     *known = found;
