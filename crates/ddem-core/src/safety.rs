@@ -8,10 +8,8 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::FRICTION;
-use crate::deck::{Deck, Search};
+use crate::deck::Search;
 use crate::error::{Fault, RunError};
-use crate::model::Model;
 use crate::relax::Relaxed;
 use crate::saved::Saved;
 use crate::simd::Simd;
@@ -166,7 +164,7 @@ impl Simulation {
         let verdict = loop {
             let divisor = if part < parts { libm::pow(factor, part / parts) } else { factor };
             trial.model.laws.clone_from(&laws);
-            trial.reduce_strengths(&reduced(&self.model, search, divisor), &numbers, divisor);
+            trial.reduce_strengths(&numbers, search.joints.is_none(), divisor);
             trial.start_relaxation(1)?;
             let verdict = trial.come_to_rest(search, &mut steps)?;
             if verdict != Verdict::AtRest || part >= parts {
@@ -196,17 +194,4 @@ impl Simulation {
             }
         }
     }
-}
-
-/// The deck with the friction of contacts that no joint gives divided by a factor.
-fn reduced(model: &Model, search: &Search, factor: f64) -> Deck {
-    let mut reduced = model.deck().clone();
-    if search.joints.is_none() {
-        let alone = model.laws.iter().all(Option::is_none);
-        let friction = reduced.contact.friction.or(alone.then_some(FRICTION));
-        let divided =
-            |degrees: f64| libm::atan(libm::tan(degrees.to_radians()) / factor).to_degrees();
-        reduced.contact.friction = friction.map(divided);
-    }
-    reduced
 }

@@ -5,9 +5,10 @@ use crate::error::Moving;
 use crate::geometry::{Face, Vec3};
 use crate::groups::Groups;
 use crate::model::Model;
+use crate::motion::Motion;
 use crate::pairs::face_places;
 use crate::state::State;
-use crate::watch::LOOK;
+use crate::watch::{LOOK, patience};
 
 /// Part of the motion of the block that moves most with which a block moves.
 const MOVES: f64 = 0.1;
@@ -105,6 +106,18 @@ impl State {
             ([a, b], (way(b) - way(a)).norm())
         };
         loose(model, self).into_iter().map(apart).collect()
+    }
+
+    /// True where blocks that could move have been watched for long enough to be seen.
+    pub(crate) fn is_known(&self, model: &Model, motion: &Motion) -> bool {
+        let edge = |blocks: [u32; 2]| {
+            let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block as usize));
+            a.min(b)
+        };
+        let edge = loose(model, self).into_iter().map(edge).fold(0.0, f64::max);
+        let gravity = Vec3::from(model.deck.model.gravity).norm();
+        let watched = (self.steps - self.watch.since.min(self.steps)) as f64 * motion.time_step;
+        watched >= patience(edge, gravity, motion.local)
     }
 
     /// The two blocks that have moved farthest against each other since, and how far `[m]`.

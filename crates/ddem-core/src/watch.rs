@@ -35,10 +35,24 @@ const LEAST: f64 = 1e-6;
 const LONG: u64 = 4;
 /// Motion as a part of an edge that is none.
 const STILL: f64 = 1e-4;
+/// Part of its growth from the second to the third quarter with which a motion that comes to rest grows on.
+const FADES: f64 = 0.8;
 /// Looks before a stage in time may end.
 const ENOUGH: usize = 10;
 /// Unbalanced force ratio with which blocks are at rest.
 const BALANCED: f64 = 1e-2;
+/// Part of gravity that may be left to speed blocks up which are at rest.
+const LEFT: f64 = 1e-3;
+
+/// Time within which blocks that speed up under a part of gravity are seen to move, for their edge `[m]`, an
+/// acceleration `[m/s²]` and the local damping of the stage `[s]`.
+pub(crate) fn patience(edge: f64, gravity: f64, local: f64) -> f64 {
+    if gravity == 0.0 {
+        return 0.0;
+    }
+    // A fourth quarter of `a t²/2` is 7/32 of `a t²`.
+    (LEAST * edge * 32.0 / 7.0 / (LEFT * gravity * (1.0 - local))).sqrt()
+}
 
 /// Verdict on a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -124,7 +138,7 @@ impl Watch {
         let late = last - motion.get(3 * motion.len().saturating_sub(1) / 4).unwrap_or(&0.0);
         if last >= FAR && grows(&motion) && !slows(&motion) {
             Verdict::Fails
-        } else if ratio <= BALANCED && (late < LEAST || (late <= STILL && slows(&motion))) {
+        } else if ratio <= BALANCED && (late < LEAST || (late <= STILL && fades(&motion))) {
             Verdict::AtRest
         } else {
             Verdict::Undecided
@@ -179,6 +193,18 @@ fn slows(motion: &[f64]) -> bool {
     }
     let [first, both] = [half, 2 * half].map(|looks| motion[looks - 1]);
     both - first < STEADY * first
+}
+
+/// True where a motion grows less from the third to the fourth quarter than from the second to the third, in their
+/// means: vibration has none, and what has just begun to speed up, after blocks have settled, grows more.
+fn fades(motion: &[f64]) -> bool {
+    let at = |quarter: usize| quarter * motion.len() / 4;
+    let mean = |quarter: usize| {
+        let looks = &motion[at(quarter)..at(quarter + 1)];
+        looks.iter().sum::<f64>() / looks.len().max(1) as f64
+    };
+    let [second, third, fourth] = [1, 2, 3].map(mean);
+    fourth - third < LEAST.max(FADES * (third - second))
 }
 
 #[cfg(test)]
@@ -240,6 +266,13 @@ mod tests {
         assert_eq!(watched(10_000, slides).verdict(1e-4), Verdict::Fails);
         let creeps = |steps: f64| [1e-13 * steps * steps, 1e-4];
         assert_eq!(watched(10_000, creeps).verdict(1e-4), Verdict::Undecided);
+        // Blocks that settle at first, and then begin to slide.
+        let settles =
+            |steps: f64| [2e-5 * (1.0 - (-steps / 200.0).exp()) + 5e-13 * steps * steps, 1e-4];
+        assert_eq!(watched(4000, settles).verdict(1e-4), Verdict::Undecided);
+        // Blocks that swing on soft springs.
+        let swings = |steps: f64| [3e-5 * (1.0 + (steps / 700.0).sin()), 1e-4];
+        assert_eq!(watched(40_000, swings).verdict(1e-4), Verdict::AtRest);
         // A shift late in the stage, and nothing since.
         let shifts = |steps: f64| [if steps < 6000.0 { 0.0 } else { 5e-6 }, 1e-4];
         assert_eq!(watched(10_000, shifts).verdict(1e-4), Verdict::AtRest);

@@ -52,7 +52,7 @@ use act::act;
 pub(crate) use bond::{Bond, Pair, Seated, at_nodes, seated};
 use place::placed;
 use release::release;
-pub(crate) use skins::{Both, FRICTION, Skins};
+pub(crate) use skins::{Both, Skins};
 
 /// Part of an element by which two blocks move against each other before their patch is made anew,
 /// and the distance at which they get one.

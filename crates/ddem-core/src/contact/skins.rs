@@ -12,7 +12,7 @@ use crate::seams::Moved;
 use crate::touch::{EdgeOf, FaceOf};
 
 /// Friction angle where neither the deck nor a joint says one `[degrees]`.
-pub(crate) const FRICTION: f64 = 30.0;
+const FRICTION: f64 = 30.0;
 
 /// One face of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +54,8 @@ pub(crate) struct Skins {
     normal: Option<f64>,
     shear: Option<f64>,
     tan_friction: Option<f64>,
+    /// Of faces to which neither the deck nor a joint gives any.
+    tan_default: f64,
     damping: f64,
     /// Largest thickness `[m]`.
     pub(crate) thickest: f64,
@@ -71,6 +73,7 @@ impl Skins {
             normal: contact.normal_stiffness,
             shear: contact.shear_stiffness,
             tan_friction: contact.friction.map(tan),
+            tan_default: tan(FRICTION),
             damping: deck.damping_ratio(),
             thickest: 0.0,
             hardest: Stiffness { normal: 0.0, shear: 0.0 },
@@ -92,6 +95,12 @@ impl Skins {
             skins.of_block.push(faces);
         }
         skins
+    }
+
+    /// Divides the friction that no joint gives.
+    pub(crate) fn divide_friction(&mut self, factor: f64) {
+        self.tan_friction = self.tan_friction.map(|tan| tan / factor);
+        self.tan_default /= factor;
     }
 
     /// Of faces whose friction is a part of the way from that of `before`.
@@ -239,7 +248,7 @@ impl Skins {
         Both {
             skin: a.thickness + b.thickness,
             stiffness: [normal, self.shear.unwrap_or(shear)],
-            tan_friction: tan_friction.unwrap_or_else(|| libm::tan(FRICTION.to_radians())),
+            tan_friction: tan_friction.unwrap_or(self.tan_default),
             dashpot: self.dashpot(normal, mass),
         }
     }

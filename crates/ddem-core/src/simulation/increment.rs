@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use super::Simulation;
 use crate::contact::Skins;
-use crate::deck::Deck;
 use crate::lanes::Lanes;
 use crate::law::Reduced;
 use crate::state::Memory;
@@ -45,8 +44,9 @@ impl Simulation {
         self.measured = None;
     }
 
-    /// Divides the strengths of joints, by their numbers, by a factor; contacts have the friction of `reduced`.
-    pub(crate) fn reduce_strengths(&mut self, reduced: &Deck, joints: &[usize], factor: f64) {
+    /// Divides the strengths of joints, by their numbers, by a factor, and with `contacts` the friction of faces
+    /// that no joint gives.
+    pub(crate) fn reduce_strengths(&mut self, joints: &[usize], contacts: bool, factor: f64) {
         let Self { model, state, .. } = self;
         for &joint in joints {
             if let Some(law) = model.laws[joint].take() {
@@ -54,7 +54,10 @@ impl Simulation {
             }
         }
         if let Some(surfaces) = &mut model.contact {
-            surfaces.skins = Skins::new(reduced, &model.laws, &model.geometry);
+            surfaces.skins = Skins::new(&model.deck, &model.laws, &model.geometry);
+            if contacts {
+                surfaces.skins.divide_friction(factor);
+            }
         }
         state.contacts.make_anew(|patch| patch.bond.is_none());
         state.breaks.look_again();

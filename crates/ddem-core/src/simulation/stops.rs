@@ -16,7 +16,8 @@ impl Simulation {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let verdict = self.state.watch.verdict(self.last.ratio());
-        if verdict == Verdict::AtRest && self.loads_change() { Verdict::Undecided } else { verdict }
+        let open = verdict == Verdict::AtRest && !self.stays();
+        if open { Verdict::Undecided } else { verdict }
     }
 
     /// The same once it is known well enough to end the stage: after 2000 steps or more, and fails where blocks that
@@ -24,7 +25,12 @@ impl Simulation {
     #[must_use]
     pub fn decided(&self) -> Option<Verdict> {
         let verdict = self.state.watch.decided(self.last.ratio())?;
-        (verdict != Verdict::AtRest || !self.loads_change()).then_some(verdict)
+        (verdict != Verdict::AtRest || self.stays()).then_some(verdict)
+    }
+
+    /// True where blocks at rest will stay so: no load changes, and they were watched for long enough.
+    fn stays(&self) -> bool {
+        !self.loads_change() && self.state.is_known(&self.model, &self.motion)
     }
 
     /// True where loads, supports or waves change after the present time.
