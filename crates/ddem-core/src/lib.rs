@@ -75,7 +75,7 @@ pub use model::Model;
 pub use nalgebra;
 pub use pairs::PairAt;
 pub use relax::Relaxed;
-pub use safety::{Safety, Trial};
+pub use safety::{Safety, Trial, undecided};
 pub use saved::Saved;
 pub use simd::Simd;
 pub use simulation::{SHORTEST_STEP, Simulation};

@@ -3,6 +3,7 @@
 //! Every trial starts from the same state, with strengths divided by one factor, and relaxes: it is stable
 //! when it comes to rest. Two trials at once divide what is left of the bracket in three, in the logarithm.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
@@ -10,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::deck::Search;
 use crate::error::{Fault, RunError};
+use crate::model::Model;
 use crate::relax::Relaxed;
 use crate::saved::Saved;
 use crate::simd::Simd;
@@ -36,12 +38,41 @@ pub struct Trial {
 pub struct Safety {
     /// Geometric mean of the bracket; `None` where one of its ends is missing.
     pub factor: Option<f64>,
-    /// The largest factor that is stable and the smallest one that is not, if any.
+    /// The largest factor that is stable and the smallest one that is not, if any; none where the trial of the least
+    /// factor was undecided.
     pub bracket: [Option<f64>; 2],
     /// All trials, in the order of their factors.
     pub trials: Vec<Trial>,
     /// The unstable trial of the smallest factor, as it ended.
     pub failing: Option<Box<Simulation>>,
+}
+
+impl Model {
+    /// The fault of a stage, given by its place, that looks for a factor of safety where nothing can fail.
+    #[must_use]
+    pub fn without_strength(&self, place: &str) -> Option<Fault> {
+        let nothing = "there is no strength to divide: no joint can fail, and blocks do not meet";
+        let help = "give joints `friction`, `cohesion` or `tension`, or let blocks meet";
+        let weak = self.laws.iter().all(Option::is_none) && !self.can_meet();
+        weak.then(|| Fault::new(place, nothing).help(help))
+    }
+
+    /// Names of the joints between blocks that never fail.
+    pub fn joints_without_strength(&self) -> impl Iterator<Item = &str> {
+        let used: BTreeSet<u16> = self.joint_numbers().collect();
+        let weak = move |number: usize| {
+            u16::try_from(number).is_ok_and(|joint| used.contains(&joint))
+                && self.laws[number].is_none()
+        };
+        let names = self.deck().joints.keys().enumerate();
+        names.filter(move |(number, _)| weak(*number)).map(|(_, name)| name.as_str())
+    }
+}
+
+/// True where the trial of a factor was undecided.
+#[must_use]
+pub fn undecided(trials: &[Trial], factor: Option<f64>) -> bool {
+    trials.iter().any(|trial| Some(trial.factor) == factor && trial.verdict == Verdict::Undecided)
 }
 
 impl Simulation {
@@ -62,11 +93,7 @@ impl Simulation {
         if !faults.is_empty() {
             return Err(RunError::Values { faults });
         }
-        if self.model.laws.iter().all(Option::is_none) && !self.model.can_meet() {
-            let nothing =
-                "there is no strength to divide: no joint can fail, and blocks do not meet";
-            let fault = Fault::new("", nothing)
-                .help("give joints `friction`, `cohesion` or `tension`, or let blocks meet");
+        if let Some(fault) = self.model.without_strength("") {
             return Err(RunError::Values { faults: vec![fault] });
         }
         let mut found =
@@ -88,6 +115,10 @@ impl Simulation {
             found.factor = Some((stable * unstable).sqrt());
         }
         found.trials.sort_by(|a, b| a.factor.total_cmp(&b.factor));
+        if found.bracket[0].is_none() && undecided(&found.trials, found.bracket[1]) {
+            // Nothing is known of any factor.
+            found.bracket[1] = None;
+        }
         Ok(found)
     }
 

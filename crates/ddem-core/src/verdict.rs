@@ -11,7 +11,7 @@ use crate::state::State;
 use crate::watch::{LOOK, patience};
 
 /// Part of the motion of the block that moves most with which a block moves.
-const MOVES: f64 = 0.1;
+const MOVES: f64 = 0.01;
 
 /// Each two blocks that a joint or a contact is between, bonded or not.
 fn linked(model: &Model, state: &State) -> impl Iterator<Item = [usize; 2]> {

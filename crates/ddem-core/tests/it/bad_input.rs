@@ -397,9 +397,9 @@ fn doubts_about_units() {
         "material `light`: `density` is 2.4 kg/m³: 2.4 t/m³ would be written 2400",
         "material `weighed`: `density` is 26 kg/m³: 26 kN/m³ would be written 2650",
         "joint `smooth`: `friction` is an angle, 0.6 degrees: a coefficient of 0.6 would be written 31.0, 0.6 rad 34.4",
-        "joint `weak`: `cohesion` is 0.5 Pa, next to nothing: 0.5 MPa would be written 5e5",
+        "joint `weak`: `cohesion` is 0.5 Pa, next to nothing: 0.5 kPa would be written 5e2, 0.5 MPa 5e5",
         "joint `weak`: `normal_stiffness` is 20 Pa/m: 20 GPa/m would be written 2e10",
-        "load 2: `traction` is 2 Pa, next to nothing: 2 MPa would be written 2e6",
+        "load 2: `traction` is 2 Pa, next to nothing: 2 kPa would be written 2e3, 2 MPa 2e6",
         "stage `at 5`: a damping `ratio` of 5 is beyond critical damping, 1: 5 % would be written 0.05",
         "[contact]: `friction` is an angle, 1 degrees: a coefficient of 1 would be written 45.0, 1 rad 57.3",
         "[contact]: no `restitution` below 0.135 can be had, and 0 gives that: what is to come to \

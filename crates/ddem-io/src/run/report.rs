@@ -132,7 +132,14 @@ pub(super) fn prepare(
             .help("add a [[stage]] with kind = \"relax\" or \"dynamic\"");
         return Err(located(ModelError::from(fault).into(), source));
     }
-    build(deck, available).map_err(|failure| located(failure, source))
+    let built = build(deck, available).and_then(|(model, samplers)| {
+        let safety = deck.stage.iter().position(|stage| stage.kind == StageKind::Safety);
+        match safety.and_then(|at| model.without_strength(&format!("stage[{at}].kind"))) {
+            Some(fault) => Err(ModelError::from(fault).into()),
+            None => Ok((model, samplers)),
+        }
+    });
+    built.map_err(|failure| located(failure, source))
 }
 
 /// Faults of a model in the text of its deck.

@@ -3,8 +3,8 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use ddem_core::deck::Stage;
-use ddem_core::{RunError, Safety, Trial, Verdict};
+use ddem_core::deck::{Search, Stage};
+use ddem_core::{RunError, Safety, Simulation, Trial, Verdict, undecided};
 
 use super::stage::{Moved, failed};
 use super::{Event, Observer, RunFailure};
@@ -29,23 +29,28 @@ pub(super) fn search(
         Err(RunError::Stopped) => return Ok(false),
         found => found.map_err(failed(stage))?,
     };
-    for doubt in doubts(&found) {
-        let warning = format!("stage `{}`: {doubt}", stage.name);
-        observer.event(Event::Warning(&warning));
-    }
     let mut moving = Vec::new();
     if let Some(failing) = &mut found.failing {
         recorder.frame(failing, &stage.name)?;
-        moving = failing.moving_blocks();
+        if found.bracket[1].is_some() {
+            moving = failing.moving_blocks();
+        }
     }
     let [stable, unstable] = found.bracket;
-    // Of the strengths as they are.
-    let verdict = match (found.factor.or(stable), unstable) {
-        (Some(factor), _) if factor >= 1.0 => Verdict::AtRest,
-        (_, Some(factor)) if factor <= 1.0 => Verdict::Fails,
-        (Some(_), Some(_)) => Verdict::Fails,
+    // Of the strengths as they are: of the stage before, or by the factor.
+    let before = cursor.done.last().map(|stage| stage.verdict);
+    let verdict = match (before, found.factor.or(stable), unstable) {
+        (Some(verdict @ (Verdict::AtRest | Verdict::Fails)), ..) => verdict,
+        (_, Some(factor), _) if factor >= 1.0 => Verdict::AtRest,
+        (_, _, end) if undecided(&found.trials, end) => Verdict::Undecided,
+        (_, _, Some(factor)) if factor <= 1.0 => Verdict::Fails,
+        (_, Some(_), Some(_)) => Verdict::Fails,
         _ => Verdict::Undecided,
     };
+    for doubt in doubts(&found, &stage.search(), simulation) {
+        let warning = format!("stage `{}`: {doubt}", stage.name);
+        observer.event(Event::Warning(&warning));
+    }
     let steps = found.trials.iter().map(|trial| trial.steps).sum();
     let seconds = start.elapsed().as_secs_f64();
     let updates = simulation.model().n_nodes() as f64 * steps as f64;
@@ -66,30 +71,34 @@ pub(super) fn search(
         imbalance: simulation.energy().imbalance(),
         state: simulation.state_summary(),
     };
-    if found.factor.is_none() {
-        let [low, high] = stage.search().bracket;
-        let warning = match (stable, unstable) {
-            (None, _) => format!(
-                "the blocks do not even hold with a factor of {low}: lower the first of `bracket`"
-            ),
-            _ => {
-                let weightless = simulation.model().deck().model.gravity == [0.0; 3];
-                let gravity = if weightless { "; the deck has no `gravity`" } else { "" };
-                format!(
-                    "the blocks hold with a factor of {high}, too: raise the second of `bracket`{gravity}"
-                )
-            }
-        };
-        observer.event(Event::Warning(&format!("stage `{}`: {warning}", stage.name)));
-    }
     observer.event(Event::StageDone(&summary));
     cursor.done.push(summary);
     Ok(true)
 }
 
-/// Reasons why the factor of safety may be larger.
-fn doubts(found: &Safety) -> Vec<String> {
+/// Reasons why the factor of safety may be another one, or why there is none.
+fn doubts(found: &Safety, search: &Search, simulation: &mut Simulation) -> Vec<String> {
     let mut doubts = Vec::new();
+    let [low, high] = search.bracket;
+    match found.bracket {
+        [None, None] => {
+            let Some(Trial { factor, steps, .. }) = found.trials.first() else { return doubts };
+            doubts.push(format!(
+                "there is no factor of safety: the trial with strengths / {factor:.4} was undecided after {steps} \
+                 steps; raise `max_steps`"
+            ));
+        }
+        [None, Some(_)] => doubts.push(format!(
+            "the blocks do not even hold with a factor of {low}: lower the first of `bracket`"
+        )),
+        [Some(_), None] => {
+            let why = why_it_holds(simulation);
+            doubts.push(format!(
+                "the blocks hold with a factor of {high}, too: raise the second of `bracket`{why}"
+            ));
+        }
+        _ => {}
+    }
     let Some(unstable) = found.bracket[1] else { return doubts };
     let is_end = |trial: &&Trial| trial.factor == unstable && trial.verdict == Verdict::Undecided;
     if let Some(Trial { steps, .. }) = found.trials.iter().find(is_end) {
@@ -106,4 +115,19 @@ fn doubts(found: &Safety) -> Vec<String> {
         ));
     }
     doubts
+}
+
+/// Reasons why blocks may hold that should not.
+fn why_it_holds(simulation: &mut Simulation) -> String {
+    let energy = simulation.energy();
+    let mut why = String::new();
+    if simulation.model().deck().model.gravity == [0.0; 3] {
+        why += "; the deck has no `gravity`";
+    } else if energy.strain_bodies + energy.strain_joints == 0.0 && simulation.unbalanced() == 0.0 {
+        why += "; nothing bears any load: look at `gravity` and at the supports";
+    }
+    for joint in simulation.model().joints_without_strength() {
+        why += &format!("; joint `{joint}` has no strength and never fails");
+    }
+    why
 }

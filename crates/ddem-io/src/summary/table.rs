@@ -2,12 +2,17 @@
 
 use std::fmt;
 
-use ddem_core::{ContactSummary, Energy, JointSummary, Largest, Moving, Reaction, StateSummary};
+use ddem_core::{
+    ContactSummary, Energy, JointSummary, Largest, Moving, Reaction, StateSummary, undecided,
+};
 
 use super::{StageSummary, Summary};
 
 /// Blocks that move that are listed; others are counted.
 const LISTED: usize = 5;
+
+/// Energies below this are rounding `[J]`.
+const LEAST_ENERGY: f64 = 1e-12;
 
 /// Columns of the first word of a line.
 const LABEL: usize = 15;
@@ -116,7 +121,8 @@ fn energy(energy: &Energy) -> String {
         ("damping", damping),
         ("external work", external),
     ];
-    let there = parts.iter().filter(|(_, value)| value.abs() > 1e-9 * energy.largest);
+    let least = (1e-9 * energy.largest).max(LEAST_ENERGY);
+    let there = parts.iter().filter(|(_, value)| value.abs() > least);
     let parts: Vec<String> =
         there.map(|(name, value)| format!("{name} {}", quantity(*value, "J"))).collect();
     if parts.is_empty() {
@@ -160,17 +166,19 @@ impl fmt::Display for StageSummary {
         if self.kind == "safety" {
             line(f, "safety", &self.safety())?;
             if let [_, Some(unstable)] = self.bracket.unwrap_or_default() {
+                let trial =
+                    if undecided(&self.trials, Some(unstable)) { "undecided" } else { "failing" };
                 line(
                     f,
                     "frames",
-                    &format!("of the failing trial, strengths / {unstable:.4}, in which move"),
+                    &format!("of the {trial} trial, strengths / {unstable:.4}, in which move"),
                 )?;
             }
             moving(f, &self.moving)?;
             line(
                 f,
                 "verdict",
-                &format!("{}, the state before the search and after it:", self.verdict),
+                &format!("{}; below, the state that the search started from:", self.verdict),
             )?;
         } else {
             line(f, "verdict", &self.verdict.to_string())?;
@@ -206,12 +214,18 @@ impl StageSummary {
         let [stable, unstable] = self.bracket.unwrap_or_default();
         match (self.factor, stable, unstable) {
             (Some(factor), Some(stable), Some(unstable)) => {
+                let end =
+                    if undecided(&self.trials, Some(unstable)) { "undecided" } else { "unstable" };
                 format!(
-                    "factor of safety {factor:.3}, stable at {stable:.4}, unstable at {unstable:.4}"
+                    "factor of safety {factor:.3}, stable at {stable:.4}, {end} at {unstable:.4}"
                 )
             }
             (_, None, Some(unstable)) => format!("factor of safety below {unstable}"),
-            (_, stable, _) => format!("factor of safety above {}", stable.unwrap_or_default()),
+            (_, Some(stable), _) => format!("factor of safety above {stable}"),
+            (_, None, None) => {
+                let least = self.trials.first().map_or(f64::NAN, |trial| trial.factor);
+                format!("no factor of safety: the trial with strengths / {least:.4} was undecided")
+            }
         }
     }
 }

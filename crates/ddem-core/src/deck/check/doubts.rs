@@ -6,6 +6,9 @@ use super::shown;
 use super::units::units;
 use crate::deck::{ContactTable, Deck, Joint, Stage, StageKind};
 
+/// Part of the resolution of a factor of safety that the tolerance may be.
+const FINER: f64 = 0.02;
+
 /// What is to be said of contacts, of rigid blocks, and of the joints that a model uses, by their
 /// numbers in sorted order of the names.
 pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
@@ -21,6 +24,9 @@ pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
         .collect();
     let mut doubts = units(deck);
     doubts.extend(contact_without_effect(deck));
+    doubts.extend(gravity_upwards(deck));
+    doubts.extend(without_supports(deck));
+    doubts.extend(loose_tolerance(deck));
     doubts.extend(releases(deck));
     for (name, joint) in breaking {
         doubts.extend(tension_out_of_reach(name, joint));
@@ -49,6 +55,41 @@ fn contact_without_effect(deck: &Deck) -> Option<String> {
     };
     let but = if others == deck.contact { "" } else { " but for its damping" };
     Some(format!("`[contact]` has no effect{but}: {why}"))
+}
+
+/// Gravity along an axis, upwards where z is up.
+fn gravity_upwards(deck: &Deck) -> Option<String> {
+    let [x, y, z] = deck.model.gravity;
+    (x == 0.0 && y == 0.0 && z > 0.0).then(|| {
+        let up = shown(z);
+        format!("`gravity` is along +z: where z is up it would be [0.0, 0.0, -{up}]")
+    })
+}
+
+/// Weight that nothing bears.
+fn without_supports(deck: &Deck) -> Option<String> {
+    let held = !deck.fix.is_empty() || !deck.boundary.is_empty();
+    (deck.model.gravity != [0.0; 3] && !held).then(|| {
+        "nothing holds the model: without `[[fix]]` or `[[boundary]]` it falls under its `gravity`".to_owned()
+    })
+}
+
+/// Searches for a factor of safety finer than forces balance.
+fn loose_tolerance(deck: &Deck) -> impl Iterator<Item = String> {
+    let searches = deck.stage.iter().filter(|stage| stage.kind == StageKind::Safety);
+    searches.filter_map(|stage| {
+        let search = stage.search();
+        let most = FINER * search.resolution;
+        (search.tolerance > most * (1.0 + 1e-9)).then(|| {
+            format!(
+                "stage `{}`: with a `tolerance` of {:e} trials come to rest that do not hold: at most {most:e} for a \
+                 `resolution` of {}",
+                stage.name,
+                search.tolerance,
+                shown(search.resolution)
+            )
+        })
+    })
 }
 
 /// Forces of removed blocks that go at once although they are to fade, or have not gone in the end.

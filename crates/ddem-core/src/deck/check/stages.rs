@@ -131,7 +131,8 @@ fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
     let help = format!("a {} stage has {}", word(stage.kind), own.join(", "));
     for (key, given, kinds) in keys {
         if given && !kinds.contains(&stage.kind) {
-            let message = format!("`{key}` is a key of a {} stage", word(kinds[0]));
+            let kinds: Vec<&str> = kinds.iter().map(|&kind| word(kind)).collect();
+            let message = format!("`{key}` is a key of {} stages", kinds.join(" and "));
             faults.add_help(format!("{at}.{key}"), message, help.clone());
         }
     }

@@ -110,10 +110,11 @@ fn loads(deck: &Deck) -> Vec<String> {
 }
 
 fn pressure(of: &str, key: &str, size: f64) -> Option<String> {
-    let meant = shifted(size, 6);
+    let [kilo, mega] = [3, 6].map(|power| shifted(size, power));
     (0.0 < size && size < WEAKEST).then(|| {
         format!(
-            "{of}: `{key}` is {size} Pa, next to nothing: {size} MPa would be written {meant:e}"
+            "{of}: `{key}` is {size} Pa, next to nothing: {size} kPa would be written {kilo:e}, \
+             {size} MPa {mega:e}"
         )
     })
 }
