@@ -20,7 +20,7 @@ pub use drive::run;
 pub use failure::RunFailure;
 pub use plan::Plan;
 pub use report::{Report, inspect};
-pub use session::Session;
+pub use session::{Session, model_name};
 
 use std::path::PathBuf;
 use std::sync::Arc;

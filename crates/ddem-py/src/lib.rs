@@ -86,10 +86,11 @@ fn load(
 /// threads : int, optional
 ///     How many; one for each processor without it. Results do not depend on it.
 /// resume : bool, optional
-///     Go on from the checkpoint in `out`.
+///     Go on from the checkpoint in `out`. The probes of the simulation begin there;
+///     :class:`Results` has all of them.
 /// overwrite : bool, optional
-///     Remove earlier results of the deck in `out`; otherwise they are moved to a folder beside it,
-///     ``NAME.1``, ``NAME.2``, ...
+///     Remove earlier results in `out`: of the same file, of a model with the same title, or of the same
+///     model without one. Otherwise they are moved to a folder beside it, ``NAME.1``, ``NAME.2``, ...
 /// quiet : bool, optional
 ///     No progress bar.
 ///
@@ -139,8 +140,8 @@ fn run_deck(
     let pool = Pool::new(threads)?;
     let (read, name) = match &model {
         Some(model) => {
-            let text = model.get().text(py)?;
-            (ddem_io::deck::parse(&text, "model.toml"), "model".into())
+            let (text, name) = model.get().text(py)?;
+            (ddem_io::deck::parse(&text, &name), "model".into())
         }
         None => {
             let path: PathBuf = deck.extract().map_err(|error| {

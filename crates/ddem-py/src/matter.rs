@@ -8,7 +8,7 @@ use pyo3::types::{PyDict, PyString, PyTuple};
 use toml::{Table, Value};
 
 use crate::errors::{arguments as arguments_error, model_error};
-use crate::values::{Matter, table, to_python};
+use crate::values::{Matter, no_matter, table, to_python};
 
 /// A linear elastic, isotropic material.
 ///
@@ -224,7 +224,7 @@ impl Joint {
                 // The model will know its name.
                 Ok(String::new())
             }
-            Matter::Joint(_) => Err(model_error(py, "material", "a joint is no material", None)),
+            Matter::Joint(_) => no_matter(matter),
         })?;
         if material.is_some() && keys.get("material").is_none_or(|name| !name.is_str()) {
             return Err(model_error(py, "", "only `material` can be a material", None));

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ddem_core::Deck;
+use ddem_io::run::model_name;
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyTuple};
@@ -163,7 +164,7 @@ impl Model {
     /// title = "nothing yet"
     #[pyo3(signature = (path=None))]
     fn to_deck(&self, py: Python<'_>, path: Option<PathBuf>) -> PyResult<String> {
-        let text = self.text(py)?;
+        let (text, _) = self.text(py)?;
         if let Some(path) = path {
             std::fs::write(&path, &text).map_err(|error| {
                 errors::os_error(&error, &path, &format!("writing {}: {error}", path.display()))
@@ -223,9 +224,13 @@ impl Model {
         self.draft.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The text of the deck, if a deck can hold the model.
-    pub(crate) fn text(&self, py: Python<'_>) -> PyResult<String> {
-        ddem_io::deck::write(&self.whole(py)?).map_err(|error| errors::deck(py, &error))
+    /// Text of the deck, if a deck can hold the model, and the name by which its results are known.
+    pub(crate) fn text(&self, py: Python<'_>) -> PyResult<(String, String)> {
+        let deck = self.whole(py)?;
+        let text = ddem_io::deck::write(&deck).map_err(|error| errors::deck(py, &error))?;
+        let titled = !deck.title.is_empty();
+        let name = if titled { "model.toml".to_owned() } else { model_name(&text) };
+        Ok((text, name))
     }
 
     /// The deck, if a deck can hold the model.

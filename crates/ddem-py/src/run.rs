@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use ddem_core::deck::{Stage, names};
 use ddem_io::run::{Begun, RunFailure, Session, Went};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -192,19 +193,9 @@ impl Simulation {
     fn warn_of_waiting(&self, py: Python<'_>) -> PyResult<()> {
         let mut inner = self.idle(py)?;
         let Inner { session, awaited, .. } = &mut **inner;
-        let simulation = session.simulation();
-        let deck = simulation.model().deck();
-        let from = (deck.fix.iter().map(|entry| &entry.from))
-            .chain(deck.load.iter().map(|entry| &entry.from))
-            .chain(deck.charge.iter().map(|entry| &entry.from))
-            .chain(deck.boundary.iter().map(|entry| &entry.from));
-        let from: Vec<&String> = from.flatten().collect();
-        let later = deck.stage.iter().skip(simulation.stage() + 1).map(|stage| &stage.name);
-        let waiting: Vec<String> = later
-            .filter(|name| from.contains(name))
-            .filter(|name| awaited.insert((*name).clone()))
-            .cloned()
-            .collect();
+        let waiting = waiting(session.simulation());
+        let waiting: Vec<String> =
+            waiting.into_iter().filter(|name| awaited.insert(name.clone())).collect();
         drop(inner);
         let Some(first) = waiting.first() else { return Ok(()) };
         let names: Vec<String> = waiting.iter().map(|name| format!("`{name}`")).collect();
@@ -229,6 +220,23 @@ impl Simulation {
             }
         }
     }
+}
+
+/// Names of later stages for which supports, loads, charges or boundaries wait.
+pub(crate) fn waiting(simulation: &ddem_core::Simulation) -> Vec<String> {
+    let deck = simulation.model().deck();
+    let from = (deck.fix.iter().map(|entry| &entry.from))
+        .chain(deck.load.iter().map(|entry| &entry.from))
+        .chain(deck.charge.iter().map(|entry| &entry.from))
+        .chain(deck.boundary.iter().map(|entry| &entry.from));
+    later(simulation, &from.flatten().collect::<Vec<_>>())
+}
+
+/// Those of some names that stages to come have.
+pub(crate) fn later(simulation: &ddem_core::Simulation, names: &[&String]) -> Vec<String> {
+    let stages = &simulation.model().deck().stage;
+    let stages = stages.iter().skip(simulation.stage() + 1).map(|stage| &stage.name);
+    stages.filter(|name| names.contains(name)).cloned().collect()
 }
 
 /// Refuses the first keyword that is neither an argument of the method nor one that `other` stages
@@ -263,6 +271,9 @@ impl<'py> Run<'py> {
     /// Moves the simulation; gives the steps taken.
     fn go(&self, simulation: &Bound<'py, Simulation>, quiet: bool) -> PyResult<u64> {
         let py = simulation.py();
+        if self.record.as_ref().is_some_and(|folder| folder.as_os_str().is_empty()) {
+            return Err(PyValueError::new_err("record: the path of a folder is empty"));
+        }
         let bar = progress_bar(py, quiet)?;
         let before = {
             let mut inner = simulation.get().idle(py)?;

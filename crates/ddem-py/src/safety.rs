@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 use crate::away::{away, outcome};
 use crate::drive::read_stage;
 use crate::errors;
+use crate::run::{later, waiting};
 use crate::simulation::Simulation;
 
 /// Factor, bracket, trials, and set and number of the blocks that move in the failing one.
@@ -14,6 +15,22 @@ type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(Strin
 
 #[pymethods]
 impl Simulation {
+    /// Names of later stages with which the model changes.
+    fn _waiting(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let inner = self.idle(py)?;
+        let simulation = inner.session.simulation();
+        let mut names = waiting(simulation);
+        let deck = simulation.model().deck();
+        let others = (deck.remove.iter().map(|entry| &entry.from))
+            .chain(deck.assign.iter().map(|entry| &entry.from))
+            .chain(deck.fix.iter().map(|entry| &entry.until))
+            .chain(deck.load.iter().map(|entry| &entry.until));
+        names.extend(later(simulation, &others.flatten().collect::<Vec<_>>()));
+        names.sort();
+        names.dedup();
+        Ok(names)
+    }
+
     /// Result of :func:`ddem.factor_of_safety`.
     #[pyo3(signature = (**keys))]
     fn _factor_of_safety(

@@ -46,10 +46,17 @@ fn at_depth(
     if depth > DEEPEST {
         return refused("lists in lists without end".to_owned());
     }
+    let key = place.split(['.', '[']).next();
     if let Ok(material) = any.cast::<Material>() {
+        if key == Some("joint") {
+            return refused("a material is no joint".to_owned());
+        }
         return name(&Matter::Material(material)).map(Value::String);
     }
     if let Ok(joint) = any.cast::<Joint>() {
+        if key == Some("material") {
+            return refused("a joint is no material".to_owned());
+        }
         return name(&Matter::Joint(joint)).map(Value::String);
     }
     if let Ok(truth) = any.cast::<PyBool>() {

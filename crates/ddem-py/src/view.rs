@@ -362,7 +362,9 @@ impl Simulation {
         Ok(self.lock(py)?.session.simulation().unbalanced())
     }
 
-    /// Energies of the whole model [J], by name, with their balance.
+    /// Energies of the whole model [J], by name, with their balance: the columns of ``energy.csv``. During a run
+    /// `kinetic` is ½ v⁻·m v⁺ of the half steps before and after, which may be negative where blocks vibrate; at the
+    /// end of one velocities are those of the present time.
     #[getter]
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let energy = self.looked(py, |inner| inner.session.simulation_mut().energy())?;
@@ -398,10 +400,13 @@ impl Simulation {
 /// The region that arguments describe.
 fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Where> {
     let (mut entry, _) = table("remove", keys, &mut no_matter)?;
-    if let Some(key) = ["from", "until"].into_iter().find(|key| entry.contains_key(*key)) {
-        return Err(model_error(py, key, "nodes are there at all times", None));
-    }
-    entry.entry("where").or_insert_with(|| Value::Table(Table::new()));
-    let deck = alone(py, "remove", entry)?;
+    let mut region = match entry.remove("where") {
+        Some(Value::Table(region)) => region,
+        Some(other) => Table::from_iter([("where".to_owned(), other)]),
+        None => Table::new(),
+    };
+    // Other keys of the section are none here.
+    region.extend(entry);
+    let deck = alone(py, "remove", Table::from_iter([("where".to_owned(), Value::Table(region))]))?;
     Ok(deck.remove.into_iter().next().unwrap_or_default().region)
 }

@@ -52,6 +52,33 @@ def test_a_model_on_the_limit_has_an_end() -> None:
     assert max(steps for _, _, steps in found.trials) <= 5000
 
 
+def test_undecided_trials_warn() -> None:
+    simulation = slope(38.0).build()
+    simulation.relax(quiet=True)
+    with pytest.warns(UserWarning, match="undecided after 2 steps, and there is no factor"):
+        found = ddem.factor_of_safety(simulation, max_steps=2)
+    assert (found.factor, found.bracket) == (None, (None, None))
+    with pytest.warns(UserWarning, match="undecided after 200 steps, and it counts as unstable"):
+        ddem.factor_of_safety(simulation, bracket=(0.9, 4.0), max_steps=200)
+
+
+def test_later_stages_are_no_part_of_it() -> None:
+    model = slope(38.0)
+    model.load(force=(2e3, 0, 0), z=2.0, from_="push")
+    model.stage("weight", kind="relax")
+    model.stage("push", kind="relax")
+    with pytest.warns(UserWarning, match="wait for the stages `push`"):
+        ddem.factor_of_safety(model)
+
+
+def test_threads_are_those_of_a_model() -> None:
+    assert ddem.factor_of_safety(slope(25.0), threads=1).factor is not None
+    with pytest.raises(TypeError, match="threads"):
+        ddem.factor_of_safety(slope(25.0).build(), threads=1)
+    with pytest.raises(TypeError, match="expected a Model or a Simulation"):
+        ddem.factor_of_safety("deck.toml")  # type: ignore[arg-type]
+
+
 def test_wrong_searches_are_refused() -> None:
     simulation = slope(38.0).build()
     for keys in ({"bracket": (2.0, 1.0)}, {"joints": ["no"]}, {"resolution": 0.0}):

@@ -108,8 +108,7 @@ impl Session {
         let known = path.canonicalize().ok();
         let before = known.and_then(|path| self.recorded.get(&path));
         let title = &model.deck().title;
-        // A model that differs in anything is another one.
-        let name = format!("model {:08x}", fingerprint(&self.text));
+        let name = model_name(&self.text);
         let earlier = if before.is_some() { Earlier::Resume } else { Earlier::Keep };
         let folder = folder::prepare(path, &name, title, &self.text, earlier)?;
         match before {
@@ -212,6 +211,12 @@ impl Session {
             deck: self.text.clone(),
         }
     }
+}
+
+/// Name of a model of a program, by the text of its deck: one that differs in anything is another one.
+#[must_use]
+pub fn model_name(text: &str) -> String {
+    format!("model {:08x}", fingerprint(text))
 }
 
 /// A number that tells texts apart (FNV-1a).

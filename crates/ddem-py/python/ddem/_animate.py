@@ -119,6 +119,7 @@ def animate(
     one_of("edges", edges, ("blocks", "elements", "none"))
     if not (np.isfinite(fps) and fps > 0.0):
         raise ValueError(f"fps: {fps!r} must be above 0")
+    _plot.check_size(window_size)
     source = results if isinstance(results, Results) else Results(results)
     numbers = _numbers(source, frames)
     write = _gif if path.suffix.lower() == ".gif" else _mp4()

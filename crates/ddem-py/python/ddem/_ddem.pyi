@@ -252,6 +252,7 @@ class Simulation:
         frames: int | None = None,
         quiet: bool = False,
     ) -> int: ...
+    def _waiting(self) -> list[str]: ...
     def _factor_of_safety(
         self, **keys: Any
     ) -> tuple[

@@ -254,7 +254,7 @@ def states(frame: Frame) -> Integers:
     if "open" in frame.pair_fields:
         state[(state > 0) & (np.asarray(pairs["open"]) != 0)] = OPEN
     if "released" in frame.pair_fields:
-        state[(state == 0) & (np.asarray(pairs["released"]) != 0)] = OPEN
+        state[np.asarray(pairs["released"]) != 0] = OPEN
     return state
 
 

@@ -145,6 +145,7 @@ def plot(
     """
     pv = _pyvista()
     _check(view, edges, joints, scale, contacts)
+    check_size(window_size)
     to_file = screenshot is not None or html is not None
     notebook = show and not to_file and _in_notebook()
     window = show and not to_file and not notebook
@@ -189,6 +190,12 @@ def _pyvista() -> Any:
     except ImportError as missing:
         raise ImportError('plots need PyVista: pip install "ddem[plot]"') from missing
     return pyvista
+
+
+def check_size(window_size: tuple[int, int]) -> None:
+    """Refuse pictures of no size."""
+    if len(window_size) != 2 or not all(size >= 1 for size in window_size):
+        raise ValueError(f"window_size: {window_size!r} must be two numbers of pixels above 0")
 
 
 def _check(

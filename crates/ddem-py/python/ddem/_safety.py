@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ._ddem import Model, Simulation
-from ._errors import NotConverged
+from ._errors import Collapsed, NotConverged
 
 # Steps in which a model that stands finds its first equilibrium. One on the limit never does.
 _FIRST = 20_000
@@ -44,6 +44,7 @@ def factor_of_safety(
     limit: float | None = None,
     tolerance: float | None = None,
     max_steps: int | None = None,
+    threads: int | None = None,
 ) -> Safety:
     """Factor by which the strengths of joints can be divided until blocks move.
 
@@ -67,6 +68,8 @@ def factor_of_safety(
     max_steps : int, optional
         Steps after which a trial is undecided, and counts as unstable; 200 000 without it. The
         first relaxation of a model takes 20 000 at most.
+    threads : int, optional
+        Of a model, as in :meth:`Model.build`; a simulation has its own.
 
     Returns
     -------
@@ -81,8 +84,22 @@ def factor_of_safety(
         An argument is wrong.
     KeyboardInterrupt
         The simulation is as it was.
+
+    Warns
+    -----
+    UserWarning
+        Where a trial that decides was undecided, where a model finds no equilibrium in its first
+        relaxation, and where supports, loads or excavations of a model wait for a stage: they are
+        no part of its factor.
     """
-    simulation = _settled(model, max_steps) if isinstance(model, Model) else model
+    if isinstance(model, Model):
+        simulation = _settled(model, max_steps, threads)
+    elif not isinstance(model, Simulation):
+        raise TypeError(f"expected a Model or a Simulation, found {type(model).__name__!r}")
+    elif threads is not None:
+        raise TypeError("threads: a simulation has those that it was built with")
+    else:
+        simulation = model
     keys = {
         "bracket": bracket,
         "resolution": resolution,
@@ -93,17 +110,45 @@ def factor_of_safety(
     }
     given = {key: value for key, value in keys.items() if value is not None}
     factor, found, trials, moving = simulation._factor_of_safety(**given)
+    _warn_of_undecided(found, trials)
     return Safety(factor, (found[0], found[1]), trials, moving)
 
 
-def _settled(model: Model, max_steps: int | None) -> Simulation:
+def _warn_of_undecided(
+    bracket: Sequence[float | None], trials: Sequence[tuple[float, str, int]]
+) -> None:
+    end = trials[0][0] if bracket[0] is None and bracket[1] is None else bracket[1]
+    for tried, verdict, steps in trials:
+        if tried == end and verdict == "undecided":
+            then = "there is no factor of safety" if bracket[0] is None else "it counts as unstable"
+            warnings.warn(
+                f"the trial with strengths / {tried:.4f} was undecided after {steps} steps, and "
+                f"{then}: raise `max_steps`",
+                stacklevel=3,
+            )
+
+
+def _settled(model: Model, max_steps: int | None, threads: int | None) -> Simulation:
     """The model in equilibrium; as built where it finds none, so that factors below 1 are found."""
-    simulation = model.build()
+    simulation = model.build(threads=threads)
+    if waiting := simulation._waiting():
+        names = ", ".join(f"`{name}`" for name in waiting)
+        warnings.warn(
+            f"supports, loads, excavations or joints wait for the stages {names} and are no part of this factor: "
+            "enter them in a simulation, or give the model a stage of kind \"safety\" and run it with run_deck",
+            stacklevel=3,
+        )
     try:
         simulation.relax(max_steps=min(_FIRST, max_steps or _FIRST), quiet=True)
-    except NotConverged:
+    except NotConverged as error:
+        if not isinstance(error, Collapsed):
+            warnings.warn(
+                f"the model is not in equilibrium after {_FIRST} steps: trials start from it as built; "
+                "give a simulation in equilibrium",
+                stacklevel=3,
+            )
         with warnings.catch_warnings():
             # They have been given once.
             warnings.simplefilter("ignore")
-            return model.build()
+            return model.build(threads=threads)
     return simulation

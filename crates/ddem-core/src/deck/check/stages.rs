@@ -158,12 +158,10 @@ impl Search {
             faults.add_help("joints", message, "without it those of all joints are");
         }
         for name in self.joints.iter().flatten() {
-            match deck.joints.get(name) {
-                None => faults.add("joints", format!("there is no joint `{name}`")),
-                Some(joint) if !joint.breaks() => {
-                    faults.add("joints", format!("joint `{name}` never fails"));
-                }
-                Some(_) => {}
+            let known = deck.joints.keys().map(String::as_str);
+            faults.reference("joints", name, known, ("joint", "[joints.seam]"));
+            if deck.joints.get(name).is_some_and(|joint| !joint.breaks()) {
+                faults.add("joints", format!("joint `{name}` never fails"));
             }
         }
         faults.0
