@@ -59,10 +59,10 @@ def line() -> int:
         (lambda m: ddem.Material(density=1, young=1), "poisson: key `poisson` is missing"),
         (lambda m: ddem.Material(density="a", young=1, poisson=0), "density: expected a number"),
         (lambda m: ddem.Joint(thicknes=1), "thicknes: unknown key `thicknes` (did you mean"),
-        (lambda m: ddem.Joint(thickness=1, material=SEAM), "a joint is no material"),
+        (lambda m: ddem.Joint(thickness=1, material=SEAM), "material: a joint is no material"),
         (lambda m: m.add_blocks(material=SEAM), "material: a joint is no material"),
         (lambda m: m.add_blocks(material=ROCK, joint=ROCK), "joint: a material is no joint"),
-        (lambda m: m.add_blocks(material=ROCK, joint={"x": ROCK}), "a material is no joint"),
+        (lambda m: m.add_blocks(material=ROCK, joint={"x": ROCK}), "joint.x: a material is no joint"),
         (lambda m: ddem.Joint(fracture_energy=1), "fracture_energy: expected a list of 2 numbers"),
     ],
 )

@@ -148,20 +148,31 @@ impl Contacts {
     }
 }
 
-/// Before joints act: those that are due are let go. Returns the energy that is lost on the way `[J]`.
+/// Before joints act: those that are due are let go. Returns what is lost on the way.
 pub(crate) fn let_go(
     ground: Ground<'_>,
     placing: Placing<'_>,
     breaks: &mut Breaks,
     contacts: &mut Contacts,
-) -> f64 {
+) -> Losses {
     if contacts.joints.iter().flatten().all(|joint| *joint != Release::Due) {
-        return 0.0;
+        return Losses::default();
     }
     let fitting = ground.fitting(placing);
     let make = |blocks: [u32; 2]| fitting.patch(blocks, None);
     contacts.known = false;
-    release((ground.places, &placing), breaks, contacts, &make).unwrap_or(0.0)
+    let lost = release((ground.places, &placing), breaks, contacts, &make);
+    of_release(lost.unwrap_or(0.0), ground.look)
+}
+
+/// Energy that the springs of a joint held and its contact does not: a relaxation damps it as all that is out of
+/// equilibrium.
+fn of_release(lost: f64, look: Look<'_>) -> Losses {
+    if look.relaxing && lost > 0.0 {
+        Losses { damping: lost, ..Losses::default() }
+    } else {
+        Losses { contact: lost, ..Losses::default() }
+    }
 }
 
 /// Contacts at the present positions: patches are made, renewed and dropped; then what they exert.
@@ -234,7 +245,7 @@ fn let_loose(
     contact.bear(&fitting.placing, &load, 1.0);
     let old = std::mem::replace(patch, contact);
     let ended = old.bond.map(|bond| (old.blocks, bond));
-    (Losses { contact: before - patch.stored(), ..Losses::default() }, Some(ended))
+    (of_release(before - patch.stored(), look), Some(ended))
 }
 
 impl Contacts {

@@ -94,7 +94,7 @@ pub(crate) fn forces(
             let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
             let_go(ground, placing, breaks, contacts)
         }
-        None => 0.0,
+        None => Losses::default(),
     };
     let (fields, frames, runs) = scratch.forces(breaks, pass.energies, pass.viscous.is_some());
     let input = input(pass, frames);
@@ -121,7 +121,7 @@ pub(crate) fn forces(
         }
         let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
         losses.add(&find(ground, placing, contacts));
-        losses.contact += released;
+        losses.add(&released);
     }
     losses
 }
