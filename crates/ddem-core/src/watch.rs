@@ -37,6 +37,8 @@ const LONG: u64 = 4;
 const STILL: f64 = 1e-4;
 /// Part of its growth from the second to the third quarter with which a motion that comes to rest grows on.
 const FADES: f64 = 0.8;
+/// Part of the span of a motion by which the means of its last two quarters differ at most where it swings.
+const SWINGS: f64 = 0.25;
 /// Looks before a stage in time may end.
 const ENOUGH: usize = 10;
 /// Unbalanced force ratio with which blocks are at rest.
@@ -204,7 +206,11 @@ fn fades(motion: &[f64]) -> bool {
         looks.iter().sum::<f64>() / looks.len().max(1) as f64
     };
     let [second, third, fourth] = [1, 2, 3].map(mean);
-    fourth - third < LEAST.max(FADES * (third - second))
+    let late = &motion[at(2)..];
+    let span = late.iter().fold(f64::MIN, |most, &x| most.max(x))
+        - late.iter().fold(f64::MAX, |least, &x| least.min(x));
+    // What moves on one way has half of the span between the means.
+    fourth - third < LEAST.max(FADES * (third - second)).max(SWINGS * span)
 }
 
 #[cfg(test)]
