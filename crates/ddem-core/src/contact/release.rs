@@ -4,15 +4,16 @@
 //! joint all of whose pairs have failed is released: its springs are gone, and the two blocks are a
 //! contact like any other, which begins with the force that the joint bore.
 
+use std::iter::zip;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{Contacts, Patch, Placing, Point};
-use crate::breaks::{self, Breaks, Broken};
+use crate::breaks::{self, Breaks, Broken, Look};
 use crate::exact::Exact;
 use crate::geometry::{Geometry, Vec3};
-use crate::law::{JointLaw, Laws, Traction};
+use crate::law::{JointLaw, Laws, Mode, Traction};
 use crate::pack::{Pack, Packs};
 use crate::seams::{NO_JOINT, Seam, Seams};
 
@@ -59,9 +60,10 @@ impl Contacts {
                 }
                 let law = law_of(laws, seam, lane);
                 let (moved, whole) = broken.moved(law, lane);
-                // Without any strength a pair that has not failed is no better than one that has. Nor is one of
-                // rigid blocks: it is at the quarter of a face, and the block turns about its edge.
-                let bonded = whole && !pack.rigid && law.is_none_or(|law| law.bonds());
+                // Without any strength a pair that has not failed is no better than one that has. Nor are the last two
+                // of rigid blocks: they are at the quarters of a face, and the block turns about its edge.
+                let hinges = pack.rigid && moved.open >= 2;
+                let bonded = whole && !hinges && law.is_none_or(|law| law.bonds());
                 let found = moved.release(bonded, pack.rigid, seam.spacing(lane));
                 if found > *known {
                     *known = found;
@@ -99,6 +101,8 @@ pub(super) struct Moved {
     slid: f64,
     /// Largest opening `[m]`.
     opened: f64,
+    /// Number of pairs that are open.
+    open: usize,
     /// True where a pair bears tension that softens.
     softens: bool,
 }
@@ -108,6 +112,7 @@ impl Moved {
     pub(super) fn add(&mut self, slip: f64, gap: f64, softens: bool) {
         self.slid = self.slid.max(slip);
         self.opened = self.opened.max(gap);
+        self.open += usize::from(gap > 0.0);
         self.softens |= softens && gap > 0.0;
     }
 
@@ -176,14 +181,15 @@ pub(super) struct Load {
 }
 
 /// Lets go the joints that are due. `make` makes the patch of two blocks, which begins with what the
-/// joint bore. Returns the energy that is lost on the way, if any joint was due `[J]`.
+/// joint bore. Returns the energy that is lost on the way `[J]`, and how many pairs were still bonded.
 pub(crate) fn release(
-    (at, placing): (Places<'_>, &Placing<'_>),
+    (at, placing, look): (Places<'_>, &Placing<'_>, Look<'_>),
     breaks: &mut Breaks,
     contacts: &mut Contacts,
     make: &dyn Fn([u32; 2]) -> Option<Patch>,
-) -> Option<f64> {
+) -> (f64, u64) {
     let (mut patches, mut any, mut lost) = (Vec::new(), false, Exact::default());
+    let mut failed = 0;
     for (index, pack) in at.packs.packs.iter().enumerate() {
         for (d, lane) in (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane))) {
             let body = pack.bodies[lane] as usize;
@@ -195,6 +201,7 @@ pub(crate) fn release(
             let mut offset = [0; 3];
             offset[d] = 1;
             let Some(other) = at.geometry.neighbour(body, offset) else { continue };
+            failed += fail_with_others((at, look), breaks, (index, d), lane);
             let gone = let_go((at, placing), breaks, (index, d), (pack, lane, other));
             let Some((load, account)) = gone else { continue };
             let blocks = [body.min(other) as u32, body.max(other) as u32];
@@ -212,7 +219,29 @@ pub(crate) fn release(
         contacts.patches.retain(|old| taken(old).is_err());
         contacts.renew(patches);
     }
-    any.then(|| lost.value())
+    (lost.value(), failed)
+}
+
+/// Pairs of a joint that is released, and that are bonded, fail with the others. Returns how many.
+fn fail_with_others(
+    (at, look): (Places<'_>, Look<'_>),
+    breaks: &mut Breaks,
+    (index, d): (usize, usize),
+    lane: usize,
+) -> u64 {
+    let law = at.seams.get(index, d).and_then(|seam| law_of(look.laws, seam, lane));
+    let Some(broken) = breaks.at(index)[1 << d].as_mut() else { return 0 };
+    if law.is_none_or(|law| !law.bonds()) {
+        return 0;
+    }
+    let mut failed = 0;
+    for (points, times) in zip(&mut broken.points, &mut broken.times) {
+        if points[lane].mode.is_none() {
+            (points[lane].mode, times[lane]) = (Some(Mode::Shear), look.time);
+            failed += 1;
+        }
+    }
+    failed
 }
 
 /// Takes the springs of a joint out and returns what they bore, and what was on their accounts `[J]`.

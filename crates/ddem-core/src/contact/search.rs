@@ -161,8 +161,9 @@ pub(crate) fn let_go(
     let fitting = ground.fitting(placing);
     let make = |blocks: [u32; 2]| fitting.patch(blocks, None);
     contacts.known = false;
-    let lost = release((ground.places, &placing), breaks, contacts, &make);
-    of_release(lost.unwrap_or(0.0), ground.look)
+    let at = (ground.places, &placing, ground.look);
+    let (lost, failed) = release(at, breaks, contacts, &make);
+    Losses { failed: [failed, 0], ..of_release(lost, ground.look) }
 }
 
 /// Energy that the springs of a joint held and its contact does not: a relaxation damps it as all that is out of

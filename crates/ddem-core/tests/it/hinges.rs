@@ -94,7 +94,8 @@ impl Hinge {
         while simulation.steps_left() != Some(0) {
             simulation.step().unwrap_or_else(|error| panic!("{error}"));
         }
-        assert_eq!(simulation.fragments().len(), 1, "{self:?}");
+        // Its load is where a rigid block begins to turn.
+        assert!(self.rigid() || simulation.fragments().len() == 1, "{self:?}");
         simulation
     }
 
@@ -151,7 +152,6 @@ fn a_joint_that_turns_lets_go() {
         Hinge { divisions: 3, ..PLAIN },
         Hinge { split: true, ..PLAIN },
         Hinge { split: true, divisions: 2, ..PLAIN },
-        Hinge { body: Body::Rigid, ..PLAIN },
     ] {
         let mut simulation = hinge.spun();
         let (mut worst, mut until) = (f64::NEG_INFINITY, 0.0);
@@ -169,13 +169,30 @@ fn a_joint_that_turns_lets_go() {
         println!("{hinge:?}: held for {until} s, {worst} m in each other, {energy:?}");
         let due = hinge.angle() / 5.0;
         assert!((0.7 * due..1.3 * due).contains(&until), "{hinge:?}: {until} s, not {due} s");
-        // Rigid blocks turn about their pairs, and their corners go into the other until then.
-        let into = (1.0 - hinge.about()) * hinge.angle().sin();
-        assert!(worst < 0.03 + into, "{hinge:?}: {worst} m in each other");
-        // Rigid ones come to rest wedged, where their contacts leave a part in a thousand.
-        let part = if hinge.rigid() { 5e-3 } else { 1e-5 };
-        assert!(energy.balance.abs() < part * energy.largest, "{hinge:?}: {energy:?}");
+        assert!(worst < 0.03, "{hinge:?}: {worst} m in each other");
+        assert!(energy.balance.abs() < 1e-5 * energy.largest, "{hinge:?}: {energy:?}");
     }
+}
+
+/// The last two pairs of rigid blocks are inside the face, and the block turns about its edge.
+#[test]
+fn the_last_pairs_of_rigid_blocks_let_go_at_once() {
+    let hinge = Hinge { body: Body::Rigid, ..PLAIN };
+    let mut simulation = hinge.spun();
+    let mut worst = f64::NEG_INFINITY;
+    while simulation.steps_left() != Some(0) {
+        step(&mut simulation, hinge);
+        if simulation.time() > LOADING + 0.02 {
+            assert_eq!(simulation.fragments().len(), 2);
+        }
+        if simulation.steps().is_multiple_of(50) {
+            worst = worst.max(deepest(&all_corners(&simulation), 0).0);
+        }
+    }
+    assert!(worst < 0.01, "{worst} m in each other");
+    let energy = simulation.energy();
+    assert!(energy.imbalance() < 1e-2, "{energy:?}");
+    assert_eq!(hinge.relaxed(0.05).fragments().len(), 2);
 }
 
 /// Without contact nothing would take over.
@@ -197,7 +214,7 @@ fn without_contact_a_joint_that_turns_holds() {
 #[test]
 fn a_joint_that_has_turned_lets_go_in_relaxation() {
     let split = Hinge { split: true, ..PLAIN };
-    for hinge in [PLAIN, split, Hinge { body: Body::Rigid, ..PLAIN }] {
+    for hinge in [PLAIN, split] {
         for (part, fragments) in [(0.8, 1), (1.2, 2)] {
             let mut simulation = hinge.relaxed(part * hinge.angle());
             assert_eq!(simulation.fragments().len(), fragments, "{hinge:?}, {part}");

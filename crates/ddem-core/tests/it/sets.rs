@@ -198,6 +198,7 @@ fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
     let said = |change: &dyn Fn(&mut Deck)| {
         let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
         deck.model.gravity = [0.0, 0.0, -9.81];
+        deck.fix = vec![fix(plane(2, 0.0), "xyz")];
         change(&mut deck);
         model(&deck).warnings()
     };
