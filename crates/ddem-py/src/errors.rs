@@ -99,7 +99,43 @@ pub(crate) fn in_python(text: &str) -> String {
             if ONE.contains(&section) { format!("[{section}]") } else { format!("[[{section}]]") };
         text = text.replace(&format!("`{written}`"), &method).replace(&written, &method);
     }
-    text
+    with_dictionaries(&text)
+}
+
+/// A text in which tables in braces, `{ key = value }`, are dictionaries, `{"key": value}`.
+fn with_dictionaries(text: &str) -> String {
+    let (mut out, mut depth) = (String::with_capacity(text.len()), 0_u32);
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let key = rest.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').next().unwrap_or("");
+        let taken = match first {
+            '{' => {
+                depth += 1;
+                out.push('{');
+                if rest.starts_with("{ ") { 2 } else { 1 }
+            }
+            ' ' if depth > 0 && rest.starts_with(" }") => 1,
+            '}' => {
+                depth = depth.saturating_sub(1);
+                out.push('}');
+                1
+            }
+            _ if depth > 0 && !key.is_empty() && rest[key.len()..].starts_with(" = ") => {
+                out += &format!("\"{key}\": ");
+                key.len() + 3
+            }
+            _ if !key.is_empty() => {
+                out += key;
+                key.len()
+            }
+            other => {
+                out.push(other);
+                other.len_utf8()
+            }
+        };
+        rest = &rest[taken..];
+    }
+    out
 }
 
 /// Sections of a deck, and those that are there once.

@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use ddem_core::deck::names;
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
@@ -120,10 +121,14 @@ fn key<'py>(
     if let Some(value) = keys.get(key) {
         return to_python(py, value);
     }
-    if schema()["$defs"][definition]["properties"].get(key).is_some() {
+    let known = schema()["$defs"][definition]["properties"].as_object();
+    if known.is_some_and(|known| known.contains_key(key)) {
         return Ok(py.None().into_bound(py));
     }
-    Err(PyAttributeError::new_err(format!("'{class}' object has no attribute '{key}'")))
+    let near = names::nearest(key, known.into_iter().flatten().map(|(key, _)| key.as_str()));
+    let near = near.filter(|_| !key.starts_with('_'));
+    let near = near.map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
+    Err(PyAttributeError::new_err(format!("'{class}' object has no attribute '{key}'{near}")))
 }
 
 /// Of the keys and the name: equal numbers may be written differently.

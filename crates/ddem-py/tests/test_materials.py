@@ -17,7 +17,7 @@ def test_attributes_are_the_keys() -> None:
     given = {"thickness": 1.0, "material": "rock", "friction": 30.0}
     for key in ddem.schema()["$defs"]["Joint"]["properties"]:
         assert getattr(joint, key) == given.get(key)
-    with pytest.raises(AttributeError, match="'Joint' object has no attribute 'fiction'"):
+    with pytest.raises(AttributeError, match="'Joint' object has no attribute 'fiction' .did you mean `friction`"):
         joint.fiction
     with pytest.raises(AttributeError, match="'Material' object has no attribute 'thickness'"):
         ROCK.thickness

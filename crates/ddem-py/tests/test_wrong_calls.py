@@ -192,6 +192,10 @@ def test_attributes_that_are_not_there() -> None:
 def test_messages_have_words_of_python() -> None:
     message = refused(lambda: cube(gravity=(0, 0, -9.81)).build().relax(quiet=True), ddem.ModelError)
     assert "hold that motion with `Model.fix`" in message and "[[" not in message
+    message = refused(lambda: cube().load(pressure=1.0, history="ramp"), ddem.ModelError)
+    assert '`{"ramp": seconds}`, `{"table": [[time, factor], …]}`' in message
+    message = refused(lambda: cube().build().run(1e-4, damping="ratio", quiet=True), ddem.ModelError)
+    assert '`{"local": number}`' in message
 
 
 def test_the_name_of_one_joint_is_no_list_of_letters() -> None:
