@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use crate::deck::{Deck, ElementKind};
+use crate::deck::ElementKind;
 use crate::element::Elastic;
 use crate::element::modal::Modal;
 use crate::element::table::Table;
@@ -13,6 +13,7 @@ use crate::geometry::Geometry;
 use crate::inertia::Inertia;
 use crate::lanes::{LANES, Lanes};
 use crate::pack::{Pack, Packs};
+use crate::properties::Properties;
 use crate::rigid::Matter;
 use crate::seams::Seams;
 
@@ -56,39 +57,16 @@ pub(crate) struct Assembly {
     table_index: HashMap<[Option<u32>; LANES], u32>,
 }
 
-/// Elastic constants by material and by joint; `None` for a spring joint.
-#[derive(Debug)]
-pub(crate) struct Constants {
-    pub(crate) materials: Vec<Elastic>,
-    pub(crate) joints: Vec<Option<Elastic>>,
-}
-
-impl Constants {
-    pub(crate) fn new(deck: &Deck) -> Self {
-        let of = |m: &crate::deck::Material| Elastic::new(m.density, m.young, m.poisson);
-        let joints = deck.joints.values().map(|joint| {
-            let named = joint.material.as_ref().and_then(|name| deck.materials.get(name)).map(of);
-            named.or_else(|| Some(Elastic::new(joint.density?, joint.young?, joint.poisson?)))
-        });
-        Self { materials: deck.materials.values().map(of).collect(), joints: joints.collect() }
-    }
-}
-
 impl Assembly {
     /// Tables; masses are there after [`assemble`](Self::assemble).
-    pub(crate) fn new(
-        geometry: &Geometry,
-        packs: &Packs,
-        constants: &Constants,
-        kind: ElementKind,
-    ) -> Self {
+    pub(crate) fn new(geometry: &Geometry, packs: &Packs, properties: &Properties) -> Self {
         let mut assembly = Self::default();
         for pack in &packs.packs {
             let is_box = geometry.lattice(pack.bodies[0] as usize).is_box();
             let tables = std::array::from_fn(|offset| {
                 let lanes = std::array::from_fn(|lane| {
                     let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
-                    assembly.cell(geometry, constants, kind, body, offset)
+                    assembly.cell(geometry, properties, body, offset)
                 });
                 assembly.table(lanes, is_box)
             });
@@ -101,8 +79,7 @@ impl Assembly {
     fn cell(
         &mut self,
         geometry: &Geometry,
-        constants: &Constants,
-        kind: ElementKind,
+        properties: &Properties,
         body: usize,
         offset: usize,
     ) -> Option<u32> {
@@ -110,9 +87,9 @@ impl Assembly {
         let cell = geometry.bodies[body].cell.map(|c| c as usize);
         // Incompatible modes in a layer would cancel the shear of slip that varies along it.
         let (elastic, kind) = if offset == 0 {
-            (constants.materials[geometry.bodies[body].material as usize], kind)
+            (properties.materials[geometry.bodies[body].material as usize], properties.element)
         } else {
-            (joint_material(geometry, constants, body, offset)?, ElementKind::Standard)
+            (*joint_material(geometry, properties, body, offset)?, ElementKind::Standard)
         };
         let length = |d: usize| {
             if offset & (1 << d) == 0 {
@@ -233,12 +210,12 @@ fn rigid_matter(geometry: &Geometry, pack: &Pack, nodes: &mut [[f64; 4]]) -> [Ma
 
 /// Elastic constants of a joint lattice: of its joint, or where several meet of the most
 /// compliant one. `None` unless every block around is there and every joint is a continuum.
-fn joint_material(
+fn joint_material<'a>(
     geometry: &Geometry,
-    constants: &Constants,
+    properties: &'a Properties,
     body: usize,
     offset: usize,
-) -> Option<Elastic> {
+) -> Option<&'a Elastic> {
     let lattice = geometry.lattice(body);
     let cell = geometry.bodies[body].cell.map(|c| c as usize);
     let parts = || (0..8).filter(|part| part & !offset == 0);
@@ -246,12 +223,12 @@ fn joint_material(
     if !parts().all(|part| geometry.neighbour(body, step(part)).is_some()) {
         return None;
     }
-    let mut softest: Option<Elastic> = None;
+    let mut softest: Option<&Elastic> = None;
     for part in parts() {
         let step = step(part);
         let at = [0, 1, 2].map(|d| cell[d] + step[d] as usize);
         for d in (0..3).filter(|d| offset & (1 << d) != 0 && part & (1 << d) == 0) {
-            let joint = constants.joints[lattice.joint_above(at, d) as usize]?;
+            let joint = properties.joints[usize::from(lattice.joint_above(at, d))].layer()?;
             if lattice.gaps[d][cell[d] + 1] <= 0.0 {
                 return None;
             }

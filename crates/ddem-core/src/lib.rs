@@ -44,6 +44,7 @@ mod pack;
 mod pairs;
 mod parallel;
 mod pass;
+mod properties;
 mod relax;
 mod rigid;
 mod safety;

@@ -64,8 +64,8 @@ impl Model {
             u16::try_from(number).is_ok_and(|joint| used.contains(&joint))
                 && self.laws[number].is_none()
         };
-        let names = self.deck().joints.keys().enumerate();
-        names.filter(move |(number, _)| weak(*number)).map(|(_, name)| name.as_str())
+        let joints = self.properties.joints.iter().enumerate();
+        joints.filter(move |(number, _)| weak(*number)).map(|(_, joint)| joint.name.as_str())
     }
 }
 
@@ -183,12 +183,12 @@ impl Simulation {
         (search, saved): (&Search, &Saved),
         factor: f64,
     ) -> Result<(Trial, Self), RunError> {
-        let deck = self.model.deck();
         let mut trial = self.back_to(saved)?;
         trial.finish_relaxation();
         trial.far = search.limit;
-        let numbers = deck.joints.keys().enumerate().filter(|(_, name)| search.divides(name));
-        let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();
+        let joints = self.model.properties.joints.iter().enumerate();
+        let divided = joints.filter(|(_, joint)| search.divides(&joint.name));
+        let numbers: Vec<usize> = divided.map(|(number, _)| number).collect();
         let laws = trial.model.laws.clone();
         let parts = (libm::log(factor) / libm::log(PART)).ceil().max(1.0);
         let (mut steps, mut part) = (0, 1.0);

@@ -4,12 +4,12 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::deck::{Deck, Material};
 use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Stiffness;
 use crate::pack::{Pack, Packs};
+use crate::properties::Properties;
 
 /// Lane without a joint.
 pub(crate) const NO_JOINT: u16 = u16::MAX;
@@ -53,23 +53,16 @@ pub(crate) struct Seams {
 impl Seams {
     /// `law` is the number of the law of a joint, above a block along a direction.
     pub(crate) fn new(
-        deck: &Deck,
+        properties: &Properties,
         geometry: &Geometry,
         packs: &Packs,
         law: &mut dyn FnMut(usize, usize, u16) -> u16,
     ) -> Self {
-        let joints: Vec<_> = deck
-            .joints
-            .values()
-            .map(|joint| (joint.stiffness(&deck.materials), joint.normal_stiffness.is_some()))
-            .collect();
-        let materials: Vec<Elastic> = deck.materials.values().map(elastic).collect();
-        let ratio = deck.damping_ratio();
         let mut seams = Self::default();
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in &packs.packs {
             let of_pack = [0, 1, 2].map(|d| {
-                let seam = Seam::new(&joints, (&materials, ratio), geometry, (pack, d), law);
+                let seam = Seam::new(properties, geometry, (pack, d), law);
                 if seam.joints == [NO_JOINT; LANES] {
                     return NO_SEAM;
                 }
@@ -93,8 +86,7 @@ impl Seams {
 
 impl Seam {
     fn new(
-        joints: &[(Option<[f64; 2]>, bool)],
-        (materials, ratio): (&[Elastic], f64),
+        properties: &Properties,
         geometry: &Geometry,
         (pack, d): (&Pack, usize),
         law: &mut dyn FnMut(usize, usize, u16) -> u16,
@@ -120,9 +112,10 @@ impl Seam {
             let Some(other) = geometry.neighbour(body, offset) else { continue };
             let cell = geometry.bodies[body].cell.map(|c| c as usize);
             let joint = lattice.joint_above(cell, d);
-            let (stiffness, springs) = joints[joint as usize];
+            let found = &properties.joints[usize::from(joint)];
             // Between rigid blocks every joint is springs (§8).
-            (seam.joints[lane], seam.springs[lane]) = (joint, springs || lattice.rigid);
+            (seam.joints[lane], seam.springs[lane]) =
+                (joint, found.layer().is_none() || lattice.rigid);
             seam.laws[lane] = law(body, d, joint);
             let edges = [0, 1, 2].map(|e| {
                 let gap = lattice.gaps[d][cell[d] + 1];
@@ -134,13 +127,14 @@ impl Seam {
             let quarter = lattice.joint_area(cell, d) / 4.0;
             seam.quarter.0[lane] = quarter;
             seam.per_quarter.0[lane] = 1.0 / quarter;
-            let normal = stiffness.unwrap_or_default()[0];
+            let Stiffness { normal, shear } = found.stiffness();
             let [a, b] = [body, other].map(|body| {
-                let elastic = &materials[usize::from(geometry.bodies[body].material)];
+                let elastic = &properties.materials[usize::from(geometry.bodies[body].material)];
                 Moved::new(geometry, (body, d), elastic).mass(normal)
             });
-            seam.dashpot.0[lane] = 2.0 * ratio * (normal * a * b / (a + b)).sqrt();
-            for (lanes, k) in seam.stiffness.iter_mut().zip(stiffness.unwrap_or_default()) {
+            seam.dashpot.0[lane] =
+                2.0 * properties.contact.damping_ratio() * (normal * a * b / (a + b)).sqrt();
+            for (lanes, k) in seam.stiffness.iter_mut().zip([normal, shear]) {
                 lanes.0[lane] = k;
             }
         }
@@ -237,10 +231,6 @@ impl Moved {
     pub(crate) fn layer(&self) -> f64 {
         self.range[0]
     }
-}
-
-fn elastic(material: &Material) -> Elastic {
-    Elastic::new(material.density, material.young, material.poisson)
 }
 
 /// Orthonormal axes from a unit normal and a direction in its plane.

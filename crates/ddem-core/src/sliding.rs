@@ -8,7 +8,6 @@
 use crate::assembly::Assembly;
 use crate::breaks::Breaks;
 use crate::contact::{Contacts, Surfaces};
-use crate::deck::Deck;
 use crate::element::Elastic;
 use crate::geometry::Geometry;
 use crate::lanes::{LANES, Lanes};
@@ -28,10 +27,9 @@ impl Sliding {
     /// Damping of a model whose joints can fail, or whose blocks can meet; nothing otherwise.
     pub(crate) fn new(
         (laws, contact): (&Laws, Option<&Surfaces>),
-        deck: &Deck,
+        ratio: f64,
         (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
     ) -> Self {
-        let ratio = deck.damping_ratio();
         let can = contact.is_some() || laws.iter().any(Option::is_some);
         if !can || ratio == 0.0 {
             return Self::default();

@@ -115,7 +115,7 @@ impl State {
             a.min(b)
         };
         let edge = loose(model, self).into_iter().map(edge).fold(0.0, f64::max);
-        let gravity = Vec3::from(model.deck.model.gravity).norm();
+        let gravity = model.properties.gravity.norm();
         let watched = (self.steps - self.watch.since.min(self.steps)) as f64 * motion.time_step;
         watched >= patience(edge, gravity, motion.local)
     }

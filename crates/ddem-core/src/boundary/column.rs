@@ -11,6 +11,7 @@ use super::{Made, Push, Resistance, resistance};
 use crate::element::Elastic;
 use crate::error::Fault;
 use crate::geometry::{Region, Surface, Vec3, moved_to};
+use crate::law::Stiffness;
 use crate::touch::FaceOf;
 
 /// Between two levels: tractions by difference of displacements `[Pa/m]`.
@@ -233,7 +234,7 @@ impl<'a> Ground<'a> {
     }
 
     fn rock(&self, body: usize) -> Elastic {
-        self.made.constants.materials[self.made.geometry.bodies[body].material as usize]
+        self.made.properties.materials[self.made.geometry.bodies[body].material as usize]
     }
 
     /// The column behind a node.
@@ -314,17 +315,16 @@ impl<'a> Ground<'a> {
 
     /// The joint at the upper end of a body along an edge.
     fn joint(&self, body: usize, d: usize) -> Segment {
-        let Made { deck, geometry, constants, .. } = self.made;
+        let Made { geometry, properties, .. } = self.made;
         let lattice = geometry.lattice(body);
         let cell = geometry.bodies[body].cell.map(|c| c as usize);
         let joint = usize::from(lattice.joint_above(cell, d));
         let gap = lattice.gaps[d][cell[d] + 1];
-        if let Some(layer) = constants.joints[joint].filter(|_| gap > 0.0) {
-            return Segment { block: false, ..Segment::layer(&layer, gap) };
+        let joint = &properties.joints[joint];
+        if let Some(layer) = joint.layer().filter(|_| gap > 0.0) {
+            return Segment { block: false, ..Segment::layer(layer, gap) };
         }
-        let springs = deck.joints.values().nth(joint);
-        let stiffness = springs.and_then(|joint| joint.stiffness(&deck.materials));
-        let [normal, shear] = stiffness.unwrap_or_default();
+        let Stiffness { normal, shear } = joint.stiffness();
         Segment { normal, shear, across: [0.0; 2], mass: 0.0, block: false }
     }
 }

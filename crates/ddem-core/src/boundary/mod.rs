@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::assembly::{Assembly, Constants};
+use crate::assembly::Assembly;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::deck::{Boundary, BoundaryKind, Deck, Period, Stage, StageKind};
 use crate::element::Elastic;
@@ -22,6 +22,7 @@ use crate::error::{Fault, RunError};
 use crate::geometry::{Geometry, Region, Stages, Surface, Vec3, nothing};
 use crate::history::{Course, Function};
 use crate::pack::Packs;
+use crate::properties::Properties;
 
 pub(crate) use column::{Column, Moving, Pace};
 use column::{Ground, Side};
@@ -71,7 +72,7 @@ pub(crate) struct Made<'a> {
     pub(crate) geometry: &'a Geometry,
     pub(crate) stages: &'a Stages,
     pub(crate) packs: &'a Packs,
-    pub(crate) constants: &'a Constants,
+    pub(crate) properties: &'a Properties,
 }
 
 impl Made<'_> {
@@ -298,7 +299,7 @@ impl Border {
         entry: &Boundary,
         first: &mut usize,
     ) -> Result<Self, Fault> {
-        let Made { deck, geometry, constants, .. } = made;
+        let Made { deck, geometry, properties, .. } = made;
         let start = made.stages.at(0);
         let region = Region::new(&entry.region, &geometry.frame);
         let place = format!("boundary[{index}]");
@@ -330,7 +331,7 @@ impl Border {
             border.under.extend(areas.map(|(node, _)| node));
         }
         for surface in &surfaces {
-            let impedance = impedance(geometry, constants, surface);
+            let impedance = impedance(geometry, properties, surface);
             let areas = region.areas(geometry, surface).into_iter();
             border.dashpots.extend(areas.map(|(node, area)| (node, impedance * area)));
         }
@@ -368,8 +369,8 @@ fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<Sur
 }
 
 /// `ρ c_P n nᵀ + ρ c_S (1 − n nᵀ)` of the block behind a face `[Pa s/m]`.
-fn impedance(geometry: &Geometry, constants: &Constants, surface: &Surface) -> Resistance {
-    let rock = &constants.materials[geometry.bodies[surface.body].material as usize];
+fn impedance(geometry: &Geometry, properties: &Properties, surface: &Surface) -> Resistance {
+    let rock = &properties.materials[geometry.bodies[surface.body].material as usize];
     resistance(rock, &surface.outward(geometry))
 }
 

@@ -12,7 +12,9 @@ use crate::element::corotation::{Frame, mean_rotation};
 use crate::lanes::{
     LANES, Lanes, add, load, load_at, scale, splat, store_at, times, transposed_times, zero,
 };
+use crate::law::Stiffness;
 use crate::model::Model;
+use crate::properties::JointProperties;
 
 /// Part of a stiffness by which blocks may turn it until masses turn with them: 1.1 is the limit of
 /// stability.
@@ -122,10 +124,11 @@ impl Model {
         if !self.corotational() {
             return false;
         }
-        let stiffnesses = self.deck.joints.values();
-        let stiffnesses = stiffnesses.filter_map(|joint| joint.stiffness(&self.deck.materials));
-        let ratio = |[normal, shear]: [f64; 2]| (normal / shear).max(shear / normal);
-        let most = stiffnesses.map(ratio).fold(LAYER, f64::max);
+        let ratio = |joint: &JointProperties| {
+            let Stiffness { normal, shear } = joint.stiffness();
+            (normal / shear).max(shear / normal)
+        };
+        let most = self.properties.joints.iter().map(ratio).fold(LAYER, f64::max);
         // sin²θ (k_n/k_s − 1) of a turn θ, from its trace 1 + 2 cos θ.
         let far = |cosine: f64| (1.0 - cosine * cosine) * (most - 1.0) > TURNED || cosine < 0.0;
         self.packs.packs.iter().zip(frames).filter(|(pack, _)| !pack.rigid).any(|(pack, frame)| {

@@ -14,7 +14,6 @@ use super::fit::Fitting;
 use super::release::{Load, Moved, Release};
 use super::{Both, Patch, Placed, Placing, Point, Surfaces};
 use crate::breaks::{self, Look, Losses};
-use crate::deck::Deck;
 use crate::element::corotation::Frame;
 use crate::geometry::{Abutment, Geometry, Vec3};
 use crate::in_situ::{Stress, between};
@@ -22,6 +21,7 @@ use crate::lanes::Lanes;
 use crate::law::bearing::Bearing;
 use crate::law::{JointLaw, Memory, Mode, Opening, Stiffness, Traction};
 use crate::pack::Packs;
+use crate::properties::{JointProperties, Properties};
 
 /// Ratio of the areas of two faces above which one is the ground of the other.
 const LARGER: f64 = 1.01;
@@ -55,7 +55,7 @@ impl Fitting<'_> {
     fn bond(
         &self,
         abutment: &Abutment,
-        [normal, shear]: [f64; 2],
+        Stiffness { normal, shear }: Stiffness,
         both: [Option<Stress>; 2],
     ) -> Seated {
         let (mut quads, mut summed) = (Vec::new(), Vec::new());
@@ -116,11 +116,10 @@ pub(crate) struct Seated {
 /// All joints between faces that do not match; their pairs come after `first` others.
 pub(crate) fn seated(
     surfaces: &Surfaces,
-    (deck, geometry, packs): (&Deck, &Geometry, &Packs),
+    (properties, geometry, packs): (&Properties, &Geometry, &Packs),
     (first, stresses): (usize, &[Option<Stress>]),
 ) -> Vec<Seated> {
-    let joints = deck.joints.values().map(|joint| joint.stiffness(&deck.materials));
-    let joints: Vec<[f64; 2]> = joints.map(Option::unwrap_or_default).collect();
+    let joints: Vec<Stiffness> = properties.joints.iter().map(JointProperties::stiffness).collect();
     let still = vec![Lanes::ZERO; 3 * packs.nodes];
     let placing = Placing {
         blocks: &surfaces.blocks,

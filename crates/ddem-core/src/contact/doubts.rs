@@ -2,9 +2,9 @@
 
 use super::{Skins, Surfaces, bound};
 use crate::assembly::Assembly;
-use crate::deck::Deck;
 use crate::geometry::Geometry;
 use crate::pack::Packs;
+use crate::properties::Properties;
 
 /// Times the blocks' own stiffness above which a given one only shortens the step.
 const STIFF: f64 = 100.0;
@@ -20,10 +20,10 @@ type Fixed<'a> = (&'a Geometry, &'a Packs, &'a Assembly);
 
 impl Surfaces {
     /// What is to be said of the stiffness of contacts.
-    pub(crate) fn doubts(&self, deck: &Deck, of: Fixed<'_>) -> Vec<String> {
-        let contact = &deck.contact;
+    pub(crate) fn doubts(&self, properties: &Properties, of: Fixed<'_>) -> Vec<String> {
+        let contact = &properties.contact;
         let mut doubts = Vec::new();
-        let sinks = self.skins.sinks(deck.model.gravity, SINKS);
+        let sinks = self.skins.sinks(properties.gravity.norm(), SINKS);
         for (direction, key, given) in [
             (0, "normal_stiffness", contact.normal_stiffness),
             (1, "shear_stiffness", contact.shear_stiffness),

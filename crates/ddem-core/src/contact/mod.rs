@@ -18,6 +18,7 @@
 //! | `bond` | the same of a joint between faces that do not match |
 //! | `bound` | how stiff contacts can make a model |
 //! | `doubts` | contacts that are perhaps not meant |
+//! | `surfaces` | what is fixed about contacts |
 //! | `release` | from a joint that has moved to a contact |
 
 mod act;
@@ -31,16 +32,14 @@ mod release;
 mod search;
 mod side;
 mod skins;
+mod surfaces;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::deck::{Deck, Joint};
 use crate::exact::sum;
-use crate::geometry::{Geometry, Vec3};
+use crate::geometry::Vec3;
 use crate::lanes::Lanes;
-use crate::law::{Laws, Memory, Settled, Traction};
-use crate::mechanism::is_connected;
-use crate::pack::Packs;
+use crate::law::{Memory, Settled, Traction};
 use crate::touch::FaceOf;
 
 pub(crate) use bound::{Added, bound, faces, outer};
@@ -50,50 +49,13 @@ pub(crate) use search::{Ground, Near, find, let_go};
 
 use act::act;
 pub(crate) use bond::{Bond, Pair, Seated, at_nodes, seated};
-use place::placed;
 use release::release;
 pub(crate) use skins::{Both, Skins};
+pub(crate) use surfaces::Surfaces;
 
 /// Part of an element by which two blocks move against each other before their patch is made anew,
 /// and the distance at which they get one.
 const REACH: f64 = 0.02;
-/// Margin of the boxes in the search, as a part of the edges of the blocks.
-const MARGIN: f64 = 0.1;
-
-/// The faces of all blocks: what is fixed about contacts.
-#[derive(Debug)]
-pub(crate) struct Surfaces {
-    pub(crate) skins: Skins,
-    pub(crate) blocks: Vec<Placed>,
-    /// Shortest edge of a block `[m]`.
-    pub(crate) shortest: f64,
-    /// Distance that blocks may go before their boxes are sorted anew `[m]`.
-    margin: f64,
-    /// Blocks may meet before any joint has failed.
-    pub(crate) open: bool,
-    /// There are joints between faces that do not match.
-    pub(crate) joins: bool,
-    /// Contacts are looked for.
-    pub(crate) search: bool,
-}
-
-impl Surfaces {
-    pub(crate) fn new(deck: &Deck, laws: &Laws, geometry: &Geometry, packs: &Packs) -> Self {
-        let mut edges: Vec<f64> =
-            (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body)).collect();
-        edges.sort_unstable_by(f64::total_cmp);
-        let median = edges.get(edges.len() / 2).copied().unwrap_or_default();
-        let shortest = edges.first().copied().unwrap_or(f64::INFINITY);
-        // Blocks that joints connect do not meet before some of these have failed.
-        let can_fail = deck.joints.values().any(Joint::breaks);
-        let open = !(can_fail && is_connected(geometry));
-        let joins = !geometry.abutments.is_empty();
-        let (skins, blocks) = (Skins::new(deck, laws, geometry), placed(geometry, packs));
-        let search = deck.finds_contacts();
-        Self { skins, blocks, shortest, margin: MARGIN * median, open, joins, search }
-    }
-}
-
 /// Two points that face each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Point {

@@ -4,10 +4,9 @@
 use std::collections::HashMap;
 
 use super::{Contacts, Patch};
-use crate::deck::{Deck, Material};
-use crate::element::Elastic;
 use crate::geometry::{Abuts, Geometry};
 use crate::law::{Laws, Stiffness};
+use crate::properties::{JointProperties, Properties};
 use crate::seams::Moved;
 use crate::touch::{EdgeOf, FaceOf};
 
@@ -64,17 +63,16 @@ pub(crate) struct Skins {
 }
 
 impl Skins {
-    pub(crate) fn new(deck: &Deck, laws: &Laws, geometry: &Geometry) -> Self {
-        let contact = &deck.contact;
-        let tan = |degrees: f64| libm::tan(degrees.to_radians());
+    pub(crate) fn new(properties: &Properties, laws: &Laws, geometry: &Geometry) -> Self {
+        let contact = &properties.contact;
         let mut skins = Self {
             kinds: Vec::new(),
             of_block: Vec::with_capacity(geometry.bodies.len()),
             normal: contact.normal_stiffness,
             shear: contact.shear_stiffness,
-            tan_friction: contact.friction.map(tan),
-            tan_default: tan(FRICTION),
-            damping: deck.damping_ratio(),
+            tan_friction: contact.tan_friction,
+            tan_default: libm::tan(FRICTION.to_radians()),
+            damping: contact.damping_ratio(),
             thickest: 0.0,
             hardest: Stiffness { normal: 0.0, shear: 0.0 },
         };
@@ -82,7 +80,7 @@ impl Skins {
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
                 let abuts = geometry.abutting.get(&(body as u32, face as u8)).copied();
-                let skin = Skin::new((deck, laws, geometry), (body, face), abuts);
+                let skin = Skin::new((properties, laws, geometry), (body, face), abuts);
                 skins.thickest = skins.thickest.max(skin.thickness);
                 let Stiffness { normal, shear } = skin.stiffness;
                 skins.hardest.normal = skins.hardest.normal.max(normal);
@@ -105,11 +103,11 @@ impl Skins {
 
     /// Of faces whose friction is a part of the way from that of `before`.
     pub(crate) fn between(
-        (deck, laws, now): (&Deck, &Laws, &Geometry),
+        (properties, laws, now): (&Properties, &Laws, &Geometry),
         before: &Geometry,
         part: f64,
     ) -> Self {
-        let [mut skins, old] = [now, before].map(|geometry| Self::new(deck, laws, geometry));
+        let [mut skins, old] = [now, before].map(|geometry| Self::new(properties, laws, geometry));
         if part >= 1.0 {
             return skins;
         }
@@ -172,8 +170,7 @@ impl Skins {
 
     /// The part of its edge by which a block sinks in under its own weight, where that is much, with its
     /// density and the stiffness: `ρ g h / k` of its height h.
-    pub(super) fn sinks(&self, gravity: [f64; 3], much: f64) -> Option<[f64; 3]> {
-        let gravity = crate::geometry::Vec3::from(gravity).norm();
+    pub(super) fn sinks(&self, gravity: f64, much: f64) -> Option<[f64; 3]> {
         let each = self.kinds.iter().map(|kind| {
             let stiffness = self.both([kind; 2], [false; 2]).stiffness[0];
             [kind.density * gravity / stiffness, kind.density, stiffness]
@@ -291,18 +288,16 @@ pub(super) fn sides_of(edge: EdgeOf) -> [FaceOf; 2] {
 
 impl Skin {
     fn new(
-        (deck, laws, geometry): (&Deck, &Laws, &Geometry),
+        (properties, laws, geometry): (&Properties, &Laws, &Geometry),
         (body, face): (usize, usize),
         abuts: Option<Abuts>,
     ) -> Self {
         let (d, upper) = (face / 2, face % 2 == 1);
         let lattice = geometry.lattice(body);
         let cell = geometry.bodies[body].cell.map(|c| c as usize);
-        let material = deck.materials.values().nth(geometry.bodies[body].material.into());
-        let Material { density, young, poisson } = material.copied().unwrap_or_default();
-        let elastic = Elastic::new(density, young, poisson);
+        let elastic = &properties.materials[usize::from(geometry.bodies[body].material)];
         let height = lattice.spacing(d, cell[d]) * lattice.normal(d).dot(&lattice.axes[d]);
-        let moved = Moved::new(geometry, (body, d), &elastic);
+        let moved = Moved::new(geometry, (body, d), elastic);
         let mut offset = [0; 3];
         offset[d] = if upper { 1 } else { -1 };
         let number = geometry.neighbour(body, offset).map(|other| {
@@ -311,11 +306,11 @@ impl Skin {
             lattice.joint_above(cell, d)
         });
         let number = abuts.map(|abuts| abuts.joint).or(number).map(usize::from);
-        let joint = number.and_then(|number| deck.joints.values().nth(number));
+        let joint = number.map(|number| &properties.joints[number]);
         let law = number.and_then(|number| laws.get(number)?.as_deref());
         let own = Stiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };
-        let stiffness = joint.and_then(|joint| joint.stiffness(&deck.materials));
-        let [normal, shear] = stiffness.unwrap_or([own.normal, own.shear]);
+        let stiffness = joint.map(JointProperties::stiffness);
+        let Stiffness { normal, shear } = stiffness.unwrap_or(own);
         // Faces that are nearer than their joint is thick do not overlap.
         let room = abuts.map_or(f64::INFINITY, |abuts| abuts.gap);
         Self {
@@ -323,8 +318,8 @@ impl Skin {
             stiffness: Stiffness { normal: 2.0 * normal, shear: 2.0 * shear },
             tan_friction: law.map(|law| law.tan_contact_friction()),
             moved,
-            density,
-            joint: stiffness.map(|[normal, shear]| Stiffness { normal, shear }),
+            density: elastic.density,
+            joint: stiffness,
             abuts: abuts.is_some(),
         }
     }

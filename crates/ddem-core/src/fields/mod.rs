@@ -345,7 +345,7 @@ impl crate::model::Model {
     /// `peak_compression` where the deck has `peaks`, `removed` where blocks are taken out, `unstable`
     /// where a stage looks for a factor of safety.
     pub fn fields(&self) -> impl Iterator<Item = &'static Field> + use<> {
-        let peaks: &[Field] = if self.deck.model.peaks { &PEAK_FIELDS } else { &[] };
+        let peaks: &[Field] = if self.properties.peaks { &PEAK_FIELDS } else { &[] };
         let removed: &[Field] = if self.has_excavations() { &EXCAVATION_FIELDS } else { &[] };
         let searches = self.deck.stage.iter().any(|stage| stage.kind == StageKind::Safety);
         let safety: &[Field] = if searches { &SAFETY_FIELDS } else { &[] };

@@ -131,9 +131,9 @@ impl Simulation {
 
     fn joint_summaries(&mut self) -> Vec<JointSummary> {
         let model = &self.model;
-        let names = model.deck.joints.keys();
-        let mut joints: Vec<JointSummary> = names
-            .map(|name| JointSummary { joint: name.clone(), ..JointSummary::default() })
+        let joints = model.properties.joints.iter();
+        let mut joints: Vec<JointSummary> = joints
+            .map(|joint| JointSummary { joint: joint.name.clone(), ..JointSummary::default() })
             .collect();
         let numbers: Vec<u16> = model.pairs().map(|pair| pair.joint).collect();
         let gone: Vec<bool> = super::removed_pairs(self).iter().map(|&gone| gone > 0.0).collect();

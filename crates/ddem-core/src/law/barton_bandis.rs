@@ -1,7 +1,6 @@
 //! Barton–Bandis: rough joints, whose friction falls as the normal stress rises.
 
 use super::JointLaw;
-use crate::deck::Joint;
 
 /// Friction angle `[degrees]` beyond which roughness gives nothing more.
 const STEEPEST: f64 = 70.0;
@@ -20,20 +19,6 @@ pub struct BartonBandis {
     pub tension: f64,
     /// `tan ψ`.
     pub tan_dilation: f64,
-}
-
-impl BartonBandis {
-    /// Of a joint of a deck.
-    #[must_use]
-    pub fn new(joint: &Joint, jrc: f64, jcs: f64) -> Self {
-        Self {
-            jrc,
-            jcs,
-            residual_friction: joint.residual_friction.unwrap_or(0.0),
-            tension: joint.tension.unwrap_or(0.0),
-            tan_dilation: libm::tan(joint.dilation.unwrap_or(0.0).to_radians()),
-        }
-    }
 }
 
 impl JointLaw for BartonBandis {

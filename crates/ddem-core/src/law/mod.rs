@@ -43,13 +43,10 @@ pub(crate) mod response;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::sync::Arc;
 
 use nalgebra::Vector2;
-
-use crate::deck::Joint;
 
 pub use barton_bandis::BartonBandis;
 pub(crate) use between::Between;
@@ -248,17 +245,3 @@ pub trait JointLaw: Debug + Send + Sync {
 
 /// Laws of joints by their number; `None` never fails.
 pub(crate) type Laws = Vec<Option<Arc<dyn JointLaw>>>;
-
-/// Laws of the joints of a deck, in the order of their names.
-pub(crate) fn laws(joints: &BTreeMap<String, Joint>) -> Laws {
-    let law = |joint: &Joint| -> Option<Arc<dyn JointLaw>> {
-        if !joint.breaks() {
-            return None;
-        }
-        Some(match (joint.jrc, joint.jcs) {
-            (Some(jrc), Some(jcs)) => Arc::new(BartonBandis::new(joint, jrc, jcs)),
-            _ => Arc::new(MohrCoulomb::new(joint)),
-        })
-    };
-    joints.values().map(law).collect()
-}

@@ -9,16 +9,16 @@ use super::*;
 const STIFFNESS: Stiffness = Stiffness { normal: 4e9, shear: 1.5e9 };
 
 fn coulomb(energy: Option<[f64; 2]>) -> MohrCoulomb {
-    MohrCoulomb::new(&Joint {
-        cohesion: Some(2e6),
-        friction: Some(35.0),
-        tension: Some(1e6),
-        residual_cohesion: Some(0.3e6),
-        residual_friction: Some(25.0),
-        dilation: Some(7.0),
-        fracture_energy: energy,
-        ..Joint::default()
-    })
+    MohrCoulomb {
+        cohesion: 2e6,
+        tan_friction: tan(35.0),
+        tension: 1e6,
+        residual_cohesion: 0.3e6,
+        tan_residual_friction: tan(25.0),
+        tan_dilation: tan(7.0),
+        softening: energy
+            .map(|[opening, sliding]| Softening { opening: 2.0 * opening / 1e6, sliding }),
+    }
 }
 
 fn tan(degrees: f64) -> f64 {
@@ -49,8 +49,7 @@ fn a_bonded_point_fails_at_its_strength() {
     assert_eq!(law.failure(-3e6, 0.9999 * peak), None);
     assert_eq!(law.failure(-3e6, 1.0001 * peak), Some(Mode::Shear));
     // Tension alone: shear that is rounding decides nothing.
-    let tension = Joint { tension: Some(1e6), ..Joint::default() };
-    let bare = MohrCoulomb::new(&tension);
+    let bare = MohrCoulomb { tension: 1e6, ..MohrCoulomb::default() };
     assert_eq!(bare.failure(0.999e6, 1e-5), None);
     assert!(!bare.any_failure(&[0.999e6], &[1e-10]));
     assert_eq!(bare.failure(1.001e6, 1e-5), Some(Mode::Tension));
@@ -182,13 +181,13 @@ fn an_open_point_bears_nothing_and_forgets_its_stick() {
 
 #[test]
 fn barton_bandis_follows_its_curve() {
-    let joint = Joint {
-        residual_friction: Some(28.0),
-        jrc: Some(9.0),
-        jcs: Some(80e6),
-        ..Joint::default()
+    let law = BartonBandis {
+        jrc: 9.0,
+        jcs: 80e6,
+        residual_friction: 28.0,
+        tension: 0.0,
+        tan_dilation: 0.0,
     };
-    let law = BartonBandis::new(&joint, 9.0, 80e6);
     for stress in [0.5e6, 2e6, 10e6] {
         let exact = stress * tan(28.0 + 9.0 * (80e6_f64 / stress).log10());
         assert!((law.peak(-stress) / exact - 1.0).abs() < 1e-14);

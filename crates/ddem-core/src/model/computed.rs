@@ -7,6 +7,7 @@ use crate::contact::{Skins, Surfaces};
 use crate::error::{Fault, ModelError};
 use crate::history::Function;
 use crate::law::JointLaw;
+use crate::properties::JointProperties;
 use crate::sliding::Sliding;
 
 /// Normal tractions at which a law is tried before it is taken `[Pa]`.
@@ -36,7 +37,7 @@ impl Model {
     /// Those of [`new`](Self::new).
     pub(crate) fn anew(&self) -> Result<Self, ModelError> {
         let mut model = Self::new(&self.deck)?;
-        for (name, law) in self.deck.joints.keys().zip(&self.laws) {
+        for (JointProperties { name, .. }, law) in self.properties.joints.iter().zip(&self.laws) {
             let own = self.computed.contains(&format!("joints.{name}"));
             if let Some(law) = law.as_ref().filter(|_| own) {
                 model.set_law(name, law.clone())?;
@@ -58,7 +59,8 @@ impl Model {
     ///
     /// No joint has that name; a strength of the law is negative or not a number.
     pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
-        let Some(index) = self.deck.joints.keys().position(|name| name == joint) else {
+        let Some(index) = self.properties.joints.iter().position(|known| known.name == joint)
+        else {
             return Err(Fault::new(format!("joints.{joint}"), "no joint has this name"));
         };
         check(&*law).map_err(|why| Fault::new(format!("joints.{joint}"), why))?;
@@ -66,17 +68,17 @@ impl Model {
         self.computed.push(format!("joints.{joint}"));
         let can = (&self.laws, self.contact.as_ref());
         let of = (&*self.geometry, &self.packs, &self.assembly);
-        self.sliding = Sliding::new(can, &self.deck, of);
+        self.sliding = Sliding::new(can, self.properties.contact.damping_ratio(), of);
         // Blocks whose joints can fail now may meet, unless the deck says that none do.
         if self.deck.model.contact.is_none() && self.can_fail() {
-            let new = || Surfaces::new(&self.deck, &self.laws, &self.geometry, &self.packs);
+            let new = || Surfaces::new(&self.properties, &self.laws, &self.geometry, &self.packs);
             let mut surfaces = self.contact.take().unwrap_or_else(new);
             surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
             surfaces.search = true;
             self.contact = Some(surfaces);
         }
         if let Some(surfaces) = &mut self.contact {
-            surfaces.skins = Skins::new(&self.deck, &self.laws, &self.geometry);
+            surfaces.skins = Skins::new(&self.properties, &self.laws, &self.geometry);
         }
         Ok(())
     }

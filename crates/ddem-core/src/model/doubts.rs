@@ -44,7 +44,7 @@ impl Model {
         warnings.extend(self.borders.doubts(self.made(), &self.conditions));
         let of = (&*self.geometry, &self.packs, &self.assembly);
         let contact = self.contact.iter().filter(|contact| contact.search);
-        warnings.extend(contact.flat_map(|contact| contact.doubts(&self.deck, of)));
+        warnings.extend(contact.flat_map(|contact| contact.doubts(&self.properties, of)));
         let used = self.joint_numbers().collect();
         warnings.extend(crate::deck::doubts(&self.deck, &used));
         warnings

@@ -72,7 +72,7 @@ impl Model {
     /// are there now. Returns what was where before.
     pub(crate) fn excavate(&mut self, now: Arc<Geometry>) -> Arc<Geometry> {
         let before = std::mem::replace(&mut self.geometry, now);
-        let Self { geometry, packs, deck, constants, .. } = self;
+        let Self { geometry, packs, properties, .. } = self;
         for face in &mut self.faces {
             face.joint = face.at(geometry);
         }
@@ -83,16 +83,20 @@ impl Model {
             }
         }
         packs.link(geometry);
-        self.seams = Seams::new(deck, geometry, packs, &mut |_, _, joint| joint);
+        self.seams = Seams::new(properties, geometry, packs, &mut |_, _, joint| joint);
         if let Some(surfaces) = &mut self.contact {
-            *surfaces = Surfaces::new(deck, &self.laws, geometry, packs);
+            *surfaces = Surfaces::new(properties, &self.laws, geometry, packs);
         }
-        self.assembly = Assembly::new(geometry, packs, constants, deck.model.element);
+        self.assembly = Assembly::new(geometry, packs, properties);
         let met = (self.contact.as_ref(), &self.seated[..]);
-        let bonds = at_bonds((deck, constants), geometry, met);
+        let bonds = at_bonds(properties, geometry, met);
         self.assembly.assemble(geometry, packs, &self.seams, &bonds);
         let can = (&self.laws, self.contact.as_ref());
-        self.sliding = Sliding::new(can, deck, (geometry, packs, &self.assembly));
+        self.sliding = Sliding::new(
+            can,
+            properties.contact.damping_ratio(),
+            (geometry, packs, &self.assembly),
+        );
         if let Some(in_situ) = self.in_situ.take() {
             let blocks = in_situ.without(geometry);
             self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);

@@ -1,23 +1,20 @@
 //! Where blocks of a model may meet.
 
 use super::Model;
-use crate::assembly::Constants;
 use crate::contact::{Contacts, Seated, Surfaces, at_nodes};
-use crate::deck::{Deck, Joint};
-use crate::element::Elastic;
 use crate::geometry::Geometry;
+use crate::properties::{JointProperties, Properties};
 
 /// Mass and stiffness that joints between faces that do not match have at nodes.
 pub(super) fn at_bonds(
-    (deck, constants): (&Deck, &Constants),
+    properties: &Properties,
     geometry: &Geometry,
     (contact, seated): (Option<&Surfaces>, &[Seated]),
 ) -> Vec<(usize, [f64; 4])> {
-    let layers = deck.joints.values().zip(&constants.joints);
-    let numbers = |(joint, layer): (&Joint, &Option<Elastic>)| {
-        [joint.thickness, layer.map_or(0.0, |layer| layer.density)]
+    let numbers = |joint: &JointProperties| {
+        [joint.thickness, joint.layer().map_or(0.0, |layer| layer.density)]
     };
-    let layers: Vec<[f64; 2]> = layers.map(numbers).collect();
+    let layers: Vec<[f64; 2]> = properties.joints.iter().map(numbers).collect();
     contact.map_or_else(Vec::new, |contact| at_nodes(seated, (&contact.blocks, geometry), &layers))
 }
 

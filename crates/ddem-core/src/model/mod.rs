@@ -5,6 +5,7 @@ mod doubts;
 mod elements;
 mod excavation;
 mod meeting;
+mod properties;
 mod ramp;
 mod selections;
 mod unbalanced;
@@ -13,18 +14,20 @@ use std::sync::Arc;
 
 use meeting::at_bonds;
 
-use crate::assembly::{Assembly, Constants, NO_TABLE};
+use crate::assembly::{Assembly, NO_TABLE};
 use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Seated, Surfaces, seated};
 use crate::deck::{Deck, Kinematics, Where};
+use crate::element::Elastic;
 use crate::error::{Fault, ModelError};
-use crate::geometry::{Face, Geometry, Names, Region, Stages, Vec3, faces};
+use crate::geometry::{Face, Geometry, Names, Region, Stages, faces};
 use crate::in_situ::{InSitu, met, stresses};
 use crate::lanes::Lanes;
-use crate::law::{Laws, laws};
+use crate::law::Laws;
 use crate::pack::Packs;
+use crate::properties::Properties;
 use crate::seams::{Seam, Seams};
 use crate::sliding::Sliding;
 
@@ -41,7 +44,7 @@ pub struct Model {
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
     pub(crate) borders: Borders,
-    constants: Constants,
+    pub(crate) properties: Properties,
     pub(crate) faces: Vec<Face>,
     pub(crate) seams: Seams,
     pub(crate) laws: Laws,
@@ -51,8 +54,6 @@ pub struct Model {
     pub(crate) contact: Option<Surfaces>,
     /// Joints between faces that do not match, by their blocks.
     pub(crate) seated: Vec<Seated>,
-    kinematics: Kinematics,
-    pub(crate) gravity: Vec3,
     /// Damping of failed pairs, of contacts and of the blocks that have them.
     pub(crate) sliding: Sliding,
     pub(crate) deck: Deck,
@@ -83,31 +84,32 @@ impl Model {
         if !faults.is_empty() {
             return Err(faults);
         }
-        let constants = Constants::new(deck);
+        let properties = properties::properties(deck);
         let mut borders = {
             let (geometry, stages) = (&geometry, &stages);
-            let made = Made { deck, geometry, stages, packs: &packs, constants: &constants };
+            let made = Made { deck, geometry, stages, packs: &packs, properties: &properties };
             Borders::new(made, &conditions)?
         };
         let faces = faces(&geometry);
-        let seams = Seams::new(deck, &geometry, &packs, &mut |_, _, joint| joint);
+        let seams = Seams::new(&properties, &geometry, &packs, &mut |_, _, joint| joint);
         let region = |region: &Where| Region::new(region, &geometry.frame);
         let stresses = stresses(deck, &geometry, region)?;
         let faults = met(deck, &geometry, &stresses);
         if !faults.is_empty() {
             return Err(faults);
         }
-        let mut assembly = Assembly::new(&geometry, &packs, &constants, deck.model.element);
-        let laws = laws(&deck.joints);
-        let meets = deck.finds_contacts() || !geometry.abutments.is_empty();
-        let contact = meets.then(|| Surfaces::new(deck, &laws, &geometry, &packs));
+        let mut assembly = Assembly::new(&geometry, &packs, &properties);
+        let laws: Laws = properties.joints.iter().map(|joint| joint.law.clone()).collect();
+        let meets = properties.contact.search || !geometry.abutments.is_empty();
+        let contact = meets.then(|| Surfaces::new(&properties, &laws, &geometry, &packs));
         let first = faces.last().map_or(0, Face::end);
-        let (all, start) = ((deck, &*geometry, &packs), (first, &stresses[..]));
+        let (all, start) = ((&properties, &*geometry, &packs), (first, &stresses[..]));
         let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
-        let bonds = at_bonds((deck, &constants), &geometry, (contact.as_ref(), &seated));
+        let bonds = at_bonds(&properties, &geometry, (contact.as_ref(), &seated));
         assembly.assemble(&geometry, &packs, &seams, &bonds);
         let can = (&laws, contact.as_ref());
-        let sliding = Sliding::new(can, deck, (&geometry, &packs, &assembly));
+        let sliding =
+            Sliding::new(can, properties.contact.damping_ratio(), (&geometry, &packs, &assembly));
         borders.note_ground(&packs, &assembly);
         let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
         Ok(Self {
@@ -115,7 +117,7 @@ impl Model {
             assembly,
             conditions,
             borders,
-            constants,
+            properties,
             faces,
             seams,
             laws,
@@ -124,8 +126,6 @@ impl Model {
             seated,
             geometry,
             stages,
-            kinematics: deck.model.kinematics,
-            gravity: Vec3::from(deck.model.gravity),
             sliding,
             deck: deck.clone(),
             computed: Vec::new(),
@@ -139,7 +139,7 @@ impl Model {
     }
 
     pub(crate) fn corotational(&self) -> bool {
-        self.kinematics == Kinematics::Corotational
+        self.properties.kinematics == Kinematics::Corotational
     }
 
     /// Joints as they start, or with all that can fail turned to springs: the stiffest that the
@@ -185,8 +185,8 @@ impl Model {
     }
 
     pub(crate) fn made(&self) -> Made<'_> {
-        let Self { deck, geometry, stages, packs, constants, .. } = self;
-        Made { deck, geometry, stages, packs, constants }
+        let Self { deck, geometry, stages, packs, properties, .. } = self;
+        Made { deck, geometry, stages, packs, properties }
     }
 
     pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {
@@ -301,11 +301,10 @@ impl Model {
     /// True while waves of charges cross the model: there is no damping of failed joints
     /// and contacts then, unless the deck says so.
     pub(crate) fn is_shaken(&self, time: f64, starts: &[f64]) -> bool {
-        if self.conditions.charged.is_empty() || self.deck.contact.damping_ratio().is_some() {
+        if self.conditions.charged.is_empty() || self.properties.contact.damping.is_some() {
             return false;
         }
-        let speeds =
-            self.constants.materials.iter().map(|rock| (rock.p_modulus() / rock.density).sqrt());
+        let speeds = self.properties.materials.iter().map(Elastic::p_speed);
         let [low, high] = self.geometry.frame.bounds;
         let span = CROSSINGS * (high - low).norm() / speeds.fold(f64::INFINITY, f64::min);
         self.conditions.have_gone_off(span, time, starts)

@@ -14,9 +14,9 @@ impl Model {
     /// own: laws beyond those of the deck. One that could not fail before has its own at once. All of the way
     /// is what the deck says. Returns the laws of joints between faces that do not match, by their blocks.
     pub(crate) fn ramp(&mut self, before: &Geometry, part: f64) -> BTreeMap<[u32; 2], u16> {
-        let own = self.deck.joints.len();
+        let own = self.properties.joints.len();
         self.laws.truncate(own);
-        let Self { laws, deck, geometry, packs, contact, .. } = self;
+        let Self { laws, properties, geometry, packs, contact, .. } = self;
         let mut changes: Vec<[u16; 2]> = Vec::new();
         let mut law = |old: u16, new: u16| {
             let of = |joint: u16| laws.get(usize::from(joint)).cloned().flatten();
@@ -36,14 +36,14 @@ impl Model {
             let cell = before.bodies[body].cell.map(|c| c as usize);
             law(before.lattice(body).joint_above(cell, d), joint)
         };
-        let seams = Seams::new(deck, geometry, packs, &mut within);
+        let seams = Seams::new(properties, geometry, packs, &mut within);
         let between = geometry.abutments.iter().map(|abutment| {
             let old = before.joint_of(abutment.blocks).unwrap_or(NO_JOINT);
             (abutment.blocks, law(old, abutment.joint))
         });
         let between = between.collect();
         if let Some(surfaces) = contact {
-            surfaces.skins = Skins::between((deck, laws, geometry), before, part);
+            surfaces.skins = Skins::between((properties, laws, geometry), before, part);
         }
         self.seams = seams;
         between

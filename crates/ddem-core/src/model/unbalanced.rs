@@ -72,7 +72,7 @@ impl Model {
         let most = planes.values().fold(0.0, |most: f64, plane| most.max(plane.asked));
         let much = |plane: &Plane| plane.lacks > SMALL * plane.asked.max(SMALL * most);
         let wrong = planes.into_values().filter(much);
-        wrong.map(|plane| plane.words(&self.gravity)).collect()
+        wrong.map(|plane| plane.words(&self.properties.gravity)).collect()
     }
 
     /// What is said of blocks whose stress at the start does not bear their weight.
@@ -80,13 +80,13 @@ impl Model {
         let in_situ = self.in_situ.as_ref()?;
         let wrong = |&block: &usize| {
             let Some(stress) = in_situ.of(block) else { return false };
-            let weight = self.gravity * self.density(block);
+            let weight = self.properties.gravity * self.density(block);
             let borne = stress.divergence();
             (borne + weight).norm() > SMALL * borne.norm().max(weight.norm())
         };
         let wrong: Vec<usize> = (0..self.n_blocks()).filter(wrong).collect();
         let first = *wrong.first()?;
-        let wanted = -self.gravity * self.density(first);
+        let wanted = -self.properties.gravity * self.density(first);
         let [x, y, z] = wanted.into();
         let stress = in_situ.of(first)?;
         let borne = stress.divergence();
@@ -114,7 +114,7 @@ impl Model {
     }
 
     fn density(&self, block: usize) -> f64 {
-        self.constants.materials[self.geometry.bodies[block].material as usize].density
+        self.properties.materials[self.geometry.bodies[block].material as usize].density
     }
 
     /// The same for all faces on one plane that look the same way.

@@ -9,7 +9,7 @@ const STRESSES: &str = "peak_stresses";
 
 /// Adds the peaks of a model that asks for them.
 pub(super) fn save(model: &Model, peaks: &Peaks, saved: &mut Saved) {
-    if !model.deck.model.peaks {
+    if !model.properties.peaks {
         return;
     }
     let speed = |node| {
@@ -23,7 +23,7 @@ pub(super) fn save(model: &Model, peaks: &Peaks, saved: &mut Saved) {
 
 /// Sets the peaks that were saved; `None` when the numbers are not those of this model.
 pub(super) fn restore(model: &Model, saved: &Saved, peaks: &mut Peaks) -> Option<()> {
-    if !model.deck.model.peaks {
+    if !model.properties.peaks {
         return Some(());
     }
     let array = |name: &str| saved.arrays.get(name).map(Vec::as_slice);

@@ -54,7 +54,7 @@ impl Simulation {
             }
         }
         if let Some(surfaces) = &mut model.contact {
-            surfaces.skins = Skins::new(&model.deck, &model.laws, &model.geometry);
+            surfaces.skins = Skins::new(&model.properties, &model.laws, &model.geometry);
             if contacts {
                 surfaces.skins.divide_friction(factor);
             }

@@ -367,7 +367,7 @@ impl Simulation {
             pushes: &self.pushes,
             motion: &self.motion,
             factors: &self.factors,
-            gravity: (self.model.gravity * gravity).into(),
+            gravity: (self.model.properties.gravity * gravity).into(),
             velocities: &self.velocities,
             sliding: &self.sliding,
             failing: (!self.motion.fictitious && !self.holds).then_some(1.0),

@@ -106,7 +106,7 @@ impl Simulation {
         // One set of blocks whose joints all hold has neither contacts nor dashpots.
         let ratio = if broken || surfaces.is_some() { model.sliding.ratio } else { 0.0 };
         let of = (&*model.geometry, &model.packs, &model.assembly);
-        let own = || Skins::new(&model.deck, &model.laws, &model.geometry);
+        let own = || Skins::new(&model.properties, &model.laws, &model.geometry);
         let skins = surfaces.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.skins));
         let added = (surfaces.is_some() || ratio > 0.0)
             .then(|| Added::new(&skins, of, (surfaces.is_some(), ratio)));

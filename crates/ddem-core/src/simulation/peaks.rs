@@ -1,6 +1,7 @@
 //! What peaks see of a run, and when.
 
 use super::Simulation;
+use crate::element::Elastic;
 use crate::model::Model;
 
 /// Part of the time in which a compression wave crosses the smallest element, between two looks at
@@ -36,12 +37,7 @@ impl Simulation {
 
 /// Time between two looks at the stresses `[s]`; `None` where peaks are not asked for.
 pub(super) fn look(model: &Model) -> Option<f64> {
-    let speeds = model.deck.materials.values().map(|material| {
-        let (e, nu) = (material.young, material.poisson);
-        let modulus = e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
-        (modulus / material.density).sqrt()
-    });
-    let speeds: Vec<f64> = speeds.collect();
+    let speeds: Vec<f64> = model.properties.materials.iter().map(Elastic::p_speed).collect();
     let crossing = |block: usize| {
         let divisions = model.geometry.lattice(block).divisions as f64;
         let edge = model.geometry.shortest_edge(block) / divisions;
@@ -49,5 +45,5 @@ pub(super) fn look(model: &Model) -> Option<f64> {
     };
     let blocks = (0..model.n_blocks()).filter(|&block| !model.is_rigid(block));
     let shortest = blocks.map(crossing).fold(f64::INFINITY, f64::min);
-    model.deck.model.peaks.then_some(LOOK * shortest)
+    model.properties.peaks.then_some(LOOK * shortest)
 }

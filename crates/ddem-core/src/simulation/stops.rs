@@ -164,7 +164,7 @@ impl Simulation {
 
     /// The stiffest joint beside a block and its thickness `[m]`, 0 if it is springs.
     pub(super) fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
-        let Model { geometry, packs, seams, deck, .. } = &self.model;
+        let Model { geometry, packs, seams, properties, .. } = &self.model;
         let below = |d: usize| [0, 1, 2].map(|e| -i32::from(e == d));
         let owners =
             (0..3).flat_map(|d| [(Some(block), d), (geometry.neighbour(block, below(d)), d)]);
@@ -174,8 +174,8 @@ impl Simulation {
             Some((seam.stiffness(lane).normal, seam.joints[lane], seam.springs[lane]))
         });
         let (_, joint, springs) = stiffest.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (name, joint) = deck.joints.iter().nth(joint as usize)?;
-        Some((name.clone(), if springs { 0.0 } else { joint.thickness }))
+        let joint = properties.joints.get(usize::from(joint))?;
+        Some((joint.name.clone(), if springs { 0.0 } else { joint.thickness }))
     }
 
     /// Block and node with the largest force; one that is not a number is larger than any.

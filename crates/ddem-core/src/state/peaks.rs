@@ -21,7 +21,7 @@ pub(crate) struct Peaks {
 impl Peaks {
     /// At the start of a run.
     pub(super) fn new(model: &Model) -> Self {
-        if !model.deck.model.peaks {
+        if !model.properties.peaks {
             return Self::default();
         }
         let elements = |block| model.geometry.lattice(block).divisions.pow(3);

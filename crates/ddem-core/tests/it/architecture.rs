@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 22] = [
+const ROWS: [&[&str]; 23] = [
     &["safety"],
     &["relax", "fields", "saved"],
     &["joints"],
@@ -24,6 +24,7 @@ const ROWS: [&[&str]; 22] = [
     &["pack"],
     &["charge"],
     &["geometry"],
+    &["properties"],
     &["element", "law", "rigid", "touch", "grid", "groups", "history", "sums", "energy", "watch"],
     &["lanes", "simd", "exact", "deck"],
 ];

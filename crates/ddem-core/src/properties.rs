@@ -1,0 +1,96 @@
+//! Properties of materials, joints and contacts, and settings of the whole model.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use crate::deck::{ElementKind, Kinematics};
+use crate::element::Elastic;
+use crate::law::{JointLaw, Stiffness};
+
+/// Damping of contacts where none is given, as a fraction of critical.
+const DAMPING: f64 = 0.2;
+
+/// Properties and settings of a model; materials and joints have numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Properties {
+    /// Acceleration of gravity `[m/s²]`.
+    pub(crate) gravity: Vector3<f64>,
+    /// Treatment of the rotation of blocks.
+    pub(crate) kinematics: Kinematics,
+    /// Element of the blocks.
+    pub(crate) element: ElementKind,
+    /// The largest velocities and principal stresses of the run are kept.
+    pub(crate) peaks: bool,
+    /// Properties of contacts.
+    pub(crate) contact: ContactProperties,
+    /// Elastic constants and densities of the materials.
+    pub(crate) materials: Vec<Elastic>,
+    /// Properties of the joints.
+    pub(crate) joints: Vec<JointProperties>,
+}
+
+/// Properties of a joint.
+#[derive(Clone, Debug)]
+pub(crate) struct JointProperties {
+    /// Name in results and messages.
+    pub(crate) name: String,
+    /// Thickness along the normal `[m]`.
+    pub(crate) thickness: f64,
+    /// Elasticity before failure.
+    pub(crate) elasticity: JointElasticity,
+    /// Law of strength; without one the joint never fails.
+    pub(crate) law: Option<Arc<dyn JointLaw>>,
+}
+
+/// Elasticity of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum JointElasticity {
+    /// A layer of a material.
+    Layer(Elastic),
+    /// Springs without mass.
+    Springs(Stiffness),
+}
+
+impl JointProperties {
+    /// Constants of the layer; `None` for springs.
+    pub(crate) fn layer(&self) -> Option<&Elastic> {
+        match &self.elasticity {
+            JointElasticity::Layer(layer) => Some(layer),
+            JointElasticity::Springs(_) => None,
+        }
+    }
+
+    /// Stiffness per area `[Pa/m]`: of a layer `(λ + 2G)/t` and `G/t` (§5).
+    pub(crate) fn stiffness(&self) -> Stiffness {
+        match &self.elasticity {
+            JointElasticity::Layer(layer) => Stiffness {
+                normal: layer.p_modulus() / self.thickness,
+                shear: layer.shear / self.thickness,
+            },
+            JointElasticity::Springs(stiffness) => *stiffness,
+        }
+    }
+}
+
+/// Properties of contacts; what is not given follows from the faces that meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ContactProperties {
+    /// New contacts are looked for.
+    pub(crate) search: bool,
+    /// Normal stiffness of all contacts `[Pa/m]`.
+    pub(crate) normal_stiffness: Option<f64>,
+    /// Shear stiffness of all contacts `[Pa/m]`.
+    pub(crate) shear_stiffness: Option<f64>,
+    /// `tan φ` of all contacts.
+    pub(crate) tan_friction: Option<f64>,
+    /// Damping as a fraction of critical.
+    pub(crate) damping: Option<f64>,
+}
+
+impl ContactProperties {
+    /// Damping of contacts, of failed pairs and of the blocks around them, as a fraction of critical.
+    pub(crate) fn damping_ratio(&self) -> f64 {
+        self.damping.unwrap_or(DAMPING)
+    }
+}
