@@ -5,8 +5,8 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
-use crate::deck::ElementKind;
 use crate::element::Elastic;
+use crate::element::ElementKind;
 use crate::element::modal::Modal;
 use crate::element::table::Table;
 use crate::geometry::Geometry;

@@ -9,45 +9,44 @@ pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
 use std::sync::Arc;
 
 use crate::charge::Charge;
-use crate::deck::{ChargeHistory, Deck, Initial, Period, Where};
 use crate::error::{Fault, RunError};
-use crate::geometry::{Geometry, Region, Stages, Vec3, no_node, nothing};
+use crate::geometry::Vec3;
 use crate::history::{Course, Function};
+use crate::stage::Period;
 
-pub(crate) use release::Released;
-use release::{Fading, released, without_walls};
+pub(crate) use release::{Fading, Released};
 
 /// One `[[fix]]`.
 #[derive(Clone, Debug)]
 pub(crate) struct Fixed {
-    nodes: Vec<u32>,
+    pub(crate) nodes: Vec<u32>,
     /// Those that it would hold if their blocks had not been taken out before it came into force.
-    gone: Vec<u32>,
-    axes: [bool; 3],
-    velocity: [f64; 3],
+    pub(crate) gone: Vec<u32>,
+    pub(crate) axes: [bool; 3],
+    pub(crate) velocity: [f64; 3],
     /// Displacement to which it is driven in relaxation `[m]`.
-    displacement: [f64; 3],
-    history: Course,
-    period: Period,
+    pub(crate) displacement: [f64; 3],
+    pub(crate) history: Course,
+    pub(crate) period: Period,
 }
 
 /// One `[[load]]`: nodal forces `[N]` at factor 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Loaded {
     pub(crate) forces: Vec<(u32, Vec3)>,
-    history: Course,
-    period: Period,
+    pub(crate) history: Course,
+    pub(crate) period: Period,
     /// Of forces of removed blocks that fade.
-    fading: Option<Fading>,
+    pub(crate) fading: Option<Fading>,
 }
 
 /// One `[[charge]]`, and when it goes off.
 #[derive(Clone, Debug)]
 pub(crate) struct Charged {
     pub(crate) charge: Charge,
-    history: Course,
-    delay: f64,
-    period: Period,
+    pub(crate) history: Course,
+    pub(crate) delay: f64,
+    pub(crate) period: Period,
 }
 
 /// All supports, loads and charges of a model.
@@ -59,74 +58,6 @@ pub(crate) struct Conditions {
 }
 
 impl Conditions {
-    /// `geometry` is that at the start of each stage: faces that an excavation makes free can be loaded
-    /// and held from then on.
-    pub(crate) fn new(deck: &Deck, stages: &Stages) -> Result<Self, Vec<Fault>> {
-        let geometry = stages.at(0);
-        let region = |r: &Where| Region::new(r, &geometry.frame);
-        let mut faults = Vec::new();
-        let mut conditions = Self::default();
-        for (index, fix) in deck.fix.iter().enumerate() {
-            let geometry = stages.from(deck, fix.from.as_ref());
-            let nodes = region(&fix.region).nodes(geometry);
-            if nodes.is_empty() {
-                let region = region(&fix.region);
-                faults.push(no_node(format!("fix[{index}].where"), &region, geometry));
-            }
-            conditions.fixed.push(Fixed {
-                nodes,
-                gone: region(&fix.region).nodes_gone(stages.at(0), geometry),
-                axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
-                velocity: fix.velocity.unwrap_or_default(),
-                displacement: fix.displacement.unwrap_or_default(),
-                history: Course::new(fix.history.as_ref()),
-                period: Period::new(deck, fix.from.as_ref(), fix.until.as_ref()),
-            });
-        }
-        for (index, load) in deck.load.iter().enumerate() {
-            let geometry = stages.from(deck, load.from.as_ref());
-            match nodal_forces(load, &region(&load.region), geometry) {
-                Ok(forces) => conditions.loaded.push(Loaded {
-                    forces,
-                    history: Course::new(load.history.as_ref()),
-                    period: Period::new(deck, load.from.as_ref(), load.until.as_ref()),
-                    fading: None,
-                }),
-                Err("no node") => {
-                    let region = region(&load.region);
-                    faults.push(no_node(format!("load[{index}].where"), &region, geometry));
-                }
-                Err(what) => faults.push(nothing(format!("load[{index}].where"), what)),
-            }
-        }
-        for (index, entry) in deck.charge.iter().enumerate() {
-            let geometry = stages.from(deck, entry.from.as_ref());
-            match Charge::new(index, deck, &region(&entry.region), geometry) {
-                Ok(charge) => conditions.charged.push(Charged {
-                    charge,
-                    history: match &entry.history {
-                        Some(ChargeHistory::Given(history)) => Course::new(Some(history)),
-                        _ => Course::Constant,
-                    },
-                    delay: entry.delay.unwrap_or(0.0),
-                    period: Period::new(deck, entry.from.as_ref(), entry.until.as_ref()),
-                }),
-                Err(fault) => faults.push(fault),
-            }
-        }
-        let charges = conditions.charged.iter().enumerate();
-        faults.extend(charges.filter_map(|charge| without_walls((deck, stages), charge)));
-        conditions.loaded.extend(deck.remove.iter().map(|remove| released(deck, remove)));
-        let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
-        for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {
-            let region = region(&initial.region);
-            if region.nodes(geometry).is_empty() {
-                faults.push(no_node(format!("initial[{index}].where"), &region, geometry));
-            }
-        }
-        if faults.is_empty() { Ok(conditions) } else { Err(faults) }
-    }
-
     /// A load, a charge or a driven support that goes with time as a program says.
     ///
     /// # Errors
@@ -265,44 +196,3 @@ impl Period {
         Factor::of(history, self.since(time, starts))
     }
 }
-
-/// The forces of one load on its nodes, or what was looked for in vain.
-fn nodal_forces(
-    load: &crate::deck::Load,
-    region: &Region,
-    geometry: &Geometry,
-) -> Result<Vec<(u32, Vec3)>, &'static str> {
-    let forces: Vec<(u32, Vec3)> = if let Some(line) = load.line {
-        let lengths = region
-            .lengths(geometry)
-            .ok_or("a line needs planes on two axes, and blocks with an edge along the third")?;
-        lengths.into_iter().map(|(node, length)| (node, Vec3::from(line) * length)).collect()
-    } else if let Some(force) = load.force {
-        let weights = region.weights(geometry);
-        let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
-        weights.into_iter().map(|(node, w)| (node, Vec3::from(force) * (w / total))).collect()
-    } else {
-        let surfaces = region.surfaces(geometry);
-        if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {
-            return Err("a range cuts an oblique face askew, which cannot be loaded in part");
-        }
-        let of = |surface: &crate::geometry::Surface| {
-            let traction = match (load.traction, load.pressure) {
-                (Some(traction), _) => Vec3::from(traction),
-                (None, pressure) => -surface.outward(geometry) * pressure.unwrap_or(0.0),
-            };
-            let areas = region.areas(geometry, surface).into_iter();
-            areas.map(move |(node, area)| (node, traction * area)).collect::<Vec<_>>()
-        };
-        surfaces.iter().flat_map(of).collect()
-    };
-    let what = match (load.line, load.force) {
-        (Some(_), _) => "no node lies on that line",
-        (None, Some(_)) => "no node",
-        _ => "no outer face of a block",
-    };
-    if forces.is_empty() { Err(what) } else { Ok(forces) }
-}
-
-#[cfg(test)]
-mod tests;

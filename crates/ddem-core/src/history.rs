@@ -3,12 +3,51 @@
 use std::fmt;
 use std::sync::Arc;
 
-use crate::deck::{Duvall, History, Triangle};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// A factor in time that a program computes from the time `[s]` since its history begins; an error
 /// says why it cannot. It must depend on that time alone: it is asked at every step, and whenever
 /// forces are looked at.
 pub type Function = dyn Fn(f64) -> Result<f64, String> + Send + Sync;
+
+/// A factor in time, counted from the start of the stage named in `from`, otherwise of the run.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum History {
+    /// From 0 to 1 in this time `[s]`, then 1.
+    Ramp(f64),
+    /// Pairs of time `[s]` and factor, linear between, constant outside.
+    Table(Vec<[f64; 2]>),
+    /// A blast after Duvall: the difference of two exponentials with a peak of 1.
+    Duvall(Duvall),
+    /// From 0 to 1 and back to 0, along straight lines.
+    Triangle(Triangle),
+}
+
+/// `ξ (e^(−αt) − e^(−βt))`, with ξ so that the peak is 1; 0 before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Duvall {
+    /// Rate at which it fades `[1/s]`.
+    pub alpha: f64,
+    /// Rate at which it rises, larger than `alpha` `[1/s]`.
+    pub beta: f64,
+}
+
+/// Up and down along straight lines: exactly one of `fall` and `duration`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Triangle {
+    /// From 0 to 1 in this time `[s]`.
+    pub rise: f64,
+    /// Then back to 0 in this time `[s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fall: Option<f64>,
+    /// Rise and fall together `[s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration: Option<f64>,
+}
 
 /// How a load or a driven support goes with time.
 #[derive(Clone)]

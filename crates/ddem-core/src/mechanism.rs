@@ -1,43 +1,31 @@
-//! Rigid-body motions that the supports of a relax stage leave free.
+//! Rigid motions that supports leave free.
 
 use std::collections::HashSet;
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::conditions::{Active, Applied, Conditions};
-use crate::deck::{Deck, Stage, StageKind};
-use crate::error::Fault;
-use crate::geometry::{Geometry, Stages, Vec3};
-use crate::pack::Packs;
+use crate::conditions::Active;
+use crate::geometry::{Geometry, Vec3};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
-pub(crate) fn check(
-    deck: &Deck,
-    stages: &Stages,
-    conditions: &Conditions,
-    packs: &Packs,
-) -> Vec<Fault> {
-    let relax = deck.stage.iter().enumerate().filter(|(_, stage)| stage.kind == StageKind::Relax);
-    let fault = |(stage, entry): (usize, &Stage)| {
-        let geometry = stages.at(stage);
-        let active = Active::new(conditions, geometry, packs, stage, &Applied::default());
-        let whose = format!("of relax stage `{}`", entry.name);
-        free_motion(deck, geometry, &active, (stage, &whose))
-    };
-    relax.filter_map(fault).collect()
+/// A rigid motion that supports leave free.
+#[derive(Clone, Debug)]
+pub(crate) struct FreeMotion {
+    /// A block of those that move, which joints or contacts connect; `None`: all of them do.
+    pub(crate) block: Option<usize>,
+    /// Translations and rotations, in words.
+    pub(crate) motions: Vec<String>,
 }
 
-/// A fault of a stage when the supports in force let a group of joined blocks move as a rigid body;
-/// `whose` supports they are is for the message.
+/// A motion of a group of blocks that the supports in force leave free; with `contacts` those of sets that touch
+/// are one group.
 pub(crate) fn free_motion(
-    deck: &Deck,
     geometry: &Geometry,
     active: &Active,
-    (stage, whose): (usize, &str),
-) -> Option<Fault> {
-    let groups = groups(geometry, deck.finds_contacts());
+    contacts: bool,
+) -> Option<FreeMotion> {
+    let groups = groups(geometry, contacts);
     let n_groups = groups.iter().max().map_or(0, |g| g + 1);
     let extents = extents(geometry, &groups, n_groups);
     let mut grams = vec![Matrix6::<f64>::zeros(); n_groups];
@@ -55,37 +43,9 @@ pub(crate) fn free_motion(
         (!motions.is_empty()).then_some((group, motions))
     })?;
     let (centre, size) = extents[group];
-    let who = if n_groups == 1 {
-        "the model".to_owned()
-    } else {
-        let block = groups.iter().position(|&g| g == group).unwrap_or(0);
-        let set = geometry.set(block);
-        let set = deck.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"));
-        format!("block {block} of the set `{set}`, with what is joined to it,")
-    };
-    Some(
-        Fault::new(
-            format!("stage[{stage}]"),
-            format!(
-                "the supports {whose} let {who} move as a rigid body: {}",
-                describe(&motions, &centre, size).join(", ")
-            ),
-        )
-        .help(help(deck, geometry)),
-    )
-}
-
-/// Suggests supports or joints that may be missing.
-fn help(deck: &Deck, geometry: &Geometry) -> String {
-    let hold = if deck.boundary.is_empty() {
-        "hold that motion with [[fix]], or make the stage dynamic"
-    } else {
-        "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
-         which the boundary is there; it keeps what the fix bore"
-    };
-    let mut help = geometry.ajar(deck);
-    help.push(hold.to_owned());
-    help.join("; ")
+    let first = || groups.iter().position(|&g| g == group).unwrap_or(0);
+    let block = (n_groups > 1).then(first);
+    Some(FreeMotion { block, motions: describe(&motions, &centre, size) })
 }
 
 /// Whether joints connect all blocks.

@@ -6,10 +6,10 @@
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
 
 use crate::assembly::Assembly;
-use crate::deck::Damping;
 use crate::inertia::Inertia;
 use crate::lanes::{Lanes, splat};
 use crate::rigid::Matter;
+use crate::stage::Damping;
 
 /// `a`, `b` and the damping `c` of the nodes of equal packs, three a node.
 #[derive(Clone, Debug)]

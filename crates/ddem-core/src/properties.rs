@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use crate::deck::{ElementKind, Kinematics};
-use crate::element::Elastic;
+use crate::element::{Elastic, ElementKind};
 use crate::law::{JointLaw, Stiffness};
 
 /// Damping of contacts where none is given, as a fraction of critical.
@@ -28,6 +29,17 @@ pub(crate) struct Properties {
     pub(crate) materials: Vec<Elastic>,
     /// Properties of the joints.
     pub(crate) joints: Vec<JointProperties>,
+}
+
+/// How the rotation of a block is treated (§3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Kinematics {
+    /// The paper's linear theory.
+    Small,
+    /// Each block follows its own finite rotation.
+    #[default]
+    Corotational,
 }
 
 /// Properties of a joint.

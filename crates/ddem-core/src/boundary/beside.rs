@@ -6,7 +6,6 @@ use super::{Column, Made};
 use crate::assembly::Assembly;
 use crate::conditions::{Active, Conditions};
 use crate::inertia::Inertia;
-use crate::pack::Packs;
 
 impl Column {
     /// Fixes that hold the axes of the nodes it stands behind.
@@ -30,7 +29,7 @@ impl Column {
     /// Levels at blocks that have been taken out, and at those beside them, whose mass and stiffness that
     /// changes.
     pub(super) fn dug(&self, made: Made<'_>) -> Vec<bool> {
-        let (now, start) = (made.geometry, &**made.stages.at(0));
+        let Made { geometry: now, start, .. } = made;
         if std::ptr::eq(now, start) {
             return vec![false; self.nodes.len()];
         }
@@ -42,7 +41,9 @@ impl Column {
         self.nodes.iter().map(|&node| dug(start.locate(node as usize).0)).collect()
     }
 
-    pub(super) fn note_ground(&mut self, packs: &Packs, assembly: &Assembly) {
+    pub(super) fn note_ground(&mut self, made: Made<'_>, assembly: &Assembly) {
+        let packs = made.packs;
+        self.places = self.nodes.iter().map(|&node| place(made, node)).collect();
         let square = |&(pack, at, lane): &(usize, u32, u8)| {
             let Inertia { mass, diagonal, .. } =
                 &assembly.inertia[assembly.pack_inertia[pack] as usize];

@@ -6,12 +6,12 @@
 
 use std::collections::BTreeMap;
 
-use super::outside::{Standing, place};
-use super::{Made, Push, Resistance, resistance};
+use super::outside::Standing;
+use super::{Push, Resistance, resistance};
 use crate::element::Elastic;
-use crate::error::Fault;
-use crate::geometry::{Region, Surface, Vec3, moved_to};
+use crate::geometry::{Geometry, Strip, Surface, Vec3, moved_to};
 use crate::law::Stiffness;
+use crate::properties::Properties;
 use crate::touch::FaceOf;
 
 /// Between two levels: tractions by difference of displacements `[Pa/m]`.
@@ -155,12 +155,23 @@ impl Column {
     }
 }
 
-/// What is wrong, and what would help.
-type Wrong = (&'static str, &'static str);
+/// Why no column can stand behind a face.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum NoColumn {
+    /// The face looks up or down.
+    Level,
+    /// The blocks have no upright edge, or other edges that are not level.
+    Aslant,
+    /// The side goes on in blocks that do not match.
+    Unmatched,
+}
 
 /// Columns and sides as they are found, face by face.
 pub(crate) struct Ground<'a> {
-    made: Made<'a>,
+    geometry: &'a Geometry,
+    /// The ground at the start, which goes on beside holes that have been dug.
+    start: &'a Geometry,
+    properties: &'a Properties,
     /// First place that is free among the levels of all columns.
     first: &'a mut usize,
     columns: Vec<Column>,
@@ -170,40 +181,35 @@ pub(crate) struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    pub(super) fn new(made: Made<'a>, first: &'a mut usize) -> Self {
+    pub(crate) fn new(
+        (geometry, start): (&'a Geometry, &'a Geometry),
+        properties: &'a Properties,
+        first: &'a mut usize,
+    ) -> Self {
         let by_foot = BTreeMap::new();
-        Self { made, first, columns: Vec::new(), sides: Vec::new(), by_foot }
+        Self { geometry, start, properties, first, columns: Vec::new(), sides: Vec::new(), by_foot }
     }
 
-    pub(super) fn done(self) -> (Vec<Column>, Vec<Side>) {
+    pub(crate) fn done(self) -> (Vec<Column>, Vec<Side>) {
         (self.columns, self.sides)
     }
 
-    /// Columns behind the nodes of a face.
-    pub(super) fn stand(
-        &mut self,
-        region: &Region,
-        surface: &Surface,
-        place: &str,
-    ) -> Result<(), Fault> {
-        let geometry = self.made.geometry;
+    /// Columns behind the nodes of a face, which are given with their strips.
+    pub(crate) fn stand(&mut self, surface: &Surface, strips: Vec<Strip>) -> Result<(), NoColumn> {
+        let geometry = self.geometry;
         let body = surface.body;
-        let upright = self
-            .upright(surface)
-            .map_err(|(what, help)| Fault::new(format!("{place}.where"), what).help(help))?;
+        let upright = self.upright(surface)?;
         let rock = self.rock(body);
         let outward = surface.outward(geometry);
         let impedance = resistance(&rock, &outward);
         let raised = geometry.lattice(body).axes[upright].z > 0.0;
-        for (node, slant, along) in region.strips(geometry, surface) {
+        for (node, slant, along) in strips {
             let second = (surface.normal + 2) % 3 == upright;
             let [width, height] = [along[usize::from(!second)], along[usize::from(second)]];
             let width = slant * (width[0] + width[1]);
             let [low, high] = height.map(|length| width * length);
             let areas = if raised { [low, high] } else { [high, low] };
-            let column = self
-                .column(node, upright, raised)
-                .map_err(|(what, help)| Fault::new(format!("{place}.where"), what).help(help))?;
+            let column = self.column(node, upright, raised)?;
             let found = self.columns[column].nodes.iter().position(|&other| other == node);
             let Some(level) = found.map(|level| self.columns[column].first + level) else {
                 continue;
@@ -215,33 +221,25 @@ impl<'a> Ground<'a> {
     }
 
     /// The upright edge of a face, or what is wrong with it.
-    fn upright(&self, surface: &Surface) -> Result<usize, Wrong> {
-        let axes = &self.made.geometry.lattice(surface.body).axes;
+    fn upright(&self, surface: &Surface) -> Result<usize, NoColumn> {
+        let axes = &self.geometry.lattice(surface.body).axes;
         let is_upright = |d: &usize| axes[*d].z.abs() > 1.0 - 1e-12;
         let upright = (0..3).find(is_upright);
         let level = |d: usize| axes[d].z.abs() < 1e-9;
         match upright {
-            Some(d) if d == surface.normal => Err((
-                "a face that looks up or down is no side of a free field",
-                "free-field sides are upright, z; the base has a boundary of kind \"viscous\"",
-            )),
+            Some(d) if d == surface.normal => Err(NoColumn::Level),
             Some(d) if (0..3).all(|e| e == d || level(e)) => Ok(d),
-            _ => Err((
-                "a free field needs blocks with one upright edge, along z, and two level ones",
-                "take kind \"viscous\" for the sides of other blocks",
-            )),
+            _ => Err(NoColumn::Aslant),
         }
     }
 
     fn rock(&self, body: usize) -> Elastic {
-        self.made.properties.materials[self.made.geometry.bodies[body].material as usize]
+        self.properties.materials[self.geometry.bodies[body].material as usize]
     }
 
     /// The column behind a node.
-    fn column(&mut self, node: u32, upright: usize, raised: bool) -> Result<usize, Wrong> {
-        let geometry = self.made.geometry;
-        // The ground outside goes on beside holes that have been dug.
-        let start = self.made.stages.at(0);
+    fn column(&mut self, node: u32, upright: usize, raised: bool) -> Result<usize, NoColumn> {
+        let (geometry, start) = (self.geometry, self.start);
         let (mut body, at) = geometry.locate(node as usize);
         let down = |up: i32| {
             let mut offset = [0; 3];
@@ -270,13 +268,9 @@ impl<'a> Ground<'a> {
             bodies.iter().flat_map(|&body| levels(body)).map(|(b, level)| on(b, level)).collect();
         let top = bodies.last().copied().unwrap_or(body);
         if goes_on(body, false) || goes_on(top, true) {
-            return Err((
-                "a side that goes on in split blocks or in another set has no free field in this version",
-                "let the blocks along the side be of one set, and none of them split, from the base up",
-            ));
+            return Err(NoColumn::Unmatched);
         }
-        let made = self.made;
-        let column = Column::new(made, nodes, segments, &lowest, *self.first);
+        let column = Column::new(nodes, segments, &lowest, *self.first);
         *self.first += column.nodes.len();
         self.columns.push(column);
         self.by_foot.insert(foot, self.columns.len() - 1);
@@ -290,7 +284,7 @@ impl<'a> Ground<'a> {
         upright: usize,
         down: &dyn Fn(i32) -> [i32; 3],
     ) -> (Vec<usize>, Vec<Segment>) {
-        let (geometry, start) = (self.made.geometry, self.made.stages.at(0));
+        let (geometry, start) = (self.geometry, self.start);
         let raised = down(1)[upright] > 0;
         let (mut bodies, mut segments, mut end) = (Vec::new(), Vec::new(), (0, 0));
         let mut body = lowest;
@@ -315,7 +309,7 @@ impl<'a> Ground<'a> {
 
     /// The joint at the upper end of a body along an edge.
     fn joint(&self, body: usize, d: usize) -> Segment {
-        let Made { geometry, properties, .. } = self.made;
+        let (geometry, properties) = (self.geometry, self.properties);
         let lattice = geometry.lattice(body);
         let cell = geometry.bodies[body].cell.map(|c| c as usize);
         let joint = usize::from(lattice.joint_above(cell, d));
@@ -342,21 +336,15 @@ impl Segment {
 }
 
 impl Column {
-    fn new(
-        made: Made<'_>,
-        nodes: Vec<u32>,
-        segments: Vec<Segment>,
-        foot: &Elastic,
-        first: usize,
-    ) -> Self {
+    fn new(nodes: Vec<u32>, segments: Vec<Segment>, foot: &Elastic, first: usize) -> Self {
         let mut mass = vec![0.0; nodes.len()];
         for (i, segment) in segments.iter().enumerate() {
             mass[i] += segment.mass / 2.0;
             mass[i + 1] += segment.mass / 2.0;
         }
         let [p, s] = [foot.p_speed(), foot.s_speed()].map(|speed| foot.density * speed);
-        let places = nodes.iter().map(|&node| place(made, node)).collect();
-        let (impedance, squares) = (Vec3::new(s, s, p), Vec::new());
+        let (places, squares) = (Vec::new(), Vec::new());
+        let impedance = Vec3::new(s, s, p);
         Self { nodes, places, segments, mass, impedance, first, squares }
     }
 }

@@ -74,23 +74,17 @@ pub(crate) struct Outside {
 
 /// Nodes of a boundary that are held in all directions: those of blocks all of whose nodes on it are.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Clamped {
-    pub(super) nodes: usize,
-    pub(super) count: usize,
-    pub(super) first: Option<u32>,
+pub(crate) struct Clamped {
+    pub(crate) nodes: usize,
+    pub(crate) count: usize,
+    pub(crate) first: Option<u32>,
     /// Which hold them.
-    pub(super) fixes: BTreeSet<usize>,
+    pub(crate) fixes: BTreeSet<usize>,
 }
 
 impl Clamped {
-    pub(super) fn all(&self) -> bool {
+    pub(crate) fn all(&self) -> bool {
         self.nodes > 0 && self.count == self.nodes
-    }
-
-    /// The fixes, for a message.
-    pub(super) fn names(&self) -> String {
-        let names: Vec<String> = self.fixes.iter().map(|fix| format!("fix[{fix}]")).collect();
-        names.join(" and ")
     }
 }
 
@@ -182,7 +176,7 @@ impl Outside {
         pushes
     }
 
-    pub(super) fn clamped(&self, made: Made<'_>, border: &Border) -> Clamped {
+    pub(crate) fn clamped(&self, made: Made<'_>, border: &Border) -> Clamped {
         let mut blocks: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
         let there = |node: &u32| self.by_node.contains_key(node);
         for (node, _) in border.dashpots.iter().filter(|(node, _)| there(node)) {
@@ -208,7 +202,7 @@ impl Outside {
     }
 
     /// The axis along which all nodes of a boundary are held that looks along it, and a fix that does so.
-    pub(super) fn held_across(&self, made: Made<'_>, border: &Border) -> Option<(usize, usize)> {
+    pub(crate) fn held_across(&self, made: Made<'_>, border: &Border) -> Option<(usize, usize)> {
         let along = |(surface, _): &(Surface, [f64; 2])| {
             let normal = surface.outward(made.geometry);
             (0..3).find(|&axis| normal[axis].abs() > 1.0 - 1e-9)
@@ -222,7 +216,7 @@ impl Outside {
     }
 
     /// A column of a boundary that stands on nothing.
-    pub(super) fn floating<'a>(&self, index: usize, border: &'a Border) -> Option<&'a Column> {
+    pub(crate) fn floating<'a>(&self, index: usize, border: &'a Border) -> Option<&'a Column> {
         let floats = |standing: &&Standing| {
             let foot = &standing.foot;
             standing.border == index

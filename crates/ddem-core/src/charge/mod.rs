@@ -4,20 +4,12 @@
 //! surface ends. A pressure p does `p A` on the nodes, with the present areas A: of a closed surface no
 //! force and no moment are left, and the work is `p dV`.
 
-mod cavity;
-mod doubts;
 mod shell;
 mod size;
 
-use std::collections::BTreeSet;
-
-use self::cavity::{between, cavities};
-pub(crate) use self::cavity::{is_wall, walls};
-use self::shell::{Mesh, Shell};
+pub(crate) use self::shell::Shell;
 pub use self::size::ChargeSize;
-use crate::deck::{self, ChargeHistory, Deck};
-use crate::error::Fault;
-use crate::geometry::{Face, Geometry, Lattice, NONE, Region, Surface, Vec3, faces, place};
+use crate::geometry::Vec3;
 
 /// The gas in one shell of a charge.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,16 +22,16 @@ pub(crate) struct Fill {
 
 /// The gas of a charge that expands.
 #[derive(Clone, Copy, Debug)]
-struct Gas {
-    gamma: f64,
+pub(crate) struct Gas {
+    pub(crate) gamma: f64,
     /// Volume at which it has the pressure of the charge `[m³]`.
-    own: f64,
+    pub(crate) own: f64,
     /// Volume that it has at the start `[m³]`.
-    start: f64,
+    pub(crate) start: f64,
     /// It makes its own room: its volume grows by what the shells grow by from when it goes off.
-    own_room: bool,
+    pub(crate) own_room: bool,
     /// It has the pressure of the charge in the volume that there is when it goes off.
-    given: bool,
+    pub(crate) given: bool,
 }
 
 impl Gas {
@@ -50,7 +42,7 @@ impl Gas {
     }
 
     /// Its pressure as a part of the charge's.
-    fn part(&self, first: f64, grown: f64) -> f64 {
+    pub(crate) fn part(&self, first: f64, grown: f64) -> f64 {
         let own = if self.given { first } else { self.own };
         libm::pow(own / self.volume(first, grown), self.gamma)
     }
@@ -62,11 +54,11 @@ pub(crate) struct Charge {
     /// Nodes that it pushes, in order.
     pub(crate) nodes: Vec<u32>,
     /// Their reference positions `[m]`.
-    start: Vec<Vec3>,
+    pub(crate) start: Vec<Vec3>,
     pub(crate) shells: Vec<Shell>,
     /// Pressure `[Pa]`: of the gas in its own volume, or at factor 1.
-    pressure: f64,
-    gas: Option<Gas>,
+    pub(crate) pressure: f64,
+    pub(crate) gas: Option<Gas>,
     /// What there is of it at the start.
     pub(crate) size: ChargeSize,
     /// What is doubtful about it.
@@ -101,100 +93,11 @@ pub(crate) struct Push {
 }
 
 impl Charge {
-    pub(crate) fn new(
-        index: usize,
-        deck: &Deck,
-        region: &Region,
-        geometry: &Geometry,
-    ) -> Result<Self, Fault> {
-        let cavities = cavities(region, geometry);
-        let mut doubts = doubts::of_cavities(&cavities, deck, geometry);
-        let mut size = ChargeSize {
-            walls: cavities.iter().map(|cavity| cavity.walls[0]).sum(),
-            area: cavities.iter().map(|cavity| cavity.area).sum(),
-            ..ChargeSize::default()
-        };
-        let mut parts: Vec<(Mesh, f64, f64)> =
-            cavities.into_iter().map(|cavity| (cavity.mesh, cavity.volume, cavity.reach)).collect();
-        let in_cavity = !parts.is_empty();
-        if !in_cavity {
-            let joints = faces(geometry).into_iter().map(|face| sides(&face));
-            let inside: Vec<_> = joints.filter(|s| selects(region, geometry, s)).collect();
-            doubts.extend(doubts::of_joints(inside.len(), region, geometry));
-            size.joints = inside.len();
-            size.area = inside.iter().map(|sides| sides[0].area(geometry)).sum();
-            parts.extend(inside.iter().map(|sides| seam(geometry, sides)));
-        }
-        if parts.is_empty() {
-            return Err(no_face(index, region, geometry));
-        }
-        let all: BTreeSet<u32> = parts.iter().flat_map(|(mesh, ..)| mesh.nodes()).collect();
-        let nodes: Vec<u32> = all.into_iter().collect();
-        let position = |node: &u32| {
-            let (body, at) = geometry.locate(*node as usize);
-            geometry.position(body, at)
-        };
-        let start: Vec<Vec3> = nodes.iter().map(position).collect();
-        let shell = |(mesh, volume, reach): &(Mesh, f64, f64)| {
-            mesh.shell(&nodes, &start, (*volume, *reach))
-        };
-        let shells: Vec<Shell> = parts.iter().map(shell).collect();
-        let mut charge = Self { nodes, start, shells, pressure: 0.0, gas: None, size, doubts };
-        charge.fill(index, &deck.charge[index], in_cavity)?;
-        let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(gas.start, 0.0));
-        charge.size.pressure = first;
-        charge.size.timed = matches!(deck.charge[index].history, Some(ChargeHistory::Given(_)));
-        let room = charge.size.volume;
-        charge.doubts.extend(doubts::of_little(charge.size.mass, room, first));
-        Ok(charge)
-    }
-
     /// Nodes of the walls of cavities that it pushes.
     pub(crate) fn walls(&self) -> impl Iterator<Item = Vec<u32>> {
         let in_cavity = self.shells.iter().filter(|_| self.size.walls > 0);
         let node = |&at: &u32| self.nodes[at as usize];
         in_cavity.flat_map(Shell::walls).map(move |wall| wall.iter().map(node).collect())
-    }
-
-    /// Takes in what is in the cavity: pressure, and gas if it expands.
-    fn fill(&mut self, index: usize, entry: &deck::Charge, in_cavity: bool) -> Result<(), Fault> {
-        let room: f64 = self.shells.iter().map(|shell| shell.volume).sum();
-        self.size.volume = room;
-        let explosive = entry.explosive.as_ref().and_then(deck::Explosive::detonation);
-        let gamma = entry.index().unwrap_or(1.0);
-        if let (Some(mass), Some(explosive)) = (entry.mass, explosive) {
-            let own = mass / explosive.density;
-            (self.size.mass, self.size.density) = (Some(mass), Some(explosive.density));
-            if in_cavity && own > room * (1.0 + 1e-9) {
-                self.doubts.push(format!(
-                    "{own:.4e} m³ of explosive in a cavity of {room:.4e} m³: it begins with the pressure \
-                     of detonation"
-                ));
-            }
-            // Explosive in a joint makes its own room.
-            let start = if in_cavity { own.max(room) } else { own };
-            let gas = Gas { gamma, own, start, own_room: !in_cavity, given: false };
-            let peak = explosive.pressure();
-            (self.pressure, self.gas) = match entry.expands() {
-                true => (peak, Some(gas)),
-                false => (peak * gas.part(start, 0.0), None),
-            };
-            return Ok(());
-        }
-        self.pressure = entry.pressure.unwrap_or(0.0);
-        if entry.expands() {
-            // Faces that coincide enclose rounding.
-            let size: f64 = self.shells.iter().map(|shell| shell.reach.powi(3)).sum();
-            if room <= 1e-9 * size {
-                return Err(Fault::new(
-                    format!("charge[{index}].history"),
-                    "\"gas\" in joints without thickness: there is no volume to expand from",
-                )
-                .help("give `mass` and `explosive`, whose own volume it expands from"));
-            }
-            self.gas = Some(Gas { gamma, own: room, start: room, own_room: false, given: true });
-        }
-        Ok(())
     }
 
     /// Pressure by volume of a gas that expands, `γ p/V` `[Pa/m³]`, and the areas that it has then `[m²]`: gas is a
@@ -253,74 +156,5 @@ impl Charge {
         let pressure = self.pressure * self.gas.map_or(1.0, |gas| gas.part(first, grown));
         forces.iter_mut().for_each(|force| *force *= pressure);
         Push { pressure, volume: all, forces, fills: now }
-    }
-}
-
-/// The two faces of a joint.
-fn sides(face: &Face) -> [Surface; 2] {
-    let normal = face.direction as usize;
-    let side = |body: u32, side: i32| Surface { body: body as usize, normal, side };
-    [side(face.a, 1), side(face.b, -1)]
-}
-
-fn selects(region: &Region, geometry: &Geometry, sides: &[Surface; 2]) -> bool {
-    region.has_set(geometry.set(sides[0].body))
-        && region.contains_face(&between(geometry, sides), &sides[0].outward(geometry))
-}
-
-/// The surface of a gas in a joint: both faces, and what is between their edges.
-fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
-    let [a, b] = sides;
-    let mut mesh = Mesh::default();
-    mesh.add_wall(geometry, a);
-    let rim: Vec<(u32, u32)> = mesh.rim().collect();
-    mesh.add_wall(geometry, b);
-    let opposite = |node: u32| {
-        let (_, mut at) = geometry.locate(node as usize);
-        at[a.normal] = 0;
-        geometry.node(b.body, at) as u32
-    };
-    for (p, q) in rim {
-        mesh.add(vec![q, p, opposite(p), opposite(q)]);
-    }
-    let reach = geometry.shortest_edge(a.body).min(geometry.shortest_edge(b.body));
-    (mesh, 0.0, reach)
-}
-
-/// A charge that pushes nothing, and what would be nearest.
-fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
-    let what = "selects nothing: no wall of a cavity and no joint has its centre there";
-    let fault = Fault::new(format!("charge[{index}].where"), what);
-    if geometry.joins_at(region) > 0 {
-        return fault.help(
-            "there are joints between faces that do not match, which gas does not push: split the blocks on \
-             both sides alike",
-        );
-    }
-    let in_sets = geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set));
-    let hole = |lattice: &&Lattice| {
-        let taken = (0..lattice.body.len()).filter(|&at| lattice.body[at] == NONE);
-        taken.map(|at| lattice.centre(lattice.cell(at))).any(|x| region.contains(&x))
-    };
-    if in_sets.clone().any(|lattice| hole(&lattice) && walls(lattice).next().is_none()) {
-        return fault.help(
-            "there is a cavity, but gas does not push faces that do not match: `[[refine]]` a block more on \
-             all sides of it, so that the blocks around it are split as it is",
-        );
-    }
-    let cavity = in_sets.flat_map(walls);
-    let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
-    let joints = faces(geometry).into_iter().map(|face| sides(&face));
-    let joints = joints.filter(|s| region.has_set(geometry.set(s[0].body)));
-    let joints = joints.map(|sides| ("joint", between(geometry, &sides)));
-    let far = |x: &Vec3| region.distance(x, x);
-    let nearest = cavity.chain(joints).min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)));
-    match nearest {
-        Some((kind, at)) => {
-            fault.help(format!("the nearest is a {kind} with its centre at {}", place(at)))
-        }
-        None => fault.help(
-            "the model has neither cavities nor joints; a pressure on outer faces is a `[[load]]`",
-        ),
     }
 }

@@ -1,10 +1,7 @@
 //! The forces of blocks that are taken out, as loads that fade.
 
-use super::{Applied, Charged, Conditions, Factor, Loaded};
-use crate::deck::{Deck, History, Period, Remove, StageKind};
-use crate::error::Fault;
-use crate::geometry::{Stages, Vec3};
-use crate::history::Course;
+use super::{Applied, Conditions, Factor, Loaded};
+use crate::geometry::Vec3;
 
 /// Forces of removed blocks that fade.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,15 +16,15 @@ pub(crate) struct Released {
 
 /// How the forces of removed blocks go.
 #[derive(Clone, Debug)]
-pub(super) struct Fading {
+pub(crate) struct Fading {
     /// The stage at whose start they begin to.
-    from: usize,
+    pub(crate) from: usize,
     /// Relax stages, which take them back whatever the time.
-    relaxing: Vec<usize>,
+    pub(crate) relaxing: Vec<usize>,
     /// When they began to `[s]`; the stage at whose start that was may begin anew.
-    began: f64,
+    pub(crate) began: f64,
     /// A relaxation has taken them back.
-    over: bool,
+    pub(crate) over: bool,
 }
 
 impl Loaded {
@@ -79,37 +76,5 @@ impl Conditions {
         let loads = self.loaded.iter().zip(from.iter_mut().zip(now));
         loads.filter(|(load, _)| load.fading.is_some()).for_each(|(_, (from, now))| *from = *now);
         from
-    }
-}
-
-/// What is wrong with a charge whose walls are taken out while it is in force.
-pub(super) fn without_walls(
-    (deck, stages): (&Deck, &Stages),
-    (index, charged): (usize, &Charged),
-) -> Option<Fault> {
-    let mut acts = deck.stage.iter().enumerate().filter(|(stage, _)| charged.period.has(*stage));
-    let (_, stage) = acts.find(|&(stage, _)| {
-        let geometry = stages.at(stage);
-        let gone = |node: &u32| geometry.is_gone(geometry.locate(*node as usize).0);
-        charged.charge.nodes.iter().any(gone)
-    })?;
-    let message = format!("blocks that it pushes are taken out in stage `{}`", stage.name);
-    let help = format!("`until = \"{}\"` ends it in time", stage.name);
-    Some(Fault::new(format!("charge[{index}]"), message).help(help))
-}
-
-/// The load in which the forces that blocks exerted go on when they are taken out: there are none before.
-pub(super) fn released(deck: &Deck, remove: &Remove) -> Loaded {
-    let from = Period::new(deck, remove.from.as_ref(), None).from.unwrap_or(0);
-    let fades = remove.release.filter(|&time| time > 0.0);
-    let table = fades.map_or(vec![[0.0, 0.0]], |time| vec![[0.0, 1.0], [time, 0.0]]);
-    let stages = deck.stage.iter().enumerate();
-    let relaxing = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
-    let relaxing = relaxing.map(|(stage, _)| stage).collect();
-    Loaded {
-        forces: Vec::new(),
-        history: Course::Given(History::Table(table)),
-        period: Period::new(deck, None, None),
-        fading: Some(Fading { from, relaxing, began: 0.0, over: false }),
     }
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Where;
+use super::{History, Where};
 
 /// A support: the named axes of the selected nodes stand still, or move as prescribed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -60,44 +60,6 @@ pub struct Load {
     /// Stage up to whose start this is in force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
-}
-
-/// A factor in time, counted from the start of the stage named in `from`, otherwise of the run.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum History {
-    /// From 0 to 1 in this time `[s]`, then 1.
-    Ramp(f64),
-    /// Pairs of time `[s]` and factor, linear between, constant outside.
-    Table(Vec<[f64; 2]>),
-    /// A blast after Duvall: the difference of two exponentials with a peak of 1.
-    Duvall(Duvall),
-    /// From 0 to 1 and back to 0, along straight lines.
-    Triangle(Triangle),
-}
-
-/// `ξ (e^(−αt) − e^(−βt))`, with ξ so that the peak is 1; 0 before.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Duvall {
-    /// Rate at which it fades `[1/s]`.
-    pub alpha: f64,
-    /// Rate at which it rises, larger than `alpha` `[1/s]`.
-    pub beta: f64,
-}
-
-/// Up and down along straight lines: exactly one of `fall` and `duration`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Triangle {
-    /// From 0 to 1 in this time `[s]`.
-    pub rise: f64,
-    /// Then back to 0 in this time `[s]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fall: Option<f64>,
-    /// Rise and fall together `[s]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub duration: Option<f64>,
 }
 
 /// A non-reflecting boundary: what goes on outside of the model as if the rock went on there (§10).

@@ -21,16 +21,17 @@ mod size;
 mod stages;
 mod surface;
 
+pub use crate::element::ElementKind;
+pub use crate::history::{Duvall, History, Triangle};
+pub use crate::properties::Kinematics;
+pub use crate::stage::{Damping, StageKind, TimeStep};
 pub(crate) use blocks::COORDINATES;
 pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
 pub(crate) use charge::EXPLOSIVES;
 pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use check::check;
 pub(crate) use check::{allow_tolerance, doubts, no_velocity};
-pub use conditions::{
-    Boundary, BoundaryKind, Duvall, Fix, Gradient, History, Initial, Load, Probe, Quantity,
-    Triangle,
-};
+pub use conditions::{Boundary, BoundaryKind, Fix, Gradient, Initial, Load, Probe, Quantity};
 pub use contact::ContactTable;
 pub use files::{FileIn, FileOf, Heights, Triangles};
 pub use matter::{Joint, Material};
@@ -38,8 +39,7 @@ pub(crate) use orientation::normal_of;
 pub use orientation::{Orientation, Orientations};
 pub use region::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
 pub use size::Size;
-pub(crate) use stages::Period;
-pub use stages::{Damping, OnFailure, Search, Stage, StageKind, TimeStep};
+pub use stages::{OnFailure, Search, Stage};
 pub(crate) use surface::Mesh;
 
 use std::collections::BTreeMap;
@@ -116,26 +116,4 @@ pub struct ModelTable {
     /// Keep the largest velocities and principal stresses of the run; default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub peaks: bool,
-}
-
-/// How the rotation of a block is treated (§3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Kinematics {
-    /// The paper's linear theory.
-    Small,
-    /// Each block follows its own finite rotation.
-    #[default]
-    Corotational,
-}
-
-/// The element of the blocks (§3); that of joints is always the trilinear one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum ElementKind {
-    /// The paper's trilinear hexahedron, which locks in bending.
-    Standard,
-    /// With the incompatible modes of Wilson and Taylor: no shear locking in bending.
-    #[default]
-    Incompatible,
 }

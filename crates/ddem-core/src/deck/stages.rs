@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{Damping, Deck, StageKind, TimeStep};
+use crate::stage::Period;
+
 /// One stage. Keys of the other kind of stage are errors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -55,19 +58,6 @@ pub struct Stage {
     /// dynamic: frames in the stage, instead of `fields_every`; default 20.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<u64>,
-}
-
-/// Kind of a stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum StageKind {
-    /// Static, by dynamic relaxation (§7).
-    #[default]
-    Relax,
-    /// In time (§6).
-    Dynamic,
-    /// Static, with strengths divided by factors: how large one the blocks bear (§7).
-    Safety,
 }
 
 impl Stage {
@@ -127,74 +117,15 @@ pub enum OnFailure {
     Continue,
 }
 
-/// Damping of a dynamic stage (§6).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Damping {
-    /// None.
-    #[default]
-    None,
-    /// `c = 2 ζ √(m k)`, eq. (10), ζ given.
-    Ratio(f64),
-    /// `c = α m`, α given `[1/s]`.
-    Mass(f64),
-    /// `C = β K` with the stiffness K of the blocks, β given `[s]`: a vibration of a block at f Hz has
-    /// the ratio `π f β`. Motions of whole blocks are left alone.
-    Stiffness(f64),
-    /// Cundall's local damping, `F_d = −α |F| sign v`, α in [0, 1).
-    Local(f64),
-}
-
-impl Damping {
-    /// The longest stable step where `critical` is that without damping `[s]` (§6). Local damping adds
-    /// to a force that slows a node down, as in the fastest mode every force does: that mode is
-    /// 1 + α times as stiff, `1/√(1 + α)`. That of the stiffness works with velocities half a step old:
-    /// `√(1 + ξ²) − ξ` with `ξ = β/Δt_c`. The others are part of the scheme.
-    #[must_use]
-    pub fn stable_step(self, critical: f64) -> f64 {
-        match self {
-            Self::Local(alpha) => critical / (1.0 + alpha).sqrt(),
-            // √(1 + ξ²) − ξ without the difference of large numbers.
-            Self::Stiffness(beta) => {
-                let xi = beta / critical;
-                critical / ((1.0 + xi * xi).sqrt() + xi)
-            }
-            Self::None | Self::Ratio(_) | Self::Mass(_) => critical,
-        }
+impl Deck {
+    /// Number of the stage of a name.
+    pub(crate) fn stage_number(&self, name: &str) -> Option<usize> {
+        self.stage.iter().position(|stage| stage.name == name)
     }
 
-    /// β of damping by the stiffness of the blocks `[s]`; 0: none.
-    pub(crate) fn stiffness(self) -> f64 {
-        if let Self::Stiffness(beta) = self { beta } else { 0.0 }
-    }
-}
-
-/// Time step of a dynamic stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum TimeStep {
-    /// 0.9 of the critical step, a quarter of that where rigid blocks may meet, shrunk so that the stage
-    /// ends on time; 0.8 of the one with failed joints from the first failure on, or from the start where blocks
-    /// already move and joints can fail.
-    #[default]
-    Auto,
-    /// Taken as given `[s]`.
-    Seconds(f64),
-}
-
-/// From the start of one stage up to the start of another.
-#[derive(Clone, Debug)]
-pub(crate) struct Period {
-    pub(crate) from: Option<usize>,
-    until: Option<usize>,
-}
-
-impl Period {
-    pub(crate) fn new(deck: &super::Deck, from: Option<&String>, until: Option<&String>) -> Self {
-        let stage = |name: &String| deck.stage.iter().position(|s| s.name == *name);
-        Self { from: from.and_then(stage), until: until.and_then(stage) }
-    }
-
-    pub(crate) fn has(&self, stage: usize) -> bool {
-        self.from.is_none_or(|from| stage >= from) && self.until.is_none_or(|until| stage < until)
+    /// Stages from the start of one up to the start of another, by their names.
+    pub(crate) fn period(&self, from: Option<&String>, until: Option<&String>) -> Period {
+        let number = |name: &String| self.stage_number(name);
+        Period { from: from.and_then(number), until: until.and_then(number) }
     }
 }

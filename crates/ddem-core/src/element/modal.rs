@@ -17,8 +17,8 @@
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::Elastic;
+use super::ElementKind;
 use super::hex8::{CORNERS, Stiffness};
-use crate::deck::ElementKind;
 
 /// The three modes with two ones, in the order of the bend group.
 pub(crate) const BEND: [usize; 3] = [3, 5, 6];

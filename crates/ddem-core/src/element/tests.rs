@@ -7,7 +7,7 @@ use super::lattice::{Planes, force};
 use super::modal::Modal;
 use super::principal;
 use super::table::Table;
-use crate::deck::ElementKind;
+use crate::element::ElementKind;
 use crate::lanes::Lanes;
 
 fn material() -> Elastic {

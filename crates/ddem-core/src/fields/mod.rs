@@ -9,12 +9,12 @@ mod state;
 mod stress;
 
 use crate::breaks::Point;
-use crate::deck::StageKind;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;
 use crate::pairs::PairAt;
 use crate::simulation::Simulation;
+use crate::stage::StageKind;
 use crate::step::carry;
 
 use fragments::fragment;

@@ -4,15 +4,14 @@ use super::lattice::{Lattice, NO_JOINT};
 use super::nothing::{no_block, no_joint};
 use super::{Geometry, Names, Region, abut, nothing};
 use crate::deck::names::segment;
-use crate::deck::{Assign, Deck, Joint, Period};
+use crate::deck::{Assign, Deck, Joint};
 use crate::error::Fault;
 use crate::touch::FaceOf;
 
 /// The entries in force in a stage, with their numbers.
 pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize, &Assign)> {
-    let now = move |entry: &Assign| {
-        Period::new(deck, entry.from.as_ref(), entry.until.as_ref()).has(stage)
-    };
+    let now =
+        move |entry: &Assign| deck.period(entry.from.as_ref(), entry.until.as_ref()).has(stage);
     deck.assign.iter().enumerate().filter(move |(_, entry)| now(entry))
 }
 

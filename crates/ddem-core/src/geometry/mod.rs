@@ -44,6 +44,7 @@ pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
 use nothing::no_block;
 pub(crate) use nothing::{no_node, nothing, place};
 pub(crate) use region::Region;
+pub(crate) use select::Strip;
 pub(crate) use stages::Stages;
 pub(crate) use surface::Surface;
 pub use taken::Selection;

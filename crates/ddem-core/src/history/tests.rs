@@ -1,5 +1,4 @@
-use super::Course;
-use crate::deck::{Duvall, History, Triangle};
+use super::*;
 
 #[test]
 fn a_ramp_rises_once() {

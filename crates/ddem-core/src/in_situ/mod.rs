@@ -17,7 +17,7 @@ use crate::lanes::{Lanes, splat};
 use crate::pack::{Pack, Packs};
 use crate::seams::{NO_JOINT, Seam};
 
-pub(crate) use stress::{Stress, between, met, stresses};
+pub(crate) use stress::{Stress, between};
 
 /// What the stress does in one lattice of elements of a pack.
 #[derive(Debug)]

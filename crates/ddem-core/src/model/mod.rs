@@ -1,14 +1,10 @@
 //! All that is fixed: built and checked once.
 
 mod computed;
-mod doubts;
 mod elements;
 mod excavation;
 mod meeting;
-mod properties;
 mod ramp;
-mod selections;
-mod unbalanced;
 
 use std::sync::Arc;
 
@@ -19,20 +15,32 @@ use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Seated, Surfaces, seated};
-use crate::deck::{Deck, Kinematics, Where};
+use crate::deck::Deck;
 use crate::element::Elastic;
-use crate::error::{Fault, ModelError};
-use crate::geometry::{Face, Geometry, Names, Region, Stages, faces};
-use crate::in_situ::{InSitu, met, stresses};
+use crate::geometry::{Face, Geometry, Region, Stages, faces};
+use crate::in_situ::{InSitu, Stress};
 use crate::lanes::Lanes;
 use crate::law::Laws;
 use crate::pack::Packs;
-use crate::properties::Properties;
+use crate::properties::{Kinematics, Properties};
 use crate::seams::{Seam, Seams};
 use crate::sliding::Sliding;
 
 /// Times that waves of a charge cross the model, on its diagonal, before joints and contacts are damped again.
 const CROSSINGS: f64 = 10.0;
+
+/// What a model is made from.
+#[derive(Debug)]
+pub(crate) struct Problem {
+    pub(crate) properties: Properties,
+    /// What is where from which stage on.
+    pub(crate) stages: Stages,
+    pub(crate) conditions: Conditions,
+    pub(crate) borders: Borders,
+    /// Stress of each block at the start.
+    pub(crate) stresses: Vec<Option<Stress>>,
+    pub(crate) deck: Deck,
+}
 
 /// A model: what is where, its elements, supports and loads.
 #[derive(Debug)]
@@ -61,43 +69,13 @@ pub struct Model {
 }
 
 impl Model {
-    /// Builds the model that a deck describes.
-    ///
-    /// # Errors
-    ///
-    /// Everything that is wrong with the deck, each [`Fault`] with the key it is about.
-    pub fn new(deck: &Deck) -> Result<Self, ModelError> {
-        let faults = crate::deck::check(deck);
-        if !faults.is_empty() {
-            return Err(ModelError { faults });
-        }
-        Self::build(deck).map_err(|faults| ModelError { faults })
-    }
-
-    fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
-        let names = Names::new(deck);
-        let geometry = Arc::new(Geometry::new(deck, &names)?);
-        let stages = Stages::new(deck, &names, geometry.clone())?;
-        let conditions = Conditions::new(deck, &stages)?;
+    /// The model of a problem.
+    pub(crate) fn of(problem: Problem) -> Self {
+        let Problem { properties, stages, conditions, mut borders, stresses, deck } = problem;
+        let geometry = stages.at(0).clone();
         let packs = Packs::new(&geometry);
-        let faults = crate::mechanism::check(deck, &stages, &conditions, &packs);
-        if !faults.is_empty() {
-            return Err(faults);
-        }
-        let properties = properties::properties(deck);
-        let mut borders = {
-            let (geometry, stages) = (&geometry, &stages);
-            let made = Made { deck, geometry, stages, packs: &packs, properties: &properties };
-            Borders::new(made, &conditions)?
-        };
         let faces = faces(&geometry);
         let seams = Seams::new(&properties, &geometry, &packs, &mut |_, _, joint| joint);
-        let region = |region: &Where| Region::new(region, &geometry.frame);
-        let stresses = stresses(deck, &geometry, region)?;
-        let faults = met(deck, &geometry, &stresses);
-        if !faults.is_empty() {
-            return Err(faults);
-        }
         let mut assembly = Assembly::new(&geometry, &packs, &properties);
         let laws: Laws = properties.joints.iter().map(|joint| joint.law.clone()).collect();
         let meets = properties.contact.search || !geometry.abutments.is_empty();
@@ -110,9 +88,10 @@ impl Model {
         let can = (&laws, contact.as_ref());
         let sliding =
             Sliding::new(can, properties.contact.damping_ratio(), (&geometry, &packs, &assembly));
-        borders.note_ground(&packs, &assembly);
+        let made = Made { geometry: &geometry, start: &geometry, packs: &packs };
+        borders.note_ground(made, &assembly);
         let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
-        Ok(Self {
+        Self {
             packs,
             assembly,
             conditions,
@@ -127,9 +106,9 @@ impl Model {
             geometry,
             stages,
             sliding,
-            deck: deck.clone(),
+            deck,
             computed: Vec::new(),
-        })
+        }
     }
 
     /// What a program computes instead of the deck: laws and histories, by their places in it.
@@ -185,8 +164,7 @@ impl Model {
     }
 
     pub(crate) fn made(&self) -> Made<'_> {
-        let Self { deck, geometry, stages, packs, properties, .. } = self;
-        Made { deck, geometry, stages, packs, properties }
+        Made { geometry: &self.geometry, start: self.stages.at(0), packs: &self.packs }
     }
 
     pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {

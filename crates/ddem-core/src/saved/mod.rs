@@ -11,7 +11,6 @@ use nalgebra::{Quaternion, UnitQuaternion};
 
 use crate::charge::Fill;
 use crate::conditions::{Applied, Released};
-use crate::deck::Damping;
 use crate::geometry::Vec3;
 use crate::lanes::LANES;
 use crate::model::Model;
@@ -19,6 +18,7 @@ use crate::motion::Motion;
 use crate::rigid::Pose;
 use crate::simd::Simd;
 use crate::simulation::{Simulation, outside};
+use crate::stage::Damping;
 use crate::state::{Fresh, Memory, State, Work};
 
 /// More steps than any run takes: what is beyond is no count of steps.

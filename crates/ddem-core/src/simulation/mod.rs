@@ -22,13 +22,13 @@ use crate::boundary::{Moving, Outside, Push};
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
-use crate::deck::{Damping, TimeStep};
-use crate::error::{Fault, RunError};
+use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::motion::Motion;
 use crate::scratch::Scratch;
 use crate::simd::Simd;
+use crate::stage::{Damping, TimeStep};
 use crate::state::State;
 use crate::step::{Context, step};
 use crate::sums::Sums;
@@ -170,15 +170,6 @@ impl Simulation {
     /// true.
     pub fn stop_when(&mut self, stop: Arc<AtomicBool>) {
         self.stop = stop;
-    }
-
-    /// What is wrong with a relaxation under the supports in force: a rigid motion that they leave
-    /// free.
-    #[must_use]
-    pub fn free_motion(&self) -> Option<Fault> {
-        let model = &self.model;
-        let at = (0, "in force");
-        crate::mechanism::free_motion(&model.deck, &model.geometry, &self.active, at)
     }
 
     /// Loads in force whose history is 0 at the present time, by their numbers in the deck.

@@ -7,11 +7,12 @@ use std::sync::atomic::Ordering;
 
 use super::Simulation;
 use crate::contact::{Added, Skins, bound};
-use crate::deck::{Damping, Stage, TimeStep};
+use crate::deck::Stage;
 use crate::error::RunError;
 use crate::exact::Exact;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
+use crate::stage::{Damping, TimeStep};
 use crate::state::State;
 use crate::step::Poses;
 use crate::timestep::largest_eigenvalue;

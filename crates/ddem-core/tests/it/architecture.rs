@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 23] = [
+const ROWS: [&[&str]; 25] = [
+    &["build"],
     &["safety"],
     &["relax", "fields", "saved"],
     &["joints"],
@@ -24,9 +25,13 @@ const ROWS: [&[&str]; 23] = [
     &["pack"],
     &["charge"],
     &["geometry"],
+    &["deck"],
     &["properties"],
-    &["element", "law", "rigid", "touch", "grid", "groups", "history", "sums", "energy", "watch"],
-    &["lanes", "simd", "exact", "deck"],
+    &[
+        "element", "law", "rigid", "touch", "grid", "groups", "history", "stage", "sums", "energy",
+        "watch",
+    ],
+    &["lanes", "simd", "exact"],
 ];
 /// Below all rows.
 const LOWEST: [&str; 1] = ["error"];

@@ -2,10 +2,10 @@
 
 use std::cmp::Reverse;
 
-use super::Model;
 use crate::deck::Where;
 use crate::error::Fault;
 use crate::geometry::{Geometry, Selection, Vec3, uncovered};
+use crate::model::Model;
 
 impl Model {
     /// Nodes that a `where` selects, in order; empty where it selects none.

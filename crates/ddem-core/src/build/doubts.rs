@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use super::Model;
 use crate::charge::ChargeSize;
 use crate::deck::Where;
 use crate::geometry::{Face, Interface, Vec3, place};
+use crate::model::Model;
 
 impl Model {
     /// What is allowed but perhaps not meant.
@@ -41,7 +41,7 @@ impl Model {
         warnings.extend(self.crowded());
         warnings.extend(self.blasts_at_rest());
         warnings.extend(self.far_probes());
-        warnings.extend(self.borders.doubts(self.made(), &self.conditions));
+        warnings.extend(super::boundaries::doubts(self));
         let of = (&*self.geometry, &self.packs, &self.assembly);
         let contact = self.contact.iter().filter(|contact| contact.search);
         warnings.extend(contact.flat_map(|contact| contact.doubts(&self.properties, of)));

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::Model;
 use crate::conditions::Applied;
 use crate::geometry::{Surface, Vec3};
+use crate::model::Model;
 
 /// Part of the force on a plane that it may lack without a word.
 const SMALL: f64 = 1e-3;

@@ -10,7 +10,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::shell::Mesh;
+use super::mesh::Mesh;
 use crate::geometry::{ELSEWHERE, Geometry, Lattice, NONE, Region, Surface, Vec3, moved_to};
 
 type Cell = [usize; 3];
@@ -20,7 +20,7 @@ const BEYOND: [f64; 3] = [1e-3, 1e-2, 5e-2];
 
 /// A wall, by the cell of the cavity that it looks into, the direction of its normal, and the side of
 /// the cell.
-pub(crate) type Wall = (Cell, usize, i32);
+pub(super) type Wall = (Cell, usize, i32);
 
 /// One cavity.
 pub(super) struct Cavity {
@@ -74,14 +74,14 @@ fn empty_cells(lattice: &Lattice) -> impl Iterator<Item = Cell> + '_ {
 }
 
 /// All walls of cavities of a set.
-pub(crate) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, Surface)> + '_ {
+pub(super) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, Surface)> + '_ {
     let sides = |cell| (0..3).flat_map(move |d| [(cell, d, -1), (cell, d, 1)]);
     let walls = empty_cells(lattice).flat_map(sides);
     walls.filter_map(|wall| Some((wall, face(lattice, wall)?)))
 }
 
 /// Whether a face of a block is a wall of a cavity.
-pub(crate) fn is_wall(geometry: &Geometry, surface: &Surface) -> bool {
+pub(in crate::build) fn is_wall(geometry: &Geometry, surface: &Surface) -> bool {
     let lattice = geometry.lattice(surface.body);
     let cell = geometry.bodies[surface.body].cell.map(|c| c as usize);
     let next = beside(lattice, cell, surface.normal, surface.side);

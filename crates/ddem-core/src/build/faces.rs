@@ -1,0 +1,93 @@
+//! Which faces boundaries take: each part of a face one of them, and walls of cavities at best none.
+
+use std::collections::BTreeMap;
+
+use super::charge::is_wall;
+use crate::boundary::Borders;
+use crate::deck::{Deck, Where};
+use crate::error::Fault;
+use crate::geometry::{Geometry, Region, Stages, Surface};
+use crate::model::Model;
+
+/// More of a face than this part of it cannot be taken by several boundaries.
+const WHOLE: f64 = 1.0 + 1e-6;
+
+/// Body, edge and side.
+type Key = (usize, usize, i32);
+
+fn key(surface: &Surface) -> Key {
+    (surface.body, surface.normal, surface.side)
+}
+
+fn shown(geometry: &Geometry, surface: &Surface) -> String {
+    let [x, y, z] = <[f64; 3]>::from(surface.centre(geometry)).map(|x| (x * 1e6).round() / 1e6);
+    format!("({x}, {y}, {z})")
+}
+
+/// Faults of boundaries that have the same part of a face: their dashpots would add up.
+pub(super) fn twice(borders: &Borders, deck: &Deck, stages: &Stages) -> Vec<Fault> {
+    let mut found: BTreeMap<(usize, usize), Surface> = BTreeMap::new();
+    for stage in 0..deck.stage.len().max(1) {
+        let mut taken: BTreeMap<Key, (usize, [f64; 2])> = BTreeMap::new();
+        for index in (0..borders.list.len()).filter(|&index| borders.has(index, stage)) {
+            for (surface, areas) in &borders.list[index].faces {
+                let Some((before, [sum, whole])) = taken.get_mut(&key(surface)) else {
+                    taken.insert(key(surface), (index, *areas));
+                    continue;
+                };
+                let [area, all] = areas;
+                *sum += area;
+                // Beside what is taken out there is less of a face: half of the joint is gone.
+                *whole = whole.max(*all);
+                if *sum > WHOLE * *whole {
+                    found.entry((*before, index)).or_insert(*surface);
+                }
+            }
+        }
+    }
+    let geometry_of = |index: usize| stages.from(deck, deck.boundary[index].from.as_ref());
+    let fault = |((before, index), surface): ((usize, usize), Surface)| {
+        let at = shown(geometry_of(index), &surface);
+        let message = format!(
+            "takes faces that boundary {before} has, first that at {at}: their dashpots would add up"
+        );
+        Fault::new(format!("boundary[{index}].where"), message).help(
+            "give each part of the surface one boundary at a time, by `where`, `from` and `until`",
+        )
+    };
+    found.into_iter().map(fault).collect()
+}
+
+/// What is said of boundaries on the walls of cavities, behind which there is no rock.
+pub(super) fn in_cavities(model: &Model) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for (index, border) in model.borders.list.iter().enumerate() {
+        let from = model.deck.boundary[index].from.as_ref();
+        let geometry = model.stages.from(&model.deck, from);
+        let faces = border.faces.iter().map(|(surface, _)| surface);
+        let within: Vec<&Surface> = faces.filter(|face| is_wall(geometry, face)).collect();
+        if let Some(first) = within.first() {
+            doubts.push(format!(
+                "boundary {index}: {} of its faces are where blocks have been removed, first that at {}: \
+                 no rock goes on behind them",
+                within.len(),
+                shown(geometry, first)
+            ));
+        }
+    }
+    doubts
+}
+
+/// Faces with their areas `[m²]`, as far as a region selects them and as a whole.
+pub(super) fn with_areas(
+    region: &Region,
+    geometry: &Geometry,
+    surfaces: &[Surface],
+) -> Vec<(Surface, [f64; 2])> {
+    let everywhere = Region::new(&Where::default(), &geometry.frame);
+    let area = |region: &Region, surface: &Surface| {
+        region.areas(geometry, surface).iter().map(|(_, area)| area).sum()
+    };
+    let areas = |surface: &Surface| [area(region, surface), area(&everywhere, surface)];
+    surfaces.iter().map(|surface| (*surface, areas(surface))).collect()
+}

@@ -1,0 +1,66 @@
+//! Relax stages whose supports leave a rigid motion free.
+
+use crate::conditions::{Active, Applied};
+use crate::deck::{Deck, Stage, StageKind};
+use crate::error::Fault;
+use crate::geometry::Geometry;
+use crate::mechanism::{FreeMotion, free_motion};
+use crate::model::Model;
+use crate::simulation::Simulation;
+
+/// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
+pub(super) fn check(model: &Model) -> Vec<Fault> {
+    let Model { deck, stages, conditions, packs, properties, .. } = model;
+    let relax = deck.stage.iter().enumerate().filter(|(_, stage)| stage.kind == StageKind::Relax);
+    let found = |(stage, entry): (usize, &Stage)| {
+        let geometry = stages.at(stage);
+        let active = Active::new(conditions, geometry, packs, stage, &Applied::default());
+        let motion = free_motion(geometry, &active, properties.contact.search)?;
+        let whose = format!("of relax stage `{}`", entry.name);
+        Some(fault(deck, geometry, &motion, (stage, &whose)))
+    };
+    relax.filter_map(found).collect()
+}
+
+impl Simulation {
+    /// What is wrong with a relaxation under the supports in force: a rigid motion that they leave
+    /// free.
+    #[must_use]
+    pub fn free_motion(&self) -> Option<Fault> {
+        let Model { deck, geometry, properties, .. } = &self.model;
+        let motion = free_motion(geometry, &self.active, properties.contact.search)?;
+        Some(fault(deck, geometry, &motion, (0, "in force")))
+    }
+}
+
+/// The fault of a stage; `whose` supports they are is for the message.
+fn fault(
+    deck: &Deck,
+    geometry: &Geometry,
+    motion: &FreeMotion,
+    (stage, whose): (usize, &str),
+) -> Fault {
+    let who = match motion.block {
+        None => "the model".to_owned(),
+        Some(block) => {
+            let set = deck.set_name(geometry.set(block));
+            format!("block {block} of the set `{set}`, with what is joined to it,")
+        }
+    };
+    let motions = motion.motions.join(", ");
+    let message = format!("the supports {whose} let {who} move as a rigid body: {motions}");
+    Fault::new(format!("stage[{stage}]"), message).help(help(deck, geometry))
+}
+
+/// Suggests supports or joints that may be missing.
+fn help(deck: &Deck, geometry: &Geometry) -> String {
+    let hold = if deck.boundary.is_empty() {
+        "hold that motion with [[fix]], or make the stage dynamic"
+    } else {
+        "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
+         which the boundary is there; it keeps what the fix bore"
+    };
+    let mut help = geometry.ajar(deck);
+    help.push(hold.to_owned());
+    help.join("; ")
+}
