@@ -23,7 +23,8 @@ pub(crate) struct Fixed {
     /// Those that it would hold if their blocks had not been taken out before it came into force.
     pub(crate) gone: Vec<u32>,
     pub(crate) axes: [bool; 3],
-    pub(crate) velocity: [f64; 3],
+    /// Velocity of a driven support `[m/s]`.
+    pub(crate) velocity: Option<[f64; 3]>,
     /// Displacement to which it is driven in relaxation `[m]`.
     pub(crate) displacement: [f64; 3],
     pub(crate) history: Course,
@@ -77,7 +78,7 @@ impl Conditions {
             _ => self.fixed.get_mut(index).map(|fix| &mut fix.history),
         };
         let place = format!("{section}[{index}].history");
-        let course = course.ok_or_else(|| Fault::new(place, "the deck has no such entry"))?;
+        let course = course.ok_or_else(|| Fault::new(place, "there is no such entry"))?;
         *course = Course::Computed(function);
         Ok(())
     }
@@ -162,7 +163,7 @@ impl Conditions {
     pub(crate) fn velocities(&self, time: f64, starts: &[f64]) -> Result<Vec<[f64; 3]>, RunError> {
         let velocity = |(index, fix): (usize, &Fixed)| {
             let factor = fix.period.factor(&fix.history, time, starts).at("fix", index)?;
-            Ok(fix.velocity.map(|v| v * factor))
+            Ok(fix.velocity.unwrap_or_default().map(|v| v * factor))
         };
         self.fixed.iter().enumerate().map(velocity).collect()
     }

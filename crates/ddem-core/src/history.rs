@@ -6,6 +6,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::error::Fault;
+
 /// A factor in time that a program computes from the time `[s]` since its history begins; an error
 /// says why it cannot. It must depend on that time alone: it is asked at every step, and whenever
 /// forces are looked at.
@@ -80,6 +82,13 @@ impl Course {
     pub(crate) fn changes_after(&self, time: f64) -> bool {
         matches!(self, Self::Given(history) if time < history.end())
     }
+}
+
+/// What is wrong with a history of a support that is not driven.
+pub(crate) fn no_velocity(at: &str) -> Fault {
+    Fault::new(format!("{at}.history"), "`history` needs `velocity`").help(
+        "it is the factor on the velocity in time; without a velocity the support stands still",
+    )
 }
 
 impl fmt::Debug for Course {

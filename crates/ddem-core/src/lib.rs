@@ -48,6 +48,7 @@ mod pass;
 mod properties;
 mod relax;
 mod rigid;
+mod rules;
 mod safety;
 mod saved;
 mod scratch;

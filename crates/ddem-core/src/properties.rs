@@ -90,6 +90,8 @@ impl JointProperties {
 pub(crate) struct ContactProperties {
     /// New contacts are looked for.
     pub(crate) search: bool,
+    /// They are looked for, or not, whatever joints can fail.
+    pub(crate) given: bool,
     /// Normal stiffness of all contacts `[Pa/m]`.
     pub(crate) normal_stiffness: Option<f64>,
     /// Shear stiffness of all contacts `[Pa/m]`.

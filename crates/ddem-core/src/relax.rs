@@ -11,11 +11,11 @@ use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
 use crate::cluster::{Clusters, Meeting, Relaxation};
-use crate::deck::allow_tolerance;
 use crate::error::RunError;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::simulation::{LOOKS, Simulation};
+use crate::stage::allow_tolerance;
 use crate::state::{Memory, State};
 use crate::step::{advance_relaxing, balance};
 use crate::timestep::{largest_clustered, largest_of_gases};

@@ -9,13 +9,13 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::deck::Search;
 use crate::error::{Fault, RunError};
 use crate::model::Model;
 use crate::relax::Relaxed;
 use crate::saved::Saved;
 use crate::simd::Simd;
 use crate::simulation::Simulation;
+use crate::stage::Search;
 use crate::watch::Verdict;
 
 /// Strengths fall by no more than this factor at once: what many pairs that fail together set free makes others
@@ -89,7 +89,12 @@ impl Simulation {
         search: &Search,
         tell: &(dyn Fn(&Trial) + Sync),
     ) -> Result<Safety, RunError> {
-        let faults = search.check(self.model.deck());
+        let joints = &self.model.properties.joints;
+        let breaks = |name: &str| {
+            let joint = joints.iter().find(|joint| joint.name == name)?;
+            Some(joint.law.is_some())
+        };
+        let faults = search.check(&breaks);
         if !faults.is_empty() {
             return Err(RunError::Values { faults });
         }
@@ -168,7 +173,7 @@ impl Simulation {
     ///
     /// The state is of another model, or not finite.
     pub fn back_to(&self, saved: &Saved) -> Result<Self, RunError> {
-        let model = self.model.anew().map_err(|error| RunError::Values { faults: error.faults })?;
+        let model = self.model.anew().map_err(|fault| RunError::Values { faults: vec![fault] })?;
         let simd = Simd::of(self.scratch.level);
         // Of a run, only a state that is not finite is none to begin from.
         let mut copy = Self::restore(model, simd, saved).ok_or_else(|| self.diverged())?;

@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::error::{Fault, RunError};
+use crate::rules::{Faults, Rule};
+
 /// Kind of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -52,6 +55,18 @@ impl Damping {
         }
     }
 
+    /// Faults of its number, below a place.
+    pub(crate) fn check(self, at: &str, faults: &mut Faults) {
+        let (key, number, rule) = match self {
+            Self::None => return,
+            Self::Ratio(ratio) => ("ratio", ratio, Rule::ZeroOrMore),
+            Self::Mass(alpha) => ("mass", alpha, Rule::ZeroOrMore),
+            Self::Stiffness(beta) => ("stiffness", beta, Rule::ZeroOrMore),
+            Self::Local(alpha) => ("local", alpha, Rule::From(0.0, 1.0)),
+        };
+        faults.number(format!("{at}.{key}"), number, rule);
+    }
+
     /// β of damping by the stiffness of the blocks `[s]`; 0: none.
     pub(crate) fn stiffness(self) -> f64 {
         if let Self::Stiffness(beta) = self { beta } else { 0.0 }
@@ -68,6 +83,92 @@ pub enum TimeStep {
     Auto,
     /// Taken as given `[s]`.
     Seconds(f64),
+}
+
+/// Search for a factor of safety.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// Factors between which it is looked for.
+    pub bracket: [f64; 2],
+    /// Largest width of the bracket that is left.
+    pub resolution: f64,
+    /// Names of the joints whose strengths are divided; `None`: all, and the friction of contacts.
+    pub joints: Option<Vec<String>>,
+    /// Motion of neighbours that counts as failure where it goes on, as a part of an edge.
+    pub limit: f64,
+    /// Unbalanced force ratio at which a trial is at rest.
+    pub tolerance: f64,
+    /// Steps after which a trial is undecided.
+    pub max_steps: u64,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self {
+            bracket: [0.5, 4.0],
+            resolution: 0.005,
+            joints: None,
+            limit: 0.02,
+            tolerance: 1e-5,
+            max_steps: 200_000,
+        }
+    }
+}
+
+impl Search {
+    /// Faults of a search, by key; `breaks` says whether a joint can fail, `None` where there is none of the name.
+    pub(crate) fn check(&self, breaks: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {
+        let mut faults = Faults::default();
+        faults.number("resolution", self.resolution, Rule::AboveZero);
+        faults.number("limit", self.limit, Rule::AboveZero);
+        faults.number("tolerance", self.tolerance, Rule::Between(0.0, 1.0));
+        faults.not_zero("max_steps", self.max_steps);
+        let [low, high] = self.bracket;
+        if !(low > 0.0 && low < high && high.is_finite()) {
+            let message =
+                format!("`bracket` is [{low}, {high}]: two factors above 0, the smaller one first");
+            faults.add("bracket", message);
+        }
+        if self.joints.as_ref().is_some_and(Vec::is_empty) {
+            let message = "`joints` is empty: no strength would be divided";
+            faults.add_help("joints", message, "without it those of all joints are");
+        }
+        for name in self.joints.iter().flatten() {
+            match breaks(name) {
+                None => faults.add("joints", format!("there is no joint named `{name}`")),
+                Some(false) => faults.add("joints", format!("joint `{name}` never fails")),
+                Some(true) => {}
+            }
+        }
+        faults.0
+    }
+
+    /// True for a joint whose strengths are divided.
+    pub(crate) fn divides(&self, name: &String) -> bool {
+        self.joints.as_ref().is_none_or(|joints| joints.contains(name))
+    }
+}
+
+/// Refuses a tolerance of forces that is no part of them.
+pub(crate) fn allow_tolerance(tolerance: f64) -> Result<(), RunError> {
+    let mut faults = Faults::default();
+    faults.number("tolerance", tolerance, Rule::Between(0.0, 1.0));
+    faults.none()
+}
+
+/// Refuses a damping, a time step and a duration that cannot be.
+pub(crate) fn allow_motion(
+    damping: Damping,
+    time_step: TimeStep,
+    duration: Option<f64>,
+) -> Result<(), RunError> {
+    let mut faults = Faults::default();
+    faults.optional("duration", duration, Rule::AboveZero);
+    if let TimeStep::Seconds(seconds) = time_step {
+        faults.number("time_step", seconds, Rule::AboveZero);
+    }
+    damping.check("damping", &mut faults);
+    faults.none()
 }
 
 /// From the start of one stage up to the start of another.

@@ -170,13 +170,10 @@ impl State {
             peaks: Peaks::new(model),
             watch: Watch::default(),
         };
-        for initial in &model.deck.initial {
-            let velocity = Vec3::from(initial.velocity.unwrap_or_default());
-            let spin = Vec3::from(initial.spin.unwrap_or_default());
-            let centre = Vec3::from(initial.centre.unwrap_or_default());
-            for node in model.selected(&initial.region) {
-                let arm = Vec3::from(model.point(node as usize)) - centre;
-                let v = velocity + spin.cross(&arm);
+        for motion in &model.problem.motions {
+            for &node in &motion.nodes {
+                let arm = Vec3::from(model.point(node as usize)) - motion.centre;
+                let v = motion.velocity + motion.spin.cross(&arm);
                 model.set(&mut state.v, node as usize, v.into());
             }
         }

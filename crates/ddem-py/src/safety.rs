@@ -42,7 +42,7 @@ impl Simulation {
         let mut inner = self.idle(py)?;
         let simulation = inner.session.simulation_mut();
         let mut faults = stage.check();
-        let wrong = stage.search().check(simulation.model().deck());
+        let wrong = simulation.model().deck().check_search(&stage.search());
         let known = |key: &str| faults.iter().any(|known| known.place == format!("stage[0].{key}"));
         let new: Vec<_> = wrong.into_iter().filter(|fault| !known(&fault.place)).collect();
         faults.extend(new);

@@ -125,8 +125,7 @@ impl Borders {
         function: Arc<Function>,
     ) -> Result<(), Fault> {
         let border = self.list.get_mut(index).filter(|border| border.wave.is_some());
-        let fault =
-            || Fault::new(format!("boundary[{index}].history"), "the deck has no such wave");
+        let fault = || Fault::new(format!("boundary[{index}].history"), "there is no such wave");
         border.ok_or_else(fault)?.history = Course::Computed(function);
         Ok(())
     }

@@ -46,9 +46,9 @@ pub(super) fn idle(model: &Model) -> Vec<Fault> {
     if borders.list.is_empty() {
         return faults;
     }
-    for stage in 0..model.deck.stage.len().max(1) {
+    for stage in 0..model.problem.deck.stage.len().max(1) {
         let (made, outside) = outside(model, stage);
-        let name = model.deck.stage.get(stage).map_or("", |stage| &stage.name);
+        let name = model.problem.deck.stage.get(stage).map_or("", |stage| &stage.name);
         for index in (0..borders.list.len()).filter(|&index| borders.has(index, stage)) {
             let held = outside.clamped(made, &borders.list[index]);
             if held.all() {
@@ -93,10 +93,10 @@ pub(super) fn idle(model: &Model) -> Vec<Fault> {
 pub(super) fn doubts(model: &Model) -> Vec<String> {
     let borders = &model.borders;
     let mut doubts = in_cavities(model);
-    let stage = |stage| model.deck.stage.get(stage);
+    let stage = |stage| model.problem.deck.stage.get(stage);
     let moves = |at| stage(at).is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
     for index in 0..borders.list.len() {
-        let stages = 0..model.deck.stage.len().max(1);
+        let stages = 0..model.problem.deck.stage.len().max(1);
         for stage in stages.filter(|&stage| borders.has(index, stage)) {
             let (made, outside) = outside(model, stage);
             let held = outside.clamped(made, &borders.list[index]);
@@ -115,7 +115,7 @@ pub(super) fn doubts(model: &Model) -> Vec<String> {
             let side = borders.list[index].wave.is_none() && moves(stage);
             let across = outside.held_across(made, &borders.list[index]).filter(|_| side);
             if let Some((axis, fix)) = across {
-                let name = model.deck.stage.get(stage).map_or("", |stage| &stage.name);
+                let name = model.problem.deck.stage.get(stage).map_or("", |stage| &stage.name);
                 doubts.push(format!(
                     "boundary {index}: fix {fix} holds its nodes along {}, its normal, in stage `{name}`: \
                      what comes straight to it goes back (`until` ends a fix, and what it bore goes on)",

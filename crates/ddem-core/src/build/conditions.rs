@@ -6,6 +6,7 @@ use crate::deck::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind
 use crate::error::Fault;
 use crate::geometry::{Geometry, Region, Stages, Surface, Vec3, no_node, nothing};
 use crate::history::Course;
+use crate::model::StartMotion;
 use crate::stage::Period;
 
 /// Supports, loads and charges of a deck. Their geometry is that at the start of their stage: faces that an
@@ -26,7 +27,7 @@ pub(super) fn conditions(deck: &Deck, stages: &Stages) -> Result<Conditions, Vec
             nodes,
             gone: region(&fix.region).nodes_gone(stages.at(0), geometry),
             axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
-            velocity: fix.velocity.unwrap_or_default(),
+            velocity: fix.velocity,
             displacement: fix.displacement.unwrap_or_default(),
             history: Course::new(fix.history.as_ref()),
             period: deck.period(fix.from.as_ref(), fix.until.as_ref()),
@@ -74,6 +75,17 @@ pub(super) fn conditions(deck: &Deck, stages: &Stages) -> Result<Conditions, Vec
         }
     }
     if faults.is_empty() { Ok(conditions) } else { Err(faults) }
+}
+
+/// Motions of nodes at the start.
+pub(super) fn motions(deck: &Deck, geometry: &Geometry) -> Vec<StartMotion> {
+    let motion = |initial: &Initial| StartMotion {
+        nodes: Region::new(&initial.region, &geometry.frame).nodes(geometry),
+        velocity: Vec3::from(initial.velocity.unwrap_or_default()),
+        spin: Vec3::from(initial.spin.unwrap_or_default()),
+        centre: Vec3::from(initial.centre.unwrap_or_default()),
+    };
+    deck.initial.iter().map(motion).collect()
 }
 
 /// The forces of one load on its nodes, or what was looked for in vain.
@@ -142,7 +154,7 @@ fn released(deck: &Deck, remove: &Remove) -> Loaded {
         forces: Vec::new(),
         history: Course::Given(History::Table(table)),
         period: Period::ALWAYS,
-        fading: Some(Fading { from, relaxing, began: 0.0, over: false }),
+        fading: Some(Fading { from, fades: fades.is_some(), relaxing, began: 0.0, over: false }),
     }
 }
 

@@ -3,9 +3,14 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use crate::charge::ChargeSize;
-use crate::deck::Where;
+use crate::conditions::{Charged, Conditions};
+use crate::deck::{Deck, StageKind, Where};
 use crate::geometry::{Face, Interface, Vec3, place};
+use crate::history::Course;
 use crate::model::Model;
+
+/// A pressure above which no gas is stored `[Pa]`.
+const BLAST: f64 = 1e8;
 
 impl Model {
     /// What is allowed but perhaps not meant.
@@ -15,8 +20,8 @@ impl Model {
         if !self.can_meet() {
             warnings.extend(self.apart());
         }
-        for (index, stage) in self.deck.stage.iter().enumerate() {
-            if stage.kind != crate::deck::StageKind::Relax {
+        for (index, stage) in self.problem.deck.stage.iter().enumerate() {
+            if stage.kind != StageKind::Relax {
                 continue;
             }
             for load in self.conditions.resting(index) {
@@ -28,7 +33,7 @@ impl Model {
             }
         }
         warnings.extend(self.empty());
-        warnings.extend(self.geometry.ajar(&self.deck));
+        warnings.extend(self.geometry.ajar(&self.problem.deck));
         warnings.extend(self.unbalanced());
         warnings.extend(self.unborne());
         warnings.extend(self.glued());
@@ -46,7 +51,7 @@ impl Model {
         let contact = self.contact.iter().filter(|contact| contact.search);
         warnings.extend(contact.flat_map(|contact| contact.doubts(&self.properties, of)));
         let used = self.joint_numbers().collect();
-        warnings.extend(crate::deck::doubts(&self.deck, &used));
+        warnings.extend(crate::deck::doubts(&self.problem.deck, &used));
         warnings
     }
 
@@ -54,12 +59,12 @@ impl Model {
     fn empty(&self) -> impl Iterator<Item = String> {
         let there: HashSet<usize> =
             (0..self.n_blocks()).map(|block| self.geometry.set(block)).collect();
-        let empty = (0..self.deck.blocks.len()).filter(move |set| !there.contains(set));
+        let empty = (0..self.problem.deck.blocks.len()).filter(move |set| !there.contains(set));
         empty.map(|set| {
             format!(
                 "no block of set `{}` is left: `[[remove]]` takes them all out (`set` in its `where` keeps \
                  it to one set)",
-                self.deck.set_name(set)
+                self.problem.deck.set_name(set)
             )
         })
     }
@@ -68,7 +73,7 @@ impl Model {
     fn crowded(&self) -> Vec<String> {
         let mut whose: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
         let mut pairs = BTreeSet::new();
-        let charges = self.conditions.charged.iter().zip(&self.deck.charge).enumerate();
+        let charges = self.conditions.charged.iter().zip(&self.problem.deck.charge).enumerate();
         for (index, (charged, _)) in charges.filter(|(_, (_, entry))| entry.until.is_none()) {
             for wall in charged.charge.walls() {
                 let first = *whose.entry(wall).or_insert(index);
@@ -88,19 +93,19 @@ impl Model {
 
     /// Blasts in relax stages that only want to bring the weight on.
     fn blasts_at_rest(&self) -> impl Iterator<Item = String> {
-        self.conditions.in_statics(&self.deck).into_iter().map(|(index, stage)| {
+        in_statics(&self.conditions, &self.problem.deck).into_iter().map(|(index, stage)| {
             let pressure = self.conditions.charged[index].charge.size.pressure;
             format!(
                 "charge {index} pushes with {pressure:.3e} Pa in relax stage `{}` already: `from` names the \
                  stage at whose start it goes off",
-                self.deck.stage[stage].name
+                self.problem.deck.stage[stage].name
             )
         })
     }
 
     /// Probes at places where nothing is.
     fn far_probes(&self) -> impl Iterator<Item = String> {
-        self.deck.probe.iter().filter_map(|probe| {
+        self.problem.deck.probe.iter().filter_map(|probe| {
             let at = Vec3::from(probe.at?);
             let node = self.nearest_node(at.into());
             let found = Vec3::from(self.point(node));
@@ -127,7 +132,7 @@ impl Model {
     /// Sets that touch at the start: those that joints join, and those whose blocks meet as contacts.
     #[must_use]
     pub fn interfaces(&self) -> Vec<Interface> {
-        self.stages.at(0).interfaces(&self.deck)
+        self.stages.at(0).interfaces(&self.problem.deck)
     }
 
     /// Sets that touch where no contacts are found.
@@ -146,24 +151,24 @@ impl Model {
             format!(
                 "sets `{}` and `{}` touch, but their blocks are not joined and do not meet: \
                  `contact = false` in [model] says that no contacts are looked for",
-                self.deck.set_name(i),
-                self.deck.set_name(j)
+                self.problem.deck.set_name(i),
+                self.problem.deck.set_name(j)
             )
         })
     }
 
     /// Faces that loads and boundaries leave out, because other blocks abut on a part of them.
     fn left_out(&self) -> Vec<String> {
-        let loads = self.deck.load.iter().enumerate();
+        let loads = self.problem.deck.load.iter().enumerate();
         let loads = loads.filter(|(_, load)| load.traction.is_some() || load.pressure.is_some());
         let loads =
             loads.map(|(index, load)| (format!("load {index}"), &load.region, load.from.as_ref()));
-        let boundaries = self.deck.boundary.iter().enumerate();
+        let boundaries = self.problem.deck.boundary.iter().enumerate();
         let boundaries = boundaries.map(|(index, entry)| {
             (format!("boundary {index}"), &entry.region, entry.from.as_ref())
         });
         let left_out = |(name, region, from): (String, &Where, Option<&String>)| {
-            let geometry = self.stages.from(&self.deck, from);
+            let geometry = self.stages.from(&self.problem.deck, from);
             let faces = self.region(region).covered_in_part(geometry);
             let [x, y, z] = faces.first()?.centre(geometry).into();
             Some(format!(
@@ -204,4 +209,32 @@ impl Model {
     fn holds_all(&self, held: &HashSet<u32>, block: usize) -> bool {
         self.hexes(block).flatten().all(|node| held.contains(&node))
     }
+}
+
+/// Blasts that are in force from the start and go off in a relax stage before a dynamic one: each with
+/// that stage.
+fn in_statics(conditions: &Conditions, deck: &Deck) -> Vec<(usize, usize)> {
+    let moves = |stage: &usize| deck.stage[*stage].kind == StageKind::Dynamic;
+    let last = (0..deck.stage.len()).rfind(moves).unwrap_or(0);
+    let time = |stage: usize| {
+        let before = (0..stage).filter(moves);
+        before.filter_map(|stage| deck.stage[stage].duration).sum::<f64>()
+    };
+    // One that has gone off before has done so in motion.
+    let goes_off = |charged: &Charged, stage: usize| {
+        let acts = match &charged.history {
+            Course::Constant => true,
+            Course::Given(history) => history.factor(0.0) != 0.0,
+            Course::Computed(_) => false,
+        };
+        charged.period.has(stage) && time(stage) == charged.delay && acts
+    };
+    let first = |(index, charged): (usize, &Charged)| {
+        let size = &charged.charge.size;
+        let blast = size.mass.is_some() || size.pressure >= BLAST;
+        let mut still = (0..last).filter(|stage| !moves(stage));
+        let found = still.find(|&stage| goes_off(charged, stage));
+        found.filter(|_| blast && charged.period.from.is_none()).map(|stage| (index, stage))
+    };
+    conditions.charged.iter().enumerate().filter_map(first).collect()
 }

@@ -62,8 +62,8 @@ pub(super) fn twice(borders: &Borders, deck: &Deck, stages: &Stages) -> Vec<Faul
 pub(super) fn in_cavities(model: &Model) -> Vec<String> {
     let mut doubts = Vec::new();
     for (index, border) in model.borders.list.iter().enumerate() {
-        let from = model.deck.boundary[index].from.as_ref();
-        let geometry = model.stages.from(&model.deck, from);
+        let from = model.problem.deck.boundary[index].from.as_ref();
+        let geometry = model.stages.from(&model.problem.deck, from);
         let faces = border.faces.iter().map(|(surface, _)| surface);
         let within: Vec<&Surface> = faces.filter(|face| is_wall(geometry, face)).collect();
         if let Some(first) = within.first() {

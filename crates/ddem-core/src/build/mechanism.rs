@@ -10,7 +10,8 @@ use crate::simulation::Simulation;
 
 /// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
 pub(super) fn check(model: &Model) -> Vec<Fault> {
-    let Model { deck, stages, conditions, packs, properties, .. } = model;
+    let Model { problem, stages, conditions, packs, properties, .. } = model;
+    let deck = &problem.deck;
     let relax = deck.stage.iter().enumerate().filter(|(_, stage)| stage.kind == StageKind::Relax);
     let found = |(stage, entry): (usize, &Stage)| {
         let geometry = stages.at(stage);
@@ -27,9 +28,9 @@ impl Simulation {
     /// free.
     #[must_use]
     pub fn free_motion(&self) -> Option<Fault> {
-        let Model { deck, geometry, properties, .. } = &self.model;
+        let Model { problem, geometry, properties, .. } = &self.model;
         let motion = free_motion(geometry, &self.active, properties.contact.search)?;
-        Some(fault(deck, geometry, &motion, (0, "in force")))
+        Some(fault(&problem.deck, geometry, &motion, (0, "in force")))
     }
 }
 

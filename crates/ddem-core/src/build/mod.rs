@@ -39,12 +39,22 @@ impl Model {
             return Err(ModelError { faults });
         }
         let problem = problem(deck).map_err(|faults| ModelError { faults })?;
-        let model = Self::of(problem);
+        let model = Self::of(Arc::new(problem));
         let mut faults = mechanism::check(&model);
         if faults.is_empty() {
             faults = boundaries::idle(&model);
         }
         if faults.is_empty() { Ok(model) } else { Err(ModelError { faults }) }
+    }
+
+    /// The deck that the model was built from.
+    #[must_use]
+    pub fn deck(&self) -> &Deck {
+        &self.problem.deck
+    }
+
+    fn region(&self, region: &Where) -> Region {
+        Region::new(region, &self.geometry.frame)
     }
 }
 
@@ -62,5 +72,16 @@ fn problem(deck: &Deck) -> Result<Problem, Vec<Fault>> {
     if !faults.is_empty() {
         return Err(faults);
     }
-    Ok(Problem { properties, stages, conditions, borders, stresses, deck: deck.clone() })
+    let motions = conditions::motions(deck, &geometry);
+    Ok(Problem {
+        properties,
+        stages,
+        conditions,
+        borders,
+        stresses,
+        motions,
+        kinds: deck.stage.iter().map(|stage| stage.kind).collect(),
+        sets: (0..deck.blocks.len()).map(|set| deck.set_name(set)).collect(),
+        deck: deck.clone(),
+    })
 }

@@ -18,6 +18,7 @@ pub(super) fn properties(deck: &Deck) -> Properties {
         peaks: deck.model.peaks,
         contact: ContactProperties {
             search: deck.finds_contacts(),
+            given: deck.model.contact.is_some(),
             normal_stiffness: contact.normal_stiffness,
             shear_stiffness: contact.shear_stiffness,
             tan_friction: contact.friction.map(tan),

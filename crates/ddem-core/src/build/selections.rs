@@ -15,10 +15,11 @@ impl Model {
     /// What the check of a deck finds in it: a `set` that the deck does not have, a file that has not been read,
     /// numbers that cannot be, a topography that does not cover what is selected. Its place begins with `where`.
     pub fn nodes_in(&self, region: &Where) -> Result<Vec<u32>, Fault> {
-        let mut faults = region.check(&self.deck);
+        let mut faults = region.check(&self.problem.deck);
         if faults.is_empty() {
             let at = ("where", region);
-            faults = uncovered(at, &self.deck, &self.geometry.frame, &self.geometry.lattices);
+            faults =
+                uncovered(at, &self.problem.deck, &self.geometry.frame, &self.geometry.lattices);
         }
         match faults.into_iter().next() {
             Some(fault) => Err(fault),
@@ -63,12 +64,12 @@ impl Model {
             let (region, frame) = (self.region(region), &geometry.frame);
             Selection::new((place, what), &region, frame, &geometry.lattices)
         };
-        let assigned = self.deck.assign.iter().enumerate().filter_map(|(index, entry)| {
+        let assigned = self.problem.deck.assign.iter().enumerate().filter_map(|(index, entry)| {
             let what = format!("material `{}`", entry.material.as_ref()?);
-            let geometry = self.stages.from(&self.deck, entry.from.as_ref());
+            let geometry = self.stages.from(&self.problem.deck, entry.from.as_ref());
             of(format!("assign[{index}]"), what, geometry, &entry.region)
         });
-        let stressed = self.deck.initial.iter().enumerate().filter_map(|(index, entry)| {
+        let stressed = self.problem.deck.initial.iter().enumerate().filter_map(|(index, entry)| {
             entry.stress?;
             let what = format!("initial stress {index}");
             of(format!("initial[{index}]"), what, self.stages.at(0), &entry.region)

@@ -1,11 +1,7 @@
-//! Loads that are in force and do not act, charges that act where nothing moves, and what has come to its end.
+//! Loads that are in force and do not act, and what has come to its end.
 
 use super::{Charged, Conditions, Fixed, Loaded};
-use crate::deck::{Deck, StageKind};
 use crate::history::Course;
-
-/// A pressure above which no gas is stored `[Pa]`.
-const BLAST: f64 = 1e8;
 
 impl Conditions {
     /// Loads in force in a stage whose history is 0 when the stage is the first to see them.
@@ -48,39 +44,12 @@ impl Conditions {
         let fix = |fix: &Fixed| {
             let since = fix.period.since(time, starts);
             let moves = fix.history.factor(since).is_ok_and(|factor| factor != 0.0);
-            let driven = fix.period.has(stage) && fix.velocity != [0.0; 3];
+            let driven =
+                fix.period.has(stage) && fix.velocity.is_some_and(|velocity| velocity != [0.0; 3]);
             driven && (moves || fix.history.changes_after(since))
         };
         self.loaded.iter().any(load)
             || self.charged.iter().any(charge)
             || self.fixed.iter().any(fix)
-    }
-
-    /// Blasts that are in force from the start and go off in a relax stage before a dynamic one: each with
-    /// that stage.
-    pub(crate) fn in_statics(&self, deck: &Deck) -> Vec<(usize, usize)> {
-        let moves = |stage: &usize| deck.stage[*stage].kind == StageKind::Dynamic;
-        let last = (0..deck.stage.len()).rfind(moves).unwrap_or(0);
-        let time = |stage: usize| {
-            let before = (0..stage).filter(moves);
-            before.filter_map(|stage| deck.stage[stage].duration).sum::<f64>()
-        };
-        // One that has gone off before has done so in motion.
-        let goes_off = |charged: &Charged, stage: usize| {
-            let acts = match &charged.history {
-                Course::Constant => true,
-                Course::Given(history) => history.factor(0.0) != 0.0,
-                Course::Computed(_) => false,
-            };
-            charged.period.has(stage) && time(stage) == charged.delay && acts
-        };
-        let first = |(index, charged): (usize, &Charged)| {
-            let size = &charged.charge.size;
-            let blast = size.mass.is_some() || size.pressure >= BLAST;
-            let mut still = (0..last).filter(|stage| !moves(stage));
-            let found = still.find(|&stage| goes_off(charged, stage));
-            found.filter(|_| blast && charged.period.from.is_none()).map(|stage| (index, stage))
-        };
-        self.charged.iter().enumerate().filter_map(first).collect()
     }
 }

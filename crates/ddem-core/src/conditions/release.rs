@@ -19,6 +19,8 @@ pub(crate) struct Released {
 pub(crate) struct Fading {
     /// The stage at whose start they begin to.
     pub(crate) from: usize,
+    /// They fade with time; others go at once.
+    pub(crate) fades: bool,
     /// Relax stages, which take them back whatever the time.
     pub(crate) relaxing: Vec<usize>,
     /// When they began to `[s]`; the stage at whose start that was may begin anew.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Damping, Deck, StageKind, TimeStep};
+use super::{Damping, Deck, Search, StageKind, TimeStep};
 use crate::stage::Period;
 
 /// One stage. Keys of the other kind of stage are errors.
@@ -72,36 +72,6 @@ impl Stage {
             limit: self.limit.unwrap_or(standard.limit),
             tolerance: self.tolerance.unwrap_or(standard.tolerance),
             max_steps: self.max_steps.unwrap_or(standard.max_steps),
-        }
-    }
-}
-
-/// Search for a factor of safety.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Search {
-    /// Factors between which it is looked for.
-    pub bracket: [f64; 2],
-    /// Largest width of the bracket that is left.
-    pub resolution: f64,
-    /// Names of the joints whose strengths are divided; `None`: all, and the friction of contacts.
-    pub joints: Option<Vec<String>>,
-    /// Motion of neighbours that counts as failure where it goes on, as a part of an edge.
-    pub limit: f64,
-    /// Unbalanced force ratio at which a trial is at rest.
-    pub tolerance: f64,
-    /// Steps after which a trial is undecided.
-    pub max_steps: u64,
-}
-
-impl Default for Search {
-    fn default() -> Self {
-        Self {
-            bracket: [0.5, 4.0],
-            resolution: 0.005,
-            joints: None,
-            limit: 0.02,
-            tolerance: 1e-5,
-            max_steps: 200_000,
         }
     }
 }

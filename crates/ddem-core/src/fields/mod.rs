@@ -347,7 +347,7 @@ impl crate::model::Model {
     pub fn fields(&self) -> impl Iterator<Item = &'static Field> + use<> {
         let peaks: &[Field] = if self.properties.peaks { &PEAK_FIELDS } else { &[] };
         let removed: &[Field] = if self.has_excavations() { &EXCAVATION_FIELDS } else { &[] };
-        let searches = self.deck.stage.iter().any(|stage| stage.kind == StageKind::Safety);
+        let searches = self.problem.kinds.contains(&StageKind::Safety);
         let safety: &[Field] = if searches { &SAFETY_FIELDS } else { &[] };
         FIELDS.iter().chain(peaks).chain(removed).chain(safety)
     }

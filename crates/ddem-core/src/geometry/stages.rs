@@ -11,6 +11,10 @@ use crate::error::Fault;
 #[derive(Clone, Debug)]
 pub(crate) struct Stages {
     geometries: Vec<(usize, Arc<Geometry>)>,
+    /// Stages at whose start joints or materials change.
+    assigns: Vec<usize>,
+    /// Blocks are taken out.
+    pub(crate) dug: bool,
     /// Blocks that curved and slanted shapes take out.
     pub(crate) taken: Vec<Selection>,
 }
@@ -60,7 +64,9 @@ impl Stages {
                 geometries.push((stage, Arc::new(after)));
             }
         }
-        if faults.is_empty() { Ok(Self { geometries, taken }) } else { Err(faults) }
+        let assigns = (0..deck.stage.len()).filter(|&stage| assign::changes(deck, stage)).collect();
+        let dug = deck.remove.iter().any(|remove| remove.from.is_some());
+        if faults.is_empty() { Ok(Self { geometries, assigns, dug, taken }) } else { Err(faults) }
     }
 
     /// In a stage.
@@ -71,9 +77,9 @@ impl Stages {
 
     /// In a stage that is entered when what goes up to another one has been taken out: that stays away, and
     /// joints and materials are those of the stage.
-    pub(crate) fn back(&self, deck: &Deck, stage: usize, dug: usize) -> Arc<Geometry> {
+    pub(crate) fn back(&self, stage: usize, dug: usize) -> Arc<Geometry> {
         let last = self.at(dug);
-        if !(stage + 1..=dug).any(|stage| assign::changes(deck, stage)) {
+        if !self.assigns.iter().any(|assigned| (stage + 1..=dug).contains(assigned)) {
             return last.clone();
         }
         let mut back = Geometry::clone(last);

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::Model;
 use crate::contact::{Skins, Surfaces};
-use crate::error::{Fault, ModelError};
-use crate::history::Function;
+use crate::error::Fault;
+use crate::history::{Function, no_velocity};
 use crate::law::JointLaw;
 use crate::properties::JointProperties;
 use crate::sliding::Sliding;
@@ -29,14 +29,14 @@ fn check(law: &dyn JointLaw) -> Result<(), String> {
 }
 
 impl Model {
-    /// The model of the same deck before its first stage, with the laws and histories that a program has given
+    /// The model of the same problem before its first stage, with the laws and histories that a program has given
     /// to this one.
     ///
     /// # Errors
     ///
-    /// Those of [`new`](Self::new).
-    pub(crate) fn anew(&self) -> Result<Self, ModelError> {
-        let mut model = Self::new(&self.deck)?;
+    /// Those of [`set_law`](Self::set_law).
+    pub(crate) fn anew(&self) -> Result<Self, Fault> {
+        let mut model = Self::of(self.problem.clone());
         for (JointProperties { name, .. }, law) in self.properties.joints.iter().zip(&self.laws) {
             let own = self.computed.contains(&format!("joints.{name}"));
             if let Some(law) = law.as_ref().filter(|_| own) {
@@ -70,7 +70,7 @@ impl Model {
         let of = (&*self.geometry, &self.packs, &self.assembly);
         self.sliding = Sliding::new(can, self.properties.contact.damping_ratio(), of);
         // Blocks whose joints can fail now may meet, unless the deck says that none do.
-        if self.deck.model.contact.is_none() && self.can_fail() {
+        if !self.properties.contact.given && self.can_fail() {
             let new = || Surfaces::new(&self.properties, &self.laws, &self.geometry, &self.packs);
             let mut surfaces = self.contact.take().unwrap_or_else(new);
             surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
@@ -118,8 +118,8 @@ impl Model {
     ///
     /// The deck has no such support, or it has no `velocity`.
     pub fn set_fix_history(&mut self, fix: usize, function: Arc<Function>) -> Result<(), Fault> {
-        if self.deck.fix.get(fix).is_some_and(|fix| fix.velocity.is_none()) {
-            return Err(crate::deck::no_velocity(&format!("fix[{fix}]")));
+        if self.conditions.fixed.get(fix).is_some_and(|fix| fix.velocity.is_none()) {
+            return Err(no_velocity(&format!("fix[{fix}]")));
         }
         self.conditions.set_history(("fix", fix), function)?;
         self.computed.push(format!("fix[{fix}].history"));

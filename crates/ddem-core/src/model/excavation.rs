@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Model;
 use super::meeting::at_bonds;
 use crate::assembly::Assembly;
-use crate::conditions::Released;
+use crate::conditions::{Fading, Loaded, Released};
 use crate::contact::Surfaces;
 use crate::geometry::Geometry;
 use crate::in_situ::InSitu;
@@ -20,13 +20,13 @@ impl Model {
 
     /// What is where in a stage, when what goes up to another one has been taken out.
     pub(crate) fn back(&self, stage: usize, dug: usize) -> Arc<Geometry> {
-        self.stages.back(&self.deck, stage, dug)
+        self.stages.back(stage, dug)
     }
 
     /// Whether blocks are taken out in any stage.
     #[must_use]
     pub fn has_excavations(&self) -> bool {
-        self.deck.remove.iter().any(|remove| remove.from.is_some())
+        self.stages.dug
     }
 
     /// Whether a block has been taken out by the present stage.
@@ -104,17 +104,14 @@ impl Model {
         before
     }
 
-    /// Entries of the deck that take blocks out on the way from one stage to another and let their forces
-    /// fade: their load, each.
+    /// Loads of the forces of blocks that are taken out on the way from one stage to another, and that fade.
     pub(crate) fn fading(&self, from: usize, to: usize) -> Vec<usize> {
-        let stage = |name: &String| self.deck.stage.iter().position(|s| s.name == *name);
-        let removes = self.deck.remove.iter().enumerate();
-        let fades = removes.filter(|(_, remove)| {
-            let begins = remove.from.as_ref().and_then(stage);
-            remove.release.is_some_and(|time| time > 0.0)
-                && begins.is_some_and(|begins| from < begins && begins <= to)
-        });
-        fades.map(|(index, _)| self.deck.load.len() + index).collect()
+        let fades = |load: &Loaded| {
+            let begins = |fading: &Fading| from < fading.from && fading.from <= to;
+            load.fading.as_ref().is_some_and(|fading| fading.fades && begins(fading))
+        };
+        let loads = &self.conditions.loaded;
+        (0..loads.len()).filter(|&load| fades(&loads[load])).collect()
     }
 
     /// Sets the forces that go on in a load when blocks are taken out.

@@ -17,7 +17,7 @@ use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Seated, Surfaces, seated};
 use crate::deck::Deck;
 use crate::element::Elastic;
-use crate::geometry::{Face, Geometry, Region, Stages, faces};
+use crate::geometry::{Face, Geometry, Stages, Vec3, faces};
 use crate::in_situ::{InSitu, Stress};
 use crate::lanes::Lanes;
 use crate::law::Laws;
@@ -25,12 +25,13 @@ use crate::pack::Packs;
 use crate::properties::{Kinematics, Properties};
 use crate::seams::{Seam, Seams};
 use crate::sliding::Sliding;
+use crate::stage::StageKind;
 
 /// Times that waves of a charge cross the model, on its diagonal, before joints and contacts are damped again.
 const CROSSINGS: f64 = 10.0;
 
 /// What a model is made from.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Problem {
     pub(crate) properties: Properties,
     /// What is where from which stage on.
@@ -39,7 +40,25 @@ pub(crate) struct Problem {
     pub(crate) borders: Borders,
     /// Stress of each block at the start.
     pub(crate) stresses: Vec<Option<Stress>>,
+    /// Motions at the start.
+    pub(crate) motions: Vec<StartMotion>,
+    /// Kinds of the stages.
+    pub(crate) kinds: Vec<StageKind>,
+    /// Names of the sets of blocks.
+    pub(crate) sets: Vec<String>,
     pub(crate) deck: Deck,
+}
+
+/// Motion of nodes at the start, as of a rigid body.
+#[derive(Clone, Debug)]
+pub(crate) struct StartMotion {
+    pub(crate) nodes: Vec<u32>,
+    /// Velocity at the centre `[m/s]`.
+    pub(crate) velocity: Vec3,
+    /// Angular velocity `[rad/s]`.
+    pub(crate) spin: Vec3,
+    /// Centre of the turn `[m]`.
+    pub(crate) centre: Vec3,
 }
 
 /// A model: what is where, its elements, supports and loads.
@@ -64,14 +83,15 @@ pub struct Model {
     pub(crate) seated: Vec<Seated>,
     /// Damping of failed pairs, of contacts and of the blocks that have them.
     pub(crate) sliding: Sliding,
-    pub(crate) deck: Deck,
+    pub(crate) problem: Arc<Problem>,
     computed: Vec<String>,
 }
 
 impl Model {
     /// The model of a problem.
-    pub(crate) fn of(problem: Problem) -> Self {
-        let Problem { properties, stages, conditions, mut borders, stresses, deck } = problem;
+    pub(crate) fn of(problem: Arc<Problem>) -> Self {
+        let Problem { properties, stages, conditions, borders, stresses, .. } = (*problem).clone();
+        let mut borders = borders;
         let geometry = stages.at(0).clone();
         let packs = Packs::new(&geometry);
         let faces = faces(&geometry);
@@ -106,7 +126,7 @@ impl Model {
             geometry,
             stages,
             sliding,
-            deck,
+            problem,
             computed: Vec::new(),
         }
     }
@@ -167,14 +187,9 @@ impl Model {
         Made { geometry: &self.geometry, start: self.stages.at(0), packs: &self.packs }
     }
 
-    pub(crate) fn region(&self, region: &crate::deck::Where) -> Region {
-        Region::new(region, &self.geometry.frame)
-    }
-
-    /// The deck that the model was built from.
-    #[must_use]
-    pub fn deck(&self) -> &Deck {
-        &self.deck
+    /// Number of stages; without any there is one.
+    pub(crate) fn n_stages(&self) -> usize {
+        self.problem.kinds.len().max(1)
     }
 
     /// Number of blocks.
@@ -192,7 +207,7 @@ impl Model {
     /// Number of loads.
     #[must_use]
     pub fn n_loads(&self) -> usize {
-        self.deck.load.len()
+        self.conditions.loaded.iter().filter(|load| load.fading.is_none()).count()
     }
 
     /// Number of hex8 elements of the bodies.
@@ -241,7 +256,7 @@ impl Model {
 
     /// What messages call the set of a block.
     pub(crate) fn set_name(&self, block: usize) -> String {
-        self.deck.set_name(self.geometry.set(block))
+        self.problem.sets[self.geometry.set(block)].clone()
     }
 
     /// Whether a block is rigid: it has no stress.

@@ -279,7 +279,7 @@ impl Saved {
         let times = finite && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
         let stage = count("stage")? as usize;
         let dug = count("dug")? as usize;
-        let stages = (stage..model.deck.stage.len().max(1)).contains(&dug)
+        let stages = (stage..model.n_stages()).contains(&dug)
             && array("stage_starts")?.len() == stage.saturating_add(1);
         let known = ["fresh_left", "fresh_first", "relax_left", "relax_driven"];
         let known = known.iter().filter_map(|name| count(name));

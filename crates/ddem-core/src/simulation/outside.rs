@@ -22,8 +22,8 @@ impl Simulation {
     ///
     /// If the deck has no such stage; one without stages has stage 0.
     pub fn enter(&mut self, stage: usize) {
-        let n = self.model.deck.stage.len().max(1);
-        assert!(stage < n, "there is no stage {stage}: the deck has {n}, from 0");
+        let n = self.model.n_stages();
+        assert!(stage < n, "there is no stage {stage}: the model has {n}, from 0");
         self.settle();
         let active = self.model.active(stage, &self.state.applied);
         // What they bore, they bore with the blocks that are taken out now.

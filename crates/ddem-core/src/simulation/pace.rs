@@ -7,12 +7,11 @@ use std::sync::atomic::Ordering;
 
 use super::Simulation;
 use crate::contact::{Added, Skins, bound};
-use crate::deck::Stage;
 use crate::error::RunError;
 use crate::exact::Exact;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
-use crate::stage::{Damping, TimeStep};
+use crate::stage::{Damping, TimeStep, allow_motion};
 use crate::state::State;
 use crate::step::Poses;
 use crate::timestep::largest_eigenvalue;
@@ -141,8 +140,7 @@ impl Simulation {
         time_step: TimeStep,
         duration: Option<f64>,
     ) -> Result<u64, RunError> {
-        let (own, step) = (Some(damping), Some(time_step));
-        Stage { damping: own, time_step: step, duration, ..Stage::default() }.allow()?;
+        allow_motion(damping, time_step, duration)?;
         let critical = damping.stable_step(self.critical(false)?);
         if !(critical.is_finite() && critical > 0.0) {
             return Err(RunError::NoCriticalStep);

@@ -291,7 +291,7 @@ fn a_release_has_no_history_to_be_set() {
     let mut model: Model = model(&dug(Some(1.0)));
     let fault = model.set_load_history(0, std::sync::Arc::new(|_| Ok(1.0)));
     let fault = fault.err().unwrap_or_else(|| panic!("set"));
-    assert!(fault.to_string().contains("the deck has no such entry"), "{fault}");
+    assert!(fault.to_string().contains("there is no such entry"), "{fault}");
     assert!(model.computed().is_empty());
 }
 

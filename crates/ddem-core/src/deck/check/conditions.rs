@@ -1,9 +1,9 @@
 //! Supports, loads, boundaries and the state at the start.
 
 use super::region::{Of, region};
-use super::{Faults, Rule, history, shown};
-use crate::Fault;
+use super::{Faults, Names, Rule, history, shown};
 use crate::deck::{Boundary, BoundaryKind, Deck, Fix, Gradient, Initial, Load, StageKind};
+use crate::history::no_velocity;
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.fix.iter().enumerate() {
@@ -100,13 +100,6 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
         faults.0.push(no_velocity(at));
     }
     history::check(at, fix.history.as_ref(), faults);
-}
-
-/// What is wrong with a history of a support that is not driven.
-pub(crate) fn no_velocity(at: &str) -> Fault {
-    Fault::new(format!("{at}.history"), "`history` needs `velocity`").help(
-        "it is the factor on the velocity in time; without a velocity the support stands still",
-    )
 }
 
 /// A support that goes to a displacement does so in relaxation.

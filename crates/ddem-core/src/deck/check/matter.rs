@@ -1,6 +1,6 @@
 //! Materials and joints.
 
-use super::{Faults, Rule, strength};
+use super::{Faults, Names, Rule, strength};
 use crate::deck::names::segment;
 use crate::deck::{Deck, Joint};
 

@@ -1,11 +1,11 @@
 //! Stages and probes.
 
 use super::region::Of;
-use super::{Faults, Rule};
+use super::{Faults, Names, Rule};
 use crate::deck::{
-    BlockSet, Body, Damping, Deck, Probe, Quantity, Search, Stage, StageKind, TimeStep, Where,
+    BlockSet, Body, Deck, Joint, Probe, Quantity, Search, Stage, StageKind, TimeStep, Where,
 };
-use crate::error::{Fault, RunError};
+use crate::error::Fault;
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let named = deck.stage.iter().enumerate();
@@ -14,7 +14,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
         let at = format!("stage[{i}]");
         stage(&at, entry, faults);
         if entry.kind == StageKind::Safety {
-            let wrong = entry.search().check(deck).into_iter();
+            let wrong = deck.check_search(&entry.search()).into_iter();
             let wrong =
                 wrong.map(|fault| Fault { place: format!("{at}.{}", fault.place), ..fault });
             // Keys that other stages have, too, are looked at already.
@@ -33,26 +33,9 @@ impl Stage {
     /// What is wrong with the values of one stage that is in no deck; places begin with `stage[0]`.
     #[must_use]
     pub fn check(&self) -> Vec<crate::Fault> {
-        let mut faults = Faults(Vec::new());
+        let mut faults = Faults::default();
         stage("stage[0]", self, &mut faults);
         faults.0
-    }
-
-    /// Refuses values that a program gives to a simulation itself, by key.
-    pub(crate) fn allow(&self) -> Result<(), RunError> {
-        let mut faults = Faults(Vec::new());
-        numbers("", self, &mut faults);
-        let own = |fault: Fault| Fault { place: fault.place[1..].to_owned(), ..fault };
-        let faults: Vec<Fault> = faults.0.into_iter().map(own).collect();
-        if faults.is_empty() { Ok(()) } else { Err(RunError::Values { faults }) }
-    }
-}
-
-/// Refuses a tolerance that no deck could have, at every step.
-pub(crate) fn allow_tolerance(tolerance: f64) -> Result<(), RunError> {
-    match tolerance > 0.0 && tolerance < 1.0 {
-        true => Ok(()),
-        false => Stage { tolerance: Some(tolerance), ..Stage::default() }.allow(),
     }
 }
 
@@ -91,14 +74,9 @@ fn numbers(at: &str, stage: &Stage, faults: &mut Faults) {
     if let Some(TimeStep::Seconds(seconds)) = stage.time_step {
         faults.number(format!("{at}.time_step"), seconds, Rule::AboveZero);
     }
-    let place = |key: &str| format!("{at}.damping.{key}");
-    match stage.damping {
-        Some(Damping::Ratio(ratio)) => faults.number(place("ratio"), ratio, Rule::ZeroOrMore),
-        Some(Damping::Mass(alpha)) => faults.number(place("mass"), alpha, Rule::ZeroOrMore),
-        Some(Damping::Stiffness(beta)) => faults.number(place("stiffness"), beta, Rule::ZeroOrMore),
-        Some(Damping::Local(alpha)) => faults.number(place("local"), alpha, Rule::From(0.0, 1.0)),
-        Some(Damping::None) | None => true,
-    };
+    if let Some(damping) = stage.damping {
+        damping.check(&format!("{at}.damping"), faults);
+    }
 }
 
 /// Keys which only other kinds of stages have.
@@ -138,38 +116,18 @@ fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
     }
 }
 
-impl Search {
-    /// Faults of the search for a deck, by key.
+impl Deck {
+    /// Faults of a search for a factor of safety, by key.
     #[must_use]
-    pub fn check(&self, deck: &Deck) -> Vec<Fault> {
-        let mut faults = Faults(Vec::new());
-        faults.number("resolution", self.resolution, Rule::AboveZero);
-        faults.number("limit", self.limit, Rule::AboveZero);
-        faults.number("tolerance", self.tolerance, Rule::Between(0.0, 1.0));
-        faults.not_zero("max_steps", self.max_steps);
-        let [low, high] = self.bracket;
-        if !(low > 0.0 && low < high && high.is_finite()) {
-            let message =
-                format!("`bracket` is [{low}, {high}]: two factors above 0, the smaller one first");
-            faults.add("bracket", message);
-        }
-        if self.joints.as_ref().is_some_and(Vec::is_empty) {
-            let message = "`joints` is empty: no strength would be divided";
-            faults.add_help("joints", message, "without it those of all joints are");
-        }
-        for name in self.joints.iter().flatten() {
-            let known = deck.joints.keys().map(String::as_str);
+    pub fn check_search(&self, search: &Search) -> Vec<Fault> {
+        // Names that there are not have a fault of their own.
+        let known = |name: &str| Some(self.joints.get(name).is_none_or(Joint::breaks));
+        let mut faults = Faults(search.check(&known));
+        for name in search.joints.iter().flatten() {
+            let known = self.joints.keys().map(String::as_str);
             faults.reference("joints", name, known, ("joint", "[joints.seam]"));
-            if deck.joints.get(name).is_some_and(|joint| !joint.breaks()) {
-                faults.add("joints", format!("joint `{name}` never fails"));
-            }
         }
         faults.0
-    }
-
-    /// True for a joint whose strengths are divided.
-    pub(crate) fn divides(&self, name: &String) -> bool {
-        self.joints.as_ref().is_none_or(|joints| joints.contains(name))
     }
 }
 

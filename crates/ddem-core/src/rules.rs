@@ -1,0 +1,131 @@
+//! Rules that numbers keep, and the faults of those that do not.
+
+use std::fmt::Display;
+
+use crate::error::{Fault, RunError};
+
+/// What a number must be, besides finite.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Rule {
+    Any,
+    AboveZero,
+    ZeroOrMore,
+    /// In (from, to).
+    Between(f64, f64),
+    /// In [from, to).
+    From(f64, f64),
+    /// In [from, to].
+    Within(f64, f64),
+}
+
+impl Rule {
+    fn broken(self, value: f64) -> Option<String> {
+        let (held, rule) = match self {
+            Rule::Any => (true, String::new()),
+            Rule::AboveZero => (value > 0.0, "above 0".to_owned()),
+            Rule::ZeroOrMore => (value >= 0.0, "0 or more".to_owned()),
+            Rule::Between(from, to) => {
+                (value > from && value < to, format!("above {from} and below {to}"))
+            }
+            Rule::From(from, to) => {
+                (value >= from && value < to, format!("{from} or more and below {to}"))
+            }
+            Rule::Within(from, to) => {
+                (value >= from && value <= to, format!("from {from} to {to}"))
+            }
+        };
+        (!held).then_some(rule)
+    }
+}
+
+/// The faults found so far.
+#[derive(Debug, Default)]
+pub(crate) struct Faults(pub(crate) Vec<Fault>);
+
+impl Faults {
+    /// Fails where there are any.
+    pub(crate) fn none(self) -> Result<(), RunError> {
+        if self.0.is_empty() { Ok(()) } else { Err(RunError::Values { faults: self.0 }) }
+    }
+
+    /// A fault without help.
+    pub(crate) fn add(&mut self, place: impl Into<String>, message: impl Into<String>) {
+        self.0.push(Fault::new(place, message));
+    }
+
+    /// A fault with help.
+    pub(crate) fn add_help(
+        &mut self,
+        place: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.0.push(Fault::new(place, message).help(help));
+    }
+
+    /// A number that keeps a rule; says whether it does.
+    pub(crate) fn number(&mut self, place: impl Into<String>, value: f64, rule: Rule) -> bool {
+        let place = place.into();
+        let key = key_of(&place);
+        if !value.is_finite() {
+            let message = format!("`{key}` is {} but must be a finite number", shown(value));
+            self.add(place, message);
+            return false;
+        }
+        let Some(rule) = rule.broken(value) else { return true };
+        let message = format!("`{key}` is {} but must be {rule}", shown(value));
+        self.add(place, message);
+        false
+    }
+
+    /// A number that may be left out.
+    pub(crate) fn optional(
+        &mut self,
+        place: impl Into<String>,
+        value: Option<f64>,
+        rule: Rule,
+    ) -> bool {
+        value.is_none_or(|value| self.number(place, value, rule))
+    }
+
+    /// A list of numbers that all keep a rule.
+    pub(crate) fn numbers(&mut self, place: impl Display, values: &[f64], rule: Rule) -> bool {
+        let mut held = true;
+        for (i, &value) in values.iter().enumerate() {
+            held &= self.number(format!("{place}[{i}]"), value, rule);
+        }
+        held
+    }
+
+    /// A list of finite numbers.
+    pub(crate) fn finite(&mut self, place: impl Display, values: &[f64]) -> bool {
+        self.numbers(place, values, Rule::Any)
+    }
+
+    /// A whole number that must not be 0.
+    pub(crate) fn not_zero(&mut self, place: impl Into<String>, value: impl Into<u64>) -> bool {
+        let place = place.into();
+        let held = value.into() > 0;
+        if !held {
+            let message = format!("`{}` is 0 but must be 1 or more", key_of(&place));
+            self.add(place, message);
+        }
+        held
+    }
+}
+
+/// The key at the end of a place, without indices: `size` of `blocks[0].size[1]`.
+fn key_of(place: &str) -> &str {
+    let key = place.rsplit('.').next().unwrap_or(place);
+    key.split('[').next().unwrap_or(key)
+}
+
+/// A number as a user would write it: 2e6, not 2000000.
+pub(crate) fn shown(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && size.is_finite() && !(1e-3..1e5).contains(&size) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
+    }
+}
