@@ -65,6 +65,7 @@ mod touch;
 mod verdict;
 mod watch;
 
+pub use build::{Interface, Selection};
 pub use charge::{ChargeSize, ChargeState};
 pub use deck::{Deck, Size};
 pub use energy::Energy;
@@ -73,7 +74,7 @@ pub use fields::{
     CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, Field, Fragment,
     FragmentSummary, JointSummary, Largest, On, Reaction, StateSummary,
 };
-pub use geometry::{Face, Interface, Selection};
+pub use geometry::Face;
 pub use history::Function;
 pub use model::Model;
 pub use nalgebra;

@@ -106,7 +106,7 @@ fn unite(geometry: &Geometry, groups: &mut [usize], contacts: bool) {
     for [a, b] in geometry.abutments.iter().map(|abutment| abutment.blocks) {
         join(n_lattices + groups[a as usize], n_lattices + groups[b as usize]);
     }
-    let touching = if contacts { geometry.touching() } else { Vec::new() };
+    let touching = if contacts { geometry.touching.clone() } else { Vec::new() };
     touching.iter().for_each(|&(i, j)| join(i, j));
     let touches: HashSet<usize> = touching.into_iter().flat_map(|(i, j)| [i, j]).collect();
     for (index, (body, &group)) in geometry.bodies.iter().zip(&*groups).enumerate() {

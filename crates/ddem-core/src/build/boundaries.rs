@@ -2,22 +2,28 @@
 
 use std::collections::BTreeSet;
 
-use super::Site;
 use super::faces::{in_cavities, twice, with_areas};
+use super::geometry::{Region, nothing};
+use super::{Site, at_stage};
 use crate::boundary::{Border, Borders, Clamped, Ground, Made, NoColumn, Outside, impedance};
 use crate::conditions::{Active, Applied};
-use crate::deck::{Boundary, BoundaryKind, Stage, StageKind};
+use crate::deck::{Boundary, BoundaryKind, Stage, StageKind, Where};
 use crate::error::Fault;
-use crate::geometry::{Geometry, Region, Surface, Vec3, nothing};
+use crate::geometry::{Geometry, Stages, Surface, Vec3};
 use crate::history::Course;
 use crate::model::Model;
+use crate::properties::Properties;
 
 /// All boundaries of a deck.
-pub(super) fn borders(site: Site<'_>) -> Result<Borders, Vec<Fault>> {
+pub(super) fn borders(
+    site: &Site,
+    stages: &Stages,
+    properties: &Properties,
+) -> Result<Borders, Vec<Fault>> {
     let (mut faults, mut list) = (Vec::new(), Vec::new());
     let mut first = 0;
     for (index, entry) in site.deck.boundary.iter().enumerate() {
-        match border(site, index, entry, &mut first) {
+        match border((site, stages, properties), index, entry, &mut first) {
             Ok(border) => list.push(border),
             Err(fault) => faults.push(fault),
         }
@@ -26,7 +32,7 @@ pub(super) fn borders(site: Site<'_>) -> Result<Borders, Vec<Fault>> {
         return Err(faults);
     }
     let borders = Borders { list };
-    let faults = twice(&borders, site.deck, site.stages);
+    let faults = twice(&borders, &site.deck, stages);
     if faults.is_empty() { Ok(borders) } else { Err(faults) }
 }
 
@@ -46,9 +52,9 @@ pub(super) fn idle(model: &Model) -> Vec<Fault> {
     if borders.list.is_empty() {
         return faults;
     }
-    for stage in 0..model.problem.deck.stage.len().max(1) {
+    for stage in 0..model.site().deck.stage.len().max(1) {
         let (made, outside) = outside(model, stage);
-        let name = model.problem.deck.stage.get(stage).map_or("", |stage| &stage.name);
+        let name = model.site().deck.stage.get(stage).map_or("", |stage| &stage.name);
         for index in (0..borders.list.len()).filter(|&index| borders.has(index, stage)) {
             let held = outside.clamped(made, &borders.list[index]);
             if held.all() {
@@ -93,10 +99,10 @@ pub(super) fn idle(model: &Model) -> Vec<Fault> {
 pub(super) fn doubts(model: &Model) -> Vec<String> {
     let borders = &model.borders;
     let mut doubts = in_cavities(model);
-    let stage = |stage| model.problem.deck.stage.get(stage);
+    let stage = |stage| model.site().deck.stage.get(stage);
     let moves = |at| stage(at).is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
     for index in 0..borders.list.len() {
-        let stages = 0..model.problem.deck.stage.len().max(1);
+        let stages = 0..model.site().deck.stage.len().max(1);
         for stage in stages.filter(|&stage| borders.has(index, stage)) {
             let (made, outside) = outside(model, stage);
             let held = outside.clamped(made, &borders.list[index]);
@@ -115,7 +121,7 @@ pub(super) fn doubts(model: &Model) -> Vec<String> {
             let side = borders.list[index].wave.is_none() && moves(stage);
             let across = outside.held_across(made, &borders.list[index]).filter(|_| side);
             if let Some((axis, fix)) = across {
-                let name = model.problem.deck.stage.get(stage).map_or("", |stage| &stage.name);
+                let name = model.site().deck.stage.get(stage).map_or("", |stage| &stage.name);
                 doubts.push(format!(
                     "boundary {index}: fix {fix} holds its nodes along {}, its normal, in stage `{name}`: \
                      what comes straight to it goes back (`until` ends a fix, and what it bore goes on)",
@@ -154,19 +160,19 @@ fn names(held: &Clamped) -> String {
 }
 
 fn border(
-    site: Site<'_>,
+    (site, stages, properties): (&Site, &Stages, &Properties),
     index: usize,
     entry: &Boundary,
     first: &mut usize,
 ) -> Result<Border, Fault> {
-    let Site { deck, stages, properties } = site;
-    let (geometry, start) = (stages.from(deck, entry.from.as_ref()), &**stages.at(0));
-    let region = Region::new(&entry.region, &geometry.frame);
+    let deck = &site.deck;
+    let (geometry, start) = (at_stage(deck, stages, entry.from.as_ref()), &**stages.at(0));
+    let region = site.region(&entry.region);
     let place = format!("boundary[{index}]");
     let surfaces = surfaces(&region, geometry, &place)?;
     let mut border = Border {
         dashpots: Vec::new(),
-        faces: with_areas(&region, geometry, &surfaces),
+        faces: with_areas((&region, &site.region(&Where::default())), geometry, &surfaces),
         under: BTreeSet::new(),
         wave: entry.velocity.map(Vec3::from),
         history: Course::new(entry.history.as_ref()),

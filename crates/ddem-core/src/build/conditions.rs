@@ -1,23 +1,25 @@
 //! From `[[fix]]`, `[[load]]`, `[[charge]]` and `[[remove]]` to nodes.
 
 use super::charge::charge;
+use super::geometry::{Region, no_node, nothing};
+use super::{Site, at_stage};
 use crate::conditions::{Charged, Conditions, Fading, Fixed, Loaded};
 use crate::deck::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind, Where};
 use crate::error::Fault;
-use crate::geometry::{Geometry, Region, Stages, Surface, Vec3, no_node, nothing};
+use crate::geometry::{Geometry, Stages, Surface, Vec3};
 use crate::history::Course;
 use crate::model::StartMotion;
 use crate::stage::Period;
 
 /// Supports, loads and charges of a deck. Their geometry is that at the start of their stage: faces that an
 /// excavation makes free can be loaded and held from then on.
-pub(super) fn conditions(deck: &Deck, stages: &Stages) -> Result<Conditions, Vec<Fault>> {
-    let geometry = stages.at(0);
-    let region = |r: &Where| Region::new(r, &geometry.frame);
+pub(super) fn conditions(site: &Site, stages: &Stages) -> Result<Conditions, Vec<Fault>> {
+    let (deck, geometry) = (&site.deck, stages.at(0));
+    let region = |r: &Where| site.region(r);
     let mut faults = Vec::new();
     let mut conditions = Conditions::default();
     for (index, fix) in deck.fix.iter().enumerate() {
-        let geometry = stages.from(deck, fix.from.as_ref());
+        let geometry = at_stage(deck, stages, fix.from.as_ref());
         let nodes = region(&fix.region).nodes(geometry);
         if nodes.is_empty() {
             let region = region(&fix.region);
@@ -34,7 +36,7 @@ pub(super) fn conditions(deck: &Deck, stages: &Stages) -> Result<Conditions, Vec
         });
     }
     for (index, load) in deck.load.iter().enumerate() {
-        let geometry = stages.from(deck, load.from.as_ref());
+        let geometry = at_stage(deck, stages, load.from.as_ref());
         match nodal_forces(load, &region(&load.region), geometry) {
             Ok(forces) => conditions.loaded.push(Loaded {
                 forces,
@@ -50,7 +52,7 @@ pub(super) fn conditions(deck: &Deck, stages: &Stages) -> Result<Conditions, Vec
         }
     }
     for (index, entry) in deck.charge.iter().enumerate() {
-        let geometry = stages.from(deck, entry.from.as_ref());
+        let geometry = at_stage(deck, stages, entry.from.as_ref());
         match charge(index, deck, &region(&entry.region), geometry) {
             Ok(charge) => conditions.charged.push(Charged {
                 charge,
@@ -78,14 +80,14 @@ pub(super) fn conditions(deck: &Deck, stages: &Stages) -> Result<Conditions, Vec
 }
 
 /// Motions of nodes at the start.
-pub(super) fn motions(deck: &Deck, geometry: &Geometry) -> Vec<StartMotion> {
+pub(super) fn motions(site: &Site, geometry: &Geometry) -> Vec<StartMotion> {
     let motion = |initial: &Initial| StartMotion {
-        nodes: Region::new(&initial.region, &geometry.frame).nodes(geometry),
+        nodes: site.region(&initial.region).nodes(geometry),
         velocity: Vec3::from(initial.velocity.unwrap_or_default()),
         spin: Vec3::from(initial.spin.unwrap_or_default()),
         centre: Vec3::from(initial.centre.unwrap_or_default()),
     };
-    deck.initial.iter().map(motion).collect()
+    site.deck.initial.iter().map(motion).collect()
 }
 
 /// The forces of one load on its nodes, or what was looked for in vain.

@@ -2,10 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
+use super::at_stage;
+use super::geometry::interface::{ajar, interfaces};
+use super::geometry::{Interface, place};
 use crate::charge::ChargeSize;
 use crate::conditions::{Charged, Conditions};
 use crate::deck::{Deck, StageKind, Where};
-use crate::geometry::{Face, Interface, Vec3, place};
+use crate::geometry::{Face, Vec3};
 use crate::history::Course;
 use crate::model::Model;
 
@@ -20,7 +23,7 @@ impl Model {
         if !self.can_meet() {
             warnings.extend(self.apart());
         }
-        for (index, stage) in self.problem.deck.stage.iter().enumerate() {
+        for (index, stage) in self.site().deck.stage.iter().enumerate() {
             if stage.kind != StageKind::Relax {
                 continue;
             }
@@ -33,7 +36,7 @@ impl Model {
             }
         }
         warnings.extend(self.empty());
-        warnings.extend(self.geometry.ajar(&self.problem.deck));
+        warnings.extend(ajar(self.site(), &self.geometry));
         warnings.extend(self.unbalanced());
         warnings.extend(self.unborne());
         warnings.extend(self.glued());
@@ -51,7 +54,7 @@ impl Model {
         let contact = self.contact.iter().filter(|contact| contact.search);
         warnings.extend(contact.flat_map(|contact| contact.doubts(&self.properties, of)));
         let used = self.joint_numbers().collect();
-        warnings.extend(crate::deck::doubts(&self.problem.deck, &used));
+        warnings.extend(crate::deck::doubts(&self.site().deck, &used));
         warnings
     }
 
@@ -59,12 +62,12 @@ impl Model {
     fn empty(&self) -> impl Iterator<Item = String> {
         let there: HashSet<usize> =
             (0..self.n_blocks()).map(|block| self.geometry.set(block)).collect();
-        let empty = (0..self.problem.deck.blocks.len()).filter(move |set| !there.contains(set));
+        let empty = (0..self.site().deck.blocks.len()).filter(move |set| !there.contains(set));
         empty.map(|set| {
             format!(
                 "no block of set `{}` is left: `[[remove]]` takes them all out (`set` in its `where` keeps \
                  it to one set)",
-                self.problem.deck.set_name(set)
+                self.site().deck.set_name(set)
             )
         })
     }
@@ -73,7 +76,7 @@ impl Model {
     fn crowded(&self) -> Vec<String> {
         let mut whose: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
         let mut pairs = BTreeSet::new();
-        let charges = self.conditions.charged.iter().zip(&self.problem.deck.charge).enumerate();
+        let charges = self.conditions.charged.iter().zip(&self.site().deck.charge).enumerate();
         for (index, (charged, _)) in charges.filter(|(_, (_, entry))| entry.until.is_none()) {
             for wall in charged.charge.walls() {
                 let first = *whose.entry(wall).or_insert(index);
@@ -93,19 +96,19 @@ impl Model {
 
     /// Blasts in relax stages that only want to bring the weight on.
     fn blasts_at_rest(&self) -> impl Iterator<Item = String> {
-        in_statics(&self.conditions, &self.problem.deck).into_iter().map(|(index, stage)| {
+        in_statics(&self.conditions, &self.site().deck).into_iter().map(|(index, stage)| {
             let pressure = self.conditions.charged[index].charge.size.pressure;
             format!(
                 "charge {index} pushes with {pressure:.3e} Pa in relax stage `{}` already: `from` names the \
                  stage at whose start it goes off",
-                self.problem.deck.stage[stage].name
+                self.site().deck.stage[stage].name
             )
         })
     }
 
     /// Probes at places where nothing is.
     fn far_probes(&self) -> impl Iterator<Item = String> {
-        self.problem.deck.probe.iter().filter_map(|probe| {
+        self.site().deck.probe.iter().filter_map(|probe| {
             let at = Vec3::from(probe.at?);
             let node = self.nearest_node(at.into());
             let found = Vec3::from(self.point(node));
@@ -132,7 +135,7 @@ impl Model {
     /// Sets that touch at the start: those that joints join, and those whose blocks meet as contacts.
     #[must_use]
     pub fn interfaces(&self) -> Vec<Interface> {
-        self.stages.at(0).interfaces(&self.problem.deck)
+        interfaces(self.stages.at(0), &self.site().deck)
     }
 
     /// Sets that touch where no contacts are found.
@@ -141,7 +144,7 @@ impl Model {
         let sets = |[a, b]: [u32; 2]| [a, b].map(|block| geometry.set(block as usize));
         let joined: HashSet<[usize; 2]> =
             geometry.abutments.iter().map(|abutment| sets(abutment.blocks)).collect();
-        let touching = geometry.touching().into_iter();
+        let touching = geometry.touching.iter().copied();
         let touching: BTreeSet<[usize; 2]> =
             touching.map(|(i, j)| [i, j].map(|at| geometry.lattices[at].set)).collect();
         let apart = touching.into_iter().filter(move |&[i, j]| {
@@ -151,24 +154,24 @@ impl Model {
             format!(
                 "sets `{}` and `{}` touch, but their blocks are not joined and do not meet: \
                  `contact = false` in [model] says that no contacts are looked for",
-                self.problem.deck.set_name(i),
-                self.problem.deck.set_name(j)
+                self.site().deck.set_name(i),
+                self.site().deck.set_name(j)
             )
         })
     }
 
     /// Faces that loads and boundaries leave out, because other blocks abut on a part of them.
     fn left_out(&self) -> Vec<String> {
-        let loads = self.problem.deck.load.iter().enumerate();
+        let loads = self.site().deck.load.iter().enumerate();
         let loads = loads.filter(|(_, load)| load.traction.is_some() || load.pressure.is_some());
         let loads =
             loads.map(|(index, load)| (format!("load {index}"), &load.region, load.from.as_ref()));
-        let boundaries = self.problem.deck.boundary.iter().enumerate();
+        let boundaries = self.site().deck.boundary.iter().enumerate();
         let boundaries = boundaries.map(|(index, entry)| {
             (format!("boundary {index}"), &entry.region, entry.from.as_ref())
         });
         let left_out = |(name, region, from): (String, &Where, Option<&String>)| {
-            let geometry = self.stages.from(&self.problem.deck, from);
+            let geometry = at_stage(&self.site().deck, &self.stages, from);
             let faces = self.region(region).covered_in_part(geometry);
             let [x, y, z] = faces.first()?.centre(geometry).into();
             Some(format!(

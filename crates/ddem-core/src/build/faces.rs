@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use super::at_stage;
 use super::charge::is_wall;
+use super::geometry::Region;
 use crate::boundary::Borders;
-use crate::deck::{Deck, Where};
+use crate::deck::Deck;
 use crate::error::Fault;
-use crate::geometry::{Geometry, Region, Stages, Surface};
+use crate::geometry::{Geometry, Stages, Surface};
 use crate::model::Model;
 
 /// More of a face than this part of it cannot be taken by several boundaries.
@@ -45,7 +47,7 @@ pub(super) fn twice(borders: &Borders, deck: &Deck, stages: &Stages) -> Vec<Faul
             }
         }
     }
-    let geometry_of = |index: usize| stages.from(deck, deck.boundary[index].from.as_ref());
+    let geometry_of = |index: usize| at_stage(deck, stages, deck.boundary[index].from.as_ref());
     let fault = |((before, index), surface): ((usize, usize), Surface)| {
         let at = shown(geometry_of(index), &surface);
         let message = format!(
@@ -62,8 +64,8 @@ pub(super) fn twice(borders: &Borders, deck: &Deck, stages: &Stages) -> Vec<Faul
 pub(super) fn in_cavities(model: &Model) -> Vec<String> {
     let mut doubts = Vec::new();
     for (index, border) in model.borders.list.iter().enumerate() {
-        let from = model.problem.deck.boundary[index].from.as_ref();
-        let geometry = model.stages.from(&model.problem.deck, from);
+        let from = model.site().deck.boundary[index].from.as_ref();
+        let geometry = at_stage(&model.site().deck, &model.stages, from);
         let faces = border.faces.iter().map(|(surface, _)| surface);
         let within: Vec<&Surface> = faces.filter(|face| is_wall(geometry, face)).collect();
         if let Some(first) = within.first() {
@@ -80,14 +82,13 @@ pub(super) fn in_cavities(model: &Model) -> Vec<String> {
 
 /// Faces with their areas `[m²]`, as far as a region selects them and as a whole.
 pub(super) fn with_areas(
-    region: &Region,
+    (region, everywhere): (&Region, &Region),
     geometry: &Geometry,
     surfaces: &[Surface],
 ) -> Vec<(Surface, [f64; 2])> {
-    let everywhere = Region::new(&Where::default(), &geometry.frame);
     let area = |region: &Region, surface: &Surface| {
         region.areas(geometry, surface).iter().map(|(_, area)| area).sum()
     };
-    let areas = |surface: &Surface| [area(region, surface), area(&everywhere, surface)];
+    let areas = |surface: &Surface| [area(region, surface), area(everywhere, surface)];
     surfaces.iter().map(|surface| (*surface, areas(surface))).collect()
 }

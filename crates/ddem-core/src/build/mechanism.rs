@@ -1,7 +1,9 @@
 //! Relax stages whose supports leave a rigid motion free.
 
+use super::Site;
+use super::geometry::interface::ajar;
 use crate::conditions::{Active, Applied};
-use crate::deck::{Deck, Stage, StageKind};
+use crate::deck::{Stage, StageKind};
 use crate::error::Fault;
 use crate::geometry::Geometry;
 use crate::mechanism::{FreeMotion, free_motion};
@@ -10,15 +12,16 @@ use crate::simulation::Simulation;
 
 /// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
 pub(super) fn check(model: &Model) -> Vec<Fault> {
-    let Model { problem, stages, conditions, packs, properties, .. } = model;
-    let deck = &problem.deck;
+    let Model { stages, conditions, packs, properties, .. } = model;
+    let site = model.site();
+    let deck = &site.deck;
     let relax = deck.stage.iter().enumerate().filter(|(_, stage)| stage.kind == StageKind::Relax);
     let found = |(stage, entry): (usize, &Stage)| {
         let geometry = stages.at(stage);
         let active = Active::new(conditions, geometry, packs, stage, &Applied::default());
         let motion = free_motion(geometry, &active, properties.contact.search)?;
         let whose = format!("of relax stage `{}`", entry.name);
-        Some(fault(deck, geometry, &motion, (stage, &whose)))
+        Some(fault(site, geometry, &motion, (stage, &whose)))
     };
     relax.filter_map(found).collect()
 }
@@ -28,15 +31,15 @@ impl Simulation {
     /// free.
     #[must_use]
     pub fn free_motion(&self) -> Option<Fault> {
-        let Model { problem, geometry, properties, .. } = &self.model;
+        let Model { geometry, properties, .. } = &self.model;
         let motion = free_motion(geometry, &self.active, properties.contact.search)?;
-        Some(fault(&problem.deck, geometry, &motion, (0, "in force")))
+        Some(fault(self.model.site(), geometry, &motion, (0, "in force")))
     }
 }
 
 /// The fault of a stage; `whose` supports they are is for the message.
 fn fault(
-    deck: &Deck,
+    site: &Site,
     geometry: &Geometry,
     motion: &FreeMotion,
     (stage, whose): (usize, &str),
@@ -44,24 +47,24 @@ fn fault(
     let who = match motion.block {
         None => "the model".to_owned(),
         Some(block) => {
-            let set = deck.set_name(geometry.set(block));
+            let set = site.deck.set_name(geometry.set(block));
             format!("block {block} of the set `{set}`, with what is joined to it,")
         }
     };
     let motions = motion.motions.join(", ");
     let message = format!("the supports {whose} let {who} move as a rigid body: {motions}");
-    Fault::new(format!("stage[{stage}]"), message).help(help(deck, geometry))
+    Fault::new(format!("stage[{stage}]"), message).help(help(site, geometry))
 }
 
 /// Suggests supports or joints that may be missing.
-fn help(deck: &Deck, geometry: &Geometry) -> String {
-    let hold = if deck.boundary.is_empty() {
+fn help(site: &Site, geometry: &Geometry) -> String {
+    let hold = if site.deck.boundary.is_empty() {
         "hold that motion with [[fix]], or make the stage dynamic"
     } else {
         "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
          which the boundary is there; it keeps what the fix bore"
     };
-    let mut help = geometry.ajar(deck);
+    let mut help = ajar(site, geometry);
     help.push(hold.to_owned());
     help.join("; ")
 }

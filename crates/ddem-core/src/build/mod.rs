@@ -5,6 +5,7 @@ mod charge;
 mod conditions;
 mod doubts;
 mod faces;
+mod geometry;
 mod mechanism;
 mod properties;
 mod selections;
@@ -13,18 +14,34 @@ mod unbalanced;
 
 use std::sync::Arc;
 
+use geometry::{Cut, Frame, Names, Region};
+pub use geometry::{Interface, Selection};
+
 use crate::deck::{Deck, Where};
 use crate::error::{Fault, ModelError};
-use crate::geometry::{Geometry, Names, Region, Stages};
+use crate::geometry::{Abutment, Geometry, Stages};
 use crate::model::{Model, Problem};
-use crate::properties::Properties;
 
-/// A deck, and what is where from which stage on.
-#[derive(Clone, Copy)]
-struct Site<'a> {
-    deck: &'a Deck,
-    stages: &'a Stages,
-    properties: &'a Properties,
+/// A deck, and what its parts of space refer to.
+#[derive(Debug)]
+struct Site {
+    deck: Deck,
+    frame: Frame,
+    /// Faces of different sets that are nearer than their joint is thick, and not joined.
+    apart: Vec<Abutment>,
+    /// Blocks that curved and slanted shapes have split and taken out.
+    taken: Vec<Selection>,
+}
+
+impl Site {
+    fn region(&self, region: &Where) -> Region {
+        Region::new(region, &self.frame)
+    }
+}
+
+/// What is where in the stage of a name, or at the start.
+fn at_stage<'a>(deck: &Deck, stages: &'a Stages, name: Option<&String>) -> &'a Geometry {
+    stages.at(name.and_then(|name| deck.stage_number(name)).unwrap_or(0))
 }
 
 impl Model {
@@ -50,29 +67,36 @@ impl Model {
     /// The deck that the model was built from.
     #[must_use]
     pub fn deck(&self) -> &Deck {
-        &self.problem.deck
+        &self.site().deck
+    }
+
+    fn site(&self) -> &Site {
+        let site = self.problem.origin.downcast_ref();
+        site.unwrap_or_else(|| unreachable!("models are of decks"))
     }
 
     fn region(&self, region: &Where) -> Region {
-        Region::new(region, &self.geometry.frame)
+        self.site().region(region)
     }
 }
 
 /// The problem that a deck states.
 fn problem(deck: &Deck) -> Result<Problem, Vec<Fault>> {
     let names = Names::new(deck);
-    let geometry = Arc::new(Geometry::new(deck, &names)?);
-    let stages = Stages::new(deck, &names, geometry.clone())?;
-    let conditions = conditions::conditions(deck, &stages)?;
+    let Cut { geometry, frame, apart, mut taken } = geometry::cut(deck, &names)?;
+    let geometry = Arc::new(geometry);
+    let (stages, dug) = geometry::stages((deck, &names), geometry.clone(), &frame)?;
+    taken.extend(dug);
+    let site = Site { deck: deck.clone(), frame, apart, taken };
+    let conditions = conditions::conditions(&site, &stages)?;
     let properties = properties::properties(deck);
-    let borders = boundaries::borders(Site { deck, stages: &stages, properties: &properties })?;
-    let region = |region: &Where| Region::new(region, &geometry.frame);
-    let stresses = stress::stresses(deck, &geometry, region)?;
+    let borders = boundaries::borders(&site, &stages, &properties)?;
+    let stresses = stress::stresses(deck, &geometry, |region| site.region(region))?;
     let faults = stress::met(deck, &geometry, &stresses);
     if !faults.is_empty() {
         return Err(faults);
     }
-    let motions = conditions::motions(deck, &geometry);
+    let motions = conditions::motions(&site, &geometry);
     Ok(Problem {
         properties,
         stages,
@@ -82,6 +106,6 @@ fn problem(deck: &Deck) -> Result<Problem, Vec<Fault>> {
         motions,
         kinds: deck.stage.iter().map(|stage| stage.kind).collect(),
         sets: (0..deck.blocks.len()).map(|set| deck.set_name(set)).collect(),
-        deck: deck.clone(),
+        origin: Arc::new(site),
     })
 }

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use super::geometry::abut::Seats;
+use super::geometry::{Region, nothing};
 use crate::deck::{Deck, Where};
 use crate::error::Fault;
-use crate::geometry::{Geometry, Region, nothing};
+use crate::geometry::Geometry;
 use crate::in_situ::Stress;
 
 /// Contacts begin without force: sets that touch cannot bear a stress together.
@@ -15,7 +17,7 @@ pub(super) fn met(deck: &Deck, geometry: &Geometry, stresses: &[Option<Stress>])
     let index = deck.initial.iter().position(|entry| entry.stress.is_some()).unwrap_or_default();
     let stressed = |blocks: &[u32; 2]| blocks.iter().any(|&b| stresses[b as usize].is_some());
     let sets = |blocks: [u32; 2]| blocks.map(|block| geometry.set(block as usize));
-    let alone: BTreeSet<[usize; 2]> = geometry
+    let alone: BTreeSet<[usize; 2]> = Seats(geometry)
         .unjoined()
         .into_iter()
         .filter(stressed)
@@ -47,7 +49,7 @@ pub(super) fn stresses(
         let Some(origin) = entry.stress else { continue };
         let slope = entry.gradient.unwrap_or_default();
         let gradient = [slope.x, slope.y, slope.z].map(Option::unwrap_or_default);
-        let blocks = geometry.blocks_in(&region(&entry.region));
+        let blocks = region(&entry.region).blocks(geometry);
         let place = format!("initial[{index}].where");
         if blocks.is_empty() {
             faults.push(nothing(place, "no block"));

@@ -119,7 +119,7 @@ impl Model {
 
     /// The same for all faces on one plane that look the same way.
     fn plane_of(&self, surface: &Surface) -> [i64; 4] {
-        let [low, high] = self.geometry.frame.bounds;
+        let [low, high] = self.geometry.bounds;
         let normal = surface.outward(&self.geometry);
         let along = normal.dot(&(surface.centre(&self.geometry) - low)) / (high - low).norm();
         [normal.x, normal.y, normal.z, along].map(|x| (x * 1e6).round() as i64)

@@ -15,48 +15,23 @@
 //! ```
 
 mod abut;
-mod assign;
 mod cells;
-mod convex;
 mod face;
-mod frame;
-mod interface;
 mod lattice;
-mod nothing;
-mod orientation;
-mod overlap;
-mod refine;
-mod region;
-mod select;
-mod solid;
 mod stages;
 mod surface;
-mod taken;
-mod terrain;
 
-pub(crate) use abut::{Abutment, Abuts};
+pub(crate) use abut::{Abutment, Abuts, abutting};
 pub(crate) use cells::moved_to;
 pub use face::Face;
 pub(crate) use face::faces;
-pub(crate) use frame::Frame;
-pub use interface::Interface;
-pub(crate) use lattice::{ELSEWHERE, Lattice, NONE, lattices};
-use nothing::no_block;
-pub(crate) use nothing::{no_node, nothing, place};
-pub(crate) use region::Region;
-pub(crate) use select::Strip;
+pub(crate) use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
 pub(crate) use stages::Stages;
-pub(crate) use surface::Surface;
-pub use taken::Selection;
-pub(crate) use terrain::uncovered;
+pub(crate) use surface::{Strip, Surface};
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use nalgebra::Vector3;
-
-use crate::deck::{Assign, Deck, Remove};
-use crate::error::Fault;
 
 /// Part of an edge within which a point lies on a face.
 pub(crate) const ON_FACE: f64 = 1e-9;
@@ -85,76 +60,17 @@ pub(crate) struct Geometry {
     pub(crate) n_nodes: usize,
     /// Faces of different lattices that lie on each other, with the joint between them.
     pub(crate) abutments: Vec<Abutment>,
-    /// Faces of different sets that are nearer than their joint is thick, and not joined.
-    apart: Vec<Abutment>,
     /// The joint at each face, by block and number, that one of these has.
     pub(crate) abutting: HashMap<(u32, u8), Abuts>,
-    /// The box around everything, and the sets.
-    pub(crate) frame: Arc<Frame>,
-    /// Blocks that curved and slanted shapes have split and taken out before the run.
-    pub(crate) taken: Vec<Selection>,
+    /// Corners of the box around all sets of blocks `[m]`.
+    pub(crate) bounds: [Vec3; 2],
+    /// Lattices that have no gap between them.
+    pub(crate) touching: Vec<(usize, usize)>,
 }
 
 impl Geometry {
-    /// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
-    pub(crate) fn new(deck: &Deck, names: &Names) -> Result<Self, Vec<Fault>> {
-        let Refined { mut lattices, frame, mut taken, mut faults } = refined(deck, names)?;
-        let uncovered =
-            |(at, region): (String, _)| uncovered((&at, region), deck, &frame, &lattices);
-        let uncovered: Vec<Fault> = deck.regions().into_iter().flat_map(uncovered).collect();
-        if !uncovered.is_empty() {
-            return Err(uncovered);
-        }
-        let of = |entry: &Assign| Region::new(&entry.region, &frame);
-        let unused = assign::assign(&mut lattices, (deck, names), 0, &of);
-        let never = |entry: &&Remove| entry.from.is_none();
-        for (index, entry) in deck.remove.iter().enumerate().filter(|(_, e)| never(e)) {
-            let region = Region::new(&entry.region, &frame);
-            let what = (format!("remove[{index}]"), format!("remove {index}"));
-            taken.extend(Selection::new(what, &region, &frame, &lattices));
-            let mut found = false;
-            for lattice in &mut lattices {
-                found |= region.has_set(lattice.set) && lattice.remove(&region);
-            }
-            if !found {
-                let fault = nothing(format!("remove[{index}].where"), "no block");
-                faults.push(no_block(fault, &region, &lattices));
-            }
-        }
-        for lattice in &mut lattices {
-            // Parts that are too small are so along all edges.
-            let most = if lattice.refined.is_some() { 1 } else { usize::MAX };
-            faults.extend(lattice.open_gaps(deck, names).into_iter().take(most));
-        }
-        if faults.is_empty() {
-            faults.extend(lattices.iter().filter_map(|lattice| lattice.too_fine(deck, names)));
-        }
-        faults.extend(overlap::overlaps(&lattices, deck));
-        if !faults.is_empty() {
-            return Err(faults);
-        }
-        let mut geometry = Self {
-            lattices,
-            bodies: Vec::new(),
-            n_nodes: 0,
-            abutments: Vec::new(),
-            apart: Vec::new(),
-            abutting: HashMap::new(),
-            frame: Arc::new(frame.clone()),
-            taken,
-        };
-        geometry.number()?;
-        let [joined, apart] = abut::abutments(&geometry, (deck, names, 0));
-        (geometry.abutments, geometry.apart) = (joined, apart);
-        geometry.abutting = abut::abutting(&geometry.abutments);
-        let faults = geometry.unused(deck, &unused, &of);
-        if !faults.is_empty() {
-            return Err(faults);
-        }
-        Ok(geometry)
-    }
-
-    fn number(&mut self) -> Result<(), Vec<Fault>> {
+    /// Numbers blocks and nodes.
+    pub(crate) fn number(&mut self) {
         for (index, lattice) in self.lattices.iter_mut().enumerate() {
             let nodes = lattice.nodes_per_body();
             let [nx, ny, nz] = lattice.count;
@@ -175,10 +91,6 @@ impl Geometry {
                 self.n_nodes += nodes;
             }
         }
-        if self.bodies.is_empty() {
-            return Err(vec![Fault::new("remove", "every block is taken out: nothing is left")]);
-        }
-        Ok(())
     }
 
     /// Takes blocks out: they keep their numbers, and are nobody's neighbours.
@@ -191,7 +103,7 @@ impl Geometry {
         }
         let mut abutments = std::mem::take(&mut self.abutments);
         abutments.retain(|abutment| !abutment.blocks.iter().any(|&b| self.is_gone(b as usize)));
-        self.abutting = abut::abutting(&abutments);
+        self.abutting = abutting(&abutments);
         self.abutments = abutments;
     }
 
@@ -202,29 +114,12 @@ impl Geometry {
         lattice.body[lattice.index(cell)] == NONE
     }
 
-    /// Blocks whose centroid lies in a region, or a face of which lies on a plane of it.
-    pub(crate) fn blocks_in(&self, region: &Region) -> Vec<usize> {
-        let inside = |&block: &usize| {
-            let cell = self.bodies[block].cell.map(|c| c as usize);
-            !self.is_gone(block)
-                && region.has_set(self.set(block))
-                && self.lattice(block).selects(region, cell)
-        };
-        (0..self.bodies.len()).filter(inside).collect()
-    }
-
     /// Memory `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
         self.lattices.iter().map(Lattice::bytes).sum::<usize>()
             + size_of_val(&self.bodies[..])
             + size_of_val(&self.abutments[..])
-            + size_of_val(&self.apart[..])
             + self.abutting.capacity() * (size_of::<((u32, u8), u16)>() + 1)
-    }
-
-    /// Sets that touch.
-    pub(crate) fn touching(&self) -> Vec<(usize, usize)> {
-        overlap::touching(&self.lattices)
     }
 
     /// The block set of a body.
@@ -328,55 +223,5 @@ impl Geometry {
         let lattice = self.lattice(body);
         let cell = self.bodies[body].cell;
         lattice.point([0, 1, 2].map(|d| lattice.line(d, cell[d] as usize, at[d])))
-    }
-}
-
-/// The lattices of all sets, refined, before anything is assigned or removed.
-struct Refined {
-    lattices: Vec<Lattice>,
-    frame: Frame,
-    taken: Vec<Selection>,
-    /// Faults of the refinement.
-    faults: Vec<Fault>,
-}
-
-fn refined(deck: &Deck, names: &Names) -> Result<Refined, Vec<Fault>> {
-    let mut lattices = lattices(deck, names)?;
-    let frame = Frame::new(deck, &lattices);
-    let (mut taken, mut faults) = (Vec::new(), Vec::new());
-    for (index, entry) in deck.refine.iter().enumerate() {
-        let region = Region::new(&entry.region, &frame);
-        let what = (format!("refine[{index}]"), format!("refine {index}"));
-        taken.extend(Selection::new(what, &region, &frame, &lattices));
-        faults.extend(refine::refine(&mut lattices, &region, (index, entry.factor))?);
-    }
-    Ok(Refined { lattices, frame, taken, faults })
-}
-
-/// Names of materials and joints as indices, in sorted order.
-#[derive(Clone, Debug)]
-pub(crate) struct Names {
-    materials: Vec<String>,
-    joints: Vec<String>,
-}
-
-impl Names {
-    pub(crate) fn new(deck: &Deck) -> Self {
-        Self {
-            materials: deck.materials.keys().cloned().collect(),
-            joints: deck.joints.keys().cloned().collect(),
-        }
-    }
-
-    pub(crate) fn material(&self, name: &str) -> Option<u16> {
-        self.materials.binary_search_by(|m| m.as_str().cmp(name)).ok().map(|i| i as u16)
-    }
-
-    pub(crate) fn joint(&self, name: &str) -> Option<u16> {
-        self.joints.binary_search_by(|j| j.as_str().cmp(name)).ok().map(|i| i as u16)
-    }
-
-    pub(crate) fn joint_name(&self, joint: u16) -> &str {
-        &self.joints[joint as usize]
     }
 }

@@ -2,6 +2,10 @@
 
 use super::{Geometry, Vec3};
 
+/// A node of a surface, the sine of the angle between its edges, and the node's lengths along the two
+/// edges after the normal, towards their lower and upper ends `[m]`.
+pub(crate) type Strip = (u32, f64, [[f64; 2]; 2]);
+
 /// An outer face of a body: at the lower (−1) or upper (+1) side of edge `normal`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surface {
@@ -11,7 +15,7 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
-    pub(super) fn corners(&self, geometry: &Geometry) -> [[usize; 3]; 4] {
+    pub(crate) fn corners(&self, geometry: &Geometry) -> [[usize; 3]; 4] {
         let n = geometry.lattice(self.body).divisions;
         [(0, 0), (n, 0), (0, n), (n, n)].map(|(i, k)| {
             let mut at = [0; 3];
@@ -35,7 +39,7 @@ impl Surface {
     }
 
     /// Corners, moved across the gaps beside the face, over which its nodes have areas too.
-    pub(super) fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
+    pub(crate) fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
         self.corners(geometry).map(|at| {
             let x = geometry.position(self.body, at);
             let beside = (0..3).filter(|&d| d != self.normal).filter_map(|d| {
@@ -46,7 +50,7 @@ impl Surface {
         })
     }
 
-    pub(super) fn is_outer(&self, geometry: &Geometry) -> bool {
+    pub(crate) fn is_outer(&self, geometry: &Geometry) -> bool {
         let mut offset = [0; 3];
         offset[self.normal] = self.side;
         let face = 2 * self.normal as u8 + u8::from(self.side > 0);

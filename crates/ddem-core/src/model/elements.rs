@@ -1,5 +1,7 @@
 //! Elements by place.
 
+use std::cmp::Reverse;
+
 use super::Model;
 use crate::geometry::{ON_FACE, Vec3};
 
@@ -17,6 +19,24 @@ impl Model {
         let table = &self.assembly.tables[self.assembly.pack_tables[pack][0] as usize];
         let element = table.elements[lane].map(|element| &self.assembly.elements[element as usize]);
         element.map_or(0.0, |element| cells as f64 * element.volume)
+    }
+
+    /// The node nearest to a reference position; on a tie that of a block that is not taken out, or later,
+    /// and of these the lower number.
+    ///
+    /// # Panics
+    ///
+    /// If a coordinate is not a finite number.
+    #[must_use]
+    pub fn nearest_node(&self, at: [f64; 3]) -> usize {
+        assert!(at.iter().all(|x| x.is_finite()), "no node is nearest to {at:?}: it is no place");
+        let at = Vec3::from(at);
+        let tie = 1e-12 * (self.geometry.bounds[1] - self.geometry.bounds[0]).norm();
+        let distance = |node: usize| (Vec3::from(self.point(node)) - at).norm();
+        let nearest = (0..self.n_nodes()).map(distance).fold(f64::INFINITY, f64::min);
+        let near = (0..self.n_nodes()).filter(|&node| distance(node) <= nearest + tie);
+        let best = near.min_by_key(|&node| (Reverse(self.stays(self.block_of(node))), node));
+        best.unwrap_or(0)
     }
 
     /// The element that a reference position lies in, as block and lattice steps; on faces between

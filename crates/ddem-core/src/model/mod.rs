@@ -6,6 +6,7 @@ mod excavation;
 mod meeting;
 mod ramp;
 
+use std::any::Any;
 use std::sync::Arc;
 
 use meeting::at_bonds;
@@ -15,7 +16,6 @@ use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
 use crate::conditions::{Active, Applied, Conditions};
 use crate::contact::{Places, Seated, Surfaces, seated};
-use crate::deck::Deck;
 use crate::element::Elastic;
 use crate::geometry::{Face, Geometry, Stages, Vec3, faces};
 use crate::in_situ::{InSitu, Stress};
@@ -46,7 +46,8 @@ pub(crate) struct Problem {
     pub(crate) kinds: Vec<StageKind>,
     /// Names of the sets of blocks.
     pub(crate) sets: Vec<String>,
-    pub(crate) deck: Deck,
+    /// What it was made from.
+    pub(crate) origin: Arc<dyn Any + Send + Sync>,
 }
 
 /// Motion of nodes at the start, as of a rigid body.
@@ -298,7 +299,7 @@ impl Model {
             return false;
         }
         let speeds = self.properties.materials.iter().map(Elastic::p_speed);
-        let [low, high] = self.geometry.frame.bounds;
+        let [low, high] = self.geometry.bounds;
         let span = CROSSINGS * (high - low).norm() / speeds.fold(f64::INFINITY, f64::min);
         self.conditions.have_gone_off(span, time, starts)
     }

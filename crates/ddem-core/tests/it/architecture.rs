@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
 const ROWS: [&[&str]; 25] = [
     &["build"],
+    &["deck"],
     &["safety"],
     &["relax", "fields", "saved"],
     &["joints"],
@@ -25,7 +26,6 @@ const ROWS: [&[&str]; 25] = [
     &["pack"],
     &["charge"],
     &["geometry"],
-    &["deck"],
     &["properties"],
     &[
         "element", "law", "rigid", "touch", "grid", "groups", "history", "stage", "sums", "energy",

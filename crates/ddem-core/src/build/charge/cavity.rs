@@ -10,8 +10,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::super::geometry::Region;
 use super::mesh::Mesh;
-use crate::geometry::{ELSEWHERE, Geometry, Lattice, NONE, Region, Surface, Vec3, moved_to};
+use crate::geometry::{ELSEWHERE, Geometry, Lattice, NONE, Surface, Vec3, moved_to};
 
 type Cell = [usize; 3];
 

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use super::super::geometry::abut::Seats;
+use super::super::geometry::{Region, place};
 use super::cavity::{Cavity, End};
 use crate::deck::Deck;
-use crate::geometry::{Geometry, Region, Vec3, place};
+use crate::geometry::{Geometry, Vec3};
 
 /// Pressure of the air `[Pa]`.
 const AIR: f64 = 1e5;
@@ -64,7 +66,7 @@ fn ended(end: End, at: Vec3, deck: &Deck) -> String {
 /// Of a charge in so many joints that match.
 pub(super) fn of_joints(joints: usize, region: &Region, geometry: &Geometry) -> Vec<String> {
     let mut doubts = Vec::new();
-    let others = geometry.joins_at(region);
+    let others = Seats(geometry).joins_at(region);
     if others > 0 {
         doubts.push(format!(
             "{others} of the joints there are between faces that do not match, which gas does not push"

@@ -9,10 +9,12 @@ use std::collections::BTreeSet;
 pub(super) use self::cavity::is_wall;
 use self::cavity::{between, cavities, walls};
 use self::mesh::Mesh;
+use super::geometry::abut::Seats;
+use super::geometry::{Region, place};
 use crate::charge::{Charge, ChargeSize, Gas, Shell};
 use crate::deck::{self, ChargeHistory, Deck};
 use crate::error::Fault;
-use crate::geometry::{Face, Geometry, Lattice, NONE, Region, Surface, Vec3, faces, place};
+use crate::geometry::{Face, Geometry, Lattice, NONE, Surface, Vec3, faces};
 
 /// The charge of an entry of a deck.
 pub(super) fn charge(
@@ -143,7 +145,7 @@ fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
 fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";
     let fault = Fault::new(format!("charge[{index}].where"), what);
-    if geometry.joins_at(region) > 0 {
+    if Seats(geometry).joins_at(region) > 0 {
         return fault.help(
             "there are joints between faces that do not match, which gas does not push: split the blocks on \
              both sides alike",

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{Frame, Lattice, Region, Vec3, place};
+use super::{Frame, Region, place};
 use crate::deck::{Deck, Heights, Where};
 use crate::error::Fault;
+use crate::geometry::{Lattice, Vec3};
 
 /// Part of a cell of the grid within which a point is on a line of it.
 const ON_LINE: f64 = 1e-9;

@@ -1,10 +1,8 @@
 //! What is said of a `where` that selects nothing.
 
-use super::cells::moved_to;
-use super::lattice::Lattice;
 use super::region::Region;
-use super::{Geometry, Vec3};
 use crate::error::Fault;
+use crate::geometry::{Geometry, Lattice, Vec3, moved_to};
 
 /// A selection without anything in it.
 pub(crate) fn nothing(place: String, what: &str) -> Fault {
@@ -58,7 +56,7 @@ fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what:
 pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fault {
     let mut help = RULES.to_owned();
     if let Some((body, node)) = region.nearest(geometry) {
-        let size = (geometry.frame.bounds[1] - geometry.frame.bounds[0]).norm();
+        let size = (geometry.bounds[1] - geometry.bounds[0]).norm();
         let digits = (4.0 - libm::log10(size).floor()).clamp(0.0, 12.0) as usize;
         let show = |x: Vec3| {
             let [x, y, z] = <[f64; 3]>::from(x).map(|x| format!("{x:.digits$}"));

@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use super::Vec3;
-use super::lattice::{Lattice, bounds_of};
 use crate::deck::Deck;
 use crate::error::Fault;
+use crate::geometry::{Lattice, Vec3, bounds_of};
 use crate::grid;
 
 /// Most faults: nobody reads more, and of many sets on one place there would be very many.
@@ -19,7 +18,7 @@ struct Overlap {
 
 /// Sets whose blocks overlap by more than their skins. A set may fill what was removed from another.
 pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
-    let skins: Vec<f64> = lattices.iter().map(Lattice::skin).collect();
+    let skins: Vec<f64> = lattices.iter().map(skin).collect();
     let fault = |(i, j): (usize, usize)| {
         let rounding = rounding(&lattices[i], &lattices[j]);
         // Skins are measured to rounding of another kind.
@@ -64,7 +63,7 @@ pub(super) fn touching(lattices: &[Lattice]) -> Vec<(usize, usize)> {
 
 /// Pairs of sets, the earlier one first, whose boxes along the coordinate axes meet.
 fn close(lattices: &[Lattice]) -> Vec<(usize, usize)> {
-    let boxes: Vec<[Vec3; 2]> = lattices.iter().map(Lattice::box_around).collect();
+    let boxes: Vec<[Vec3; 2]> = lattices.iter().map(box_around).collect();
     let pairs = grid::meeting(&boxes).into_iter();
     let mut pairs: Vec<(usize, usize)> = pairs.map(|[i, j]| (i as usize, j as usize)).collect();
     pairs.sort_unstable_by_key(|&(i, j)| (j, i));
@@ -76,10 +75,10 @@ fn close(lattices: &[Lattice]) -> Vec<(usize, usize)> {
 fn deepest(a: &Lattice, b: &Lattice, allowed: f64) -> Option<Overlap> {
     overlap([a, b], [&a.corners(), &b.corners()], allowed)?;
     let mut most: Option<Overlap> = None;
-    for cell_b in b.bodies_near(&a.corners()) {
-        let in_b = b.corners_of_cell(cell_b);
-        for cell_a in a.bodies_near(&in_b) {
-            let Some(depth) = overlap([a, b], [&a.corners_of_cell(cell_a), &in_b], allowed) else {
+    for cell_b in bodies_near(b, &a.corners()) {
+        let in_b = corners_of_cell(b, cell_b);
+        for cell_a in bodies_near(a, &in_b) {
+            let Some(depth) = overlap([a, b], [&corners_of_cell(a, cell_a), &in_b], allowed) else {
                 continue;
             };
             if most.as_ref().is_none_or(|most| depth > most.depth) {
@@ -114,47 +113,47 @@ fn depth(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option
     depth.is_finite().then_some((depth, size))
 }
 
-impl Lattice {
-    /// Half of the largest thickness of its joints: as far blocks may reach into those of other
-    /// sets `[m]`.
-    fn skin(&self) -> f64 {
-        let along = |d: usize| {
-            let widest = self.gaps[d].iter().copied().fold(0.0, f64::max);
-            widest * self.normal(d).dot(&self.axes[d]) / 2.0
-        };
-        along(0).max(along(1)).max(along(2))
-    }
+/// Half of the largest thickness of its joints: as far blocks may reach into those of other
+/// sets `[m]`.
+fn skin(lattice: &Lattice) -> f64 {
+    let along = |d: usize| {
+        let widest = lattice.gaps[d].iter().copied().fold(0.0, f64::max);
+        widest * lattice.normal(d).dot(&lattice.axes[d]) / 2.0
+    };
+    along(0).max(along(1)).max(along(2))
+}
 
-    /// The box along the coordinate axes around it, larger by more than rounding.
-    fn box_around(&self) -> [Vec3; 2] {
-        let [low, high] = bounds_of(&self.corners());
-        // More than what counts as touching, whatever the size of the other set.
-        let margin = Vec3::repeat(4e-9 * (high - low).norm() + ROUNDING * self.shortest());
-        [low - margin, high + margin]
-    }
+/// The box along the coordinate axes around it, larger by more than rounding.
+fn box_around(lattice: &Lattice) -> [Vec3; 2] {
+    let [low, high] = bounds_of(&lattice.corners());
+    // More than what counts as touching, whatever the size of the other set.
+    let margin = Vec3::repeat(4e-9 * (high - low).norm() + ROUNDING * lattice.shortest());
+    [low - margin, high + margin]
+}
 
-    fn corners_of_cell(&self, cell: [usize; 3]) -> [Vec3; 8] {
-        self.corners_of(cell, cell.map(|i| i + 1))
-    }
+fn corners_of_cell(lattice: &Lattice, cell: [usize; 3]) -> [Vec3; 8] {
+    lattice.corners_of(cell, cell.map(|i| i + 1))
+}
 
-    /// Cells that have a body and may meet a parallelepiped, x fastest.
-    fn bodies_near(&self, corners: &[Vec3; 8]) -> impl Iterator<Item = [usize; 3]> {
-        let [x, y, z] = [0, 1, 2].map(|d| self.layers_near(corners, d));
-        let rows = z.flat_map(move |k| y.clone().map(move |j| (j, k)));
-        let cells = rows.flat_map(move |(j, k)| x.clone().map(move |i| [i, j, k]));
-        cells.filter(|&cell| self.has_body(self.index(cell)))
-    }
+/// Cells that have a body and may meet a parallelepiped, x fastest.
+fn bodies_near<'a>(
+    lattice: &'a Lattice,
+    corners: &[Vec3; 8],
+) -> impl Iterator<Item = [usize; 3]> + use<'a> {
+    let [x, y, z] = [0, 1, 2].map(|d| layers_near(lattice, corners, d));
+    let rows = z.flat_map(move |k| y.clone().map(move |j| (j, k)));
+    let cells = rows.flat_map(move |(j, k)| x.clone().map(move |i| [i, j, k]));
+    cells.filter(|&cell| lattice.has_body(lattice.index(cell)))
+}
 
-    /// Layers of cells along an edge between the outermost of some points.
-    fn layers_near(&self, points: &[Vec3; 8], d: usize) -> Range<usize> {
-        let normal = self.normal(d);
-        let slant = normal.dot(&self.axes[d]);
-        let along = points.iter().map(|x| (x - self.origin).dot(&normal) / slant);
-        let (low, high) =
-            along.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
-        let cuts = &self.cuts[d];
-        let from = cuts[1..].partition_point(|&cut| cut <= low);
-        let to = cuts[..self.count[d]].partition_point(|&cut| cut < high);
-        from..to.max(from)
-    }
+/// Layers of cells along an edge between the outermost of some points.
+fn layers_near(lattice: &Lattice, points: &[Vec3; 8], d: usize) -> Range<usize> {
+    let normal = lattice.normal(d);
+    let slant = normal.dot(&lattice.axes[d]);
+    let along = points.iter().map(|x| (x - lattice.origin).dot(&normal) / slant);
+    let (low, high) = along.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)));
+    let cuts = &lattice.cuts[d];
+    let from = cuts[1..].partition_point(|&cut| cut <= low);
+    let to = cuts[..lattice.count[d]].partition_point(|&cut| cut < high);
+    from..to.max(from)
 }

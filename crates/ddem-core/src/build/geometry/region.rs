@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::Frame;
 use super::orientation::Facing;
 use super::solid::Solid;
 use super::terrain::Terrain;
-use super::{Frame, Vec3};
 use crate::deck::{Extent, Plane, Sheet, Where};
+use crate::geometry::Vec3;
 
 /// A plane: the points with `normal·x = at`.
 #[derive(Clone, Copy, Debug)]

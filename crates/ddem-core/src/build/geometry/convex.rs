@@ -1,7 +1,7 @@
 //! Convex bodies, and what planes leave of them.
 
-use super::Vec3;
 use super::region::Flat;
+use crate::geometry::Vec3;
 
 /// Sides of the prism that stands for a cylinder, of the same area.
 const SIDES: usize = 720;

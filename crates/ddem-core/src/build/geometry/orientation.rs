@@ -1,7 +1,7 @@
 //! Orientations of planes: dip and dip direction.
 
-use super::Vec3;
 use crate::deck::{Where, normal_of};
+use crate::geometry::Vec3;
 
 /// Angle by which joints may deviate where a deck does not say `[degrees]`.
 const WITHIN: f64 = 2.0;

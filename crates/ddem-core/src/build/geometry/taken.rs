@@ -2,9 +2,10 @@
 
 use std::fmt;
 
+use super::Frame;
 use super::convex::Convex;
 use super::region::{Flat, Region};
-use super::{Frame, Lattice, Vec3};
+use crate::geometry::{Lattice, Vec3};
 
 /// Blocks, each as a whole, that a curved or slanted `where` has selected.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,10 +65,10 @@ impl Selection {
         let (mut blocks, mut volume) = (0, 0.0);
         for lattice in own() {
             let selected =
-                |&at: &usize| lattice.has_body(at) && lattice.selects(region, lattice.cell(at));
+                |&at: &usize| lattice.has_body(at) && region.selects(lattice, lattice.cell(at));
             for at in (0..lattice.body.len()).filter(selected) {
                 blocks += 1;
-                volume += lattice.cell_volume(lattice.cell(at));
+                volume += cell_volume(lattice, lattice.cell(at));
             }
         }
         let (holds, sticks_out) = region.holds(frame).unzip();
@@ -76,12 +77,10 @@ impl Selection {
     }
 }
 
-impl Lattice {
-    /// Volume of a cell, half of the gaps around included `[m³]`.
-    fn cell_volume(&self, cell: [usize; 3]) -> f64 {
-        let [a, b, c] = &self.axes;
-        a.dot(&b.cross(c)) * (0..3).map(|d| self.lengths[d][cell[d]]).product::<f64>()
-    }
+/// Volume of a cell, half of the gaps around included `[m³]`.
+fn cell_volume(lattice: &Lattice, cell: [usize; 3]) -> f64 {
+    let [a, b, c] = &lattice.axes;
+    a.dot(&b.cross(c)) * (0..3).map(|d| lattice.lengths[d][cell[d]]).product::<f64>()
 }
 
 impl Region {

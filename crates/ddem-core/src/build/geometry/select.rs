@@ -7,12 +7,9 @@
 //!           5.995 6.005          and half of each neighbouring gap
 //! ```
 
-use super::cells::moved_to;
-use super::{Geometry, Region, Surface, Vec3};
-
-/// A node of a surface, the sine of the angle between its edges, and the node's lengths along the two
-/// edges after the normal, towards their lower and upper ends `[m]`.
-pub(crate) type Strip = (u32, f64, [[f64; 2]; 2]);
+use super::Region;
+use super::abut::Seats;
+use crate::geometry::{Geometry, Strip, Surface, Vec3};
 
 impl Region {
     /// Whether a node belongs: in the ranges, and on each plane or beside a gap that it lies in.
@@ -195,8 +192,9 @@ impl Region {
 
     /// The faces that would be selected, but that another block abuts on a part of them.
     pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<Surface> {
-        let covered = geometry.covered();
-        self.sides(geometry, |surface| geometry.is_covered_in_part(surface, &covered))
+        let seats = Seats(geometry);
+        let covered = seats.covered();
+        self.sides(geometry, |surface| seats.is_covered_in_part(surface, &covered))
     }
 
     fn sides(&self, geometry: &Geometry, wanted: impl Fn(&Surface) -> bool) -> Vec<Surface> {
@@ -258,47 +256,5 @@ impl Region {
             }
         }
         strips
-    }
-}
-
-impl Geometry {
-    /// The facing node across the gap along d, when this node is on that side of its body.
-    pub(crate) fn partner(
-        &self,
-        body: usize,
-        at: [usize; 3],
-        d: usize,
-    ) -> Option<(usize, [usize; 3])> {
-        let n = self.lattice(body).divisions;
-        let side = match at[d] {
-            0 => -1,
-            i if i == n => 1,
-            _ => return None,
-        };
-        self.step(body, at, d, side)
-    }
-
-    /// The next node along d, in the same body or across a gap.
-    fn step(
-        &self,
-        body: usize,
-        at: [usize; 3],
-        d: usize,
-        side: i32,
-    ) -> Option<(usize, [usize; 3])> {
-        let n = self.lattice(body).divisions;
-        let in_body = if side < 0 { at[d] > 0 } else { at[d] < n };
-        if in_body {
-            let next = if side < 0 { at[d] - 1 } else { at[d] + 1 };
-            return Some((body, moved_to(at, d, next)));
-        }
-        let mut offset = [0; 3];
-        offset[d] = side;
-        let next = if side < 0 { n } else { 0 };
-        Some((self.neighbour(body, offset)?, moved_to(at, d, next)))
-    }
-
-    fn spacing(&self, body: usize, d: usize) -> f64 {
-        self.lattice(body).spacing(d, self.bodies[body].cell[d] as usize)
     }
 }

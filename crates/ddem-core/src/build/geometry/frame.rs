@@ -1,8 +1,8 @@
 //! Reference of a `where`: the box around everything, and the sets.
 
 use super::region::Flat;
-use super::{Lattice, Vec3, lattice};
 use crate::deck::{Deck, Side};
+use crate::geometry::{Lattice, Vec3, bounds, bounds_of};
 
 /// The box around everything, and the sets of blocks.
 #[derive(Clone, Debug)]
@@ -35,13 +35,13 @@ impl Frame {
             let (ends, corners) = ([0, 1, 2].map(end), lattice.corners());
             Set { name: deck.blocks[lattice.set].name.clone(), ends, corners }
         };
-        Self { bounds: lattice::bounds(lattices), sets: lattices.iter().map(set).collect() }
+        Self { bounds: bounds(lattices), sets: lattices.iter().map(set).collect() }
     }
 
     /// Corners of the box around some sets.
     pub(super) fn bounds_of(&self, wanted: impl Fn(usize) -> bool) -> [Vec3; 2] {
         let sets = self.sets.iter().enumerate().filter(|(set, _)| wanted(*set));
-        lattice::bounds_of(&sets.flat_map(|(_, set)| set.corners).collect::<Vec<_>>())
+        bounds_of(&sets.flat_map(|(_, set)| set.corners).collect::<Vec<_>>())
     }
 }
 

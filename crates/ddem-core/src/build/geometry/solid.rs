@@ -4,9 +4,8 @@
 //! not crossed as often one way as the other. Which triangles the line meets is decided edge by edge, and
 //! two triangles that share an edge decide alike: a line through an edge or a corner is counted once.
 
-use super::Vec3;
-use super::lattice::bounds_of;
 use crate::deck::Mesh;
+use crate::geometry::{Vec3, bounds_of};
 
 /// A closed surface, with its triangles sorted into columns of a grid over x and y.
 #[derive(Clone, Debug)]
