@@ -94,9 +94,7 @@ impl Geometry {
         for (own, other) in self.lattices.iter_mut().zip(&other.lattices) {
             (own.joint, own.material) = (other.joint.clone(), other.material.clone());
         }
-        for (own, other) in self.bodies.iter_mut().zip(&other.bodies) {
-            own.material = other.material;
-        }
+        self.bodies = other.bodies.clone();
         for abutment in &mut self.abutments {
             abutment.joint = other.joint_of(abutment.blocks).unwrap_or(abutment.joint);
         }

@@ -1,5 +1,7 @@
 //! The lattice of one block set.
 
+use std::sync::Arc;
+
 use super::Vec3;
 
 /// No body: there is nothing.
@@ -32,9 +34,9 @@ pub(crate) struct Lattice {
     /// Body in each cell, or [`NONE`] or [`ELSEWHERE`]; x fastest.
     pub(crate) body: Vec<u32>,
     /// Material of each cell.
-    pub(crate) material: Vec<u16>,
+    pub(crate) material: Arc<Vec<u16>>,
     /// Joint at the upper side of each cell, by the direction of its normal.
-    pub(crate) joint: [Vec<u16>; 3],
+    pub(crate) joint: [Arc<Vec<u16>>; 3],
     /// The joint that the set has by the direction of the normal: at its outer faces, too.
     pub(crate) own_joint: [u16; 3],
 }
@@ -124,14 +126,19 @@ impl Lattice {
         })
     }
 
-    /// Memory `[bytes]`.
-    pub(crate) fn bytes(&self) -> usize {
+    /// Memory besides what another lattice has, too `[bytes]`.
+    pub(crate) fn bytes(&self, other: Option<&Self>) -> usize {
         let numbers = [&self.cuts, &self.lengths, &self.gaps].into_iter().flatten();
-        let joints = self.joint.iter().map(|joint| size_of_val(&joint[..])).sum::<usize>();
+        let cells = |lattice: &Self| {
+            let [x, y, z] = lattice.joint.clone();
+            [lattice.material.clone(), x, y, z]
+        };
+        let known: Vec<Arc<Vec<u16>>> = other.into_iter().flat_map(cells).collect();
+        let own = cells(self).into_iter();
+        let own = own.filter(|cells| !known.iter().any(|other| Arc::ptr_eq(cells, other)));
         numbers.map(|numbers| size_of_val(&numbers[..])).sum::<usize>()
-            + joints
+            + own.map(|cells| size_of_val(&cells[..])).sum::<usize>()
             + size_of_val(&self.body[..])
-            + size_of_val(&self.material[..])
     }
 
     /// Shortest edge of a cell `[m]`.

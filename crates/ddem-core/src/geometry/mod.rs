@@ -30,6 +30,7 @@ pub(crate) use stages::Stages;
 pub(crate) use surface::{Strip, Surface};
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -56,7 +57,7 @@ pub(crate) struct Body {
 #[derive(Clone, Debug)]
 pub(crate) struct Geometry {
     pub(crate) lattices: Vec<Lattice>,
-    pub(crate) bodies: Vec<Body>,
+    pub(crate) bodies: Arc<Vec<Body>>,
     pub(crate) n_nodes: usize,
     /// Faces of different lattices that lie on each other, with the joint between them.
     pub(crate) abutments: Vec<Abutment>,
@@ -71,6 +72,7 @@ pub(crate) struct Geometry {
 impl Geometry {
     /// Numbers blocks and nodes.
     pub(crate) fn number(&mut self) {
+        let bodies = Arc::make_mut(&mut self.bodies);
         for (index, lattice) in self.lattices.iter_mut().enumerate() {
             let nodes = lattice.nodes_per_body();
             let [nx, ny, nz] = lattice.count;
@@ -81,8 +83,8 @@ impl Geometry {
                 if !lattice.has_body(cell) {
                     continue;
                 }
-                lattice.body[cell] = self.bodies.len() as u32;
-                self.bodies.push(Body {
+                lattice.body[cell] = bodies.len() as u32;
+                bodies.push(Body {
                     lattice: index as u32,
                     cell: [x as u32, y as u32, z as u32],
                     first_node: self.n_nodes as u32,
@@ -114,10 +116,12 @@ impl Geometry {
         lattice.body[lattice.index(cell)] == NONE
     }
 
-    /// Memory `[bytes]`.
-    pub(crate) fn bytes(&self) -> usize {
-        self.lattices.iter().map(Lattice::bytes).sum::<usize>()
-            + size_of_val(&self.bodies[..])
+    /// Memory besides what another geometry has, too `[bytes]`.
+    pub(crate) fn bytes(&self, other: Option<&Self>) -> usize {
+        let lattices = self.lattices.iter().enumerate();
+        let shared = other.is_some_and(|other| Arc::ptr_eq(&self.bodies, &other.bodies));
+        lattices.map(|(k, own)| own.bytes(other.map(|other| &other.lattices[k]))).sum::<usize>()
+            + if shared { 0 } else { size_of_val(&self.bodies[..]) }
             + size_of_val(&self.abutments[..])
             + self.abutting.capacity() * (size_of::<((u32, u8), u16)>() + 1)
     }
@@ -196,6 +200,14 @@ impl Geometry {
             element[d] = ((part * n - ON_FACE).ceil() - 1.0).clamp(0.0, n - 1.0) as usize;
         }
         (inside, element)
+    }
+
+    /// Corners of a body, numbered by bits `[m]`.
+    pub(crate) fn corners(&self, body: usize) -> [Vec3; 8] {
+        let n = self.lattice(body).divisions;
+        std::array::from_fn(|k| {
+            self.position(body, [0, 1, 2].map(|d| if k >> d & 1 == 1 { n } else { 0 }))
+        })
     }
 
     /// Shortest edge of a body `[m]`.

@@ -42,7 +42,9 @@ impl Stages {
 
     /// Memory of all of them `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
-        self.geometries.iter().map(|(_, geometry)| geometry.bytes()).sum()
+        let before = self.geometries.iter().map(|(_, geometry)| Some(&**geometry));
+        let before = std::iter::once(None).chain(before);
+        self.geometries.iter().zip(before).map(|((_, own), other)| own.bytes(other)).sum()
     }
 
     /// Whether something is so in any.

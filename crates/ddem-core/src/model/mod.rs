@@ -4,12 +4,14 @@ mod computed;
 mod elements;
 mod excavation;
 mod meeting;
+mod places;
 mod ramp;
 
 use std::any::Any;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use meeting::at_bonds;
+use places::Boxes;
 
 use crate::assembly::{Assembly, NO_TABLE};
 use crate::boundary::{Borders, Made};
@@ -86,6 +88,8 @@ pub struct Model {
     pub(crate) sliding: Sliding,
     pub(crate) problem: Arc<Problem>,
     computed: Vec<String>,
+    /// Boxes around the blocks, once something is looked for by its place.
+    boxes: OnceLock<Boxes>,
 }
 
 impl Model {
@@ -129,6 +133,7 @@ impl Model {
             sliding,
             problem,
             computed: Vec::new(),
+            boxes: OnceLock::new(),
         }
     }
 

@@ -341,3 +341,33 @@ fn every_relaxation_takes_a_release_back() {
     let found = simulation.displacement(top)[2];
     assert!((found / exact - 1.0).abs() < 1e-6, "{found} {exact}");
 }
+
+/// What does not change from stage to stage is there once.
+#[test]
+fn a_hundred_excavations_take_little_memory() {
+    let bytes = |stages: usize| {
+        let mut deck = deck([10, 10, 10], [10.0; 3], 1, 0.01);
+        let name = |stage: usize| format!("dig {stage}");
+        let dynamic = |stage: usize| Stage {
+            name: name(stage),
+            kind: StageKind::Dynamic,
+            duration: Some(1.0),
+            ..Stage::default()
+        };
+        deck.stage = (0..=stages).map(dynamic).collect();
+        let block = |stage: usize| {
+            let at = [stage % 10, stage / 10].map(|k| k as f64);
+            let [x, y] = at.map(|at| Some(Extent::Range([at + 0.2, at + 0.8])));
+            Where { x, y, z: Some(Extent::Range([9.2, 9.8])), ..Where::default() }
+        };
+        let remove = |stage: usize| Remove {
+            region: block(stage),
+            from: Some(name(stage + 1)),
+            ..Remove::default()
+        };
+        deck.remove = (0..stages).map(remove).collect();
+        Simulation::new(model(&deck)).bytes()
+    };
+    let (plain, dug) = (bytes(0), bytes(100));
+    assert!(dug < 2 * plain, "{dug} B for {plain} B");
+}

@@ -103,6 +103,28 @@ fn the_nearest_node_is_the_lower_on_a_tie() {
     assert_eq!(model.nearest_node([1.001, 0.0, 0.0]), 8);
 }
 
+/// The same node as by measuring the distance of every one, among two oblique sets, within and around them.
+#[test]
+fn the_nearest_node_is_found_among_all() {
+    let mut deck = deck([3, 4, 2], [3.0, 2.0, 1.0], 2, 0.02);
+    deck.blocks[0].axes = [[1.0, 0.2, 0.0], [-0.4, 1.0, 0.1], [0.1, 0.0, 1.0]];
+    deck.blocks.push(BlockSet { origin: [6.0, -1.0, 0.4], ..deck.blocks[0].clone() });
+    let model = model(&deck);
+    let distance = |node: usize, at: [f64; 3]| {
+        let x = model.point(node);
+        (0..3).map(|k| (x[k] - at[k]).powi(2)).sum::<f64>()
+    };
+    for k in 0..500 {
+        // Spread over a box that is larger than both sets.
+        let at = [0.618_034, 0.414_214, 0.732_051].map(|part| (f64::from(k) * part).fract());
+        let at = [14.0 * at[0] - 2.0, 8.0 * at[1] - 3.0, 4.0 * at[2] - 1.0];
+        let all = (0..model.n_nodes()).map(|node| (distance(node, at), node));
+        let least = all.min_by(|a, b| a.0.total_cmp(&b.0)).expect("nodes").0;
+        let found = distance(model.nearest_node(at), at);
+        assert!(found <= least * (1.0 + 1e-9), "{at:?}: {found} for {least}");
+    }
+}
+
 /// Where two sets touch, the block that a point is in has the element, whatever node is nearest.
 #[test]
 fn an_element_is_the_one_that_a_point_lies_in() {

@@ -104,15 +104,8 @@ impl Seats<'_> {
         covered < (1.0 - SLIVER) * (b - a).cross(&(d - a)).norm()
     }
 
-    fn corners(&self, body: usize) -> [Vec3; 8] {
-        let n = self.0.lattice(body).divisions;
-        std::array::from_fn(|k| {
-            self.0.position(body, [0, 1, 2].map(|d| if k >> d & 1 == 1 { n } else { 0 }))
-        })
-    }
-
     fn seat(&self, body: usize, face: FaceOf) -> Seat {
-        let corners = self.corners(body);
+        let corners = self.0.corners(body);
         let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
         let low = usize::from(face.upper) << d;
         let corners = [0, 1 << e, (1 << e) | (1 << f), 1 << f].map(|k| corners[low | k]);
@@ -147,7 +140,7 @@ impl Seats<'_> {
         let boxes: Vec<_> = (0..self.0.bodies.len())
             .map(|body| {
                 let margin = reach + MISSES * self.0.shortest_edge(body);
-                let [low, high] = bounds_of(&self.corners(body));
+                let [low, high] = bounds_of(&self.0.corners(body));
                 [low.add_scalar(-margin), high.add_scalar(margin)]
             })
             .collect();

@@ -1,5 +1,7 @@
 //! `[[assign]]`: the joints and materials that a part of the model has, in each stage.
 
+use std::sync::Arc;
+
 use super::abut::{Seats, abutments};
 use super::nothing::{no_block, no_joint, nothing};
 use super::{Frame, Names, Region};
@@ -63,7 +65,7 @@ pub(super) fn assign_anew(
     for (own, new) in geometry.lattices.iter_mut().zip(lattices) {
         (own.joint, own.material) = (new.joint, new.material);
     }
-    for body in &mut geometry.bodies {
+    for body in Arc::make_mut(&mut geometry.bodies) {
         let lattice = &geometry.lattices[body.lattice as usize];
         body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
     }

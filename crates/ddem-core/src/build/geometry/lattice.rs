@@ -1,5 +1,7 @@
 //! The lattices of sets of blocks: cuts, gaps, and what regions select in them.
 
+use std::sync::Arc;
+
 use super::Names;
 use super::region::{Flat, Region};
 use crate::deck::names::segment;
@@ -78,8 +80,8 @@ fn lattice((index, set): (usize, &BlockSet), cuts: [Cuts; 3], names: &Names) -> 
         cuts: positions.try_into().unwrap_or_default(),
         lengths: lengths.try_into().unwrap_or_default(),
         body: vec![0; cells],
-        material: vec![names.material(&set.material).unwrap_or(0); cells],
-        joint: own_joint.map(|joint| vec![joint; cells]),
+        material: Arc::new(vec![names.material(&set.material).unwrap_or(0); cells]),
+        joint: own_joint.map(|joint| Arc::new(vec![joint; cells])),
         own_joint,
     }
 }
@@ -108,7 +110,7 @@ impl Region {
                 }
                 let centre = lattice.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0;
                 if self.contains_face(&centre, &normal) {
-                    lattice.joint[d][index] = joint;
+                    Arc::make_mut(&mut lattice.joint[d])[index] = joint;
                     found = true;
                 }
             }
@@ -120,7 +122,7 @@ impl Region {
         let mut found = false;
         for index in 0..lattice.body.len() {
             if self.selects(lattice, lattice.cell(index)) {
-                lattice.material[index] = material;
+                Arc::make_mut(&mut lattice.material)[index] = material;
                 found = true;
             }
         }

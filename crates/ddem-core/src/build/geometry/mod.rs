@@ -28,6 +28,7 @@ pub use taken::Selection;
 pub(super) use terrain::uncovered;
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use crate::deck::{Assign, Deck, Remove};
 use crate::error::Fault;
@@ -81,7 +82,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     }
     let mut geometry = Geometry {
         lattices,
-        bodies: Vec::new(),
+        bodies: Arc::default(),
         n_nodes: 0,
         abutments: Vec::new(),
         abutting: HashMap::new(),

@@ -4,6 +4,8 @@
 //! keep the gaps of the joints between them. What is not split is elsewhere for it, as what is split is for
 //! the coarser one.
 
+use std::sync::Arc;
+
 use super::Names;
 use super::lattice::{MOST_NODES, too_many};
 use super::nothing::{no_block, nothing};
@@ -62,7 +64,7 @@ pub(super) fn refine(
         )));
     }
     for (at, cells) in selected.iter().enumerate().filter(|(_, cells)| !cells.is_empty()) {
-        if lattices[at].joint.iter().flatten().any(|&joint| joint == NO_JOINT) {
+        if lattices[at].joint.iter().any(|joint| joint.contains(&NO_JOINT)) {
             let message =
                 format!("the blocks of blocks[{}] that are split have no joint", lattices[at].set);
             return Ok(Some(
@@ -124,18 +126,20 @@ fn split(lattice: &Lattice, cells: &[usize], factor: usize) -> Lattice {
         lengths,
         gaps: count.map(|n| vec![0.0; n + 1]),
         body: Vec::new(),
-        material: Vec::new(),
-        joint: [const { Vec::new() }; 3],
+        material: Arc::default(),
+        joint: std::array::from_fn(|_| Arc::default()),
         ..lattice.clone()
     };
     let chosen: std::collections::BTreeSet<usize> = cells.iter().copied().collect();
+    let (mut material, mut joint) = (Vec::new(), [const { Vec::new() }; 3]);
     for at in 0..count.iter().product() {
         let cell = finer.cell(at);
         let coarse = lattice.index([0, 1, 2].map(|d| from[d] + cell[d] / factor));
         finer.body.push(if chosen.contains(&coarse) { 0 } else { ELSEWHERE });
-        finer.material.push(lattice.material[coarse]);
-        (0..3).for_each(|d| finer.joint[d].push(lattice.joint[d][coarse]));
+        material.push(lattice.material[coarse]);
+        (0..3).for_each(|d| joint[d].push(lattice.joint[d][coarse]));
     }
+    (finer.material, finer.joint) = (Arc::new(material), joint.map(Arc::new));
     finer
 }
 

@@ -1,0 +1,114 @@
+//! Nodes and elements by place.
+
+use std::cmp::Reverse;
+
+use rstar::primitives::{GeomWithData, Rectangle};
+use rstar::{PointDistance, RTree};
+
+use super::Model;
+use crate::geometry::{Geometry, ON_FACE, Vec3, bounds_of};
+
+/// Part of its longest edge by which the box around a block is larger than the block.
+const MARGIN: f64 = 1e-8;
+
+/// Boxes around the blocks at rest.
+#[derive(Debug)]
+pub(super) struct Boxes(RTree<GeomWithData<Rectangle<[f64; 3]>, u32>>);
+
+impl Boxes {
+    fn new(geometry: &Geometry) -> Self {
+        let around = |block: usize| {
+            let margin = MARGIN * geometry.longest_edge(block);
+            let [low, high] = bounds_of(&geometry.corners(block));
+            let corners = [low.add_scalar(-margin), high.add_scalar(margin)];
+            let [low, high] = corners.map(<[f64; 3]>::from);
+            GeomWithData::new(Rectangle::from_corners(low, high), block as u32)
+        };
+        Self(RTree::bulk_load((0..geometry.bodies.len()).map(around).collect()))
+    }
+
+    /// Blocks whose boxes have a point, in order.
+    fn with(&self, point: [f64; 3]) -> Vec<usize> {
+        let found = self.0.locate_all_at_point(point);
+        let mut blocks: Vec<usize> = found.map(|around| around.data as usize).collect();
+        blocks.sort_unstable();
+        blocks
+    }
+
+    /// Blocks and the distances of their boxes from a point, the nearest first `[m]`.
+    fn from(&self, point: [f64; 3]) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let near = self.0.nearest_neighbor_iter(point);
+        near.map(move |around| (around.data as usize, around.distance_2(&point).sqrt()))
+    }
+}
+
+impl Model {
+    fn boxes(&self) -> &Boxes {
+        self.boxes.get_or_init(|| Boxes::new(&self.geometry))
+    }
+
+    /// The node nearest to a reference position; on a tie that of a block that is not taken out, or later,
+    /// and of these the lower number.
+    ///
+    /// # Panics
+    ///
+    /// If a coordinate is not a finite number.
+    #[must_use]
+    pub fn nearest_node(&self, at: [f64; 3]) -> usize {
+        assert!(at.iter().all(|x| x.is_finite()), "no node is nearest to {at:?}: it is no place");
+        let tie = 1e-12 * (self.geometry.bounds[1] - self.geometry.bounds[0]).norm();
+        let place = Vec3::from(at);
+        let (mut nearest, mut near) = (f64::INFINITY, Vec::new());
+        for (block, distance) in self.boxes().from(at) {
+            if distance > nearest + tie {
+                break;
+            }
+            for node in self.nodes_of(block) {
+                let distance = (Vec3::from(self.point(node)) - place).norm();
+                nearest = nearest.min(distance);
+                if distance <= nearest + tie {
+                    near.push((distance, block, node));
+                }
+            }
+        }
+        let near = near.into_iter().filter(|(distance, ..)| *distance <= nearest + tie);
+        let best = near.min_by_key(|&(_, block, node)| (Reverse(self.stays(block)), node));
+        best.map_or(0, |(.., node)| node)
+    }
+
+    /// The element that a reference position lies in, as block and lattice steps; on faces between
+    /// elements the lower one, on faces between blocks that of the one that is not taken out, or later, or
+    /// the lower one, and where no block is the one nearest to it among the elements that have the
+    /// nearest node.
+    ///
+    /// # Panics
+    ///
+    /// If a coordinate is not a finite number.
+    #[must_use]
+    pub fn element_at(&self, point: [f64; 3]) -> (usize, [usize; 3]) {
+        assert!(point.iter().all(|x| x.is_finite()), "no element is at {point:?}: it is no place");
+        let at = Vec3::from(point);
+        let mut most: Option<(f64, (usize, [usize; 3]))> = None;
+        for block in self.boxes().with(point) {
+            let (inside, element) = self.geometry.inside(block, &at);
+            // Blocks of sets that reach into each other: the one it is deeper in.
+            let better = |(other, (before, _)): (f64, (usize, _))| {
+                let as_deep = inside >= other - ON_FACE;
+                inside > other + ON_FACE || (as_deep && self.stays(block) > self.stays(before))
+            };
+            if inside >= -ON_FACE && most.is_none_or(better) {
+                most = Some((inside, (block, element)));
+            }
+        }
+        if let Some((_, element)) = most {
+            return element;
+        }
+        let centre = |&(block, at): &(usize, [usize; 3])| {
+            let far = self.geometry.position(block, at.map(|i| i + 1));
+            ((self.geometry.position(block, at) + far) / 2.0 - Vec3::from(point)).norm()
+        };
+        let beside = self.elements_at(&[self.nearest_node(point) as u32]);
+        let nearest = beside.into_iter().min_by(|a, b| centre(a).total_cmp(&centre(b)));
+        nearest.unwrap_or_default()
+    }
+}
