@@ -1,4 +1,4 @@
-//! Supports, loads and charges: from `where` to nodes, and which are in force in a stage.
+//! Supports, loads and charges, and which are in force in a stage.
 
 mod active;
 mod idle;
@@ -16,7 +16,7 @@ use crate::stage::Period;
 
 pub(crate) use release::{Fading, Released};
 
-/// One `[[fix]]`.
+/// A support.
 #[derive(Clone, Debug)]
 pub(crate) struct Fixed {
     pub(crate) nodes: Vec<u32>,
@@ -31,7 +31,7 @@ pub(crate) struct Fixed {
     pub(crate) period: Period,
 }
 
-/// One `[[load]]`: nodal forces `[N]` at factor 1.
+/// A load: nodal forces `[N]` at factor 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Loaded {
     pub(crate) forces: Vec<(u32, Vec3)>,
@@ -41,7 +41,7 @@ pub(crate) struct Loaded {
     pub(crate) fading: Option<Fading>,
 }
 
-/// One `[[charge]]`, and when it goes off.
+/// A charge, and when it goes off.
 #[derive(Clone, Debug)]
 pub(crate) struct Charged {
     pub(crate) charge: Charge,
@@ -63,7 +63,7 @@ impl Conditions {
     ///
     /// # Errors
     ///
-    /// The deck has no such entry, or a support that stands still.
+    /// There is no such entry, or the support stands still.
     pub(crate) fn set_history(
         &mut self,
         (section, index): (&str, usize),

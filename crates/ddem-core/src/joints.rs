@@ -6,12 +6,12 @@ use nalgebra::Matrix3;
 use crate::breaks::{Breaks, Point};
 use crate::contact::Contacts;
 use crate::force::joint::face_forces;
+use crate::geometry::NO_JOINT;
 use crate::geometry::Vec3;
 use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::pairs::face_places;
 use crate::pass::Workspace;
-use crate::seams::NO_JOINT;
 use crate::simulation::Simulation;
 use crate::step::{Pass, input};
 

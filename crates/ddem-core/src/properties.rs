@@ -10,7 +10,7 @@ use crate::element::{Elastic, ElementKind};
 use crate::law::{JointLaw, Stiffness};
 
 /// Damping of contacts where none is given, as a fraction of critical.
-const DAMPING: f64 = 0.2;
+pub(crate) const DAMPING: f64 = 0.2;
 
 /// Properties and settings of a model; materials and joints have numbers.
 #[derive(Clone, Debug)]

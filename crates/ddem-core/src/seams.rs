@@ -5,14 +5,12 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::element::Elastic;
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, NO_JOINT};
 use crate::lanes::{LANES, Lanes};
 use crate::law::Stiffness;
 use crate::pack::{Pack, Packs};
 use crate::properties::Properties;
 
-/// Lane without a joint.
-pub(crate) const NO_JOINT: u16 = u16::MAX;
 /// No seam: none of the four lanes has a joint.
 const NO_SEAM: u32 = u32::MAX;
 

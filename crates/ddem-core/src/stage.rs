@@ -151,6 +151,10 @@ impl Search {
 
 /// Refuses a tolerance of forces that is no part of them.
 pub(crate) fn allow_tolerance(tolerance: f64) -> Result<(), RunError> {
+    // Asked at every step.
+    if tolerance > 0.0 && tolerance < 1.0 {
+        return Ok(());
+    }
     let mut faults = Faults::default();
     faults.number("tolerance", tolerance, Rule::Between(0.0, 1.0));
     faults.none()

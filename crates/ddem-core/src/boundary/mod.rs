@@ -118,7 +118,7 @@ impl Borders {
     ///
     /// # Errors
     ///
-    /// The deck has no such boundary, or it has no wave.
+    /// There is no such boundary, or it has no wave.
     pub(crate) fn set_history(
         &mut self,
         index: usize,

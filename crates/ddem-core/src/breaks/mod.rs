@@ -13,10 +13,11 @@ use nalgebra::Vector3;
 
 use crate::assembly::{Assembly, ElementPack, NO_TABLE};
 use crate::exact::Exact;
+use crate::geometry::NO_JOINT;
 use crate::lanes::{LANES, Lanes};
 use crate::law::{Memory, Mode};
 use crate::pack::{Pack, Packs, PairPlace};
-use crate::seams::{NO_JOINT, Seam, Seams};
+use crate::seams::{Seam, Seams};
 
 pub(crate) use springs::{Ground, Look, Pull};
 

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::{Broken, Losses, Point};
+use crate::geometry::NO_JOINT;
 use crate::lanes::{LANES, Lanes};
 use crate::law::bearing::Bearing;
 use crate::law::response::stored;
 use crate::law::{JointLaw, Memory, Mode, Opening, Traction};
 use crate::pack::PairPlace;
-use crate::seams::{NO_JOINT, Seam};
+use crate::seams::Seam;
 
 /// How to look at the pairs in one pass over the joints.
 #[derive(Clone, Copy, Debug, Default)]

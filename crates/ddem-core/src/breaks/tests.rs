@@ -6,9 +6,9 @@ use super::Broken;
 use super::strips::Cell;
 use crate::assembly::NO_TABLE;
 use crate::deck::{BlockSet, Deck, Extent, Joint, JointChoice, Material, Remove, Where};
+use crate::geometry::NO_JOINT;
 use crate::lanes::LANES;
 use crate::model::Model;
-use crate::seams::NO_JOINT;
 
 /// Pack, lane and local number of a node.
 type Node = (usize, usize, usize);

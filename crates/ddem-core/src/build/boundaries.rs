@@ -6,12 +6,13 @@ use super::faces::{in_cavities, twice, with_areas};
 use super::geometry::{Region, nothing};
 use super::{Site, at_stage};
 use crate::boundary::{Border, Borders, Clamped, Ground, Made, NoColumn, Outside, impedance};
-use crate::conditions::{Active, Applied};
-use crate::deck::{Boundary, BoundaryKind, Stage, StageKind, Where};
+use crate::conditions::{Active, Applied, Conditions};
+use crate::deck::{Boundary, BoundaryKind, Deck, Stage, StageKind, Where};
 use crate::error::Fault;
 use crate::geometry::{Geometry, Stages, Surface, Vec3};
 use crate::history::Course;
 use crate::model::Model;
+use crate::pack::Packs;
 use crate::properties::Properties;
 
 /// All boundaries of a deck.
@@ -31,30 +32,40 @@ pub(super) fn borders(
     if !faults.is_empty() {
         return Err(faults);
     }
-    let borders = Borders { list };
-    let faults = twice(&borders, &site.deck, stages);
-    if faults.is_empty() { Ok(borders) } else { Err(faults) }
+    Ok(Borders { list })
 }
 
-/// What is in force at the boundaries of a model in a stage, and on what it acts.
-fn outside(model: &Model, stage: usize) -> (Made<'_>, Outside) {
-    let made = Made { geometry: model.stages.at(stage), ..model.made() };
-    let none = Applied::default();
-    let active = Active::new(&model.conditions, made.geometry, made.packs, stage, &none);
-    let now = (&model.conditions, stage, &active);
-    (made, Outside::new(&model.borders, made, now, &none))
+/// Boundaries and what else is in force, stage by stage.
+pub(super) struct InForce<'a> {
+    pub(super) stages: &'a Stages,
+    pub(super) conditions: &'a Conditions,
+    pub(super) borders: &'a Borders,
+    pub(super) packs: &'a Packs,
+}
+
+impl InForce<'_> {
+    /// What is in force at the boundaries in a stage, and on what it acts.
+    fn at(&self, stage: usize) -> (Made<'_>, Outside) {
+        let (geometry, start) = (self.stages.at(stage), self.stages.at(0));
+        let made = Made { geometry, start, packs: self.packs };
+        let none = Applied::default();
+        let active = Active::new(self.conditions, geometry, self.packs, stage, &none);
+        let now = (self.conditions, stage, &active);
+        (made, Outside::new(self.borders, made, now, &none))
+    }
 }
 
 /// Faults of boundaries all of whose nodes are held, and of columns that stand on nothing.
-pub(super) fn idle(model: &Model) -> Vec<Fault> {
-    let borders = &model.borders;
-    let mut faults = Vec::new();
+pub(super) fn idle(deck: &Deck, in_force: &InForce<'_>) -> Vec<Fault> {
+    let borders = in_force.borders;
+    let mut faults = twice(borders, deck, in_force.stages);
     if borders.list.is_empty() {
         return faults;
     }
-    for stage in 0..model.site().deck.stage.len().max(1) {
-        let (made, outside) = outside(model, stage);
-        let name = model.site().deck.stage.get(stage).map_or("", |stage| &stage.name);
+    let (known, n_stages) = (faults.len(), deck.stage.len().max(1));
+    for stage in 0..n_stages {
+        let (made, outside) = in_force.at(stage);
+        let name = deck.stage.get(stage).map_or("", |stage| &stage.name);
         for index in (0..borders.list.len()).filter(|&index| borders.has(index, stage)) {
             let held = outside.clamped(made, &borders.list[index]);
             if held.all() {
@@ -88,7 +99,7 @@ pub(super) fn idle(model: &Model) -> Vec<Fault> {
                 );
             }
         }
-        if !faults.is_empty() {
+        if faults.len() > known {
             break;
         }
     }
@@ -97,14 +108,15 @@ pub(super) fn idle(model: &Model) -> Vec<Fault> {
 
 /// What is said of boundaries that are held in part.
 pub(super) fn doubts(model: &Model) -> Vec<String> {
-    let borders = &model.borders;
+    let Model { stages, conditions, borders, packs, .. } = model;
+    let in_force = InForce { stages, conditions, borders, packs };
     let mut doubts = in_cavities(model);
-    let stage = |stage| model.site().deck.stage.get(stage);
+    let stage = |stage| model.deck().stage.get(stage);
     let moves = |at| stage(at).is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
     for index in 0..borders.list.len() {
-        let stages = 0..model.site().deck.stage.len().max(1);
+        let stages = 0..model.n_stages();
         for stage in stages.filter(|&stage| borders.has(index, stage)) {
-            let (made, outside) = outside(model, stage);
+            let (made, outside) = in_force.at(stage);
             let held = outside.clamped(made, &borders.list[index]);
             if let Some(first) = held.first {
                 let [x, y, z] = point(made, first);
@@ -121,7 +133,7 @@ pub(super) fn doubts(model: &Model) -> Vec<String> {
             let side = borders.list[index].wave.is_none() && moves(stage);
             let across = outside.held_across(made, &borders.list[index]).filter(|_| side);
             if let Some((axis, fix)) = across {
-                let name = model.site().deck.stage.get(stage).map_or("", |stage| &stage.name);
+                let name = model.deck().stage.get(stage).map_or("", |stage| &stage.name);
                 doubts.push(format!(
                     "boundary {index}: fix {fix} holds its nodes along {}, its normal, in stage `{name}`: \
                      what comes straight to it goes back (`until` ends a fix, and what it bore goes on)",

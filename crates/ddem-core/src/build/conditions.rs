@@ -79,7 +79,7 @@ pub(super) fn conditions(site: &Site, stages: &Stages) -> Result<Conditions, Vec
     if faults.is_empty() { Ok(conditions) } else { Err(faults) }
 }
 
-/// Motions of nodes at the start.
+/// Motions of nodes at the start; entries without any count after others, whose nodes they put to rest.
 pub(super) fn motions(site: &Site, geometry: &Geometry) -> Vec<StartMotion> {
     let motion = |initial: &Initial| StartMotion {
         nodes: site.region(&initial.region).nodes(geometry),
@@ -87,7 +87,8 @@ pub(super) fn motions(site: &Site, geometry: &Geometry) -> Vec<StartMotion> {
         spin: Vec3::from(initial.spin.unwrap_or_default()),
         centre: Vec3::from(initial.centre.unwrap_or_default()),
     };
-    site.deck.initial.iter().map(motion).collect()
+    let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
+    site.deck.initial.iter().skip_while(|initial| !moving(initial)).map(motion).collect()
 }
 
 /// The forces of one load on its nodes, or what was looked for in vain.

@@ -23,7 +23,7 @@ impl Model {
         if !self.can_meet() {
             warnings.extend(self.apart());
         }
-        for (index, stage) in self.site().deck.stage.iter().enumerate() {
+        for (index, stage) in self.deck().stage.iter().enumerate() {
             if stage.kind != StageKind::Relax {
                 continue;
             }
@@ -54,7 +54,7 @@ impl Model {
         let contact = self.contact.iter().filter(|contact| contact.search);
         warnings.extend(contact.flat_map(|contact| contact.doubts(&self.properties, of)));
         let used = self.joint_numbers().collect();
-        warnings.extend(crate::deck::doubts(&self.site().deck, &used));
+        warnings.extend(crate::deck::doubts(self.deck(), &used));
         warnings
     }
 
@@ -62,12 +62,12 @@ impl Model {
     fn empty(&self) -> impl Iterator<Item = String> {
         let there: HashSet<usize> =
             (0..self.n_blocks()).map(|block| self.geometry.set(block)).collect();
-        let empty = (0..self.site().deck.blocks.len()).filter(move |set| !there.contains(set));
+        let empty = (0..self.deck().blocks.len()).filter(move |set| !there.contains(set));
         empty.map(|set| {
             format!(
                 "no block of set `{}` is left: `[[remove]]` takes them all out (`set` in its `where` keeps \
                  it to one set)",
-                self.site().deck.set_name(set)
+                self.deck().set_name(set)
             )
         })
     }
@@ -76,7 +76,7 @@ impl Model {
     fn crowded(&self) -> Vec<String> {
         let mut whose: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
         let mut pairs = BTreeSet::new();
-        let charges = self.conditions.charged.iter().zip(&self.site().deck.charge).enumerate();
+        let charges = self.conditions.charged.iter().zip(&self.deck().charge).enumerate();
         for (index, (charged, _)) in charges.filter(|(_, (_, entry))| entry.until.is_none()) {
             for wall in charged.charge.walls() {
                 let first = *whose.entry(wall).or_insert(index);
@@ -96,19 +96,19 @@ impl Model {
 
     /// Blasts in relax stages that only want to bring the weight on.
     fn blasts_at_rest(&self) -> impl Iterator<Item = String> {
-        in_statics(&self.conditions, &self.site().deck).into_iter().map(|(index, stage)| {
+        in_statics(&self.conditions, self.deck()).into_iter().map(|(index, stage)| {
             let pressure = self.conditions.charged[index].charge.size.pressure;
             format!(
                 "charge {index} pushes with {pressure:.3e} Pa in relax stage `{}` already: `from` names the \
                  stage at whose start it goes off",
-                self.site().deck.stage[stage].name
+                self.deck().stage[stage].name
             )
         })
     }
 
     /// Probes at places where nothing is.
     fn far_probes(&self) -> impl Iterator<Item = String> {
-        self.site().deck.probe.iter().filter_map(|probe| {
+        self.deck().probe.iter().filter_map(|probe| {
             let at = Vec3::from(probe.at?);
             let node = self.nearest_node(at.into());
             let found = Vec3::from(self.point(node));
@@ -135,7 +135,7 @@ impl Model {
     /// Sets that touch at the start: those that joints join, and those whose blocks meet as contacts.
     #[must_use]
     pub fn interfaces(&self) -> Vec<Interface> {
-        interfaces(self.stages.at(0), &self.site().deck)
+        interfaces(self.stages.at(0), self.deck())
     }
 
     /// Sets that touch where no contacts are found.
@@ -154,24 +154,24 @@ impl Model {
             format!(
                 "sets `{}` and `{}` touch, but their blocks are not joined and do not meet: \
                  `contact = false` in [model] says that no contacts are looked for",
-                self.site().deck.set_name(i),
-                self.site().deck.set_name(j)
+                self.deck().set_name(i),
+                self.deck().set_name(j)
             )
         })
     }
 
     /// Faces that loads and boundaries leave out, because other blocks abut on a part of them.
     fn left_out(&self) -> Vec<String> {
-        let loads = self.site().deck.load.iter().enumerate();
+        let loads = self.deck().load.iter().enumerate();
         let loads = loads.filter(|(_, load)| load.traction.is_some() || load.pressure.is_some());
         let loads =
             loads.map(|(index, load)| (format!("load {index}"), &load.region, load.from.as_ref()));
-        let boundaries = self.site().deck.boundary.iter().enumerate();
+        let boundaries = self.deck().boundary.iter().enumerate();
         let boundaries = boundaries.map(|(index, entry)| {
             (format!("boundary {index}"), &entry.region, entry.from.as_ref())
         });
         let left_out = |(name, region, from): (String, &Where, Option<&String>)| {
-            let geometry = at_stage(&self.site().deck, &self.stages, from);
+            let geometry = at_stage(self.deck(), &self.stages, from);
             let faces = self.region(region).covered_in_part(geometry);
             let [x, y, z] = faces.first()?.centre(geometry).into();
             Some(format!(

@@ -2,24 +2,28 @@
 
 use super::Site;
 use super::geometry::interface::ajar;
-use crate::conditions::{Active, Applied};
+use crate::conditions::{Active, Applied, Conditions};
 use crate::deck::{Stage, StageKind};
 use crate::error::Fault;
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Stages};
 use crate::mechanism::{FreeMotion, free_motion};
 use crate::model::Model;
+use crate::pack::Packs;
 use crate::simulation::Simulation;
 
 /// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
-pub(super) fn check(model: &Model) -> Vec<Fault> {
-    let Model { stages, conditions, packs, properties, .. } = model;
-    let site = model.site();
+pub(super) fn check(
+    site: &Site,
+    stages: &Stages,
+    conditions: &Conditions,
+    packs: &Packs,
+) -> Vec<Fault> {
     let deck = &site.deck;
     let relax = deck.stage.iter().enumerate().filter(|(_, stage)| stage.kind == StageKind::Relax);
     let found = |(stage, entry): (usize, &Stage)| {
         let geometry = stages.at(stage);
         let active = Active::new(conditions, geometry, packs, stage, &Applied::default());
-        let motion = free_motion(geometry, &active, properties.contact.search)?;
+        let motion = free_motion(geometry, &active, deck.finds_contacts())?;
         let whose = format!("of relax stage `{}`", entry.name);
         Some(fault(site, geometry, &motion, (stage, &whose)))
     };

@@ -14,21 +14,21 @@ mod unbalanced;
 
 use std::sync::Arc;
 
+use boundaries::InForce;
 use geometry::{Cut, Frame, Names, Region};
 pub use geometry::{Interface, Selection};
 
 use crate::deck::{Deck, Where};
 use crate::error::{Fault, ModelError};
-use crate::geometry::{Abutment, Geometry, Stages};
+use crate::geometry::{Geometry, Stages};
 use crate::model::{Model, Problem};
+use crate::pack::Packs;
 
 /// A deck, and what its parts of space refer to.
 #[derive(Debug)]
 struct Site {
     deck: Deck,
     frame: Frame,
-    /// Faces of different sets that are nearer than their joint is thick, and not joined.
-    apart: Vec<Abutment>,
     /// Blocks that curved and slanted shapes have split and taken out.
     taken: Vec<Selection>,
 }
@@ -56,12 +56,7 @@ impl Model {
             return Err(ModelError { faults });
         }
         let problem = problem(deck).map_err(|faults| ModelError { faults })?;
-        let model = Self::of(Arc::new(problem));
-        let mut faults = mechanism::check(&model);
-        if faults.is_empty() {
-            faults = boundaries::idle(&model);
-        }
-        if faults.is_empty() { Ok(model) } else { Err(ModelError { faults }) }
+        Ok(Self::of(Arc::new(problem)))
     }
 
     /// The deck that the model was built from.
@@ -80,22 +75,29 @@ impl Model {
     }
 }
 
+/// Fails where there are faults.
+fn sound(faults: Vec<Fault>) -> Result<(), Vec<Fault>> {
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
 /// The problem that a deck states.
 fn problem(deck: &Deck) -> Result<Problem, Vec<Fault>> {
     let names = Names::new(deck);
-    let Cut { geometry, frame, apart, mut taken } = geometry::cut(deck, &names)?;
+    let Cut { geometry, frame, mut taken } = geometry::cut(deck, &names)?;
     let geometry = Arc::new(geometry);
     let (stages, dug) = geometry::stages((deck, &names), geometry.clone(), &frame)?;
     taken.extend(dug);
-    let site = Site { deck: deck.clone(), frame, apart, taken };
+    let site = Site { deck: deck.clone(), frame, taken };
     let conditions = conditions::conditions(&site, &stages)?;
+    let packs = Packs::new(&geometry);
+    sound(mechanism::check(&site, &stages, &conditions, &packs))?;
     let properties = properties::properties(deck);
     let borders = boundaries::borders(&site, &stages, &properties)?;
+    let in_force =
+        InForce { stages: &stages, conditions: &conditions, borders: &borders, packs: &packs };
+    sound(boundaries::idle(deck, &in_force))?;
     let stresses = stress::stresses(deck, &geometry, |region| site.region(region))?;
-    let faults = stress::met(deck, &geometry, &stresses);
-    if !faults.is_empty() {
-        return Err(faults);
-    }
+    sound(stress::met(deck, &geometry, &stresses))?;
     let motions = conditions::motions(&site, &geometry);
     Ok(Problem {
         properties,

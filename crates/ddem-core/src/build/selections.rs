@@ -15,10 +15,10 @@ impl Model {
     /// What the check of a deck finds in it: a `set` that the deck does not have, a file that has not been read,
     /// numbers that cannot be, a topography that does not cover what is selected. Its place begins with `where`.
     pub fn nodes_in(&self, region: &Where) -> Result<Vec<u32>, Fault> {
-        let mut faults = region.check(&self.site().deck);
+        let mut faults = region.check(self.deck());
         if faults.is_empty() {
             let at = ("where", region);
-            faults = uncovered(at, &self.site().deck, &self.site().frame, &self.geometry.lattices);
+            faults = uncovered(at, self.deck(), &self.site().frame, &self.geometry.lattices);
         }
         match faults.into_iter().next() {
             Some(fault) => Err(fault),
@@ -45,12 +45,12 @@ impl Model {
             let (site, region) = (self.site(), self.region(region));
             Selection::new((place, what), &region, &site.frame, &geometry.lattices)
         };
-        let assigned = self.site().deck.assign.iter().enumerate().filter_map(|(index, entry)| {
+        let assigned = self.deck().assign.iter().enumerate().filter_map(|(index, entry)| {
             let what = format!("material `{}`", entry.material.as_ref()?);
-            let geometry = at_stage(&self.site().deck, &self.stages, entry.from.as_ref());
+            let geometry = at_stage(self.deck(), &self.stages, entry.from.as_ref());
             of(format!("assign[{index}]"), what, geometry, &entry.region)
         });
-        let stressed = self.site().deck.initial.iter().enumerate().filter_map(|(index, entry)| {
+        let stressed = self.deck().initial.iter().enumerate().filter_map(|(index, entry)| {
             entry.stress?;
             let what = format!("initial stress {index}");
             of(format!("initial[{index}]"), what, self.stages.at(0), &entry.region)

@@ -43,6 +43,9 @@ pub(super) fn stresses(
     geometry: &Geometry,
     region: impl Fn(&Where) -> Region,
 ) -> Result<Vec<Option<Stress>>, Vec<Fault>> {
+    if deck.initial.iter().all(|entry| entry.stress.is_none()) {
+        return Ok(Vec::new());
+    }
     let mut stresses = vec![None; geometry.bodies.len()];
     let mut faults = Vec::new();
     for (index, entry) in deck.initial.iter().enumerate() {

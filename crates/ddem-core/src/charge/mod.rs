@@ -48,7 +48,7 @@ impl Gas {
     }
 }
 
-/// One `[[charge]]`.
+/// A charge.
 #[derive(Clone, Debug)]
 pub(crate) struct Charge {
     /// Nodes that it pushes, in order.

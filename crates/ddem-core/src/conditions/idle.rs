@@ -23,7 +23,7 @@ impl Conditions {
         &self,
         (stage, time): (usize, f64),
         starts: &[f64],
-        deck_loads: usize,
+        n_loads: usize,
     ) -> Vec<usize> {
         let factors = self.factors(stage, time, starts).unwrap_or_default();
         let varies = |load: &Loaded| !matches!(load.history, Course::Constant);
@@ -31,7 +31,7 @@ impl Conditions {
             let load = &self.loaded[index];
             load.period.has(stage) && varies(load) && factors.get(index) == Some(&0.0)
         };
-        (0..deck_loads).filter(idle).collect()
+        (0..n_loads).filter(idle).collect()
     }
 
     /// Whether anything in force may change after a time: a load, a charge, or a support that is driven.

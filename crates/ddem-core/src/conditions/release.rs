@@ -36,7 +36,6 @@ impl Loaded {
 
     pub(super) fn factor(&self, time: f64, starts: &[f64]) -> Factor {
         match &self.fading {
-            // Given in the deck, so that it is known.
             Some(fading) => Factor::of(&self.history, time - fading.began),
             None => self.period.factor(&self.history, time, starts),
         }

@@ -132,7 +132,8 @@ pub(crate) fn seated(
     };
     let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
     let bond = |abutment: &Abutment| {
-        let [a, b] = abutment.blocks.map(|block| stresses[block as usize]);
+        let of = |block: u32| stresses.get(block as usize).copied().flatten();
+        let [a, b] = abutment.blocks.map(of);
         // A rigid block has no stress, and bears that of the other.
         let [rigid_a, rigid_b] =
             abutment.blocks.map(|block| geometry.lattice(block as usize).rigid);

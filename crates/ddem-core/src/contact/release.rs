@@ -12,10 +12,11 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::{self, Breaks, Broken, Look};
 use crate::exact::Exact;
+use crate::geometry::NO_JOINT;
 use crate::geometry::{Geometry, Vec3};
 use crate::law::{JointLaw, Laws, Mode, Traction};
 use crate::pack::{Pack, Packs};
-use crate::seams::{NO_JOINT, Seam, Seams};
+use crate::seams::{Seam, Seams};
 
 /// Part of the spacing of its pairs by which a joint has moved when the blocks around are no longer
 /// held in place by it.

@@ -4,12 +4,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Deck, Joint};
+use crate::properties::DAMPING;
 
 /// Restitution of critical damping that never pulls, exp(−2).
 const CRITICAL: f64 = 0.135_335_283_236_612_7;
-
-/// Damping where none is given, as a fraction of critical.
-const DEFAULT_DAMPING: f64 = 0.2;
 
 /// What blocks do where they meet and no joint is between them (§9). Everything left out follows
 /// from the two faces that meet.
@@ -70,7 +68,7 @@ impl Deck {
     /// or 0.2, but not while waves of charges cross the model.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
-        self.contact.damping_ratio().unwrap_or(DEFAULT_DAMPING)
+        self.contact.damping_ratio().unwrap_or(DAMPING)
     }
 
     /// Whether new contacts between blocks are looked for: as `model.contact` says; otherwise where

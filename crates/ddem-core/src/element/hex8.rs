@@ -64,7 +64,7 @@ fn jacobian(nodes: &[Point3<f64>; 8], at: [f64; 3]) -> Matrix3<f64> {
 #[must_use]
 pub fn strain_matrix(nodes: &[Point3<f64>; 8], at: [f64; 3]) -> (SMatrix<f64, 6, 24>, f64) {
     let jacobian = jacobian(nodes, at);
-    let inverse = jacobian.try_inverse().unwrap_or_else(Matrix3::zeros);
+    let inverse = jacobian.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
     let mut b = SMatrix::<f64, 6, 24>::zeros();
     for (a, d) in shape_derivatives(at).into_iter().enumerate() {
         let g = inverse.transpose() * Vector3::from(d);

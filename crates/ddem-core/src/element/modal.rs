@@ -103,7 +103,8 @@ fn bend_index(a: usize, b: usize) -> usize {
 /// `C_{ik jl} = λ δ_ik δ_jl + G (δ_ij δ_kl + δ_il δ_kj)`.
 fn reference_stiffness(edges: &[Vector3<f64>; 3], material: &Elastic) -> SMatrix<f64, 9, 9> {
     let jacobian = Matrix3::from_columns(edges) / 2.0;
-    let inverse = jacobian.try_inverse().unwrap_or_else(Matrix3::zeros);
+    // An element without volume has no stiffness: a run with one diverges at once.
+    let inverse = jacobian.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
     let volume = 8.0 * jacobian.determinant().abs();
     let Elastic { lambda, shear, .. } = *material;
     SMatrix::from_fn(|row, column| {
@@ -120,6 +121,6 @@ fn reference_stiffness(edges: &[Vector3<f64>; 3], material: &Elastic) -> SMatrix
 fn condense(c: &SMatrix<f64, 9, 9>, m: usize) -> SMatrix<f64, 9, 9> {
     let own = Matrix3::from_fn(|i, j| c[(3 * i + m, 3 * j + m)]);
     let coupling = SMatrix::<f64, 9, 3>::from_fn(|row, j| c[(row, 3 * j + m)]);
-    let inverse = own.try_inverse().unwrap_or_else(Matrix3::zeros);
+    let inverse = own.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
     c - coupling * inverse * coupling.transpose()
 }

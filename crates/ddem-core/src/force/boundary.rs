@@ -85,8 +85,8 @@ fn ahead(
             matrix[(k, j)] += 0.5 * b * dashpot.resistance[(k, j)];
         }
     }
-    // The matrix is the identity and a product of positive ones: it can be solved.
-    matrix.lu().solve(&right).unwrap_or(now)
+    // The matrix is the identity and a product of positive ones: it can be solved; were it not, the run would stop.
+    matrix.lu().solve(&right).unwrap_or_else(|| Vector3::repeat(f64::NAN))
 }
 
 /// Power of the dashpots of a pack with the velocities `v`: what they take `[W]`.

@@ -15,6 +15,7 @@ use nalgebra::Matrix3;
 use crate::breaks::{Broken, Ground, Losses, Pull};
 use crate::element::corotation::{Frame, split_torque};
 use crate::element::lattice::{force, force_left};
+use crate::geometry::NO_JOINT;
 use crate::kinematics::{Moved, joint_displacements, rotations};
 use crate::lanes::{
     LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times,
@@ -22,7 +23,7 @@ use crate::lanes::{
 };
 use crate::law::JointLaw;
 use crate::pass::{Face, Input, Output, Workspace, half_work};
-use crate::seams::{NO_JOINT, Seam};
+use crate::seams::Seam;
 
 /// Forces of one joint lattice of a pack: of its elements, and of the springs where it is broken.
 #[simd]

@@ -1,13 +1,8 @@
-//! Faces of blocks of two lattices that lie on each other, and the joint that is between them.
-//!
-//! Where blocks are refined the joint is that of the finer side. Two block sets are joined where both have
-//! a joint across the face: by that of the later one, or the one that is assigned there. Joints join faces
-//! that lie on each other, or whose gap is as wide as the joint is thick. Other faces are apart.
+//! Joints between faces that do not match, by their faces and by their blocks.
 
 use std::collections::HashMap;
 
 use super::Geometry;
-use super::cells::moved_to;
 use super::lattice::NO_JOINT;
 use crate::touch::FaceOf;
 
@@ -99,47 +94,5 @@ impl Geometry {
             abutment.joint = other.joint_of(abutment.blocks).unwrap_or(abutment.joint);
         }
         self.abutting = abutting(&self.abutments);
-    }
-}
-
-impl Geometry {
-    /// The facing node across the gap along d, when this node is on that side of its body.
-    pub(crate) fn partner(
-        &self,
-        body: usize,
-        at: [usize; 3],
-        d: usize,
-    ) -> Option<(usize, [usize; 3])> {
-        let n = self.lattice(body).divisions;
-        let side = match at[d] {
-            0 => -1,
-            i if i == n => 1,
-            _ => return None,
-        };
-        self.step(body, at, d, side)
-    }
-
-    /// The next node along d, in the same body or across a gap.
-    pub(crate) fn step(
-        &self,
-        body: usize,
-        at: [usize; 3],
-        d: usize,
-        side: i32,
-    ) -> Option<(usize, [usize; 3])> {
-        let n = self.lattice(body).divisions;
-        let in_body = if side < 0 { at[d] > 0 } else { at[d] < n };
-        if in_body {
-            let next = if side < 0 { at[d] - 1 } else { at[d] + 1 };
-            return Some((body, moved_to(at, d, next)));
-        }
-        let mut offset = [0; 3];
-        offset[d] = side;
-        let next = if side < 0 { n } else { 0 };
-        Some((self.neighbour(body, offset)?, moved_to(at, d, next)))
-    }
-
-    pub(crate) fn spacing(&self, body: usize, d: usize) -> f64 {
-        self.lattice(body).spacing(d, self.bodies[body].cell[d] as usize)
     }
 }

@@ -1,8 +1,8 @@
-//! Cells of a lattice: those in which points lie, and the next ones.
+//! Cells of a lattice and nodes: those in which points lie, and the next ones.
 
 use std::ops::Range;
 
-use super::{Lattice, Vec3};
+use super::{Geometry, Lattice, Vec3};
 
 /// The cell, or node, with another number along an axis.
 ///
@@ -36,6 +36,48 @@ impl Lattice {
             let (first, last) = (below().min().unwrap_or(0), below().max().unwrap_or(0));
             first.saturating_sub(2)..(last + 1).min(self.count[d])
         })
+    }
+}
+
+impl Geometry {
+    /// The facing node across the gap along d, when this node is on that side of its body.
+    pub(crate) fn partner(
+        &self,
+        body: usize,
+        at: [usize; 3],
+        d: usize,
+    ) -> Option<(usize, [usize; 3])> {
+        let n = self.lattice(body).divisions;
+        let side = match at[d] {
+            0 => -1,
+            i if i == n => 1,
+            _ => return None,
+        };
+        self.step(body, at, d, side)
+    }
+
+    /// The next node along d, in the same body or across a gap.
+    pub(crate) fn step(
+        &self,
+        body: usize,
+        at: [usize; 3],
+        d: usize,
+        side: i32,
+    ) -> Option<(usize, [usize; 3])> {
+        let n = self.lattice(body).divisions;
+        let in_body = if side < 0 { at[d] > 0 } else { at[d] < n };
+        if in_body {
+            let next = if side < 0 { at[d] - 1 } else { at[d] + 1 };
+            return Some((body, moved_to(at, d, next)));
+        }
+        let mut offset = [0; 3];
+        offset[d] = side;
+        let next = if side < 0 { n } else { 0 };
+        Some((self.neighbour(body, offset)?, moved_to(at, d, next)))
+    }
+
+    pub(crate) fn spacing(&self, body: usize, d: usize) -> f64 {
+        self.lattice(body).spacing(d, self.bodies[body].cell[d] as usize)
     }
 }
 

@@ -8,7 +8,9 @@ use super::Vec3;
 pub(crate) const NONE: u32 = u32::MAX;
 /// No body: a coarser or finer lattice has what is there.
 pub(crate) const ELSEWHERE: u32 = u32::MAX - 1;
+/// No joint.
 pub(crate) const NO_JOINT: u16 = u16::MAX;
+
 /// Cells between joint planes; nodes on lines along three edges.
 #[derive(Clone, Debug)]
 pub(crate) struct Lattice {

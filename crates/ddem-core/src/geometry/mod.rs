@@ -61,6 +61,8 @@ pub(crate) struct Geometry {
     pub(crate) n_nodes: usize,
     /// Faces of different lattices that lie on each other, with the joint between them.
     pub(crate) abutments: Vec<Abutment>,
+    /// Faces of different sets that are nearer than their joint is thick, and not joined.
+    pub(crate) apart: Arc<Vec<Abutment>>,
     /// The joint at each face, by block and number, that one of these has.
     pub(crate) abutting: HashMap<(u32, u8), Abuts>,
     /// Corners of the box around all sets of blocks `[m]`.
@@ -123,7 +125,7 @@ impl Geometry {
         lattices.map(|(k, own)| own.bytes(other.map(|other| &other.lattices[k]))).sum::<usize>()
             + if shared { 0 } else { size_of_val(&self.bodies[..]) }
             + size_of_val(&self.abutments[..])
-            + self.abutting.capacity() * (size_of::<((u32, u8), u16)>() + 1)
+            + self.abutting.capacity() * (size_of::<((u32, u8), Abuts)>() + 1)
     }
 
     /// The block set of a body.

@@ -12,10 +12,11 @@ use std::collections::HashMap;
 use fearless_simd::{Simd, f64x4};
 
 use crate::assembly::{Assembly, NO_TABLE};
+use crate::geometry::NO_JOINT;
 use crate::geometry::{Geometry, Vec3};
 use crate::lanes::{Lanes, splat};
 use crate::pack::{Pack, Packs};
-use crate::seams::{NO_JOINT, Seam};
+use crate::seams::Seam;
 
 pub(crate) use stress::{Stress, between};
 

@@ -64,6 +64,7 @@ impl Model {
             return Err(Fault::new(format!("joints.{joint}"), "no joint has this name"));
         };
         check(&*law).map_err(|why| Fault::new(format!("joints.{joint}"), why))?;
+        self.properties.joints[index].law = Some(law.clone());
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));
         let can = (&self.laws, self.contact.as_ref());
@@ -75,6 +76,7 @@ impl Model {
             let mut surfaces = self.contact.take().unwrap_or_else(new);
             surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
             surfaces.search = true;
+            self.properties.contact.search = true;
             self.contact = Some(surfaces);
         }
         if let Some(surfaces) = &mut self.contact {
@@ -88,7 +90,7 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// The deck has no such load.
+    /// There is no such load.
     pub fn set_load_history(&mut self, load: usize, function: Arc<Function>) -> Result<(), Fault> {
         self.conditions.set_history(("load", load), function)?;
         self.computed.push(format!("load[{load}].history"));
@@ -100,7 +102,7 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// The deck has no such charge.
+    /// There is no such charge.
     pub fn set_charge_history(
         &mut self,
         charge: usize,
@@ -116,7 +118,7 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// The deck has no such support, or it has no `velocity`.
+    /// There is no such support, or it has no `velocity`.
     pub fn set_fix_history(&mut self, fix: usize, function: Arc<Function>) -> Result<(), Fault> {
         if self.conditions.fixed.get(fix).is_some_and(|fix| fix.velocity.is_none()) {
             return Err(no_velocity(&format!("fix[{fix}]")));
@@ -131,7 +133,7 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// The deck has no such boundary, or it has no `velocity`.
+    /// There is no such boundary, or it has no `velocity`.
     pub fn set_boundary_history(
         &mut self,
         boundary: usize,

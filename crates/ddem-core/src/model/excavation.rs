@@ -52,7 +52,7 @@ impl Model {
     }
 
     /// How long a block is there: of several that are as near, the one that stays.
-    pub(crate) fn stays(&self, block: usize) -> usize {
+    pub(super) fn stays(&self, block: usize) -> usize {
         self.removed_in(block).unwrap_or(usize::MAX)
     }
 

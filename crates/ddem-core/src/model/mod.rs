@@ -1,4 +1,4 @@
-//! All that is fixed: built and checked once.
+//! All that is fixed: built once, from a problem without faults.
 
 mod computed;
 mod elements;
@@ -33,14 +33,14 @@ use crate::stage::StageKind;
 const CROSSINGS: f64 = 10.0;
 
 /// What a model is made from.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Problem {
     pub(crate) properties: Properties,
     /// What is where from which stage on.
     pub(crate) stages: Stages,
     pub(crate) conditions: Conditions,
     pub(crate) borders: Borders,
-    /// Stress of each block at the start.
+    /// Stress of each block at the start; empty where none has any.
     pub(crate) stresses: Vec<Option<Stress>>,
     /// Motions at the start.
     pub(crate) motions: Vec<StartMotion>,
@@ -95,8 +95,9 @@ pub struct Model {
 impl Model {
     /// The model of a problem.
     pub(crate) fn of(problem: Arc<Problem>) -> Self {
-        let Problem { properties, stages, conditions, borders, stresses, .. } = (*problem).clone();
-        let mut borders = borders;
+        let Problem { properties, stages, conditions, borders, stresses, .. } = &*problem;
+        let (properties, stages) = (properties.clone(), stages.clone());
+        let (conditions, mut borders) = (conditions.clone(), borders.clone());
         let geometry = stages.at(0).clone();
         let packs = Packs::new(&geometry);
         let faces = faces(&geometry);
@@ -115,7 +116,7 @@ impl Model {
             Sliding::new(can, properties.contact.damping_ratio(), (&geometry, &packs, &assembly));
         let made = Made { geometry: &geometry, start: &geometry, packs: &packs };
         borders.note_ground(made, &assembly);
-        let in_situ = InSitu::new(stresses, &geometry, &packs, &assembly);
+        let in_situ = InSitu::new(stresses.clone(), &geometry, &packs, &assembly);
         Self {
             packs,
             assembly,

@@ -36,7 +36,7 @@ impl Boxes {
     }
 
     /// Blocks and the distances of their boxes from a point, the nearest first `[m]`.
-    fn from(&self, point: [f64; 3]) -> impl Iterator<Item = (usize, f64)> + '_ {
+    fn nearest_first(&self, point: [f64; 3]) -> impl Iterator<Item = (usize, f64)> + '_ {
         let near = self.0.nearest_neighbor_iter(point);
         near.map(move |around| (around.data as usize, around.distance_2(&point).sqrt()))
     }
@@ -59,12 +59,14 @@ impl Model {
         let tie = 1e-12 * (self.geometry.bounds[1] - self.geometry.bounds[0]).norm();
         let place = Vec3::from(at);
         let (mut nearest, mut near) = (f64::INFINITY, Vec::new());
-        for (block, distance) in self.boxes().from(at) {
+        for (block, distance) in self.boxes().nearest_first(at) {
             if distance > nearest + tie {
                 break;
             }
-            for node in self.nodes_of(block) {
-                let distance = (Vec3::from(self.point(node)) - place).norm();
+            let n = self.geometry.lattice(block).divisions + 1;
+            for (local, node) in self.nodes_of(block).enumerate() {
+                let at = [local % n, local / n % n, local / (n * n)];
+                let distance = (self.geometry.position(block, at) - place).norm();
                 nearest = nearest.min(distance);
                 if distance <= nearest + tie {
                     near.push((distance, block, node));

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use super::Model;
 use crate::contact::Skins;
 use crate::geometry::Geometry;
+use crate::geometry::NO_JOINT;
 use crate::law::Between;
-use crate::seams::{NO_JOINT, Seams};
+use crate::seams::Seams;
 
 impl Model {
     /// Gives joints that are others than `before` strengths that are a part of the way from those to their

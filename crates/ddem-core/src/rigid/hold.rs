@@ -84,7 +84,8 @@ impl Hold {
             (false, same) => f64::from(u8::from(same)),
         });
         let wanted = Vector6::from_fn(|i, _| self.motions[i].dot(&missing));
-        let parts = matrix.lu().solve(&wanted).unwrap_or_default();
+        // Held motions are independent of each other; were they not, the run would stop.
+        let parts = matrix.lu().solve(&wanted).unwrap_or_else(|| Vector6::repeat(f64::NAN));
         let sum = (0..self.count).map(|k| self.motions[k] * parts[k]).sum();
         self.force(sum)
     }

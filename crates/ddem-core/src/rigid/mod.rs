@@ -70,7 +70,8 @@ impl Matter {
     pub(crate) fn new(mass: f64, edges: [Vector3<f64>; 3], stiffness: Vector3<f64>) -> Self {
         let half = edges.map(|edge| edge * 0.5);
         let inertia = turned_spread(half) * (mass / 3.0);
-        let inverse = inertia.try_inverse().unwrap_or_default();
+        // A block without volume cannot turn: a run with one diverges at once.
+        let inverse = inertia.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         Self { mass, half, inertia, inverse, stiffness }
     }
 

@@ -20,7 +20,7 @@ impl Simulation {
     ///
     /// # Panics
     ///
-    /// If the deck has no such stage; one without stages has stage 0.
+    /// If the model has no such stage; one without stages has stage 0.
     pub fn enter(&mut self, stage: usize) {
         let n = self.model.n_stages();
         assert!(stage < n, "there is no stage {stage}: the model has {n}, from 0");
@@ -86,7 +86,7 @@ impl Simulation {
         }
     }
 
-    /// A charge at the present time, by its number in the deck; `None` where the deck has no such one.
+    /// A charge at the present time, by its number; `None` where there is none.
     #[must_use]
     pub fn charge(&self, index: usize) -> Option<ChargeState> {
         let conditions = &self.model.conditions;

@@ -1,6 +1,6 @@
 //! `where`: planes in gaps, ranges, spheres and sets.
 
-use ddem_core::deck::{BlockSet, Extent, Sphere, Where};
+use ddem_core::deck::{BlockSet, Extent, Remove, Sphere, Where};
 
 use crate::decks::*;
 
@@ -103,25 +103,43 @@ fn the_nearest_node_is_the_lower_on_a_tie() {
     assert_eq!(model.nearest_node([1.001, 0.0, 0.0]), 8);
 }
 
-/// The same node as by measuring the distance of every one, among two oblique sets, within and around them.
+/// The same node as by looking at every one, among two oblique sets with a hole and around them, and at places
+/// that are as near to several: of a block that stays, and the lower number.
 #[test]
 fn the_nearest_node_is_found_among_all() {
     let mut deck = deck([3, 4, 2], [3.0, 2.0, 1.0], 2, 0.02);
     deck.blocks[0].axes = [[1.0, 0.2, 0.0], [-0.4, 1.0, 0.1], [0.1, 0.0, 1.0]];
     deck.blocks.push(BlockSet { origin: [6.0, -1.0, 0.4], ..deck.blocks[0].clone() });
+    deck.stage = vec![relax_stage("before"), relax_stage("dig")];
+    let ball = Sphere { centre: [1.5, 1.0, 0.5], radius: 0.8 };
+    deck.remove.push(Remove {
+        region: Where { sphere: Some(ball), ..Where::default() },
+        from: Some("dig".into()),
+        ..Remove::default()
+    });
+    deck.fix.push(fix(Where::default(), "xyz"));
     let model = model(&deck);
-    let distance = |node: usize, at: [f64; 3]| {
-        let x = model.point(node);
-        (0..3).map(|k| (x[k] - at[k]).powi(2)).sum::<f64>()
+    let tie = 1e-12 * 10.0;
+    let by_all = |at: [f64; 3]| {
+        let x = |node: usize| Vec3::from(model.point(node));
+        let distance = |node: &usize| (x(*node) - Vec3::from(at)).norm();
+        let least = (0..model.n_nodes()).map(|node| distance(&node)).fold(f64::INFINITY, f64::min);
+        let near = (0..model.n_nodes()).filter(|node| distance(node) <= least + tie);
+        let stays = |node: &usize| model.removed_in(model.block_of(*node)).unwrap_or(usize::MAX);
+        near.min_by_key(|node| (std::cmp::Reverse(stays(node)), *node))
     };
-    for k in 0..500 {
-        // Spread over a box that is larger than both sets.
-        let at = [0.618_034, 0.414_214, 0.732_051].map(|part| (f64::from(k) * part).fract());
-        let at = [14.0 * at[0] - 2.0, 8.0 * at[1] - 3.0, 4.0 * at[2] - 1.0];
-        let all = (0..model.n_nodes()).map(|node| (distance(node, at), node));
-        let least = all.min_by(|a, b| a.0.total_cmp(&b.0)).expect("nodes").0;
-        let found = distance(model.nearest_node(at), at);
-        assert!(found <= least * (1.0 + 1e-9), "{at:?}: {found} for {least}");
+    // Spread over a box that is larger than both sets, in the middle between two nodes, and far away.
+    let spread = |k: u32| {
+        let [x, y, z] = [0.618_034, 0.414_214, 0.732_051].map(|part| (f64::from(k) * part).fract());
+        [14.0 * x - 2.0, 8.0 * y - 3.0, 4.0 * z - 1.0]
+    };
+    let between = |node: usize| {
+        let [a, b] = [node, (node + 7) % model.n_nodes()].map(|node| Vec3::from(model.point(node)));
+        ((a + b) / 2.0).into()
+    };
+    let places = (0..200).map(spread).chain((0..model.n_nodes()).step_by(7).map(between));
+    for at in places.chain([[1e6, 0.0, 0.0], [-1e6, 1e6, 1e6]]) {
+        assert_eq!(Some(model.nearest_node(at)), by_all(at), "{at:?}");
     }
 }
 

@@ -1,4 +1,8 @@
-//! Faces of blocks of two lattices that lie on each other.
+//! Faces of blocks of two lattices that lie on each other, and the joint that is between them.
+//!
+//! Where blocks are refined the joint is that of the finer side. Two block sets are joined where both have
+//! a joint across the face: by that of the later one, or the one that is assigned there. Joints join faces
+//! that lie on each other, or whose gap is as wide as the joint is thick. Other faces are apart.
 
 use std::collections::{BTreeSet, HashMap};
 

@@ -62,14 +62,23 @@ pub(super) fn assign_anew(
     let region = |entry: &Assign| Region::new(&entry.region, frame);
     let unused = assign(&mut lattices, (deck, names), stage, &region);
     let before = geometry.clone();
+    let mut other_materials = false;
     for (own, new) in geometry.lattices.iter_mut().zip(lattices) {
-        (own.joint, own.material) = (new.joint, new.material);
+        for (own, new) in own.joint.iter_mut().zip(new.joint).filter(|(own, new)| *own != new) {
+            *own = new;
+        }
+        if own.material != new.material {
+            (own.material, other_materials) = (new.material, true);
+        }
     }
-    for body in Arc::make_mut(&mut geometry.bodies) {
-        let lattice = &geometry.lattices[body.lattice as usize];
-        body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
+    if other_materials {
+        for body in Arc::make_mut(&mut geometry.bodies) {
+            let lattice = &geometry.lattices[body.lattice as usize];
+            body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
+        }
     }
-    [geometry.abutments, _] = abutments(geometry, (deck, names, stage), frame);
+    let [joined, apart] = abutments(geometry, (deck, names, stage), frame);
+    (geometry.abutments, geometry.apart) = (joined, Arc::new(apart));
     // Joints do not come, nor back, in a run: what is in contact stays so.
     geometry.abutments.retain(|abutment| before.joint_of(abutment.blocks).is_some());
     geometry.abutting = abutting(&geometry.abutments);

@@ -77,7 +77,7 @@ pub(in crate::build) fn ajar(site: &Site, geometry: &Geometry) -> Vec<String> {
 fn unfilled_gaps(site: &Site, geometry: &Geometry) -> Vec<String> {
     let deck = &site.deck;
     let mut places: BTreeMap<(Sets, u16), Vec<&Abutment>> = BTreeMap::new();
-    for abutment in &site.apart {
+    for abutment in &*geometry.apart {
         places.entry((sets(geometry, abutment.blocks), abutment.joint)).or_default().push(abutment);
     }
     let said = places.into_iter().map(|((sets, joint), faces)| {
@@ -105,7 +105,7 @@ fn narrow_gaps(site: &Site, geometry: &Geometry) -> Vec<String> {
     if deck.blocks.len() < 2 {
         return Vec::new();
     }
-    let all = geometry.abutments.iter().chain(&site.apart).map(|abutment| abutment.blocks);
+    let all = geometry.abutments.iter().chain(&*geometry.apart).map(|abutment| abutment.blocks);
     let known: BTreeSet<Sets> =
         all.chain(Seats(geometry).unjoined()).map(|blocks| sets(geometry, blocks)).collect();
     let mut gaps: BTreeMap<Sets, (f64, usize)> = BTreeMap::new();

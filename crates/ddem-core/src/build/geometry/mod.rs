@@ -32,14 +32,12 @@ use std::sync::Arc;
 
 use crate::deck::{Assign, Deck, Remove};
 use crate::error::Fault;
-use crate::geometry::{Abutment, Geometry, Lattice, abutting};
+use crate::geometry::{Geometry, Lattice, abutting};
 
 /// Geometry of a deck at the start, and what its parts of space refer to.
 pub(in crate::build) struct Cut {
     pub(in crate::build) geometry: Geometry,
     pub(in crate::build) frame: Frame,
-    /// Faces of different sets that are nearer than their joint is thick, and not joined.
-    pub(in crate::build) apart: Vec<Abutment>,
     /// Blocks that curved and slanted shapes have split and taken out.
     pub(in crate::build) taken: Vec<Selection>,
 }
@@ -85,6 +83,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
         bodies: Arc::default(),
         n_nodes: 0,
         abutments: Vec::new(),
+        apart: Arc::default(),
         abutting: HashMap::new(),
         bounds: frame.bounds,
         touching: Vec::new(),
@@ -95,13 +94,13 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     }
     geometry.touching = overlap::touching(&geometry.lattices);
     let [joined, apart] = abut::abutments(&geometry, (deck, names, 0), &frame);
-    geometry.abutments = joined;
+    (geometry.abutments, geometry.apart) = (joined, Arc::new(apart));
     geometry.abutting = abutting(&geometry.abutments);
     let faults = assign::unused_faults(&geometry, deck, &unused, &of);
     if !faults.is_empty() {
         return Err(faults);
     }
-    Ok(Cut { geometry, frame, apart, taken })
+    Ok(Cut { geometry, frame, taken })
 }
 
 impl Region {

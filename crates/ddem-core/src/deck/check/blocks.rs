@@ -2,7 +2,7 @@
 
 use super::conditions::force_time;
 use super::region::{Of, dips, region};
-use super::{Faults, Names, Rule, shown};
+use super::{Faults, NameFaults, Rule, shown};
 use crate::deck::{BlockSet, COORDINATES, Deck, JointChoice, Remove};
 
 const AXES: [&str; 3] = ["x", "y", "z"];

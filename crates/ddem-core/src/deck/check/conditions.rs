@@ -1,7 +1,7 @@
 //! Supports, loads, boundaries and the state at the start.
 
 use super::region::{Of, region};
-use super::{Faults, Names, Rule, history, shown};
+use super::{Faults, NameFaults, Rule, history, shown};
 use crate::deck::{Boundary, BoundaryKind, Deck, Fix, Gradient, Initial, Load, StageKind};
 use crate::history::no_velocity;
 

@@ -1,8 +1,11 @@
 //! Materials and joints.
 
-use super::{Faults, Names, Rule, strength};
+use super::{Faults, NameFaults, Rule, strength};
 use crate::deck::names::segment;
 use crate::deck::{Deck, Joint};
+
+/// Most materials, and most joints: they have numbers of 16 bits, and one of them means none.
+const MOST: usize = u16::MAX as usize;
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     if deck.materials.is_empty() {
@@ -11,6 +14,11 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             "the deck has no materials",
             "`[materials.rock]` with `density`, `young` and `poisson` makes one",
         );
+    }
+    for (section, number) in [("materials", deck.materials.len()), ("joints", deck.joints.len())] {
+        if number > MOST {
+            faults.add(section, format!("the deck has {number} {section}: {MOST} are the most"));
+        }
     }
     for (name, material) in &deck.materials {
         let at = format!("materials.{}", segment(name));

@@ -37,7 +37,7 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
 }
 
 /// Faults of names.
-trait Names {
+trait NameFaults {
     /// A name that must be among the known ones; `kind` is what it names, `header` the table that
     /// makes one.
     fn reference<'a>(
@@ -52,7 +52,7 @@ trait Names {
     fn unique<'a>(&mut self, kind: &str, names: impl IntoIterator<Item = (String, &'a str)>);
 }
 
-impl Names for Faults {
+impl NameFaults for Faults {
     fn reference<'a>(
         &mut self,
         place: impl Into<String>,

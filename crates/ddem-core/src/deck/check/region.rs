@@ -1,6 +1,6 @@
 //! Parts of space.
 
-use super::{Faults, Names, Rule, shown};
+use super::{Faults, NameFaults, Rule, shown};
 use crate::deck::{Deck, Extent, Heights, Plane, Sheet, Triangles, Where};
 
 /// Kind of things that a part of space is to select.

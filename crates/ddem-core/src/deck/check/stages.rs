@@ -1,7 +1,7 @@
 //! Stages and probes.
 
 use super::region::Of;
-use super::{Faults, Names, Rule};
+use super::{Faults, NameFaults, Rule};
 use crate::deck::{
     BlockSet, Body, Deck, Joint, Probe, Quantity, Search, Stage, StageKind, TimeStep, Where,
 };

@@ -53,6 +53,18 @@ fn a_good_deck_has_no_faults() {
 }
 
 #[test]
+fn materials_and_joints_are_as_many_as_their_numbers() {
+    let all = |many: u32| {
+        places(|deck| {
+            let seam = deck.joints["seam"].clone();
+            deck.joints.extend((1..many).map(|k| (format!("seam {k}"), seam.clone())));
+        })
+    };
+    assert_eq!(all(65_535), [""; 0]);
+    assert_eq!(all(65_536), ["joints"]);
+}
+
+#[test]
 fn values_have_rules() {
     let material =
         |change: fn(&mut Material)| places(|deck| deck.materials.values_mut().for_each(change));
