@@ -9,7 +9,7 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use ddem::deck::{BlockSet, Body, Damping, Extent, Fix, Joint, JointChoice, Kinematics, Material};
 use ddem::deck::{TimeStep, Where};
-use ddem::{Deck, Model, Simulation};
+use ddem::{Deck, Simulation};
 
 /// Cubes of 1 m with four divisions and joints of rock, 1 cm thick.
 fn deck(count: [u32; 3], kinematics: Kinematics) -> Deck {
@@ -50,7 +50,7 @@ fn simulation(count: [u32; 3], kinematics: Kinematics, joints: Joints) -> Simula
                 (Some(strength), Some(2.0), Some(strength));
         }
     }
-    let model = Model::new(&deck).expect("a deck without faults");
+    let model = deck.build().expect("a deck without faults");
     let mut simulation = Simulation::new(model);
     if joints == Joints::Broken {
         tear(&mut simulation);
@@ -183,7 +183,7 @@ fn cubes(count: u32, joined: bool) -> Simulation {
     }
     let held = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
     deck.fix.push(Fix { region: held, axes: "xyz".into(), ..Fix::default() });
-    let mut simulation = Simulation::new(Model::new(&deck).expect("a deck without faults"));
+    let mut simulation = Simulation::new(deck.build().expect("a deck without faults"));
     let started = simulation.start(Damping::Local(0.8), TimeStep::Auto, None);
     started.expect("a stable step");
     for _ in 0..200 {

@@ -5,7 +5,7 @@
 use ddem::deck::{
     BlockSet, Damping, Extent, Fix, Joint, JointChoice, Material, Search, TimeStep, Where,
 };
-use ddem::{Deck, Model, Simulation};
+use ddem::{Deck, Simulation};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Two blocks, one on the other; gravity leans by 25°, as on a slope.
@@ -30,8 +30,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let level = |z| Where { z: Some(Extent::Plane(z)), ..Where::default() };
     deck.fix.push(Fix { region: level(0.0), axes: "xyz".into(), ..Fix::default() });
 
-    let model = Model::new(&deck)?;
-    let (corner, top) = (model.nearest_node([2.0, 2.0, 2.0]), model.nodes_in(&level(2.0))?);
+    let model = deck.build()?;
+    let (corner, top) = (model.nearest_node([2.0, 2.0, 2.0]), level(2.0).nodes(&model)?);
     let mut simulation = Simulation::new(model);
     simulation.relax(1e-5, 20_000)?;
     let [x, y, z] = simulation.displacement(corner).map(|u| 1e3 * u);

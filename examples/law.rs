@@ -33,7 +33,7 @@ impl JointLaw for Patton {
 }
 
 fn with_teeth(deck: &Deck) -> Result<Model, Box<dyn std::error::Error>> {
-    let mut model = Model::new(deck)?;
+    let mut model = deck.build()?;
     let teeth = Patton { tan_teeth: 1.2, cohesion: 20e3, tan_friction: 0.6 };
     model.set_law("seam", Arc::new(teeth))?;
     Ok(model)

@@ -12,7 +12,7 @@ use ddem::deck::{
     TimeStep, Where,
 };
 use ddem::io::run::{Event, Observer, RunFailure, Session};
-use ddem::{Deck, Model, RunError, Simd, Simulation};
+use ddem::{Deck, RunError, Simd, Simulation};
 
 /// Hears of warnings, stages, frames, samples of probes and progress.
 struct Listener;
@@ -40,7 +40,7 @@ fn copy(simulation: &Simulation) -> Result<Simulation, RunError> {
 
 fn sweep(frictions: &[f64]) -> Result<Vec<f64>, Box<dyn Error + Send + Sync>> {
     let factor = |friction: &f64| {
-        let mut simulation = Simulation::new(Model::new(&slope(*friction))?);
+        let mut simulation = Simulation::new(slope(*friction).build()?);
         simulation.relax(1e-5, 20_000)?;
         let safety = simulation.factor_of_safety(&Search::default(), &|_| {})?;
         Ok(safety.factor.unwrap_or(f64::NAN))
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     write_results(&slope(35.0), Path::new("results/study"))?;
 
     // From one equilibrium, as it is and with a push.
-    let mut simulation = Simulation::new(Model::new(&slope(35.0))?);
+    let mut simulation = Simulation::new(slope(35.0).build()?);
     simulation.relax(1e-5, 20_000)?;
     let top = simulation.model().nearest_node([2.0, 2.0, 2.0]);
     for push in [0.0, 10e3] {

@@ -1,14 +1,15 @@
 //! **ddem** computes jointed rock: blocks meshed with hexahedra, joints of real thickness between
 //! them, explicit dynamics. Until a joint breaks the model *is* the finite element model.
 //!
-//! Everything of [`ddem_core`] is here (a deck, the model it becomes, a simulation of it) and
-//! [`io`] reads decks from TOML, runs them and writes results for ParaView.
+//! Everything of [`ddem_core`] is here (a problem, the model it becomes, a simulation of it). [`deck`] reads decks from
+//! TOML and turns them into models, `io` runs them and writes results for ParaView. Without the default feature `io` neither
+//! HDF5 nor CMake is needed.
 //!
 //! A block on a smooth floor under its own weight, in a loop of your own:
 //!
 //! ```
 //! use ddem::deck::{BlockSet, Damping, Extent, Fix, Material, TimeStep, Where};
-//! use ddem::{Deck, Model, Simulation};
+//! use ddem::{Deck, Simulation};
 //!
 //! let mut deck = Deck::default();
 //! deck.model.gravity = [0.0, 0.0, -9.81];
@@ -22,8 +23,8 @@
 //! let floor = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
 //! deck.fix.push(Fix { region: floor.clone(), axes: "z".into(), ..Fix::default() });
 //!
-//! let model = Model::new(&deck)?;
-//! let (top, floor) = (model.nearest_node([0.5, 0.5, 2.0]), model.nodes_in(&floor)?);
+//! let model = deck.build()?;
+//! let (top, floor) = (model.nearest_node([0.5, 0.5, 2.0]), floor.nodes(&model)?);
 //! let mut simulation = Simulation::new(model);
 //! simulation.start(Damping::Ratio(0.05), TimeStep::Auto, None)?;
 //! while simulation.time() < 0.02 {
@@ -46,10 +47,13 @@
 //!     fn event(&mut self, _: Event<'_>) {}
 //! }
 //!
-//! let (deck, source) = ddem::io::deck::read("examples/beam.toml".as_ref())?;
+//! let (deck, source) = ddem::deck::read("examples/beam.toml".as_ref())?;
 //! run(&deck, &source, &Options::new("results/beam"), &mut Quiet)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub use ddem_core::*;
+pub use ddem_deck as deck;
+pub use ddem_deck::{Deck, Interface, Selection, Site, Size};
+#[cfg(feature = "io")]
 pub use ddem_io as io;

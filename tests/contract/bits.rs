@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use ddem_core::deck::TimeStep;
-use ddem_core::{Model, Simd, Simulation};
+use ddem_core::{Simd, Simulation};
+use ddem_deck::TimeStep;
 
 use super::decks::mixed;
 use super::shared::{How, deck, run_into};
@@ -11,7 +11,7 @@ use super::shared::{How, deck, run_into};
 /// Large enough for several tasks.
 fn large() -> String {
     let text = mixed().replace("divisions = 2", "divisions = 4");
-    assert!(Model::new(&deck(&text)).expect("a model").n_nodes() > 3000);
+    assert!(deck(&text).build().expect("a model").n_nodes() > 3000);
     text
 }
 
@@ -40,14 +40,15 @@ fn tables_are_the_same_bytes_however_a_deck_is_run() {
 
 /// Bits of displacements, velocities and stresses after some steps of both kinds.
 fn state(threads: usize, simd: Simd) -> Vec<u64> {
-    let model = Model::new(&deck(&large())).expect("a model");
+    let deck = deck(&large());
+    let model = deck.build().expect("a model");
     let mut simulation = Simulation::with_simd(model, simd);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
         simulation.enter(0);
         simulation.relax(1e-5, 10_000).expect("equilibrium");
         simulation.enter(1);
-        let stage = simulation.model().deck().stage[1].clone();
+        let stage = deck.stage[1].clone();
         let damping = stage.damping.unwrap_or_default();
         simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");
         for _ in 0..100 {

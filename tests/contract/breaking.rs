@@ -1,7 +1,7 @@
 //! Joints that break: the same bits on any number of threads, and of strengths that are not reached.
 
-use ddem_core::deck::TimeStep;
-use ddem_core::{FIELDS, Model, On, Simd, Simulation};
+use ddem_core::{FIELDS, On, Simd, Simulation};
+use ddem_deck::TimeStep;
 
 use super::decks::MATTER;
 use super::shared::deck;
@@ -64,13 +64,14 @@ every = 1e-5
 
 /// The simulation at the end of some steps, and everything that can be seen of it.
 fn state(text: &str, threads: usize, simd: Simd, steps: usize) -> ([u64; 2], Vec<u64>) {
-    let mut simulation = Simulation::with_simd(Model::new(&deck(text)).expect("a model"), simd);
+    let deck = deck(text);
+    let mut simulation = Simulation::with_simd(deck.build().expect("a model"), simd);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
         simulation.enter(0);
         simulation.relax(1e-5, 10_000).expect("equilibrium");
         simulation.enter(1);
-        let stage = simulation.model().deck().stage[1].clone();
+        let stage = deck.stage[1].clone();
         let damping = stage.damping.unwrap_or_default();
         simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");
         for _ in 0..steps {
@@ -107,7 +108,7 @@ fn strength_far_above_the_load_changes_no_bit() {
     let unbreakable = lines.filter(|line| !strengths.iter().any(|key| line.starts_with(key)));
     let unbreakable = unbreakable.collect::<Vec<_>>().join("\n");
     let displacements = |text: &str| {
-        let mut simulation = Simulation::new(Model::new(&deck(text)).expect("a model"));
+        let mut simulation = Simulation::new(deck(text).build().expect("a model"));
         simulation.enter(0);
         simulation.relax(1e-5, 10_000).expect("equilibrium");
         simulation.enter(1);

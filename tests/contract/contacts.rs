@@ -119,7 +119,7 @@ fn resumed(folder: &Path, name: &str, numbers: Vec<f64>) -> String {
         checkpoint::save(&path, &whole.deck, &arrays, &counters, &texts).expect("a file");
     };
     save(&arrays);
-    let (deck, source) = ddem_io::deck::parse(&rubble(), "test.toml").expect("a deck");
+    let (deck, source) = ddem_deck::parse(&rubble(), "test.toml").expect("a deck");
     let options = Options { earlier: Earlier::Resume, ..Options::new(folder) };
     let outcome = run(&deck, &source, &options, &mut StopAfter(5));
     save(&whole.arrays);

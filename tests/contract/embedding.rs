@@ -6,12 +6,13 @@ use std::fs;
 use std::path::Path;
 
 use ddem::deck::{BlockSet, Material};
-use ddem::io::deck::{check, from_table, parse, schema};
+use ddem::deck::{DeckError, Finding};
+use ddem::deck::{from_table, json_schema, parse};
+use ddem::io::OutputError;
 use ddem::io::folder::FolderError;
 use ddem::io::run::RunFailure;
-use ddem::io::{DeckError, Finding, OutputError};
 use ddem::law::Traction;
-use ddem::{Deck, Fault, Model, ModelError, RunError, Simulation};
+use ddem::{Deck, Fault, ModelError, RunError, Simulation};
 
 fn passes_on<E: Error + Send + Sync + 'static>() {}
 
@@ -32,7 +33,7 @@ fn fails(text: Option<&str>) -> Result<Simulation, Box<dyn Error>> {
     let deck = match text {
         Some(text) => {
             let (deck, source) = parse(text, "block.toml")?;
-            check(&deck, &source)?;
+            source.check(&deck)?;
             deck
         }
         None => {
@@ -44,7 +45,7 @@ fn fails(text: Option<&str>) -> Result<Simulation, Box<dyn Error>> {
             deck
         }
     };
-    Ok(Simulation::new(Model::new(&deck)?))
+    Ok(Simulation::new(deck.build()?))
 }
 
 /// Also by its `Debug`, which is what a `main` that returns an error shows.
@@ -114,9 +115,9 @@ fn errors_of_files_say_the_fact_alone_and_once() {
 fn types_of_dependencies_come_with_the_library() -> Result<(), Box<dyn Error>> {
     let shear = ddem::nalgebra::Vector2::new(3e3, 4e3);
     assert_eq!(Traction { normal: -1e4, shear }.shear.norm(), 5e3);
-    let table: ddem::io::toml::Table = "title = 'a deck'".parse()?;
+    let table: ddem::deck::toml::Table = "title = 'a deck'".parse()?;
     assert_eq!(from_table(&table)?.title, "a deck");
-    let schema: ddem::io::serde_json::Value = schema();
+    let schema: ddem::io::serde_json::Value = json_schema();
     assert!(schema["properties"]["title"].is_object());
     Ok(())
 }

@@ -37,7 +37,7 @@ fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {
     let deck = deck(&text);
     let before = status("VmRSS");
     let clock = Instant::now();
-    let model = ddem_core::Model::new(&deck).expect("a model");
+    let model = deck.build().expect("a model");
     let mut simulation = ddem_core::Simulation::new(model);
     let seconds = clock.elapsed().as_secs_f64();
     simulation.step().expect("a step");

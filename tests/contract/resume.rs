@@ -164,7 +164,7 @@ fn a_run_that_was_cut_off_goes_on_from_the_end_of_the_stage_before() {
         })
         .collect::<Vec<_>>()
         .join("\n");
-    let (deck, source) = ddem_io::deck::parse(&text, "cut.toml").expect("a deck");
+    let (deck, source) = ddem_deck::parse(&text, "cut.toml").expect("a deck");
     let mut copy = CopyAfterFirst { from: whole.path().into(), to: cut.path().into(), done: false };
     run(&deck, &source, &Options::new(whole.path()), &mut copy).expect("an end");
     let options = Options { earlier: Earlier::Resume, ..Options::new(cut.path()) };
@@ -203,7 +203,7 @@ impl Observer for StopAt {
 /// Runs a deck until its flag is raised, then to its end.
 fn stopped(text: &str, when: fn(&Event<'_>) -> bool, at_steps: bool) -> Vec<(String, Vec<u64>)> {
     let folder = tempfile::tempdir().expect("a folder");
-    let (deck, source) = ddem_io::deck::parse(text, "test.toml").expect("a deck");
+    let (deck, source) = ddem_deck::parse(text, "test.toml").expect("a deck");
     let mut observer = StopAt { flag: Arc::default(), when, at_steps };
     let outcome = run(&deck, &source, &Options::new(folder.path()), &mut observer);
     assert!(matches!(outcome, Ok(Outcome::Interrupted(_))));
@@ -247,7 +247,7 @@ fn stopped_as_the_first_joints_fail() {
 #[test]
 fn stopped_before_anything_is_written() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (deck, source) = ddem_io::deck::parse(&mixed(), "test.toml").expect("a deck");
+    let (deck, source) = ddem_deck::parse(&mixed(), "test.toml").expect("a deck");
     let mut observer =
         StopAt { flag: Arc::new(AtomicBool::new(true)), when: |_| false, at_steps: true };
     let out = folder.path().join("out");

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use ddem_core::deck::{Stage, StageKind};
-use ddem_core::{Deck, Simd};
+use ddem_core::Simd;
+use ddem_deck::Deck;
+use ddem_deck::{Stage, StageKind};
 use ddem_io::run::{Event, Observer, Session, Went};
 
 use super::decks::mixed;
@@ -22,7 +23,7 @@ impl Observer for Samples {
 }
 
 fn deck(text: &str) -> Deck {
-    ddem_io::deck::parse(text, "session.toml").unwrap_or_else(|error| panic!("{error}")).0
+    ddem_deck::parse(text, "session.toml").unwrap_or_else(|error| panic!("{error}")).0
 }
 
 fn session(deck: &Deck) -> Session {
@@ -32,7 +33,7 @@ fn session(deck: &Deck) -> Session {
 /// Moves a session through the stages of its deck.
 fn all_stages(session: &mut Session, folder: Option<&Path>) -> Samples {
     let mut samples = Samples::default();
-    for stage in session.simulation().model().deck().stage.clone() {
+    for stage in session.site().deck().stage.clone() {
         let done = session.stage(&stage, folder, &mut samples);
         assert!(done.unwrap_or_else(|error| panic!("{error}")));
     }
@@ -129,7 +130,7 @@ fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
     let (mut plain, mut looked) = (session(&deck), session(&deck));
     let all = all_stages(&mut plain, None);
     let mut samples = Samples::default();
-    for stage in looked.simulation().model().deck().stage.clone() {
+    for stage in looked.site().deck().stage.clone() {
         let every = stage.duration.map(|duration| duration / 7.0);
         let mut begun =
             looked.begin(&stage, None, every, &mut samples).expect("a stage").expect("begun");
@@ -149,7 +150,7 @@ fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
     assert_eq!(bits(&samples), bits(&all));
     // A stage that is ended at a look is as long as that, and others follow it.
     let mut short = session(&deck);
-    let stages = short.simulation().model().deck().stage.clone();
+    let stages = short.site().deck().stage.clone();
     let stage = stages.iter().find(|stage| stage.duration.is_some()).expect("one that moves");
     let duration = stage.duration.expect("a duration");
     let mut begun = short

@@ -1,10 +1,10 @@
 //! A charge in a cavity, in three dimensions.
 
-use ddem_core::deck::{
+use ddem_core::Simulation;
+use ddem_deck::{
     BlockSet, Charge, Deck, Edges, Extent, Fix, Joint, JointChoice, Kinematics, Material, Remove,
-    Sphere, Where,
+    Site, Sphere, Where,
 };
-use ddem_core::{Model, Simulation};
 use nalgebra::Vector3;
 
 use super::fem::{Elastic, Formulation, Lattice, Mesh, System};
@@ -104,8 +104,9 @@ impl Hollow {
 
     /// Displacements of the program, at rest.
     fn relaxed(&self) -> Vec<f64> {
-        let model = Model::new(&self.deck()).unwrap_or_else(|error| panic!("{error}"));
-        assert!(model.warnings().is_empty(), "{:?}", model.warnings());
+        let site = Site::new(&self.deck()).unwrap_or_else(|error| panic!("{error}"));
+        let model = site.model();
+        assert_eq!(site.warnings(&model), [""; 0]);
         let mut simulation = Simulation::new(model);
         simulation.relax(1e-10, 100_000).unwrap_or_else(|error| panic!("{error}"));
         simulation.displacements().into_flattened()

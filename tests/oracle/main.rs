@@ -7,8 +7,8 @@ mod cavity;
 mod fem;
 mod sample;
 
-use ddem_core::deck::{Damping, Kinematics, TimeStep};
-use ddem_core::{Model, Simulation};
+use ddem_core::Simulation;
+use ddem_deck::{Damping, Kinematics, TimeStep};
 use fem::{ElementKind, Mesh, System, Transient};
 use sample::{Sample, samples};
 
@@ -16,7 +16,7 @@ use sample::{Sample, samples};
 fn both(sample: &Sample, kinematics: Kinematics) -> (Simulation, Mesh, System) {
     let mut deck = sample.deck();
     deck.model.kinematics = kinematics;
-    let model = Model::new(&deck).unwrap_or_else(|error| panic!("{}: {error}", sample.name));
+    let model = deck.build().unwrap_or_else(|error| panic!("{}: {error}", sample.name));
     let mesh = sample.lattice().mesh();
     assert_eq!(model.n_nodes(), mesh.nodes.len(), "{}", sample.name);
     for (node, at) in mesh.nodes.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Models, each described twice: as a deck and as an independent mesh.
 
-use ddem_core::Deck;
-use ddem_core::deck::{
+use ddem_deck::Deck;
+use ddem_deck::{
     Assign, BlockSet, Edges, ElementKind, Extent, Fix, Joint, JointChoice, Load, Material, Remove,
     Sphere, Stage, StageKind, Where,
 };

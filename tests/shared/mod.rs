@@ -11,7 +11,8 @@ pub use vtk::Frames;
 
 use std::path::{Path, PathBuf};
 
-use ddem_core::{Deck, Model, Simd, Simulation};
+use ddem_core::{Simd, Simulation};
+use ddem_deck::Deck;
 use ddem_io::folder::Earlier;
 use ddem_io::run::{Event, Observer, Options, Outcome};
 use ddem_io::summary::Summary;
@@ -36,12 +37,12 @@ pub fn edited(text: &str, old: &str, new: &str) -> String {
 
 /// A deck from its text.
 pub fn deck(text: &str) -> Deck {
-    ddem_io::deck::parse(text, "test.toml").unwrap_or_else(|error| panic!("{error}")).0
+    ddem_deck::parse(text, "test.toml").unwrap_or_else(|error| panic!("{error}")).0
 }
 
 /// A simulation of a deck from its text.
 pub fn simulation(text: &str) -> Simulation {
-    Simulation::new(Model::new(&deck(text)).unwrap_or_else(|error| panic!("{error}")))
+    Simulation::new(deck(text).build().unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// Stops a run after so many questions.
@@ -77,7 +78,7 @@ impl Default for How {
 /// Runs a deck into a folder; `true` when it ran to its end.
 pub fn run_into(text: &str, folder: &Path, how: How) -> bool {
     let (deck, source) =
-        ddem_io::deck::parse(text, "test.toml").unwrap_or_else(|error| panic!("{error}"));
+        ddem_deck::parse(text, "test.toml").unwrap_or_else(|error| panic!("{error}"));
     let mut options = Options::new(folder);
     options.threads = Some(how.threads);
     options.simd = how.simd;

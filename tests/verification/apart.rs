@@ -5,7 +5,7 @@ use super::record::Tolerance::{Absolute, Relative};
 use super::record::{check, of};
 use super::rotation::invariants;
 use super::shared::{deck, example, run, simulation};
-use ddem_core::deck::TimeStep;
+use ddem_deck::TimeStep;
 use nalgebra::Vector3;
 
 fn flight(name: &str) {

@@ -1,7 +1,7 @@
 //! V10: blocks that hit each other, and a wall.
 
 use ddem_core::Simulation;
-use ddem_core::deck::TimeStep;
+use ddem_deck::TimeStep;
 use nalgebra::Vector3;
 
 use super::energy::closes;

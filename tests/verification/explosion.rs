@@ -3,8 +3,8 @@
 //! Exact are volumes, masses, momentum, and work and energy of the gas: these are in the table. Sizes and speeds of
 //! what flies are only shown: nothing from outside says what they are.
 
-use ddem_core::deck::TimeStep;
 use ddem_core::{Fragment, Simulation};
+use ddem_deck::TimeStep;
 use nalgebra::Vector3;
 
 use super::record::Tolerance::{Absolute, Relative};

@@ -1,9 +1,8 @@
 //! Limit strengths: relaxation, local damping and slow loading find the same one, that of limit equilibrium.
 
-use ddem_core::deck::{
-    Assign, Body, Damping, Extent, History, Joint, Load, Stage, TimeStep, Where,
-};
-use ddem_core::{Deck, Model, RunError, Simulation};
+use ddem_core::{RunError, Simulation};
+use ddem_deck::Deck;
+use ddem_deck::{Assign, Body, Damping, Extent, History, Joint, Load, Stage, TimeStep, Where};
 
 use super::incline::G;
 use super::record::Tolerance::{Absolute, Relative};
@@ -45,7 +44,7 @@ fn stands(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> bool
         }
         deck.model.gravity = [0.0; 3];
     }
-    let model = Model::new(&deck).unwrap_or_else(|error| panic!("{error}"));
+    let model = deck.build().unwrap_or_else(|error| panic!("{error}"));
     let mut simulation = Simulation::new(model);
     let damping = match way {
         Way::Relaxation => return relaxes(&mut simulation),
@@ -252,7 +251,7 @@ fn slope(factors: &[f64]) -> Simulation {
         deck.assign.push(Assign { joint, from, ..Assign::default() });
         deck.stage.push(Stage { name, ..deck.stage[0].clone() });
     }
-    let model = Model::new(&deck).unwrap_or_else(|error| panic!("{error}"));
+    let model = deck.build().unwrap_or_else(|error| panic!("{error}"));
     let mut simulation = Simulation::new(model);
     simulation.relax(1e-6, STEPS).unwrap_or_else(|error| panic!("{error}"));
     simulation
@@ -314,7 +313,7 @@ fn a_relaxation_says_that_nothing_holds() {
         let joined = with_body(plane([0.0, 35.0], 2.0), &["block"], body);
         let touching = in_contact(joined.clone(), "plane");
         for deck in [joined, touching, layered(plane([0.0, 35.0], 2.0), 20e6)] {
-            let model = Model::new(&deck).unwrap_or_else(|error| panic!("{error}"));
+            let model = deck.build().unwrap_or_else(|error| panic!("{error}"));
             let relaxed = Simulation::new(model).relax(1e-6, 200_000);
             assert!(matches!(relaxed, Err(RunError::Collapsed { .. })), "{relaxed:?}");
         }

@@ -1,9 +1,8 @@
 //! Blocks that meet make no energy, whatever their contact, mesh and rock.
 
-use ddem_core::deck::{
-    Assign, BlockSet, Body, Damping, Extent, History, Joint, Load, TimeStep, Where,
-};
-use ddem_core::{Deck, Model, Simulation};
+use ddem_core::Simulation;
+use ddem_deck::Deck;
+use ddem_deck::{Assign, BlockSet, Body, Damping, Extent, History, Joint, Load, TimeStep, Where};
 use nalgebra::{Rotation3, Unit, Vector3};
 
 use super::record::Tolerance::{Absolute, AtMost, Relative};
@@ -54,7 +53,7 @@ fn weightless(divisions: [u32; 2], thickness: f64, velocity: f64) -> Deck {
 
 /// Kinetic and strain energy, at most and at the end, as a part of that at the start.
 fn energies(deck: &Deck, steps: usize) -> [f64; 2] {
-    let mut simulation = Simulation::new(Model::new(deck).expect("a model"));
+    let mut simulation = Simulation::new(deck.build().expect("a model"));
     simulation.start(Damping::None, TimeStep::Auto, None).expect("a start");
     let first = held(&mut simulation);
     let (mut most, mut last) = (first, first);
@@ -121,7 +120,7 @@ fn blocks_that_hit_each_other_aslant_lose_what_friction_takes() {
         deck.initial[0].velocity = Some([1.0, 0.0, -0.3]);
         let seam = deck.joints.get_mut("seam").expect("a joint");
         seam.friction = Some(30.0);
-        let mut simulation = Simulation::new(Model::new(&deck).expect("a model"));
+        let mut simulation = Simulation::new(deck.build().expect("a model"));
         simulation.start(Damping::None, TimeStep::Auto, Some(0.01)).expect("a start");
         let first = held(&mut simulation);
         while simulation.steps_left() > Some(0) {
@@ -187,7 +186,7 @@ fn held(simulation: &mut Simulation) -> f64 {
 
 /// Lets the cubes of a deck hit each other and checks their energy and momentum.
 fn hit(case: Case, what: &str, deck: &Deck) {
-    let model = Model::new(deck).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let model = deck.build().unwrap_or_else(|error| panic!("{what}: {error}"));
     let mut simulation = Simulation::new(model);
     let started = simulation.start(Damping::None, TimeStep::Auto, deck.stage[0].duration);
     started.unwrap_or_else(|error| panic!("{what}: {error}"));
@@ -263,7 +262,7 @@ fn blocks_that_are_pulled_apart_keep_momentum_and_energy() {
         for (set, body) in deck.blocks.iter_mut().zip(bodies) {
             set.body = body;
         }
-        let mut simulation = Simulation::new(Model::new(&deck).expect("a model"));
+        let mut simulation = Simulation::new(deck.build().expect("a model"));
         simulation.start(Damping::None, TimeStep::Auto, None).expect("a start");
         let first = simulation.time_step();
         while simulation.time() < 0.04 {

@@ -1,7 +1,7 @@
 //! V10: free flight of what turns.
 
 use ddem_core::Simulation;
-use ddem_core::deck::TimeStep;
+use ddem_deck::TimeStep;
 use nalgebra::Vector3;
 
 use super::record::Tolerance::{Absolute, AtMost};

@@ -1,7 +1,8 @@
 //! Factors of safety by strength reduction.
 
-use ddem_core::deck::{Body, Search};
-use ddem_core::{Deck, Model, Simulation, Verdict};
+use ddem_core::{Simulation, Verdict};
+use ddem_deck::Deck;
+use ddem_deck::{Body, Search};
 
 use super::limit::{STRENGTHS, in_contact, layered, plane, wedges, with_body};
 use super::record::Tolerance::Relative;
@@ -13,7 +14,7 @@ const PART: f64 = 0.7;
 
 /// Finds the factor of safety of a deck whose strengths bear 1/`PART` times what acts.
 fn find((case, what): (Case, &str), deck: &Deck) {
-    let model = Model::new(deck).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let model = deck.build().unwrap_or_else(|error| panic!("{what}: {error}"));
     let mut simulation = Simulation::new(model);
     simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{what}: {error}"));
     let found = simulation.factor_of_safety(&Search::default(), &|_| {});
@@ -62,7 +63,7 @@ fn a_column_that_leans_on_a_block_has_its_factor_of_safety() {
 fn a_slope_of_rigid_blocks_stands_or_falls() {
     let text = std::fs::read_to_string(root("examples/slope-safety.toml")).expect("the deck");
     let deck = deck(&edited(&text, "divisions = 1", "body = \"rigid\""));
-    let mut simulation = Simulation::new(Model::new(&deck).expect("a model"));
+    let mut simulation = Simulation::new(deck.build().expect("a model"));
     simulation.relax(1e-5, 20_000).expect("it stands");
     let search = Search { bracket: [1.0, 1.1197], resolution: 0.2, ..Search::default() };
     let found = simulation.factor_of_safety(&search, &|_| {}).expect("two trials");

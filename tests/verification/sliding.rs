@@ -1,8 +1,8 @@
 //! Blocks that slide, and stay, near the limit of friction with nothing set.
 
-use ddem_core::Deck;
-use ddem_core::deck::{Body, Extent, Fix, Stage, StageKind, Where};
-use ddem_core::{Model, Relaxed, Simulation};
+use ddem_core::{Relaxed, Simulation};
+use ddem_deck::Deck;
+use ddem_deck::{Body, Extent, Fix, Stage, StageKind, Where};
 
 use super::energy::closes;
 use super::incline::G;
@@ -60,7 +60,7 @@ fn sliding_set() -> Where {
 
 /// Velocity of a region down the plane at times `[s, m/s]`, and where it has come to `[m]`.
 fn down(deck: &Deck, simulation: &mut Simulation, region: &Where, samples: u64) -> Vec<[f64; 3]> {
-    let nodes = simulation.model().nodes_in(region).unwrap();
+    let nodes = region.nodes(simulation.model()).unwrap();
     let stage = deck.stage.last().expect("a stage");
     let steps = simulation
         .start(
@@ -91,7 +91,7 @@ fn down(deck: &Deck, simulation: &mut Simulation, region: &Where, samples: u64) 
 }
 
 fn simulation(deck: &Deck) -> Simulation {
-    Simulation::new(Model::new(deck).unwrap_or_else(|error| panic!("{error}")))
+    Simulation::new(deck.build().unwrap_or_else(|error| panic!("{error}")))
 }
 
 const BLOCKS: [((Body, u32), &str); 4] = [

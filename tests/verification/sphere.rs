@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use ddem_core::Deck;
-use ddem_core::deck::History;
+use ddem_deck::Deck;
+use ddem_deck::History;
 use nalgebra::Vector3;
 
 use super::ROCK;
@@ -153,7 +153,7 @@ fn peaks(name: &str, step: f64) -> [f64; 2] {
     let volume = simulation.charge(0).expect("a charge").volume;
     println!("a = {a} m, of the volume {} m", (6.0 * volume / PI).cbrt());
     let charge = &deck.charge[0];
-    let Some(ddem_core::deck::ChargeHistory::Given(History::Table(table))) = &charge.history else {
+    let Some(ddem_deck::ChargeHistory::Given(History::Table(table))) = &charge.history else {
         panic!("a table: {:?}", charge.history)
     };
     let peak = charge.pressure.expect("a pressure");

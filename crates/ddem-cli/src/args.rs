@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use ddem_core::Simd;
-use ddem_core::deck::names;
+use ddem_deck::names;
 use ddem_io::folder::Earlier;
 
 /// More than any machine has; very many would only keep it busy starting them.

@@ -13,8 +13,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
+use ddem_deck::DeckError;
+use ddem_io::run;
 use ddem_io::run::{Options, Outcome, RunFailure};
-use ddem_io::{DeckError, deck, run};
 
 use args::{Cli, Command, Run};
 use plot::NoPicture;
@@ -94,7 +95,7 @@ fn command() -> Result<Ending, Failure> {
     match (cli.command, cli.run) {
         (None, Some(run)) if run.check => check(&run),
         (None, Some(run)) => run_deck(&run),
-        (Some(Command::Schema), _) => output(&format!("{:#}\n", deck::schema())),
+        (Some(Command::Schema), _) => output(&format!("{:#}\n", ddem_deck::json_schema())),
         (Some(Command::Info { folder }), _) => output(&results::info(&folder)?),
         (Some(Command::Plot(args)), _) => {
             results::is_folder(&args.folder)?;
@@ -109,7 +110,7 @@ fn command() -> Result<Ending, Failure> {
 
 /// Says what running the deck would take.
 fn check(args: &Run) -> Result<Ending, Failure> {
-    let (deck, source) = deck::read(&args.deck)?;
+    let (deck, source) = ddem_deck::read(&args.deck)?;
     let report = run::inspect(&deck, &source)?;
     if args.quiet {
         return Ok(Ending::Done);
@@ -121,7 +122,7 @@ fn check(args: &Run) -> Result<Ending, Failure> {
 }
 
 fn run_deck(args: &Run) -> Result<Ending, Failure> {
-    let (deck, source) = deck::read(&args.deck)?;
+    let (deck, source) = ddem_deck::read(&args.deck)?;
     let mut options = Options::new(args.folder());
     options.threads = args.threads;
     options.earlier = args.earlier();
@@ -196,7 +197,7 @@ fn say(failure: &Failure) {
             complain(&error.report(io::stderr().is_terminal() && !no_colour));
             if let DeckError::Unreadable { path, source } = error
                 && source.kind() == ErrorKind::NotFound
-                && let Some(near) = ddem_io::near(path, is_deck)
+                && let Some(near) = ddem_deck::near(path, is_deck)
             {
                 complain(&format!("  did you mean `{}`?\n", near.display()));
             }

@@ -66,7 +66,7 @@ pub(crate) fn is_folder(folder: &Path) -> Result<(), NoResults> {
         return Err(NoResults::File { file: folder.to_owned(), likely });
     }
     if !folder.is_dir() {
-        let near = ddem_io::near(folder, Path::is_dir);
+        let near = ddem_deck::near(folder, Path::is_dir);
         return Err(NoResults::Missing { folder: folder.to_owned(), near });
     }
     Ok(())

@@ -14,48 +14,63 @@ use crate::geometry::Vec3;
 use crate::history::{Course, Function};
 use crate::stage::Period;
 
-pub(crate) use release::{Fading, Released};
+pub use release::Fading;
+pub(crate) use release::Released;
 
 /// A support.
 #[derive(Clone, Debug)]
-pub(crate) struct Fixed {
-    pub(crate) nodes: Vec<u32>,
+pub struct Fixed {
+    /// Numbers of the nodes.
+    pub nodes: Vec<u32>,
     /// Those that it would hold if their blocks had not been taken out before it came into force.
-    pub(crate) gone: Vec<u32>,
-    pub(crate) axes: [bool; 3],
+    pub gone: Vec<u32>,
+    /// Directions that it holds.
+    pub axes: [bool; 3],
     /// Velocity of a driven support `[m/s]`.
-    pub(crate) velocity: Option<[f64; 3]>,
+    pub velocity: Option<[f64; 3]>,
     /// Displacement to which it is driven in relaxation `[m]`.
-    pub(crate) displacement: [f64; 3],
-    pub(crate) history: Course,
-    pub(crate) period: Period,
+    pub displacement: [f64; 3],
+    /// Factor in time.
+    pub history: Course,
+    /// Stages in which it is in force.
+    pub period: Period,
 }
 
 /// A load: nodal forces `[N]` at factor 1.
 #[derive(Clone, Debug)]
-pub(crate) struct Loaded {
-    pub(crate) forces: Vec<(u32, Vec3)>,
-    pub(crate) history: Course,
-    pub(crate) period: Period,
+pub struct Loaded {
+    /// Nodal forces at factor 1 `[N]`.
+    pub forces: Vec<(u32, Vec3)>,
+    /// Factor in time.
+    pub history: Course,
+    /// Stages in which it is in force.
+    pub period: Period,
     /// Of forces of removed blocks that fade.
-    pub(crate) fading: Option<Fading>,
+    pub fading: Option<Fading>,
 }
 
 /// A charge, and when it goes off.
 #[derive(Clone, Debug)]
-pub(crate) struct Charged {
-    pub(crate) charge: Charge,
-    pub(crate) history: Course,
-    pub(crate) delay: f64,
-    pub(crate) period: Period,
+pub struct Charged {
+    /// Surfaces that its gas pushes, and its pressure.
+    pub charge: Charge,
+    /// Factor in time.
+    pub history: Course,
+    /// Time at which it goes off, from the start of its period `[s]`.
+    pub delay: f64,
+    /// Stages in which it is in force.
+    pub period: Period,
 }
 
 /// All supports, loads and charges of a model.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Conditions {
-    pub(crate) fixed: Vec<Fixed>,
-    pub(crate) loaded: Vec<Loaded>,
-    pub(crate) charged: Vec<Charged>,
+pub struct Conditions {
+    /// Supports.
+    pub fixed: Vec<Fixed>,
+    /// Loads, then those of the forces of removed blocks.
+    pub loaded: Vec<Loaded>,
+    /// Charges.
+    pub charged: Vec<Charged>,
 }
 
 impl Conditions {
@@ -108,12 +123,11 @@ impl Conditions {
 
     /// Factor of each load and of each charge in a stage, at a time, given the times at which stages
     /// began; then 1 for what programs apply.
-    pub(crate) fn factors(
-        &self,
-        stage: usize,
-        time: f64,
-        starts: &[f64],
-    ) -> Result<Vec<f64>, RunError> {
+    ///
+    /// # Errors
+    ///
+    /// A history that a program computes has no value.
+    pub fn factors(&self, stage: usize, time: f64, starts: &[f64]) -> Result<Vec<f64>, RunError> {
         let mut factors = Vec::with_capacity(self.n_factors());
         for (index, load) in self.loaded.iter().enumerate() {
             factors.push(match load.acts(stage) {
@@ -135,7 +149,7 @@ impl Conditions {
     }
 
     /// Supports that hold all directions of their nodes, by their numbers in the deck.
-    pub(crate) fn clamped(&self) -> impl Iterator<Item = (usize, &[u32])> {
+    pub fn clamped(&self) -> impl Iterator<Item = (usize, &[u32])> {
         let fixed = self.fixed.iter().enumerate();
         fixed.filter(|(_, fix)| fix.axes == [true; 3]).map(|(i, fix)| (i, fix.nodes.as_slice()))
     }

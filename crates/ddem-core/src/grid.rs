@@ -22,7 +22,7 @@ type Cells = [[i64; 3]; 2];
 
 /// Pairs i < j of boxes that meet, touching ones included, sorted, each once. A box that is not
 /// finite, or whose low corner is not below its high one, meets nothing.
-pub(crate) fn meeting(boxes: &[Bounds]) -> Vec<[u32; 2]> {
+pub fn meeting(boxes: &[Bounds]) -> Vec<[u32; 2]> {
     let sound = |[low, high]: &Bounds| {
         (0..3).all(|d| low[d].is_finite() && high[d].is_finite() && low[d] <= high[d])
     };

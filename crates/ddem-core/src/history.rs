@@ -3,7 +3,6 @@
 use std::fmt;
 use std::sync::Arc;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Fault;
@@ -14,7 +13,8 @@ use crate::error::Fault;
 pub type Function = dyn Fn(f64) -> Result<f64, String> + Send + Sync;
 
 /// A factor in time, counted from the start of the stage named in `from`, otherwise of the run.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum History {
     /// From 0 to 1 in this time `[s]`, then 1.
@@ -28,7 +28,8 @@ pub enum History {
 }
 
 /// `ξ (e^(−αt) − e^(−βt))`, with ξ so that the peak is 1; 0 before.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Duvall {
     /// Rate at which it fades `[1/s]`.
@@ -38,7 +39,8 @@ pub struct Duvall {
 }
 
 /// Up and down along straight lines: exactly one of `fall` and `duration`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Triangle {
     /// From 0 to 1 in this time `[s]`.
@@ -53,19 +55,23 @@ pub struct Triangle {
 
 /// How a load or a driven support goes with time.
 #[derive(Clone)]
-pub(crate) enum Course {
+pub enum Course {
+    /// Always 1.
     Constant,
+    /// As given.
     Given(History),
+    /// As a program computes it.
     Computed(Arc<Function>),
 }
 
 impl Course {
-    pub(crate) fn new(history: Option<&History>) -> Self {
+    /// Constant where none is given.
+    pub fn new(history: Option<&History>) -> Self {
         history.map_or(Self::Constant, |history| Self::Given(history.clone()))
     }
 
     /// The factor at a time `[s]` after the history begins.
-    pub(crate) fn factor(&self, time: f64) -> Result<f64, String> {
+    pub fn factor(&self, time: f64) -> Result<f64, String> {
         match self {
             Self::Constant => Ok(1.0),
             Self::Given(history) => Ok(history.factor(time)),
@@ -85,7 +91,7 @@ impl Course {
 }
 
 /// What is wrong with a history of a support that is not driven.
-pub(crate) fn no_velocity(at: &str) -> Fault {
+pub fn no_velocity(at: &str) -> Fault {
     Fault::new(format!("{at}.history"), "`history` needs `velocity`").help(
         "it is the factor on the velocity in time; without a velocity the support stands still",
     )
@@ -166,7 +172,7 @@ impl Duvall {
 
 impl Triangle {
     /// Time of the way back `[s]`.
-    pub(crate) fn down(&self) -> f64 {
+    pub fn down(&self) -> f64 {
         let rest = self.duration.map(|duration| duration - self.rise);
         self.fall.or(rest).unwrap_or(0.0)
     }

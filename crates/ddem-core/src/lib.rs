@@ -11,14 +11,13 @@
 #![warn(clippy::print_stdout)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
-pub mod deck;
 pub mod element;
 pub mod law;
+pub mod problem;
 
 mod assembly;
 mod boundary;
 mod breaks;
-mod build;
 mod charge;
 mod cluster;
 mod conditions;
@@ -65,9 +64,9 @@ mod touch;
 mod verdict;
 mod watch;
 
-pub use build::{Interface, Selection};
 pub use charge::{ChargeSize, ChargeState};
-pub use deck::{Deck, Size};
+pub use contact::ContactDoubt;
+pub use element::ElementKind;
 pub use energy::Energy;
 pub use error::{Fault, ModelError, Moving, RunError};
 pub use fields::{
@@ -75,13 +74,16 @@ pub use fields::{
     FragmentSummary, JointSummary, Largest, On, Reaction, StateSummary,
 };
 pub use geometry::Face;
-pub use history::Function;
+pub use history::{Duvall, Function, History, Triangle};
 pub use model::Model;
 pub use nalgebra;
 pub use pairs::PairAt;
+pub use problem::Problem;
+pub use properties::Kinematics;
 pub use relax::Relaxed;
 pub use safety::{Safety, Trial, undecided};
 pub use saved::Saved;
 pub use simd::Simd;
 pub use simulation::{SHORTEST_STEP, Simulation};
+pub use stage::{Damping, Search, StageKind, TimeStep};
 pub use watch::Verdict;

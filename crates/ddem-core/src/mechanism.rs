@@ -11,11 +11,11 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A rigid motion that supports leave free.
 #[derive(Clone, Debug)]
-pub(crate) struct FreeMotion {
+pub struct FreeMotion {
     /// A block of those that move, which joints or contacts connect; `None`: all of them do.
-    pub(crate) block: Option<usize>,
+    pub block: Option<usize>,
     /// Translations and rotations, in words.
-    pub(crate) motions: Vec<String>,
+    pub motions: Vec<String>,
 }
 
 /// A motion of a group of blocks that the supports in force leave free; with `contacts` those of sets that touch

@@ -3,36 +3,36 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::element::{Elastic, ElementKind};
 use crate::law::{JointLaw, Stiffness};
 
 /// Damping of contacts where none is given, as a fraction of critical.
-pub(crate) const DAMPING: f64 = 0.2;
+pub const DAMPING: f64 = 0.2;
 
 /// Properties and settings of a model; materials and joints have numbers.
 #[derive(Clone, Debug)]
-pub(crate) struct Properties {
+pub struct Properties {
     /// Acceleration of gravity `[m/s²]`.
-    pub(crate) gravity: Vector3<f64>,
+    pub gravity: Vector3<f64>,
     /// Treatment of the rotation of blocks.
-    pub(crate) kinematics: Kinematics,
+    pub kinematics: Kinematics,
     /// Element of the blocks.
-    pub(crate) element: ElementKind,
+    pub element: ElementKind,
     /// The largest velocities and principal stresses of the run are kept.
-    pub(crate) peaks: bool,
+    pub peaks: bool,
     /// Properties of contacts.
-    pub(crate) contact: ContactProperties,
+    pub contact: ContactProperties,
     /// Elastic constants and densities of the materials.
-    pub(crate) materials: Vec<Elastic>,
+    pub materials: Vec<Elastic>,
     /// Properties of the joints.
-    pub(crate) joints: Vec<JointProperties>,
+    pub joints: Vec<JointProperties>,
 }
 
 /// How the rotation of a block is treated (§3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Kinematics {
     /// The paper's linear theory.
@@ -44,20 +44,20 @@ pub enum Kinematics {
 
 /// Properties of a joint.
 #[derive(Clone, Debug)]
-pub(crate) struct JointProperties {
+pub struct JointProperties {
     /// Name in results and messages.
-    pub(crate) name: String,
+    pub name: String,
     /// Thickness along the normal `[m]`.
-    pub(crate) thickness: f64,
+    pub thickness: f64,
     /// Elasticity before failure.
-    pub(crate) elasticity: JointElasticity,
+    pub elasticity: JointElasticity,
     /// Law of strength; without one the joint never fails.
-    pub(crate) law: Option<Arc<dyn JointLaw>>,
+    pub law: Option<Arc<dyn JointLaw>>,
 }
 
 /// Elasticity of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum JointElasticity {
+pub enum JointElasticity {
     /// A layer of a material.
     Layer(Elastic),
     /// Springs without mass.
@@ -66,7 +66,7 @@ pub(crate) enum JointElasticity {
 
 impl JointProperties {
     /// Constants of the layer; `None` for springs.
-    pub(crate) fn layer(&self) -> Option<&Elastic> {
+    pub fn layer(&self) -> Option<&Elastic> {
         match &self.elasticity {
             JointElasticity::Layer(layer) => Some(layer),
             JointElasticity::Springs(_) => None,
@@ -74,7 +74,7 @@ impl JointProperties {
     }
 
     /// Stiffness per area `[Pa/m]`: of a layer `(λ + 2G)/t` and `G/t` (§5).
-    pub(crate) fn stiffness(&self) -> Stiffness {
+    pub fn stiffness(&self) -> Stiffness {
         match &self.elasticity {
             JointElasticity::Layer(layer) => Stiffness {
                 normal: layer.p_modulus() / self.thickness,
@@ -87,24 +87,24 @@ impl JointProperties {
 
 /// Properties of contacts; what is not given follows from the faces that meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ContactProperties {
+pub struct ContactProperties {
     /// New contacts are looked for.
-    pub(crate) search: bool,
+    pub search: bool,
     /// They are looked for, or not, whatever joints can fail.
-    pub(crate) given: bool,
+    pub given: bool,
     /// Normal stiffness of all contacts `[Pa/m]`.
-    pub(crate) normal_stiffness: Option<f64>,
+    pub normal_stiffness: Option<f64>,
     /// Shear stiffness of all contacts `[Pa/m]`.
-    pub(crate) shear_stiffness: Option<f64>,
+    pub shear_stiffness: Option<f64>,
     /// `tan φ` of all contacts.
-    pub(crate) tan_friction: Option<f64>,
+    pub tan_friction: Option<f64>,
     /// Damping as a fraction of critical.
-    pub(crate) damping: Option<f64>,
+    pub damping: Option<f64>,
 }
 
 impl ContactProperties {
     /// Damping of contacts, of failed pairs and of the blocks around them, as a fraction of critical.
-    pub(crate) fn damping_ratio(&self) -> f64 {
+    pub fn damping_ratio(&self) -> f64 {
         self.damping.unwrap_or(DAMPING)
     }
 }

@@ -6,9 +6,12 @@ use crate::error::{Fault, RunError};
 
 /// What a number must be, besides finite.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Rule {
+pub enum Rule {
+    /// Any number.
     Any,
+    /// Above 0.
     AboveZero,
+    /// 0 or more.
     ZeroOrMore,
     /// In (from, to).
     Between(f64, f64),
@@ -40,21 +43,21 @@ impl Rule {
 
 /// The faults found so far.
 #[derive(Debug, Default)]
-pub(crate) struct Faults(pub(crate) Vec<Fault>);
+pub struct Faults(pub Vec<Fault>);
 
 impl Faults {
     /// Fails where there are any.
-    pub(crate) fn none(self) -> Result<(), RunError> {
+    pub fn none(self) -> Result<(), RunError> {
         if self.0.is_empty() { Ok(()) } else { Err(RunError::Values { faults: self.0 }) }
     }
 
     /// A fault without help.
-    pub(crate) fn add(&mut self, place: impl Into<String>, message: impl Into<String>) {
+    pub fn add(&mut self, place: impl Into<String>, message: impl Into<String>) {
         self.0.push(Fault::new(place, message));
     }
 
     /// A fault with help.
-    pub(crate) fn add_help(
+    pub fn add_help(
         &mut self,
         place: impl Into<String>,
         message: impl Into<String>,
@@ -64,7 +67,7 @@ impl Faults {
     }
 
     /// A number that keeps a rule; says whether it does.
-    pub(crate) fn number(&mut self, place: impl Into<String>, value: f64, rule: Rule) -> bool {
+    pub fn number(&mut self, place: impl Into<String>, value: f64, rule: Rule) -> bool {
         let place = place.into();
         let key = key_of(&place);
         if !value.is_finite() {
@@ -79,17 +82,12 @@ impl Faults {
     }
 
     /// A number that may be left out.
-    pub(crate) fn optional(
-        &mut self,
-        place: impl Into<String>,
-        value: Option<f64>,
-        rule: Rule,
-    ) -> bool {
+    pub fn optional(&mut self, place: impl Into<String>, value: Option<f64>, rule: Rule) -> bool {
         value.is_none_or(|value| self.number(place, value, rule))
     }
 
     /// A list of numbers that all keep a rule.
-    pub(crate) fn numbers(&mut self, place: impl Display, values: &[f64], rule: Rule) -> bool {
+    pub fn numbers(&mut self, place: impl Display, values: &[f64], rule: Rule) -> bool {
         let mut held = true;
         for (i, &value) in values.iter().enumerate() {
             held &= self.number(format!("{place}[{i}]"), value, rule);
@@ -98,12 +96,12 @@ impl Faults {
     }
 
     /// A list of finite numbers.
-    pub(crate) fn finite(&mut self, place: impl Display, values: &[f64]) -> bool {
+    pub fn finite(&mut self, place: impl Display, values: &[f64]) -> bool {
         self.numbers(place, values, Rule::Any)
     }
 
     /// A whole number that must not be 0.
-    pub(crate) fn not_zero(&mut self, place: impl Into<String>, value: impl Into<u64>) -> bool {
+    pub fn not_zero(&mut self, place: impl Into<String>, value: impl Into<u64>) -> bool {
         let place = place.into();
         let held = value.into() > 0;
         if !held {
@@ -121,7 +119,7 @@ fn key_of(place: &str) -> &str {
 }
 
 /// A number as a user would write it: 2e6, not 2000000.
-pub(crate) fn shown(value: f64) -> String {
+pub fn shown(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && size.is_finite() && !(1e-3..1e5).contains(&size) {
         format!("{value:e}")

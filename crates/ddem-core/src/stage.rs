@@ -1,13 +1,13 @@
 //! Stages: kinds, damping, time step, and from when to when something is in force.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::error::{Fault, RunError};
 use crate::rules::{Faults, Rule};
 
 /// Kind of a stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum StageKind {
     /// Static, by dynamic relaxation (§7).
@@ -20,7 +20,8 @@ pub enum StageKind {
 }
 
 /// Damping of a dynamic stage (§6).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Damping {
     /// None.
@@ -56,7 +57,7 @@ impl Damping {
     }
 
     /// Faults of its number, below a place.
-    pub(crate) fn check(self, at: &str, faults: &mut Faults) {
+    pub fn check(self, at: &str, faults: &mut Faults) {
         let (key, number, rule) = match self {
             Self::None => return,
             Self::Ratio(ratio) => ("ratio", ratio, Rule::ZeroOrMore),
@@ -102,6 +103,41 @@ pub struct Search {
     pub max_steps: u64,
 }
 
+impl Serialize for TimeStep {
+    /// `"auto"`, or a number of seconds.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match *self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Seconds(seconds) => serializer.serialize_f64(seconds),
+        }
+    }
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for TimeStep {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "TimeStep".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "Time step of a dynamic stage.",
+            "oneOf": [
+                {
+                    "description": "0.9 of the critical step, shrunk so that the stage ends on time; less once joints fail, and from the start where blocks move then and joints can fail.",
+                    "type": "string",
+                    "const": "auto"
+                },
+                {
+                    "description": "Taken as given `[s]`.",
+                    "type": "number",
+                    "format": "double"
+                }
+            ]
+        })
+    }
+}
+
 impl Default for Search {
     fn default() -> Self {
         Self {
@@ -117,7 +153,7 @@ impl Default for Search {
 
 impl Search {
     /// Faults of a search, by key; `breaks` says whether a joint can fail, `None` where there is none of the name.
-    pub(crate) fn check(&self, breaks: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {
+    pub fn check(&self, breaks: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {
         let mut faults = Faults::default();
         faults.number("resolution", self.resolution, Rule::AboveZero);
         faults.number("limit", self.limit, Rule::AboveZero);
@@ -177,16 +213,20 @@ pub(crate) fn allow_motion(
 
 /// From the start of one stage up to the start of another.
 #[derive(Clone, Debug)]
-pub(crate) struct Period {
-    pub(crate) from: Option<usize>,
-    pub(crate) until: Option<usize>,
+pub struct Period {
+    /// The first stage; `None`: from the start of the run.
+    pub from: Option<usize>,
+    /// The stage at whose start it ends; `None`: never.
+    pub until: Option<usize>,
 }
 
 impl Period {
     /// All stages.
-    pub(crate) const ALWAYS: Self = Self { from: None, until: None };
+    pub const ALWAYS: Self = Self { from: None, until: None };
 
-    pub(crate) fn has(&self, stage: usize) -> bool {
+    /// True in a stage between them.
+    #[must_use]
+    pub fn has(&self, stage: usize) -> bool {
         self.from.is_none_or(|from| stage >= from) && self.until.is_none_or(|until| stage < until)
     }
 }

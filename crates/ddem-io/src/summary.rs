@@ -6,8 +6,9 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use ddem_core::{ChargeSize, Interface, Moving, Selection, Trial, Verdict};
+use ddem_core::{ChargeSize, Moving, Trial, Verdict};
 pub use ddem_core::{ContactSummary, FragmentSummary, StateSummary};
+use ddem_deck::{Interface, Selection};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::output_error::OutputError;

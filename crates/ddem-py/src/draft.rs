@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use ddem_core::{Deck, ModelError};
+use ddem_core::ModelError;
+use ddem_deck::Deck;
 use pyo3::prelude::*;
 use toml::{Table, Value};
 
@@ -26,7 +27,7 @@ impl Draft {
 
     /// The deck; places in errors are those of the deck.
     pub(crate) fn deck(&self) -> Result<Deck, ModelError> {
-        ddem_io::deck::from_table(&self.root)
+        ddem_deck::from_table(&self.root)
     }
 
     /// Its materials and joints.

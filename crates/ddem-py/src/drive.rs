@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use ddem_core::deck::Stage;
 use ddem_core::{Fault, ModelError};
-use ddem_io::DeckError;
+use ddem_deck::DeckError;
+use ddem_deck::Stage;
 use ddem_io::run::{Event, Outcome, Progress, RunFailure, Session};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -73,7 +73,7 @@ pub(crate) fn assembled(
 /// Moves a deck through its stages; see [`run_deck`](crate::run_deck).
 pub(crate) fn driven(
     py: Python<'_>,
-    (deck, source): (&ddem_core::Deck, &ddem_io::Source),
+    (deck, source): (&ddem_deck::Deck, &ddem_deck::Source),
     (options, pool): (&ddem_io::run::Options, Pool),
     located: &dyn Fn(&DeckError) -> PyErr,
     quiet: bool,

@@ -3,9 +3,10 @@
 use std::io;
 
 use ddem_core::{Fault, ModelError, Moving, RunError};
+use ddem_deck::DeckError;
+use ddem_io::OutputError;
 use ddem_io::folder::FolderError;
 use ddem_io::run::RunFailure;
-use ddem_io::{DeckError, OutputError};
 use pyo3::exceptions::{PyException, PyFileExistsError, PyMemoryError, PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -223,7 +224,7 @@ pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
             os_error(source, path, &format!("{error}: {source}"))
         }
         DeckError::Wrong { findings, .. } => {
-            let python = |f: &ddem_io::Finding| {
+            let python = |f: &ddem_deck::Finding| {
                 (f.fault.place.clone(), f.fault.message.clone(), f.fault.help.clone())
             };
             let list: Vec<_> = findings.iter().map(python).collect();
@@ -288,7 +289,7 @@ pub(crate) fn os_error(source: &io::Error, path: &std::path::Path, message: &str
             let text = source.to_string();
             let mut text = text.split(" (os error").next().unwrap_or_default().to_owned();
             let missing = source.kind() == io::ErrorKind::NotFound && !path.exists();
-            if let Some(near) = ddem_io::near(path, |_| true).filter(|_| missing) {
+            if let Some(near) = ddem_deck::near(path, |_| true).filter(|_| missing) {
                 text += &format!("; did you mean '{}'?", near.display());
             }
             PyOSError::new_err((number, text, path.display().to_string()))

@@ -23,7 +23,7 @@ mod view;
 use std::path::{Path, PathBuf};
 
 use ddem_core::{ModelError, Simd};
-use ddem_io::DeckError;
+use ddem_deck::DeckError;
 use ddem_io::folder::Earlier;
 use ddem_io::run::{Options, Session};
 use pyo3::exceptions::PyValueError;
@@ -141,14 +141,14 @@ fn run_deck(
     let (read, name) = match &model {
         Some(model) => {
             let (text, name) = model.get().text(py)?;
-            (ddem_io::deck::parse(&text, &name), "model".into())
+            (ddem_deck::parse(&text, &name), "model".into())
         }
         None => {
             let path: PathBuf = deck.extract().map_err(|error| {
                 let message = "expected the path of a deck, a dictionary or a Model";
                 refuse(py, "deck", message, error)
             })?;
-            (ddem_io::deck::read(&path), path.file_stem().unwrap_or_default().to_owned())
+            (ddem_deck::read(&path), path.file_stem().unwrap_or_default().to_owned())
         }
     };
     // What a script has written is shown where it did.
@@ -168,13 +168,13 @@ fn run_deck(
 /// The path that was probably meant by one at which nothing is.
 #[pyfunction]
 fn _near(path: PathBuf) -> Option<PathBuf> {
-    ddem_io::near(&path, |_| true)
+    ddem_deck::near(&path, |_| true)
 }
 
 /// The JSON Schema of decks, as a dictionary.
 #[pyfunction]
 fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    values::to_python(py, &ddem_io::deck::schema())
+    values::to_python(py, &ddem_deck::json_schema())
 }
 
 #[pymodule]

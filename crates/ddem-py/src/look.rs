@@ -1,7 +1,7 @@
 //! What is seen of a simulation.
 
-use ddem_core::deck::names;
 use ddem_core::{CONTACT_FIELDS, Contact, Field, Fragment, Model, On, Simulation};
+use ddem_deck::names;
 use ddem_io::run::Session;
 use numpy::PyArray1;
 use pyo3::exceptions::PyAttributeError;

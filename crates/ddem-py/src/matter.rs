@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use ddem_core::deck::names;
+use ddem_deck::names;
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
@@ -92,7 +92,7 @@ pub(crate) struct Joint {
 fn read(py: Python<'_>, section: &str, keys: Table) -> PyResult<Table> {
     let named = Table::from_iter([("it".to_owned(), Value::Table(keys))]);
     let root = Table::from_iter([(section.to_owned(), Value::Table(named))]);
-    let deck = ddem_io::deck::from_table(&root)
+    let deck = ddem_deck::from_table(&root)
         .map_err(|error| arguments_error(py, error, &format!("{section}.it")))?;
     let mut root = Table::try_from(&deck).unwrap_or_default();
     let table = root.remove(section).and_then(|mut all| match &mut all {
@@ -108,7 +108,7 @@ fn read(py: Python<'_>, section: &str, keys: Table) -> PyResult<Table> {
 /// The schema of decks: it has all keys.
 fn schema() -> &'static serde_json::Value {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
-    SCHEMA.get_or_init(ddem_io::deck::schema)
+    SCHEMA.get_or_init(ddem_deck::json_schema)
 }
 
 /// The value of a key; `None` for one that was not given.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use ddem_core::Deck;
+use ddem_deck::Deck;
 use ddem_io::run::model_name;
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
@@ -134,8 +134,8 @@ impl Model {
         let path: PathBuf = deck.extract().map_err(|error| {
             refuse(py, "deck", "expected the path of a deck or a dictionary", error)
         })?;
-        let (mut deck, _) = ddem_io::deck::read(&path).map_err(|error| errors::deck(py, &error))?;
-        ddem_io::deck::join_paths(&mut deck, path.parent().unwrap_or(Path::new("")));
+        let (mut deck, _) = ddem_deck::read(&path).map_err(|error| errors::deck(py, &error))?;
+        ddem_deck::join_paths(&mut deck, path.parent().unwrap_or(Path::new("")));
         Ok(Self { draft: Mutex::new(Draft::of(&deck)) })
     }
 
@@ -185,7 +185,7 @@ impl Model {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (deck, _) = self.parts(py)?;
-        let size = ddem_core::Size::of(&deck);
+        let size = ddem_deck::Size::of(&deck);
         Ok(format!("<Model \"{}\": {} blocks, {} nodes>", deck.title, size.blocks, size.nodes))
     }
 
@@ -214,7 +214,7 @@ impl Model {
 impl Model {
     /// A model of a deck that has not been read yet.
     fn of(py: Python<'_>, root: &Table) -> PyResult<Self> {
-        let deck = ddem_io::deck::from_table(root).map_err(|error| errors::model(py, &error))?;
+        let deck = ddem_deck::from_table(root).map_err(|error| errors::model(py, &error))?;
         Ok(Self { draft: Mutex::new(Draft::of(&deck)) })
     }
 
@@ -227,7 +227,7 @@ impl Model {
     /// Text of the deck, if a deck can hold the model, and the name by which its results are known.
     pub(crate) fn text(&self, py: Python<'_>) -> PyResult<(String, String)> {
         let deck = self.whole(py)?;
-        let text = ddem_io::deck::write(&deck).map_err(|error| errors::deck(py, &error))?;
+        let text = ddem_deck::write(&deck).map_err(|error| errors::deck(py, &error))?;
         let titled = !deck.title.is_empty();
         let name = if titled { "model.toml".to_owned() } else { model_name(&text) };
         Ok((text, name))

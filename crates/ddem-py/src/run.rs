@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{MutexGuard, TryLockError};
 use std::time::Duration;
 
-use ddem_core::deck::{Stage, names};
+use ddem_deck::{Stage, names};
 use ddem_io::run::{Begun, RunFailure, Session, Went};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -193,7 +193,7 @@ impl Simulation {
     fn warn_of_waiting(&self, py: Python<'_>) -> PyResult<()> {
         let mut inner = self.idle(py)?;
         let Inner { session, awaited, .. } = &mut **inner;
-        let waiting = waiting(session.simulation());
+        let waiting = waiting(session);
         let waiting: Vec<String> =
             waiting.into_iter().filter(|name| awaited.insert(name.clone())).collect();
         drop(inner);
@@ -223,19 +223,19 @@ impl Simulation {
 }
 
 /// Names of later stages for which supports, loads, charges or boundaries wait.
-pub(crate) fn waiting(simulation: &ddem_core::Simulation) -> Vec<String> {
-    let deck = simulation.model().deck();
+pub(crate) fn waiting(session: &Session) -> Vec<String> {
+    let deck = session.site().deck();
     let from = (deck.fix.iter().map(|entry| &entry.from))
         .chain(deck.load.iter().map(|entry| &entry.from))
         .chain(deck.charge.iter().map(|entry| &entry.from))
         .chain(deck.boundary.iter().map(|entry| &entry.from));
-    later(simulation, &from.flatten().collect::<Vec<_>>())
+    later(session, &from.flatten().collect::<Vec<_>>())
 }
 
 /// Those of some names that stages to come have.
-pub(crate) fn later(simulation: &ddem_core::Simulation, names: &[&String]) -> Vec<String> {
-    let stages = &simulation.model().deck().stage;
-    let stages = stages.iter().skip(simulation.stage() + 1).map(|stage| &stage.name);
+pub(crate) fn later(session: &Session, names: &[&String]) -> Vec<String> {
+    let stages = &session.site().deck().stage;
+    let stages = stages.iter().skip(session.simulation().stage() + 1).map(|stage| &stage.name);
     stages.filter(|name| names.contains(name)).cloned().collect()
 }
 

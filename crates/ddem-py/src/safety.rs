@@ -18,14 +18,14 @@ impl Simulation {
     /// Names of later stages with which the model changes.
     fn _waiting(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let inner = self.idle(py)?;
-        let simulation = inner.session.simulation();
-        let mut names = waiting(simulation);
-        let deck = simulation.model().deck();
+        let session = &inner.session;
+        let mut names = waiting(session);
+        let deck = session.site().deck();
         let others = (deck.remove.iter().map(|entry| &entry.from))
             .chain(deck.assign.iter().map(|entry| &entry.from))
             .chain(deck.fix.iter().map(|entry| &entry.until))
             .chain(deck.load.iter().map(|entry| &entry.until));
-        names.extend(later(simulation, &others.flatten().collect::<Vec<_>>()));
+        names.extend(later(session, &others.flatten().collect::<Vec<_>>()));
         names.sort();
         names.dedup();
         Ok(names)
@@ -40,15 +40,15 @@ impl Simulation {
     ) -> PyResult<Found> {
         let stage = read_stage(py, "safety", None, keys)?;
         let mut inner = self.idle(py)?;
-        let simulation = inner.session.simulation_mut();
         let mut faults = stage.check();
-        let wrong = simulation.model().deck().check_search(&stage.search());
+        let wrong = inner.session.site().deck().check_search(&stage.search());
         let known = |key: &str| faults.iter().any(|known| known.place == format!("stage[0].{key}"));
         let new: Vec<_> = wrong.into_iter().filter(|fault| !known(&fault.place)).collect();
         faults.extend(new);
         if !faults.is_empty() {
             return Err(errors::arguments(py, ModelError { faults }, "stage[0]."));
         }
+        let simulation = inner.session.simulation_mut();
         let (found, stopped) = away(py, self.pool(), None, |watch| {
             simulation.stop_when(watch.stop_flag());
             simulation.factor_of_safety(&stage.search(), &|_| {})

@@ -138,12 +138,12 @@ impl Simulation {
     ///     The model has no such stage.
     fn enter(&self, py: Python<'_>, stage: &str) -> PyResult<()> {
         let mut inner = self.idle(py)?;
-        let simulation = inner.session.simulation_mut();
-        let names: Vec<&str> =
-            simulation.model().deck().stage.iter().map(|stage| stage.name.as_str()).collect();
+        let stages = &inner.session.site().deck().stage;
+        let names: Vec<&str> = stages.iter().map(|stage| stage.name.as_str()).collect();
         let Some(index) = names.iter().position(|name| *name == stage) else {
             return Err(look::unknown(py, "stage", stage, &names));
         };
+        let simulation = inner.session.simulation_mut();
         self.ended(py, Ok(()), away(py, &self.pool, None, |_| simulation.enter(index))?.1)
     }
 
@@ -221,7 +221,7 @@ impl Simulation {
         let time: String = format.call1((simulation.time(), ".6g"))?.extract()?;
         Ok(format!(
             "<Simulation \"{}\": {} blocks, {} nodes, {} steps, {time} s>",
-            model.deck().title,
+            inner.session.site().deck().title,
             model.n_blocks(),
             model.n_nodes(),
             simulation.steps(),

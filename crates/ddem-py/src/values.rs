@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use ddem_core::{Deck, ModelError};
+use ddem_core::ModelError;
+use ddem_deck::Deck;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
@@ -251,7 +252,7 @@ fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> 
         "model" | "contact" => (section.to_owned(), entry),
         _ => (format!("{section}[0]"), Value::Array(vec![entry])),
     };
-    let read = ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), entry)]));
+    let read = ddem_deck::from_table(&Table::from_iter([(section.to_owned(), entry)]));
     let mut faults = read.err().map(|error| error.faults).unwrap_or_default();
     faults.retain(|fault| fault.message.starts_with("unknown key"));
     if faults.is_empty() { error } else { arguments(py, ModelError { faults }, &place) }
@@ -284,12 +285,12 @@ pub(crate) fn table_alone(py: Python<'_>, section: &str, table: Table) -> PyResu
 
 /// A deck with what is in the files that it names; paths are relative to the folder of the program.
 pub(crate) fn with_files(mut deck: Deck) -> Result<Deck, ModelError> {
-    ddem_io::deck::read_files(&mut deck, Path::new("")).map(|()| deck)
+    ddem_deck::read_files(&mut deck, Path::new("")).map(|()| deck)
 }
 
 /// Arguments are said without the place that they have in the deck.
 fn read(py: Python<'_>, section: &str, value: Value, place: &str) -> PyResult<Deck> {
-    ddem_io::deck::from_table(&Table::from_iter([(section.to_owned(), value)]))
+    ddem_deck::from_table(&Table::from_iter([(section.to_owned(), value)]))
         .and_then(with_files)
         .map_err(|error| arguments(py, error, place))
 }

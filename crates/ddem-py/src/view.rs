@@ -1,7 +1,7 @@
 //! What is seen of a simulation, as attributes and methods in Python.
 
-use ddem_core::deck::Where;
 use ddem_core::{Energy, ModelError};
+use ddem_deck::Where;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use toml::{Table, Value};
@@ -239,7 +239,7 @@ impl Simulation {
         let region = read_where(py, keys)?;
         let found = self.looked(py, move |inner| {
             let model = inner.session.simulation().model();
-            let nodes = model.nodes_in(&region).map_err(ModelError::from)?;
+            let nodes = region.nodes(model).map_err(ModelError::from)?;
             Ok(nodes.into_iter().map(i64::from).collect())
         })?;
         let found = found.map_err(|error| errors::arguments(py, error, "where"))?;
@@ -299,7 +299,7 @@ impl Simulation {
     /// Title of the model.
     #[getter]
     fn title(&self, py: Python<'_>) -> PyResult<String> {
-        Ok(self.lock(py)?.session.simulation().model().deck().title.clone())
+        Ok(self.lock(py)?.session.site().deck().title.clone())
     }
 
     /// Number of nodes.

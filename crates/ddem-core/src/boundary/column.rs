@@ -29,9 +29,9 @@ struct Segment {
 
 /// One column, from the foot up.
 #[derive(Clone, Debug)]
-pub(crate) struct Column {
+pub struct Column {
     /// The nodes of the model that it stands behind.
-    pub(crate) nodes: Vec<u32>,
+    pub nodes: Vec<u32>,
     /// Pack, place of the x component in a nodal field, and lane of each.
     pub(crate) places: Vec<(usize, u32, u8)>,
     segments: Vec<Segment>,
@@ -47,12 +47,13 @@ pub(crate) struct Column {
 
 /// A node of a side, and the level of a column that it hangs on.
 #[derive(Clone, Debug)]
-pub(crate) struct Side {
-    pub(crate) node: u32,
+pub struct Side {
+    /// Number of the node.
+    pub node: u32,
     /// Place of the level among those of all columns.
     level: usize,
     /// Dashpots between them `[N s/m]`.
-    pub(crate) resistance: Resistance,
+    pub resistance: Resistance,
     outward: Vec3,
     /// Area below and above the level `[m²]`.
     areas: [f64; 2],
@@ -157,7 +158,7 @@ impl Column {
 
 /// Why no column can stand behind a face.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum NoColumn {
+pub enum NoColumn {
     /// The face looks up or down.
     Level,
     /// The blocks have no upright edge, or other edges that are not level.
@@ -167,7 +168,7 @@ pub(crate) enum NoColumn {
 }
 
 /// Columns and sides as they are found, face by face.
-pub(crate) struct Ground<'a> {
+pub struct Ground<'a> {
     geometry: &'a Geometry,
     /// The ground at the start, which goes on beside holes that have been dug.
     start: &'a Geometry,
@@ -181,7 +182,8 @@ pub(crate) struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    pub(crate) fn new(
+    /// Nothing yet; `first` is the first free place among the levels of all columns.
+    pub fn new(
         (geometry, start): (&'a Geometry, &'a Geometry),
         properties: &'a Properties,
         first: &'a mut usize,
@@ -190,12 +192,13 @@ impl<'a> Ground<'a> {
         Self { geometry, start, properties, first, columns: Vec::new(), sides: Vec::new(), by_foot }
     }
 
-    pub(crate) fn done(self) -> (Vec<Column>, Vec<Side>) {
+    /// The columns, and the nodes that hang on them.
+    pub fn done(self) -> (Vec<Column>, Vec<Side>) {
         (self.columns, self.sides)
     }
 
     /// Columns behind the nodes of a face, which are given with their strips.
-    pub(crate) fn stand(&mut self, surface: &Surface, strips: Vec<Strip>) -> Result<(), NoColumn> {
+    pub fn stand(&mut self, surface: &Surface, strips: Vec<Strip>) -> Result<(), NoColumn> {
         let geometry = self.geometry;
         let body = surface.body;
         let upright = self.upright(surface)?;

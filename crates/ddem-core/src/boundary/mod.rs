@@ -23,11 +23,12 @@ use crate::pack::Packs;
 use crate::properties::Properties;
 use crate::stage::Period;
 
-pub(crate) use column::{Column, Ground, Moving, NoColumn, Pace, Side};
-pub(crate) use outside::{Clamped, Dashpot, Outside};
+pub use column::{Column, Ground, NoColumn, Side};
+pub(crate) use column::{Moving, Pace};
+pub(crate) use outside::{Dashpot, Outside};
 
 /// A matrix of damping `[N s/m]`, or of impedance `[Pa s/m]`.
-pub(crate) type Resistance = Matrix3<f64>;
+pub type Resistance = Matrix3<f64>;
 
 /// What acts on a node from outside, besides its dashpots `[N]`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,26 +41,30 @@ pub(crate) struct Push {
 
 /// One boundary.
 #[derive(Clone, Debug)]
-pub(crate) struct Border {
+pub struct Border {
     /// Dashpots by face and node, a node as often as it has faces `[N s/m]`.
-    pub(crate) dashpots: Vec<(u32, Resistance)>,
+    pub dashpots: Vec<(u32, Resistance)>,
     /// Faces that it takes, how much of them and how much there is `[m²]`.
-    pub(crate) faces: Vec<(Surface, [f64; 2])>,
+    pub faces: Vec<(Surface, [f64; 2])>,
     /// Nodes of faces that look down.
-    pub(crate) under: BTreeSet<u32>,
+    pub under: BTreeSet<u32>,
     /// Velocity of the wave that comes in `[m/s]`.
-    pub(crate) wave: Option<Vec3>,
-    pub(crate) history: Course,
-    pub(crate) period: Period,
+    pub wave: Option<Vec3>,
+    /// Factor in time of the wave.
+    pub history: Course,
+    /// Stages in which it is in force.
+    pub period: Period,
     /// Free-field columns, and where the model hangs on them.
-    pub(crate) columns: Vec<Column>,
-    pub(crate) sides: Vec<Side>,
+    pub columns: Vec<Column>,
+    /// Nodes that hang on the columns.
+    pub sides: Vec<Side>,
 }
 
 /// All boundaries of a model.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Borders {
-    pub(crate) list: Vec<Border>,
+pub struct Borders {
+    /// In the order of the problem.
+    pub list: Vec<Border>,
 }
 
 /// What boundaries act on.
@@ -80,7 +85,7 @@ impl Borders {
     }
 
     /// Whether a boundary is in force in a stage.
-    pub(crate) fn has(&self, border: usize, stage: usize) -> bool {
+    pub fn has(&self, border: usize, stage: usize) -> bool {
         self.list[border].period.has(stage)
     }
 
@@ -166,11 +171,7 @@ impl Borders {
 }
 
 /// `ρ c_P n nᵀ + ρ c_S (1 − n nᵀ)` of the block behind a face `[Pa s/m]`.
-pub(crate) fn impedance(
-    geometry: &Geometry,
-    properties: &Properties,
-    surface: &Surface,
-) -> Resistance {
+pub fn impedance(geometry: &Geometry, properties: &Properties, surface: &Surface) -> Resistance {
     let rock = &properties.materials[geometry.bodies[surface.body].material as usize];
     resistance(rock, &surface.outward(geometry))
 }

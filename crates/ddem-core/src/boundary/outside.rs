@@ -82,12 +82,6 @@ pub(crate) struct Clamped {
     pub(crate) fixes: BTreeSet<usize>,
 }
 
-impl Clamped {
-    pub(crate) fn all(&self) -> bool {
-        self.nodes > 0 && self.count == self.nodes
-    }
-}
-
 impl Outside {
     pub(crate) fn new(
         borders: &Borders,

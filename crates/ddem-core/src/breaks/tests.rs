@@ -1,41 +1,71 @@
 //! Which strips and corners go with a pair, against all cells that hold both its nodes.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::Broken;
 use super::strips::Cell;
 use crate::assembly::NO_TABLE;
-use crate::deck::{BlockSet, Deck, Extent, Joint, JointChoice, Material, Remove, Where};
-use crate::geometry::NO_JOINT;
+use crate::element::{Elastic, ElementKind};
 use crate::lanes::LANES;
 use crate::model::Model;
+use crate::problem::*;
+use crate::properties::Kinematics;
 
 /// Pack, lane and local number of a node.
 type Node = (usize, usize, usize);
 
-fn model(count: [u32; 3], divisions: u32, gone: Option<[f64; 3]>) -> Model {
-    let rock = Material { density: 2400.0, young: 18e9, poisson: 0.25 };
-    let seam = Joint { thickness: 0.02, material: Some("rock".into()), ..Joint::default() };
-    let around = |at: f64| Some(Extent::Range([at - 0.4, at + 0.4]));
-    let remove = gone.map(|[x, y, z]| Remove {
-        region: Where { x: around(x), y: around(y), z: around(z), ..Where::default() },
-        ..Remove::default()
-    });
-    let deck = Deck {
-        materials: [("rock".to_owned(), rock)].into(),
-        joints: [("seam".to_owned(), seam)].into(),
-        blocks: vec![BlockSet {
-            size: Some(count.map(f64::from)),
-            count: Some(count),
-            divisions,
-            material: "rock".into(),
-            joint: Some(JointChoice::All("seam".into())),
-            ..BlockSet::default()
-        }],
-        remove: remove.into_iter().collect(),
-        ..Deck::default()
+/// Blocks of 1 m with joints of 0.02 m between them, one of them left out.
+fn model(count: [usize; 3], divisions: usize, gone: Option<[usize; 3]>) -> Model {
+    let rock = Elastic::new(2400.0, 18e9, 0.25);
+    let seam = JointProperties {
+        name: "seam".into(),
+        thickness: 0.02,
+        elasticity: JointElasticity::Layer(rock),
+        law: None,
     };
-    Model::new(&deck).unwrap_or_else(|error| panic!("{error}"))
+    let cells = count.iter().product();
+    let inner = |at: usize, end: usize| if at == 0 || at == end { 0.0 } else { 0.02 };
+    let mut lattice = Lattice {
+        set: 0,
+        refined: None,
+        origin: Vec3::zeros(),
+        axes: [0, 1, 2].map(|d| Vec3::ith(d, 1.0)),
+        divisions,
+        rigid: false,
+        count,
+        cuts: count.map(|n| (0..=n).map(|at| at as f64).collect()),
+        lengths: count.map(|n| vec![1.0; n]),
+        gaps: count.map(|n| (0..=n).map(|at| inner(at, n)).collect()),
+        body: vec![0; cells],
+        material: Arc::new(vec![0; cells]),
+        joint: [0; 3].map(|joint| Arc::new(vec![joint; cells])),
+        own_joint: [0; 3],
+    };
+    if let Some(cell) = gone {
+        let at = lattice.index(cell);
+        lattice.body[at] = NONE;
+    }
+    let bounds = [Vec3::zeros(), Vec3::from(count.map(|n| n as f64))];
+    let geometry = Geometry::new(vec![lattice], bounds);
+    Model::new(Arc::new(Problem {
+        properties: Properties {
+            gravity: Vec3::zeros(),
+            kinematics: Kinematics::Corotational,
+            element: ElementKind::Incompatible,
+            peaks: false,
+            contact: ContactProperties::default(),
+            materials: vec![rock],
+            joints: vec![seam],
+        },
+        stages: Stages { geometries: vec![(0, Arc::new(geometry))], assigns: vec![], dug: false },
+        conditions: Conditions::default(),
+        borders: Borders::default(),
+        stresses: Vec::new(),
+        motions: Vec::new(),
+        kinds: Vec::new(),
+        sets: Sets { bounds, list: Vec::new() },
+    }))
 }
 
 /// A node of a joint lattice, given by its place there.
@@ -76,8 +106,8 @@ fn strips_and_corners_that_hold_both_nodes_go_with_a_pair() {
     let lattices = [
         ([3, 3, 3], 2, None),
         ([4, 2, 3], 1, None),
-        ([2, 3, 4], 3, Some([0.5, 1.5, 2.5])),
-        ([3, 3, 3], 2, Some([1.5, 1.5, 1.5])),
+        ([2, 3, 4], 3, Some([0, 1, 2])),
+        ([3, 3, 3], 2, Some([1, 1, 1])),
     ];
     for (count, divisions, gone) in lattices {
         let model = model(count, divisions, gone);

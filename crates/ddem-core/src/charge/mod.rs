@@ -7,31 +7,32 @@
 mod shell;
 mod size;
 
-pub(crate) use self::shell::Shell;
+pub use self::shell::Shell;
 pub use self::size::ChargeSize;
 use crate::geometry::Vec3;
 
 /// The gas in one shell of a charge.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Fill {
+pub struct Fill {
     /// Volume of the shell when the charge went off, if it has `[m³]`.
-    pub(crate) began: Option<f64>,
+    pub began: Option<f64>,
     /// Volume with which the gas got out, if it has `[m³]`.
-    pub(crate) left: Option<f64>,
+    pub left: Option<f64>,
 }
 
 /// The gas of a charge that expands.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Gas {
-    pub(crate) gamma: f64,
+pub struct Gas {
+    /// Adiabatic index.
+    pub gamma: f64,
     /// Volume at which it has the pressure of the charge `[m³]`.
-    pub(crate) own: f64,
+    pub own: f64,
     /// Volume that it has at the start `[m³]`.
-    pub(crate) start: f64,
+    pub start: f64,
     /// It makes its own room: its volume grows by what the shells grow by from when it goes off.
-    pub(crate) own_room: bool,
+    pub own_room: bool,
     /// It has the pressure of the charge in the volume that there is when it goes off.
-    pub(crate) given: bool,
+    pub given: bool,
 }
 
 impl Gas {
@@ -42,7 +43,7 @@ impl Gas {
     }
 
     /// Its pressure as a part of the charge's.
-    pub(crate) fn part(&self, first: f64, grown: f64) -> f64 {
+    pub fn part(&self, first: f64, grown: f64) -> f64 {
         let own = if self.given { first } else { self.own };
         libm::pow(own / self.volume(first, grown), self.gamma)
     }
@@ -50,19 +51,19 @@ impl Gas {
 
 /// A charge.
 #[derive(Clone, Debug)]
-pub(crate) struct Charge {
+pub struct Charge {
     /// Nodes that it pushes, in order.
-    pub(crate) nodes: Vec<u32>,
+    pub nodes: Vec<u32>,
     /// Their reference positions `[m]`.
-    pub(crate) start: Vec<Vec3>,
-    pub(crate) shells: Vec<Shell>,
+    pub start: Vec<Vec3>,
+    /// Surfaces of the gas, each apart from the others.
+    pub shells: Vec<Shell>,
     /// Pressure `[Pa]`: of the gas in its own volume, or at factor 1.
-    pub(crate) pressure: f64,
-    pub(crate) gas: Option<Gas>,
+    pub pressure: f64,
+    /// The gas, if it expands.
+    pub gas: Option<Gas>,
     /// What there is of it at the start.
-    pub(crate) size: ChargeSize,
-    /// What is doubtful about it.
-    pub(crate) doubts: Vec<String>,
+    pub size: ChargeSize,
 }
 
 /// A charge at one time.
@@ -81,20 +82,20 @@ pub struct ChargeState {
 
 /// What a charge does to its nodes.
 #[derive(Debug)]
-pub(crate) struct Push {
+pub struct Push {
     /// At factor 1 `[Pa]`.
-    pub(crate) pressure: f64,
+    pub pressure: f64,
     /// Volume of all shells `[m³]`.
-    pub(crate) volume: f64,
+    pub volume: f64,
     /// At factor 1, by node `[N]`.
-    pub(crate) forces: Vec<Vec3>,
+    pub forces: Vec<Vec3>,
     /// Of each shell.
-    pub(crate) fills: Vec<Fill>,
+    pub fills: Vec<Fill>,
 }
 
 impl Charge {
     /// Nodes of the walls of cavities that it pushes.
-    pub(crate) fn walls(&self) -> impl Iterator<Item = Vec<u32>> {
+    pub fn walls(&self) -> impl Iterator<Item = Vec<u32>> {
         let in_cavity = self.shells.iter().filter(|_| self.size.walls > 0);
         let node = |&at: &u32| self.nodes[at as usize];
         in_cavity.flat_map(Shell::walls).map(move |wall| wall.iter().map(node).collect())
@@ -102,7 +103,7 @@ impl Charge {
 
     /// Pressure by volume of a gas that expands, `γ p/V` `[Pa/m³]`, and the areas that it has then `[m²]`: gas is a
     /// spring of the stiffness `γ p/V A Aᵀ`. It is stiffest at the start, or when it went off in less room.
-    pub(crate) fn stiffness(&self, u: &[Vec3], fills: &[Fill]) -> Option<(f64, Vec<Vec3>)> {
+    pub fn stiffness(&self, u: &[Vec3], fills: &[Fill]) -> Option<(f64, Vec<Vec3>)> {
         let gas = self.gas?;
         let still = vec![Vec3::zeros(); self.nodes.len()];
         let off = fills.iter().any(|fill| fill.began.is_some());
@@ -140,7 +141,7 @@ impl Charge {
     }
 
     /// What it does after these displacements of its nodes.
-    pub(crate) fn push(&self, u: &[Vec3], fills: &[Fill]) -> Push {
+    pub fn push(&self, u: &[Vec3], fills: &[Fill]) -> Push {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];
         let (mut all, mut now) = (0.0, Vec::with_capacity(self.shells.len()));
         for (shell, fill) in self.shells.iter().zip(fills) {

@@ -4,20 +4,20 @@ use crate::geometry::Vec3;
 
 /// The surface of a gas, or of a part of it that is apart from the others.
 #[derive(Clone, Debug)]
-pub(crate) struct Shell {
+pub struct Shell {
     /// Three corners each, as places in the nodes of the charge, and what part of it counts.
     facets: Vec<([u32; 3], f64)>,
     /// Nodes of the faces of blocks that it has.
     walls: Vec<Vec<u32>>,
     /// Volume within it at the start `[m³]`.
-    pub(crate) volume: f64,
+    pub volume: f64,
     /// How far a wall may go from the others before the gas gets out `[m]`.
-    pub(crate) reach: f64,
+    pub reach: f64,
 }
 
 impl Shell {
     /// Of polygons whose corners, and walls whose nodes, are places in the nodes of a charge.
-    pub(crate) fn new(
+    pub fn new(
         polygons: impl Iterator<Item = Vec<u32>>,
         walls: Vec<Vec<u32>>,
         volume: f64,
@@ -45,7 +45,7 @@ impl Shell {
     }
 
     /// Volume within a closed surface, by the divergence theorem.
-    pub(crate) fn enclosed(&self, x: &[Vec3]) -> f64 {
+    pub fn enclosed(&self, x: &[Vec3]) -> f64 {
         let Some(([first, ..], _)) = self.facets.first() else { return 0.0 };
         let origin = x[*first as usize];
         let cone = |(facet, part): &([u32; 3], f64)| {

@@ -5,7 +5,7 @@ use crate::history::Course;
 
 impl Conditions {
     /// Loads in force in a stage whose history is 0 when the stage is the first to see them.
-    pub(crate) fn resting(&self, stage: usize) -> Vec<usize> {
+    pub fn resting(&self, stage: usize) -> Vec<usize> {
         let rests = |load: &Loaded| {
             if load.fading.is_some() {
                 return false;

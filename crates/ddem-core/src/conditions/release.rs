@@ -16,7 +16,7 @@ pub(crate) struct Released {
 
 /// How the forces of removed blocks go.
 #[derive(Clone, Debug)]
-pub(crate) struct Fading {
+pub struct Fading {
     /// The stage at whose start they begin to.
     pub(crate) from: usize,
     /// They fade with time; others go at once.
@@ -27,6 +27,14 @@ pub(crate) struct Fading {
     pub(crate) began: f64,
     /// A relaxation has taken them back.
     pub(crate) over: bool,
+}
+
+impl Fading {
+    /// Forces that begin to fade as a stage begins, or go at once; a relaxation takes them back.
+    #[must_use]
+    pub fn new(from: usize, fades: bool, relaxing: Vec<usize>) -> Self {
+        Self { from, fades, relaxing, began: 0.0, over: false }
+    }
 }
 
 impl Loaded {

@@ -18,41 +18,70 @@ const SINKS: f64 = 0.01;
 /// What is fixed in a model.
 type Fixed<'a> = (&'a Geometry, &'a Packs, &'a Assembly);
 
+/// A stiffness of contacts far from that of the blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactDoubt {
+    /// A given stiffness that shortens the time step.
+    Stiff {
+        /// Stiffness along the faces, not across them.
+        shear: bool,
+        /// Stiffness that is given `[Pa/m]`.
+        given: f64,
+        /// Stiffness of the faces that meet `[Pa/m]`.
+        own: f64,
+        /// Longest time step with it `[s]`.
+        step: f64,
+        /// Longest time step without it `[s]`.
+        without: f64,
+    },
+    /// A given stiffness with which blocks sink into each other.
+    Soft {
+        /// Stiffness along the faces, not across them.
+        shear: bool,
+        /// Stiffness that is given `[Pa/m]`.
+        given: f64,
+        /// Stiffness of the faces that meet `[Pa/m]`.
+        own: f64,
+    },
+    /// Blocks that sink in under their own weight.
+    Sinks {
+        /// Depth as a part of an edge of the block.
+        part: f64,
+        /// Density of the block `[kg/m³]`.
+        density: f64,
+        /// Normal stiffness of its contact `[Pa/m]`.
+        stiffness: f64,
+    },
+}
+
 impl Surfaces {
-    /// What is to be said of the stiffness of contacts.
-    pub(crate) fn doubts(&self, properties: &Properties, of: Fixed<'_>) -> Vec<String> {
+    /// Stiffnesses of contacts far from those of the blocks.
+    pub(crate) fn doubts(&self, properties: &Properties, of: Fixed<'_>) -> Vec<ContactDoubt> {
         let contact = &properties.contact;
         let mut doubts = Vec::new();
         let sinks = self.skins.sinks(properties.gravity.norm(), SINKS);
-        for (direction, key, given) in [
-            (0, "normal_stiffness", contact.normal_stiffness),
-            (1, "shear_stiffness", contact.shear_stiffness),
-        ] {
-            let Some(given) = given else { continue };
-            let without = self.skins.without(direction);
-            let [least, most] = without.range(direction);
+        for (direction, given) in
+            [contact.normal_stiffness, contact.shear_stiffness].iter().enumerate()
+        {
+            let Some(given) = *given else { continue };
+            let shear = direction == 1;
+            let bare = self.skins.without(direction);
+            let [least, most] = bare.range(direction);
             let own = if given > most { most } else { least };
             let times = given / own;
-            let said = format!(
-                "`{key}` in [contact], {given:e} Pa/m, is {times:.1e} times that of the \
-                 faces that meet, {own:.2e} Pa/m"
-            );
-            let [step, before] = [&self.skins, &without].map(|skins| longest_step(skins, of));
-            if times > STIFF || (times > 1.0 && step < SHORT * before) {
-                doubts.push(format!(
-                    "{said}: no time step may be longer than {step:.2e} s, without it {before:.2e} s"
-                ));
-            } else if times < SOFT && (direction == 1 || sinks.is_none()) {
-                doubts.push(format!("{said}: blocks sink into each other where they meet"));
+            let [step, without] = [&self.skins, &bare].map(|skins| longest_step(skins, of));
+            if times > STIFF || (times > 1.0 && step < SHORT * without) {
+                doubts.push(ContactDoubt::Stiff { shear, given, own, step, without });
+            } else if times < SOFT && (shear || sinks.is_none()) {
+                doubts.push(ContactDoubt::Soft { shear, given, own });
             }
         }
-        doubts.extend(sinks.map(|[part, density, stiffness]| {
-            format!(
-                "contacts of {stiffness:.2e} Pa/m are soft: under its own weight a block of \
-                 {density} kg/m³ sinks {:.1} % of its edge into what is below it",
-                100.0 * part
-            )
-        }));
+        let sinks = sinks.map(|[part, density, stiffness]| ContactDoubt::Sinks {
+            part,
+            density,
+            stiffness,
+        });
+        doubts.extend(sinks);
         doubts
     }
 }

@@ -43,6 +43,7 @@ use crate::law::{Memory, Settled, Traction};
 use crate::touch::FaceOf;
 
 pub(crate) use bound::{Added, bound, faces, outer};
+pub use doubts::ContactDoubt;
 pub(crate) use place::{Placed, Placing, Spot};
 pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};

@@ -13,14 +13,14 @@ pub(crate) mod lattice;
 mod principal;
 pub(crate) mod table;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use elastic::Elastic;
 pub(crate) use principal::principal;
 
 /// The element of the blocks (§3); that of joints is always the trilinear one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum ElementKind {
     /// The paper's trilinear hexahedron, which locks in bending.

@@ -8,31 +8,33 @@ use crate::touch::FaceOf;
 
 /// Two faces that lie on each other, or nearly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Abutment {
+pub struct Abutment {
     /// a and b, the lower number first.
-    pub(crate) blocks: [u32; 2],
-    pub(crate) faces: [FaceOf; 2],
-    pub(crate) joint: u16,
+    pub blocks: [u32; 2],
+    /// A face of each.
+    pub faces: [FaceOf; 2],
+    /// Number of the joint.
+    pub joint: u16,
     /// Of the parts of their cells' faces that lie on each other, gaps around included `[m²]`.
-    pub(crate) area: f64,
+    pub area: f64,
     /// Distance of the two faces `[m]`.
-    pub(crate) gap: f64,
+    pub gap: f64,
     /// Normal stiffness of the joint `[Pa/m]`.
-    pub(crate) stiffness: f64,
+    pub stiffness: f64,
 }
 
 /// What a face has of the joints to others that it does not match.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Abuts {
+pub struct Abuts {
     /// Of several the stiffest, which bounds what the others do.
-    pub(crate) joint: u16,
+    pub joint: u16,
     stiffness: f64,
     /// Least distance to the other faces `[m]`.
-    pub(crate) gap: f64,
+    pub gap: f64,
 }
 
 /// The joint at each face, by block and number.
-pub(crate) fn abutting(abutments: &[Abutment]) -> HashMap<(u32, u8), Abuts> {
+pub fn abutting(abutments: &[Abutment]) -> HashMap<(u32, u8), Abuts> {
     let mut faces: HashMap<(u32, u8), Abuts> = HashMap::new();
     for abutment in abutments {
         let &Abutment { joint, stiffness, gap, .. } = abutment;
@@ -49,7 +51,7 @@ pub(crate) fn abutting(abutments: &[Abutment]) -> HashMap<(u32, u8), Abuts> {
 
 impl Geometry {
     /// Joint at a face of a block, whether another block is there or not.
-    pub(crate) fn joint_at(&self, body: usize, face: FaceOf) -> Option<u16> {
+    pub fn joint_at(&self, body: usize, face: FaceOf) -> Option<u16> {
         let lattice = self.lattice(body);
         let (d, mut cell) = (face.direction, self.bodies[body].cell.map(|c| c as usize));
         let joint = match (face.upper, cell[d]) {
@@ -64,7 +66,7 @@ impl Geometry {
     }
 
     /// Whether a block has another material or other joints than before.
-    pub(crate) fn differs(&self, before: &Self, block: usize) -> bool {
+    pub fn differs(&self, before: &Self, block: usize) -> bool {
         let joints = |geometry: &Self| {
             let number = |k: u8| {
                 let abuts = geometry.abutting.get(&(block as u32, k));
@@ -79,13 +81,13 @@ impl Geometry {
     }
 
     /// The joint of two blocks whose faces do not match, if there is one.
-    pub(crate) fn joint_of(&self, blocks: [u32; 2]) -> Option<u16> {
+    pub fn joint_of(&self, blocks: [u32; 2]) -> Option<u16> {
         let at = self.abutments.binary_search_by_key(&blocks, |abutment| abutment.blocks);
         at.ok().map(|at| self.abutments[at].joint)
     }
 
     /// Takes joints and materials from what is where in another stage.
-    pub(crate) fn assign_as(&mut self, other: &Self) {
+    pub fn assign_as(&mut self, other: &Self) {
         for (own, other) in self.lattices.iter_mut().zip(&other.lattices) {
             (own.joint, own.material) = (other.joint.clone(), other.material.clone());
         }

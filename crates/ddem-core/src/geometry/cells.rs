@@ -8,13 +8,13 @@ use super::{Geometry, Lattice, Vec3};
 ///
 /// Rust 1.95 loses a number that is written into the copy of an array at an index that is known at run time only; the
 /// tests search the source for that pattern.
-pub(crate) fn moved_to(cell: [usize; 3], axis: usize, number: usize) -> [usize; 3] {
+pub fn moved_to(cell: [usize; 3], axis: usize, number: usize) -> [usize; 3] {
     std::array::from_fn(|k| if k == axis { number } else { cell[k] })
 }
 
 impl Lattice {
     /// The cell that a point lies in.
-    pub(crate) fn cell_at(&self, x: &Vec3) -> Option<[usize; 3]> {
+    pub fn cell_at(&self, x: &Vec3) -> Option<[usize; 3]> {
         let mut cell = [0; 3];
         for (d, at) in cell.iter_mut().enumerate() {
             *at = self.cuts_below(d, x).checked_sub(1).filter(|&at| at < self.count[d])?;
@@ -30,7 +30,7 @@ impl Lattice {
     }
 
     /// Cells along each edge that may lie among some points, those beside them included.
-    pub(crate) fn cells_among(&self, points: &[Vec3]) -> [Range<usize>; 3] {
+    pub fn cells_among(&self, points: &[Vec3]) -> [Range<usize>; 3] {
         [0, 1, 2].map(|d| {
             let below = || points.iter().map(|x| self.cuts_below(d, x));
             let (first, last) = (below().min().unwrap_or(0), below().max().unwrap_or(0));
@@ -41,12 +41,7 @@ impl Lattice {
 
 impl Geometry {
     /// The facing node across the gap along d, when this node is on that side of its body.
-    pub(crate) fn partner(
-        &self,
-        body: usize,
-        at: [usize; 3],
-        d: usize,
-    ) -> Option<(usize, [usize; 3])> {
+    pub fn partner(&self, body: usize, at: [usize; 3], d: usize) -> Option<(usize, [usize; 3])> {
         let n = self.lattice(body).divisions;
         let side = match at[d] {
             0 => -1,
@@ -57,7 +52,7 @@ impl Geometry {
     }
 
     /// The next node along d, in the same body or across a gap.
-    pub(crate) fn step(
+    pub fn step(
         &self,
         body: usize,
         at: [usize; 3],
@@ -76,7 +71,8 @@ impl Geometry {
         Some((self.neighbour(body, offset)?, moved_to(at, d, next)))
     }
 
-    pub(crate) fn spacing(&self, body: usize, d: usize) -> f64 {
+    /// Element size of a block along an edge `[m]`.
+    pub fn spacing(&self, body: usize, d: usize) -> f64 {
         self.lattice(body).spacing(d, self.bodies[body].cell[d] as usize)
     }
 }

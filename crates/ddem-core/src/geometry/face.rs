@@ -21,19 +21,19 @@ pub struct Face {
 
 impl Face {
     /// The joint that is there.
-    pub(crate) fn at(&self, geometry: &Geometry) -> u16 {
+    pub fn at(&self, geometry: &Geometry) -> u16 {
         let cell = geometry.bodies[self.a as usize].cell.map(|c| c as usize);
         geometry.lattice(self.a as usize).joint_above(cell, self.direction.into())
     }
 
     /// One more than the number of its last pair.
-    pub(crate) fn end(&self) -> usize {
+    pub fn end(&self) -> usize {
         self.first_pair as usize + (self.divisions as usize + 1).pow(2)
     }
 }
 
 /// All joints, by block a and direction.
-pub(crate) fn faces(geometry: &Geometry) -> Vec<Face> {
+pub fn faces(geometry: &Geometry) -> Vec<Face> {
     let mut faces = Vec::new();
     let mut first_pair = 0;
     for a in 0..geometry.bodies.len() {

@@ -5,72 +5,76 @@ use std::sync::Arc;
 use super::Vec3;
 
 /// No body: there is nothing.
-pub(crate) const NONE: u32 = u32::MAX;
+pub const NONE: u32 = u32::MAX;
 /// No body: a coarser or finer lattice has what is there.
-pub(crate) const ELSEWHERE: u32 = u32::MAX - 1;
+pub const ELSEWHERE: u32 = u32::MAX - 1;
 /// No joint.
-pub(crate) const NO_JOINT: u16 = u16::MAX;
+pub const NO_JOINT: u16 = u16::MAX;
 
 /// Cells between joint planes; nodes on lines along three edges.
 #[derive(Clone, Debug)]
-pub(crate) struct Lattice {
+pub struct Lattice {
     /// The block set that it is of.
-    pub(crate) set: usize,
+    pub set: usize,
     /// The entry of `refine` that made it of coarser blocks.
-    pub(crate) refined: Option<usize>,
-    pub(crate) origin: Vec3,
+    pub refined: Option<usize>,
+    /// Position of the lower corner `[m]`.
+    pub origin: Vec3,
     /// Unit vectors along the three edges.
-    pub(crate) axes: [Vec3; 3],
+    pub axes: [Vec3; 3],
     /// Elements along each edge of a block; 1 where blocks are rigid.
-    pub(crate) divisions: usize,
+    pub divisions: usize,
     /// Blocks do not deform (§8).
-    pub(crate) rigid: bool,
+    pub rigid: bool,
     /// Cells along each edge.
-    pub(crate) count: [usize; 3],
+    pub count: [usize; 3],
     /// Positions of the cuts along each edge, shape `(count + 1)` `[m]`.
-    pub(crate) cuts: [Vec<f64>; 3],
+    pub cuts: [Vec<f64>; 3],
     /// Lengths of the cells along each edge, equal where the cuts are evenly spaced `[m]`.
-    pub(crate) lengths: [Vec<f64>; 3],
+    pub lengths: [Vec<f64>; 3],
     /// Width of the gap at each cut along the edge, shape `(count + 1)` `[m]`.
-    pub(crate) gaps: [Vec<f64>; 3],
+    pub gaps: [Vec<f64>; 3],
     /// Body in each cell, or [`NONE`] or [`ELSEWHERE`]; x fastest.
-    pub(crate) body: Vec<u32>,
+    pub body: Vec<u32>,
     /// Material of each cell.
-    pub(crate) material: Arc<Vec<u16>>,
+    pub material: Arc<Vec<u16>>,
     /// Joint at the upper side of each cell, by the direction of its normal.
-    pub(crate) joint: [Arc<Vec<u16>>; 3],
+    pub joint: [Arc<Vec<u16>>; 3],
     /// The joint that the set has by the direction of the normal: at its outer faces, too.
-    pub(crate) own_joint: [u16; 3],
+    pub own_joint: [u16; 3],
 }
 
 impl Lattice {
-    pub(crate) fn index(&self, cell: [usize; 3]) -> usize {
+    /// Number of a cell; x fastest.
+    pub fn index(&self, cell: [usize; 3]) -> usize {
         cell[0] + self.count[0] * (cell[1] + self.count[1] * cell[2])
     }
 
-    pub(crate) fn cell(&self, index: usize) -> [usize; 3] {
+    /// Cell of a number.
+    pub fn cell(&self, index: usize) -> [usize; 3] {
         let [nx, ny, _] = self.count;
         [index % nx, index / nx % ny, index / (nx * ny)]
     }
 
     /// Whether a block is in a cell.
-    pub(crate) fn has_body(&self, index: usize) -> bool {
+    pub fn has_body(&self, index: usize) -> bool {
         self.body[index] < ELSEWHERE
     }
 
-    pub(crate) fn nodes_per_body(&self) -> usize {
+    /// Number of nodes of one block.
+    pub fn nodes_per_body(&self) -> usize {
         (self.divisions + 1).pow(3)
     }
 
     /// Element size along an edge in a cell `[m]`.
-    pub(crate) fn spacing(&self, d: usize, cell: usize) -> f64 {
+    pub fn spacing(&self, d: usize, cell: usize) -> f64 {
         let gaps = self.gaps[d][cell] / 2.0 + self.gaps[d][cell + 1] / 2.0;
         (self.lengths[d][cell] - gaps) / self.divisions as f64
     }
 
     /// Area of one element of the joint at the upper side of a cell along d `[m²]`. Between rigid
     /// blocks it reaches to the middle of the gaps around, where there are no strips.
-    pub(crate) fn joint_area(&self, cell: [usize; 3], d: usize) -> f64 {
+    pub fn joint_area(&self, cell: [usize; 3], d: usize) -> f64 {
         let edge = |e: usize| {
             let whole =
                 if self.rigid { self.lengths[e][cell[e]] } else { self.spacing(e, cell[e]) };
@@ -80,7 +84,7 @@ impl Lattice {
     }
 
     /// Position along an edge of the i-th line of nodes in a cell `[m]`.
-    pub(crate) fn line(&self, d: usize, cell: usize, i: usize) -> f64 {
+    pub fn line(&self, d: usize, cell: usize, i: usize) -> f64 {
         if i == self.divisions {
             self.cuts[d][cell + 1] - self.gaps[d][cell + 1] / 2.0
         } else {
@@ -89,33 +93,33 @@ impl Lattice {
     }
 
     /// The point with these positions along the three edges `[m]`.
-    pub(crate) fn point(&self, along: [f64; 3]) -> Vec3 {
+    pub fn point(&self, along: [f64; 3]) -> Vec3 {
         self.origin + self.axes[0] * along[0] + self.axes[1] * along[1] + self.axes[2] * along[2]
     }
 
     /// Unit normal of the planes that cut edge d, pointing to its upper end.
-    pub(crate) fn normal(&self, d: usize) -> Vec3 {
+    pub fn normal(&self, d: usize) -> Vec3 {
         let n = self.axes[(d + 1) % 3].cross(&self.axes[(d + 2) % 3]).normalize();
         if n.dot(&self.axes[d]) < 0.0 { -n } else { n }
     }
 
     /// Whether elements are boxes along the coordinate axes.
-    pub(crate) fn is_box(&self) -> bool {
+    pub fn is_box(&self) -> bool {
         (0..3).all(|d| (0..3).all(|k| d == k || self.axes[d][k] == 0.0))
     }
 
     /// Joint at the upper side of a cell along d.
-    pub(crate) fn joint_above(&self, cell: [usize; 3], d: usize) -> u16 {
+    pub fn joint_above(&self, cell: [usize; 3], d: usize) -> u16 {
         self.joint[d][self.index(cell)]
     }
 
     /// Centre of a cell `[m]`.
-    pub(crate) fn centre(&self, cell: [usize; 3]) -> Vec3 {
+    pub fn centre(&self, cell: [usize; 3]) -> Vec3 {
         self.point([0, 1, 2].map(|d| (self.cuts[d][cell[d]] + self.cuts[d][cell[d] + 1]) / 2.0))
     }
 
     /// Corners of the lower (0) and upper (1) nominal faces of a cell along d.
-    pub(crate) fn faces(&self, cell: [usize; 3], d: usize) -> [[Vec3; 4]; 2] {
+    pub fn faces(&self, cell: [usize; 3], d: usize) -> [[Vec3; 4]; 2] {
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         [0, 1].map(|side| {
             [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, k)| {
@@ -129,7 +133,7 @@ impl Lattice {
     }
 
     /// Memory besides what another lattice has, too `[bytes]`.
-    pub(crate) fn bytes(&self, other: Option<&Self>) -> usize {
+    pub fn bytes(&self, other: Option<&Self>) -> usize {
         let numbers = [&self.cuts, &self.lengths, &self.gaps].into_iter().flatten();
         let cells = |lattice: &Self| {
             let [x, y, z] = lattice.joint.clone();
@@ -144,29 +148,31 @@ impl Lattice {
     }
 
     /// Shortest edge of a cell `[m]`.
-    pub(crate) fn shortest(&self) -> f64 {
+    pub fn shortest(&self) -> f64 {
         self.lengths.iter().flatten().copied().fold(f64::INFINITY, f64::min)
     }
 
     /// The eight corners of a range of cells.
-    pub(crate) fn corners_of(&self, from: [usize; 3], to: [usize; 3]) -> [Vec3; 8] {
+    pub fn corners_of(&self, from: [usize; 3], to: [usize; 3]) -> [Vec3; 8] {
         std::array::from_fn(|k| {
             let end = |d: usize| if k & (1 << d) == 0 { from[d] } else { to[d] };
             self.point([0, 1, 2].map(|d| self.cuts[d][end(d)]))
         })
     }
 
-    pub(crate) fn corners(&self) -> [Vec3; 8] {
+    /// Corners of the whole lattice, numbered by bits `[m]`.
+    pub fn corners(&self) -> [Vec3; 8] {
         self.corners_of([0; 3], self.count)
     }
 }
 
-pub(crate) fn bounds_of(points: &[Vec3]) -> [Vec3; 2] {
+/// Corners of the box around points `[m]`.
+pub fn bounds_of(points: &[Vec3]) -> [Vec3; 2] {
     let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
     points.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)])
 }
 
 /// Corners of the box around all lattices.
-pub(crate) fn bounds(lattices: &[Lattice]) -> [Vec3; 2] {
+pub fn bounds(lattices: &[Lattice]) -> [Vec3; 2] {
     bounds_of(&lattices.iter().flat_map(Lattice::corners).collect::<Vec<_>>())
 }

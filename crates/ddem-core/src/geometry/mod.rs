@@ -21,13 +21,13 @@ mod lattice;
 mod stages;
 mod surface;
 
-pub(crate) use abut::{Abutment, Abuts, abutting};
-pub(crate) use cells::moved_to;
+pub use abut::{Abutment, Abuts, abutting};
+pub use cells::moved_to;
 pub use face::Face;
-pub(crate) use face::faces;
-pub(crate) use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
-pub(crate) use stages::Stages;
-pub(crate) use surface::{Strip, Surface};
+pub use face::faces;
+pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
+pub use stages::Stages;
+pub use surface::{Strip, Surface};
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -38,42 +38,61 @@ use nalgebra::Vector3;
 pub(crate) const ON_FACE: f64 = 1e-9;
 
 /// A vector of three components.
-pub(crate) type Vec3 = Vector3<f64>;
+pub type Vec3 = Vector3<f64>;
 
 /// One block.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Body {
+pub struct Body {
     /// Its lattice.
-    pub(crate) lattice: u32,
+    pub lattice: u32,
     /// Its cell there.
-    pub(crate) cell: [u32; 3],
+    pub cell: [u32; 3],
     /// Number of its first node; its nodes are contiguous, x fastest.
-    pub(crate) first_node: u32,
+    pub first_node: u32,
     /// Its material.
-    pub(crate) material: u16,
+    pub material: u16,
 }
 
 /// All blocks, in the order of the deck, and in a set with x fastest.
 #[derive(Clone, Debug)]
-pub(crate) struct Geometry {
-    pub(crate) lattices: Vec<Lattice>,
-    pub(crate) bodies: Arc<Vec<Body>>,
-    pub(crate) n_nodes: usize,
+pub struct Geometry {
+    /// Lattices.
+    pub lattices: Vec<Lattice>,
+    /// Blocks.
+    pub bodies: Arc<Vec<Body>>,
+    /// Number of nodes.
+    pub n_nodes: usize,
     /// Faces of different lattices that lie on each other, with the joint between them.
-    pub(crate) abutments: Vec<Abutment>,
+    pub abutments: Vec<Abutment>,
     /// Faces of different sets that are nearer than their joint is thick, and not joined.
-    pub(crate) apart: Arc<Vec<Abutment>>,
+    pub apart: Arc<Vec<Abutment>>,
     /// The joint at each face, by block and number, that one of these has.
-    pub(crate) abutting: HashMap<(u32, u8), Abuts>,
+    pub abutting: HashMap<(u32, u8), Abuts>,
     /// Corners of the box around all sets of blocks `[m]`.
-    pub(crate) bounds: [Vec3; 2],
+    pub bounds: [Vec3; 2],
     /// Lattices that have no gap between them.
-    pub(crate) touching: Vec<(usize, usize)>,
+    pub touching: Vec<(usize, usize)>,
 }
 
 impl Geometry {
-    /// Numbers blocks and nodes.
-    pub(crate) fn number(&mut self) {
+    /// Blocks in the cells of lattices, with numbers for them and their nodes, and no joints between lattices yet.
+    #[must_use]
+    pub fn new(lattices: Vec<Lattice>, bounds: [Vec3; 2]) -> Self {
+        let mut geometry = Self {
+            lattices,
+            bodies: Arc::default(),
+            n_nodes: 0,
+            abutments: Vec::new(),
+            apart: Arc::default(),
+            abutting: HashMap::new(),
+            bounds,
+            touching: Vec::new(),
+        };
+        geometry.number();
+        geometry
+    }
+
+    fn number(&mut self) {
         let bodies = Arc::make_mut(&mut self.bodies);
         for (index, lattice) in self.lattices.iter_mut().enumerate() {
             let nodes = lattice.nodes_per_body();
@@ -98,7 +117,7 @@ impl Geometry {
     }
 
     /// Takes blocks out: they keep their numbers, and are nobody's neighbours.
-    pub(crate) fn take_out(&mut self, blocks: &[usize]) {
+    pub fn take_out(&mut self, blocks: &[usize]) {
         for &block in blocks {
             let Body { lattice, cell, .. } = self.bodies[block];
             let lattice = &mut self.lattices[lattice as usize];
@@ -112,14 +131,14 @@ impl Geometry {
     }
 
     /// Whether a block has been taken out.
-    pub(crate) fn is_gone(&self, block: usize) -> bool {
+    pub fn is_gone(&self, block: usize) -> bool {
         let cell = self.bodies[block].cell.map(|c| c as usize);
         let lattice = self.lattice(block);
         lattice.body[lattice.index(cell)] == NONE
     }
 
     /// Memory besides what another geometry has, too `[bytes]`.
-    pub(crate) fn bytes(&self, other: Option<&Self>) -> usize {
+    pub fn bytes(&self, other: Option<&Self>) -> usize {
         let lattices = self.lattices.iter().enumerate();
         let shared = other.is_some_and(|other| Arc::ptr_eq(&self.bodies, &other.bodies));
         lattices.map(|(k, own)| own.bytes(other.map(|other| &other.lattices[k]))).sum::<usize>()
@@ -129,16 +148,17 @@ impl Geometry {
     }
 
     /// The block set of a body.
-    pub(crate) fn set(&self, body: usize) -> usize {
+    pub fn set(&self, body: usize) -> usize {
         self.lattice(body).set
     }
 
-    pub(crate) fn lattice(&self, body: usize) -> &Lattice {
+    /// Lattice of a block.
+    pub fn lattice(&self, body: usize) -> &Lattice {
         &self.lattices[self.bodies[body].lattice as usize]
     }
 
     /// The body at an offset of −1, 0 or 1 cells from a body.
-    pub(crate) fn neighbour(&self, body: usize, offset: [i32; 3]) -> Option<usize> {
+    pub fn neighbour(&self, body: usize, offset: [i32; 3]) -> Option<usize> {
         if self.is_gone(body) {
             return None;
         }
@@ -159,21 +179,21 @@ impl Geometry {
 
     /// Panics where there is no such node: the answer to a wrong number would be a wrong place.
     #[track_caller]
-    pub(crate) fn has_node(&self, node: usize) {
+    pub fn has_node(&self, node: usize) {
         let n = self.n_nodes;
         assert!(node < n, "there is no node {node}: the model has {n} nodes, from 0");
     }
 
     /// Panics where there is no such block.
     #[track_caller]
-    pub(crate) fn has_block(&self, block: usize) {
+    pub fn has_block(&self, block: usize) {
         let n = self.bodies.len();
         assert!(block < n, "there is no block {block}: the model has {n} blocks, from 0");
     }
 
     /// The body that has a node, and the node's lattice steps in it.
     #[track_caller]
-    pub(crate) fn locate(&self, node: usize) -> (usize, [usize; 3]) {
+    pub fn locate(&self, node: usize) -> (usize, [usize; 3]) {
         self.has_node(node);
         let body = self.bodies.partition_point(|b| b.first_node as usize <= node) - 1;
         let local = node - self.bodies[body].first_node as usize;
@@ -182,13 +202,13 @@ impl Geometry {
     }
 
     /// Centre of a body's cell, the joints around it included `[m]`.
-    pub(crate) fn centre(&self, body: usize) -> Vec3 {
+    pub fn centre(&self, body: usize) -> Vec3 {
         self.lattice(body).centre(self.bodies[body].cell.map(|c| c as usize))
     }
 
     /// How far a point lies inside a body, as a part of its edges (negative: outside), and the element
     /// that is nearest to it.
-    pub(crate) fn inside(&self, body: usize, x: &Vec3) -> (f64, [usize; 3]) {
+    pub fn inside(&self, body: usize, x: &Vec3) -> (f64, [usize; 3]) {
         let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
         let n = lattice.divisions as f64;
         let (mut inside, mut element) = (f64::INFINITY, [0; 3]);
@@ -205,7 +225,7 @@ impl Geometry {
     }
 
     /// Corners of a body, numbered by bits `[m]`.
-    pub(crate) fn corners(&self, body: usize) -> [Vec3; 8] {
+    pub fn corners(&self, body: usize) -> [Vec3; 8] {
         let n = self.lattice(body).divisions;
         std::array::from_fn(|k| {
             self.position(body, [0, 1, 2].map(|d| if k >> d & 1 == 1 { n } else { 0 }))
@@ -213,27 +233,27 @@ impl Geometry {
     }
 
     /// Shortest edge of a body `[m]`.
-    pub(crate) fn shortest_edge(&self, body: usize) -> f64 {
+    pub fn shortest_edge(&self, body: usize) -> f64 {
         let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
         let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
         edge(0).min(edge(1)).min(edge(2))
     }
 
     /// Longest edge of a body `[m]`.
-    pub(crate) fn longest_edge(&self, body: usize) -> f64 {
+    pub fn longest_edge(&self, body: usize) -> f64 {
         let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
         let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
         edge(0).max(edge(1)).max(edge(2))
     }
 
     /// Number of the node at lattice steps `at` of a body.
-    pub(crate) fn node(&self, body: usize, at: [usize; 3]) -> usize {
+    pub fn node(&self, body: usize, at: [usize; 3]) -> usize {
         let n = self.lattice(body).divisions + 1;
         self.bodies[body].first_node as usize + at[0] + n * (at[1] + n * at[2])
     }
 
     /// Reference position of the node at lattice steps `at` of a body `[m]`.
-    pub(crate) fn position(&self, body: usize, at: [usize; 3]) -> Vec3 {
+    pub fn position(&self, body: usize, at: [usize; 3]) -> Vec3 {
         let lattice = self.lattice(body);
         let cell = self.bodies[body].cell;
         lattice.point([0, 1, 2].map(|d| lattice.line(d, cell[d] as usize, at[d])))

@@ -7,24 +7,25 @@ use super::Geometry;
 /// What is where from which stage on, in order. Where blocks are taken out and joints or materials change in
 /// one stage, that is one after the other.
 #[derive(Clone, Debug)]
-pub(crate) struct Stages {
-    pub(crate) geometries: Vec<(usize, Arc<Geometry>)>,
+pub struct Stages {
+    /// Blocks and joints, with the first stage in which they are so.
+    pub geometries: Vec<(usize, Arc<Geometry>)>,
     /// Stages at whose start joints or materials change.
-    pub(crate) assigns: Vec<usize>,
+    pub assigns: Vec<usize>,
     /// Blocks are taken out.
-    pub(crate) dug: bool,
+    pub dug: bool,
 }
 
 impl Stages {
     /// In a stage.
-    pub(crate) fn at(&self, stage: usize) -> &Arc<Geometry> {
+    pub fn at(&self, stage: usize) -> &Arc<Geometry> {
         let at = self.geometries.partition_point(|(first, _)| *first <= stage);
         &self.geometries[at.max(1) - 1].1
     }
 
     /// In a stage that is entered when what goes up to another one has been taken out: that stays away, and
     /// joints and materials are those of the stage.
-    pub(crate) fn back(&self, stage: usize, dug: usize) -> Arc<Geometry> {
+    pub fn back(&self, stage: usize, dug: usize) -> Arc<Geometry> {
         let last = self.at(dug);
         if !self.assigns.iter().any(|assigned| (stage + 1..=dug).contains(assigned)) {
             return last.clone();
@@ -35,25 +36,25 @@ impl Stages {
     }
 
     /// The stage at whose start a block is taken out.
-    pub(crate) fn removes(&self, block: usize) -> Option<usize> {
+    pub fn removes(&self, block: usize) -> Option<usize> {
         let gone = |(_, geometry): &&(usize, Arc<Geometry>)| geometry.is_gone(block);
         self.geometries.iter().find(gone).map(|(first, _)| *first)
     }
 
     /// Memory of all of them `[bytes]`.
-    pub(crate) fn bytes(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         let before = self.geometries.iter().map(|(_, geometry)| Some(&**geometry));
         let before = std::iter::once(None).chain(before);
         self.geometries.iter().zip(before).map(|((_, own), other)| own.bytes(other)).sum()
     }
 
     /// Whether something is so in any.
-    pub(crate) fn any(&self, so: impl Fn(&Geometry) -> bool) -> bool {
+    pub fn any(&self, so: impl Fn(&Geometry) -> bool) -> bool {
         self.geometries.iter().any(|(_, geometry)| so(geometry))
     }
 
     /// What changes on the way from one stage to another.
-    pub(crate) fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
+    pub fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
         self.geometries.iter().filter(|(first, _)| from < *first && *first <= to).cloned().collect()
     }
 }

@@ -18,7 +18,8 @@ use crate::lanes::{Lanes, splat};
 use crate::pack::{Pack, Packs};
 use crate::seams::Seam;
 
-pub(crate) use stress::{Stress, between};
+pub use stress::Stress;
+pub(crate) use stress::between;
 
 /// What the stress does in one lattice of elements of a pack.
 #[derive(Debug)]

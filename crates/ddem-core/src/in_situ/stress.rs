@@ -8,11 +8,11 @@ use crate::geometry::Vec3;
 
 /// A stress xx yy zz xy yz zx that is linear in the position.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Stress {
+pub struct Stress {
     /// At the origin `[Pa]`.
-    pub(crate) origin: [f64; 6],
+    pub origin: [f64; 6],
     /// For each metre along x, y and z `[Pa/m]`.
-    pub(crate) gradient: [[f64; 6]; 3],
+    pub gradient: [[f64; 6]; 3],
 }
 
 /// Traction at the points between two faces that do not match, where they are at rest, on the block
@@ -47,7 +47,8 @@ pub(crate) fn between(
 }
 
 impl Stress {
-    pub(crate) fn at(&self, x: &Vec3) -> Matrix3<f64> {
+    /// Stress at a point `[Pa]`.
+    pub fn at(&self, x: &Vec3) -> Matrix3<f64> {
         matrix(&self.origin) + self.along(x)
     }
 
@@ -58,7 +59,7 @@ impl Stress {
     }
 
     /// `∂σ_ij/∂x_j`, what bears a weight `[N/m³]`.
-    pub(crate) fn divergence(&self) -> Vec3 {
+    pub fn divergence(&self) -> Vec3 {
         let [x, y, z] = &self.gradient;
         let [xx, yy, zz, xy, yz, zx] = [0, 1, 2, 3, 4, 5];
         Vec3::new(x[xx] + y[xy] + z[zx], x[xy] + y[yy] + z[yz], x[zx] + y[yz] + z[zz])

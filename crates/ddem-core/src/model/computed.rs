@@ -36,7 +36,7 @@ impl Model {
     ///
     /// Those of [`set_law`](Self::set_law).
     pub(crate) fn anew(&self) -> Result<Self, Fault> {
-        let mut model = Self::of(self.problem.clone());
+        let mut model = Self::new(self.problem.clone());
         for (JointProperties { name, .. }, law) in self.properties.joints.iter().zip(&self.laws) {
             let own = self.computed.contains(&format!("joints.{name}"));
             if let Some(law) = law.as_ref().filter(|_| own) {

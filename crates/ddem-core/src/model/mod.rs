@@ -7,7 +7,6 @@ mod meeting;
 mod places;
 mod ramp;
 
-use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
 use meeting::at_bonds;
@@ -16,53 +15,22 @@ use places::Boxes;
 use crate::assembly::{Assembly, NO_TABLE};
 use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
+use crate::charge::ChargeSize;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{Places, Seated, Surfaces, seated};
+use crate::contact::{ContactDoubt, Places, Seated, Surfaces, seated};
 use crate::element::Elastic;
-use crate::geometry::{Face, Geometry, Stages, Vec3, faces};
-use crate::in_situ::{InSitu, Stress};
+use crate::geometry::{Face, Geometry, Stages, faces};
+use crate::in_situ::InSitu;
 use crate::lanes::Lanes;
 use crate::law::Laws;
 use crate::pack::Packs;
+use crate::problem::Problem;
 use crate::properties::{Kinematics, Properties};
 use crate::seams::{Seam, Seams};
 use crate::sliding::Sliding;
-use crate::stage::StageKind;
 
 /// Times that waves of a charge cross the model, on its diagonal, before joints and contacts are damped again.
 const CROSSINGS: f64 = 10.0;
-
-/// What a model is made from.
-#[derive(Debug)]
-pub(crate) struct Problem {
-    pub(crate) properties: Properties,
-    /// What is where from which stage on.
-    pub(crate) stages: Stages,
-    pub(crate) conditions: Conditions,
-    pub(crate) borders: Borders,
-    /// Stress of each block at the start; empty where none has any.
-    pub(crate) stresses: Vec<Option<Stress>>,
-    /// Motions at the start.
-    pub(crate) motions: Vec<StartMotion>,
-    /// Kinds of the stages.
-    pub(crate) kinds: Vec<StageKind>,
-    /// Names of the sets of blocks.
-    pub(crate) sets: Vec<String>,
-    /// What it was made from.
-    pub(crate) origin: Arc<dyn Any + Send + Sync>,
-}
-
-/// Motion of nodes at the start, as of a rigid body.
-#[derive(Clone, Debug)]
-pub(crate) struct StartMotion {
-    pub(crate) nodes: Vec<u32>,
-    /// Velocity at the centre `[m/s]`.
-    pub(crate) velocity: Vec3,
-    /// Angular velocity `[rad/s]`.
-    pub(crate) spin: Vec3,
-    /// Centre of the turn `[m]`.
-    pub(crate) centre: Vec3,
-}
 
 /// A model: what is where, its elements, supports and loads.
 #[derive(Debug)]
@@ -94,7 +62,8 @@ pub struct Model {
 
 impl Model {
     /// The model of a problem.
-    pub(crate) fn of(problem: Arc<Problem>) -> Self {
+    #[must_use]
+    pub fn new(problem: Arc<Problem>) -> Self {
         let Problem { properties, stages, conditions, borders, stresses, .. } = &*problem;
         let (properties, stages) = (properties.clone(), stages.clone());
         let (conditions, mut borders) = (conditions.clone(), borders.clone());
@@ -142,6 +111,44 @@ impl Model {
     #[must_use]
     pub fn computed(&self) -> &[String] {
         &self.computed
+    }
+
+    /// The problem that it was made from.
+    #[must_use]
+    pub fn problem(&self) -> &Arc<Problem> {
+        &self.problem
+    }
+
+    /// Blocks, their nodes and joints in the present stage.
+    #[must_use]
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Supports, loads and charges, with the histories that programs compute.
+    #[must_use]
+    pub fn conditions(&self) -> &Conditions {
+        &self.conditions
+    }
+
+    /// Size of each charge before it goes off, in their order.
+    #[must_use]
+    pub fn charges(&self) -> Vec<ChargeSize> {
+        self.conditions.charged.iter().map(|charged| charged.charge.size).collect()
+    }
+
+    /// True for a joint, given by its number, that can fail.
+    #[must_use]
+    pub fn joint_can_fail(&self, joint: u16) -> bool {
+        self.laws.get(usize::from(joint)).is_some_and(Option::is_some)
+    }
+
+    /// Stiffnesses of contacts far from those of the blocks.
+    #[must_use]
+    pub fn contact_doubts(&self) -> Vec<ContactDoubt> {
+        let of = (&*self.geometry, &self.packs, &self.assembly);
+        let contact = self.contact.iter().filter(|contact| contact.search);
+        contact.flat_map(|contact| contact.doubts(&self.properties, of)).collect()
     }
 
     pub(crate) fn corotational(&self) -> bool {
@@ -261,9 +268,10 @@ impl Model {
         })
     }
 
-    /// What messages call the set of a block.
-    pub(crate) fn set_name(&self, block: usize) -> String {
-        self.problem.sets[self.geometry.set(block)].clone()
+    /// Name of the set of a block in messages.
+    #[must_use]
+    pub fn set_name(&self, block: usize) -> String {
+        self.problem.sets.list[self.geometry.set(block)].label.clone()
     }
 
     /// Whether a block is rigid: it has no stress.

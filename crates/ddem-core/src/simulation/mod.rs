@@ -24,6 +24,7 @@ use crate::cluster::Relaxation;
 use crate::conditions::{Active, Applied};
 use crate::error::RunError;
 use crate::lanes::Lanes;
+use crate::mechanism::{FreeMotion, free_motion};
 use crate::model::Model;
 use crate::motion::Motion;
 use crate::scratch::Scratch;
@@ -139,6 +140,12 @@ impl Simulation {
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
+    }
+
+    /// Rigid motion that the supports in force leave free to blocks that joints and contacts hold together.
+    #[must_use]
+    pub fn free_motion(&self) -> Option<FreeMotion> {
+        free_motion(&self.model.geometry, &self.active, self.model.properties.contact.search)
     }
 
     /// Simulated time `[s]`.

@@ -12,5 +12,7 @@ mod separation;
 mod tests;
 
 pub(crate) use edges::nearest;
-pub(crate) use overlap::{Vertex, bilinear, overlap, weights};
-pub(crate) use separation::{Cell, EdgeOf, FaceOf, Meeting, Separation, separation};
+pub use overlap::{Vertex, overlap};
+pub(crate) use overlap::{bilinear, weights};
+pub use separation::FaceOf;
+pub(crate) use separation::{Cell, EdgeOf, Meeting, Separation, separation};

@@ -16,21 +16,21 @@ pub(crate) struct Cell {
 
 /// A face of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct FaceOf {
+pub struct FaceOf {
     /// The edge that it lies across.
-    pub(crate) direction: usize,
+    pub direction: usize,
     /// At the upper end of that edge.
-    pub(crate) upper: bool,
+    pub upper: bool,
 }
 
 impl FaceOf {
     /// Twice the direction, plus one at the upper side.
-    pub(crate) fn number(self) -> u8 {
+    pub fn number(self) -> u8 {
         2 * self.direction as u8 + u8::from(self.upper)
     }
 
     /// The face with a number.
-    pub(crate) fn of_number(number: u8) -> Self {
+    pub fn of_number(number: u8) -> Self {
         Self { direction: usize::from(number / 2), upper: number % 2 == 1 }
     }
 }

@@ -1,7 +1,7 @@
 //! Joints between faces that do not match that fail and slide, and go on bit for bit.
 
-use ddem_core::deck::*;
 use ddem_core::{FIELDS, Relaxed, Saved, Simd, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 use crate::refine::{layers, range, refine};
@@ -89,7 +89,7 @@ fn pairs_are_kept_where_no_contacts_are_looked_for() {
         let mut simulation = simulation(&deck);
         let started = simulation.start(Damping::None, TimeStep::Auto, None);
         started.unwrap_or_else(|error| panic!("{error}"));
-        let top = simulation.model().nodes_in(&plane(2, 2.0)).unwrap()[0] as usize;
+        let top = plane(2, 2.0).nodes(simulation.model()).unwrap()[0] as usize;
         while simulation.displacement(top).iter().all(|u| u.abs() < 0.4) {
             simulation.step().unwrap_or_else(|error| panic!("{error}"));
         }

@@ -1,7 +1,7 @@
 //! Random small decks: each runs, or says why it cannot.
 
-use ddem_core::deck::*;
-use ddem_core::{Energy, Model, RunError, Simd, Simulation};
+use ddem_core::{Energy, RunError, Simd, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 use crate::loose::*;
@@ -126,15 +126,16 @@ fn random_decks_run_or_say_why_not() {
     for seed in 0..120 {
         let deck = random_deck(seed);
         println!("seed {seed}: {} sets", deck.blocks.len());
-        let model = match Model::new(&deck) {
-            Ok(model) => model,
+        let site = match Site::new(&deck) {
+            Ok(site) => site,
             Err(error) => {
                 println!("  {error}");
                 refused += 1;
                 continue;
             }
         };
-        let _ = model.warnings();
+        let model = site.model();
+        let _ = site.warnings(&model);
         let mut simulation = Simulation::new(model);
         let first = simulation.energy();
         let ended = run(&deck, &mut simulation, dampings[seed as usize % 4]);

@@ -3,9 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Modules from the top to the bottom: each uses lower rows only. A folder is one module.
-const ROWS: [&[&str]; 25] = [
-    &["build"],
-    &["deck"],
+const ROWS: [&[&str]; 24] = [
     &["safety"],
     &["relax", "fields", "saved"],
     &["joints"],
@@ -18,6 +16,7 @@ const ROWS: [&[&str]; 25] = [
     &["verdict"],
     &["state", "motion", "pairs"],
     &["model"],
+    &["problem"],
     &["sliding"],
     &["contact"],
     &["mechanism", "breaks", "kinematics", "boundary", "in_situ"],

@@ -1,7 +1,7 @@
 //! Joints and materials that change at the start of a stage.
 
-use ddem_core::deck::*;
 use ddem_core::{Simd, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 
@@ -69,7 +69,7 @@ fn after(simulation: &mut Simulation, time: f64) -> f64 {
     }
     let model = simulation.model();
     let top = points(model).iter().map(|x| x.z).fold(f64::NEG_INFINITY, f64::max);
-    let nodes = model.nodes_in(&plane(2, top)).unwrap();
+    let nodes = plane(2, top).nodes(model).unwrap();
     let sum: f64 = nodes.iter().map(|&node| simulation.velocity(node as usize)[0]).sum();
     sum / nodes.len() as f64
 }

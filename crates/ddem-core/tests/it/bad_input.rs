@@ -1,7 +1,7 @@
 //! A deck with anything wrong in it becomes a list of faults, never a panic.
 
-use ddem_core::deck::*;
-use ddem_core::{Model, Size};
+use ddem_deck::Size;
+use ddem_deck::*;
 use toml::Value;
 
 use crate::decks::*;
@@ -176,7 +176,7 @@ fn wrong(value: &Value) -> Vec<Value> {
 
 /// Faults say where; a model that is built has numbers.
 fn try_deck(deck: &Deck, what: &str) -> bool {
-    match Model::new(deck) {
+    match deck.build() {
         Ok(model) => {
             assert!(model.n_nodes() > 0, "{what}");
             true
@@ -270,7 +270,7 @@ fn a_deck_of_nothing() {
     nothing.joints.clear();
     nothing.blocks[0].joint = None;
     nothing.fix.push(fix(plane(0, 0.4), "x"));
-    let places = Model::new(&nothing).err().map(|error| error.faults[0].place.clone());
+    let places = nothing.build().err().map(|error| error.faults[0].place.clone());
     assert_eq!(places.as_deref(), Some("fix[0].where"));
 }
 
@@ -278,7 +278,7 @@ fn a_deck_of_nothing() {
 #[test]
 fn joints_without_thickness() {
     let mut flat = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
-    let places = Model::new(&flat).err().map(|error| error.faults[0].place.clone());
+    let places = flat.build().err().map(|error| error.faults[0].place.clone());
     assert_eq!(places.as_deref(), Some("joints.seam.thickness"));
     flat.joints.insert("seam".into(), spring());
     assert_eq!(model(&flat).n_pairs(), 4);
@@ -296,7 +296,6 @@ fn doubts_about_joints_that_fail() {
         ..deck.joints["seam"].clone()
     };
     deck.joints.insert("unused".into(), strong.clone());
-    let warnings = |deck: &Deck| model(deck).warnings();
     assert_eq!(warnings(&deck), [""; 0]);
     deck.joints.insert("seam".into(), strong.clone());
     for contact in [None, Some(true), Some(false)] {
@@ -345,7 +344,7 @@ fn doubts_about_supports_on_both_sides_of_a_joint() {
         deck.joints.insert("seam".into(), joint);
         let z = Some(Extent::Range([0.0, to]));
         deck.fix = vec![fix(Where { z, ..Where::default() }, "xyz")];
-        let warnings = model(&deck).warnings();
+        let warnings = warnings(&deck);
         warnings.iter().any(|text| text.contains("fix 0 holds both sides of 1 joints"))
     };
     let weak = || Joint { tension: Some(1e6), ..spring() };
@@ -391,7 +390,7 @@ fn doubts_about_units() {
     deck.stage = vec![stage(1.0), stage(5.0)];
     (deck.contact.friction, deck.contact.restitution) = (Some(1.0), Some(0.0));
     deck.model.contact = Some(true);
-    let warnings = model(&deck).warnings();
+    let warnings = warnings(&deck);
     let expected = [
         "material `light`: `young` is 18 Pa: 18 GPa would be written 1.8e10",
         "material `light`: `density` is 2.4 kg/m³: 2.4 t/m³ would be written 2400",

@@ -1,7 +1,7 @@
 //! Blasts in free space: blocks of several sizes that break, fly apart and meet others.
 
-use ddem_core::deck::*;
-use ddem_core::{Model, Simulation};
+use ddem_core::Simulation;
+use ddem_deck::*;
 
 use crate::decks::*;
 use crate::loose::{all_corners, deepest, momenta};
@@ -57,7 +57,7 @@ fn left_over(simulation: &mut Simulation) -> [f64; 2] {
 fn pieces_that_fly_apart_and_meet_keep_their_momentum() {
     let deck = two_charges();
     let mut simulation = simulation(&deck);
-    let warnings = simulation.model().warnings();
+    let warnings = crate::decks::warnings(&deck);
     assert!(warnings.is_empty(), "{warnings:?}");
     simulation
         .start(Damping::None, TimeStep::Auto, Some(0.012))
@@ -97,7 +97,7 @@ fn charges_beside_faces_that_do_not_match() {
     deck.refine.truncate(2);
     deck.remove.truncate(1);
     deck.charge.truncate(1);
-    let warnings = |deck: &Deck| model(deck).warnings().join("\n");
+    let warnings = |deck: &Deck| crate::decks::warnings(deck).join("\n");
     assert_eq!(warnings(&deck), "");
     // At the edge of the small blocks.
     let cell = within([0.6, 0.7, 0.7], [0.7, 0.9, 0.9]);
@@ -111,7 +111,7 @@ fn charges_beside_faces_that_do_not_match() {
     let said = warnings(&deck);
     assert!(said.contains("4 of the joints there are between faces that do not match"), "{said}");
     deck.charge[0].region = within([0.59, 0.71, 0.71], [0.61, 0.79, 0.79]);
-    let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+    let faults = deck.build().err().map(|error| error.faults).unwrap_or_default();
     let help = faults.first().and_then(|fault| fault.help.as_deref()).unwrap_or_default();
     assert!(help.contains("faces that do not match"), "{faults:?}");
 }

@@ -1,7 +1,7 @@
 //! Charges that cannot be, and those in joints that have closed.
 
 use ddem_core::Simulation;
-use ddem_core::deck::*;
+use ddem_deck::*;
 
 use crate::charges::*;
 use crate::decks::*;
@@ -51,7 +51,7 @@ fn charges_that_cannot_be() {
     refused(&with(gas(region, 1e6)), &["charge[0].where.cylinder.to", "no length"]);
     let mut open = hollow(BOX, &[[0.0, 1.0, 1.0]], 0.1);
     open.charge = vec![gas(ball([0.5, 1.5, 1.5], 0.7), 1e6)];
-    let warnings = model(&open).warnings();
+    let warnings = crate::decks::warnings(&open);
     assert!(warnings.iter().any(|w| w.contains("open to the outside")), "{warnings:?}");
 }
 
@@ -122,7 +122,7 @@ fn walls_that_are_not_reached_are_counted() {
     let line = Cylinder { from: [1.5, 1.5, 0.9], to: [1.5, 1.5, 2.1], radius: 0.2 };
     let region = Where { cylinder: Some(line), ..Where::default() };
     deck.charge = vec![gas(region, 1e6)];
-    let warnings = model(&deck).warnings();
+    let warnings = crate::decks::warnings(&deck);
     assert!(warnings.iter().any(|w| w.contains("pushes 2 of the 6 walls")), "{warnings:?}");
 }
 

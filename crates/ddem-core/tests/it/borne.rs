@@ -1,7 +1,6 @@
 //! What bears a stress at the start: loads, rigid beds, other sets, and a gradient the weight.
 
-use ddem_core::Model;
-use ddem_core::deck::*;
+use ddem_deck::*;
 use nalgebra::Rotation3;
 
 use crate::decks::*;
@@ -53,7 +52,7 @@ fn a_rigid_bed_bears_the_stress_of_the_rock() {
     deck.initial = vec![Initial { region: rock, ..in_place(stress, gradient) }];
     let region = Where { set: Some("bed".into()), ..Where::default() };
     deck.fix = vec![fix(region, "xyz")];
-    let warnings = model(&deck).warnings();
+    let warnings = crate::decks::warnings(&deck);
     assert!(!warnings.iter().any(|w| w.contains("carried")), "{warnings:?}");
     let simulation = simulation(&deck);
     let unbalanced = simulation.unbalanced();
@@ -78,7 +77,7 @@ fn sets_around_an_edge_bear_a_stress() {
     // One of them without a joint bears nothing.
     deck.blocks[3].joint = None;
     deck.model.contact = Some(true);
-    let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+    let faults = deck.build().err().map(|error| error.faults).unwrap_or_default();
     assert!(
         faults.iter().any(|fault| fault.message.contains("touch without a joint")),
         "{faults:?}"
@@ -97,7 +96,7 @@ fn the_weight_wants_a_gradient() {
     let said = |gradient: Option<Gradient>| {
         let mut deck = deck.clone();
         deck.initial = vec![in_place([0.0, 0.0, -4.8e4, 0.0, 0.0, 0.0], gradient)];
-        let warnings = model(&deck).warnings();
+        let warnings = crate::decks::warnings(&deck);
         warnings.into_iter().find(|text| text.contains("does not bear the weight"))
     };
     assert_eq!(said(slope(2.4e4)), None);

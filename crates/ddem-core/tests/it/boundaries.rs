@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ddem_core::deck::*;
 use ddem_core::{Model, Simd, Simulation};
+use ddem_deck::*;
 use nalgebra::Rotation3;
 
 use crate::decks::*;
@@ -159,7 +159,7 @@ fn what_a_fix_bore_goes_on_where_a_boundary_begins() {
 fn a_boundary_holds_nothing_in_a_relaxation() {
     let mut deck = standing();
     deck.stage.push(relax_stage("rest"));
-    let Err(error) = Model::new(&deck) else { panic!("accepted") };
+    let Err(error) = deck.build() else { panic!("accepted") };
     let text = error.to_string();
     assert!(text.contains("rigid body") && text.contains("holds nothing at rest"), "{text}");
 }
@@ -302,7 +302,7 @@ fn boundaries_that_cannot_be() {
     // An edge that is held is none of its business, whole faces are.
     held.fix = vec![fix(plane(1, 0.0), "xyz")];
     let said = |deck: &Deck| {
-        let warnings = model(deck).warnings();
+        let warnings = crate::decks::warnings(deck);
         warnings.into_iter().find(|warning| warning.contains("boundary 0"))
     };
     assert_eq!(said(&held), None);
@@ -344,7 +344,7 @@ fn boundaries_that_cannot_be() {
     let corner = Sphere { centre: [0.5; 3], radius: 0.1 };
     let region = Where { sphere: Some(corner), ..Where::default() };
     hollow.remove = vec![Remove { region, ..Remove::default() }];
-    let warnings = model(&hollow).warnings();
+    let warnings = crate::decks::warnings(&hollow);
     let walls = "boundary 0: 3 of its faces are where blocks have been removed";
     assert!(warnings.iter().any(|w| w.starts_with(walls)), "{warnings:?}");
     let lower = Where { z: Some(Extent::Range([0.0, 1.0])), ..Where::default() };

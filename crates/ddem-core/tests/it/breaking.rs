@@ -1,7 +1,7 @@
 //! §5: joints that fail, as a whole model shows it.
 
-use ddem_core::deck::{Assign, Damping, Deck, Extent, Fix, Joint, Load, TimeStep, Where};
 use ddem_core::{Energy, FIELDS, On, Simd, Simulation};
+use ddem_deck::{Assign, Damping, Deck, Extent, Fix, Joint, Load, TimeStep, Where};
 
 use crate::decks::*;
 use crate::loose::momenta;
@@ -236,7 +236,7 @@ fn joints_of_one_pack_fail_each_by_its_own_strength() {
     let state = pair_field(&mut simulation, "state");
     let traction = simulation.tractions();
     let model = simulation.model();
-    let joints: Vec<&str> = model.deck().joints.keys().map(String::as_str).collect();
+    let joints: Vec<&str> = deck.joints.keys().map(String::as_str).collect();
     let mut seen = 0;
     for face in model.faces() {
         let name = joints[face.joint as usize];

@@ -1,8 +1,8 @@
 //! Loose blocks that collide: what is kept, how far they reach into each other, and that nothing
 //! passes through.
 
-use ddem_core::deck::{Damping, Deck, TimeStep};
 use ddem_core::{Energy, RunError, Simulation};
+use ddem_deck::{Damping, Deck, TimeStep};
 
 use crate::decks::*;
 use crate::loose::*;

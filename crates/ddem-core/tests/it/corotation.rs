@@ -1,7 +1,7 @@
 //! §3: forces of finite rotations. The force of a block is the gradient of its energy; forces and
 //! moments add up to zero; rigid motions cost nothing; what the joints' frames cost.
 
-use ddem_core::deck::Deck;
+use ddem_deck::Deck;
 use nalgebra::Matrix3;
 
 use crate::decks::*;

@@ -1,7 +1,7 @@
 //! Decks, motions and sums that several tests use.
 
-use ddem_core::deck::{BlockSet, Deck, Extent, Fix, Joint, JointChoice, Material, Stage, Where};
 use ddem_core::{Model, Simulation};
+use ddem_deck::{BlockSet, Deck, Extent, Fix, Joint, JointChoice, Material, Site, Stage, Where};
 use nalgebra::{Rotation3, Unit, Vector3};
 
 pub(crate) type Vec3 = Vector3<f64>;
@@ -42,7 +42,18 @@ pub(crate) fn simulation(deck: &Deck) -> Simulation {
 }
 
 pub(crate) fn model(deck: &Deck) -> Model {
-    Model::new(deck).unwrap_or_else(|error| panic!("{error}"))
+    deck.build().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The site of a deck without faults.
+pub(crate) fn site(deck: &Deck) -> Site {
+    Site::new(deck).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Warnings about the model of a deck.
+pub(crate) fn warnings(deck: &Deck) -> Vec<String> {
+    let site = site(deck);
+    site.warnings(&site.model())
 }
 
 pub(crate) fn plane(axis: usize, at: f64) -> Where {
@@ -114,7 +125,7 @@ pub(crate) fn bits(values: &[[f64; 3]]) -> Vec<u64> {
 
 /// What it says that is wrong with a deck.
 pub(crate) fn refused(deck: &Deck, words: &[&str]) {
-    let Err(error) = Model::new(deck) else { panic!("accepted: {words:?}") };
+    let Err(error) = deck.build() else { panic!("accepted: {words:?}") };
     let text = error.to_string();
     for word in words {
         assert!(text.contains(word), "`{word}` is not in: {text}");

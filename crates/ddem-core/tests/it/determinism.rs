@@ -1,7 +1,7 @@
 //! The same bits with any number of threads and any instruction set.
 
-use ddem_core::deck::{Damping, Deck, Load, Remove, Sphere, TimeStep, Where};
 use ddem_core::{Simd, Simulation};
+use ddem_deck::{Damping, Deck, Load, Remove, Sphere, TimeStep, Where};
 
 use crate::decks::*;
 

@@ -3,8 +3,8 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use ddem_core::deck::*;
 use ddem_core::{Function, Model, RunError, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 
@@ -34,7 +34,7 @@ fn told<T>(done: Result<T, RunError>) -> String {
 fn a_reaction_is_that_of_the_nodes_in_any_order_and_once_each() {
     let mut simulation = Simulation::new(model(&pile()));
     simulation.relax(1e-9, 20_000).unwrap_or_else(|error| panic!("{error}"));
-    let nodes = simulation.model().nodes_in(&plane(2, 0.0)).expect("a floor");
+    let nodes = plane(2, 0.0).nodes(simulation.model()).expect("a floor");
     let model = simulation.model();
     let weight: f64 = (0..model.n_nodes()).map(|node| 10.0 * model.mass(node)).sum();
     let sum = simulation.reaction(&nodes);
@@ -53,7 +53,7 @@ fn a_reaction_is_that_of_the_nodes_in_any_order_and_once_each() {
 fn nodes_in_what_the_deck_does_not_have_are_an_error() {
     let model = model(&pile());
     let set = |name: &str| Where { set: Some(name.into()), ..Where::default() };
-    let refused = |region: &Where| model.nodes_in(region).expect_err("a fault").to_string();
+    let refused = |region: &Where| region.nodes(&model).expect_err("a fault").to_string();
     assert_eq!(
         refused(&set("pyle")),
         "where.set: there is no set named `pyle` (did you mean `pile`? sets of this deck: `pile`)"
@@ -64,8 +64,8 @@ fn nodes_in_what_the_deck_does_not_have_are_an_error() {
     let away = Where { x: Some(Extent::Plane(f64::NAN)), ..Where::default() };
     assert!(refused(&away).starts_with("where.x: `x` is NaN"), "{}", refused(&away));
     // Nothing there is none: it is not wrong.
-    assert!(model.nodes_in(&plane(2, 7.0)).expect("none").is_empty());
-    assert_eq!(model.nodes_in(&set("pile")).expect("all").len(), 54);
+    assert!(plane(2, 7.0).nodes(&model).expect("none").is_empty());
+    assert_eq!(set("pile").nodes(&model).expect("all").len(), 54);
 }
 
 #[test]
@@ -74,11 +74,8 @@ fn a_topography_must_have_a_height_where_nodes_are_selected() {
     let above = |to: f64, x: Option<Extent>| {
         let heights = Heights { x: vec![0.0, to], y: vec![0.0, 1.0], z: vec![1.2; 4], rim: 0.0 };
         let topography = FileOf { path: "ground.csv".into(), content: Some(heights.into()) };
-        model.nodes_in(&Where {
-            x,
-            above: Some(Sheet::Topography { topography }),
-            ..Where::default()
-        })
+        (Where { x, above: Some(Sheet::Topography { topography }), ..Where::default() })
+            .nodes(&model)
     };
     // Two of three levels of the upper block are above 1.2 m.
     assert_eq!(above(1.0, None).expect("covered").len(), 18);

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use ddem_core::deck::*;
 use ddem_core::law::MohrCoulomb;
-use ddem_core::{Model, Simd, Simulation};
+use ddem_core::{Simd, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 
@@ -245,7 +245,7 @@ fn mistakes_are_said() {
     let faults = |change: &dyn Fn(&mut Deck)| {
         let mut deck = column(None, StageKind::Relax);
         change(&mut deck);
-        let error = Model::new(&deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+        let error = deck.build().err().unwrap_or_else(|| panic!("nothing is wrong"));
         error.to_string()
     };
     let until = faults(&|deck| deck.remove[0].until = Some("dig".into()));
@@ -262,7 +262,7 @@ fn mistakes_are_said() {
         let mut deck = column(None, StageKind::Dynamic);
         let region = plane(2, 2.0);
         deck.charge.push(Charge { region, pressure: Some(1e5), until, ..Charge::default() });
-        Model::new(&deck).err().map(|error| error.to_string()).unwrap_or_default()
+        deck.build().err().map(|error| error.to_string()).unwrap_or_default()
     };
     let pushed = charged(None);
     assert!(

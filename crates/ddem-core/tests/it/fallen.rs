@@ -1,7 +1,7 @@
 //! Runs that are saved after an excavation, when joints have failed and blocks have met.
 
-use ddem_core::deck::*;
 use ddem_core::{FIELDS, Simd, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 

@@ -1,7 +1,7 @@
 //! A box that is filled with cubes: nothing gets out, nothing stays in anything else, and energy is only
 //! lost.
 
-use ddem_core::deck::{ContactTable, Damping, Deck, TimeStep};
+use ddem_deck::{ContactTable, Damping, Deck, TimeStep};
 
 use crate::decks::*;
 use crate::loose::*;

@@ -1,7 +1,7 @@
 //! Fragments: what unbroken joints hold together.
 
-use ddem_core::deck::{Assign, Body, Damping, Deck, Extent, Joint, TimeStep, Where};
 use ddem_core::{FIELDS, Fragment, Simulation};
+use ddem_deck::{Assign, Body, Damping, Deck, Extent, Joint, TimeStep, Where};
 
 use crate::decks::*;
 

@@ -2,7 +2,7 @@
 //! the other block.
 
 use ddem_core::Simulation;
-use ddem_core::deck::*;
+use ddem_deck::*;
 
 use crate::decks::*;
 use crate::loose::{all_corners, deepest};

@@ -1,8 +1,8 @@
 //! Stress that is in place before the first step: it stays, it is the derivative of an energy, it is
 //! seen, saved and broken like any other.
 
-use ddem_core::deck::*;
-use ddem_core::{Model, Simd, Simulation};
+use ddem_core::{Simd, Simulation};
+use ddem_deck::*;
 use nalgebra::{Matrix3, Rotation3};
 
 use crate::decks::*;
@@ -318,7 +318,7 @@ fn what_cannot_be_is_said() {
     let faults = |change: &dyn Fn(&mut Deck)| {
         let mut deck = loaded(0, BOX, STRESS);
         change(&mut deck);
-        let error = Model::new(&deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+        let error = deck.build().err().unwrap_or_else(|| panic!("nothing is wrong"));
         error.to_string()
     };
     let nowhere = faults(&|deck| deck.initial[0].region = plane(0, 77.0));
@@ -341,7 +341,7 @@ fn what_cannot_be_is_said() {
 fn faces_that_do_not_carry_it_are_named() {
     let mut deck = loaded(0, BOX, [-6e6, -4e6, -9e6, 0.0, 0.0, 0.0]);
     let unbalanced = |deck: &Deck| {
-        let warnings = model(deck).warnings().into_iter();
+        let warnings = crate::decks::warnings(deck).into_iter();
         warnings.filter(|warning| warning.contains("is not carried")).collect::<Vec<_>>()
     };
     assert_eq!(unbalanced(&deck), Vec::<String>::new());

@@ -1,8 +1,8 @@
 //! What goes by the increments of a relaxation: slip that is kept in equilibrium alone, strengths and
 //! supports; a checkpoint in the middle goes on with the same bits.
 
-use ddem_core::deck::*;
-use ddem_core::{Model, Relaxed, Simd, Simulation};
+use ddem_core::{Relaxed, Simd, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 
@@ -74,7 +74,7 @@ fn go(simulation: &mut Simulation, deck: &Deck, every: u64) {
 }
 
 fn top(simulation: &Simulation) -> Vec<u32> {
-    simulation.model().nodes_in(&plane(2, 1.0)).unwrap()
+    plane(2, 1.0).nodes(simulation.model()).unwrap()
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_displacement_is_for_relax_stages_and_held_directions() {
     let said = |change: &dyn Fn(&mut Deck)| {
         let mut deck = pushed(Body::Deformable, false);
         change(&mut deck);
-        let error = Model::new(&deck).err().unwrap_or_else(|| panic!("it was taken"));
+        let error = deck.build().err().unwrap_or_else(|| panic!("it was taken"));
         error.faults.iter().map(|f| format!("{}: {}", f.place, f.message)).collect::<String>()
     };
     let free = said(&|deck| deck.fix[1].displacement = Some([0.0, 1e-3, 0.0]));

@@ -1,7 +1,6 @@
 //! Sets of blocks that touch, or nearly: which joints join, and what is said of the others.
 
-use ddem_core::Model;
-use ddem_core::deck::*;
+use ddem_deck::*;
 
 use crate::decks::*;
 use crate::refine::range;
@@ -20,18 +19,18 @@ fn block_over_bed(gap: f64) -> Deck {
     deck
 }
 
-fn said(model: &Model) -> Vec<String> {
-    model.interfaces().iter().map(ToString::to_string).collect()
+fn said(deck: &Deck) -> Vec<String> {
+    site(deck).interfaces().iter().map(ToString::to_string).collect()
 }
 
 #[test]
 fn sets_are_joined_where_they_touch_or_the_joint_fills_the_gap() {
     // A ten thousandth of the shortest edge is rounding.
     for gap in [0.0, 0.8e-4, -0.8e-4, 0.01, 0.01 + 0.8e-4, 0.01 - 0.8e-4] {
-        let model = model(&block_over_bed(gap));
+        let deck = block_over_bed(gap);
         let joined = "sets `bed` and `block` are joined by joint `seam` over 4 faces";
-        assert_eq!(said(&model), [joined], "{gap}");
-        assert_eq!(model.warnings(), [""; 0], "{gap}");
+        assert_eq!(said(&deck), [joined], "{gap}");
+        assert_eq!(warnings(&deck), [""; 0], "{gap}");
     }
 }
 
@@ -40,8 +39,8 @@ fn a_gap_that_is_not_the_thickness_is_not_welded_over() {
     for gap in [0.005, 0.0002, 0.0098, 0.015, 0.03] {
         let deck = block_over_bed(gap);
         let model = model(&deck);
-        let warnings = model.warnings();
-        assert_eq!((model.n_joints(), said(&model)), (4, Vec::new()), "{gap}");
+        let warnings = warnings(&deck);
+        assert_eq!((model.n_joints(), said(&deck)), (4, Vec::new()), "{gap}");
         if gap > 0.02 {
             assert_eq!(warnings, [""; 0]);
             continue;
@@ -75,7 +74,7 @@ fn told_of_a_gap(gap: f64, start: &str) {
     let mut deck = block_over_bed(gap);
     deck.fix = vec![fix(plane(2, 0.0), "xyz")];
     deck.stage = vec![relax_stage("load")];
-    let faults = Model::new(&deck).err().map_or(Vec::new(), |error| error.faults);
+    let faults = deck.build().err().map_or(Vec::new(), |error| error.faults);
     assert_eq!(faults.len(), 1, "{faults:?}");
     assert!(faults[0].message.contains("move as a rigid body"), "{faults:?}");
     let help = faults[0].help.as_deref().unwrap_or_default();
@@ -89,17 +88,17 @@ fn the_joint_between_two_sets_is_the_one_that_counts() {
     let mut deck = block_over_bed(0.03);
     let wide = Joint { thickness: 0.03, ..deck.joints["seam"].clone() };
     deck.joints.insert("wide".into(), wide);
-    assert_eq!(said(&model(&deck)), [""; 0]);
+    assert_eq!(said(&deck), [""; 0]);
     let assigned =
         Assign { region: plane(2, 1.0), joint: Some("wide".into()), ..Assign::default() };
     let mut by_place = deck.clone();
     by_place.assign.push(assigned);
     let joined = "sets `bed` and `block` are joined by joint `wide` over 4 faces";
-    assert_eq!(said(&model(&by_place)), [joined]);
+    assert_eq!(said(&by_place), [joined]);
     deck.blocks[1].joint = Some(JointChoice::All("wide".into()));
-    assert_eq!(said(&model(&deck)), [joined]);
+    assert_eq!(said(&deck), [joined]);
     deck.blocks.swap(0, 1);
-    assert_eq!(said(&model(&deck)), [""; 0]);
+    assert_eq!(said(&deck), [""; 0]);
 }
 
 #[test]
@@ -108,11 +107,11 @@ fn sets_without_a_joint_meet_as_contacts() {
     deck.blocks[1].joint = None;
     let touching =
         "sets `bed` and `block` touch over 4 faces without a joint: their blocks meet as contacts";
-    assert_eq!(said(&model(&deck)), [touching]);
+    assert_eq!(said(&deck), [touching]);
     deck.blocks[1].origin = [0.0, 0.0, 1.0];
-    assert_eq!(said(&model(&deck)), [touching.replace("4 faces", "1 face")]);
+    assert_eq!(said(&deck), [touching.replace("4 faces", "1 face")]);
     deck.model.contact = Some(false);
-    assert_eq!(said(&model(&deck)), [""; 0]);
+    assert_eq!(said(&deck), [""; 0]);
 }
 
 /// A set in the place of blocks of another that are taken out touches the others, across half of a joint.
@@ -130,8 +129,8 @@ fn a_set_in_the_place_of_removed_blocks_touches_those_around() {
         count: None,
         ..deck.blocks[0].clone()
     });
-    let model = model(&deck);
+    let _model = model(&deck);
     let joined = "sets `frame` and `plug` are joined by joint `seam` over 4 faces";
-    assert_eq!(said(&model), [joined]);
-    assert_eq!(model.warnings(), [""; 0]);
+    assert_eq!(said(&deck), [joined]);
+    assert_eq!(warnings(&deck), [""; 0]);
 }

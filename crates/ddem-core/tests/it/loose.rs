@@ -1,7 +1,7 @@
 //! Loose blocks: decks of them, where they are, how far they reach into each other.
 
-use ddem_core::deck::{BlockSet, Body, ContactTable, Deck, Fix, Initial, Material, Where};
 use ddem_core::{Model, Simulation};
+use ddem_deck::{BlockSet, Body, ContactTable, Deck, Fix, Initial, Material, Where};
 use nalgebra::Rotation3;
 
 use crate::decks::*;

@@ -1,7 +1,6 @@
 //! Supports that leave a rigid motion are refused in a relax stage, and the motion is named.
 
-use ddem_core::Model;
-use ddem_core::deck::{BlockSet, Deck, Extent, Remove, StageKind, Where};
+use ddem_deck::{BlockSet, Deck, Extent, Remove, StageKind, Where};
 
 use crate::decks::*;
 
@@ -10,7 +9,7 @@ fn fault(change: impl FnOnce(&mut Deck)) -> Option<String> {
     let mut deck = deck([2, 1, 1], [4.0, 1.0, 2.0], 2, 0.02);
     deck.stage.push(relax_stage("static"));
     change(&mut deck);
-    let error = Model::new(&deck).err()?;
+    let error = deck.build().err()?;
     assert_eq!(error.faults.len(), 1, "{error}");
     assert_eq!(error.faults[0].place, "stage[0]");
     assert!(error.faults[0].message.contains("`static`"), "{error}");

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use ddem_core::deck::{
+use ddem_core::law::JointLaw;
+use ddem_core::{Relaxed, RunError, Simulation};
+use ddem_deck::{
     BlockSet, Body, Damping, Deck, Edges, Extent, Fix, Joint, JointChoice, Load, Material, Remove,
     StageKind, TimeStep, Where,
 };
-use ddem_core::law::JointLaw;
-use ddem_core::{Relaxed, RunError, Simulation};
 use nalgebra::Rotation3;
 
 use crate::decks::*;
@@ -242,7 +242,7 @@ fn dashpots_follow_supports_from_stage_to_stage() {
             deck.fix.clear();
         }
         deck.stage.iter_mut().for_each(|stage| {
-            stage.kind = ddem_core::deck::StageKind::Dynamic;
+            stage.kind = ddem_deck::StageKind::Dynamic;
             stage.duration = Some(1.0);
         });
         let mut simulation = simulation(&deck);

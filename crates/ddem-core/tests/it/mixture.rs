@@ -1,8 +1,8 @@
 //! Rigid and deformable blocks, joints that break and are let go, contacts, all at once: the same
 //! bits however it is run, looked at, saved and gone on with.
 
-use ddem_core::deck::*;
 use ddem_core::{FIELDS, Saved, Simd, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 use crate::loose::{Piece, add, any_turn, contacts, matter};

@@ -1,7 +1,7 @@
 //! Boundaries and loads on what is there from the stage on in which they come into force.
 
-use ddem_core::deck::*;
-use ddem_core::{Model, Simulation};
+use ddem_core::Simulation;
+use ddem_deck::*;
 
 use crate::decks::*;
 
@@ -56,18 +56,18 @@ fn a_face_that_is_opened_has_its_boundary() {
 fn what_is_said_is_of_that_stage() {
     let mut deck = dug([3, 1, 3], Some(within([1.0, 2.0], [1.0, 2.0])));
     deck.boundary.push(boundary(Where::default(), BoundaryKind::Viscous, None));
-    assert_eq!(model(&deck).warnings(), Vec::<String>::new());
+    assert_eq!(crate::decks::warnings(&deck), Vec::<String>::new());
     deck.boundary[0].from = Some("dig".into());
-    let warnings = model(&deck).warnings();
+    let warnings = crate::decks::warnings(&deck);
     let walls = "boundary 0: 4 of its faces are where blocks have been removed";
     assert!(warnings.len() == 1 && warnings[0].starts_with(walls), "{warnings:?}");
     // Half of the nodes are held, but those are gone.
     let mut deck = dug([2, 1, 1], Some(within([0.0, 1.0], [0.0, 1.0])));
     deck.boundary.push(boundary(plane(2, 0.0), BoundaryKind::Viscous, Some("dig")));
     deck.fix.push(fix(within([0.0, 0.99], [0.0, 1.0]), "xyz"));
-    assert_eq!(model(&deck).warnings(), Vec::<String>::new());
+    assert_eq!(crate::decks::warnings(&deck), Vec::<String>::new());
     deck.remove.clear();
-    let warnings = model(&deck).warnings();
+    let warnings = crate::decks::warnings(&deck);
     assert!(warnings.len() == 1 && warnings[0].contains("9 of its 18 nodes"), "{warnings:?}");
 }
 
@@ -194,7 +194,7 @@ fn loads_find_faces_that_are_whole_by_then() {
     let load = Load { region: plane(2, 1.5), pressure: Some(1.0), ..Load::default() };
     let until = Some("dig".to_owned());
     deck.load.push(Load { until, ..load.clone() });
-    let said = |deck: &Deck| Model::warnings(&model(deck)).join("\n");
+    let said = |deck: &Deck| crate::decks::warnings(deck).join("\n");
     assert_eq!(said(&deck), "");
     deck.load[0] = Load { region: Where::default(), ..load };
     assert!(said(&deck).contains("load 0 leaves out 1 faces"), "{}", said(&deck));

@@ -1,7 +1,7 @@
 //! The largest velocities and stresses of a run.
 
-use ddem_core::deck::{Damping, Deck, Extent, History, Initial, Load, Sphere, TimeStep, Where};
 use ddem_core::{Field, Saved, Simd, Simulation};
+use ddem_deck::{Damping, Deck, Extent, History, Initial, Load, Sphere, TimeStep, Where};
 
 use crate::decks::*;
 

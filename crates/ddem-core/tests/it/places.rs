@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use ddem_core::deck::*;
-use ddem_core::{Model, Selection, Simulation};
+use ddem_core::{Model, Simulation};
+use ddem_deck::Selection;
+use ddem_deck::*;
 use nalgebra::{Rotation3, Unit};
 
 use crate::decks::*;
@@ -50,19 +51,16 @@ fn turned(mut deck: Deck) -> (Deck, Rotation3<f64>) {
 fn a_plane_across_an_axis_is_that_of_the_axis() {
     let model = model(&deck([2, 2, 2], [4.0, 2.0, 2.0], 2, 0.02));
     for at in [0.0, 2.0, 1.99, 4.0] {
-        let nodes = model.nodes_in(&plane(0, at)).unwrap();
+        let nodes = plane(0, at).nodes(&model).unwrap();
         assert!(!nodes.is_empty());
         for normal in [Vec3::x(), -Vec3::x()] {
-            assert_eq!(
-                model.nodes_in(&on(slanted(Vec3::new(at, 7.0, 8.0), normal))).unwrap(),
-                nodes
-            );
+            assert_eq!(on(slanted(Vec3::new(at, 7.0, 8.0), normal)).nodes(&model).unwrap(), nodes);
         }
-        assert_eq!(model.nodes_in(&on(dipping([at, 1.0, 2.0], 90.0, 90.0))).unwrap(), nodes);
-        assert_eq!(model.nodes_in(&on(dipping([at, 1.0, 2.0], 90.0, 270.0))).unwrap(), nodes);
+        assert_eq!(on(dipping([at, 1.0, 2.0], 90.0, 90.0)).nodes(&model).unwrap(), nodes);
+        assert_eq!(on(dipping([at, 1.0, 2.0], 90.0, 270.0)).nodes(&model).unwrap(), nodes);
     }
     let level = Plane { point: [0.0, 0.0, 2.0], dip: Some(0.0), ..Plane::default() };
-    assert_eq!(model.nodes_in(&on(level)).unwrap(), model.nodes_in(&plane(2, 2.0)).unwrap());
+    assert_eq!(on(level).nodes(&model).unwrap(), plane(2, 2.0).nodes(&model).unwrap());
 }
 
 /// The same model turned: what a plane of the axes selects there, a turned one does here, gaps included.
@@ -72,21 +70,17 @@ fn planes_of_turned_sets_select_what_planes_of_upright_ones_do() {
     let (turned, turn) = turned(upright.clone());
     let (upright, turned) = (model(&upright), model(&turned));
     for (axis, at) in [(0, 0.0), (0, 1.0), (0, 0.99), (1, 1.0), (2, 2.0)] {
-        let nodes = upright.nodes_in(&plane(axis, at)).unwrap();
+        let nodes = plane(axis, at).nodes(&upright).unwrap();
         assert!(!nodes.is_empty());
         let normal = turn * Vec3::ith(axis, 1.0);
-        assert_eq!(
-            turned.nodes_in(&on(slanted(normal * at, normal))).unwrap(),
-            nodes,
-            "{axis} {at}"
-        );
+        assert_eq!(on(slanted(normal * at, normal)).nodes(&turned).unwrap(), nodes, "{axis} {at}");
     }
     let sides = [Side::LowX, Side::HighX, Side::LowY, Side::HighY, Side::LowZ, Side::HighZ];
     for (k, end) in sides.into_iter().enumerate() {
         let at = if k % 2 == 0 { 0.0 } else { [3.0, 2.0, 2.0][k / 2] };
-        let nodes = upright.nodes_in(&plane(k / 2, at)).unwrap();
-        assert_eq!(upright.nodes_in(&side(end)).unwrap(), nodes);
-        assert_eq!(turned.nodes_in(&side(end)).unwrap(), nodes);
+        let nodes = plane(k / 2, at).nodes(&upright).unwrap();
+        assert_eq!(side(end).nodes(&upright).unwrap(), nodes);
+        assert_eq!(side(end).nodes(&turned).unwrap(), nodes);
     }
 }
 
@@ -97,7 +91,7 @@ fn reaction(mut deck: Deck, [held, pressed]: [Where; 2]) -> Vec3 {
     deck.stage.push(relax_stage("press"));
     let mut simulation = Simulation::new(model(&deck));
     simulation.relax(1e-9, 200_000).unwrap_or_else(|error| panic!("{error}"));
-    let nodes = simulation.model().nodes_in(&held).unwrap();
+    let nodes = held.nodes(simulation.model()).unwrap();
     Vec3::from(simulation.reaction(&nodes))
 }
 
@@ -120,9 +114,9 @@ fn half_spaces_are_ranges_across_an_axis() {
     let model = model(&deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.02));
     let range = |from, to| Where { z: Some(Extent::Range([from, to])), ..Where::default() };
     let same = |region: Where, other: Where| {
-        let nodes = model.nodes_in(&region).unwrap();
+        let nodes = region.nodes(&model).unwrap();
         assert!(!nodes.is_empty() && nodes.len() < model.n_nodes());
-        assert_eq!(nodes, model.nodes_in(&other).unwrap());
+        assert_eq!(nodes, other.nodes(&model).unwrap());
     };
     same(above(Sheet::Level(1.2)), range(1.2, 9.0));
     same(below(Sheet::Level(1.2)), range(-9.0, 1.2));
@@ -151,7 +145,7 @@ fn blocks_above_a_slope() {
     assert_eq!(count(above(slope(4.0))), 40);
     assert_eq!(count(below(slope(4.0))), 40);
 
-    let told = model(&remove(cube, above(slope(4.1)))).selections();
+    let told = crate::decks::site(&remove(cube, above(slope(4.1)))).selections();
     let [Selection { entry, blocks, volume, holds, shape, .. }] = &told[..] else {
         panic!("{told:?}")
     };
@@ -177,7 +171,7 @@ fn joints_by_dip_and_dip_direction() {
         let mut deck = bedded.clone();
         let region = Where { dip: Some(dip), dip_direction, within, ..Where::default() };
         deck.assign.push(Assign { region, joint: Some("bedding".into()), ..Assign::default() });
-        Model::new(&deck).map(|model| joints_named(&model, 0))
+        deck.build().map(|model| joints_named(&model, 0))
     };
     let bedding = vec![2; 8];
     assert_eq!(find(30.0, Some(130.0), None), Ok(bedding.clone()));
@@ -276,16 +270,16 @@ fn blocks_and_nodes_inside_a_closed_surface() {
         let all =
             halves().flat_map(|x| halves().flat_map(move |y| halves().map(move |z| [x, y, z])));
         let expected = all.filter(|x| size(*x) <= r + 1e-9).count();
-        let model = model(&remove(cube.clone(), inside(octahedron(centre, r))));
-        assert_eq!(216 - model.n_blocks(), expected, "{centre:?} {r}");
-        let told = model.selections();
+        let site = crate::decks::site(&remove(cube.clone(), inside(octahedron(centre, r))));
+        assert_eq!(216 - site.model().n_blocks(), expected, "{centre:?} {r}");
+        let told = site.selections();
         assert_eq!((told[0].blocks, told[0].volume), (expected, expected as f64));
         // 4/3 r³
         assert!((told[0].holds.unwrap_or(0.0) - 4.0 / 3.0 * r.powi(3)).abs() < 1e-9);
         assert!(!told[0].sticks_out);
     }
     let model = model(&cube);
-    let nodes = model.nodes_in(&inside(octahedron([3.0; 3], 2.0))).unwrap();
+    let nodes = inside(octahedron([3.0; 3], 2.0)).nodes(&model).unwrap();
     let near = |node: &u32| {
         model.point(*node as usize).iter().map(|x| (x - 3.0).abs()).sum::<f64>() <= 2.0 + 1e-9
     };
@@ -326,7 +320,7 @@ fn blocks_above_and_below_a_topography() {
     assert!(over > 10 && over < 40);
     assert_eq!(64 - model(&remove(cube.clone(), above(ground()))).n_blocks(), over);
     assert_eq!(model(&remove(cube.clone(), below(ground()))).n_blocks(), over);
-    let told = model(&remove(cube, above(ground()))).selections();
+    let told = crate::decks::site(&remove(cube, above(ground()))).selections();
     assert_eq!((told[0].shape, told[0].blocks, told[0].holds), ("topography", over, None));
 }
 
@@ -366,8 +360,8 @@ fn sides_of_sets() {
     assert_eq!(24 - model(&remove(two.clone(), of("b"))).n_blocks(), 4);
     let model = model(&two);
     let at = |x| Where { x: Some(Extent::Plane(x)), ..Where::default() };
-    assert_eq!(model.nodes_in(&of("a")).unwrap(), model.nodes_in(&at(3.0)).unwrap());
-    assert_eq!(model.nodes_in(&of("b")).unwrap(), model.nodes_in(&at(13.0)).unwrap());
+    assert_eq!(of("a").nodes(&model).unwrap(), at(3.0).nodes(&model).unwrap());
+    assert_eq!(of("b").nodes(&model).unwrap(), at(13.0).nodes(&model).unwrap());
     refused(
         &remove(two, side(Side::HighX)),
         &["remove[0].where.side", "`side` is that of one set, and the deck has 2", "set = …"],
@@ -420,7 +414,8 @@ fn curved_excavations_say_what_they_hold() {
     rock.refine.push(Refine { region: ball, factor: 2 });
     rock.fix.push(fix(plane(2, 0.0), "xyz"));
     rock.stage.extend([relax_stage("weight"), relax_stage("tunnel")]);
-    let told: Vec<String> = model(&rock).selections().iter().map(ToString::to_string).collect();
+    let told: Vec<String> =
+        crate::decks::site(&rock).selections().iter().map(ToString::to_string).collect();
     // π 3.5² 10 = 384.8 of the 23 m long cylinder, 4/3 π 1.2³ = 7.238.
     assert_eq!(
         told,
@@ -432,7 +427,7 @@ fn curved_excavations_say_what_they_hold() {
     // Ranges along blocks are what they say; on turned blocks they are not.
     let range = Where { x: Some(Extent::Range([0.0, 2.0])), ..Where::default() };
     let cube = deck([4, 4, 4], [4.0; 3], 1, 0.01);
-    assert!(model(&remove(cube.clone(), range.clone())).selections().is_empty());
-    let told = model(&remove(turned(cube).0, range)).selections();
+    assert!(crate::decks::site(&remove(cube.clone(), range.clone())).selections().is_empty());
+    let told = crate::decks::site(&remove(turned(cube).0, range)).selections();
     assert_eq!(told[0].shape, "box");
 }

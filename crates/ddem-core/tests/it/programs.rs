@@ -4,9 +4,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use ddem_core::deck::*;
 use ddem_core::law::JointLaw;
 use ddem_core::{Function, Model, Relaxed, RunError, Simd, Simulation};
+use ddem_deck::*;
 
 use crate::charges::{everywhere, gas, hollow};
 use crate::decks::*;
@@ -36,7 +36,7 @@ fn steps(simulation: &mut Simulation, count: usize) {
 
 /// Nodes of the top, and the load of the deck on them.
 fn push(model: &Model) -> (Vec<u32>, Vec<[f64; 3]>) {
-    let nodes = model.nodes_in(&plane(2, 3.0)).unwrap();
+    let nodes = plane(2, 3.0).nodes(model).unwrap();
     // Corners, edges and the middle of 2 × 2 elements.
     let share = |node: u32| {
         let [x, y, _] = model.point(node as usize);
@@ -72,7 +72,7 @@ fn forces_of_a_program_are_those_of_a_load() {
 fn forces_of_a_program_replace_what_it_applied_before() {
     let free = Deck { load: Vec::new(), ..pillar(None) };
     let mut simulation = started(model(&free));
-    let top = simulation.model().nodes_in(&plane(2, 3.0)).unwrap()[0];
+    let top = plane(2, 3.0).nodes(simulation.model()).unwrap()[0];
     let pull = |simulation: &mut Simulation| simulation.forces()[top as usize][1];
     let before = pull(&mut simulation);
     // Entries of one call add up, ...
@@ -100,7 +100,7 @@ fn a_relaxation_bears_the_forces_of_a_program() {
     let (nodes, forces) = push(simulation.model());
     simulation.apply_force(&nodes, &forces);
     simulation.relax(1e-9, 20_000).unwrap_or_else(|error| panic!("{error}"));
-    let base = simulation.model().nodes_in(&plane(2, 0.0)).unwrap();
+    let base = plane(2, 0.0).nodes(simulation.model()).unwrap();
     let reaction = simulation.reaction(&base);
     assert!((reaction[0] + 2e5).abs() < 1e-2, "{reaction:?}");
 }

@@ -1,10 +1,10 @@
 //! Blocks that are split, sets that touch, and the joints between faces that do not match.
 
-use ddem_core::deck::{
+use ddem_core::{Fault, Relaxed, Simulation};
+use ddem_deck::{
     Assign, BlockSet, Charge, Damping, Deck, Extent, Initial, Joint, JointChoice, Kinematics, Load,
     Material, Refine, TimeStep, Where,
 };
-use ddem_core::{Fault, Model, Relaxed, Simulation};
 
 use crate::decks::*;
 
@@ -103,7 +103,7 @@ fn sets_that_touch_are_joined() {
     deck.model.contact = Some(false);
     deck.blocks[1].joint = None;
     deck.blocks[1].count = None;
-    let loose = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+    let loose = deck.build().err().map(|error| error.faults).unwrap_or_default();
     assert!(loose.iter().any(|fault| fault.message.contains("rigid body")), "{loose:?}");
     // And a joint may be assigned there.
     deck.assign.push(Assign {
@@ -111,7 +111,7 @@ fn sets_that_touch_are_joined() {
         joint: Some("seam".into()),
         ..Assign::default()
     });
-    assert!(Model::new(&deck).is_ok());
+    assert!(deck.build().is_ok());
 }
 
 fn thrown(thickness: f64) -> Simulation {
@@ -174,7 +174,7 @@ fn what_cannot_be_split_is_said() {
     let said = |change: &dyn Fn(&mut Deck)| -> String {
         let mut deck = layers(0.05);
         change(&mut deck);
-        let faults = Model::new(&deck).err().map(|error| error.faults).unwrap_or_default();
+        let faults = deck.build().err().map(|error| error.faults).unwrap_or_default();
         let help = |fault: &Fault| fault.help.clone().unwrap_or_default();
         let line = |fault: &Fault| format!("{}: {}, {}\n", fault.place, fault.message, help(fault));
         faults.iter().map(line).collect()
@@ -218,7 +218,7 @@ fn charges_say_what_they_do_not_push() {
     let warned = |deck: &mut Deck, from: f64| {
         let region = range(1, from, 2.5);
         deck.charge = vec![Charge { region, pressure: Some(1e6), ..Charge::default() }];
-        let warnings = model(deck).warnings();
+        let warnings = crate::decks::warnings(deck);
         warnings
             .iter()
             .any(|text| text.contains("16 of the joints there are between faces that do not match"))
@@ -280,7 +280,7 @@ fn sets_that_touch_have_their_own_mass_and_whole_faces() {
     let model = model(&deck);
     let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
     assert!((mass / (density * 17.0) - 1.0).abs() < 1e-12, "{mass}");
-    let warnings = model.warnings();
+    let warnings = crate::decks::warnings(&deck);
     let left_out = "load 0 leaves out 1 faces on a part of which other blocks stand";
     assert!(warnings.iter().any(|w| w.starts_with(left_out)), "{warnings:?}");
 }

@@ -1,7 +1,7 @@
 //! A saved simulation goes on with the same bits; scratch space holds no information.
 
-use ddem_core::deck::{Damping, Deck, Extent, Fix, History, Kinematics, Load, TimeStep};
 use ddem_core::{Relaxed, Saved, Simd, Simulation};
+use ddem_deck::{Damping, Deck, Extent, Fix, History, Kinematics, Load, TimeStep};
 
 use crate::decks::*;
 
@@ -198,7 +198,7 @@ fn increments_bring_loads_in_equal_parts() {
 /// A stack of rigid blocks on joints without any bond, pushed so that it opens and slides.
 fn dry() -> Deck {
     let mut deck = deck([2, 1, 3], [2.0, 1.0, 3.0], 1, 0.0);
-    deck.blocks[0].body = ddem_core::deck::Body::Rigid;
+    deck.blocks[0].body = ddem_deck::Body::Rigid;
     let seam = deck.joints.values_mut().next();
     let seam = seam.unwrap_or_else(|| panic!("a joint"));
     seam.material = None;

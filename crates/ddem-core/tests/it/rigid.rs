@@ -1,7 +1,8 @@
 //! §8: rigid blocks.
 
-use ddem_core::deck::{BlockSet, Body, Joint, JointChoice, Material};
-use ddem_core::{Deck, Model, Simulation};
+use ddem_core::{Model, Simulation};
+use ddem_deck::Deck;
+use ddem_deck::{BlockSet, Body, Joint, JointChoice, Material};
 use nalgebra::{Rotation3, Vector3};
 
 /// Two rigid blocks joined by springs, deck for a start.
@@ -43,7 +44,7 @@ fn displacements(model: &Model, motions: &[(Vector3<f64>, Vector3<f64>)]) -> Vec
 /// Forces are the gradient of the energy for any motion of two blocks.
 #[test]
 fn forces_follow_from_the_energy() {
-    let mut simulation = Simulation::new(Model::new(&pair()).unwrap());
+    let mut simulation = Simulation::new(pair().build().unwrap());
     let mut motions = [
         (Vector3::new(0.3, -0.2, 0.1), Vector3::new(0.4, -0.3, 0.8)),
         (Vector3::new(0.35, -0.1, 0.15), Vector3::new(0.4, -0.3, 1.0)),
@@ -81,7 +82,7 @@ fn forces_follow_from_the_energy() {
 /// Rounding of the corners of a block that has turned is no strain.
 #[test]
 fn rigid_blocks_have_no_stress() {
-    let mut simulation = Simulation::new(Model::new(&pair()).unwrap());
+    let mut simulation = Simulation::new(pair().build().unwrap());
     let model = simulation.model();
     let motion = (Vector3::new(1e3, -2e3, 5.0), Vector3::new(1.0, 0.5, -0.7));
     let u = displacements(model, &vec![motion; model.n_blocks()]);

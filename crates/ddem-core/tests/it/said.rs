@@ -1,7 +1,6 @@
 //! What is said before a run: how much there is of each charge, and what is perhaps not meant.
 
-use ddem_core::Model;
-use ddem_core::deck::*;
+use ddem_deck::*;
 
 use crate::charges::*;
 use crate::decks::*;
@@ -30,14 +29,14 @@ fn boxes(cells: &[[f64; 3]]) -> Deck {
 }
 
 fn one_of(deck: &Deck, part: &str) -> String {
-    let warnings = model(deck).warnings();
+    let warnings = crate::decks::warnings(deck);
     let found: Vec<_> = warnings.iter().filter(|w| w.contains(part)).collect();
     assert_eq!(found.len(), 1, "{part}: {warnings:?}");
     found[0].clone()
 }
 
 fn faults(deck: &Deck) -> String {
-    let error = Model::new(deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+    let error = deck.build().err().unwrap_or_else(|| panic!("nothing is wrong"));
     error.faults.iter().map(|f| format!("{f} {}", f.help.as_deref().unwrap_or_default())).collect()
 }
 
@@ -52,7 +51,7 @@ fn charges_have_walls_volumes_and_pressures() {
     ];
     let model_of = |deck: &Deck| {
         let model = model(deck);
-        let said = model.warnings();
+        let said = crate::decks::warnings(deck);
         assert!(said.iter().all(|said| said.contains("one cavity")), "{said:?}");
         model.charges()
     };
@@ -97,7 +96,7 @@ fn a_charge_is_warned_of_whose_hole_was_forgotten() {
         ball([1.5; 3], 1.6),
     ] {
         deck.charge = vec![tnt(region, 1.0)];
-        assert_eq!(model(&deck).warnings(), [""; 0]);
+        assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     }
 }
 
@@ -110,9 +109,9 @@ fn a_charge_that_hardly_pushes_is_warned_of() {
     let said = one_of(&deck, "less than the air");
     assert!(said.starts_with("charge 0: 23 kg of explosive begin with 9.4"), "{said}");
     deck.charge = vec![tnt(region.clone(), 24.0)];
-    assert_eq!(model(&deck).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.charge = vec![gas(region, 1e4)];
-    assert_eq!(model(&deck).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
 }
 
 #[test]
@@ -123,7 +122,7 @@ fn a_blast_in_statics_is_warned_of() {
     let region = ball([1.5; 3], 0.7);
     let said = |charge: &Charge| {
         let deck = Deck { charge: vec![charge.clone()], ..deck.clone() };
-        model(&deck).warnings().join("\n")
+        crate::decks::warnings(&deck).join("\n")
     };
     let charge = tnt(region.clone(), 500.0);
     let warned = said(&charge);
@@ -136,21 +135,21 @@ fn a_blast_in_statics_is_warned_of() {
     // It has gone off before that stage.
     let again = vec![dynamic("blast", 0.1), relax_stage("rest"), dynamic("more", 0.1)];
     let later = Deck { charge: vec![charge.clone()], stage: again, ..deck.clone() };
-    assert_eq!(model(&later).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&later), [""; 0]);
     let pulse = History::Triangle(Triangle { rise: 1e-4, fall: Some(1e-4), duration: None });
     assert_eq!(said(&given(region.clone(), 2e8, pulse)), "");
     // Gas that is stored.
     assert_eq!(said(&gas(region, 1e7)), "");
     // Nothing moves afterwards: an equilibrium is what is wanted.
     let still = Deck { charge: vec![charge], stage: vec![relax_stage("weight")], ..deck.clone() };
-    assert_eq!(model(&still).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&still), [""; 0]);
 }
 
 #[test]
 fn stemming_of_another_set_is_warned_of() {
     let mut deck = boxes(&[[1.0, 1.0, 1.0], [1.0, 1.0, 2.0]]);
     deck.charge = vec![gas(within([0.9; 3], [2.1, 2.1, 3.1]), 1e6)];
-    assert_eq!(model(&deck).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.blocks[0].name = Some("rock".into());
     deck.remove.iter_mut().for_each(|remove| remove.region.set = Some("rock".into()));
     deck.blocks.push(BlockSet {
@@ -232,7 +231,7 @@ fn gas_behind_a_single_wall_gets_out() {
     let mut deck = boxes(&[[1.0; 3]]);
     deck.charge = vec![given(within([1.9, 1.1, 1.1], [2.1, 1.9, 1.9]), 1e6, History::Ramp(0.0))];
     let mut simulation = simulation(&deck);
-    let nodes = simulation.model().nodes_in(&ball([2.5, 1.5, 1.5], 0.88)).unwrap();
+    let nodes = ball([2.5, 1.5, 1.5], 0.88).nodes(simulation.model()).unwrap();
     let mut moved = simulation.displacements();
     for (far, vented) in [(0.99, false), (1.01, true)] {
         nodes.iter().for_each(|node| moved[*node as usize] = [far, 0.0, 0.0]);
@@ -252,7 +251,7 @@ fn a_release_that_has_no_end_or_no_effect_is_warned_of() {
             vec![Remove { region: region.clone(), from: from.clone(), release, until: None }];
         deck.stage = vec![relax_stage("weight")];
         deck.stage.extend(stages);
-        model(&deck).warnings().join("\n")
+        crate::decks::warnings(&deck).join("\n")
     };
     let slow = || vec![dynamic("dig", 0.3), dynamic("on", 0.2)];
     assert_eq!(said(0.5, slow()), "");
@@ -307,11 +306,11 @@ fn a_probe_where_nothing_is_is_warned_of() {
     let mut deck = boxes(&[]);
     let probe = |at: [f64; 3]| Probe { name: "top".into(), at: Some(at), ..Probe::default() };
     deck.probe = vec![probe([4.0, 4.0, 4.9])];
-    assert_eq!(model(&deck).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     // In millimetres, say.
     deck.probe = vec![probe([4.0, 4.0, 14.0])];
     assert_eq!(
-        model(&deck).warnings(),
+        crate::decks::warnings(&deck),
         [
             "probe `top`: there is nothing at [4, 4, 14]: it looks at the nearest node, at [4, 4, 4], 10.0000 m away"
         ]
@@ -323,13 +322,13 @@ fn two_charges_in_one_cavity_are_not_one() {
     let mut deck = boxes(&[[1.0; 3], [3.0; 3]]);
     let hole = |at: f64| ball([at + 0.5; 3], 0.7);
     deck.charge = vec![tnt(hole(1.0), 500.0), tnt(hole(3.0), 500.0)];
-    let alone = model(&deck).warnings();
+    let alone = crate::decks::warnings(&deck);
     assert!(!alone.iter().any(|said| said.contains("one cavity")), "{alone:?}");
     deck.charge.push(Charge { delay: Some(1e-3), ..tnt(hole(1.0), 500.0) });
     assert!(one_of(&deck, "one cavity").contains("charges 0 and 2"));
     deck.charge[2].until = Some("later".into());
     deck.stage = vec![dynamic("blast", 0.01), dynamic("later", 0.01)];
-    assert!(!model(&deck).warnings().iter().any(|said| said.contains("one cavity")));
+    assert!(!crate::decks::warnings(&deck).iter().any(|said| said.contains("one cavity")));
 }
 
 #[test]
@@ -353,7 +352,7 @@ fn a_set_that_is_taken_out_as_a_whole_is_named() {
     let lining =
         BlockSet { name: Some("lining".into()), origin: [9.0; 3], ..deck.blocks[0].clone() };
     deck.blocks.push(lining);
-    assert!(!model(&deck).warnings().iter().any(|said| said.contains("is left")));
+    assert!(!crate::decks::warnings(&deck).iter().any(|said| said.contains("is left")));
     deck.remove.push(Remove { region: within([8.0; 3], [20.0; 3]), ..Remove::default() });
     assert!(one_of(&deck, "is left").contains("no block of set `lining`"));
 }
@@ -370,7 +369,8 @@ fn boundaries_that_are_held_across_are_named() {
         from: None,
         until: None,
     };
-    let held = |deck: &Deck| model(deck).warnings().iter().any(|said| said.contains("its normal"));
+    let held =
+        |deck: &Deck| crate::decks::warnings(deck).iter().any(|said| said.contains("its normal"));
     deck.boundary.push(side.clone());
     deck.fix.push(fix(plane(0, 0.0), "y"));
     deck.stage = vec![dynamic("go", 0.01)];

@@ -1,6 +1,6 @@
 //! `where`: planes in gaps, ranges, spheres and sets.
 
-use ddem_core::deck::{BlockSet, Extent, Remove, Sphere, Where};
+use ddem_deck::{BlockSet, Extent, Remove, Sphere, Where};
 
 use crate::decks::*;
 
@@ -15,7 +15,7 @@ fn a_plane_in_a_gap_selects_both_sides() {
     let model = model(&deck([2, 2, 1], [4.0, 2.0, 1.0], 2, 0.02));
     // 3 × 3 nodes of a face, two blocks along y, both sides.
     for x in [1.995, 2.0, 2.005] {
-        let nodes = model.nodes_in(&plane(0, x)).unwrap();
+        let nodes = plane(0, x).nodes(&model).unwrap();
         assert_eq!(nodes.len(), 2 * 2 * 9, "x = {x}");
         let on = |x: f64| {
             nodes.iter().filter(|&&n| (model.point(n as usize)[0] - x).abs() < 1e-9).count()
@@ -23,13 +23,13 @@ fn a_plane_in_a_gap_selects_both_sides() {
         assert_eq!([on(1.99), on(2.01)], [18, 18]);
     }
     // A side of the gap is a plane of its own.
-    assert_eq!(model.nodes_in(&plane(0, 1.99)).unwrap().len(), 18);
-    assert_eq!(model.nodes_in(&plane(0, 2.01)).unwrap().len(), 18);
+    assert_eq!(plane(0, 1.99).nodes(&model).unwrap().len(), 18);
+    assert_eq!(plane(0, 2.01).nodes(&model).unwrap().len(), 18);
     // Where two gaps cross, all four.
     let crossing = Where { y: Some(Extent::Plane(1.0)), ..plane(0, 2.0) };
-    assert_eq!(model.nodes_in(&crossing).unwrap().len(), 4 * 3);
-    assert!(model.nodes_in(&plane(0, 1.5)).unwrap().is_empty());
-    assert_eq!(model.nodes_in(&plane(0, 4.0)).unwrap().len(), 18);
+    assert_eq!(crossing.nodes(&model).unwrap().len(), 4 * 3);
+    assert!(plane(0, 1.5).nodes(&model).unwrap().is_empty());
+    assert_eq!(plane(0, 4.0).nodes(&model).unwrap().len(), 18);
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn nodes_are_sorted_and_those_of_a_search_by_hand() {
         };
         let expected: Vec<u32> = (0..model.n_nodes() as u32).filter(has).collect();
         assert!(!expected.is_empty());
-        assert_eq!(model.nodes_in(region).unwrap(), expected, "{region:?}");
+        assert_eq!(region.nodes(&model).unwrap(), expected, "{region:?}");
     }
 }
 
@@ -65,10 +65,10 @@ fn nodes_are_sorted_and_those_of_a_search_by_hand() {
 fn ranges_include_their_ends() {
     let model = model(&deck([2, 1, 1], [2.0, 1.0, 1.0], 2, 0.02));
     // Node planes along x: 0, 0.495, 0.99, 1.01, 1.505, 2.
-    assert_eq!(model.nodes_in(&range(0, 0.495, 1.01)).unwrap().len(), 3 * 9);
-    assert_eq!(model.nodes_in(&range(0, 0.0, 2.0)).unwrap().len(), model.n_nodes());
-    assert!(model.nodes_in(&range(0, 0.5, 0.98)).unwrap().is_empty());
-    assert!(model.nodes_in(&range(0, 1.0, 1.0)).unwrap().is_empty());
+    assert_eq!(range(0, 0.495, 1.01).nodes(&model).unwrap().len(), 3 * 9);
+    assert_eq!(range(0, 0.0, 2.0).nodes(&model).unwrap().len(), model.n_nodes());
+    assert!(range(0, 0.5, 0.98).nodes(&model).unwrap().is_empty());
+    assert!(range(0, 1.0, 1.0).nodes(&model).unwrap().is_empty());
 }
 
 #[test]
@@ -86,12 +86,12 @@ fn a_set_selects_its_own_blocks() {
     deck.blocks.push(b);
     let model = model(&deck);
     let set = |name: &str| Where { set: Some(name.into()), ..Where::default() };
-    assert_eq!(model.nodes_in(&set("a")).unwrap(), (0..27).collect::<Vec<u32>>());
-    assert_eq!(model.nodes_in(&set("b")).unwrap(), (27..27 + 64).collect::<Vec<u32>>());
+    assert_eq!(set("a").nodes(&model).unwrap(), (0..27).collect::<Vec<u32>>());
+    assert_eq!(set("b").nodes(&model).unwrap(), (27..27 + 64).collect::<Vec<u32>>());
     // The sets touch but are not joined: a plane has the faces of both.
-    assert_eq!(model.nodes_in(&plane(0, 1.0)).unwrap().len(), 9 + 16);
-    assert_eq!(model.nodes_in(&Where { x: plane(0, 1.0).x, ..set("b") }).unwrap().len(), 16);
-    assert_eq!(model.warnings(), [""; 0]);
+    assert_eq!(plane(0, 1.0).nodes(&model).unwrap().len(), 9 + 16);
+    assert_eq!((Where { x: plane(0, 1.0).x, ..set("b") }).nodes(&model).unwrap().len(), 16);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
 }
 
 #[test]
@@ -167,15 +167,14 @@ fn an_element_is_the_one_that_a_point_lies_in() {
 #[test]
 fn a_selection_of_nothing_says_what_is_nearest() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
-    deck.blocks[0].body = ddem_core::deck::Body::Rigid;
+    deck.blocks[0].body = ddem_deck::Body::Rigid;
     let seam = deck.joints.values_mut().next();
     let seam = seam.unwrap_or_else(|| panic!("a joint"));
     (seam.normal_stiffness, seam.shear_stiffness) = (Some(1e9), Some(1e9));
     seam.material = None;
     let mut help = |region: Where| {
         deck.fix = vec![fix(region, "xyz")];
-        let error =
-            ddem_core::Model::new(&deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+        let error = deck.build().err().unwrap_or_else(|| panic!("nothing is wrong"));
         assert_eq!(error.faults[0].place, "fix[0].where");
         error.faults[0].help.clone().unwrap_or_default()
     };
@@ -187,11 +186,10 @@ fn a_selection_of_nothing_says_what_is_nearest() {
         ),
         "{corner}"
     );
-    deck.blocks[0].body = ddem_core::deck::Body::Deformable;
+    deck.blocks[0].body = ddem_deck::Body::Deformable;
     let mut help = |region: Where| {
         deck.fix = vec![fix(region, "xyz")];
-        let error =
-            ddem_core::Model::new(&deck).err().unwrap_or_else(|| panic!("nothing is wrong"));
+        let error = deck.build().err().unwrap_or_else(|| panic!("nothing is wrong"));
         error.faults[0].help.clone().unwrap_or_default()
     };
     let node = help(range(0, 2.2, 2.3));

@@ -1,7 +1,7 @@
 //! Several sets of blocks: which may overlap, what is said of those that touch, and of rigid ones.
 
-use ddem_core::deck::*;
-use ddem_core::{Fault, Model};
+use ddem_core::Fault;
+use ddem_deck::*;
 
 use crate::decks::*;
 
@@ -20,7 +20,7 @@ fn row_and_top(origin: [f64; 3], thickness: f64) -> Deck {
 }
 
 fn faults(deck: &Deck) -> Vec<Fault> {
-    Model::new(deck).err().map_or(Vec::new(), |error| error.faults)
+    deck.build().err().map_or(Vec::new(), |error| error.faults)
 }
 
 #[test]
@@ -158,18 +158,18 @@ fn sets_that_touch_are_warned_of_where_no_contacts_are_found() {
     let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
     // With a joint on both sides they are joined.
     deck.model.contact = Some(false);
-    assert_eq!(model(&deck).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.model.contact = None;
     (deck.blocks[1].count, deck.blocks[1].joint) = (None, None);
-    assert_eq!(model(&deck).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.model.contact = Some(true);
-    assert_eq!(model(&deck).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.model.contact = Some(false);
-    let warnings = model(&deck).warnings();
+    let warnings = crate::decks::warnings(&deck);
     assert_eq!(warnings.len(), 1);
     assert!(warnings[0].starts_with("sets `row` and `top` touch, but their blocks"));
     deck.blocks[1].origin[2] = 1.1;
-    assert_eq!(model(&deck).warnings(), [""; 0]);
+    assert_eq!(crate::decks::warnings(&deck), [""; 0]);
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn what_is_said_of_contacts_that_are_not_found_has_no_effect() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
     deck.contact.friction = Some(20.0);
     let start = |deck: &Deck| {
-        let warnings = model(deck).warnings();
+        let warnings = crate::decks::warnings(deck);
         warnings.iter().map(|text| text.chars().take(60).collect()).collect::<Vec<String>>()
     };
     assert_eq!(start(&deck), ["`[contact]` has no effect: none are looked for in one set of"]);
@@ -200,7 +200,7 @@ fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
         deck.model.gravity = [0.0, 0.0, -9.81];
         deck.fix = vec![fix(plane(2, 0.0), "xyz")];
         change(&mut deck);
-        model(&deck).warnings()
+        crate::decks::warnings(&deck)
     };
     assert_eq!(said(&|_| ()), [""; 0]);
     for (normal, shear) in [(1e10, 1e10), (1e12, 1e12), (1e9, 1e8)] {

@@ -1,7 +1,7 @@
 //! Stages that programs enter in any order, and supports that end where blocks are taken out.
 
-use ddem_core::deck::*;
 use ddem_core::{Model, Relaxed, RunError, Simd, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 

@@ -1,7 +1,7 @@
 //! Energies where a motion starts at once.
 
 use ddem_core::Simulation;
-use ddem_core::deck::{Damping, Deck, Fix, Kinematics, TimeStep, Where};
+use ddem_deck::{Damping, Deck, Fix, Kinematics, TimeStep, Where};
 
 use crate::decks::*;
 use crate::loose::*;

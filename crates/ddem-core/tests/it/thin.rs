@@ -1,8 +1,8 @@
 //! Joints that are very thin, or very stiff, beside the size of their blocks: relaxation finds the same
 //! equilibrium, in as many steps, down to what rounding leaves of the forces.
 
-use ddem_core::deck::*;
 use ddem_core::{RunError, Simulation};
+use ddem_deck::*;
 
 use crate::decks::*;
 

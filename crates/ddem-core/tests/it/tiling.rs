@@ -1,7 +1,7 @@
 //! §1: bodies, joints, strips and corners tile the region exactly, whatever the lattice.
 
 use ddem_core::Model;
-use ddem_core::deck::{BlockSet, Deck, Edges, Joint, JointChoice, Material, Remove, Sphere, Where};
+use ddem_deck::{BlockSet, Deck, Edges, Joint, JointChoice, Material, Remove, Sphere, Where};
 use nalgebra::Matrix3;
 use proptest::prelude::*;
 

@@ -1,7 +1,8 @@
 //! What is told of contacts and of momenta.
 
-use ddem_core::deck::{BlockSet, Body, Damping, Extent, Fix, Joint, JointChoice, TimeStep, Where};
-use ddem_core::{Deck, FIELDS, On, Simulation};
+use ddem_core::{FIELDS, On, Simulation};
+use ddem_deck::Deck;
+use ddem_deck::{BlockSet, Body, Damping, Extent, Fix, Joint, JointChoice, TimeStep, Where};
 use nalgebra::Rotation3;
 
 use crate::decks::*;

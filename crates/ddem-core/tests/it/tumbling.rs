@@ -1,7 +1,7 @@
 //! Blocks that tumble without friction or damping keep their energy.
 
 use ddem_core::Energy;
-use ddem_core::deck::{Damping, Deck, TimeStep};
+use ddem_deck::{Damping, Deck, TimeStep};
 
 use crate::decks::*;
 use crate::loose::*;

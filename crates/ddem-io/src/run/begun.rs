@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use ddem_core::deck::{Stage, StageKind};
 use ddem_core::{Fault, ModelError, Simulation};
+use ddem_deck::{Site, Stage, StageKind};
 
 use super::report::{check_steps, unsafe_steps};
 use super::session::Session;
-use super::stage::{Halt, Pace, Running};
+use super::stage::{Halt, Moved, Pace, Running};
 use super::{Event, Observer, RunFailure};
 use crate::folder::Folder;
 
@@ -175,7 +175,7 @@ impl Session {
         if !faults.is_empty() {
             return Err(ModelError { faults }.into());
         }
-        let simulation = &mut self.moved.simulation;
+        let Moved { site, simulation, .. } = &mut self.moved;
         let stages = std::slice::from_ref(stage);
         if let Err(failure) = check_steps(simulation, stages) {
             return if failure.is_stopped() { Ok(None) } else { Err(failure) };
@@ -183,7 +183,7 @@ impl Session {
         for warning in unsafe_steps(simulation, stages) {
             observer.event(Event::Warning(&warning));
         }
-        let doubts = begin(simulation, stage)?;
+        let doubts = begin(site, simulation, stage)?;
         doubts.iter().for_each(|doubt| observer.event(Event::Warning(doubt)));
         let folder = folder.map(|path| self.open(path)).transpose()?;
         if let Some(kept) = folder.as_ref().and_then(Folder::kept) {
@@ -205,16 +205,20 @@ impl Session {
 
 /// Brings the supports and loads of the deck's stage of the same name into force, if there is one.
 /// Gives what is allowed but perhaps not meant.
-fn begin(simulation: &mut Simulation, stage: &Stage) -> Result<Vec<String>, ModelError> {
+fn begin(
+    site: &Site,
+    simulation: &mut Simulation,
+    stage: &Stage,
+) -> Result<Vec<String>, ModelError> {
     let mut doubts = Vec::new();
-    let stages = &simulation.model().deck().stage;
+    let stages = &site.deck().stage;
     match stages.iter().position(|own| own.name == stage.name) {
         Some(own) if own != simulation.stage() => simulation.enter(own),
         Some(_) => {}
         None if stage.name.is_empty() => {}
         None => {
             let names = stages.iter().map(|own| own.name.as_str());
-            if let Some(near) = ddem_core::deck::names::nearest(&stage.name, names) {
+            if let Some(near) = ddem_deck::names::nearest(&stage.name, names) {
                 doubts.push(format!(
                     "the model has a stage `{near}`, but none named `{}`: its supports and loads \
                      do not come into force",
@@ -224,7 +228,7 @@ fn begin(simulation: &mut Simulation, stage: &Stage) -> Result<Vec<String>, Mode
         }
     }
     if stage.kind == StageKind::Relax {
-        if let Some(fault) = simulation.free_motion() {
+        if let Some(fault) = site.free_motion(simulation) {
             return Err(fault.into());
         }
         let idle = simulation.idle_loads().into_iter();

@@ -1,7 +1,7 @@
 //! Warnings at the end of a stage.
 
-use ddem_core::deck::{Damping, Stage, StageKind};
 use ddem_core::{ChargeState, Energy, Simulation};
+use ddem_deck::{Damping, Stage, StageKind};
 
 use super::resume::Cursor;
 
@@ -19,7 +19,7 @@ pub(super) fn flutter(
     stage: &Stage,
     begun: &Cursor,
 ) -> Option<String> {
-    let contact = simulation.model().deck().damping_ratio();
+    let contact = simulation.model().problem().properties.contact.damping_ratio();
     let undamped = stage.damping.unwrap_or_default() == Damping::None && contact == 0.0;
     if stage.kind == StageKind::Relax || !undamped {
         return None;

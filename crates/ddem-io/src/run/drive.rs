@@ -2,20 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use ddem_core::deck::{Stage, StageKind};
-use ddem_core::{Deck, Simulation};
+use ddem_core::Simulation;
+use ddem_deck::{Deck, Source};
+use ddem_deck::{Stage, StageKind};
 
 use super::files::nudge;
 use super::record::Recorder;
-use super::report::{available_memory, check_steps, located, prepare, report};
+use super::report::{Built, available_memory, check_steps, located, prepare, report};
 use super::resume;
 use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, Moved, Running, failed};
 use super::{Event, Observer, Options, Outcome, RunFailure};
-use crate::deck::files;
+use crate::OutputError;
 use crate::folder::{self, Earlier, Folder};
-use crate::{OutputError, Source};
 
 /// Runs a deck: every stage, with its results in `options.out`.
 ///
@@ -58,9 +58,9 @@ impl<'a> Drive<'a> {
         options: &'a Options,
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
-        let (model, samplers) = prepare(deck, source, available_memory())?;
+        let Built { site, model, samplers } = prepare(deck, source, available_memory())?;
         // Frames where nothing ever moves are one apart.
-        let mut recorder = Recorder::new(samplers, nudge(&model, 1.0));
+        let mut recorder = Recorder::new(samplers, nudge(deck, 1.0));
         let name = std::path::Path::new(source.name());
         let name = name.file_name().map_or(source.name().into(), |n| n.to_string_lossy());
         let open =
@@ -84,7 +84,7 @@ impl<'a> Drive<'a> {
             let mut simulation = resumed.simulation(model, options.simd)?;
             simulation.stop_when(observer.stop_flag());
             recorder.reopen(&folder, simulation.model(), resumed.position)?;
-            let mut resuming = Session::assemble(simulation, recorder, text);
+            let mut resuming = Session::assemble(site, simulation, recorder, text);
             resuming.moved.cursor = resumed.cursor;
             session = resuming;
         } else {
@@ -94,11 +94,11 @@ impl<'a> Drive<'a> {
             // Only now is everything known to be right: from here on files are written.
             folder = open()?;
             recorder.create(&folder, fresh.model())?;
-            session = Session::assemble(fresh, recorder, text);
+            session = Session::assemble(site, fresh, recorder, text);
         }
         let mut drive = Self { options, observer, folder, session };
-        let Moved { simulation, recorder, .. } = &mut drive.session.moved;
-        let report = report(simulation, &recorder.samplers);
+        let Moved { site, simulation, recorder, .. } = &mut drive.session.moved;
+        let report = report(site, simulation, &recorder.samplers);
         for warning in &report.warnings {
             drive.observer.event(Event::Warning(warning));
         }
@@ -110,7 +110,7 @@ impl<'a> Drive<'a> {
     }
 
     fn run(mut self) -> Result<Outcome, RunFailure> {
-        let stages = self.session.simulation().model().deck().stage.clone();
+        let stages = self.session.site().deck().stage.clone();
         while let Some(stage) = stages.get(self.session.moved.cursor.stage) {
             let ended = self.stage(stage, &stages)?;
             if let Ended::Done(_) = ended {
@@ -189,7 +189,7 @@ fn changed(deck: &Deck, before: &BTreeMap<String, Vec<f64>>) -> Option<String> {
     let differs = |(path, now): &(String, Vec<f64>)| {
         before.get(path).is_none_or(|before| bits(before) != bits(now))
     };
-    files::contents(deck).into_iter().find(differs).map(|(path, _)| path)
+    ddem_deck::file_contents(deck).into_iter().find(differs).map(|(path, _)| path)
 }
 
 /// `seconds` is the wall time that the running stage has taken since it began or went on `[s]`.
@@ -202,7 +202,7 @@ fn checkpoint(
     let position = moved.recorder.sync()?;
     let mut cursor = moved.cursor.clone();
     cursor.seconds += seconds;
-    resume::save(&folder.checkpoint(), text, &moved.simulation, &cursor, position)?;
+    resume::save(&folder.checkpoint(), text, moved, &cursor, position)?;
     observer.event(Event::Checkpoint(&folder.checkpoint()));
     Ok(())
 }

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use ddem_core::{ModelError, RunError};
 
 use crate::folder::FolderError;
-use crate::{DeckError, OutputError};
+use ddem_deck::DeckError;
+
+use crate::OutputError;
 
 /// Why a run did not start, or did not reach its end. Texts have what is below them: `source()` does not say it again.
 #[derive(thiserror::Error)]

@@ -2,6 +2,8 @@
 
 use ddem_core::{CONTACT_FIELDS, Contact, Energy, Field, Fragment, Model, On, Simulation};
 
+use ddem_deck::Deck;
+
 use super::mesh::{self, Mesh};
 use crate::OutputError;
 use crate::folder::Folder;
@@ -178,8 +180,8 @@ fn append(cloud: &mut Cloud, time: f64, contacts: &[Contact]) -> Result<(), Outp
 
 /// Frames of a relaxation are a millionth of the shortest time between frames of motion apart, or
 /// `still` where the deck has none.
-pub(super) fn nudge(model: &Model, still: f64) -> f64 {
-    let between = model.deck().stage.iter().filter_map(|stage| {
+pub(super) fn nudge(deck: &Deck, still: f64) -> f64 {
+    let between = deck.stage.iter().filter_map(|stage| {
         let frames = stage.frames.unwrap_or(DEFAULT_FRAMES) as f64;
         stage.fields_every.or(stage.duration.map(|duration| duration / frames))
     });

@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Instant;
 
 use ddem_core::Simulation;
-use ddem_core::deck::{Search, Stage, StageKind, TimeStep};
+use ddem_deck::{Search, Stage, StageKind, TimeStep};
 
 /// What a stage will take.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! Probes: what they look at, and their numbers.
 
-use ddem_core::deck::{Probe, Quantity};
 use ddem_core::{Fault, Model, Simulation};
+use ddem_deck::{Deck, Probe, Quantity};
 
 /// A probe with its nodes and elements found.
 #[derive(Clone, Debug)]
@@ -20,17 +20,21 @@ pub(super) struct Sampler {
 }
 
 impl Sampler {
-    pub(super) fn new(probe: &Probe, index: usize, model: &Model) -> Result<Self, Fault> {
+    pub(super) fn new(
+        (index, probe): (usize, &Probe),
+        deck: &Deck,
+        model: &Model,
+    ) -> Result<Self, Fault> {
         let nodes = match (&probe.at, &probe.region) {
             (Some(at), _) => vec![model.nearest_node(*at) as u32],
-            (None, Some(region)) => model.nodes_in(region).map_err(|mut fault| {
+            (None, Some(region)) => region.nodes(model).map_err(|mut fault| {
                 fault.place = format!("probe[{index}].{}", fault.place);
                 fault
             })?,
             (None, None) => Vec::new(),
         };
         if let Some(region) = probe.region.as_ref().filter(|_| nodes.is_empty()) {
-            return Err(model.no_node(format!("probe[{index}].where"), region));
+            return Err(region.no_node(model, format!("probe[{index}].where")));
         }
         let elements = match (probe.quantity, probe.at) {
             (Quantity::Stress, Some(at)) => vec![model.element_at(at)],
@@ -46,7 +50,7 @@ impl Sampler {
             name: probe.name.clone(),
             components,
             quantity: probe.quantity,
-            doubt: goes(probe, (&nodes, &elements), model),
+            doubt: goes(probe, (&nodes, &elements), (deck, model)),
             nodes,
             elements,
             every: probe.every,
@@ -83,7 +87,7 @@ impl Sampler {
 fn goes(
     probe: &Probe,
     (nodes, elements): (&[u32], &[(usize, [usize; 3])]),
-    model: &Model,
+    (deck, model): (&Deck, &Model),
 ) -> Option<String> {
     let mut blocks: Vec<usize> = match probe.quantity {
         Quantity::Reaction => return None,
@@ -93,7 +97,7 @@ fn goes(
     blocks.dedup();
     let stages: Option<Vec<usize>> = blocks.iter().map(|&block| model.removed_in(block)).collect();
     let last = stages?.into_iter().max()?;
-    let stage = &model.deck().stage.get(last)?.name;
+    let stage = &deck.stage.get(last)?.name;
     Some(format!(
         "probe `{}` looks at blocks that are taken out by stage `{stage}`: it has no values from then on",
         probe.name

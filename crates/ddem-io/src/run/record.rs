@@ -57,7 +57,7 @@ impl Due {
 
 impl Schedule {
     pub(super) fn dynamic(
-        stage: &ddem_core::deck::Stage,
+        stage: &ddem_deck::Stage,
         samplers: &[Sampler],
         steps: u64,
         time_step: f64,

@@ -2,16 +2,14 @@
 
 use std::fmt;
 
-use ddem_core::deck::{Stage, StageKind, TimeStep};
-use ddem_core::{
-    ChargeSize, Deck, Fault, Interface, Model, ModelError, SHORTEST_STEP, Selection, Simulation,
-    Size,
-};
+use ddem_core::{ChargeSize, Fault, Model, ModelError, SHORTEST_STEP, Simulation};
+use ddem_deck::{Deck, Interface, Selection, Size};
+use ddem_deck::{Stage, StageKind, TimeStep};
 
 use super::RunFailure;
 use super::plan::{Plan, estimate, plans};
 use super::probe::Sampler;
-use crate::{DeckError, Source};
+use ddem_deck::{DeckError, Site, Source};
 
 /// Size of a model and what running it will take.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -111,32 +109,28 @@ impl fmt::Display for Report {
 ///
 /// What is wrong with the deck, or a model that does not fit in memory.
 pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
-    let (model, samplers) = prepare(deck, source, available_memory())?;
+    let Built { site, model, samplers } = prepare(deck, source, available_memory())?;
     let mut simulation = Simulation::new(model);
     check_steps(&mut simulation, &deck.stage).map_err(|failure| located(failure, source))?;
-    let mut report = report(&mut simulation, &samplers);
+    let mut report = report(&site, &mut simulation, &samplers);
     report.critical_step = simulation.critical_step().unwrap_or(f64::NAN);
     estimate(&mut simulation, &deck.stage, &mut report.stages);
     Ok(report)
 }
 
 /// The model of a deck that is to be run, and its probes; every fault in its place in the deck.
-pub(super) fn prepare(
-    deck: &Deck,
-    source: &Source,
-    available: u64,
-) -> Result<(Model, Vec<Sampler>), RunFailure> {
+pub(super) fn prepare(deck: &Deck, source: &Source, available: u64) -> Result<Built, RunFailure> {
     // What is wrong with the tables that are there comes first.
-    if deck.stage.is_empty() && ddem_core::deck::check(deck).is_empty() {
+    if deck.stage.is_empty() && ddem_deck::check(deck).is_empty() {
         let fault = Fault::new("stage", "the deck has no stage: nothing would happen")
             .help("add a [[stage]] with kind = \"relax\" or \"dynamic\"");
         return Err(located(ModelError::from(fault).into(), source));
     }
-    let built = build(deck, available).and_then(|(model, samplers)| {
+    let built = build(deck, available).and_then(|built| {
         let safety = deck.stage.iter().position(|stage| stage.kind == StageKind::Safety);
-        match safety.and_then(|at| model.without_strength(&format!("stage[{at}].kind"))) {
+        match safety.and_then(|at| built.model.without_strength(&format!("stage[{at}].kind"))) {
             Some(fault) => Err(ModelError::from(fault).into()),
-            None => Ok((model, samplers)),
+            None => Ok(built),
         }
     });
     built.map_err(|failure| located(failure, source))
@@ -170,24 +164,32 @@ fn grown(size: Size, model: &Model) -> Size {
     Size { blocks: blocks.max(size.blocks), nodes: nodes.max(size.nodes), bytes: more * size.bytes }
 }
 
+/// A deck with its blocks cut, the model of it, and its probes.
+pub(super) struct Built {
+    pub(super) site: Site,
+    pub(super) model: Model,
+    pub(super) samplers: Vec<Sampler>,
+}
+
 /// The model of a deck and its probes.
-pub(super) fn build(deck: &Deck, available: u64) -> Result<(Model, Vec<Sampler>), RunFailure> {
-    let faults = ddem_core::deck::check(deck);
+pub(super) fn build(deck: &Deck, available: u64) -> Result<Built, RunFailure> {
+    let faults = ddem_deck::check(deck);
     if !faults.is_empty() {
         return Err(ModelError { faults }.into());
     }
     let size = Size::of(deck);
     refuse(size, available)?;
-    let model = Model::new(deck)?;
+    let site = Site::new(deck)?;
+    let model = site.model();
     refuse(grown(size, &model), available)?;
     let probes = deck.probe.iter().enumerate();
     let (samplers, faults): (Vec<_>, Vec<_>) =
-        probes.map(|(i, probe)| Sampler::new(probe, i, &model)).partition(Result::is_ok);
+        probes.map(|probe| Sampler::new(probe, deck, &model)).partition(Result::is_ok);
     let faults: Vec<Fault> = faults.into_iter().filter_map(Result::err).collect();
     if !faults.is_empty() {
         return Err(ModelError { faults }.into());
     }
-    Ok((model, samplers.into_iter().flatten().collect()))
+    Ok(Built { site, model, samplers: samplers.into_iter().flatten().collect() })
 }
 
 /// Refuses time steps above the critical one while nothing has been written.
@@ -239,22 +241,21 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
 }
 
 /// Size, critical step and stages of a model.
-pub(super) fn report(simulation: &mut Simulation, samplers: &[Sampler]) -> Report {
+pub(super) fn report(site: &Site, simulation: &mut Simulation, samplers: &[Sampler]) -> Report {
+    let deck = site.deck();
     let moves = |stage: &Stage| stage.kind == StageKind::Dynamic;
-    let dynamic = simulation.model().deck().stage.iter().any(moves);
+    let dynamic = deck.stage.iter().any(moves);
     // A large model spends seconds on it.
     let critical_step = match dynamic {
         true => simulation.critical_step().unwrap_or(f64::NAN),
         false => f64::NAN,
     };
-    let mut warnings = simulation.model().warnings();
+    let mut warnings = site.warnings(simulation.model());
     warnings.extend(samplers.iter().filter_map(|sampler| sampler.doubt.clone()));
-    let stages = simulation.model().deck().stage.clone();
-    warnings.extend(unsafe_steps(simulation, &stages));
-    let plans = plans(simulation, &stages);
+    warnings.extend(unsafe_steps(simulation, &deck.stage));
+    let plans = plans(simulation, &deck.stage);
     let near = simulation.contact_counts().near as u64;
     let model = simulation.model();
-    let deck = model.deck();
     let [breakable_joints, breakable_pairs] = model.n_breakable().map(|count| count as u64);
     Report {
         title: deck.title.clone(),
@@ -269,8 +270,8 @@ pub(super) fn report(simulation: &mut Simulation, samplers: &[Sampler]) -> Repor
         critical_step,
         bytes: grown(Size::of(deck), model).bytes as u64,
         charges: model.charges(),
-        interfaces: model.interfaces(),
-        selections: model.selections(),
+        interfaces: site.interfaces(),
+        selections: site.selections(),
         stages: plans,
         warnings,
     }

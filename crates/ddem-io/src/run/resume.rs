@@ -8,8 +8,8 @@ use ddem_core::{Model, Saved, Simd, Simulation};
 
 use super::RunFailure;
 use super::files::Position;
+use super::stage::Moved;
 use crate::checkpoint::{self, Checkpoint};
-use crate::deck::files;
 use crate::summary::StageSummary;
 
 /// Where a run is between two steps.
@@ -36,18 +36,19 @@ pub(super) struct Cursor {
 
 pub(super) fn save(
     path: &Path,
-    deck_text: &str,
-    simulation: &Simulation,
+    text: &str,
+    moved: &Moved,
     cursor: &Cursor,
     position: Position,
 ) -> Result<(), crate::OutputError> {
+    let Moved { site, simulation, .. } = moved;
     let saved = simulation.save();
     let Cursor { seconds, begun, time_step, friction, imbalance, .. } = *cursor;
     let run = [seconds, begun, time_step, position.last_frame, friction, imbalance];
     let mut arrays: Vec<(&str, &[f64])> =
         saved.arrays.iter().map(|(name, v)| (name.as_str(), v.as_slice())).collect();
     arrays.push(("run", &run));
-    let contents = files::contents(simulation.model().deck());
+    let contents = ddem_deck::file_contents(site.deck());
     let paths: Vec<&str> = contents.iter().map(|(path, _)| path.as_str()).collect();
     let paths = serde_json::to_string(&paths).unwrap_or_default();
     // Paths are no names of arrays.
@@ -69,7 +70,7 @@ pub(super) fn save(
     let computed = simulation.model().computed().join(", ");
     let texts =
         [("stages", done.as_str()), ("computed", computed.as_str()), ("files", paths.as_str())];
-    checkpoint::save(path, deck_text, &arrays, &counters, &texts)
+    checkpoint::save(path, text, &arrays, &counters, &texts)
 }
 
 /// Name of the array with what was in a file that the deck names.

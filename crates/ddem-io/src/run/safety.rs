@@ -3,8 +3,8 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use ddem_core::deck::{Search, Stage};
 use ddem_core::{RunError, Safety, Simulation, Trial, Verdict, undecided};
+use ddem_deck::{Search, Stage};
 
 use super::stage::{Moved, failed};
 use super::{Event, Observer, RunFailure};
@@ -18,7 +18,7 @@ pub(super) fn search(
     observer: &mut dyn Observer,
 ) -> Result<bool, RunFailure> {
     let start = Instant::now();
-    let Moved { simulation, recorder, cursor } = moved;
+    let Moved { simulation, recorder, cursor, .. } = moved;
     recorder.start(simulation, &stage.name, &mut |event| observer.event(event))?;
     let shared = Mutex::new(&mut *observer);
     let found = simulation.factor_of_safety(&stage.search(), &|trial| {
@@ -121,7 +121,7 @@ fn doubts(found: &Safety, search: &Search, simulation: &mut Simulation) -> Vec<S
 fn why_it_holds(simulation: &mut Simulation) -> String {
     let energy = simulation.energy();
     let mut why = String::new();
-    if simulation.model().deck().model.gravity == [0.0; 3] {
+    if simulation.model().problem().properties.gravity.iter().all(|g| *g == 0.0) {
         why += "; the deck has no `gravity`";
     } else if energy.strain_bodies + energy.strain_joints == 0.0 && simulation.unbalanced() == 0.0 {
         why += "; nothing bears any load: look at `gravity` and at the supports";

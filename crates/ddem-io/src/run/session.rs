@@ -5,12 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use ddem_core::{Deck, Fault, ModelError, Simd, Simulation};
+use ddem_core::{Fault, ModelError, Simd, Simulation};
+use ddem_deck::{Deck, Site};
 
 use super::RunFailure;
 use super::files::{Position, nudge};
 use super::record::Recorder;
-use super::report::{available_memory, build};
+use super::report::{Built, available_memory, build};
 use super::resume::{self, Cursor};
 use super::stage::Moved;
 use crate::folder::{self, Earlier, Folder};
@@ -63,16 +64,27 @@ impl Session {
         simd: Simd,
         change: impl FnOnce(&mut ddem_core::Model) -> Result<(), Fault>,
     ) -> Result<Self, RunFailure> {
-        let (mut model, samplers) = build(deck, available_memory())?;
+        let Built { site, mut model, samplers } = build(deck, available_memory())?;
         change(&mut model).map_err(ModelError::from)?;
-        let text = crate::deck::write(deck)?;
-        let recorder = Recorder::new(samplers, nudge(&model, STILL));
-        Ok(Self::assemble(Simulation::with_simd(model, simd), recorder, text))
+        let text = ddem_deck::write(deck)?;
+        let recorder = Recorder::new(samplers, nudge(deck, STILL));
+        Ok(Self::assemble(site, Simulation::with_simd(model, simd), recorder, text))
     }
 
-    pub(super) fn assemble(simulation: Simulation, recorder: Recorder, text: String) -> Self {
-        let moved = Moved { simulation, recorder, cursor: Cursor::default() };
+    pub(super) fn assemble(
+        site: Site,
+        simulation: Simulation,
+        recorder: Recorder,
+        text: String,
+    ) -> Self {
+        let moved = Moved { site, simulation, recorder, cursor: Cursor::default() };
         Self { moved, text, recorded: BTreeMap::new() }
+    }
+
+    /// The deck with its blocks cut.
+    #[must_use]
+    pub fn site(&self) -> &Site {
+        &self.moved.site
     }
 
     /// The simulation.
@@ -90,7 +102,7 @@ impl Session {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let doubts = self.moved.recorder.samplers.iter().filter_map(|s| s.doubt.clone());
-        self.simulation().model().warnings().into_iter().chain(doubts).collect()
+        self.site().warnings(self.simulation().model()).into_iter().chain(doubts).collect()
     }
 
     /// Names and columns of the probes, in the order of
@@ -102,12 +114,12 @@ impl Session {
 
     /// New files, or those that this session wrote before.
     pub(super) fn open(&mut self, path: &Path) -> Result<Folder, RunFailure> {
-        let Moved { simulation, recorder, .. } = &mut self.moved;
+        let Moved { site, simulation, recorder, .. } = &mut self.moved;
         let model = simulation.model();
         // The folder itself, however it is written.
         let known = path.canonicalize().ok();
         let before = known.and_then(|path| self.recorded.get(&path));
-        let title = &model.deck().title;
+        let title = &site.deck().title;
         let name = model_name(&self.text);
         let earlier = if before.is_some() { Earlier::Resume } else { Earlier::Keep };
         let folder = folder::prepare(path, &name, title, &self.text, earlier)?;
@@ -129,9 +141,8 @@ impl Session {
         self.moved.recorder.close();
         let position = synced?;
         let path = folder.path().canonicalize().unwrap_or_else(|_| folder.path().to_owned());
-        let Moved { simulation, cursor, .. } = &self.moved;
-        let between = Cursor { step: None, ..cursor.clone() };
-        let saved = resume::save(&folder.checkpoint(), &self.text, simulation, &between, position);
+        let between = Cursor { step: None, ..self.moved.cursor.clone() };
+        let saved = resume::save(&folder.checkpoint(), &self.text, &self.moved, &between, position);
         self.recorded.insert(path, (position, stamp(&folder.checkpoint())));
         saved?;
         self.summary().write(folder.summary())?;
@@ -154,18 +165,18 @@ impl Session {
         let read = stamp(path);
         let resumed = resume::load(path)?;
         let text = resumed.deck_text();
-        let (mut saved, _) = crate::deck::parse_alone(text, &path.display().to_string())?;
-        if !crate::deck::files::restore(&mut saved, &resumed.files()) {
+        let (mut saved, _) = ddem_deck::parse_alone(text, &path.display().to_string())?;
+        if !ddem_deck::restore_files(&mut saved, &resumed.files()) {
             return Err(resume::wrong(path, "it is not complete"));
         }
         if deck.is_some_and(|deck| *deck != saved) {
             return Err(resume::wrong(path, "it was written by another model"));
         }
-        let (mut model, samplers) = build(&saved, available_memory())?;
+        let Built { site, mut model, samplers } = build(&saved, available_memory())?;
         change(&mut model).map_err(ModelError::from)?;
-        let recorder = Recorder::new(samplers, nudge(&model, STILL));
+        let recorder = Recorder::new(samplers, nudge(&saved, STILL));
         let simulation = resumed.simulation(model, simd)?;
-        let mut session = Self::assemble(simulation, recorder, text.to_owned());
+        let mut session = Self::assemble(site, simulation, recorder, text.to_owned());
         // From its folder it goes on with the files there.
         if let (Some(folder), true) = (path.parent(), path.ends_with(folder::CHECKPOINT))
             && let Ok(folder) = folder.canonicalize()
@@ -182,9 +193,8 @@ impl Session {
     ///
     /// The file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), RunFailure> {
-        let Moved { simulation, cursor, .. } = &self.moved;
-        let between = Cursor { step: None, ..cursor.clone() };
-        Ok(resume::save(path, &self.text, simulation, &between, Position::default())?)
+        let between = Cursor { step: None, ..self.moved.cursor.clone() };
+        Ok(resume::save(path, &self.text, &self.moved, &between, Position::default())?)
     }
 
     /// What was run and how it went, so far.
@@ -192,10 +202,11 @@ impl Session {
         let contacts = self.moved.simulation.contact_summary();
         let fragments = self.moved.simulation.fragment_summary();
         let [shear, tension] = self.moved.simulation.failed_pairs();
-        let model = self.moved.simulation.model();
+        let Moved { site, simulation, .. } = &self.moved;
+        let model = simulation.model();
         Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            title: model.deck().title.clone(),
+            title: site.deck().title.clone(),
             blocks: model.n_blocks() as u64,
             nodes: model.n_nodes() as u64,
             elements: model.n_elements() as u64,
@@ -203,9 +214,9 @@ impl Session {
             failed_pairs: FailedPairs { shear, tension },
             contacts,
             fragments,
-            interfaces: model.interfaces().into_iter().map(InterfaceSummary::from).collect(),
+            interfaces: site.interfaces().into_iter().map(InterfaceSummary::from).collect(),
             charges: model.charges().into_iter().map(ChargeSummary::from).collect(),
-            selections: model.selections().into_iter().map(SelectionSummary::from).collect(),
+            selections: site.selections().into_iter().map(SelectionSummary::from).collect(),
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.moved.cursor.done.clone(),
             deck: self.text.clone(),

@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
-use ddem_core::deck::{OnFailure, Stage, StageKind};
 use ddem_core::{Relaxed, RunError, Simulation, Verdict};
+use ddem_deck::{OnFailure, Site, Stage, StageKind};
 
 use super::doubts::{charges, flutter, gone_off, unbalanced_energy};
 use super::record::{Recorder, Schedule};
@@ -18,6 +18,7 @@ const PROGRESS: Duration = Duration::from_millis(100);
 /// What a stage moves.
 #[derive(Debug)]
 pub(super) struct Moved {
+    pub(super) site: Site,
     pub(super) simulation: Simulation,
     pub(super) recorder: Recorder,
     pub(super) cursor: Cursor,
@@ -263,7 +264,7 @@ impl<'a> Running<'a> {
     pub(super) fn finish(self) -> Result<Option<RunFailure>, RunFailure> {
         let seconds = self.moved.cursor.seconds + self.seconds();
         let relax = self.relax();
-        let Moved { simulation, recorder, cursor } = &mut *self.moved;
+        let Moved { simulation, recorder, cursor, .. } = &mut *self.moved;
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
         let verdict = match &self.pace.failure {

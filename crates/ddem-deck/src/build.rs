@@ -1,0 +1,123 @@
+//! From a deck to a problem.
+
+mod boundaries;
+mod charge;
+mod conditions;
+mod doubts;
+mod faces;
+mod geometry;
+mod mechanism;
+mod properties;
+mod selections;
+mod stress;
+mod unbalanced;
+
+use std::sync::Arc;
+
+use ddem_core::problem::{Borders, Conditions, Geometry, Stages};
+use ddem_core::{Fault, Model, ModelError, Problem};
+
+use geometry::{Cut, Names, Region};
+pub use geometry::{Interface, Selection};
+
+use crate::schema::{Deck, Where};
+
+/// A deck whose blocks are cut: its problem, and the blocks that its parts of space select.
+#[derive(Clone, Debug)]
+pub struct Site {
+    deck: Deck,
+    problem: Arc<Problem>,
+    /// Blocks that curved and slanted shapes have split and taken out.
+    taken: Vec<Selection>,
+    /// Doubts about each charge.
+    charges: Vec<Vec<String>>,
+}
+
+impl Deck {
+    /// The model of a deck.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Site::new`].
+    pub fn build(&self) -> Result<Model, ModelError> {
+        Ok(Site::new(self)?.model())
+    }
+}
+
+impl Site {
+    /// Checks a deck, cuts its blocks and finds what its entries select.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with the deck, each [`Fault`] with the key it is about.
+    pub fn new(deck: &Deck) -> Result<Self, ModelError> {
+        let faults = crate::check(deck);
+        if !faults.is_empty() {
+            return Err(ModelError { faults });
+        }
+        Self::build(deck).map_err(|faults| ModelError { faults })
+    }
+
+    /// A new model of the problem.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        Model::new(self.problem.clone())
+    }
+
+    /// The deck.
+    #[must_use]
+    pub fn deck(&self) -> &Deck {
+        &self.deck
+    }
+
+    /// The problem that the deck states.
+    #[must_use]
+    pub fn problem(&self) -> &Arc<Problem> {
+        &self.problem
+    }
+
+    fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
+        let names = Names::new(deck);
+        let Cut { geometry, sets, mut taken } = geometry::cut(deck, &names)?;
+        let (stages, dug) = geometry::stages((deck, &names), Arc::new(geometry), &sets)?;
+        taken.extend(dug);
+        let mut problem = Problem {
+            properties: properties::properties(deck),
+            stages,
+            conditions: Conditions::default(),
+            borders: Borders::default(),
+            stresses: Vec::new(),
+            motions: Vec::new(),
+            kinds: deck.stage.iter().map(|stage| stage.kind).collect(),
+            sets,
+        };
+        let charges;
+        (problem.conditions, charges) = conditions::conditions(deck, &problem)?;
+        sound(mechanism::check(deck, &problem))?;
+        problem.borders = boundaries::borders(deck, &problem)?;
+        sound(boundaries::idle(deck, &problem))?;
+        problem.stresses = stress::stresses(deck, &problem)?;
+        sound(stress::met(deck, &problem))?;
+        problem.motions = conditions::motions(deck, &problem);
+        Ok(Self { deck: deck.clone(), problem: Arc::new(problem), taken, charges })
+    }
+
+    fn region(&self, region: &Where) -> Region {
+        Region::new(region, &self.problem.sets)
+    }
+
+    /// Blocks and joints in the stage of a name, or at the start.
+    fn at_stage(&self, name: Option<&String>) -> &Geometry {
+        at_stage(&self.deck, &self.problem.stages, name)
+    }
+}
+
+/// Blocks and joints in the stage of a name, or at the start.
+fn at_stage<'a>(deck: &Deck, stages: &'a Stages, name: Option<&String>) -> &'a Geometry {
+    stages.at(name.and_then(|name| deck.stage_number(name)).unwrap_or(0))
+}
+
+/// Fails where there are faults.
+fn sound(faults: Vec<Fault>) -> Result<(), Vec<Fault>> {
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}

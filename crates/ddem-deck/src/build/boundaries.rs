@@ -1,0 +1,209 @@
+//! From `[[boundary]]` to faces and columns.
+
+use std::collections::BTreeSet;
+
+use ddem_core::problem::{
+    Border, Borders, BoundaryHold, Course, Geometry, Ground, NoColumn, Surface, Vec3, impedance,
+};
+use ddem_core::{Fault, Problem};
+
+use super::at_stage;
+use super::faces::{in_cavities, twice, with_areas};
+use super::geometry::{Region, nothing};
+use crate::schema::{Boundary, BoundaryKind, Deck, Stage, StageKind, Where};
+
+/// All boundaries of a deck.
+pub(super) fn borders(deck: &Deck, problem: &Problem) -> Result<Borders, Vec<Fault>> {
+    let (mut faults, mut list) = (Vec::new(), Vec::new());
+    let mut first = 0;
+    for (index, entry) in deck.boundary.iter().enumerate() {
+        match border((deck, problem), index, entry, &mut first) {
+            Ok(border) => list.push(border),
+            Err(fault) => faults.push(fault),
+        }
+    }
+    if faults.is_empty() { Ok(Borders { list }) } else { Err(faults) }
+}
+
+/// Faults of boundaries all of whose nodes are held, and of columns that stand on nothing.
+pub(super) fn idle(deck: &Deck, problem: &Problem) -> Vec<Fault> {
+    let mut faults = twice(deck, problem);
+    let known = faults.len();
+    for stage in 0..problem.n_stages() {
+        let name = deck.stage.get(stage).map_or("", |stage| &stage.name);
+        for hold in problem.boundary_holds(stage) {
+            let index = hold.boundary;
+            if hold.nodes > 0 && hold.held == hold.nodes {
+                faults.push(
+                    Fault::new(
+                        format!("boundary[{index}]"),
+                        format!(
+                            "all {} nodes of this boundary are held in all directions in stage \
+                             `{name}`, by {}: no dashpot there can move",
+                            hold.nodes,
+                            names(&hold)
+                        ),
+                    )
+                    .help(
+                        "`until` ends the fix at the start of the stage from which (`from`) the \
+                         boundary is there; what the fix bore goes on as constant forces",
+                    ),
+                );
+            }
+            if let Some([x, y, z]) = hold.floating {
+                faults.push(
+                    Fault::new(
+                        format!("boundary[{index}]"),
+                        format!(
+                            "the free-field column at ({x}, {y}, {z}) stands on nothing in \
+                             stage `{name}`"
+                        ),
+                    )
+                    .help("give the base of the model a boundary of kind \"viscous\", or fix it"),
+                );
+            }
+        }
+        if faults.len() > known {
+            break;
+        }
+    }
+    faults
+}
+
+/// Warnings about boundaries that are held in part.
+pub(super) fn doubts(deck: &Deck, problem: &Problem) -> Vec<String> {
+    let mut doubts = in_cavities(deck, problem);
+    let mut held: Vec<Option<String>> = vec![None; problem.borders.list.len()];
+    for stage in 0..problem.n_stages() {
+        for hold in problem.boundary_holds(stage) {
+            let known = &mut held[hold.boundary];
+            *known = known.take().or_else(|| doubt(deck, problem, stage, &hold));
+        }
+    }
+    doubts.extend(held.into_iter().flatten());
+    doubts
+}
+
+/// Warning about a boundary that is held in part in a stage.
+fn doubt(deck: &Deck, problem: &Problem, stage: usize, hold: &BoundaryHold) -> Option<String> {
+    let index = hold.boundary;
+    if let Some([x, y, z]) = hold.first {
+        return Some(format!(
+            "boundary {index}: {} of its {} nodes are held in all directions by {}, first \
+             that at ({x}, {y}, {z}): no dashpot there can move",
+            hold.held,
+            hold.nodes,
+            names(hold)
+        ));
+    }
+    let entry = deck.stage.get(stage);
+    let moves = entry.is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
+    // A base that waves come in by may bear the weight.
+    let side = problem.borders.list[index].wave.is_none() && moves;
+    let (axis, fix) = hold.across.filter(|_| side)?;
+    Some(format!(
+        "boundary {index}: fix {fix} holds its nodes along {}, its normal, in stage `{}`: \
+         what comes straight to it goes back (`until` ends a fix, and what it bore goes on)",
+        ["x", "y", "z"][axis],
+        entry.map_or("", |stage| &stage.name)
+    ))
+}
+
+/// Fault of a boundary behind a face of which no column can stand.
+fn no_column(why: NoColumn, place: &str) -> Fault {
+    let (what, help) = match why {
+        NoColumn::Level => (
+            "a face that looks up or down is no side of a free field",
+            "free-field sides are upright, z; the base has a boundary of kind \"viscous\"",
+        ),
+        NoColumn::Aslant => (
+            "a free field needs blocks with one upright edge, along z, and two level ones",
+            "take kind \"viscous\" for the sides of other blocks",
+        ),
+        NoColumn::Unmatched => (
+            "a side that goes on in split blocks or in another set has no free field in this version",
+            "let the blocks along the side be of one set, and none of them split, from the base up",
+        ),
+    };
+    Fault::new(format!("{place}.where"), what).help(help)
+}
+
+/// Fixes that hold nodes, for a message.
+fn names(held: &BoundaryHold) -> String {
+    let names: Vec<String> = held.fixes.iter().map(|fix| format!("fix[{fix}]")).collect();
+    names.join(" and ")
+}
+
+fn border(
+    (deck, problem): (&Deck, &Problem),
+    index: usize,
+    entry: &Boundary,
+    first: &mut usize,
+) -> Result<Border, Fault> {
+    let Problem { stages, properties, sets, .. } = problem;
+    let (geometry, start) = (at_stage(deck, stages, entry.from.as_ref()), &**stages.at(0));
+    let region = Region::new(&entry.region, sets);
+    let place = format!("boundary[{index}]");
+    let surfaces = surfaces(&region, geometry, &place)?;
+    let mut border = Border {
+        dashpots: Vec::new(),
+        faces: with_areas((&region, &Region::new(&Where::default(), sets)), geometry, &surfaces),
+        under: BTreeSet::new(),
+        wave: entry.velocity.map(Vec3::from),
+        history: Course::new(entry.history.as_ref()),
+        period: deck.period(entry.from.as_ref(), entry.until.as_ref()),
+        columns: Vec::new(),
+        sides: Vec::new(),
+    };
+    if entry.kind == BoundaryKind::FreeField {
+        let mut ground = Ground::new((geometry, start), properties, first);
+        for surface in &surfaces {
+            let strips = region.strips(geometry, surface);
+            ground.stand(surface, strips).map_err(|why| no_column(why, &place))?;
+        }
+        (border.columns, border.sides) = ground.done();
+        border.dashpots = border.sides.iter().map(|side| (side.node, side.resistance)).collect();
+        return Ok(border);
+    }
+    // Columns go on below what has been taken out.
+    for (ground, surfaces) in [(geometry, &surfaces), (start, &region.surfaces(start))] {
+        let below = surfaces.iter().filter(|face| face.outward(ground).z < 1e-9 - 1.0);
+        let areas = below.flat_map(|face| region.areas(ground, face));
+        border.under.extend(areas.map(|(node, _)| node));
+    }
+    for surface in &surfaces {
+        let impedance = impedance(geometry, properties, surface);
+        let areas = region.areas(geometry, surface).into_iter();
+        border.dashpots.extend(areas.map(|(node, area)| (node, impedance * area)));
+    }
+    Ok(border)
+}
+
+/// The outer faces of deformable blocks that a boundary selects.
+fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<Surface>, Fault> {
+    let surfaces = region.surfaces(geometry);
+    let place = format!("{place}.where");
+    if surfaces.is_empty() {
+        let inside = !region.nodes(geometry).is_empty();
+        let what = "no outer face of a block";
+        let fault = nothing(place, what);
+        return Err(match inside {
+            true => fault.help(
+                "the nodes there are inside of the model or at a joint: a boundary takes faces without a \
+                 neighbour, on every plane given",
+            ),
+            false => fault,
+        });
+    }
+    if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {
+        let message = "a range cuts an oblique face askew, which cannot be taken in part";
+        return Err(Fault::new(place, message));
+    }
+    if surfaces.iter().any(|surface| geometry.lattice(surface.body).rigid) {
+        let message = "selects faces of rigid blocks: waves go through deformable ones only";
+        return Err(Fault::new(place, message).help(
+            "leave the boundary out, or make the blocks along it a set with `body = \"deformable\"`",
+        ));
+    }
+    Ok(surfaces)
+}

@@ -1,0 +1,93 @@
+//! The surface of a gas as it is found: polygons of nodes.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use ddem_core::problem::Shell;
+use ddem_core::problem::{Geometry, Surface, Vec3};
+
+/// A surface being built: polygons of nodes, each turned so that its normal points into the rock.
+#[derive(Debug, Default)]
+pub(super) struct Mesh {
+    polygons: Vec<Vec<u32>>,
+    /// How often each directed edge goes round a polygon, less how often its reverse does.
+    edges: BTreeMap<(u32, u32), i32>,
+    /// Nodes of each wall, which belongs to one block.
+    walls: Vec<BTreeSet<u32>>,
+}
+
+impl Mesh {
+    pub(super) fn add(&mut self, polygon: Vec<u32>) {
+        for (i, &a) in polygon.iter().enumerate() {
+            let b = polygon[(i + 1) % polygon.len()];
+            *self.edges.entry((a, b)).or_default() += 1;
+            *self.edges.entry((b, a)).or_default() -= 1;
+        }
+        self.polygons.push(polygon);
+    }
+
+    /// A polygon beside others: turned so that it goes along its first edge against its neighbour.
+    pub(super) fn add_beside(&mut self, mut polygon: Vec<u32>) {
+        if self.edges.get(&(polygon[0], polygon[1])).is_some_and(|&count| count > 0) {
+            polygon.reverse();
+        }
+        self.add(polygon);
+    }
+
+    /// All of a face of a block.
+    pub(super) fn add_wall(&mut self, geometry: &Geometry, surface: &Surface) {
+        let Surface { body, normal, side } = *surface;
+        let lattice = geometry.lattice(body);
+        let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
+        let n = lattice.divisions;
+        let outward = lattice.axes[e].cross(&lattice.axes[f]).dot(&surface.outward(geometry)) > 0.0;
+        let node = |i: usize, j: usize| {
+            let mut at = [0; 3];
+            at[normal] = if side < 0 { 0 } else { n };
+            (at[e], at[f]) = (i, j);
+            geometry.node(body, at) as u32
+        };
+        let mut wall = BTreeSet::new();
+        for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
+            let mut quad = vec![node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
+            wall.extend(&quad);
+            if outward {
+                quad.reverse();
+            }
+            self.add(quad);
+        }
+        self.walls.push(wall);
+    }
+
+    /// Edges with a polygon on one side only.
+    pub(super) fn rim(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        self.edges.iter().filter(|(_, count)| **count > 0).map(|(edge, _)| *edge)
+    }
+
+    pub(super) fn is_closed(&self) -> bool {
+        self.rim().next().is_none()
+    }
+
+    pub(super) fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
+        self.polygons.iter().flatten().copied()
+    }
+
+    /// As part of a charge whose nodes are these, in order, at these places. `volume` is that of what
+    /// is not closed.
+    pub(super) fn shell(
+        &self,
+        nodes: &[u32],
+        start: &[Vec3],
+        (volume, reach): (f64, f64),
+    ) -> Shell {
+        // Every node is one of them.
+        let local = |node: &u32| nodes.binary_search(node).unwrap_or(0) as u32;
+        let polygons = self.polygons.iter().map(|corners| corners.iter().map(local).collect());
+        let wall = |wall: &BTreeSet<u32>| wall.iter().map(local).collect();
+        let walls = self.walls.iter().map(wall).collect();
+        let mut shell = Shell::new(polygons, walls, volume, reach);
+        if self.is_closed() {
+            shell.volume = shell.enclosed(start);
+        }
+        shell
+    }
+}

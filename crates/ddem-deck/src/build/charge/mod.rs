@@ -1,0 +1,181 @@
+//! From `[[charge]]` to the surfaces that its gas pushes.
+
+mod cavity;
+mod doubts;
+mod mesh;
+
+use std::collections::BTreeSet;
+
+pub(super) use self::cavity::is_wall;
+use self::cavity::{between, cavities, walls};
+use self::mesh::Mesh;
+use super::geometry::abut::Seats;
+use super::geometry::{Region, place};
+use crate::schema::{self, ChargeHistory, Deck};
+use ddem_core::Face;
+use ddem_core::Fault;
+use ddem_core::problem::{Charge, ChargeSize, Gas, Shell};
+use ddem_core::problem::{Geometry, Lattice, NONE, Surface, Vec3, faces};
+
+/// The charge of an entry of a deck.
+pub(super) fn charge(
+    index: usize,
+    deck: &Deck,
+    region: &Region,
+    geometry: &Geometry,
+) -> Result<(Charge, Vec<String>), Fault> {
+    let cavities = cavities(region, geometry);
+    let mut doubts = doubts::of_cavities(&cavities, deck, geometry);
+    let mut size = ChargeSize {
+        walls: cavities.iter().map(|cavity| cavity.walls[0]).sum(),
+        area: cavities.iter().map(|cavity| cavity.area).sum(),
+        ..ChargeSize::default()
+    };
+    let mut parts: Vec<(Mesh, f64, f64)> =
+        cavities.into_iter().map(|cavity| (cavity.mesh, cavity.volume, cavity.reach)).collect();
+    let in_cavity = !parts.is_empty();
+    if !in_cavity {
+        let joints = faces(geometry).into_iter().map(|face| sides(&face));
+        let inside: Vec<_> = joints.filter(|s| selects(region, geometry, s)).collect();
+        doubts.extend(doubts::of_joints(inside.len(), region, geometry));
+        size.joints = inside.len();
+        size.area = inside.iter().map(|sides| sides[0].area(geometry)).sum();
+        parts.extend(inside.iter().map(|sides| seam(geometry, sides)));
+    }
+    if parts.is_empty() {
+        return Err(no_face(index, region, geometry));
+    }
+    let all: BTreeSet<u32> = parts.iter().flat_map(|(mesh, ..)| mesh.nodes()).collect();
+    let nodes: Vec<u32> = all.into_iter().collect();
+    let position = |node: &u32| {
+        let (body, at) = geometry.locate(*node as usize);
+        geometry.position(body, at)
+    };
+    let start: Vec<Vec3> = nodes.iter().map(position).collect();
+    let shell =
+        |(mesh, volume, reach): &(Mesh, f64, f64)| mesh.shell(&nodes, &start, (*volume, *reach));
+    let shells: Vec<Shell> = parts.iter().map(shell).collect();
+    let mut charge = Charge { nodes, start, shells, pressure: 0.0, gas: None, size };
+    doubts.extend(fill(&mut charge, index, &deck.charge[index], in_cavity)?);
+    let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(gas.start, 0.0));
+    charge.size.pressure = first;
+    charge.size.timed = matches!(deck.charge[index].history, Some(ChargeHistory::Given(_)));
+    let room = charge.size.volume;
+    doubts.extend(doubts::of_little(charge.size.mass, room, first));
+    Ok((charge, doubts))
+}
+
+/// Takes in what is in the cavity: pressure, and gas if it expands. Returns a doubt about it.
+fn fill(
+    charge: &mut Charge,
+    index: usize,
+    entry: &schema::Charge,
+    in_cavity: bool,
+) -> Result<Option<String>, Fault> {
+    let room: f64 = charge.shells.iter().map(|shell| shell.volume).sum();
+    charge.size.volume = room;
+    let explosive = entry.explosive.as_ref().and_then(schema::Explosive::detonation);
+    let gamma = entry.index().unwrap_or(1.0);
+    if let (Some(mass), Some(explosive)) = (entry.mass, explosive) {
+        let own = mass / explosive.density;
+        (charge.size.mass, charge.size.density) = (Some(mass), Some(explosive.density));
+        let doubt = (in_cavity && own > room * (1.0 + 1e-9)).then(|| {
+            format!(
+                "{own:.4e} m³ of explosive in a cavity of {room:.4e} m³: it begins with the pressure \
+                 of detonation"
+            )
+        });
+        // Explosive in a joint makes its own room.
+        let start = if in_cavity { own.max(room) } else { own };
+        let gas = Gas { gamma, own, start, own_room: !in_cavity, given: false };
+        let peak = explosive.pressure();
+        (charge.pressure, charge.gas) = match entry.expands() {
+            true => (peak, Some(gas)),
+            false => (peak * gas.part(start, 0.0), None),
+        };
+        return Ok(doubt);
+    }
+    charge.pressure = entry.pressure.unwrap_or(0.0);
+    if entry.expands() {
+        // Faces that coincide enclose rounding.
+        let size: f64 = charge.shells.iter().map(|shell| shell.reach.powi(3)).sum();
+        if room <= 1e-9 * size {
+            return Err(Fault::new(
+                format!("charge[{index}].history"),
+                "\"gas\" in joints without thickness: there is no volume to expand from",
+            )
+            .help("give `mass` and `explosive`, whose own volume it expands from"));
+        }
+        charge.gas = Some(Gas { gamma, own: room, start: room, own_room: false, given: true });
+    }
+    Ok(None)
+}
+
+/// The two faces of a joint.
+fn sides(face: &Face) -> [Surface; 2] {
+    let normal = face.direction as usize;
+    let side = |body: u32, side: i32| Surface { body: body as usize, normal, side };
+    [side(face.a, 1), side(face.b, -1)]
+}
+
+fn selects(region: &Region, geometry: &Geometry, sides: &[Surface; 2]) -> bool {
+    region.has_set(geometry.set(sides[0].body))
+        && region.contains_face(&between(geometry, sides), &sides[0].outward(geometry))
+}
+
+/// The surface of a gas in a joint: both faces, and what is between their edges.
+fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
+    let [a, b] = sides;
+    let mut mesh = Mesh::default();
+    mesh.add_wall(geometry, a);
+    let rim: Vec<(u32, u32)> = mesh.rim().collect();
+    mesh.add_wall(geometry, b);
+    let opposite = |node: u32| {
+        let (_, mut at) = geometry.locate(node as usize);
+        at[a.normal] = 0;
+        geometry.node(b.body, at) as u32
+    };
+    for (p, q) in rim {
+        mesh.add(vec![q, p, opposite(p), opposite(q)]);
+    }
+    let reach = geometry.shortest_edge(a.body).min(geometry.shortest_edge(b.body));
+    (mesh, 0.0, reach)
+}
+
+/// A charge that pushes nothing, and what would be nearest.
+fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
+    let what = "selects nothing: no wall of a cavity and no joint has its centre there";
+    let fault = Fault::new(format!("charge[{index}].where"), what);
+    if Seats(geometry).joins_at(region) > 0 {
+        return fault.help(
+            "there are joints between faces that do not match, which gas does not push: split the blocks on \
+             both sides alike",
+        );
+    }
+    let in_sets = geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set));
+    let hole = |lattice: &&Lattice| {
+        let taken = (0..lattice.body.len()).filter(|&at| lattice.body[at] == NONE);
+        taken.map(|at| lattice.centre(lattice.cell(at))).any(|x| region.contains(&x))
+    };
+    if in_sets.clone().any(|lattice| hole(&lattice) && walls(lattice).next().is_none()) {
+        return fault.help(
+            "there is a cavity, but gas does not push faces that do not match: `[[refine]]` a block more on \
+             all sides of it, so that the blocks around it are split as it is",
+        );
+    }
+    let cavity = in_sets.flat_map(walls);
+    let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
+    let joints = faces(geometry).into_iter().map(|face| sides(&face));
+    let joints = joints.filter(|s| region.has_set(geometry.set(s[0].body)));
+    let joints = joints.map(|sides| ("joint", between(geometry, &sides)));
+    let far = |x: &Vec3| region.distance(x, x);
+    let nearest = cavity.chain(joints).min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)));
+    match nearest {
+        Some((kind, at)) => {
+            fault.help(format!("the nearest is a {kind} with its centre at {}", place(at)))
+        }
+        None => fault.help(
+            "the model has neither cavities nor joints; a pressure on outer faces is a `[[load]]`",
+        ),
+    }
+}

@@ -1,0 +1,176 @@
+//! From `[[fix]]`, `[[load]]`, `[[charge]]` and `[[remove]]` to nodes.
+
+use ddem_core::problem::{
+    Charged, Conditions, Course, Fading, Fixed, Geometry, Loaded, Period, Stages, StartMotion,
+    Surface, Vec3,
+};
+use ddem_core::{Fault, Problem};
+
+use super::at_stage;
+use super::charge::charge;
+use super::geometry::{Region, no_node, nothing};
+use crate::schema::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind, Where};
+
+/// Supports, loads and charges of a deck. Their geometry is that at the start of their stage: faces that an
+/// excavation makes free can be loaded and held from then on.
+///
+/// With doubts about each charge.
+pub(super) fn conditions(
+    deck: &Deck,
+    problem: &Problem,
+) -> Result<(Conditions, Vec<Vec<String>>), Vec<Fault>> {
+    let Problem { stages, sets, .. } = problem;
+    let geometry = stages.at(0);
+    let region = |r: &Where| Region::new(r, sets);
+    let mut doubts = Vec::new();
+    let mut faults = Vec::new();
+    let mut conditions = Conditions::default();
+    for (index, fix) in deck.fix.iter().enumerate() {
+        let geometry = at_stage(deck, stages, fix.from.as_ref());
+        let nodes = region(&fix.region).nodes(geometry);
+        if nodes.is_empty() {
+            let region = region(&fix.region);
+            faults.push(no_node(format!("fix[{index}].where"), &region, geometry));
+        }
+        conditions.fixed.push(Fixed {
+            nodes,
+            gone: region(&fix.region).nodes_gone(stages.at(0), geometry),
+            axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
+            velocity: fix.velocity,
+            displacement: fix.displacement.unwrap_or_default(),
+            history: Course::new(fix.history.as_ref()),
+            period: deck.period(fix.from.as_ref(), fix.until.as_ref()),
+        });
+    }
+    for (index, load) in deck.load.iter().enumerate() {
+        let geometry = at_stage(deck, stages, load.from.as_ref());
+        match nodal_forces(load, &region(&load.region), geometry) {
+            Ok(forces) => conditions.loaded.push(Loaded {
+                forces,
+                history: Course::new(load.history.as_ref()),
+                period: deck.period(load.from.as_ref(), load.until.as_ref()),
+                fading: None,
+            }),
+            Err("no node") => {
+                let region = region(&load.region);
+                faults.push(no_node(format!("load[{index}].where"), &region, geometry));
+            }
+            Err(what) => faults.push(nothing(format!("load[{index}].where"), what)),
+        }
+    }
+    for (index, entry) in deck.charge.iter().enumerate() {
+        let geometry = at_stage(deck, stages, entry.from.as_ref());
+        match charge(index, deck, &region(&entry.region), geometry) {
+            Ok((charge, doubtful)) => {
+                doubts.push(doubtful);
+                conditions.charged.push(Charged {
+                    charge,
+                    history: match &entry.history {
+                        Some(ChargeHistory::Given(history)) => Course::new(Some(history)),
+                        _ => Course::Constant,
+                    },
+                    delay: entry.delay.unwrap_or(0.0),
+                    period: deck.period(entry.from.as_ref(), entry.until.as_ref()),
+                });
+            }
+            Err(fault) => faults.push(fault),
+        }
+    }
+    let charges = conditions.charged.iter().enumerate();
+    faults.extend(charges.filter_map(|charge| without_walls((deck, stages), charge)));
+    conditions.loaded.extend(deck.remove.iter().map(|remove| released(deck, remove)));
+    let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
+    for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {
+        let region = region(&initial.region);
+        if region.nodes(geometry).is_empty() {
+            faults.push(no_node(format!("initial[{index}].where"), &region, geometry));
+        }
+    }
+    if faults.is_empty() { Ok((conditions, doubts)) } else { Err(faults) }
+}
+
+/// Motions of nodes at the start; entries without any count after others, whose nodes they put to rest.
+pub(super) fn motions(deck: &Deck, problem: &Problem) -> Vec<StartMotion> {
+    let geometry = problem.stages.at(0);
+    let motion = |initial: &Initial| StartMotion {
+        nodes: Region::new(&initial.region, &problem.sets).nodes(geometry),
+        velocity: Vec3::from(initial.velocity.unwrap_or_default()),
+        spin: Vec3::from(initial.spin.unwrap_or_default()),
+        centre: Vec3::from(initial.centre.unwrap_or_default()),
+    };
+    let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
+    deck.initial.iter().skip_while(|initial| !moving(initial)).map(motion).collect()
+}
+
+/// The forces of one load on its nodes, or what was looked for in vain.
+fn nodal_forces(
+    load: &Load,
+    region: &Region,
+    geometry: &Geometry,
+) -> Result<Vec<(u32, Vec3)>, &'static str> {
+    let forces: Vec<(u32, Vec3)> = if let Some(line) = load.line {
+        let lengths = region
+            .lengths(geometry)
+            .ok_or("a line needs planes on two axes, and blocks with an edge along the third")?;
+        lengths.into_iter().map(|(node, length)| (node, Vec3::from(line) * length)).collect()
+    } else if let Some(force) = load.force {
+        let weights = region.weights(geometry);
+        let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
+        weights.into_iter().map(|(node, w)| (node, Vec3::from(force) * (w / total))).collect()
+    } else {
+        let surfaces = region.surfaces(geometry);
+        if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {
+            return Err("a range cuts an oblique face askew, which cannot be loaded in part");
+        }
+        let of = |surface: &Surface| {
+            let traction = match (load.traction, load.pressure) {
+                (Some(traction), _) => Vec3::from(traction),
+                (None, pressure) => -surface.outward(geometry) * pressure.unwrap_or(0.0),
+            };
+            let areas = region.areas(geometry, surface).into_iter();
+            areas.map(move |(node, area)| (node, traction * area)).collect::<Vec<_>>()
+        };
+        surfaces.iter().flat_map(of).collect()
+    };
+    let what = match (load.line, load.force) {
+        (Some(_), _) => "no node lies on that line",
+        (None, Some(_)) => "no node",
+        _ => "no outer face of a block",
+    };
+    if forces.is_empty() { Err(what) } else { Ok(forces) }
+}
+
+/// What is wrong with a charge whose walls are taken out while it is in force.
+fn without_walls(
+    (deck, stages): (&Deck, &Stages),
+    (index, charged): (usize, &Charged),
+) -> Option<Fault> {
+    let mut acts = deck.stage.iter().enumerate().filter(|(stage, _)| charged.period.has(*stage));
+    let (_, stage) = acts.find(|&(stage, _)| {
+        let geometry = stages.at(stage);
+        let gone = |node: &u32| geometry.is_gone(geometry.locate(*node as usize).0);
+        charged.charge.nodes.iter().any(gone)
+    })?;
+    let message = format!("blocks that it pushes are taken out in stage `{}`", stage.name);
+    let help = format!("`until = \"{}\"` ends it in time", stage.name);
+    Some(Fault::new(format!("charge[{index}]"), message).help(help))
+}
+
+/// The load in which the forces that blocks exerted go on when they are taken out: there are none before.
+fn released(deck: &Deck, remove: &Remove) -> Loaded {
+    let from = deck.period(remove.from.as_ref(), None).from.unwrap_or(0);
+    let fades = remove.release.filter(|&time| time > 0.0);
+    let table = fades.map_or(vec![[0.0, 0.0]], |time| vec![[0.0, 1.0], [time, 0.0]]);
+    let stages = deck.stage.iter().enumerate();
+    let relaxing = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
+    let relaxing = relaxing.map(|(stage, _)| stage).collect();
+    Loaded {
+        forces: Vec::new(),
+        history: Course::Given(History::Table(table)),
+        period: Period::ALWAYS,
+        fading: Some(Fading::new(from, fades.is_some(), relaxing)),
+    }
+}
+
+#[cfg(test)]
+mod tests;

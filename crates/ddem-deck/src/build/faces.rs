@@ -1,0 +1,93 @@
+//! Which faces boundaries take: each part of a face one of them, and walls of cavities at best none.
+
+use std::collections::BTreeMap;
+
+use ddem_core::problem::{Geometry, Surface};
+use ddem_core::{Fault, Problem};
+
+use super::at_stage;
+use super::charge::is_wall;
+use super::geometry::Region;
+use crate::schema::Deck;
+
+/// More of a face than this part of it cannot be taken by several boundaries.
+const WHOLE: f64 = 1.0 + 1e-6;
+
+/// Body, edge and side.
+type Key = (usize, usize, i32);
+
+fn key(surface: &Surface) -> Key {
+    (surface.body, surface.normal, surface.side)
+}
+
+fn shown(geometry: &Geometry, surface: &Surface) -> String {
+    let [x, y, z] = <[f64; 3]>::from(surface.centre(geometry)).map(|x| (x * 1e6).round() / 1e6);
+    format!("({x}, {y}, {z})")
+}
+
+/// Faults of boundaries that have the same part of a face: their dashpots would add up.
+pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
+    let Problem { borders, stages, .. } = problem;
+    let mut found: BTreeMap<(usize, usize), Surface> = BTreeMap::new();
+    for stage in 0..deck.stage.len().max(1) {
+        let mut taken: BTreeMap<Key, (usize, [f64; 2])> = BTreeMap::new();
+        for index in (0..borders.list.len()).filter(|&index| borders.has(index, stage)) {
+            for (surface, areas) in &borders.list[index].faces {
+                let Some((before, [sum, whole])) = taken.get_mut(&key(surface)) else {
+                    taken.insert(key(surface), (index, *areas));
+                    continue;
+                };
+                let [area, all] = areas;
+                *sum += area;
+                // Beside what is taken out there is less of a face: half of the joint is gone.
+                *whole = whole.max(*all);
+                if *sum > WHOLE * *whole {
+                    found.entry((*before, index)).or_insert(*surface);
+                }
+            }
+        }
+    }
+    let geometry_of = |index: usize| at_stage(deck, stages, deck.boundary[index].from.as_ref());
+    let fault = |((before, index), surface): ((usize, usize), Surface)| {
+        let at = shown(geometry_of(index), &surface);
+        let message = format!(
+            "takes faces that boundary {before} has, first that at {at}: their dashpots would add up"
+        );
+        Fault::new(format!("boundary[{index}].where"), message).help(
+            "give each part of the surface one boundary at a time, by `where`, `from` and `until`",
+        )
+    };
+    found.into_iter().map(fault).collect()
+}
+
+/// What is said of boundaries on the walls of cavities, behind which there is no rock.
+pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for (index, border) in problem.borders.list.iter().enumerate() {
+        let geometry = at_stage(deck, &problem.stages, deck.boundary[index].from.as_ref());
+        let faces = border.faces.iter().map(|(surface, _)| surface);
+        let within: Vec<&Surface> = faces.filter(|face| is_wall(geometry, face)).collect();
+        if let Some(first) = within.first() {
+            doubts.push(format!(
+                "boundary {index}: {} of its faces are where blocks have been removed, first that at {}: \
+                 no rock goes on behind them",
+                within.len(),
+                shown(geometry, first)
+            ));
+        }
+    }
+    doubts
+}
+
+/// Faces with their areas `[m²]`, as far as a region selects them and as a whole.
+pub(super) fn with_areas(
+    (region, everywhere): (&Region, &Region),
+    geometry: &Geometry,
+    surfaces: &[Surface],
+) -> Vec<(Surface, [f64; 2])> {
+    let area = |region: &Region, surface: &Surface| {
+        region.areas(geometry, surface).iter().map(|(_, area)| area).sum()
+    };
+    let areas = |surface: &Surface| [area(region, surface), area(everywhere, surface)];
+    surfaces.iter().map(|surface| (*surface, areas(surface))).collect()
+}

@@ -1,0 +1,265 @@
+//! Faces of blocks of two lattices that lie on each other, and the joint that is between them.
+//!
+//! Where blocks are refined the joint is that of the finer side. Two block sets are joined where both have
+//! a joint across the face: by that of the later one, or the one that is assigned there. Joints join faces
+//! that lie on each other, or whose gap is as wide as the joint is thick. Other faces are apart.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::assign::in_force;
+use super::{Names, Region};
+use crate::schema::{Deck, Joint};
+use ddem_core::problem::{
+    Abutment, FaceOf, Geometry, Sets, Surface, Vec3, bounds_of, meeting, overlap,
+};
+
+/// Part of a block's edge by which faces that lie on each other may miss.
+const MISSES: f64 = 1e-4;
+/// Square of the sine of the angle between faces that lie on each other, at most.
+const PARALLEL: f64 = 1e-8;
+/// Part of the smaller face that is over the other at least.
+const SLIVER: f64 = 1e-6;
+
+/// A face of a body where it is at rest.
+struct Seat {
+    normal: Vec3,
+    corners: [Vec3; 4],
+    area: f64,
+    /// The same of its cell: up to the middle of the gaps around.
+    whole: [Vec3; 4],
+}
+
+/// All faces of bodies of different lattices that lie on each other, sorted, with the joints of a stage; and
+/// those of different sets that are nearer than their joint is thick, but that it does not join.
+pub(super) fn abutments(
+    geometry: &Geometry,
+    (deck, names, stage): (&Deck, &Names, usize),
+    sets: &Sets,
+) -> [Vec<Abutment>; 2] {
+    if geometry.lattices.len() < 2 {
+        return [Vec::new(), Vec::new()];
+    }
+    // Thickness and normal stiffness.
+    let of = |joint: &Joint| {
+        [joint.thickness, joint.stiffness(&deck.materials).map_or(0.0, |[normal, _]| normal)]
+    };
+    let joints: Vec<[f64; 2]> = deck.joints.values().map(of).collect();
+    let thickest = joints.iter().map(|joint| joint[0]).fold(0.0, f64::max);
+    let assigned = in_force(deck, stage).filter_map(|(_, entry)| {
+        let joint = names.joint(entry.joint.as_ref()?)?;
+        Some((Region::new(&entry.region, sets), joint))
+    });
+    let assigned: Vec<(Region, u16)> = assigned.collect();
+    let other = |&[a, b]: &[u32; 2]| {
+        geometry.bodies[a as usize].lattice != geometry.bodies[b as usize].lattice
+    };
+    let seats = Seats(geometry);
+    let abut = |blocks: [u32; 2]| {
+        faces().find_map(|faces| seats.abut(blocks, faces, (&joints, &assigned)))
+    };
+    let near = seats.near(thickest).into_iter().filter(other).filter_map(abut);
+    let (joined, apart): (Vec<_>, Vec<_>) = near.partition(|(_, joined)| *joined);
+    [joined, apart].map(|all| all.into_iter().map(|(abutment, _)| abutment).collect())
+}
+
+/// A face of each of two bodies.
+fn faces() -> impl Iterator<Item = [FaceOf; 2]> {
+    (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number))
+}
+
+/// Faces of the blocks of a geometry, as they lie on each other.
+pub(in crate::build) struct Seats<'a>(pub(in crate::build) &'a Geometry);
+
+impl Seats<'_> {
+    /// How many joints between faces that do not match have the centre of one of the two in a region.
+    pub(in crate::build) fn joins_at(&self, region: &Region) -> usize {
+        let inside = |abutment: &&Abutment| {
+            let seats =
+                [0, 1].map(|side| self.seat(abutment.blocks[side] as usize, abutment.faces[side]));
+            seats.iter().any(|seat| {
+                region.contains_face(&(seat.corners.iter().sum::<Vec3>() / 4.0), &seat.normal)
+            })
+        };
+        self.0.abutments.iter().filter(inside).count()
+    }
+
+    /// Areas on which other blocks abut, by block and number of the face `[m²]`.
+    pub(super) fn covered(&self) -> HashMap<(u32, u8), f64> {
+        let mut covered = HashMap::new();
+        for abutment in &self.0.abutments {
+            for side in 0..2 {
+                let face = (abutment.blocks[side], abutment.faces[side].number());
+                *covered.entry(face).or_insert(0.0) += abutment.area;
+            }
+        }
+        covered
+    }
+
+    /// Whether other blocks abut on a part of a face, and not on all of it.
+    pub(super) fn is_covered_in_part(
+        &self,
+        surface: &Surface,
+        covered: &HashMap<(u32, u8), f64>,
+    ) -> bool {
+        let face = FaceOf { direction: surface.normal, upper: surface.side > 0 };
+        let body = surface.body as u32;
+        let Some(&covered) = covered.get(&(body, face.number())) else { return false };
+        let [a, b, _, d] = self.seat(surface.body, face).whole;
+        covered < (1.0 - SLIVER) * (b - a).cross(&(d - a)).norm()
+    }
+
+    fn seat(&self, body: usize, face: FaceOf) -> Seat {
+        let corners = self.0.corners(body);
+        let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
+        let low = usize::from(face.upper) << d;
+        let corners = [0, 1 << e, (1 << e) | (1 << f), 1 << f].map(|k| corners[low | k]);
+        let out = if face.upper { 1.0 } else { -1.0 };
+        let cross = (corners[1] - corners[0]).cross(&(corners[3] - corners[0]));
+        let lattice = self.0.lattice(body);
+        let cell = self.0.bodies[body].cell.map(|c| c as usize);
+        let [a, b, c, opposite] = lattice.faces(cell, d)[usize::from(face.upper)];
+        let normal = lattice.normal(d) * out;
+        Seat { normal, corners, area: cross.norm(), whole: [a, b, opposite, c] }
+    }
+
+    /// Two faces that lie on each other, or nearly, and whether they are joined.
+    fn abut(
+        &self,
+        blocks: [u32; 2],
+        faces: [FaceOf; 2],
+        (joints, assigned): (&[[f64; 2]], &[(Region, u16)]),
+    ) -> Option<(Abutment, bool)> {
+        let bodies = blocks.map(|block| block as usize);
+        let seats = self.opposed(bodies, faces)?;
+        let fine = usize::from(seats[1].area <= seats[0].area);
+        let joint = self.joint_between(bodies, faces, fine, (&seats[fine], assigned))?;
+        let [thickness, stiffness] = joints[joint as usize];
+        let [gap, area] = self.lie_on(bodies, &seats, [-thickness, thickness])?;
+        let joined = self.joins(bodies, &seats, (gap, thickness));
+        Some((Abutment { blocks, faces, joint, area, gap, stiffness }, joined))
+    }
+
+    /// Blocks whose boxes are no farther apart than this, with what they miss by rounding.
+    fn near(&self, reach: f64) -> Vec<[u32; 2]> {
+        let boxes: Vec<_> = (0..self.0.bodies.len())
+            .map(|body| {
+                let margin = reach + MISSES * self.0.shortest_edge(body);
+                let [low, high] = bounds_of(&self.0.corners(body));
+                [low.add_scalar(-margin), high.add_scalar(margin)]
+            })
+            .collect();
+        meeting(&boxes)
+    }
+
+    /// Blocks of two sets whose faces touch without a joint between them.
+    pub(in crate::build) fn unjoined(&self) -> Vec<[u32; 2]> {
+        let joined: BTreeSet<[u32; 2]> =
+            self.0.abutments.iter().map(|abutment| abutment.blocks).collect();
+        let alone = |blocks: &[u32; 2]| {
+            let bodies = blocks.map(|block| block as usize);
+            let touch = |faces: [FaceOf; 2]| {
+                let seats = self.opposed(bodies, faces)?;
+                self.lie_on(bodies, &seats, [0.0; 2])
+            };
+            self.0.set(bodies[0]) != self.0.set(bodies[1])
+                && !joined.contains(blocks)
+                && faces().any(|faces| touch(faces).is_some())
+        };
+        self.near(0.0).into_iter().filter(alone).collect()
+    }
+
+    /// Pairs of blocks of two sets whose faces look at each other across a gap of up to a part of their shortest
+    /// edges, and the gap `[m]`.
+    pub(in crate::build) fn across_gaps(&self, part: f64) -> Vec<([u32; 2], f64)> {
+        let edges = (0..self.0.bodies.len()).map(|body| self.0.shortest_edge(body));
+        let reach = part * edges.fold(0.0, f64::max);
+        let across = |blocks: [u32; 2]| {
+            let bodies = blocks.map(|block| block as usize);
+            let most = part * self.misses(bodies) / MISSES;
+            let gap = |faces: [FaceOf; 2]| {
+                let seats = self.opposed(bodies, faces)?;
+                Some(self.lie_on(bodies, &seats, [0.0, most])?[0])
+            };
+            let gaps = faces().filter_map(gap).filter(|gap| *gap <= most);
+            Some((blocks, gaps.reduce(f64::min)?))
+        };
+        let other = |&[a, b]: &[u32; 2]| self.0.set(a as usize) != self.0.set(b as usize);
+        self.near(reach).into_iter().filter(other).filter_map(across).collect()
+    }
+
+    /// Two faces, if they look at each other.
+    fn opposed(&self, bodies: [usize; 2], faces: [FaceOf; 2]) -> Option<[Seat; 2]> {
+        let normals = [0, 1].map(|side| {
+            let out = if faces[side].upper { 1.0 } else { -1.0 };
+            self.0.lattice(bodies[side]).normal(faces[side].direction) * out
+        });
+        let opposed = normals[0].dot(&normals[1]) <= 0.0
+            && normals[0].cross(&normals[1]).norm_squared() <= PARALLEL;
+        opposed.then(|| [0, 1].map(|side| self.seat(bodies[side], faces[side])))
+    }
+
+    /// By how much faces of two bodies that lie on each other may miss `[m]`.
+    fn misses(&self, bodies: [usize; 2]) -> f64 {
+        MISSES
+            * bodies
+                .map(|body| self.0.shortest_edge(body))
+                .into_iter()
+                .fold(f64::INFINITY, f64::min)
+    }
+
+    /// True where a joint is between two faces with a gap: in one set it always is. The faces of cells that
+    /// blocks were taken out of lie on those of the blocks in their place, across half of a joint.
+    fn joins(&self, bodies: [usize; 2], seats: &[Seat; 2], (gap, thickness): (f64, f64)) -> bool {
+        let misses = self.misses(bodies);
+        let cells = (seats[1].whole[0] - seats[0].whole[0]).dot(&seats[0].normal);
+        let [a, b] = bodies.map(|body| self.0.set(body));
+        gap >= -misses && (a == b || cells.abs() <= misses || (gap - thickness).abs() <= misses)
+    }
+
+    /// Distance of two faces `[m]` and the area with which they lie on each other `[m²]`, where the distance
+    /// is in a range.
+    fn lie_on(
+        &self,
+        bodies: [usize; 2],
+        seats: &[Seat; 2],
+        [least, most]: [f64; 2],
+    ) -> Option<[f64; 2]> {
+        let middle = |seat: &Seat| seat.corners.iter().sum::<Vec3>() / 4.0;
+        let gap = (middle(&seats[1]) - middle(&seats[0])).dot(&seats[0].normal);
+        let misses = self.misses(bodies);
+        if gap < least - misses || gap > most + misses {
+            return None;
+        }
+        // Seen along the normal.
+        let [own, other] = seats;
+        let along = (own.corners[1] - own.corners[0]).normalize();
+        let across = own.normal.cross(&along);
+        let flat = |corners: &[Vec3; 4]| corners.map(|x| [along.dot(&x), across.dot(&x)]);
+        let over = |a: &[Vec3; 4], b: &[Vec3; 4]| -> f64 {
+            overlap(&flat(a), &flat(b)).as_slice().iter().map(|v| v.area).sum()
+        };
+        let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);
+        some.then(|| [gap, over(&own.whole, &other.whole)])
+    }
+
+    fn joint_between(
+        &self,
+        bodies: [usize; 2],
+        faces: [FaceOf; 2],
+        fine: usize,
+        (seat, assigned): (&Seat, &[(Region, u16)]),
+    ) -> Option<u16> {
+        let centre = seat.corners.iter().sum::<Vec3>() / 4.0;
+        let sets = bodies.map(|body| self.0.set(body));
+        let here = |(region, _): &&(Region, u16)| {
+            region.contains_face(&centre, &seat.normal)
+                && sets.iter().any(|&set| region.has_set(set))
+        };
+        if let Some((_, joint)) = assigned.iter().rev().find(here) {
+            return Some(*joint);
+        }
+        let joints = [0, 1].map(|side| self.0.joint_at(bodies[side], faces[side]));
+        let [Some(_), Some(_)] = joints else { return None };
+        joints[if sets[0] == sets[1] { fine } else { usize::from(sets[1] > sets[0]) }]
+    }
+}

@@ -1,0 +1,184 @@
+//! `[[assign]]`: the joints and materials that a part of the model has, in each stage.
+
+use std::sync::Arc;
+
+use super::abut::{Seats, abutments};
+use super::nothing::{no_block, no_joint, nothing};
+use super::{Names, Region};
+use crate::schema::names::segment;
+use crate::schema::{Assign, Deck, Joint};
+use ddem_core::Fault;
+use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets, abutting};
+
+/// The entries in force in a stage, with their numbers.
+pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize, &Assign)> {
+    let now =
+        move |entry: &Assign| deck.period(entry.from.as_ref(), entry.until.as_ref()).has(stage);
+    deck.assign.iter().enumerate().filter(move |(_, entry)| now(entry))
+}
+
+/// Whether other entries are in force in a stage than in the one before.
+pub(super) fn changes(deck: &Deck, stage: usize) -> bool {
+    let name = deck.stage.get(stage).map(|entry| &entry.name);
+    let at = |entry: &&Assign| [entry.from.as_ref(), entry.until.as_ref()].contains(&name);
+    stage > 0 && deck.assign.iter().any(|entry| at(&entry))
+}
+
+/// Gives lattices the joints and materials that are in force in a stage. Returns the entries that found
+/// neither a joint nor a block in them.
+pub(super) fn assign(
+    lattices: &mut [Lattice],
+    (deck, names): (&Deck, &Names),
+    stage: usize,
+    region: &dyn Fn(&Assign) -> Region,
+) -> Vec<usize> {
+    let mut unused = Vec::new();
+    for (index, entry) in in_force(deck, stage) {
+        let region = region(entry);
+        let mut found = false;
+        for lattice in lattices.iter_mut().filter(|lattice| region.has_set(lattice.set)) {
+            if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
+                found |= region.assign_joint(lattice, joint);
+            }
+            if let Some(material) = entry.material.as_ref().and_then(|n| names.material(n)) {
+                found |= region.assign_material(lattice, material);
+            }
+        }
+        if !found {
+            unused.push(index);
+        }
+    }
+    unused
+}
+
+/// Gives a geometry, which has what was taken out by then, the joints and materials of a stage from `lattices`,
+/// which have none assigned yet.
+pub(super) fn assign_anew(
+    geometry: &mut Geometry,
+    mut lattices: Vec<Lattice>,
+    (deck, names, sets): (&Deck, &Names, &Sets),
+    stage: usize,
+) -> Vec<Fault> {
+    let region = |entry: &Assign| Region::new(&entry.region, sets);
+    let unused = assign(&mut lattices, (deck, names), stage, &region);
+    let before = geometry.clone();
+    let mut other_materials = false;
+    for (own, new) in geometry.lattices.iter_mut().zip(lattices) {
+        for (own, new) in own.joint.iter_mut().zip(new.joint).filter(|(own, new)| *own != new) {
+            *own = new;
+        }
+        if own.material != new.material {
+            (own.material, other_materials) = (new.material, true);
+        }
+    }
+    if other_materials {
+        for body in Arc::make_mut(&mut geometry.bodies) {
+            let lattice = &geometry.lattices[body.lattice as usize];
+            body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
+        }
+    }
+    let [joined, apart] = abutments(geometry, (deck, names, stage), sets);
+    (geometry.abutments, geometry.apart) = (joined, Arc::new(apart));
+    // Joints do not come, nor back, in a run: what is in contact stays so.
+    geometry.abutments.retain(|abutment| before.joint_of(abutment.blocks).is_some());
+    geometry.abutting = abutting(&geometry.abutments);
+    let mut faults = unused_faults(geometry, deck, &unused, &region);
+    faults.extend(changed(geometry, &before, (deck, names), stage));
+    faults
+}
+
+/// Faults of entries that found nothing in the lattices, nor between two of them.
+pub(super) fn unused_faults(
+    geometry: &Geometry,
+    deck: &Deck,
+    unused: &[usize],
+    region: &dyn Fn(&Assign) -> Region,
+) -> Vec<Fault> {
+    let fault = |&index: &usize| {
+        let (entry, region) = (&deck.assign[index], region(&deck.assign[index]));
+        (Seats(geometry).joins_at(&region) == 0)
+            .then(|| assigns_nothing(geometry, index, entry, &region))
+    };
+    unused.iter().filter_map(fault).collect()
+}
+
+/// What is said of an entry of `assign` without anything in its region.
+fn assigns_nothing(geometry: &Geometry, index: usize, entry: &Assign, region: &Region) -> Fault {
+    let place = format!("assign[{index}].where");
+    match (&entry.joint, &entry.material) {
+        (Some(_), Some(_)) => {
+            no_block(nothing(place, "no joint and no block"), region, &geometry.lattices)
+        }
+        (Some(_), None) => no_joint(nothing(place, "no joint"), region, &geometry.lattices),
+        _ => no_block(nothing(place, "no block"), region, &geometry.lattices),
+    }
+}
+
+/// A fault where a joint becomes one of another thickness or elasticity: blocks, layers and springs
+/// stay what they are.
+fn changed(
+    geometry: &Geometry,
+    before: &Geometry,
+    (deck, names): (&Deck, &Names),
+    stage: usize,
+) -> Option<Fault> {
+    let lattices = geometry.lattices.iter().zip(&before.lattices);
+    let inside = lattices.flat_map(|(new, old)| {
+        (0..3).flat_map(|d| old.joint[d].iter().copied().zip(new.joint[d].iter().copied()))
+    });
+    let number = |geometry: &Geometry, blocks| geometry.joint_of(blocks).unwrap_or(NO_JOINT);
+    let blocks = geometry.abutments.iter().chain(&before.abutments).map(|a| a.blocks);
+    let between = blocks.map(|blocks| (number(before, blocks), number(geometry, blocks)));
+    let joint = |number: u16| deck.joints.values().nth(number.into());
+    let (old, new) = inside.chain(between).find(|&(old, new)| {
+        let same = |(a, b): (&Joint, &Joint)| {
+            matter(deck, a) == matter(deck, b) && (b.breaks() || !a.breaks())
+        };
+        old != new && !joint(old).zip(joint(new)).is_some_and(same)
+    })?;
+    let now = Some(&deck.stage[stage].name);
+    let changes = |entry: &Assign, joint: u16| {
+        let number = entry.joint.as_ref().and_then(|name| names.joint(name));
+        let begins = entry.from.as_ref() == now && number == Some(new);
+        begins || (entry.until.as_ref() == now && number == Some(joint))
+    };
+    let any = |entry: &Assign| {
+        entry.joint.is_some() && (entry.from.as_ref() == now || entry.until.as_ref() == now)
+    };
+    let all = || deck.assign.iter();
+    let entry = all().position(|entry| changes(entry, old)).or_else(|| all().position(any));
+    let place = entry.map_or("assign".to_owned(), |entry| format!("assign[{entry}].joint"));
+    let [Some(old), Some(new)] = [old, new].map(|joint| (joint != NO_JOINT).then_some(joint))
+    else {
+        let message = "joints do not come and go in a run: blocks that touch without one of their own \
+                       are in contact";
+        let help = "give the sets a `joint`, or assign one without `until`";
+        return Some(Fault::new(place, message).help(help));
+    };
+    let said = |number: u16| {
+        let (thickness, stiffness, density, _) = matter(deck, joint(number)?);
+        let [normal, shear] = stiffness.unwrap_or_default();
+        let density = density.map_or_else(String::new, |density| format!(", {density} kg/m³"));
+        let name = segment(names.joint_name(number));
+        Some(format!("`{name}` ({thickness} m, {normal:e} and {shear:e} Pa/m{density})"))
+    };
+    let [old_number, new_number] = [old, new];
+    let [old, new] = [old, new].map(|number| said(number).unwrap_or_default());
+    let stage = &deck.stage[stage].name;
+    let message = format!("{new} takes the place of {old} as stage `{stage}` begins");
+    let stay = joint(old_number).zip(joint(new_number));
+    let help = if stay.is_some_and(|(a, b)| matter(deck, a) == matter(deck, b)) {
+        "a joint that can fail cannot become one that never does: give that one a cohesion, a friction and \
+         a tension, so that it is known what failed pairs bear"
+    } else {
+        "only strengths of joints change as a run goes: thickness, stiffness and density stay"
+    };
+    Some(Fault::new(place, message).help(help))
+}
+
+/// Thickness `[m]`, stiffnesses `[Pa/m]` and density `[kg/m³]` of a joint, and whether it is springs.
+fn matter(deck: &Deck, joint: &Joint) -> (f64, Option<[f64; 2]>, Option<f64>, bool) {
+    let named = joint.material.as_ref().and_then(|name| deck.materials.get(name));
+    let density = named.map(|material| material.density).or(joint.density);
+    (joint.thickness, joint.stiffness(&deck.materials), density, joint.normal_stiffness.is_some())
+}

@@ -1,0 +1,129 @@
+//! Sets of blocks that touch, those that joints join, and those that a joint nearly joins.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use super::abut::Seats;
+use crate::schema::Deck;
+use ddem_core::problem::{Abutment, Geometry};
+
+/// Two sets of blocks that touch, and what is between them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Interface {
+    /// Names of the two sets, in the order of the deck.
+    pub sets: [String; 2],
+    /// Name of the joint that joins them; `None` where their blocks meet as contacts.
+    pub joint: Option<String>,
+    /// Number of faces: of pairs of a block of the one set and one of the other.
+    pub faces: usize,
+}
+
+impl fmt::Display for Interface {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { sets: [a, b], joint, faces } = self;
+        let over = over(*faces);
+        match joint {
+            Some(joint) => write!(f, "sets `{a}` and `{b}` are joined by joint `{joint}` {over}"),
+            None => write!(
+                f,
+                "sets `{a}` and `{b}` touch {over} without a joint: their blocks meet as contacts"
+            ),
+        }
+    }
+}
+
+fn over(faces: usize) -> String {
+    format!("over {faces} face{}", if faces == 1 { "" } else { "s" })
+}
+
+/// Part of the shortest edge of two blocks up to which a gap between them may be a mistake.
+const NARROW: f64 = 0.02;
+
+/// Two sets, the earlier one first.
+type Sets = [usize; 2];
+
+fn sets(geometry: &Geometry, blocks: [u32; 2]) -> Sets {
+    let mut sets = blocks.map(|block| geometry.set(block as usize));
+    sets.sort_unstable();
+    sets
+}
+
+/// Sets that touch: those that joints join, and where contacts are found those that they do not.
+pub(in crate::build) fn interfaces(geometry: &Geometry, deck: &Deck) -> Vec<Interface> {
+    let mut faces: BTreeMap<(Sets, Option<u16>), usize> = BTreeMap::new();
+    let joined = geometry.abutments.iter().map(|a| (sets(geometry, a.blocks), Some(a.joint)));
+    let contacts = if deck.finds_contacts() { Seats(geometry).unjoined() } else { Vec::new() };
+    let contacts = contacts.into_iter().map(|blocks| (sets(geometry, blocks), None));
+    for place in joined.filter(|([a, b], _)| a != b).chain(contacts) {
+        *faces.entry(place).or_default() += 1;
+    }
+    let named = |((sets, joint), faces): ((Sets, Option<u16>), usize)| Interface {
+        sets: sets.map(|set| deck.set_name(set)),
+        joint: joint.map(|joint| name(deck, joint)),
+        faces,
+    };
+    faces.into_iter().map(named).collect()
+}
+
+/// Warnings about sets that nearly touch and are not joined.
+pub(in crate::build) fn ajar(deck: &Deck, geometry: &Geometry) -> Vec<String> {
+    let mut said = unfilled_gaps(deck, geometry);
+    said.extend(narrow_gaps(deck, geometry));
+    said
+}
+
+/// Those of sets that are nearer to each other than their joint is thick.
+fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
+    let mut places: BTreeMap<(Sets, u16), Vec<&Abutment>> = BTreeMap::new();
+    for abutment in &*geometry.apart {
+        places.entry((sets(geometry, abutment.blocks), abutment.joint)).or_default().push(abutment);
+    }
+    let said = places.into_iter().map(|((sets, joint), faces)| {
+        let [a, b] = sets.map(|set| deck.set_name(set));
+        let thickness = deck.joints.values().nth(joint.into()).map_or(0.0, |j| j.thickness);
+        let gap = faces.iter().map(|a| a.gap).fold(f64::INFINITY, f64::min);
+        let apart = if gap < 0.0 {
+            format!("they overlap by {:.3e} m", -gap)
+        } else {
+            format!("there is a gap of {gap:.3e} m")
+        };
+        format!(
+            "sets `{a}` and `{b}` are not joined {}: {apart}, and joint `{}` is {thickness:.3e} m thick. \
+             Joints join sets that touch, or whose gap is as wide as the joint is thick",
+            over(faces.len()),
+            name(deck, joint)
+        )
+    });
+    said.collect()
+}
+
+/// Those of sets that are farther apart, and touch nowhere.
+fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
+    if deck.blocks.len() < 2 {
+        return Vec::new();
+    }
+    let all = geometry.abutments.iter().chain(&*geometry.apart).map(|abutment| abutment.blocks);
+    let known: BTreeSet<Sets> =
+        all.chain(Seats(geometry).unjoined()).map(|blocks| sets(geometry, blocks)).collect();
+    let mut gaps: BTreeMap<Sets, (f64, usize)> = BTreeMap::new();
+    for (blocks, gap) in Seats(geometry).across_gaps(NARROW) {
+        let sets = sets(geometry, blocks);
+        if !known.contains(&sets) {
+            let (least, faces) = gaps.entry(sets).or_insert((gap, 0));
+            (*least, *faces) = (least.min(gap), *faces + 1);
+        }
+    }
+    let said = gaps.into_iter().map(|(sets, (gap, faces))| {
+        let [a, b] = sets.map(|set| deck.set_name(set));
+        format!(
+            "sets `{a}` and `{b}` do not touch: there is a gap of {gap:.3e} m {}. Close it if they are \
+             meant to touch or to be joined",
+            over(faces)
+        )
+    });
+    said.collect()
+}
+
+fn name(deck: &Deck, joint: u16) -> String {
+    deck.joints.keys().nth(joint.into()).cloned().unwrap_or_default()
+}

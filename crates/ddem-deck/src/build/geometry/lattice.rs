@@ -1,0 +1,240 @@
+//! The lattices of sets of blocks: cuts, gaps, and what regions select in them.
+
+use std::sync::Arc;
+
+use super::Names;
+use super::region::{Flat, Region};
+use crate::schema::names::segment;
+use crate::schema::{BlockSet, Body, Deck, JointChoice};
+use ddem_core::Fault;
+use ddem_core::problem::{Lattice, NO_JOINT, NONE, Vec3};
+
+/// Nodes are numbered by 32 bits.
+pub(super) const MOST_NODES: f64 = u32::MAX as f64;
+
+/// The lattices of all sets, before `assign` and `remove`.
+pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<Fault>> {
+    let mut lattices = Vec::new();
+    let mut nodes = 0.0;
+    for (index, set) in deck.blocks.iter().enumerate() {
+        let cuts = [0, 1, 2].map(|d| cuts(set, d));
+        let cells: f64 = cuts.iter().map(|c| c.count).product();
+        nodes += cells * (f64::from(set.elements_along_edge()) + 1.0).powi(3);
+        if nodes >= MOST_NODES {
+            return Err(too_many(format!("blocks[{index}]"), nodes));
+        }
+        lattices.push(lattice((index, set), cuts, names));
+    }
+    Ok(lattices)
+}
+
+pub(super) fn too_many(place: String, nodes: f64) -> Vec<Fault> {
+    let message = format!("the model would have {nodes:.3e} nodes, more than 4.29e9");
+    vec![Fault::new(place, message).help("fewer blocks or divisions")]
+}
+
+/// What a set says of one edge.
+struct Cuts {
+    count: f64,
+    length: f64,
+    edges: Option<Vec<f64>>,
+}
+
+fn cuts(set: &BlockSet, d: usize) -> Cuts {
+    let edges = set.edges.as_ref().and_then(|e| [&e.x, &e.y, &e.z][d].clone());
+    match edges {
+        Some(edges) => Cuts {
+            count: edges.len() as f64 - 1.0,
+            length: edges.last().unwrap_or(&0.0) - edges.first().unwrap_or(&0.0),
+            edges: Some(edges),
+        },
+        None => Cuts {
+            count: set.count.map_or(1.0, |c| f64::from(c[d])),
+            length: set.size.map_or(0.0, |s| s[d]),
+            edges: None,
+        },
+    }
+}
+
+fn lattice((index, set): (usize, &BlockSet), cuts: [Cuts; 3], names: &Names) -> Lattice {
+    let count = [0, 1, 2].map(|d| cuts[d].count as usize);
+    let cells = count.iter().product();
+    let (positions, lengths): (Vec<_>, Vec<_>) = cuts.iter().map(positions).unzip();
+    let own_joint = [0, 1, 2].map(|d| {
+        let name = match &set.joint {
+            Some(JointChoice::All(name)) => Some(name),
+            Some(JointChoice::ByNormal { x, y, z }) => [x, y, z][d].as_ref(),
+            None => None,
+        };
+        name.and_then(|name| names.joint(name)).unwrap_or(NO_JOINT)
+    });
+    Lattice {
+        set: index,
+        refined: None,
+        origin: Vec3::from(set.origin),
+        axes: set.directions().map(|a| Vec3::from(a).normalize()),
+        divisions: set.elements_along_edge() as usize,
+        rigid: set.body == Body::Rigid,
+        count,
+        gaps: count.map(|n| vec![0.0; n + 1]),
+        cuts: positions.try_into().unwrap_or_default(),
+        lengths: lengths.try_into().unwrap_or_default(),
+        body: vec![0; cells],
+        material: Arc::new(vec![names.material(&set.material).unwrap_or(0); cells]),
+        joint: own_joint.map(|joint| Arc::new(vec![joint; cells])),
+        own_joint,
+    }
+}
+
+impl Region {
+    /// Cells selected as §1 of the deck says: the centroid lies inside, or a plane touches a face.
+    pub(super) fn selects(&self, lattice: &Lattice, cell: [usize; 3]) -> bool {
+        let centre = lattice.centre(cell);
+        let touches = |plane: &Flat| {
+            (0..3).any(|d| {
+                lattice.faces(cell, d).iter().any(|face| face.iter().all(|x| plane.has(x)))
+            })
+        };
+        self.in_ranges(&centre)
+            && self.planes.iter().all(|plane| plane.has(&centre) || touches(plane))
+    }
+
+    pub(super) fn assign_joint(&self, lattice: &mut Lattice, joint: u16) -> bool {
+        let mut found = false;
+        for d in 0..3 {
+            let normal = lattice.normal(d);
+            for index in 0..lattice.body.len() {
+                let cell = lattice.cell(index);
+                if cell[d] + 1 == lattice.count[d] {
+                    continue;
+                }
+                let centre = lattice.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0;
+                if self.contains_face(&centre, &normal) {
+                    Arc::make_mut(&mut lattice.joint[d])[index] = joint;
+                    found = true;
+                }
+            }
+        }
+        found
+    }
+
+    pub(super) fn assign_material(&self, lattice: &mut Lattice, material: u16) -> bool {
+        let mut found = false;
+        for index in 0..lattice.body.len() {
+            if self.selects(lattice, lattice.cell(index)) {
+                Arc::make_mut(&mut lattice.material)[index] = material;
+                found = true;
+            }
+        }
+        found
+    }
+
+    pub(super) fn remove(&self, lattice: &mut Lattice) -> bool {
+        let mut found = false;
+        for index in 0..lattice.body.len() {
+            if lattice.has_body(index) && self.selects(lattice, lattice.cell(index)) {
+                lattice.body[index] = NONE;
+                found = true;
+            }
+        }
+        found
+    }
+}
+
+/// Opens the gaps: thickness belongs to a plane, and is measured along its normal.
+pub(super) fn open_gaps(lattice: &mut Lattice, deck: &Deck, names: &Names) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let place = format!("blocks[{}]", lattice.set);
+    let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
+    for d in 0..3 {
+        let slant = lattice.normal(d).dot(&lattice.axes[d]);
+        let mut first = vec![NO_JOINT; lattice.count[d] + 1];
+        for index in 0..lattice.body.len() {
+            let plane = lattice.cell(index)[d] + 1;
+            if plane == lattice.count[d] {
+                continue;
+            }
+            let joint = lattice.joint[d][index];
+            if first[plane] == NO_JOINT {
+                first[plane] = joint;
+                lattice.gaps[d][plane] = thickness[joint as usize] / slant;
+            } else if thickness[joint as usize] != thickness[first[plane] as usize] {
+                let other = names.joint_name(first[plane]);
+                faults.push(
+                    Fault::new(
+                        format!("joints.{}.thickness", segment(names.joint_name(joint))),
+                        format!(
+                            "{} m, but joint `{other}` on the same plane ({} = {} of {place}) \
+                             has {} m: thickness belongs to a lattice plane",
+                            thickness[joint as usize],
+                            ["x", "y", "z"][d],
+                            lattice.cuts[d][plane],
+                            thickness[first[plane] as usize],
+                        ),
+                    )
+                    .help("give all joints on one plane the same thickness"),
+                );
+                // One such fault says it all.
+                return faults;
+            }
+        }
+        for cell in 0..lattice.count[d] {
+            let gaps = (lattice.gaps[d][cell] + lattice.gaps[d][cell + 1]) / 2.0;
+            let edge = lattice.lengths[d][cell];
+            if gaps >= edge && lattice.count[d] > 1 {
+                faults.push(too_thick(lattice, d, cell, deck, names, edge));
+                break;
+            }
+        }
+    }
+    faults
+}
+
+fn too_thick(
+    lattice: &Lattice,
+    d: usize,
+    cell: usize,
+    deck: &Deck,
+    names: &Names,
+    edge: f64,
+) -> Fault {
+    let plane = if lattice.gaps[d][cell] > lattice.gaps[d][cell + 1] { cell } else { cell + 1 };
+    let above = (0..lattice.body.len()).find(|&i| lattice.cell(i)[d] + 1 == plane);
+    let name = above.map_or("", |i| names.joint_name(lattice.joint[d][i]));
+    let thickness = deck.joints.get(name).map_or(0.0, |joint| joint.thickness);
+    let axis = ["x", "y", "z"][d];
+    if let Some(index) = lattice.refined {
+        let message = format!(
+            "parts of {edge} m along {axis} leave no room for joint `{name}` of {thickness} m"
+        );
+        return Fault::new(format!("refine[{index}].factor"), message)
+            .help("a smaller factor, or a thinner joint");
+    }
+    Fault::new(
+        format!("joints.{}.thickness", segment(name)),
+        format!(
+            "{thickness} m is not smaller than the block edge {edge} m that it narrows along \
+             {axis}"
+        ),
+    )
+    .help("the joints on both sides must leave a body between them")
+}
+
+/// Positions of the cuts and lengths of the cells between them.
+fn positions(cuts: &Cuts) -> (Vec<f64>, Vec<f64>) {
+    if let Some(edges) = &cuts.edges {
+        let mut lengths: Vec<f64> = edges.windows(2).map(|w| w[1] - w[0]).collect();
+        // Lengths equal to rounding become equal, so that equal blocks share their tables.
+        let mut order: Vec<usize> = (0..lengths.len()).collect();
+        order.sort_by(|&a, &b| lengths[a].total_cmp(&lengths[b]));
+        for pair in order.windows(2) {
+            if lengths[pair[1]] - lengths[pair[0]] <= 1e-13 * cuts.length {
+                lengths[pair[1]] = lengths[pair[0]];
+            }
+        }
+        return (edges.clone(), lengths);
+    }
+    let n = cuts.count as usize;
+    let at = |i: usize| cuts.length * i as f64 / cuts.count;
+    ((0..=n).map(at).collect(), vec![cuts.length / cuts.count; n])
+}

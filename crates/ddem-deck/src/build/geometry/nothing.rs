@@ -1,0 +1,121 @@
+//! What is said of a `where` that selects nothing.
+
+use super::region::Region;
+use ddem_core::Fault;
+use ddem_core::problem::{Geometry, Lattice, Vec3, moved_to};
+
+/// A selection without anything in it.
+pub(crate) fn nothing(place: String, what: &str) -> Fault {
+    Fault::new(place, format!("selects nothing: {what} there")).help(RULES)
+}
+
+/// What planes and ranges take.
+const RULES: &str = "planes are met within 1e-6 of the region's size; ranges include their ends";
+
+/// A place for people, as a deck writes it.
+pub(crate) fn place(x: Vec3) -> String {
+    // What is no more than rounding is 0, not -0.
+    let [x, y, z] = <[f64; 3]>::from(x).map(|x| (x * 1e6).round() / 1e6 + 0.0);
+    format!("[{x}, {y}, {z}]")
+}
+
+/// A selection without any block in it, and what would be nearest.
+pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Lattice]) -> Fault {
+    let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
+        let bodies = (0..l.body.len()).filter(|&at| l.has_body(at));
+        bodies.map(|at| l.centre(l.cell(at)))
+    });
+    let what = "blocks count by their centroid: that of the nearest is";
+    nearest(fault, region, centres, what)
+}
+
+/// A selection without any joint in it, and what would be nearest.
+pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Lattice]) -> Fault {
+    let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
+        let cells = (0..l.body.len()).filter(|&at| l.has_body(at)).map(|at| l.cell(at));
+        let sides = cells.flat_map(|cell| (0..3).map(move |d| (cell, d)));
+        let next = |cell: [usize; 3], d: usize| {
+            let next = moved_to(cell, d, cell[d] + 1);
+            next[d] < l.count[d] && l.has_body(l.index(next))
+        };
+        let inner = sides.filter(move |(cell, d)| next(*cell, *d));
+        inner.map(|(cell, d)| l.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0)
+    });
+    nearest(fault, region, centres, "joints count by their centre: that of the nearest is")
+}
+
+fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what: &str) -> Fault {
+    let far = |x: &Vec3| region.distance(x, x);
+    match all.min_by(|a, b| far(a).total_cmp(&far(b))) {
+        Some(at) => fault.help(format!("{RULES}; {what} at {}", place(at))),
+        None => fault,
+    }
+}
+
+/// A selection without any node in it, and what would be nearest.
+pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fault {
+    let mut help = RULES.to_owned();
+    if let Some((body, node)) = region.nearest(geometry) {
+        let size = (geometry.bounds[1] - geometry.bounds[0]).norm();
+        let digits = (4.0 - libm::log10(size).floor()).clamp(0.0, 12.0) as usize;
+        let show = |x: Vec3| {
+            let [x, y, z] = <[f64; 3]>::from(x).map(|x| format!("{x:.digits$}"));
+            format!("[{x}, {y}, {z}]")
+        };
+        help += &if geometry.lattice(body).rigid {
+            let centre = show(geometry.centre(body));
+            format!(
+                "; ranges take rigid blocks as a whole, by their centroid: the nearest, block {body}, has \
+                 it at {centre} and a corner at {}",
+                show(node)
+            )
+        } else {
+            format!("; the nearest node is at {}", show(node))
+        };
+    }
+    Fault::new(place, "selects nothing: no node there").help(help)
+}
+
+impl Region {
+    /// Where nothing is selected: the node that comes nearest, and its body.
+    pub(crate) fn nearest(&self, geometry: &Geometry) -> Option<(usize, Vec3)> {
+        let mut nearest: Option<(f64, (usize, Vec3))> = None;
+        for body in 0..geometry.bodies.len() {
+            if !self.has_set(geometry.set(body)) {
+                continue;
+            }
+            let lattice = geometry.lattice(body);
+            let n = lattice.divisions + 1;
+            for local in 0..n * n * n {
+                let x = geometry.position(body, [local % n, local / n % n, local / (n * n)]);
+                let place = if lattice.rigid { geometry.centre(body) } else { x };
+                let far = self.distance(&x, &place);
+                if nearest.is_none_or(|(least, _)| far < least) {
+                    nearest = Some((far, (body, x)));
+                }
+            }
+        }
+        nearest.map(|(_, found)| found)
+    }
+
+    /// Distance of a node from the planes, and of the place that counts for it from ranges and shapes `[m]`.
+    pub(crate) fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
+        let out = |axis: usize| {
+            // Whatever the range is, this has a value.
+            self.ranges[axis].map_or(0.0, |[from, to]| place[axis] - place[axis].min(to).max(from))
+        };
+        let off = self.planes.iter().map(|plane| plane.off(x));
+        let all: f64 = off.chain((0..3).map(out)).map(|far| far * far).sum();
+        libm::hypot(all.sqrt(), self.beyond_shapes(place))
+    }
+
+    /// How far a point is from the centre of the sphere or the axis of the cylinder, and the radius `[m]`.
+    pub(crate) fn off_middle(&self, x: &Vec3) -> Option<[f64; 2]> {
+        let sphere = self.sphere.map(|(centre, radius)| [(x - centre).norm(), radius]);
+        let cylinder = self.cylinder.map(|([from, to], radius)| {
+            let axis = (to - from).normalize();
+            [(x - from - axis * (x - from).dot(&axis)).norm(), radius]
+        });
+        sphere.or(cylinder)
+    }
+}

@@ -1,0 +1,41 @@
+//! Orientations of planes: dip and dip direction.
+
+use crate::schema::{Where, normal_of};
+use ddem_core::problem::Vec3;
+
+/// Angle by which joints may deviate where a deck does not say `[degrees]`.
+const WITHIN: f64 = 2.0;
+/// Error of an angle by rounding `[rad]`.
+const ROUNDING: f64 = 1e-9;
+
+/// Planes of an orientation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facing {
+    /// Angle below the horizontal `[rad]`.
+    dip: f64,
+    /// Unit normal; none where planes may dip in any direction.
+    normal: Option<Vec3>,
+    /// By how much planes may deviate `[rad]`.
+    within: f64,
+}
+
+impl Facing {
+    pub(super) fn new(region: &Where) -> Option<Self> {
+        let dip = region.dip?;
+        let direction = if dip == 0.0 { Some(0.0) } else { region.dip_direction };
+        Some(Self {
+            dip: dip.to_radians(),
+            normal: direction.map(|direction| Vec3::from(normal_of(dip, direction))),
+            within: region.within.unwrap_or(WITHIN).to_radians() + ROUNDING,
+        })
+    }
+
+    /// True where a plane with this normal, which may point to either side, has the orientation.
+    pub(super) fn has(&self, normal: &Vec3) -> bool {
+        let off = match self.normal {
+            Some(wanted) => libm::atan2(wanted.cross(normal).norm(), wanted.dot(normal).abs()),
+            None => (libm::atan2(normal.xy().norm(), normal.z.abs()) - self.dip).abs(),
+        };
+        off <= self.within
+    }
+}

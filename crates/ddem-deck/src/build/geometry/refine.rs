@@ -1,0 +1,166 @@
+//! Blocks split along each edge: a finer lattice of its own, in the place of coarser blocks.
+//!
+//! The finer lattice has the planes of the coarser one and others between them, so that blocks of both
+//! keep the gaps of the joints between them. What is not split is elsewhere for it, as what is split is for
+//! the coarser one.
+
+use std::sync::Arc;
+
+use super::Names;
+use super::lattice::{MOST_NODES, too_many};
+use super::nothing::{no_block, nothing};
+use super::region::Region;
+use crate::schema::Deck;
+use crate::schema::names::segment;
+use ddem_core::Fault;
+use ddem_core::problem::{ELSEWHERE, Lattice, NO_JOINT};
+
+/// Most cells of the lattice of one `[[refine]]`, whether split blocks are in them or not.
+const MOST_CELLS: f64 = 1e8;
+
+/// Times the thickness of the joint across it that a refined edge is at least.
+const THICKEST: f64 = 4.0;
+
+/// Splits the selected blocks of all lattices. Returns what is wrong with the entry `index`; fails where
+/// there would be too many nodes to go on.
+pub(super) fn refine(
+    lattices: &mut Vec<Lattice>,
+    region: &Region,
+    (index, factor): (usize, u32),
+) -> Result<Option<Fault>, Vec<Fault>> {
+    let selected: Vec<Vec<usize>> = lattices
+        .iter()
+        .map(|lattice| {
+            let chosen =
+                |&at: &usize| lattice.has_body(at) && region.selects(lattice, lattice.cell(at));
+            let cells = (0..lattice.body.len()).filter(chosen);
+            if region.has_set(lattice.set) { cells.collect() } else { Vec::new() }
+        })
+        .collect();
+    if selected.iter().all(Vec::is_empty) {
+        let fault = nothing(format!("refine[{index}].where"), "no block");
+        return Ok(Some(no_block(fault, region, lattices)));
+    }
+    let nodes = |lattice: &Lattice, cells: f64| cells * lattice.nodes_per_body() as f64;
+    let kept = lattices
+        .iter()
+        .map(|l| nodes(l, (0..l.body.len()).filter(|&at| l.has_body(at)).count() as f64));
+    let added = lattices.iter().zip(&selected).map(|(lattice, cells)| {
+        nodes(lattice, (f64::from(factor).powi(3) - 1.0) * cells.len() as f64)
+    });
+    let all: f64 = kept.chain(added).sum();
+    if all >= MOST_NODES {
+        return Err(too_many(format!("refine[{index}].factor"), all));
+    }
+    let boxes =
+        lattices.iter().zip(&selected).map(|(l, cells)| around(l, cells, factor as usize).2);
+    let boxes: f64 = boxes.map(|count| count.iter().map(|&n| n as f64).product::<f64>()).sum();
+    if boxes >= MOST_CELLS {
+        let message = format!(
+            "the box around what is split would have {boxes:.1e} cells, and {MOST_CELLS:e} is the most"
+        );
+        return Ok(Some(Fault::new(format!("refine[{index}].where"), message).help(
+            "split what is far apart, or aslant, in several `[[refine]]`, or by a lower `factor`",
+        )));
+    }
+    for (at, cells) in selected.iter().enumerate().filter(|(_, cells)| !cells.is_empty()) {
+        if lattices[at].joint.iter().any(|joint| joint.contains(&NO_JOINT)) {
+            let message =
+                format!("the blocks of blocks[{}] that are split have no joint", lattices[at].set);
+            return Ok(Some(
+                Fault::new(format!("refine[{index}]"), message)
+                    .help("name the joint between the parts with `joint` in that [[blocks]]"),
+            ));
+        }
+        let mut finer = split(&lattices[at], cells, factor as usize);
+        finer.refined = Some(index);
+        cells.iter().for_each(|&cell| lattices[at].body[cell] = ELSEWHERE);
+        lattices.push(finer);
+    }
+    Ok(None)
+}
+
+/// The first cells and those after the last of the box around some cells, with one more around where
+/// there is one, and how many cells they are when they are split.
+fn around(
+    lattice: &Lattice,
+    cells: &[usize],
+    factor: usize,
+) -> ([usize; 3], [usize; 3], [usize; 3]) {
+    if cells.is_empty() {
+        return ([0; 3], [0; 3], [0; 3]);
+    }
+    let mut range = [[usize::MAX, 0]; 3];
+    for cell in cells.iter().map(|&at| lattice.cell(at)) {
+        for d in 0..3 {
+            range[d] = [range[d][0].min(cell[d]), range[d][1].max(cell[d])];
+        }
+    }
+    let from = range.map(|[low, _]| low.saturating_sub(1));
+    let to = [0, 1, 2].map(|d| (range[d][1] + 2).min(lattice.count[d]));
+    (from, to, [0, 1, 2].map(|d| (to[d] - from[d]) * factor))
+}
+
+/// The finer lattice of some cells, with one more cell around where there is one.
+fn split(lattice: &Lattice, cells: &[usize], factor: usize) -> Lattice {
+    let (from, to, count) = around(lattice, cells, factor);
+    let lengths = [0, 1, 2].map(|d| {
+        let coarse = (from[d]..to[d]).map(|cell| lattice.lengths[d][cell] / factor as f64);
+        coarse.flat_map(|length| std::iter::repeat_n(length, factor)).collect()
+    });
+    let cuts = [0, 1, 2].map(|d| {
+        let at = |i: usize| {
+            let (cell, part) = (from[d] + i / factor, i % factor);
+            let low = lattice.cuts[d][cell];
+            if part == 0 {
+                low
+            } else {
+                low + lattice.lengths[d][cell] * part as f64 / factor as f64
+            }
+        };
+        (0..=count[d]).map(at).collect()
+    });
+    let mut finer = Lattice {
+        count,
+        cuts,
+        lengths,
+        gaps: count.map(|n| vec![0.0; n + 1]),
+        body: Vec::new(),
+        material: Arc::default(),
+        joint: std::array::from_fn(|_| Arc::default()),
+        ..lattice.clone()
+    };
+    let chosen: std::collections::BTreeSet<usize> = cells.iter().copied().collect();
+    let (mut material, mut joint) = (Vec::new(), [const { Vec::new() }; 3]);
+    for at in 0..count.iter().product() {
+        let cell = finer.cell(at);
+        let coarse = lattice.index([0, 1, 2].map(|d| from[d] + cell[d] / factor));
+        finer.body.push(if chosen.contains(&coarse) { 0 } else { ELSEWHERE });
+        material.push(lattice.material[coarse]);
+        (0..3).for_each(|d| joint[d].push(lattice.joint[d][coarse]));
+    }
+    (finer.material, finer.joint) = (Arc::new(material), joint.map(Arc::new));
+    finer
+}
+
+/// A refined lattice whose blocks are hardly larger than the joints between them.
+pub(super) fn too_fine(lattice: &Lattice, deck: &Deck, names: &Names) -> Option<Fault> {
+    let index = lattice.refined?;
+    let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
+    let bodies = (0..lattice.body.len()).filter(|&at| lattice.has_body(at));
+    let mut edges = bodies.flat_map(|at| {
+        let cell = lattice.cell(at);
+        [0, 1, 2].map(|d| (lattice.lengths[d][cell[d]], lattice.joint[d][at]))
+    });
+    let (edge, joint) = edges.find(|&(edge, joint)| edge < THICKEST * thickness[joint as usize])?;
+    let message = format!(
+        "{} parts leave blocks of {edge:.3e} m, less than four times the thickness of joint `{}`, {} m",
+        deck.refine[index].factor,
+        names.joint_name(joint),
+        thickness[joint as usize]
+    );
+    Some(Fault::new(format!("refine[{index}].factor"), message).help(format!(
+        "a smaller factor, or a smaller joints.{}.thickness",
+        segment(names.joint_name(joint))
+    )))
+}

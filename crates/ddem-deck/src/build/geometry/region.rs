@@ -1,0 +1,244 @@
+//! `where` as geometry: what lies in it.
+
+use std::sync::Arc;
+
+use super::orientation::Facing;
+use super::sets;
+use super::solid::Solid;
+use super::terrain::Terrain;
+use crate::schema::{Extent, Plane, Sheet, Where};
+use ddem_core::problem::{Sets, Vec3};
+
+/// A plane: the points with `normal·x = at`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flat {
+    /// Unit vector.
+    pub(crate) normal: Vec3,
+    /// `[m]`.
+    pub(crate) at: f64,
+    /// By how much points on it may miss `[m]`.
+    pub(crate) tolerance: f64,
+}
+
+impl Flat {
+    /// Distance of a point, positive on the side of the normal `[m]`.
+    pub(crate) fn off(&self, x: &Vec3) -> f64 {
+        self.normal.dot(x) - self.at
+    }
+
+    pub(crate) fn has(&self, x: &Vec3) -> bool {
+        self.off(x).abs() <= self.tolerance
+    }
+
+    /// The axis along which the normal points, either way.
+    fn axis(&self) -> Option<usize> {
+        (0..3).find(|&axis| (0..3).all(|k| k == axis || self.normal[k] == 0.0))
+    }
+}
+
+/// A `where` with its tolerances and the index of its set.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    /// Along the coordinate axes.
+    pub(super) ranges: [Option<[f64; 2]>; 3],
+    /// Planes, on all of which a selected place lies.
+    pub(super) planes: Vec<Flat>,
+    /// And not on the side to which the normals of these point.
+    pub(super) slopes: Vec<Flat>,
+    pub(super) sphere: Option<(Vec3, f64)>,
+    /// Centres of the ends, and radius.
+    pub(super) cylinder: Option<([Vec3; 2], f64)>,
+    pub(super) solid: Option<Arc<Solid>>,
+    /// Topographies, and whether what is above is selected.
+    pub(super) terrains: Vec<(Terrain, bool)>,
+    pub(super) facing: Option<Facing>,
+    pub(super) set: Option<usize>,
+    /// 1e-6 of the region's size along each axis `[m]`.
+    pub(crate) tolerance: [f64; 3],
+}
+
+impl Region {
+    pub(crate) fn new(region: &Where, sets: &Sets) -> Self {
+        let size = sets.bounds[1] - sets.bounds[0];
+        let named = |name: &str| sets.list.iter().position(|s| s.name.as_deref() == Some(name));
+        let mut made = Self {
+            ranges: [None; 3],
+            planes: Vec::new(),
+            slopes: Vec::new(),
+            sphere: region.sphere.map(|s| (Vec3::from(s.centre), s.radius)),
+            cylinder: region.cylinder.map(|c| ([c.from, c.to].map(Vec3::from), c.radius)),
+            solid: None,
+            terrains: Vec::new(),
+            facing: Facing::new(region),
+            set: region.set.as_deref().and_then(named),
+            // A flat region still has a size: that of its longest side, shrunk.
+            tolerance: [0, 1, 2].map(|k| 1e-6 * size[k].max(1e-3 * size.max())),
+        };
+        for (axis, extent) in [region.x, region.y, region.z].into_iter().enumerate() {
+            match extent {
+                Some(Extent::Plane(at)) => made.planes.push(made.flat(Vec3::ith(axis, 1.0), at)),
+                Some(Extent::Range(range)) => made.ranges[axis] = Some(range),
+                None => {}
+            }
+        }
+        let plane = region.plane.as_ref().map(|plane| made.flat_of(plane));
+        made.planes.extend(plane);
+        let set = sets.list.get(made.set.unwrap_or(0));
+        let side = region.side.zip(set).map(|(side, set)| sets::side(set, side));
+        let side = side.map(|(normal, at)| made.flat(normal, at));
+        made.planes.extend(side);
+        for (sheet, above) in [(&region.above, true), (&region.below, false)] {
+            match sheet {
+                Some(Sheet::Level(z)) => made.bound(made.flat(Vec3::z(), *z), above),
+                Some(Sheet::Plane(plane)) => made.bound(made.flat_of(plane).upright(), above),
+                Some(Sheet::Topography { topography }) => {
+                    let heights = topography.content.clone().unwrap_or_default();
+                    made.terrains.push((Terrain::new(heights), above));
+                }
+                None => {}
+            }
+        }
+        let triangles = region.inside.as_ref().and_then(|file| file.content.as_ref());
+        made.solid = triangles.map(|all| Arc::new(Solid::new(&all.mesh(), made.clear())));
+        made
+    }
+
+    fn flat(&self, normal: Vec3, at: f64) -> Flat {
+        let tolerance = (0..3).map(|k| normal[k].abs() * self.tolerance[k]).sum();
+        Flat { normal, at, tolerance }
+    }
+
+    fn flat_of(&self, plane: &Plane) -> Flat {
+        let normal = Vec3::from(plane.unit_normal());
+        self.flat(normal, normal.dot(&Vec3::from(plane.point)))
+    }
+
+    /// Takes in that everything is above or below a plane. Across an axis that is a range.
+    fn bound(&mut self, flat: Flat, above: bool) {
+        let out = if above { -1.0 } else { 1.0 };
+        let on_plane = |axis: usize| {
+            self.planes.iter().any(|plane| plane.axis() == Some(axis))
+                && self.ranges[axis].is_none()
+        };
+        let Some(axis) = flat.axis().filter(|&axis| !on_plane(axis)) else {
+            self.slopes.push(Flat { normal: flat.normal * out, at: flat.at * out, ..flat });
+            return;
+        };
+        let way = flat.normal[axis];
+        let at = flat.at * way;
+        let [from, to] = self.ranges[axis].unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let lower = (out * way) < 0.0;
+        self.ranges[axis] = Some(if lower { [from.max(at), to] } else { [from, to.min(at)] });
+    }
+
+    pub(crate) fn has_set(&self, set: usize) -> bool {
+        self.set.is_none_or(|own| own == set)
+    }
+
+    pub(super) fn range(&self, axis: usize) -> Option<[f64; 2]> {
+        self.ranges[axis]
+    }
+
+    /// True where a sphere or a cylinder is given.
+    pub(crate) fn is_round(&self) -> bool {
+        self.sphere.is_some() || self.cylinder.is_some()
+    }
+
+    /// Number of planes that are given.
+    pub(crate) fn planes(&self) -> usize {
+        self.planes.len()
+    }
+
+    /// Inside the ranges and the shapes; planes do not count.
+    pub(crate) fn in_ranges(&self, x: &Vec3) -> bool {
+        self.in_ranges_alone(x) && self.in_shapes(x)
+    }
+
+    fn in_ranges_alone(&self, x: &Vec3) -> bool {
+        (0..3).all(|axis| {
+            self.range(axis).is_none_or(|[from, to]| {
+                x[axis] >= from - self.tolerance[axis] && x[axis] <= to + self.tolerance[axis]
+            })
+        })
+    }
+
+    pub(crate) fn contains(&self, x: &Vec3) -> bool {
+        self.in_ranges(x) && self.on_planes(x)
+    }
+
+    /// True where a face with this centre and normal belongs to the region.
+    pub(crate) fn contains_face(&self, centre: &Vec3, normal: &Vec3) -> bool {
+        self.faces(normal) && self.contains(centre)
+    }
+
+    /// True where a face with this normal has the orientation that is asked for.
+    pub(super) fn faces(&self, normal: &Vec3) -> bool {
+        self.facing.is_none_or(|facing| facing.has(normal))
+    }
+
+    pub(super) fn on_planes(&self, x: &Vec3) -> bool {
+        self.planes.iter().all(|plane| plane.has(x))
+    }
+
+    /// Inside all shapes that do not go along the axes.
+    pub(super) fn in_shapes(&self, x: &Vec3) -> bool {
+        self.in_firm_shapes(x)
+            && self.terrains.iter().all(|(terrain, above)| {
+                let height = terrain.height(x, self.clear());
+                let over = height.map(|height| if *above { x.z - height } else { height - x.z });
+                over.is_some_and(|over| over >= -self.tolerance[2])
+            })
+    }
+
+    /// Inside all of them but the topographies.
+    fn in_firm_shapes(&self, x: &Vec3) -> bool {
+        self.beyond_round(x) <= self.clear()
+            && self.slopes.iter().all(|slope| slope.off(x) <= slope.tolerance)
+            && self.solid.as_ref().is_none_or(|solid| solid.contains(x))
+    }
+
+    /// True where the height of a topography decides that a point belongs.
+    pub(super) fn asks_heights_at(&self, x: &Vec3) -> bool {
+        self.in_ranges_alone(x) && self.in_firm_shapes(x)
+    }
+
+    /// By how much points may be outside of a shape `[m]`.
+    pub(super) fn clear(&self) -> f64 {
+        self.tolerance.iter().fold(f64::MAX, |a, &b| a.min(b))
+    }
+
+    /// Distance of a point outside of the sphere or the cylinder `[m]`.
+    pub(super) fn beyond_round(&self, x: &Vec3) -> f64 {
+        let sphere = self.sphere.map_or(0.0, |(centre, radius)| (x - centre).norm() - radius);
+        let cylinder = self.cylinder.map_or(0.0, |([from, to], radius)| {
+            let length = (to - from).norm();
+            let axis = (to - from) / length;
+            let along = (x - from).dot(&axis);
+            let aside = (x - from - axis * along).norm() - radius;
+            aside.max(-along).max(along - length)
+        });
+        sphere.max(cylinder).max(0.0)
+    }
+
+    /// Distance of a point outside of all shapes, of a closed surface from the box around it `[m]`.
+    pub(super) fn beyond_shapes(&self, x: &Vec3) -> f64 {
+        let slopes = self.slopes.iter().map(|slope| slope.off(x));
+        let solid = self.solid.iter().map(|solid| solid.outside_box(x));
+        let terrains = self.terrains.iter().map(|(terrain, above)| {
+            let height = terrain.height(x, self.clear()).unwrap_or(x.z);
+            if *above { height - x.z } else { x.z - height }
+        });
+        slopes.chain(solid).chain(terrains).fold(self.beyond_round(x), f64::max)
+    }
+}
+
+impl Flat {
+    /// With the normal upward; of an upright plane it stays.
+    fn upright(self) -> Self {
+        // Rounding does not turn an upright plane.
+        if self.normal.z >= -1e-12 {
+            return self;
+        }
+        Self { normal: -self.normal, at: -self.at, ..self }
+    }
+}

@@ -1,0 +1,260 @@
+//! `where`: which nodes, and how much line, face or volume belongs to each.
+//!
+//! ```text
+//!   x = 6 lies in a gap: both sides belong to the selection and share
+//!
+//!     --o-----o | o-----o--      w_i = half the spacing to each selected neighbour,
+//!           5.995 6.005          and half of each neighbouring gap
+//! ```
+
+use super::Region;
+use super::abut::Seats;
+use ddem_core::problem::{Geometry, Strip, Surface, Vec3};
+
+impl Region {
+    /// Whether a node belongs: in the ranges, and on each plane or beside a gap that it lies in.
+    pub(crate) fn has_node(&self, geometry: &Geometry, body: usize, at: [usize; 3]) -> bool {
+        let x = geometry.position(body, at);
+        // A rigid block is taken as a whole, by its centroid.
+        let whole = geometry.lattice(body).rigid;
+        let place = if whole { geometry.centre(body) } else { x };
+        self.has_set(geometry.set(body))
+            && self.in_ranges(&place)
+            && self.planes.iter().all(|plane| {
+                plane.has(&x)
+                    || (0..3).any(|d| {
+                        geometry.partner(body, at, d).is_some_and(|(other, step)| {
+                            let y = geometry.position(other, step);
+                            let sides = [x, y].map(|x| plane.normal.dot(&x));
+                            let (low, high) = (sides[0].min(sides[1]), sides[0].max(sides[1]));
+                            low + plane.tolerance < plane.at && plane.at < high - plane.tolerance
+                        })
+                    })
+            })
+    }
+
+    /// All nodes that belong, in order.
+    pub(crate) fn nodes(&self, geometry: &Geometry) -> Vec<u32> {
+        let mut nodes = Vec::new();
+        for body in 0..geometry.bodies.len() {
+            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
+                continue;
+            }
+            let n = geometry.lattice(body).divisions + 1;
+            for local in 0..n * n * n {
+                let at = [local % n, local / n % n, local / (n * n)];
+                if self.has_node(geometry, body, at) {
+                    nodes.push(geometry.bodies[body].first_node + local as u32);
+                }
+            }
+        }
+        nodes
+    }
+
+    /// Nodes that it selected at the start and whose blocks have been taken out by now.
+    pub(crate) fn nodes_gone(&self, start: &Geometry, now: &Geometry) -> Vec<u32> {
+        if std::ptr::eq(start, now) {
+            return Vec::new();
+        }
+        let mut nodes = self.nodes(start);
+        nodes.retain(|&node| now.is_gone(now.locate(node as usize).0));
+        nodes
+    }
+
+    /// Weight of each selected node by the extent it stands for: lengths of the selected line,
+    /// areas of the selected face, volumes, or 1 at a single point. Sides of a gap share.
+    pub(crate) fn weights(&self, geometry: &Geometry) -> Vec<(u32, f64)> {
+        let weight = |node: u32| {
+            let (body, at) = geometry.locate(node as usize);
+            let weight = (0..3).map(|d| self.extent_along(geometry, body, at, d)).product();
+            (node, weight)
+        };
+        self.nodes(geometry).into_iter().map(weight).collect()
+    }
+
+    /// Half-spacings to selected neighbours along d, or the share of a gap where there is none.
+    fn extent_along(&self, geometry: &Geometry, body: usize, at: [usize; 3], d: usize) -> f64 {
+        let partner = geometry
+            .partner(body, at, d)
+            .filter(|&(other, step)| self.has_node(geometry, other, step));
+        let inside = [-1, 1].iter().filter(|&&side| {
+            geometry
+                .step(body, at, d, side)
+                .is_some_and(|(other, step)| other == body && self.has_node(geometry, other, step))
+        });
+        let half = geometry.spacing(body, d) / 2.0;
+        match (inside.count(), partner) {
+            (0, None) => 1.0,
+            (0, Some(_)) => 0.5,
+            (count, None) => count as f64 * half,
+            (count, Some((other, step))) => {
+                let gap = (geometry.position(other, step) - geometry.position(body, at)).norm();
+                count as f64 * half + gap / 2.0
+            }
+        }
+    }
+
+    /// Length of the hat function of a node along d, clipped by the ranges: the part towards one
+    /// side, in the body or over half of a gap that `over_gap` lets it cross.
+    fn hat(
+        &self,
+        geometry: &Geometry,
+        body: usize,
+        at: [usize; 3],
+        (d, side): (usize, i32),
+        over_gap: &dyn Fn(usize) -> bool,
+    ) -> f64 {
+        let Some((other, step)) = geometry.step(body, at, d, side) else { return 0.0 };
+        if other != body && !over_gap(other) {
+            return 0.0;
+        }
+        let (x, y) = (geometry.position(body, at), geometry.position(other, step));
+        let (mut from, mut to) = (0.0_f64, 1.0_f64);
+        for axis in 0..3 {
+            let (Some([low, high]), step) = (self.range(axis), y[axis] - x[axis]) else { continue };
+            if step.abs() > self.tolerance[axis].min(0.5 * (y - x).norm()) {
+                let (a, b) = ((low - x[axis]) / step, (high - x[axis]) / step);
+                (from, to) = (from.max(a.min(b)), to.min(a.max(b)));
+            }
+        }
+        let (from, to) = (from.clamp(0.0, 1.0), to.clamp(0.0, 1.0));
+        let integral = (to - from) - (to * to - from * from) / 2.0;
+        (y - x).norm() * integral.max(0.0)
+    }
+
+    /// Tributary length of each node on the selected line. `None` when what is selected is not a
+    /// line along an edge of the blocks.
+    pub(crate) fn lengths(&self, geometry: &Geometry) -> Option<Vec<(u32, f64)>> {
+        let [first, second] = self.planes[..] else { return None };
+        let line = first.normal.cross(&second.normal).try_normalize(1e-9)?;
+        let mut lengths = Vec::new();
+        for body in 0..geometry.bodies.len() {
+            let lattice = geometry.lattice(body);
+            let along = (0..3).find(|&d| lattice.axes[d].dot(&line).abs() > 1.0 - 1e-9);
+            let n = lattice.divisions + 1;
+            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
+                continue;
+            }
+            let unbounded = self.along(&line);
+            for local in 0..n * n * n {
+                let at = [local % n, local / n % n, local / (n * n)];
+                if !unbounded.has_node(geometry, body, at) {
+                    continue;
+                }
+                let d = along?;
+                let any = |_| true;
+                let length = self.hat(geometry, body, at, (d, -1), &any)
+                    + self.hat(geometry, body, at, (d, 1), &any);
+                let sharers = (0..3).filter(|&e| e != d).map(|e| {
+                    let shared = geometry
+                        .partner(body, at, e)
+                        .is_some_and(|(other, step)| unbounded.has_node(geometry, other, step));
+                    if shared { 0.5 } else { 1.0 }
+                });
+                let length = length * sharers.product::<f64>();
+                if length > 0.0 && self.in_shapes(&geometry.position(body, at)) {
+                    lengths.push((geometry.bodies[body].first_node + local as u32, length));
+                }
+            }
+        }
+        Some(lengths)
+    }
+
+    /// Region that selects lines in a direction: without the ranges that cut them.
+    fn along(&self, line: &Vec3) -> Self {
+        let ranges = [0, 1, 2].map(|k| self.ranges[k].filter(|_| line[k].abs() < 1e-9));
+        let Self { planes, facing, set, tolerance, .. } = self.clone();
+        let (slopes, terrains) = (Vec::new(), Vec::new());
+        let (sphere, cylinder, solid) = (None, None, None);
+        Self { ranges, planes, slopes, sphere, cylinder, solid, terrains, facing, set, tolerance }
+    }
+
+    /// Whether a range ends on a face both of whose edges run along that axis: then the part of
+    /// the face inside is no product of two lengths.
+    pub(crate) fn cuts_askew(&self, geometry: &Geometry, surface: &Surface) -> bool {
+        let lattice = geometry.lattice(surface.body);
+        let corners = surface.reach(geometry);
+        (0..3).any(|axis| {
+            let along = |d: usize| d != surface.normal && lattice.axes[d][axis].abs() > 1e-9;
+            let ends_inside = self.range(axis).is_some_and(|[from, to]| {
+                let (clear, all) = (self.tolerance[axis], corners.iter().map(|x| x[axis]));
+                all.clone().any(|x| x < from - clear) || all.clone().any(|x| x > to + clear)
+            });
+            ends_inside && (0..3).filter(|&d| along(d)).count() > 1
+        })
+    }
+
+    /// The outer faces selected: of the orientation and on every plane given, with something of them in
+    /// the ranges, and with their centre in the shapes.
+    pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<Surface> {
+        self.sides(geometry, |surface| surface.is_outer(geometry))
+    }
+
+    /// The faces that would be selected, but that another block abuts on a part of them.
+    pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<Surface> {
+        let seats = Seats(geometry);
+        let covered = seats.covered();
+        self.sides(geometry, |surface| seats.is_covered_in_part(surface, &covered))
+    }
+
+    fn sides(&self, geometry: &Geometry, wanted: impl Fn(&Surface) -> bool) -> Vec<Surface> {
+        let mut surfaces = Vec::new();
+        for body in 0..geometry.bodies.len() {
+            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
+                continue;
+            }
+            for (normal, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
+                let surface = Surface { body, normal, side };
+                let corners = surface.corners(geometry).map(|at| geometry.position(body, at));
+                if corners.iter().all(|x| self.on_planes(x))
+                    && self.faces(&surface.outward(geometry))
+                    && self.in_shapes(&surface.centre(geometry))
+                    && self.ranges_meet(&surface.reach(geometry))
+                    && wanted(&surface)
+                {
+                    surfaces.push(surface);
+                }
+            }
+        }
+        surfaces
+    }
+
+    fn ranges_meet(&self, points: &[Vec3]) -> bool {
+        (0..3).all(|axis| {
+            let along = points.iter().map(|x| x[axis]);
+            let (low, high) = along.fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
+            let clear = self.tolerance[axis];
+            self.range(axis).is_none_or(|[from, to]| high >= from - clear && low <= to + clear)
+        })
+    }
+
+    /// Tributary area of each node of a surface: half of each neighbouring element and, where the
+    /// next body has its face in the same plane, half of each neighbouring gap.
+    pub(crate) fn areas(&self, geometry: &Geometry, surface: &Surface) -> Vec<(u32, f64)> {
+        let area = |(node, slant, [e, f]): Strip| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
+        self.strips(geometry, surface).into_iter().map(area).collect()
+    }
+
+    /// The lengths of which these areas are products.
+    pub(crate) fn strips(&self, geometry: &Geometry, surface: &Surface) -> Vec<Strip> {
+        let Surface { body, normal, side } = *surface;
+        let lattice = geometry.lattice(body);
+        let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
+        let slant = lattice.axes[e].cross(&lattice.axes[f]).norm();
+        let goes_on = |other: usize| Surface { body: other, normal, side }.is_outer(geometry);
+        let n = lattice.divisions;
+        let mut strips = Vec::new();
+        for (j, i) in (0..=n).flat_map(|j| (0..=n).map(move |i| (j, i))) {
+            let mut at = [0; 3];
+            at[normal] = if side < 0 { 0 } else { n };
+            (at[e], at[f]) = (i, j);
+            let length = |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
+            let (along_e, along_f) = (length(e), length(f));
+            let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
+            if area > 0.0 {
+                strips.push((geometry.node(body, at) as u32, slant, [along_e, along_f]));
+            }
+        }
+        strips
+    }
+}

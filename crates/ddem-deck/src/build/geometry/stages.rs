@@ -1,0 +1,64 @@
+//! Blocks that are taken out, and joints and materials that are assigned, at the start of a stage.
+
+use std::sync::Arc;
+
+use super::nothing::{no_block, nothing};
+use super::{Names, Region, Selection, assign, refined};
+use crate::schema::{Deck, Where};
+use ddem_core::Fault;
+use ddem_core::problem::{Geometry, Sets, Stages};
+
+/// What is where from which stage on, and the blocks that curved and slanted shapes take out.
+pub(in crate::build) fn stages(
+    (deck, all): (&Deck, &Names),
+    start: Arc<Geometry>,
+    sets: &Sets,
+) -> Result<(Stages, Vec<Selection>), Vec<Fault>> {
+    let region = |region: &Where| Region::new(region, sets);
+    let (mut geometries, mut faults) = (vec![(0, start.clone())], Vec::new());
+    let mut taken = Vec::new();
+    for (stage, entry) in deck.stage.iter().enumerate() {
+        let mut now: Option<Geometry> = None;
+        for (index, remove) in deck.remove.iter().enumerate() {
+            if remove.from.as_ref() != Some(&entry.name) {
+                continue;
+            }
+            let last = geometries.last().map(|(_, geometry)| geometry.as_ref());
+            let before = now.as_ref().or(last).unwrap_or(&start);
+            let region = region(&remove.region);
+            let blocks = region.blocks(before);
+            if blocks.is_empty() {
+                let fault = nothing(format!("remove[{index}].where"), "no block");
+                faults.push(no_block(fault, &region, &before.lattices));
+                continue;
+            }
+            let what = (format!("remove[{index}]"), format!("excavate `{}`", entry.name));
+            taken.extend(Selection::new(what, &region, sets, &before.lattices));
+            let mut after = before.clone();
+            after.take_out(&blocks);
+            if (0..after.bodies.len()).all(|block| after.is_gone(block)) {
+                let message = "every block is taken out: nothing is left";
+                faults.push(Fault::new(format!("remove[{index}]"), message));
+            }
+            now = Some(after);
+        }
+        let dug = now.map(Arc::new);
+        let last = geometries.last().map_or(&start, |(_, geometry)| geometry);
+        let last = dug.as_ref().unwrap_or(last).clone();
+        let assigned = assign::changes(deck, stage).then(|| Geometry::clone(&last));
+        geometries.extend(dug.map(|geometry| (stage, geometry)));
+        if let Some(mut after) = assigned {
+            let lattices = refined(deck, all)?.lattices;
+            let wrong =
+                assign::assign_anew(&mut after, lattices, (deck, all, sets), stage).into_iter();
+            // What is wrong from a stage on is so up to another.
+            let known = |fault: &Fault| faults.iter().any(|other| other.place == fault.place);
+            let wrong: Vec<Fault> = wrong.filter(|fault| !known(fault)).collect();
+            faults.extend(wrong);
+            geometries.push((stage, Arc::new(after)));
+        }
+    }
+    let assigns = (0..deck.stage.len()).filter(|&stage| assign::changes(deck, stage)).collect();
+    let dug = deck.remove.iter().any(|remove| remove.from.is_some());
+    if faults.is_empty() { Ok((Stages { geometries, assigns, dug }, taken)) } else { Err(faults) }
+}

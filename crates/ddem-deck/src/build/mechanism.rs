@@ -1,0 +1,60 @@
+//! Relax stages whose supports leave a rigid motion free.
+
+use ddem_core::problem::{FreeMotion, Geometry};
+use ddem_core::{Fault, Problem, Simulation};
+
+use super::Site;
+use super::geometry::interface::ajar;
+use crate::schema::{Deck, Stage, StageKind};
+
+/// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
+pub(super) fn check(deck: &Deck, problem: &Problem) -> Vec<Fault> {
+    let relax = deck.stage.iter().enumerate().filter(|(_, stage)| stage.kind == StageKind::Relax);
+    let found = |(stage, entry): (usize, &Stage)| {
+        let motion = problem.free_motion(stage)?;
+        let whose = format!("of relax stage `{}`", entry.name);
+        Some(fault(deck, problem.stages.at(stage), &motion, (stage, &whose)))
+    };
+    relax.filter_map(found).collect()
+}
+
+impl Site {
+    /// Fault of a relaxation under the supports in force: a rigid motion that they leave free.
+    #[must_use]
+    pub fn free_motion(&self, simulation: &Simulation) -> Option<Fault> {
+        let motion = simulation.free_motion()?;
+        Some(fault(&self.deck, simulation.model().geometry(), &motion, (0, "in force")))
+    }
+}
+
+/// The fault of a stage; `whose` supports they are is for the message.
+fn fault(
+    deck: &Deck,
+    geometry: &Geometry,
+    motion: &FreeMotion,
+    (stage, whose): (usize, &str),
+) -> Fault {
+    let who = match motion.block {
+        None => "the model".to_owned(),
+        Some(block) => {
+            let set = deck.set_name(geometry.set(block));
+            format!("block {block} of the set `{set}`, with what is joined to it,")
+        }
+    };
+    let motions = motion.motions.join(", ");
+    let message = format!("the supports {whose} let {who} move as a rigid body: {motions}");
+    Fault::new(format!("stage[{stage}]"), message).help(help(deck, geometry))
+}
+
+/// Suggests supports or joints that may be missing.
+fn help(deck: &Deck, geometry: &Geometry) -> String {
+    let hold = if deck.boundary.is_empty() {
+        "hold that motion with [[fix]], or make the stage dynamic"
+    } else {
+        "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
+         which the boundary is there; it keeps what the fix bore"
+    };
+    let mut help = ajar(deck, geometry);
+    help.push(hold.to_owned());
+    help.join("; ")
+}

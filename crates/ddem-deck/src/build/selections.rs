@@ -1,0 +1,58 @@
+//! Nodes and blocks that parts of space select.
+
+use ddem_core::problem::Geometry;
+use ddem_core::{Fault, Model};
+
+use super::Site;
+use super::geometry::{Region, Selection, no_node, uncovered};
+use crate::schema::Where;
+
+impl Where {
+    /// Numbers of the nodes that it selects in a model, in order; of blocks that are there in the present stage.
+    ///
+    /// # Errors
+    ///
+    /// A `set` that the model does not have, a file that has not been read, numbers that cannot be, a topography that
+    /// does not cover what is selected. The place of the fault begins with `where`.
+    pub fn nodes(&self, model: &Model) -> Result<Vec<u32>, Fault> {
+        let sets = &model.problem().sets;
+        let names: Vec<Option<&str>> = sets.list.iter().map(|set| set.name.as_deref()).collect();
+        let mut faults = self.check(&names);
+        if faults.is_empty() {
+            faults = uncovered(("where", self), sets, &model.geometry().lattices);
+        }
+        match faults.into_iter().next() {
+            Some(fault) => Err(fault),
+            None => Ok(Region::new(self, sets).nodes(model.geometry())),
+        }
+    }
+
+    /// Fault of a `where`, at this place in the deck, that selects no node of a model.
+    #[must_use]
+    pub fn no_node(&self, model: &Model, place: String) -> Fault {
+        no_node(place, &Region::new(self, &model.problem().sets), model.geometry())
+    }
+}
+
+impl Site {
+    /// Blocks that each curved or slanted `where` of the deck has selected: first those that are split
+    /// and that never were there, then those that are dug, then those that get a material or a stress.
+    #[must_use]
+    pub fn selections(&self) -> Vec<Selection> {
+        let of = |place: String, what: String, geometry: &Geometry, region| {
+            let region = self.region(region);
+            Selection::new((place, what), &region, &self.problem.sets, &geometry.lattices)
+        };
+        let assigned = self.deck.assign.iter().enumerate().filter_map(|(index, entry)| {
+            let what = format!("material `{}`", entry.material.as_ref()?);
+            let geometry = self.at_stage(entry.from.as_ref());
+            of(format!("assign[{index}]"), what, geometry, &entry.region)
+        });
+        let stressed = self.deck.initial.iter().enumerate().filter_map(|(index, entry)| {
+            entry.stress?;
+            let what = format!("initial stress {index}");
+            of(format!("initial[{index}]"), what, self.at_stage(None), &entry.region)
+        });
+        self.taken.iter().cloned().chain(assigned).chain(stressed).collect()
+    }
+}

@@ -1,0 +1,198 @@
+//! Outer faces that do not carry the stress at the start.
+
+use std::collections::{BTreeMap, HashMap};
+
+use ddem_core::Model;
+use ddem_core::problem::{Geometry, Surface, Vec3};
+
+use super::Site;
+use crate::schema::Where;
+
+/// Part of the force on a plane that it may lack without a word.
+const SMALL: f64 = 1e-3;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// What the stress asks of the outer faces on one plane, and what it lacks there `[N]`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Plane {
+    normal: Vec3,
+    point: Vec3,
+    area: f64,
+    asked: f64,
+    lacking: Vec3,
+    /// Sums of the sizes, of each component and of the vectors: what lacks may cancel on a plane.
+    sizes: Vec3,
+    lacks: f64,
+}
+
+impl Site {
+    /// Planes whose supports and loads in the first stage do not carry the stress at the start.
+    pub(super) fn unbalanced(&self, model: &Model) -> Vec<String> {
+        let (geometry, stresses) = (model.geometry(), &self.problem.stresses);
+        // Later the walls of what has been taken out are free, and are meant to be.
+        if stresses.is_empty() || (0..model.n_blocks()).any(|block| model.is_removed(block)) {
+            return Vec::new();
+        }
+        let mut given = self.given(model);
+        let mut planes: BTreeMap<[i64; 4], Plane> = BTreeMap::new();
+        let everywhere = self.region(&Where::default());
+        let surfaces = everywhere.surfaces(geometry);
+        // What a node gets goes to its faces by what they ask for, so each node is looked at once.
+        let mut asks: HashMap<u32, Vec<(Surface, Vec3, f64)>> = HashMap::new();
+        for surface in surfaces {
+            for (node, area) in everywhere.areas(geometry, &surface) {
+                let x = Vec3::from(model.point(node as usize));
+                let Some(stress) = stresses[surface.body] else { continue };
+                let force = stress.at(&x) * surface.outward(geometry) * area;
+                asks.entry(node).or_default().push((surface, force, area));
+            }
+        }
+        let mut nodes: Vec<_> = asks.into_iter().collect();
+        nodes.sort_unstable_by_key(|(node, _)| *node);
+        for (node, asked) in nodes {
+            let (load, held) = given.remove(&node).unwrap_or_default();
+            let whole: Vec3 = asked.iter().map(|(_, force, _)| force).sum();
+            let mut lacking = whole - load;
+            (0..3).filter(|&c| held[c]).for_each(|c| lacking[c] = 0.0);
+            // Of each component a face lacks the part that it asks for.
+            let sizes: Vec3 = asked.iter().map(|(_, force, _)| force.abs()).sum();
+            for (surface, force, area) in asked {
+                let part = |c: usize| if sizes[c] > 0.0 { force[c].abs() / sizes[c] } else { 0.0 };
+                let lacking = Vec3::from([0, 1, 2].map(|c| lacking[c] * part(c)));
+                let plane = planes.entry(plane_of(geometry, &surface)).or_default();
+                plane.normal = surface.outward(geometry);
+                plane.point = Vec3::from(model.point(node as usize));
+                plane.area += area;
+                plane.asked += force.norm();
+                plane.lacking += lacking;
+                plane.sizes += lacking.abs();
+                plane.lacks += lacking.norm();
+            }
+        }
+        // On a free surface rounding is all that is asked for.
+        let most = planes.values().fold(0.0, |most: f64, plane| most.max(plane.asked));
+        let much = |plane: &Plane| plane.lacks > SMALL * plane.asked.max(SMALL * most);
+        let wrong = planes.into_values().filter(much);
+        wrong.map(|plane| plane.words(&self.problem.properties.gravity)).collect()
+    }
+
+    /// What is said of blocks whose stress at the start does not bear their weight.
+    pub(super) fn unborne(&self, model: &Model) -> Option<String> {
+        let stresses = &self.problem.stresses;
+        let gravity = self.problem.properties.gravity;
+        let wrong = |&block: &usize| {
+            let Some(stress) = stresses[block] else { return false };
+            let weight = gravity * self.density(model, block);
+            let borne = stress.divergence();
+            (borne + weight).norm() > SMALL * borne.norm().max(weight.norm())
+        };
+        let wrong: Vec<usize> = (0..stresses.len()).filter(wrong).collect();
+        let first = *wrong.first()?;
+        let wanted = -gravity * self.density(model, first);
+        let [x, y, z] = wanted.into();
+        let stress = stresses[first]?;
+        let borne = stress.divergence();
+        // Along one axis only, so that nothing else of the gradient changes.
+        let axis = wanted.iamax();
+        let alone = wanted.norm() - wanted[axis].abs() <= 1e-9 * wanted.norm();
+        let paste = if alone && (wanted - borne).norm() > 0.0 {
+            let mut slope = stress.gradient[axis];
+            slope[axis] += (wanted - borne)[axis];
+            let (axis, slope) = (AXES[axis], slope.map(|x| rounded(x, 9)));
+            format!("; in `[[initial]]` that is\n  gradient = {{ {axis} = {slope:?} }}")
+        } else {
+            String::new()
+        };
+        Some(format!(
+            "the stress at the start does not bear the weight of {} blocks, first of block {first} of set \
+             `{}`: its gradient gives ({:.4e}, {:.4e}, {:.4e}) N/m³ and the weight wants ({x:.4e}, {y:.4e}, \
+             {z:.4e}){paste}",
+            wrong.len(),
+            model.set_name(first),
+            borne.x,
+            borne.y,
+            borne.z
+        ))
+    }
+
+    fn density(&self, model: &Model, block: usize) -> f64 {
+        self.problem.properties.materials[usize::from(model.material(block))].density
+    }
+
+    /// Loads in the first stage as it starts, and what is held, by node.
+    fn given(&self, model: &Model) -> HashMap<u32, (Vec3, [bool; 3])> {
+        let mut given: HashMap<u32, (Vec3, [bool; 3])> = HashMap::new();
+        let factors = model.conditions().factors(0, 0.0, &[0.0]).unwrap_or_default();
+        for (load, factor) in model.conditions().loaded.iter().zip(factors) {
+            for (node, force) in &load.forces {
+                given.entry(*node).or_default().0 += force * factor;
+            }
+        }
+        for (node, axis) in self.problem.held(0) {
+            given.entry(node).or_default().1[axis] = true;
+        }
+        given
+    }
+}
+
+/// Key of the plane of a face: the same for all faces on it that look the same way.
+fn plane_of(geometry: &Geometry, surface: &Surface) -> [i64; 4] {
+    let [low, high] = geometry.bounds;
+    let normal = surface.outward(geometry);
+    let along = normal.dot(&(surface.centre(geometry) - low)) / (high - low).norm();
+    [normal.x, normal.y, normal.z, along].map(|x| (x * 1e6).round() as i64)
+}
+
+impl Plane {
+    fn words(&self, gravity: &Vec3) -> String {
+        let along = (0..3).find(|&c| self.normal[c].abs() > 1.0 - 1e-9);
+        let place = match along {
+            Some(axis) => format!(
+                "{} = {:.6} m, looking along {}{}",
+                AXES[axis],
+                self.point[axis],
+                if self.normal[axis] > 0.0 { '+' } else { '-' },
+                AXES[axis]
+            ),
+            None => format!("a plane through {:.4?} m", <[f64; 3]>::from(self.point)),
+        };
+        let [x, y, z] = self.lacking.into();
+        let cure = match along.and_then(|axis| self.paste(axis, gravity)) {
+            Some(lines) => format!("put in\n{lines}\n"),
+            None => {
+                "hold them with [[fix]], or load them with the stress times the normal; ".to_owned()
+            }
+        };
+        format!(
+            "the stress at the start is not carried by the outer faces at {place}: [{x:.4e}, {y:.4e}, \
+             {z:.4e}] N are missing, {:.2} % of what it asks for: {cure}\
+             otherwise the model moves to another equilibrium",
+            100.0 * self.lacks / self.asked
+        )
+    }
+
+    /// Lines of a deck that carry the stress: a support along the components that are missing; on faces that
+    /// look up a load, if one does it.
+    fn paste(&self, axis: usize, gravity: &Vec3) -> Option<String> {
+        let place = format!("where = {{ {} = {:?} }}", AXES[axis], rounded(self.point[axis], 9));
+        if self.normal.dot(gravity) < 0.0 {
+            let cancels = (self.sizes - self.lacking.abs()).norm() > SMALL * self.lacks;
+            let traction = (self.lacking / self.area).map(|x| rounded(x, 6));
+            let traction = <[f64; 3]>::from(traction);
+            return (!cancels).then(|| format!("  [[load]]\n  {place}\n  traction = {traction:?}"));
+        }
+        let missing = |c: &usize| self.sizes[*c] > SMALL * self.lacks;
+        let axes: String = (0..3).filter(missing).map(|c| AXES[c]).collect();
+        Some(format!("  [[fix]]\n  {place}\n  axes = \"{axes}\""))
+    }
+}
+
+/// A number with so many digits.
+fn rounded(x: f64, digits: i32) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        return 0.0;
+    }
+    let scale = 10_f64.powi(digits - 1 - libm::log10(x.abs()).floor() as i32);
+    (x * scale).round() / scale
+}

@@ -1,0 +1,91 @@
+//! Everything that can be told from the deck alone, before any geometry is built.
+
+mod blocks;
+mod charge;
+mod conditions;
+mod contact;
+mod doubts;
+mod history;
+mod matter;
+mod region;
+mod stages;
+mod strength;
+#[cfg(test)]
+mod tests;
+mod units;
+
+pub(crate) use doubts::doubts;
+
+use ddem_core::Fault;
+use ddem_core::problem::{Faults, Rule, shown};
+
+use crate::schema::{Deck, names};
+
+/// Every fault that can be told from the deck alone; none means that the deck is consistent.
+///
+/// Whether blocks overlap and whether a `where` selects anything needs the geometry, and is not
+/// looked at here.
+pub fn check(deck: &Deck) -> Vec<Fault> {
+    let mut faults = Faults::default();
+    faults.finite("model.gravity", &deck.model.gravity);
+    contact::check(&deck.contact, &mut faults);
+    matter::check(deck, &mut faults);
+    blocks::check(deck, &mut faults);
+    conditions::check(deck, &mut faults);
+    charge::check(deck, &mut faults);
+    stages::check(deck, &mut faults);
+    faults.0
+}
+
+/// Faults of names.
+trait NameFaults {
+    /// A name that must be among the known ones; `kind` is what it names, `header` the table that
+    /// makes one.
+    fn reference<'a>(
+        &mut self,
+        place: impl Into<String>,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+        of: (&str, &str),
+    );
+
+    /// Names that must differ.
+    fn unique<'a>(&mut self, kind: &str, names: impl IntoIterator<Item = (String, &'a str)>);
+}
+
+impl NameFaults for Faults {
+    fn reference<'a>(
+        &mut self,
+        place: impl Into<String>,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+        (kind, header): (&str, &str),
+    ) {
+        let known: Vec<&str> = known.into_iter().collect();
+        if known.contains(&name) {
+            return;
+        }
+        let help = if known.is_empty() {
+            format!("the deck has no {kind} with a name; `{header}` makes one")
+        } else {
+            let near = names::nearest(name, known.iter().copied())
+                .map(|near| format!("did you mean `{near}`? "))
+                .unwrap_or_default();
+            format!("{near}{kind}s of this deck: {}", names::list(known))
+        };
+        self.add_help(place, format!("there is no {kind} named `{name}`"), help);
+    }
+
+    fn unique<'a>(&mut self, kind: &str, names: impl IntoIterator<Item = (String, &'a str)>) {
+        let mut seen: Vec<&str> = Vec::new();
+        for (place, name) in names {
+            if name.is_empty() {
+                self.add(place, format!("the name of a {kind} is empty"));
+            } else if seen.contains(&name) {
+                self.add(place, format!("there is another {kind} named `{name}`"));
+            } else {
+                seen.push(name);
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Parts of space.
+
+use super::{Faults, NameFaults, Rule, shown};
+use crate::schema::{Deck, Extent, Heights, Plane, Sheet, Triangles, Where};
+
+/// Kind of things that a part of space is to select.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Of {
+    /// Joints or outer faces, which have an orientation.
+    Faces,
+    Nodes,
+    Blocks,
+}
+
+impl Where {
+    /// Faults of a part of a model with sets of these names; places begin with `where`.
+    pub(crate) fn check(&self, sets: &[Option<&str>]) -> Vec<ddem_core::Fault> {
+        let mut faults = Faults(Vec::new());
+        in_sets(sets, "where", (self, Of::Nodes), &mut faults);
+        faults.0
+    }
+}
+
+/// A part of space of a deck.
+pub(super) fn region(deck: &Deck, at: &str, region: (&Where, Of), faults: &mut Faults) {
+    let sets: Vec<Option<&str>> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
+    in_sets(&sets, at, region, faults);
+}
+
+/// A part of the space of sets with these names.
+fn in_sets(sets: &[Option<&str>], at: &str, (region, of): (&Where, Of), faults: &mut Faults) {
+    for (axis, extent) in [("x", region.x), ("y", region.y), ("z", region.z)] {
+        along(&format!("{at}.{axis}"), axis, extent, faults);
+    }
+    round(at, region, faults);
+    if let Some(plane) = &region.plane {
+        self::plane(&format!("{at}.plane"), plane, faults);
+    }
+    for (key, sheet) in [("above", &region.above), ("below", &region.below)] {
+        let place = format!("{at}.{key}");
+        match sheet {
+            Some(Sheet::Level(level)) => {
+                faults.number(place, *level, Rule::Any);
+            }
+            Some(Sheet::Plane(plane)) => self::plane(&place, plane, faults),
+            Some(Sheet::Topography { topography }) => {
+                heights(
+                    &format!("{place}.topography"),
+                    (&topography.path, topography.content.as_deref()),
+                    faults,
+                );
+            }
+            None => {}
+        }
+    }
+    if let Some(file) = &region.inside {
+        surface(&format!("{at}.inside"), (&file.path, file.content.as_deref()), faults);
+    }
+    orientation(at, region, of, faults);
+    if let Some(set) = &region.set {
+        let known = sets.iter().copied().flatten();
+        faults.reference(format!("{at}.set"), set, known, ("set", "name = …` in `[[blocks]]"));
+    } else if region.side.is_some() && sets.len() > 1 {
+        let sets = sets.len();
+        let message = format!("`side` is that of one set, and the deck has {sets}");
+        faults.add_help(format!("{at}.side"), message, "name the set with `set = …` beside it");
+    }
+}
+
+fn along(place: &str, axis: &str, extent: Option<Extent>, faults: &mut Faults) {
+    match extent {
+        Some(Extent::Plane(plane)) => {
+            faults.number(place, plane, Rule::Any);
+        }
+        Some(Extent::Range([from, to])) => {
+            let finite = faults.finite(place, &[from, to]);
+            if finite && from > to {
+                let message =
+                    format!("the range along {axis} goes from {} to {}", shown(from), shown(to));
+                faults.add_help(place, message, "the smaller number comes first");
+            }
+        }
+        None => {}
+    }
+}
+
+/// The sphere and the cylinder.
+fn round(at: &str, region: &Where, faults: &mut Faults) {
+    if let Some(sphere) = region.sphere {
+        faults.finite(format!("{at}.sphere.centre"), &sphere.centre);
+        faults.number(format!("{at}.sphere.radius"), sphere.radius, Rule::AboveZero);
+    }
+    if let Some(cylinder) = region.cylinder {
+        let [from, to] = [("from", cylinder.from), ("to", cylinder.to)]
+            .map(|(key, end)| faults.finite(format!("{at}.cylinder.{key}"), &end).then_some(end));
+        faults.number(format!("{at}.cylinder.radius"), cylinder.radius, Rule::AboveZero);
+        if from.is_some() && from == to {
+            let message = "the cylinder has no length: `to` is `from`";
+            faults.add_help(
+                format!("{at}.cylinder.to"),
+                message,
+                "they are the centres of its two ends",
+            );
+        }
+    }
+}
+
+/// A plane by its normal, or by its dip and dip direction.
+fn plane(at: &str, plane: &Plane, faults: &mut Faults) {
+    faults.finite(format!("{at}.point"), &plane.point);
+    let help = "a plane has `point`, and `normal` or both `dip` and `dip_direction`";
+    if let Some(normal) = plane.normal {
+        let place = format!("{at}.normal");
+        if faults.finite(&place, &normal) {
+            let length = normal.iter().fold(0.0_f64, |length, part| libm::hypot(length, *part));
+            if !(length > 0.0 && length.is_finite()) {
+                let message = format!("`normal` has length {}", shown(length));
+                faults.add_help(place, message, "any other length will do: it gives a direction");
+            }
+        }
+        for (key, angle) in [("dip", plane.dip), ("dip_direction", plane.dip_direction)] {
+            if angle.is_some() {
+                let message = format!("`{key}` does not go with `normal`");
+                faults.add_help(format!("{at}.{key}"), message, help);
+                break;
+            }
+        }
+        return;
+    }
+    dips(at, (plane.dip, plane.dip_direction), faults);
+    match (plane.dip, plane.dip_direction) {
+        (None, None) => faults.add_help(at, "the plane has no orientation", help),
+        (None, Some(_)) => {
+            faults.add_help(format!("{at}.dip_direction"), "`dip_direction` needs `dip`", help);
+        }
+        (Some(dip), None) if dip != 0.0 => {
+            faults.add_help(format!("{at}.dip"), "`dip` needs `dip_direction`", help);
+        }
+        _ => {}
+    }
+}
+
+/// Angles of an orientation.
+pub(super) fn dips(
+    at: &str,
+    (dip, dip_direction): (Option<f64>, Option<f64>),
+    faults: &mut Faults,
+) {
+    faults.optional(format!("{at}.dip"), dip, Rule::Within(0.0, 90.0));
+    faults.optional(format!("{at}.dip_direction"), dip_direction, Rule::Within(0.0, 360.0));
+}
+
+/// The orientation of joints and outer faces.
+fn orientation(at: &str, region: &Where, of: Of, faults: &mut Faults) {
+    dips(at, (region.dip, region.dip_direction), faults);
+    faults.optional(format!("{at}.within"), region.within, Rule::Within(0.0, 90.0));
+    let keys = [
+        ("dip", region.dip.is_some()),
+        ("dip_direction", region.dip_direction.is_some()),
+        ("within", region.within.is_some()),
+    ];
+    let Some((first, _)) = keys.into_iter().find(|(_, given)| *given) else { return };
+    let what = match of {
+        Of::Faces if region.dip.is_none() => {
+            let message = format!("`{first}` needs `dip`");
+            let help = "a set of joints has `dip`, and `dip_direction` where it is not level";
+            faults.add_help(format!("{at}.{first}"), message, help);
+            return;
+        }
+        Of::Faces => return,
+        Of::Nodes => "nodes",
+        Of::Blocks => "blocks",
+    };
+    faults.add_help(
+        format!("{at}.{first}"),
+        format!(
+            "`{first}` selects joints and outer faces; here {what} are selected, which have none"
+        ),
+        "a plane through a point is `plane = { point, dip, dip_direction }`",
+    );
+}
+
+/// A grid of heights.
+fn heights(place: &str, (path, heights): (&str, Option<&Heights>), faults: &mut Faults) {
+    let Some(Heights { x, y, z, rim }) = heights else { return unread(place, path, faults) };
+    let rises = |axis: &[f64]| {
+        axis.len() > 1
+            && axis.iter().all(|at| at.is_finite())
+            && axis.windows(2).all(|two| two[0] < two[1])
+    };
+    if !(rises(x) && rises(y)) || z.len() != x.len() * y.len() || !rim.is_finite() || *rim < 0.0 {
+        let message = format!("`{path}` is no grid of heights");
+        let help = "two or more columns and rows, at increasing x and y, with a height at each";
+        faults.add_help(place, message, help);
+    }
+}
+
+/// A closed surface.
+fn surface(place: &str, (path, triangles): (&str, Option<&Triangles>), faults: &mut Faults) {
+    let Some(triangles) = triangles else { return unread(place, path, faults) };
+    if triangles.0.iter().flatten().flatten().any(|number| !number.is_finite()) {
+        faults.add(place, format!("`{path}` has a corner that is not a finite number"));
+        return;
+    }
+    let mesh = triangles.mesh();
+    if mesh.triangles.is_empty() {
+        faults.add_help(
+            place,
+            format!("`{path}` has no triangle"),
+            "an STL file of a closed surface has four triangles or more",
+        );
+        return;
+    }
+    let open = mesh.open_edges();
+    if let Some([from, to]) = open.first() {
+        let edges = if open.len() == 1 { "edge" } else { "edges" };
+        let message = format!(
+            "the surface in `{path}` is not closed: {} open {edges} of {} triangles, one from {} to {}",
+            open.len(),
+            triangles.0.len(),
+            point(mesh.points[*from as usize]),
+            point(mesh.points[*to as usize]),
+        );
+        faults.add_help(
+            place,
+            message,
+            "close it in the program that wrote it: what is inside has to be known",
+        );
+    }
+}
+
+fn point([x, y, z]: [f64; 3]) -> String {
+    format!("[{}, {}, {}]", shown(x), shown(y), shown(z))
+}
+
+fn unread(place: &str, path: &str, faults: &mut Faults) {
+    let message = format!("the file `{path}` has not been read");
+    faults.add_help(place, message, "a program that makes a deck itself puts the content in");
+}

@@ -1,0 +1,185 @@
+//! Stages and probes.
+
+use super::region::Of;
+use super::{Faults, NameFaults, Rule};
+use crate::schema::{
+    BlockSet, Body, Deck, Joint, Probe, Quantity, Search, Stage, StageKind, TimeStep, Where,
+};
+use ddem_core::Fault;
+
+pub(super) fn check(deck: &Deck, faults: &mut Faults) {
+    let named = deck.stage.iter().enumerate();
+    faults.unique("stage", named.map(|(i, s)| (format!("stage[{i}].name"), s.name.as_str())));
+    for (i, entry) in deck.stage.iter().enumerate() {
+        let at = format!("stage[{i}]");
+        stage(&at, entry, faults);
+        if entry.kind == StageKind::Safety {
+            let wrong = deck.check_search(&entry.search()).into_iter();
+            let wrong = wrong.map(|mut fault| {
+                fault.place = format!("{at}.{}", fault.place);
+                fault
+            });
+            // Keys that other stages have, too, are looked at already.
+            let new: Vec<Fault> = wrong.filter(|fault| !faults.0.contains(fault)).collect();
+            faults.0.extend(new);
+        }
+    }
+    let named = deck.probe.iter().enumerate();
+    faults.unique("probe", named.map(|(i, p)| (format!("probe[{i}].name"), p.name.as_str())));
+    for (i, entry) in deck.probe.iter().enumerate() {
+        probe(deck, &format!("probe[{i}]"), entry, faults);
+    }
+}
+
+impl Stage {
+    /// What is wrong with the values of one stage that is in no deck; places begin with `stage[0]`.
+    #[must_use]
+    pub fn check(&self) -> Vec<ddem_core::Fault> {
+        let mut faults = Faults::default();
+        stage("stage[0]", self, &mut faults);
+        faults.0
+    }
+}
+
+fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
+    other_kind(at, stage, faults);
+    numbers(at, stage, faults);
+    if stage.fields_every.is_some() && stage.frames.is_some() {
+        faults.add_help(
+            format!("{at}.frames"),
+            "`frames` does not go with `fields_every`",
+            "give the time between frames or their number",
+        );
+    }
+    if stage.kind == StageKind::Dynamic && stage.duration.is_none() {
+        let message = "key `duration` is missing: a dynamic stage needs it";
+        faults.add_help(format!("{at}.duration"), message, "the simulated time, in seconds");
+    }
+}
+
+/// Values of keys, each by itself.
+fn numbers(at: &str, stage: &Stage, faults: &mut Faults) {
+    faults.optional(format!("{at}.limit"), stage.limit, Rule::AboveZero);
+    faults.optional(format!("{at}.tolerance"), stage.tolerance, Rule::Between(0.0, 1.0));
+    faults.optional(format!("{at}.duration"), stage.duration, Rule::AboveZero);
+    faults.optional(format!("{at}.fields_every"), stage.fields_every, Rule::AboveZero);
+    let whole = [
+        ("max_steps", stage.max_steps),
+        ("increments", stage.increments.map(u64::from)),
+        ("frames", stage.frames),
+    ];
+    for (key, value) in whole {
+        if let Some(value) = value {
+            faults.not_zero(format!("{at}.{key}"), value);
+        }
+    }
+    if let Some(TimeStep::Seconds(seconds)) = stage.time_step {
+        faults.number(format!("{at}.time_step"), seconds, Rule::AboveZero);
+    }
+    if let Some(damping) = stage.damping {
+        damping.check(&format!("{at}.damping"), faults);
+    }
+}
+
+/// Keys which only other kinds of stages have.
+fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
+    use StageKind::{Dynamic, Relax, Safety};
+    let keys: [(&str, bool, &[StageKind]); 15] = [
+        ("tolerance", stage.tolerance.is_some(), &[Relax, Safety]),
+        ("max_steps", stage.max_steps.is_some(), &[Relax, Safety]),
+        ("increments", stage.increments.is_some(), &[Relax]),
+        ("on_failure", stage.on_failure.is_some(), &[Relax, Dynamic]),
+        ("bracket", stage.bracket.is_some(), &[Safety]),
+        ("resolution", stage.resolution.is_some(), &[Safety]),
+        ("joints", stage.joints.is_some(), &[Safety]),
+        ("limit", stage.limit.is_some(), &[Safety]),
+        ("duration", stage.duration.is_some(), &[Dynamic]),
+        ("until_rest", stage.until_rest.is_some(), &[Dynamic]),
+        ("damping", stage.damping.is_some(), &[Dynamic]),
+        ("time_step", stage.time_step.is_some(), &[Dynamic]),
+        ("fields_every", stage.fields_every.is_some(), &[Dynamic]),
+        ("frames", stage.frames.is_some(), &[Dynamic]),
+        ("name", true, &[Relax, Dynamic, Safety]),
+    ];
+    let word = |kind: StageKind| match kind {
+        Relax => "relax",
+        Dynamic => "dynamic",
+        Safety => "safety",
+    };
+    let own = keys.iter().filter(|(key, _, kinds)| *key != "name" && kinds.contains(&stage.kind));
+    let own: Vec<String> = own.map(|(key, ..)| format!("`{key}`")).collect();
+    let help = format!("a {} stage has {}", word(stage.kind), own.join(", "));
+    for (key, given, kinds) in keys {
+        if given && !kinds.contains(&stage.kind) {
+            let kinds: Vec<&str> = kinds.iter().map(|&kind| word(kind)).collect();
+            let message = format!("`{key}` is a key of {} stages", kinds.join(" and "));
+            faults.add_help(format!("{at}.{key}"), message, help.clone());
+        }
+    }
+}
+
+impl Deck {
+    /// Faults of a search for a factor of safety, by key.
+    #[must_use]
+    pub fn check_search(&self, search: &Search) -> Vec<Fault> {
+        // Names that there are not have a fault of their own.
+        let known = |name: &str| Some(self.joints.get(name).is_none_or(Joint::breaks));
+        let mut faults = Faults(search.check(&known));
+        for name in search.joints.iter().flatten() {
+            let known = self.joints.keys().map(String::as_str);
+            faults.reference("joints", name, known, ("joint", "[joints.seam]"));
+        }
+        faults.0
+    }
+}
+
+fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
+    let help = "a probe has exactly one of `at` (a point) and `where` (a part of the model)";
+    match (probe.at, &probe.region) {
+        (Some(_), Some(_)) => {
+            faults.add_help(format!("{at}.where"), "`where` does not go with `at`", help);
+        }
+        (None, None) => faults.add_help(at, "the probe has no place", help),
+        _ => {}
+    }
+    if let Some(point) = probe.at {
+        faults.finite(format!("{at}.at"), &point);
+    }
+    if let Some(region) = &probe.region {
+        super::region::region(deck, &format!("{at}.where"), (region, Of::Nodes), faults);
+    }
+    faults.optional(format!("{at}.every"), probe.every, Rule::AboveZero);
+    if let Some(steps) = probe.every_steps {
+        faults.not_zero(format!("{at}.every_steps"), steps);
+    }
+    if probe.quantity == Quantity::Reaction && deck.fix.is_empty() {
+        faults.add_help(
+            format!("{at}.quantity"),
+            "there is no reaction to record: the deck has no `[[fix]]`",
+            "a reaction is the sum of the forces of supports",
+        );
+    }
+    if probe.quantity == Quantity::Stress {
+        stress(deck, at, probe.region.as_ref(), faults);
+    }
+}
+
+/// Rigid blocks have no stress. Whose block a point is in needs the geometry.
+fn stress(deck: &Deck, at: &str, region: Option<&Where>, faults: &mut Faults) {
+    let rigid = |set: &BlockSet| set.body == Body::Rigid;
+    let named = region.and_then(|region| region.set.as_deref());
+    let of = |name: &str| deck.blocks.iter().find(|set| set.name.as_deref() == Some(name));
+    let whose = match named.and_then(of) {
+        Some(set) if rigid(set) => format!("the blocks of `{}` are rigid", named.unwrap_or("")),
+        None if !deck.blocks.is_empty() && deck.blocks.iter().all(rigid) => {
+            "all blocks are rigid".to_owned()
+        }
+        _ => return,
+    };
+    faults.add_help(
+        format!("{at}.quantity"),
+        format!("there is no stress to record: {whose}"),
+        "only blocks with `body = \"deformable\"` have stresses; what rigid ones bear is in the \
+         tractions of their joints",
+    );
+}

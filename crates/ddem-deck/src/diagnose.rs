@@ -1,0 +1,226 @@
+//! What is wrong with a deck, shown in its text.
+
+use std::fmt::{self, Write};
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ddem_core::Fault;
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
+
+use crate::reader::Source;
+use crate::reader::numbers;
+
+/// Mistakes that are shown in the text: a table that a program wrote wrong has one in each row.
+const SHOWN: usize = 20;
+
+/// A deck that cannot be used.
+///
+/// `{}` is a line for the deck and one for each mistake; [`report`](Self::report) shows the text of the deck
+/// with each mistake underlined.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum DeckError {
+    /// The file cannot be read.
+    #[error("{}: {source} ({A_DECK})", unreadable(path))]
+    Unreadable {
+        /// Path of the file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A deck made by a program has a value that TOML cannot hold.
+    #[error("the deck cannot be written as TOML: {message}")]
+    Unwritable {
+        /// Why.
+        message: String,
+    },
+    /// Something in the deck is wrong.
+    #[error("{}{}", headline(name, findings), lines(findings))]
+    Wrong {
+        /// What the deck is called, usually the path of its file.
+        name: String,
+        /// What is wrong, in the order of the text; at least one.
+        findings: Vec<Finding>,
+    },
+}
+
+ddem_core::debug_as_display!(DeckError);
+
+const A_DECK: &str = "a deck is a TOML file";
+
+fn unreadable(path: &Path) -> String {
+    format!("cannot read the deck `{}`", path.display())
+}
+
+fn headline(name: &str, findings: &[Finding]) -> String {
+    match findings {
+        [one] => format!("the deck `{name}` has a mistake in line {}", one.line),
+        many => format!("the deck `{name}` has {} mistakes", many.len()),
+    }
+}
+
+fn lines(findings: &[Finding]) -> String {
+    findings.iter().map(|finding| format!("\n{finding}")).collect()
+}
+
+impl DeckError {
+    /// Faults found in a deck, located in its text.
+    pub fn from_faults(source: &Source, faults: impl IntoIterator<Item = Fault>) -> Self {
+        let located = faults.into_iter().map(|fault| {
+            let span = source.locate(&fault.place);
+            Finding::new(source, fault, span)
+        });
+        Self::wrong(source, located.collect())
+    }
+
+    pub(crate) fn wrong(source: &Source, mut findings: Vec<Finding>) -> Self {
+        findings.sort_by_key(|finding| finding.span.start);
+        Self::Wrong { name: source.name().to_owned(), findings }
+    }
+
+    /// What is wrong, in the order of the text; empty when there is no text.
+    pub fn findings(&self) -> &[Finding] {
+        match self {
+            Self::Wrong { findings, .. } => findings,
+            _ => &[],
+        }
+    }
+
+    /// The error with the lines of the deck that are wrong, underlined; in colour for a terminal.
+    ///
+    /// Of very many it shows the first; [`findings`](Self::findings) has them all.
+    pub fn report(&self, colour: bool) -> String {
+        let theme =
+            if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+        let handler = GraphicalReportHandler::new_themed(theme)
+            .with_links(false)
+            .with_width(100)
+            .with_context_lines(1);
+        let mut report = String::new();
+        let rendered = match self {
+            Self::Wrong { name, findings } => {
+                report = format!("{}\n\n", headline(name, findings));
+                let mut shown = findings.iter().take(SHOWN);
+                let rendered = shown
+                    .try_for_each(|finding| handler.render_report(&mut report, &InText(finding)));
+                if findings.len() > SHOWN {
+                    report += &format!("\n… and {} more\n", findings.len() - SHOWN);
+                }
+                rendered
+            }
+            Self::Unreadable { path, source } => {
+                handler.render_report(&mut report, &Unreadable { path, source })
+            }
+            Self::Unwritable { .. } => writeln!(report, "{self}"),
+        };
+        match rendered {
+            Ok(()) => report,
+            Err(fmt::Error) => self.to_string(),
+        }
+    }
+}
+
+/// One thing that is wrong, with its place in the text of the deck.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Finding {
+    /// What is wrong.
+    pub fault: Fault,
+    /// Bytes of the text that are underlined.
+    pub span: Range<usize>,
+    /// Line of the text, from 1.
+    pub line: usize,
+    /// Column in the line, from 1, in letters.
+    pub column: usize,
+    text: NamedSource<Arc<str>>,
+}
+
+impl Finding {
+    pub(crate) fn new(source: &Source, fault: Fault, span: Range<usize>) -> Self {
+        let (name, text) = source.shared();
+        let before = text.get(..span.start).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        Self { fault, span, line, column, text: NamedSource::new(name, text) }
+    }
+
+    /// The first place that is not TOML: what comes after it is often only its echo.
+    pub(crate) fn syntax(source: &Source, errors: &[toml::de::Error]) -> Option<Self> {
+        let start = |error: &toml::de::Error| error.span().map_or(0, |span| span.start);
+        let first = errors.iter().min_by_key(|error| start(error))?;
+        let mut fault = Fault::new("", first.message());
+        // The end of the text is where a missing bracket is noticed, not where it is missing.
+        let unclosed = errors.iter().find(|error| error.message().starts_with("unclosed"));
+        if let Some(hint) = numbers::hint(numbers::word(source.text(), start(first))) {
+            fault = Fault::new("", "this is not a number").help(hint);
+        } else if let Some(unclosed) = unclosed.filter(|unclosed| start(unclosed) > start(first)) {
+            fault = fault.help(format!("before this there is an {}", unclosed.message()));
+        }
+        Some(Self::new(source, fault, first.span().unwrap_or(0..0)))
+    }
+}
+
+/// Place, message and help on one line.
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}: {}", self.text.name(), self.line, self.column, self.fault)
+    }
+}
+
+impl std::error::Error for Finding {}
+
+/// A finding as its text is shown.
+#[derive(Debug)]
+struct InText<'a>(&'a Finding);
+
+impl fmt::Display for InText<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0.fault.message)
+    }
+}
+
+impl std::error::Error for InText<'_> {}
+
+impl Diagnostic for InText<'_> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.0.fault.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn miette::SourceCode> {
+        Some(&self.0.text)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let Finding { fault, span, .. } = self.0;
+        let place = if fault.place.is_empty() { "here" } else { &fault.place };
+        let label = LabeledSpan::new_with_span(Some(place.to_owned()), span.clone());
+        Some(Box::new(std::iter::once(label)))
+    }
+}
+
+/// A file that cannot be read, its cause on a line of its own.
+#[derive(Debug)]
+struct Unreadable<'a> {
+    path: &'a Path,
+    source: &'a io::Error,
+}
+
+impl fmt::Display for Unreadable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&unreadable(self.path))
+    }
+}
+
+impl std::error::Error for Unreadable<'_> {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(self.source)
+    }
+}
+
+impl Diagnostic for Unreadable<'_> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(A_DECK))
+    }
+}

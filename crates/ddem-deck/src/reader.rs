@@ -1,0 +1,111 @@
+//! Decks as TOML: read with every mistake located, written so that they read back equal.
+
+mod de;
+mod files;
+pub(crate) mod numbers;
+mod source;
+
+pub use files::{file_contents, join_paths, read_files, restore_files};
+pub use source::Source;
+
+use std::path::Path;
+
+use ddem_core::{Fault, ModelError};
+use toml::de::DeTable;
+
+use crate::diagnose::{DeckError, Finding};
+use crate::schema::Deck;
+
+/// Reads a deck file.
+///
+/// Its values are checked by [`Source::check`].
+///
+/// # Errors
+///
+/// When the file cannot be read, is not TOML, has unknown keys, values of the wrong type or
+/// missing keys, or names files that cannot be read: all that are found, not only the first.
+pub fn read(path: &Path) -> Result<(Deck, Source), DeckError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| DeckError::Unreadable { path: path.to_owned(), source })?;
+    parse(&text, &path.display().to_string())
+}
+
+/// Reads a deck from its text; `name` is what errors call it. Files that it names are looked for in the
+/// folder of `name`.
+///
+/// # Errors
+///
+/// As those of [`read`].
+pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
+    let (mut deck, source) = parse_alone(text, name)?;
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    match read_files(&mut deck, folder) {
+        Ok(()) => Ok((deck, source)),
+        Err(error) => Err(DeckError::from_faults(&source, error.faults)),
+    }
+}
+
+/// Reads a deck without the files that it names.
+///
+/// # Errors
+///
+/// As those of [`parse`], files apart.
+pub fn parse_alone(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let source = Source::new(name, text, &table);
+    if let Some(finding) = Finding::syntax(&source, &errors) {
+        return Err(DeckError::wrong(&source, vec![finding]));
+    }
+    match de::read(&table) {
+        Ok(deck) => Ok((deck, source)),
+        Err(mistakes) => {
+            let findings =
+                mistakes.into_iter().map(|(fault, span)| Finding::new(&source, fault, span));
+            Err(DeckError::wrong(&source, findings.collect()))
+        }
+    }
+}
+
+/// Reads a deck that a program has made as a table, by the same rules; [`read_files`] reads the files that
+/// it names.
+///
+/// # Errors
+///
+/// Unknown keys, values of the wrong type and missing keys: all that are found.
+pub fn from_table(table: &toml::Table) -> Result<Deck, ModelError> {
+    let unreadable = |message: String| ModelError::from(Fault::new("", message));
+    let text = toml::to_string(table).map_err(|error| unreadable(error.to_string()))?;
+    match parse_alone(&text, "") {
+        Ok((deck, _)) => Ok(deck),
+        Err(DeckError::Wrong { findings, .. }) => {
+            Err(ModelError { faults: findings.into_iter().map(|finding| finding.fault).collect() })
+        }
+        Err(error) => Err(unreadable(error.to_string())),
+    }
+}
+
+impl Source {
+    /// Checks everything that can be told from the deck alone; see [`check`](crate::check()).
+    ///
+    /// # Errors
+    ///
+    /// All faults that were found, located in the text.
+    pub fn check(&self, deck: &Deck) -> Result<(), DeckError> {
+        let faults = crate::check(deck);
+        if faults.is_empty() { Ok(()) } else { Err(DeckError::from_faults(self, faults)) }
+    }
+}
+
+/// The deck as TOML, which reads back equal.
+///
+/// # Errors
+///
+/// When a value cannot be written in TOML: a whole number of 2⁶³ or more.
+pub fn write(deck: &Deck) -> Result<String, DeckError> {
+    toml::to_string(deck).map_err(|error| DeckError::Unwritable { message: error.to_string() })
+}
+
+/// The JSON Schema of decks, for editors.
+pub fn json_schema() -> serde_json::Value {
+    schemars::schema_for!(Deck).to_value()
+}

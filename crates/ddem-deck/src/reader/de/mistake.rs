@@ -1,0 +1,171 @@
+//! What can be wrong with a value as it is read, in the words of a deck.
+
+use std::fmt;
+use std::ops::Range;
+
+use crate::schema::names::{list, nearest};
+use ddem_core::Fault;
+use serde::de::{Error, Expected, Unexpected};
+
+use super::{Reader, Shape};
+
+/// One mistake, placed by the innermost value that it concerns.
+#[derive(Clone, Debug)]
+pub(in crate::reader) struct Mistake {
+    message: String,
+    help: Option<String>,
+    at: Option<(String, Range<usize>)>,
+    kind: Kind,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Kind {
+    Value,
+    MissingKey(&'static str),
+    UnknownKey(String),
+}
+
+impl Mistake {
+    pub(super) fn new(message: impl fmt::Display) -> Self {
+        Self { message: message.to_string(), help: None, at: None, kind: Kind::Value }
+    }
+
+    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// A value in a form that no reader takes.
+    pub(super) fn unexpected(found: Shape<'_>, expected: &dyn Expected) -> Self {
+        Self::new(format!("expected {expected}, found {}", describe(found)))
+    }
+
+    /// Places the mistake, unless something inside `value` did.
+    pub(super) fn at(mut self, value: &Reader<'_>) -> Self {
+        if self.at.is_none() {
+            let place = match &self.kind {
+                Kind::MissingKey(key) if value.place.is_empty() => (*key).to_owned(),
+                Kind::MissingKey(key) => format!("{}.{key}", value.place),
+                _ => value.place.clone(),
+            };
+            self.at = Some((place, value.span.clone()));
+        }
+        self
+    }
+
+    pub(super) fn at_key(mut self, place: String, span: Range<usize>) -> Self {
+        self.at = Some((place, span));
+        self
+    }
+
+    /// Whether this is a missing key that stands there mistyped, as one of the unknown ones.
+    pub(super) fn follows_from(&self, unknown: &[Mistake]) -> bool {
+        let (Kind::MissingKey(key), Some((place, _))) = (&self.kind, &self.at) else {
+            return false;
+        };
+        let table = place.strip_suffix(key).unwrap_or_default();
+        unknown.iter().any(|other| match (&other.kind, &other.at) {
+            (Kind::UnknownKey(mistyped), Some((place, _))) => {
+                place.strip_prefix(table).is_some_and(|rest| !rest.contains('.'))
+                    && nearest(mistyped, [*key]).is_some()
+            }
+            _ => false,
+        })
+    }
+
+    pub(super) fn into_fault(self) -> (Fault, Range<usize>) {
+        let (place, span) = self.at.unwrap_or_default();
+        let fault = Fault::new(place, self.message);
+        (self.help.into_iter().fold(fault, Fault::help), span)
+    }
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Mistake {}
+
+impl Error for Mistake {
+    fn custom<T: fmt::Display>(message: T) -> Self {
+        Self::new(message)
+    }
+
+    fn invalid_type(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::new(format!("expected {expected}, found {}", describe_unexpected(found)))
+    }
+
+    fn invalid_value(found: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::invalid_type(found, expected)
+    }
+
+    fn invalid_length(found: usize, expected: &dyn Expected) -> Self {
+        let entries = if found == 1 { "entry" } else { "entries" };
+        Self::new(format!("expected {expected}, found {found} {entries}"))
+    }
+
+    fn unknown_variant(found: &str, known: &'static [&'static str]) -> Self {
+        let expected: Vec<String> = known.iter().map(|word| format!("`\"{word}\"`")).collect();
+        let expected = expected.join(" or ");
+        let near = nearest(found, known.iter().copied());
+        let near = near.map(|word| format!("did you mean `\"{word}\"`?"));
+        let message = format!("expected {expected}, found {}", quoted(found));
+        near.into_iter().fold(Self::new(message), Mistake::help)
+    }
+
+    fn unknown_field(found: &str, known: &'static [&'static str]) -> Self {
+        let near = nearest(found, known.iter().copied())
+            .map(|near| format!("did you mean `{near}`? "))
+            .unwrap_or_default();
+        let help = format!("{near}keys here: {}", list(known.iter().copied()));
+        let mut mistake = Self::new(format!("unknown key `{}`", shortened(found))).help(help);
+        mistake.kind = Kind::UnknownKey(found.to_owned());
+        mistake
+    }
+
+    fn missing_field(key: &'static str) -> Self {
+        let mut mistake = Self::new(format!("key `{key}` is missing"));
+        mistake.kind = Kind::MissingKey(key);
+        mistake
+    }
+}
+
+/// What stands in the deck, for a sentence.
+pub(super) fn describe(found: Shape<'_>) -> String {
+    match found {
+        Shape::Table(_) => "a table".to_owned(),
+        Shape::Array(_) => "a list".to_owned(),
+        Shape::Text(text) => format!("the text {}", quoted(text)),
+        Shape::Whole(number) => format!("{number}"),
+        Shape::Number(number) => format!("{number:?}"),
+        Shape::Truth(truth) => format!("`{truth}`"),
+        Shape::Date => "a date".to_owned(),
+        Shape::TooLarge => "a number with too many digits".to_owned(),
+    }
+}
+
+fn describe_unexpected(found: Unexpected<'_>) -> String {
+    match found {
+        Unexpected::Str(text) => format!("the text {}", quoted(text)),
+        Unexpected::Signed(number) => format!("{number}"),
+        Unexpected::Unsigned(number) => format!("{number}"),
+        Unexpected::Float(number) => format!("{number:?}"),
+        Unexpected::Bool(truth) => format!("`{truth}`"),
+        Unexpected::Seq => "a list".to_owned(),
+        Unexpected::Map => "a table".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", shortened(text))
+}
+
+/// At most the first 40 letters, on one line.
+fn shortened(text: &str) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    let short: String = line.chars().take(40).collect();
+    if short.len() < text.len() { format!("{short}…") } else { short }
+}

@@ -1,0 +1,343 @@
+//! The files that a deck names: closed surfaces as STL, topographies as CSV or ESRI ASCII grids.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{Cursor, Read};
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::schema::{Deck, FileIn, FileOf, Heights, Triangles};
+use ddem_core::{Fault, ModelError};
+
+use crate::near::near;
+
+/// Points that a grid of heights may have: more are no grid.
+const MOST_POINTS: usize = 100_000_000;
+
+/// Reads the files that a deck names and that have not been read; paths are relative to `folder`.
+///
+/// # Errors
+///
+/// Files that cannot be read, or hold something else.
+pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
+    let (mut surfaces, mut grids) = (BTreeMap::new(), BTreeMap::new());
+    let mut faults = Vec::new();
+    for (place, region) in deck.regions_mut() {
+        for (key, file) in region.files_mut() {
+            let wrong = match file {
+                FileIn::Triangles(file) => fill(file, folder, &mut surfaces, triangles),
+                FileIn::Heights(file) => fill(file, folder, &mut grids, heights),
+            };
+            faults.extend(wrong.err().map(|mut fault| {
+                fault.place = format!("{place}.{key}");
+                fault
+            }));
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
+}
+
+/// Makes the paths of files that a deck names, which are relative to `folder`, relative to the folder of the
+/// program.
+pub fn join_paths(deck: &mut Deck, folder: &Path) {
+    for (_, region) in deck.regions_mut() {
+        for (_, file) in region.files_mut() {
+            let path = match file {
+                FileIn::Triangles(file) => &mut file.path,
+                FileIn::Heights(file) => &mut file.path,
+            };
+            *path = folder.join(&*path).to_string_lossy().into_owned();
+        }
+    }
+}
+
+/// Reads a file once, however often a deck names it.
+fn fill<T>(
+    file: &mut FileOf<T>,
+    folder: &Path,
+    known: &mut BTreeMap<String, Arc<T>>,
+    read: impl Fn(File) -> Result<T, Fault>,
+) -> Result<(), Fault> {
+    if file.content.is_some() {
+        return Ok(());
+    }
+    if let Some(content) = known.get(&file.path) {
+        file.content = Some(content.clone());
+        return Ok(());
+    }
+    let path = folder.join(&file.path);
+    let open = || {
+        let opened = File::open(&path)?;
+        // Opening a folder is no error everywhere.
+        if opened.metadata()?.is_dir() {
+            Err(std::io::ErrorKind::IsADirectory.into())
+        } else {
+            Ok(opened)
+        }
+    };
+    let opened = open().map_err(|error: std::io::Error| {
+        let message = format!("cannot read `{}`: {error}", path.display());
+        let fault = Fault::new("", message);
+        match near(&path, |_| true) {
+            Some(near) => {
+                let near = near.strip_prefix(folder).unwrap_or(&near);
+                fault.help(format!("did you mean `{}`?", near.display()))
+            }
+            None => fault.help("paths are relative to the folder of the deck"),
+        }
+    })?;
+    let content = Arc::new(read(opened).map_err(|mut fault| {
+        fault.message = format!("`{}`: {}", path.display(), fault.message);
+        fault
+    })?);
+    known.insert(file.path.clone(), content.clone());
+    file.content = Some(content);
+    Ok(())
+}
+
+const STL: &str = "a closed surface is an STL file, in text or in binary";
+
+/// The triangles of an STL file, in text or in binary.
+fn triangles(mut file: File) -> Result<Triangles, Fault> {
+    let wrong =
+        |error: std::io::Error| Fault::new("", format!("this is no STL file: {error}")).help(STL);
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(wrong)?;
+    let mut file = Cursor::new(plain(bytes)?);
+    let all = stl_io::create_stl_reader(&mut file).map_err(wrong)?;
+    let corners = |triangle: stl_io::Triangle| {
+        triangle.vertices.map(|corner| [0, 1, 2].map(|k| f64::from(corner[k])))
+    };
+    let all: Result<Vec<_>, _> = all.map(|triangle| triangle.map(corners)).collect();
+    Ok(Triangles(all.map_err(wrong)?))
+}
+
+/// An STL file with a first line that the reader takes: programs begin binary files with "solid", too, and
+/// leave the name in texts out.
+fn plain(mut bytes: Vec<u8>) -> Result<Vec<u8>, Fault> {
+    let count = bytes.get(80..84).and_then(|four| <[u8; 4]>::try_from(four).ok());
+    let count = count.map(u32::from_le_bytes);
+    let wanted = count.map_or(usize::MAX, |count| 84 + 50 * count as usize);
+    let start = bytes.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(0);
+    let is_text = bytes[start..].starts_with(b"solid");
+    if wanted == bytes.len() || (!is_text && wanted < bytes.len()) {
+        bytes[..5].fill(b' ');
+        return Ok(bytes);
+    }
+    if is_text {
+        let end = bytes.iter().skip(start).position(|byte| *byte == b'\n');
+        let rest = end.map_or(&b""[..], |end| &bytes[start + end..]);
+        return Ok([b"solid surface", rest].concat());
+    }
+    let message = match count {
+        Some(count) => {
+            format!("this is no STL file: it would have {count} triangles in {} bytes", bytes.len())
+        }
+        None => "this is no STL file: it is too short".to_owned(),
+    };
+    Err(Fault::new("", message).help(STL))
+}
+
+/// Heights as an ESRI ASCII grid, which begins with `ncols`, or else as CSV.
+fn heights(mut file: File) -> Result<Heights, Fault> {
+    let mut text = String::new();
+    file.read_to_string(&mut text)
+        .map_err(|error| Fault::new("", format!("this is no text: {error}")).help(FORMATS))?;
+    let first = text.split_whitespace().next().unwrap_or_default();
+    if first.eq_ignore_ascii_case("ncols") || first.eq_ignore_ascii_case("nrows") {
+        raster(&text)
+    } else {
+        table(&text)
+    }
+}
+
+const FORMATS: &str = "heights are CSV with the columns x, y, z, a row for each point of a grid, or an ESRI ASCII grid";
+
+fn no_grid(message: impl Into<String>) -> Fault {
+    Fault::new("", message).help(FORMATS)
+}
+
+/// A number of a file; none where no number is.
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// Rows of x, y and z in any order, with or without a line of headings.
+fn table(text: &str) -> Result<Heights, Fault> {
+    let first = text.lines().find(|line| !line.starts_with('#'));
+    let separator = match first.unwrap_or_default() {
+        line if line.contains(';') => b';',
+        line if line.contains('\t') => b'\t',
+        _ => b',',
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .delimiter(separator)
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .flexible(true)
+        .from_reader(text.as_bytes());
+    let mut points = Vec::new();
+    for (index, record) in reader.records().enumerate() {
+        let record = record.map_err(|error| no_grid(format!("this is no CSV: {error}")))?;
+        let line = record.position().map_or(index as u64 + 1, csv::Position::line);
+        let numbers: Vec<Option<f64>> = record.iter().take(3).map(number).collect();
+        match numbers[..] {
+            [Some(x), Some(y), Some(z)] => points.push([x, y, z]),
+            // A height may be missing, as an empty field or nan.
+            [Some(x), Some(y), None] if missing(&record[2]) => points.push([x, y, f64::NAN]),
+            // Headings.
+            _ if index == 0 && numbers.iter().all(Option::is_none) => {}
+            _ => {
+                let found: String = record.iter().collect::<Vec<_>>().join(", ");
+                let found: String = found.chars().take(40).collect();
+                return Err(no_grid(format!(
+                    "line {line}: expected three numbers, found `{found}`"
+                )));
+            }
+        }
+    }
+    gridded(&points)
+}
+
+fn missing(field: &str) -> bool {
+    field.is_empty() || ["nan", "na", "null"].iter().any(|word| field.eq_ignore_ascii_case(word))
+}
+
+/// Points of a grid, sorted.
+fn gridded(points: &[[f64; 3]]) -> Result<Heights, Fault> {
+    let axis = |k: usize| {
+        let mut all: Vec<f64> = points.iter().map(|point| point[k] + 0.0).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
+    };
+    let (x, y) = (axis(0), axis(1));
+    let all = x.len().saturating_mul(y.len());
+    let size = format!("{} different x and {} different y", x.len(), y.len());
+    if x.len() < 2 || y.len() < 2 {
+        return Err(no_grid(format!(
+            "a grid has two rows and columns or more, and here are {size}"
+        )));
+    }
+    if all > MOST_POINTS || all > 4 * points.len() + 100 {
+        let message = format!("{} points with {size} are no grid", points.len());
+        return Err(no_grid(message));
+    }
+    let mut z = vec![f64::NAN; all];
+    let mut seen = BTreeSet::new();
+    for [px, py, pz] in points {
+        let at = |axis: &[f64], value: f64| axis.partition_point(|other| *other < value);
+        let index = at(&x, *px) + x.len() * at(&y, *py);
+        if !seen.insert(index) {
+            return Err(no_grid(format!("there are two heights at x = {px}, y = {py}")));
+        }
+        z[index] = *pz;
+    }
+    Ok(Heights { x, y, z, rim: 0.0 })
+}
+
+/// An ESRI ASCII grid: heights in the middles of cells, the first row in the north.
+fn raster(text: &str) -> Result<Heights, Fault> {
+    let mut words = text.split_whitespace().peekable();
+    let mut header = BTreeMap::new();
+    // Heights may be missing as `nan`.
+    let height = |word: &str| if missing(word) { Some(f64::NAN) } else { number(word) };
+    while let Some(word) = words.peek().filter(|word| height(word).is_none()) {
+        let key = word.to_ascii_lowercase();
+        words.next();
+        let value = words.next().and_then(height);
+        let value = value.ok_or_else(|| no_grid(format!("`{key}` has no number")))?;
+        header.insert(key, value);
+    }
+    let value = |key: &str| header.get(key).copied();
+    let needed = |key: &str| value(key).ok_or_else(|| no_grid(format!("`{key}` is missing")));
+    let (columns, rows, cell) = (needed("ncols")?, needed("nrows")?, needed("cellsize")?);
+    let whole = |number: f64| number.fract() == 0.0 && (2.0..=MOST_POINTS as f64).contains(&number);
+    if !whole(columns)
+        || !whole(rows)
+        || columns * rows > MOST_POINTS as f64
+        || cell.is_nan()
+        || cell <= 0.0
+    {
+        let message = format!("{columns} columns and {rows} rows of cells of {cell} m are no grid");
+        return Err(no_grid(message));
+    }
+    let start =
+        |axis: &str| match (value(&format!("{axis}llcenter")), value(&format!("{axis}llcorner"))) {
+            (Some(centre), _) => Ok(centre),
+            (None, Some(corner)) => Ok(corner + cell / 2.0),
+            (None, None) => Err(no_grid(format!("`{axis}llcorner` is missing"))),
+        };
+    let (west, south) = (start("x")?, start("y")?);
+    let (columns, rows) = (columns as usize, rows as usize);
+    let numbers: Option<Vec<f64>> = words.map(height).collect();
+    let numbers = numbers.ok_or_else(|| no_grid("a height is no number"))?;
+    if numbers.len() != columns * rows {
+        let message =
+            format!("{columns} columns and {rows} rows have not {} heights", numbers.len());
+        return Err(no_grid(message));
+    }
+    let none = value("nodata_value").unwrap_or(-9999.0);
+    let held = |z: &f64| if *z == none { f64::NAN } else { *z };
+    let along = |start: f64, count: usize| (0..count).map(|i| start + cell * i as f64).collect();
+    let z = numbers.chunks(columns).rev().flatten().map(held).collect();
+    Ok(Heights { x: along(west, columns), y: along(south, rows), z, rim: cell / 2.0 })
+}
+
+/// Contents of the files of a deck, as numbers, each with its path.
+pub fn file_contents(deck: &Deck) -> Vec<(String, Vec<f64>)> {
+    let mut deck = deck.clone();
+    let mut contents: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for (_, region) in deck.regions_mut() {
+        for (_, file) in region.files_mut() {
+            let (path, numbers) = match file {
+                FileIn::Triangles(FileOf { path, content: Some(content) }) => {
+                    (path, content.0.iter().flatten().flatten().copied().collect())
+                }
+                FileIn::Heights(FileOf { path, content: Some(content) }) => {
+                    let Heights { x, y, z, rim } = &**content;
+                    let sizes = [x.len() as f64, y.len() as f64, *rim];
+                    (path, sizes.iter().chain(x).chain(y).chain(z).copied().collect())
+                }
+                _ => continue,
+            };
+            contents.insert(path.clone(), numbers);
+        }
+    }
+    contents.into_iter().collect()
+}
+
+/// Gives a deck what [`contents`] of it was; false where that is not there.
+pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> bool {
+    let mut all = true;
+    for (_, region) in deck.regions_mut() {
+        for (_, file) in region.files_mut() {
+            match file {
+                FileIn::Triangles(file) => {
+                    let numbers = contents.get(&file.path);
+                    file.content = numbers.map(|numbers| Arc::new(triangles_of(numbers)));
+                    all &= file.content.is_some();
+                }
+                FileIn::Heights(file) => {
+                    let numbers = contents.get(&file.path);
+                    file.content = numbers.and_then(|numbers| heights_of(numbers)).map(Arc::new);
+                    all &= file.content.is_some();
+                }
+            }
+        }
+    }
+    all
+}
+
+fn triangles_of(numbers: &[f64]) -> Triangles {
+    let corner = |k: usize, of: &[f64]| [of[3 * k], of[3 * k + 1], of[3 * k + 2]];
+    Triangles(numbers.chunks_exact(9).map(|nine| [0, 1, 2].map(|k| corner(k, nine))).collect())
+}
+
+fn heights_of(numbers: &[f64]) -> Option<Heights> {
+    let (sizes, rest) = numbers.split_at_checked(3)?;
+    let (x, rest) = rest.split_at_checked(sizes[0] as usize)?;
+    let (y, z) = rest.split_at_checked(sizes[1] as usize)?;
+    Some(Heights { x: x.into(), y: y.into(), z: z.into(), rim: sizes[2] })
+}

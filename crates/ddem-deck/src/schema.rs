@@ -1,0 +1,116 @@
+//! The deck: what a user asks for, as plain data. One field per key, under the same name.
+//!
+//! A deck names things (materials, joints, stages) by strings and angles in degrees, as a user
+//! writes them. It is read from TOML by `ddem-io`, built by hand by Rust programs, and turned
+//! into a [`Model`](crate::Model) by [`Model::new`](crate::Model::new), which checks every value.
+//! [`check`] says what can be told to be wrong from the deck alone. Nothing in here computes.
+
+mod blocks;
+mod charge;
+mod conditions;
+mod contact;
+pub(crate) mod decimal;
+mod files;
+mod forms;
+mod matter;
+pub mod names;
+mod orientation;
+mod region;
+mod size;
+mod stages;
+mod surface;
+
+pub use ddem_core::{
+    Damping, Duvall, ElementKind, History, Kinematics, Search, StageKind, TimeStep, Triangle,
+};
+
+pub(crate) use blocks::COORDINATES;
+pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
+pub(crate) use charge::EXPLOSIVES;
+pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
+pub use conditions::{Boundary, BoundaryKind, Fix, Gradient, Initial, Load, Probe, Quantity};
+pub use contact::ContactTable;
+pub use files::{FileIn, FileOf, Heights, Triangles};
+pub use matter::{Joint, Material};
+pub(crate) use orientation::normal_of;
+pub use orientation::{Orientation, Orientations};
+pub use region::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
+pub use size::Size;
+pub use stages::{OnFailure, Stage};
+pub(crate) use surface::Mesh;
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// One model and what is done to it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Deck {
+    /// A line that says what this is.
+    pub title: String,
+    /// Settings of the whole model.
+    pub model: ModelTable,
+    /// Contacts between blocks that no joint holds together.
+    #[serde(skip_serializing_if = "ContactTable::is_empty")]
+    pub contact: ContactTable,
+    /// Materials by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub materials: BTreeMap<String, Material>,
+    /// Joints by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub joints: BTreeMap<String, Joint>,
+    /// Sets of blocks, one lattice each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub blocks: Vec<BlockSet>,
+    /// Other joints or materials for a part of the model; later entries win.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub assign: Vec<Assign>,
+    /// Blocks taken out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub remove: Vec<Remove>,
+    /// Blocks split into smaller ones.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refine: Vec<Refine>,
+    /// Supports, fixed or driven.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub fix: Vec<Fix>,
+    /// Loads.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub load: Vec<Load>,
+    /// Charges of explosive.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub charge: Vec<Charge>,
+    /// Non-reflecting boundaries.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub boundary: Vec<Boundary>,
+    /// The state at the start.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub initial: Vec<Initial>,
+    /// What is done, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stage: Vec<Stage>,
+    /// What is recorded.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<Probe>,
+}
+
+/// Settings of the whole model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ModelTable {
+    /// Find new contacts between blocks; default true where a joint can fail or there is more than
+    /// one set of blocks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<bool>,
+    /// Acceleration of gravity `[m/s²]`; default none.
+    pub gravity: [f64; 3],
+    /// How the rotation of a block is treated.
+    pub kinematics: Kinematics,
+    /// The element of the blocks.
+    pub element: ElementKind,
+    /// Keep the largest velocities and principal stresses of the run; default false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub peaks: bool,
+}

@@ -1,0 +1,187 @@
+//! Charges of explosive.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::{History, Where, forms};
+
+/// A charge: gas that pushes the walls of a cavity apart, or the two sides of joints (§10).
+///
+/// Exactly one of `mass` (with `explosive`) and `pressure`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Charge {
+    /// Walls of cavities that removed blocks have left, by the centres of the faces; where there is
+    /// none, joints by their centres.
+    #[serde(rename = "where")]
+    pub region: Where,
+    /// Mass of the explosive `[kg]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
+    /// Which explosive: `"tnt"`, `"anfo"`, `"emulsion"`, or its numbers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub explosive: Option<Explosive>,
+    /// Peak of the pressure `[Pa]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<f64>,
+    /// Adiabatic index of the gas where `pressure` is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gamma: Option<f64>,
+    /// `"gas"`, or a factor in time; default `"gas"` with `mass`, constant with `pressure`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history: Option<ChargeHistory>,
+    /// Time at which it goes off, from the start of the stage named in `from`, otherwise of the run
+    /// `[s]`; default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay: Option<f64>,
+    /// Stage from whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// Stage up to whose start this is in force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until: Option<String>,
+}
+
+/// An explosive, by its name or by its numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Explosive {
+    /// One of the table in `docs/method.md`.
+    Named(String),
+    /// Of your own.
+    Given(Detonation),
+}
+
+/// What the detonation of an explosive comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Detonation {
+    /// Density `[kg/m³]`.
+    pub density: f64,
+    /// Velocity of detonation `[m/s]`.
+    pub detonation_velocity: f64,
+    /// Adiabatic index of the gas, above 1.
+    pub gamma: f64,
+}
+
+/// How the pressure of a charge goes with time.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ChargeHistory {
+    /// By the present volume of the cavity.
+    Gas(GasWord),
+    /// By the time since it went off.
+    Given(History),
+}
+
+/// The word `"gas"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum GasWord {
+    /// Adiabatic expansion.
+    Gas,
+}
+
+/// Explosives by name.
+pub(crate) const EXPLOSIVES: [(&str, Detonation); 3] = [
+    ("tnt", Detonation { density: 1630.0, detonation_velocity: 6930.0, gamma: 2.727 }),
+    ("anfo", Detonation { density: 850.0, detonation_velocity: 4500.0, gamma: 2.7 }),
+    ("emulsion", Detonation { density: 1150.0, detonation_velocity: 5400.0, gamma: 3.0 }),
+];
+
+impl Explosive {
+    /// Its numbers; `None` for an unknown name.
+    #[must_use]
+    pub fn detonation(&self) -> Option<Detonation> {
+        match self {
+            Self::Given(detonation) => Some(*detonation),
+            Self::Named(name) => {
+                EXPLOSIVES.iter().find(|(known, _)| known == name).map(|(_, numbers)| *numbers)
+            }
+        }
+    }
+}
+
+impl Detonation {
+    /// Pressure of detonation `ρ_e D²/(2(γ + 1))` `[Pa]`.
+    #[must_use]
+    pub fn pressure(&self) -> f64 {
+        let Self { density, detonation_velocity, gamma } = self;
+        density * detonation_velocity * detonation_velocity / (2.0 * (gamma + 1.0))
+    }
+}
+
+impl Charge {
+    /// Whether its gas expands, so that its pressure depends on the volume.
+    #[must_use]
+    pub fn expands(&self) -> bool {
+        match self.history {
+            Some(ChargeHistory::Gas(_)) => true,
+            Some(ChargeHistory::Given(_)) => false,
+            None => self.mass.is_some(),
+        }
+    }
+
+    /// Adiabatic index of its gas.
+    pub(crate) fn index(&self) -> Option<f64> {
+        self.gamma.or_else(|| Some(self.explosive.as_ref()?.detonation()?.gamma))
+    }
+}
+
+impl<'de> Deserialize<'de> for Explosive {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Forms;
+
+        impl<'de> Visitor<'de> for Forms {
+            type Value = Explosive;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "the name of an explosive, or `{ density = …, detonation_velocity = …, gamma = … \
+                     }`",
+                )
+            }
+
+            fn visit_str<E: Error>(self, name: &str) -> Result<Explosive, E> {
+                Ok(Explosive::Named(name.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Explosive, A::Error> {
+                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(Explosive::Given)
+            }
+        }
+
+        deserializer.deserialize_any(Forms)
+    }
+}
+
+impl<'de> Deserialize<'de> for ChargeHistory {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Forms;
+
+        impl<'de> Visitor<'de> for Forms {
+            type Value = ChargeHistory;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("`\"gas\"`, or a history such as `{ duvall = { alpha, beta } }`")
+            }
+
+            fn visit_str<E: Error>(self, word: &str) -> Result<ChargeHistory, E> {
+                match word {
+                    "gas" => Ok(ChargeHistory::Gas(GasWord::Gas)),
+                    _ => Err(E::invalid_value(Unexpected::Str(word), &self)),
+                }
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ChargeHistory, A::Error> {
+                forms::history(MapAccessDeserializer::new(map)).map(ChargeHistory::Given)
+            }
+        }
+
+        deserializer.deserialize_any(Forms)
+    }
+}

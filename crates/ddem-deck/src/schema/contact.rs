@@ -1,0 +1,89 @@
+//! Contacts between blocks that no joint holds together.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Deck, Joint};
+use ddem_core::problem::DAMPING;
+
+/// Restitution of critical damping that never pulls, exp(−2).
+const CRITICAL: f64 = 0.135_335_283_236_612_7;
+
+/// What blocks do where they meet and no joint is between them (§9). Everything left out follows
+/// from the two faces that meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactTable {
+    /// Normal stiffness of all contacts `[Pa/m]`; default that of the two faces in series.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_stiffness: Option<f64>,
+    /// Shear stiffness of all contacts `[Pa/m]`; default that of the two faces in series.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear_stiffness: Option<f64>,
+    /// Friction angle, in [0, 90) `[degrees]`; default the smaller angle that failure leaves to the
+    /// joints of the two faces, 30 where they have none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Damping of contacts and failed pairs along the normal, and of the deformation of the blocks around them,
+    /// as a fraction of critical, from 0 to 1; default 0.2, or 0 in a deck with charges.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Instead of `damping`: the part of the speed with which two blocks rebound, from 0 to 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+}
+
+impl ContactTable {
+    /// Whether nothing is given.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Damping as a fraction of critical ζ: as given, or that with which a mass rebounds by the
+    /// restitution e from a spring and a dashpot that never pull, `ln e = −2ζ acos ζ/√(1 − ζ²)`;
+    /// below e = exp(−2) it is critical. None where neither is given.
+    #[must_use]
+    pub fn damping_ratio(&self) -> Option<f64> {
+        let Some(restitution) = self.restitution.filter(|_| self.damping.is_none()) else {
+            return self.damping;
+        };
+        let rebound =
+            |ratio: f64| libm::exp(-2.0 * ratio * libm::acos(ratio) / (1.0 - ratio * ratio).sqrt());
+        if restitution <= CRITICAL {
+            return Some(1.0);
+        }
+        // The rebound falls all the way.
+        let (mut low, mut high) = (0.0, 1.0);
+        while high - low > 1e-15 {
+            let middle = 0.5 * (low + high);
+            if rebound(middle) > restitution { low = middle } else { high = middle }
+        }
+        Some(low)
+    }
+}
+
+impl Deck {
+    /// Damping of contacts, of failed pairs and of the blocks around them, as a fraction of critical: that of `contact`,
+    /// or 0.2, but not while waves of charges cross the model.
+    #[must_use]
+    pub fn damping_ratio(&self) -> f64 {
+        self.contact.damping_ratio().unwrap_or(DAMPING)
+    }
+
+    /// Whether new contacts between blocks are looked for: as `model.contact` says; otherwise where
+    /// there is more than one set of blocks, or a joint that is used can fail. One set with joints
+    /// that never fail stays together.
+    #[must_use]
+    pub fn finds_contacts(&self) -> bool {
+        let any_breaks = || self.used_joints().any(Joint::breaks);
+        self.model.contact.unwrap_or_else(|| self.blocks.len() > 1 || any_breaks())
+    }
+
+    /// Joints that sets of blocks or assignments name, as often as they do.
+    fn used_joints(&self) -> impl Iterator<Item = &Joint> {
+        let of_sets = self.blocks.iter().flat_map(|set| set.joints().into_iter().flatten());
+        let assigned = self.assign.iter().filter_map(|entry| entry.joint.as_deref());
+        of_sets.chain(assigned).filter_map(|name| self.joints.get(name))
+    }
+}

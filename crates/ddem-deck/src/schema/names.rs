@@ -1,0 +1,65 @@
+//! Names in decks: how a fault writes them, and which known one was meant.
+
+use std::borrow::Cow;
+
+/// A name as one segment of a [`Fault::place`](ddem_core::Fault::place): as it is where TOML takes it
+/// as a bare key, otherwise in double quotes.
+///
+/// ```
+/// # use crate::names::segment;
+/// assert_eq!(segment("rock"), "rock");
+/// assert_eq!(segment("hard rock"), "\"hard rock\"");
+/// ```
+pub fn segment(name: &str) -> Cow<'_, str> {
+    let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !name.is_empty() && name.chars().all(bare) {
+        Cow::Borrowed(name)
+    } else {
+        Cow::Owned(format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\"")))
+    }
+}
+
+/// The known name that was probably meant, if one is close enough.
+///
+/// Close is a third of the letters wrong, swapped, missing or too many, in any case, or one name
+/// that begins with the other.
+///
+/// ```
+/// # use crate::names::nearest;
+/// assert_eq!(nearest("denisty", ["young", "density"]), Some("density"));
+/// assert_eq!(nearest("colour", ["young", "density"]), None);
+/// ```
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let name = name.to_lowercase();
+    let length = name.chars().count();
+    // The distance costs the product of both lengths: nobody mistypes a name of that size.
+    if length > 100 {
+        return None;
+    }
+    let distance = |candidate: &str| {
+        let candidate = candidate.to_lowercase();
+        let shorter = length.min(candidate.chars().count());
+        let begins = candidate.starts_with(&name) || name.starts_with(&candidate);
+        let wrong = strsim::damerau_levenshtein(&name, &candidate);
+        // A name that begins like another is a guess: any mistyped one comes before it.
+        if wrong <= (shorter / 3).max(1) && wrong < length {
+            Some(wrong)
+        } else {
+            (begins && shorter >= 3).then_some(1000 + wrong)
+        }
+    };
+    known
+        .into_iter()
+        .filter_map(|candidate| distance(candidate).map(|wrong| (wrong, candidate)))
+        .min()
+        .map(|(_, candidate)| candidate)
+}
+
+/// Names for a sentence: each in backticks, separated by commas; the first 24 of them.
+pub fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    match names.len() {
+        0..=24 => names.join(", "),
+        many => format!("{} and {} more", names[..24].join(", "), many - 24),
+    }
+}

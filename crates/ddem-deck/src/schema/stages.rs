@@ -1,0 +1,106 @@
+//! What is done, in order.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use ddem_core::problem::Period;
+
+use super::{Damping, Deck, Search, StageKind, TimeStep, forms};
+
+/// One stage. Keys of the other kind of stage are errors.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// Name, for `from` and `until`.
+    pub name: String,
+    /// Static, dynamic, or a search for the factor of safety.
+    pub kind: StageKind,
+    /// safety: factors between which it is looked for; default `[0.5, 4.0]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bracket: Option<[f64; 2]>,
+    /// safety: width of the bracket that is left; default 0.005.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<f64>,
+    /// safety: joints whose strengths are divided; default all, and the friction of contacts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints: Option<Vec<String>>,
+    /// safety: motion of neighbours that counts as failure where it goes on, as a part of an edge; default
+    /// 0.02.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<f64>,
+    /// relax, safety: unbalanced force ratio at which the stage is done; default 1e-5.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// relax, safety: steps after which the stage, or a trial, is undecided; default 200 000.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_steps: Option<u64>,
+    /// relax: equal parts in which loads reach their value; default 1, and 10 where supports are driven by a
+    /// `displacement`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub increments: Option<u32>,
+    /// Way on after a stage that fails or stays undecided; default `"stop"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_failure: Option<OnFailure>,
+    /// dynamic: simulated time `[s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration: Option<f64>,
+    /// dynamic: damping; default none.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "forms::damping")]
+    pub damping: Option<Damping>,
+    /// dynamic: `"auto"`, or seconds.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "forms::time_step"
+    )]
+    pub time_step: Option<TimeStep>,
+    /// dynamic: whether the stage ends as soon as blocks are at rest or fail; default false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_rest: Option<bool>,
+    /// dynamic: simulated time between frames `[s]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fields_every: Option<f64>,
+    /// dynamic: frames in the stage, instead of `fields_every`; default 20.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames: Option<u64>,
+}
+
+impl Stage {
+    /// The search of a stage for the factor of safety.
+    #[must_use]
+    pub fn search(&self) -> Search {
+        let standard = Search::default();
+        Search {
+            bracket: self.bracket.unwrap_or(standard.bracket),
+            resolution: self.resolution.unwrap_or(standard.resolution),
+            joints: self.joints.clone(),
+            limit: self.limit.unwrap_or(standard.limit),
+            tolerance: self.tolerance.unwrap_or(standard.tolerance),
+            max_steps: self.max_steps.unwrap_or(standard.max_steps),
+        }
+    }
+}
+
+/// Way on after a stage that fails.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum OnFailure {
+    /// It ends.
+    #[default]
+    Stop,
+    /// The next stage starts from there.
+    Continue,
+}
+
+impl Deck {
+    /// Number of the stage of a name.
+    pub(crate) fn stage_number(&self, name: &str) -> Option<usize> {
+        self.stage.iter().position(|stage| stage.name == name)
+    }
+
+    /// Stages from the start of one up to the start of another, by their names.
+    pub(crate) fn period(&self, from: Option<&String>, until: Option<&String>) -> Period {
+        let number = |name: &String| self.stage_number(name);
+        Period { from: from.and_then(number), until: until.and_then(number) }
+    }
+}
