@@ -13,7 +13,7 @@
 //! the neighbours' nodes that they touch and one for the torque; the neighbours collect it later.
 //! So every number is written by one task and summed in one order.
 
-use crate::geometry::{Geometry, moved_to};
+use crate::geometry::{Geometry, Lattice, moved_to};
 use crate::lanes::LANES;
 
 /// Lane without a neighbour.
@@ -182,7 +182,27 @@ impl Neighbours {
     }
 }
 
-/// Four bodies of one set. Lanes beyond `filled` repeat the first body with zero weight.
+/// Bodies of a lattice in the order of the lanes. Lanes run along an edge whose count is a multiple of four, if there
+/// is one: then the neighbours across it are whole packs.
+fn in_order(lattice: &Lattice) -> Vec<u32> {
+    let first = (0..3).find(|&d| lattice.count[d].is_multiple_of(LANES)).unwrap_or(0);
+    let order = [first, (first + 1) % 3, (first + 2) % 3];
+    let count = order.map(|d| lattice.count[d]);
+    let mut bodies = Vec::new();
+    for (k, j, i) in (0..count[2])
+        .flat_map(|k| (0..count[1]).flat_map(move |j| (0..count[0]).map(move |i| (k, j, i))))
+    {
+        let mut cell = [0; 3];
+        (cell[order[0]], cell[order[1]], cell[order[2]]) = (i, j, k);
+        let index = lattice.index(cell);
+        if lattice.has_body(index) {
+            bodies.push(lattice.body[index]);
+        }
+    }
+    bodies
+}
+
+/// Four bodies of one set, or of sets of one block each. Lanes beyond `filled` repeat the first body with zero weight.
 #[derive(Clone, Debug)]
 pub(crate) struct Pack {
     pub(crate) bodies: [u32; LANES],
@@ -228,11 +248,23 @@ impl Packs {
             shares: 0,
             rigid: 0,
         };
-        for index in 0..geometry.lattices.len() {
-            packs.add_lattice(geometry, index);
+        let mut first = 0;
+        while first < geometry.lattices.len() {
+            let end = first + packs.alike(&geometry.lattices[first..]);
+            let bodies = geometry.lattices[first..end].iter().flat_map(in_order);
+            packs.add(&geometry.lattices[first], bodies.collect());
+            first = end;
         }
         packs.link(geometry);
         packs
+    }
+
+    /// Number of the first lattices whose blocks lie side by side in packs: of single blocks as many as are alike.
+    fn alike(&self, lattices: &[Lattice]) -> usize {
+        let kind = |lattice: &Lattice| (lattice.divisions, lattice.rigid, lattice.is_box());
+        let first = &lattices[0];
+        let like = |lattice: &&Lattice| lattice.body.len() == 1 && kind(lattice) == kind(first);
+        lattices.iter().take_while(like).count().max(1)
     }
 
     /// Finds who is whose neighbour.
@@ -249,25 +281,9 @@ impl Packs {
         }
     }
 
-    fn add_lattice(&mut self, geometry: &Geometry, index: usize) {
-        let lattice = &geometry.lattices[index];
+    /// Packs of bodies of lattices like this one.
+    fn add(&mut self, lattice: &Lattice, bodies: Vec<u32>) {
         let shape = self.shape(lattice.divisions);
-        // Lanes run along an edge whose count is a multiple of four, if there is one: then the
-        // neighbours across it are whole packs.
-        let first = (0..3).find(|&d| lattice.count[d].is_multiple_of(LANES)).unwrap_or(0);
-        let order = [first, (first + 1) % 3, (first + 2) % 3];
-        let count = order.map(|d| lattice.count[d]);
-        let mut bodies = Vec::new();
-        for (k, j, i) in (0..count[2])
-            .flat_map(|k| (0..count[1]).flat_map(move |j| (0..count[0]).map(move |i| (k, j, i))))
-        {
-            let mut cell = [0; 3];
-            (cell[order[0]], cell[order[1]], cell[order[2]]) = (i, j, k);
-            let index = lattice.index(cell);
-            if lattice.has_body(index) {
-                bodies.push(lattice.body[index]);
-            }
-        }
         for four in bodies.chunks(LANES) {
             let index = self.packs.len() * LANES;
             for (lane, &body) in four.iter().enumerate() {

@@ -4,12 +4,17 @@
 //! can be asked of a problem before a model exists (rigid motions that its supports leave free, boundaries that are
 //! held) is answered here.
 
+mod builder;
+
+pub use builder::{BuildError, ProblemBuilder};
+
 pub use crate::boundary::{Border, Borders, Column, Ground, NoColumn, Resistance, Side, impedance};
 pub use crate::charge::{Charge, ChargeSize, Gas, Shell};
 pub use crate::conditions::{Charged, Conditions, Fading, Fixed, Loaded};
 pub use crate::geometry::{
-    Abutment, Abuts, Body, ELSEWHERE, Geometry, Lattice, NO_JOINT, NONE, Stages, Strip, Surface,
-    Vec3, abutting, bounds, bounds_of, faces, moved_to,
+    Abutment, Abuts, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES, MeshBlock,
+    MeshError, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Surface, Vec3, abutting, bounds,
+    bounds_of, faces, moved_to,
 };
 pub use crate::grid::meeting;
 pub use crate::history::{Course, no_velocity};
@@ -20,7 +25,7 @@ pub use crate::properties::{
 };
 pub use crate::rules::{Faults, Rule, shown};
 pub use crate::stage::Period;
-pub use crate::touch::{FaceOf, Vertex, overlap};
+pub use crate::touch::FaceOf;
 
 use crate::boundary::{Made, Outside};
 use crate::conditions::{Active, Applied};

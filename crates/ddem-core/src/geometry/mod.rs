@@ -17,6 +17,8 @@
 mod abut;
 mod cells;
 mod face;
+mod facing;
+mod hexmesh;
 mod lattice;
 mod stages;
 mod surface;
@@ -25,6 +27,8 @@ pub use abut::{Abutment, Abuts, abutting};
 pub use cells::moved_to;
 pub use face::Face;
 pub use face::faces;
+pub use facing::{FaceOverlap, MISSES, RestFace, SLIVER};
+pub use hexmesh::{HexMesh, MeshBlock, MeshError};
 pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
 pub use stages::Stages;
 pub use surface::{Strip, Surface};

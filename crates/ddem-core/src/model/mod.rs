@@ -1,5 +1,6 @@
 //! All that is fixed: built once, from a problem without faults.
 
+mod access;
 mod computed;
 mod elements;
 mod excavation;
@@ -15,9 +16,8 @@ use places::Boxes;
 use crate::assembly::{Assembly, NO_TABLE};
 use crate::boundary::{Borders, Made};
 use crate::breaks::Breaks;
-use crate::charge::ChargeSize;
 use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{ContactDoubt, Places, Seated, Surfaces, seated};
+use crate::contact::{Places, Seated, Surfaces, seated};
 use crate::element::Elastic;
 use crate::geometry::{Face, Geometry, Stages, faces};
 use crate::in_situ::InSitu;
@@ -111,44 +111,6 @@ impl Model {
     #[must_use]
     pub fn computed(&self) -> &[String] {
         &self.computed
-    }
-
-    /// The problem that it was made from.
-    #[must_use]
-    pub fn problem(&self) -> &Arc<Problem> {
-        &self.problem
-    }
-
-    /// Blocks, their nodes and joints in the present stage.
-    #[must_use]
-    pub fn geometry(&self) -> &Geometry {
-        &self.geometry
-    }
-
-    /// Supports, loads and charges, with the histories that programs compute.
-    #[must_use]
-    pub fn conditions(&self) -> &Conditions {
-        &self.conditions
-    }
-
-    /// Size of each charge before it goes off, in their order.
-    #[must_use]
-    pub fn charges(&self) -> Vec<ChargeSize> {
-        self.conditions.charged.iter().map(|charged| charged.charge.size).collect()
-    }
-
-    /// True for a joint, given by its number, that can fail.
-    #[must_use]
-    pub fn joint_can_fail(&self, joint: u16) -> bool {
-        self.laws.get(usize::from(joint)).is_some_and(Option::is_some)
-    }
-
-    /// Stiffnesses of contacts far from those of the blocks.
-    #[must_use]
-    pub fn contact_doubts(&self) -> Vec<ContactDoubt> {
-        let of = (&*self.geometry, &self.packs, &self.assembly);
-        let contact = self.contact.iter().filter(|contact| contact.search);
-        contact.flat_map(|contact| contact.doubts(&self.properties, of)).collect()
     }
 
     pub(crate) fn corotational(&self) -> bool {

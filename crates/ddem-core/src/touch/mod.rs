@@ -12,7 +12,6 @@ mod separation;
 mod tests;
 
 pub(crate) use edges::nearest;
-pub use overlap::{Vertex, overlap};
-pub(crate) use overlap::{bilinear, weights};
+pub(crate) use overlap::{Vertex, bilinear, overlap, weights};
 pub use separation::FaceOf;
 pub(crate) use separation::{Cell, EdgeOf, Meeting, Separation, separation};

@@ -9,13 +9,13 @@ pub(crate) type Point = [f64; 2];
 
 /// A vertex of the part of a quadrilateral that lies over an outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Vertex {
+pub(crate) struct Vertex {
     /// In the plane `[m]`.
-    pub at: Point,
+    pub(crate) at: Point,
     /// Bilinear coordinates in the quadrilateral, each in [0, 1].
-    pub on: [f64; 2],
+    pub(crate) on: [f64; 2],
     /// Area that it stands for `[m²]`.
-    pub area: f64,
+    pub(crate) area: f64,
 }
 
 /// Vertices that two convex quadrilaterals can have in common.
@@ -23,7 +23,7 @@ const MOST: usize = 8;
 
 /// A convex polygon.
 #[derive(Clone, Copy, Debug)]
-pub struct Polygon {
+pub(crate) struct Polygon {
     vertices: [Vertex; MOST],
     len: usize,
 }
@@ -55,13 +55,13 @@ impl Polygon {
 
     /// Its vertices around it, in the order of the quadrilateral.
     #[inline(always)]
-    pub fn as_slice(&self) -> &[Vertex] {
+    pub(crate) fn as_slice(&self) -> &[Vertex] {
         &self.vertices[..self.len]
     }
 
     /// Its corners, and points inside, with areas that sum quadratic functions exactly: of a triangle
     /// 1/12 at the corners and 3/4 at the centroid.
-    pub fn squares(&self) -> (Vec<Vertex>, Vec<Vertex>) {
+    pub(crate) fn squares(&self) -> (Vec<Vertex>, Vec<Vertex>) {
         let mut corners: Vec<Vertex> =
             self.as_slice().iter().map(|vertex| Vertex { area: 0.0, ..*vertex }).collect();
         let mut inside = Vec::new();
@@ -80,7 +80,7 @@ impl Polygon {
 
     /// Its area `[m²]`.
     #[cfg(test)]
-    pub fn area(&self) -> f64 {
+    pub(crate) fn area(&self) -> f64 {
         self.as_slice().iter().map(|vertex| vertex.area).sum()
     }
 
@@ -217,7 +217,7 @@ fn size(quad: &[Point; 4]) -> f64 {
 
 /// Part of a convex quadrilateral inside a convex outline, corners around either in either sense.
 /// Those of the quadrilateral are at (0, 0), (1, 0), (1, 1), (0, 1) of its bilinear coordinates.
-pub fn overlap(quad: &[Point; 4], outline: &[Point; 4]) -> Polygon {
+pub(crate) fn overlap(quad: &[Point; 4], outline: &[Point; 4]) -> Polygon {
     let size = size(quad);
     let Some(sides) = sides(outline, size) else { return Polygon::EMPTY };
     let mut polygon = Polygon::whole(quad);

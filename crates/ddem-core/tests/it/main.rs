@@ -7,6 +7,7 @@
 mod abutments;
 mod anything;
 mod architecture;
+mod arrays;
 mod assigned;
 mod bad_input;
 mod blasts;

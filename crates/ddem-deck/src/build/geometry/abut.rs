@@ -10,24 +10,9 @@ use super::assign::in_force;
 use super::{Names, Region};
 use crate::schema::{Deck, Joint};
 use ddem_core::problem::{
-    Abutment, FaceOf, Geometry, Sets, Surface, Vec3, bounds_of, meeting, overlap,
+    Abutment, FaceOf, FaceOverlap, Geometry, MISSES, RestFace, SLIVER, Sets, Surface, bounds_of,
+    meeting,
 };
-
-/// Part of a block's edge by which faces that lie on each other may miss.
-const MISSES: f64 = 1e-4;
-/// Square of the sine of the angle between faces that lie on each other, at most.
-const PARALLEL: f64 = 1e-8;
-/// Part of the smaller face that is over the other at least.
-const SLIVER: f64 = 1e-6;
-
-/// A face of a body where it is at rest.
-struct Seat {
-    normal: Vec3,
-    corners: [Vec3; 4],
-    area: f64,
-    /// The same of its cell: up to the middle of the gaps around.
-    whole: [Vec3; 4],
-}
 
 /// All faces of bodies of different lattices that lie on each other, sorted, with the joints of a stage; and
 /// those of different sets that are nearer than their joint is thick, but that it does not join.
@@ -74,11 +59,9 @@ impl Seats<'_> {
     /// How many joints between faces that do not match have the centre of one of the two in a region.
     pub(in crate::build) fn joins_at(&self, region: &Region) -> usize {
         let inside = |abutment: &&Abutment| {
-            let seats =
-                [0, 1].map(|side| self.seat(abutment.blocks[side] as usize, abutment.faces[side]));
-            seats.iter().any(|seat| {
-                region.contains_face(&(seat.corners.iter().sum::<Vec3>() / 4.0), &seat.normal)
-            })
+            let seats = [0, 1]
+                .map(|side| self.0.rest_face(abutment.blocks[side] as usize, abutment.faces[side]));
+            seats.iter().any(|seat| region.contains_face(&seat.centre(), &seat.normal))
         };
         self.0.abutments.iter().filter(inside).count()
     }
@@ -104,22 +87,8 @@ impl Seats<'_> {
         let face = FaceOf { direction: surface.normal, upper: surface.side > 0 };
         let body = surface.body as u32;
         let Some(&covered) = covered.get(&(body, face.number())) else { return false };
-        let [a, b, _, d] = self.seat(surface.body, face).whole;
+        let [a, b, _, d] = self.0.rest_face(surface.body, face).whole;
         covered < (1.0 - SLIVER) * (b - a).cross(&(d - a)).norm()
-    }
-
-    fn seat(&self, body: usize, face: FaceOf) -> Seat {
-        let corners = self.0.corners(body);
-        let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
-        let low = usize::from(face.upper) << d;
-        let corners = [0, 1 << e, (1 << e) | (1 << f), 1 << f].map(|k| corners[low | k]);
-        let out = if face.upper { 1.0 } else { -1.0 };
-        let cross = (corners[1] - corners[0]).cross(&(corners[3] - corners[0]));
-        let lattice = self.0.lattice(body);
-        let cell = self.0.bodies[body].cell.map(|c| c as usize);
-        let [a, b, c, opposite] = lattice.faces(cell, d)[usize::from(face.upper)];
-        let normal = lattice.normal(d) * out;
-        Seat { normal, corners, area: cross.norm(), whole: [a, b, opposite, c] }
     }
 
     /// Two faces that lie on each other, or nearly, and whether they are joined.
@@ -130,11 +99,12 @@ impl Seats<'_> {
         (joints, assigned): (&[[f64; 2]], &[(Region, u16)]),
     ) -> Option<(Abutment, bool)> {
         let bodies = blocks.map(|block| block as usize);
-        let seats = self.opposed(bodies, faces)?;
+        let seats = self.0.opposed(bodies, faces)?;
         let fine = usize::from(seats[1].area <= seats[0].area);
         let joint = self.joint_between(bodies, faces, fine, (&seats[fine], assigned))?;
         let [thickness, stiffness] = joints[joint as usize];
-        let [gap, area] = self.lie_on(bodies, &seats, [-thickness, thickness])?;
+        let FaceOverlap { gap, area } =
+            self.0.face_overlap(bodies, &seats, [-thickness, thickness])?;
         let joined = self.joins(bodies, &seats, (gap, thickness));
         Some((Abutment { blocks, faces, joint, area, gap, stiffness }, joined))
     }
@@ -158,8 +128,8 @@ impl Seats<'_> {
         let alone = |blocks: &[u32; 2]| {
             let bodies = blocks.map(|block| block as usize);
             let touch = |faces: [FaceOf; 2]| {
-                let seats = self.opposed(bodies, faces)?;
-                self.lie_on(bodies, &seats, [0.0; 2])
+                let seats = self.0.opposed(bodies, faces)?;
+                self.0.face_overlap(bodies, &seats, [0.0; 2])
             };
             self.0.set(bodies[0]) != self.0.set(bodies[1])
                 && !joined.contains(blocks)
@@ -175,10 +145,10 @@ impl Seats<'_> {
         let reach = part * edges.fold(0.0, f64::max);
         let across = |blocks: [u32; 2]| {
             let bodies = blocks.map(|block| block as usize);
-            let most = part * self.misses(bodies) / MISSES;
+            let most = part * self.0.misses(bodies) / MISSES;
             let gap = |faces: [FaceOf; 2]| {
-                let seats = self.opposed(bodies, faces)?;
-                Some(self.lie_on(bodies, &seats, [0.0, most])?[0])
+                let seats = self.0.opposed(bodies, faces)?;
+                Some(self.0.face_overlap(bodies, &seats, [0.0, most])?.gap)
             };
             let gaps = faces().filter_map(gap).filter(|gap| *gap <= most);
             Some((blocks, gaps.reduce(f64::min)?))
@@ -187,59 +157,18 @@ impl Seats<'_> {
         self.near(reach).into_iter().filter(other).filter_map(across).collect()
     }
 
-    /// Two faces, if they look at each other.
-    fn opposed(&self, bodies: [usize; 2], faces: [FaceOf; 2]) -> Option<[Seat; 2]> {
-        let normals = [0, 1].map(|side| {
-            let out = if faces[side].upper { 1.0 } else { -1.0 };
-            self.0.lattice(bodies[side]).normal(faces[side].direction) * out
-        });
-        let opposed = normals[0].dot(&normals[1]) <= 0.0
-            && normals[0].cross(&normals[1]).norm_squared() <= PARALLEL;
-        opposed.then(|| [0, 1].map(|side| self.seat(bodies[side], faces[side])))
-    }
-
-    /// By how much faces of two bodies that lie on each other may miss `[m]`.
-    fn misses(&self, bodies: [usize; 2]) -> f64 {
-        MISSES
-            * bodies
-                .map(|body| self.0.shortest_edge(body))
-                .into_iter()
-                .fold(f64::INFINITY, f64::min)
-    }
-
     /// True where a joint is between two faces with a gap: in one set it always is. The faces of cells that
     /// blocks were taken out of lie on those of the blocks in their place, across half of a joint.
-    fn joins(&self, bodies: [usize; 2], seats: &[Seat; 2], (gap, thickness): (f64, f64)) -> bool {
-        let misses = self.misses(bodies);
+    fn joins(
+        &self,
+        bodies: [usize; 2],
+        seats: &[RestFace; 2],
+        (gap, thickness): (f64, f64),
+    ) -> bool {
+        let misses = self.0.misses(bodies);
         let cells = (seats[1].whole[0] - seats[0].whole[0]).dot(&seats[0].normal);
         let [a, b] = bodies.map(|body| self.0.set(body));
         gap >= -misses && (a == b || cells.abs() <= misses || (gap - thickness).abs() <= misses)
-    }
-
-    /// Distance of two faces `[m]` and the area with which they lie on each other `[m²]`, where the distance
-    /// is in a range.
-    fn lie_on(
-        &self,
-        bodies: [usize; 2],
-        seats: &[Seat; 2],
-        [least, most]: [f64; 2],
-    ) -> Option<[f64; 2]> {
-        let middle = |seat: &Seat| seat.corners.iter().sum::<Vec3>() / 4.0;
-        let gap = (middle(&seats[1]) - middle(&seats[0])).dot(&seats[0].normal);
-        let misses = self.misses(bodies);
-        if gap < least - misses || gap > most + misses {
-            return None;
-        }
-        // Seen along the normal.
-        let [own, other] = seats;
-        let along = (own.corners[1] - own.corners[0]).normalize();
-        let across = own.normal.cross(&along);
-        let flat = |corners: &[Vec3; 4]| corners.map(|x| [along.dot(&x), across.dot(&x)]);
-        let over = |a: &[Vec3; 4], b: &[Vec3; 4]| -> f64 {
-            overlap(&flat(a), &flat(b)).as_slice().iter().map(|v| v.area).sum()
-        };
-        let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);
-        some.then(|| [gap, over(&own.whole, &other.whole)])
     }
 
     fn joint_between(
@@ -247,9 +176,9 @@ impl Seats<'_> {
         bodies: [usize; 2],
         faces: [FaceOf; 2],
         fine: usize,
-        (seat, assigned): (&Seat, &[(Region, u16)]),
+        (seat, assigned): (&RestFace, &[(Region, u16)]),
     ) -> Option<u16> {
-        let centre = seat.corners.iter().sum::<Vec3>() / 4.0;
+        let centre = seat.centre();
         let sets = bodies.map(|body| self.0.set(body));
         let here = |(region, _): &&(Region, u16)| {
             region.contains_face(&centre, &seat.normal)

@@ -1,0 +1,244 @@
+//! Problems from arrays: the same answers as those of decks, and faults of meshes.
+
+use std::sync::Arc;
+
+use ddem_core::element::Elastic;
+use ddem_core::law::{MohrCoulomb, Stiffness};
+use ddem_core::problem::{
+    BuildError, HexMesh, JointElasticity, JointProperties, MeshError, Period, ProblemBuilder,
+};
+use ddem_core::{Damping, Model, Simulation, TimeStep};
+use ddem_deck::{Fix, Joint, JointChoice, Where};
+
+use crate::decks::*;
+
+/// Blocks in a row along x as grids of hexahedra, with numbers of nodes and hexahedra in disorder.
+fn row(blocks: usize, divisions: usize, axes: [[f64; 3]; 3]) -> HexMesh {
+    let n = divisions + 1;
+    let mut mesh = HexMesh::default();
+    for block in 0..blocks {
+        let first = mesh.nodes.len() as u32;
+        let at = |i: usize, j: usize, k: usize| {
+            let along = [
+                block as f64 + i as f64 / divisions as f64,
+                j as f64 / divisions as f64,
+                k as f64 / divisions as f64,
+            ];
+            [0, 1, 2].map(|c| (0..3).map(|d| along[d] * axes[d][c]).sum::<f64>())
+        };
+        // Numbers run backwards, z fastest.
+        let number =
+            |i: usize, j: usize, k: usize| first + (n * n * n - 1 - (k + n * (j + n * i))) as u32;
+        let mut nodes = vec![[0.0; 3]; n * n * n];
+        for (i, j, k) in grid(n) {
+            nodes[(number(i, j, k) - first) as usize] = at(i, j, k);
+        }
+        mesh.nodes.extend(nodes);
+        for (i, j, k) in grid(divisions) {
+            let corner = |(a, b, c): (usize, usize, usize)| number(i + a, j + b, k + c);
+            let order = [
+                (0, 0, 0),
+                (1, 0, 0),
+                (1, 1, 0),
+                (0, 1, 0),
+                (0, 0, 1),
+                (1, 0, 1),
+                (1, 1, 1),
+                (0, 1, 1),
+            ];
+            mesh.hexes.push(order.map(corner));
+            mesh.blocks.push(block as u32);
+        }
+    }
+    mesh
+}
+
+fn grid(n: usize) -> impl Iterator<Item = (usize, usize, usize)> {
+    (0..n).flat_map(move |k| (0..n).flat_map(move |j| (0..n).map(move |i| (i, j, k))))
+}
+
+const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const OBLIQUE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.2, 1.0, 0.0], [0.1, 0.3, 0.9]];
+
+fn rock() -> Elastic {
+    Elastic::new(2400.0, 18e9, 0.25)
+}
+
+fn seam(cohesion: f64) -> JointProperties {
+    let law = MohrCoulomb { cohesion, tension: cohesion, ..MohrCoulomb::default() };
+    JointProperties {
+        name: "seam".into(),
+        thickness: 0.0,
+        elasticity: JointElasticity::Springs(Stiffness { normal: 1e11, shear: 4e10 }),
+        law: Some(Arc::new(law)),
+    }
+}
+
+/// Nodes of a mesh at a place.
+fn at(mesh: &HexMesh, found: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
+    (0..mesh.nodes.len() as u32).filter(|&node| found(&mesh.nodes[node as usize])).collect()
+}
+
+/// Faces of hexahedra at the ends of two blocks of a row.
+fn faces(mesh: &HexMesh, x: f64, block: u32) -> [[u32; 4]; 2] {
+    [block, block + 1].map(|block| {
+        let hexes = mesh.hexes.iter().zip(&mesh.blocks).filter(|(_, of)| **of == block);
+        let on = |node: &u32| (mesh.nodes[*node as usize][0] - x).abs() < 1e-9;
+        let four =
+            hexes.map(|(hex, _)| hex.iter().copied().filter(|node| on(node)).collect::<Vec<_>>());
+        let four = four.filter(|four| four.len() == 4).next().unwrap_or_default();
+        four.try_into().unwrap_or_default()
+    })
+}
+
+/// Two blocks that a joint holds, pulled at one end: as the deck with two sets.
+#[test]
+fn blocks_from_arrays_move_as_those_of_a_deck() {
+    let mesh = row(2, 2, UPRIGHT);
+    let mut builder = ProblemBuilder::new(&mesh, rock()).unwrap();
+    let joint = builder.joint(seam(1e9));
+    builder.join(faces(&mesh, 1.0, 0), joint).unwrap();
+    let held = at(&mesh, |x| x[0] == 0.0);
+    builder.fix(&held, [true; 3]).unwrap();
+    let pulled = at(&mesh, |x| x[0] == 2.0);
+    let forces: Vec<_> = pulled.iter().map(|&node| (node, [1e6, 0.0, 3e5])).collect();
+    builder.load(&forces).unwrap();
+    let (problem, numbers) = builder.build().unwrap();
+    let mut simulation = Simulation::new(Model::new(Arc::new(problem)));
+
+    let mut deck = deck([1; 3], [1.0; 3], 2, 0.0);
+    let material = deck.blocks[0].material.clone();
+    deck.materials
+        .insert(material, ddem_deck::Material { density: 2400.0, young: 18e9, poisson: 0.25 });
+    deck.joints.clear();
+    let springs = Joint {
+        normal_stiffness: Some(1e11),
+        shear_stiffness: Some(4e10),
+        cohesion: Some(1e9),
+        tension: Some(1e9),
+        ..Joint::default()
+    };
+    deck.joints.insert("seam".into(), springs);
+    deck.blocks[0].joint = Some(JointChoice::All("seam".into()));
+    deck.blocks[0].origin = [0.0; 3];
+    let mut second = deck.blocks[0].clone();
+    second.origin = [1.0, 0.0, 0.0];
+    deck.blocks.push(second);
+    deck.fix = vec![Fix { region: plane(0, 0.0), axes: "xyz".into(), ..Fix::default() }];
+    let mut other = Simulation::new(deck.build().unwrap());
+    let nodes = plane(0, 2.0).nodes(other.model()).unwrap();
+    other.apply_force(&nodes, &vec![[1e6, 0.0, 3e5]; nodes.len()]);
+
+    for both in [&mut simulation, &mut other] {
+        both.start(Damping::Ratio(0.05), TimeStep::Seconds(5e-5), None).unwrap();
+        (0..200).for_each(|_| both.step().unwrap());
+    }
+    let mut most = 0.0_f64;
+    for (node, x) in mesh.nodes.iter().enumerate() {
+        let own = numbers[node].unwrap() as usize;
+        assert_eq!(simulation.model().point(own), *x);
+        let same = (0..other.model().n_nodes()).find(|&same| {
+            other.model().point(same) == *x
+                && other.model().block_of(same) == simulation.model().block_of(own)
+        });
+        let (u, v) = (simulation.displacement(own), other.displacement(same.unwrap()));
+        (0..3).for_each(|c| assert!((u[c] - v[c]).abs() < 1e-12, "{x:?}: {u:?} {v:?}"));
+        most = most.max(u[0].abs());
+    }
+    assert!(most > 1e-4, "{most}");
+}
+
+/// A row of blocks of any shape rests under its weight: the reaction is the weight.
+#[test]
+fn the_supports_bear_the_weight_of_blocks_from_arrays() {
+    for axes in [UPRIGHT, OBLIQUE] {
+        for rigid in [false, true] {
+            let mesh = row(7, 2, axes);
+            let mut builder = ProblemBuilder::new(&mesh, rock()).unwrap();
+            builder.properties.gravity.z = -9.81;
+            if rigid {
+                (0..7).for_each(|block| assert!(builder.set_rigid(block).is_ok()));
+            }
+            let held = at(&mesh, |x| x[2] == 0.0);
+            let corners: Vec<u32> =
+                held.into_iter().filter(|node| !rigid || is_corner(&mesh, *node, axes)).collect();
+            builder.fix(&corners, [true; 3]).unwrap();
+            let (problem, numbers) = builder.build().unwrap();
+            let mut simulation = Simulation::new(Model::new(Arc::new(problem)));
+            simulation.relax(1e-8, 20_000).unwrap();
+            let nodes: Vec<u32> =
+                corners.iter().map(|node| numbers[*node as usize].unwrap()).collect();
+            let volume = 7.0 * if axes == UPRIGHT { 1.0 } else { 0.9 };
+            let weight = simulation.reaction(&nodes)[2];
+            let exact = 2400.0 * 9.81 * volume;
+            assert!((weight / exact - 1.0).abs() < 1e-6, "{weight} for {exact}");
+        }
+    }
+}
+
+fn is_corner(mesh: &HexMesh, node: u32, axes: [[f64; 3]; 3]) -> bool {
+    let [x, y, _] = mesh.nodes[node as usize];
+    let along = y / axes[1][1];
+    let along = [x - along * axes[1][0], along];
+    along.iter().all(|x| (x - x.round()).abs() < 1e-9)
+}
+
+#[test]
+fn faults_of_meshes_are_named() {
+    let mut mesh = row(2, 1, UPRIGHT);
+    let fault = |mesh: &HexMesh| ProblemBuilder::new(mesh, rock()).err();
+    mesh.blocks.pop();
+    assert_eq!(fault(&mesh), Some(MeshError::Blocks { blocks: 1, hexes: 2 }));
+    mesh.blocks.push(5);
+    assert_eq!(fault(&mesh), Some(MeshError::NoBlock { block: 1 }));
+    mesh.blocks[1] = 1;
+    mesh.hexes[1][3] = 99;
+    assert_eq!(fault(&mesh), Some(MeshError::NoNode { hex: 1, node: 99, nodes: 16 }));
+    mesh.hexes[1][3] = mesh.hexes[0][3];
+    assert!(matches!(fault(&mesh), Some(MeshError::Shared { first: 0, second: 1, .. })));
+    assert_eq!(fault(&HexMesh::default()), Some(MeshError::Empty));
+    let mut bent = row(1, 2, UPRIGHT);
+    bent.nodes[3][1] += 0.01;
+    let said = fault(&bent).unwrap().to_string();
+    assert!(said.contains("block 0 with 8 hexahedra") && said.contains("node 3"), "{said}");
+    let mut flat = row(1, 1, UPRIGHT);
+    flat.nodes.iter_mut().for_each(|x| x[2] = 0.0);
+    assert!(fault(&flat).unwrap().to_string().contains("no volume"));
+    flat.nodes[0][0] = f64::NAN;
+    assert!(matches!(fault(&flat), Some(MeshError::NotFinite { node: 0, .. })));
+}
+
+#[test]
+fn faces_that_no_joint_can_join_are_named() {
+    let mesh = row(3, 2, UPRIGHT);
+    let mut builder = ProblemBuilder::new(&mesh, rock()).unwrap();
+    let joint = builder.joint(seam(1e6));
+    let built = |quads: [[u32; 4]; 2]| {
+        let mut builder = builder.clone();
+        builder.join(quads, joint).unwrap();
+        builder.build().map(|_| ()).unwrap_err()
+    };
+    let [near, _] = faces(&mesh, 1.0, 0);
+    let [_, far] = faces(&mesh, 2.0, 1);
+    let apart = built([near, far]).to_string();
+    assert!(apart.contains("blocks [0, 2]") && apart.contains("1.0000e0 m apart"), "{apart}");
+    let inside = [mesh.hexes[0][0], mesh.hexes[0][1], mesh.hexes[0][6], mesh.hexes[0][7]];
+    assert_eq!(built([inside, far]), BuildError::NoFace { quad: inside });
+    let one = built([near, near]).to_string();
+    assert!(one.contains("both faces are of one block"), "{one}");
+    let missing = builder.clone().join([near, far], 3).map(|_| ()).unwrap_err();
+    assert_eq!(missing, BuildError::Missing { what: "joint", number: 3, count: 1 });
+    let missing = builder.clone().fix(&[0, 999], [true; 3]).map(|_| ()).unwrap_err();
+    assert_eq!(missing, BuildError::Missing { what: "node", number: 999, count: 81 });
+    let mut hard = builder.clone();
+    hard.set_rigid(0).unwrap();
+    let middle = at(&mesh, |x| *x == [0.5; 3]);
+    hard.fix(&middle, [true; 3]).unwrap().period = Period::ALWAYS;
+    let error = hard.build().map(|_| ()).unwrap_err();
+    assert_eq!(error, BuildError::InRigid { node: middle[0], block: 0 });
+    // Selections of decks work on them.
+    let (problem, _) = builder.build().unwrap();
+    let model = Model::new(Arc::new(problem));
+    let end = Where { x: Some(ddem_deck::Extent::Plane(3.0)), ..Where::default() };
+    assert_eq!(end.nodes(&model).unwrap().len(), 9);
+}
