@@ -27,6 +27,13 @@ pip install --config-settings "build-args=--profile dev" '.[plot,progress]'
 DDEM_PYTHON="$PWD/.venv/bin/python"
 export DDEM_PYTHON
 
+say "embedding without files"
+cargo check --package ddem --no-default-features --lib --locked
+if cargo tree --package ddem --no-default-features --edges normal --locked | grep -q hdf5; then
+    echo "HDF5 is needed without the feature io" >&2
+    exit 1
+fi
+
 say "tests"
 # Not of the module: its tests are in Python, and a test in Rust would need the library of Python.
 cargo test --workspace --exclude ddem-py --all-targets --locked

@@ -13,8 +13,8 @@ pub use crate::charge::{Charge, ChargeSize, Gas, Shell};
 pub use crate::conditions::{Charged, Conditions, Fading, Fixed, Loaded};
 pub use crate::geometry::{
     Abutment, Abuts, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES, MeshBlock,
-    MeshError, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Surface, Vec3, abutting, bounds,
-    bounds_of, faces, moved_to,
+    MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Surface, Vec3, abutting,
+    bounds, bounds_of, faces, moved_to,
 };
 pub use crate::grid::meeting;
 pub use crate::history::{Course, no_velocity};

@@ -25,7 +25,9 @@ pub use ddem_core::{
 };
 
 pub(crate) use blocks::COORDINATES;
-pub use blocks::{Assign, BlockSet, Body, Edges, JointChoice, Refine, Remove};
+pub use blocks::{
+    Assign, BlockMesh, BlockSet, Body, Edges, JointChoice, MeshJoint, Refine, Remove,
+};
 pub(crate) use charge::EXPLOSIVES;
 pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use conditions::{Boundary, BoundaryKind, Fix, Gradient, Initial, Load, Probe, Quantity};
@@ -37,7 +39,7 @@ pub use orientation::{Orientation, Orientations};
 pub use region::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
 pub use size::Size;
 pub use stages::{OnFailure, Stage};
-pub(crate) use surface::Mesh;
+pub(crate) use surface::SurfaceMesh;
 
 use std::collections::BTreeMap;
 

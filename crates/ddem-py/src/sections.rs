@@ -35,6 +35,10 @@ impl Model {
     /// planes : dict, optional
     ///     Instead of `axes`, of all three sets of joints:
     ///     ``{"x": {"dip": ..., "dip_direction": ...}, "y": ..., "z": ...}``.
+    /// mesh : dict, optional
+    ///     Blocks as hexahedra of another program, instead of a lattice: ``nodes`` of shape (n, 3) [m], ``hexes`` of
+    ///     shape (m, 8) in VTK's order, ``blocks`` of shape (m,), the block of each hexahedron, and ``joints``, a list
+    ///     of ``{"faces": ((a, b, c, d), (e, f, g, h)), "joint": ...}``. Each block is a parallelepiped, divided evenly.
     /// body : {"deformable", "rigid"}, optional
     ///     What the blocks are; rigid ones have eight nodes, six degrees of freedom and no stress.
     ///

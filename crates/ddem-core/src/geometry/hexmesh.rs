@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Lattice, NO_JOINT, Vec3};
+use crate::touch::FaceOf;
 
 /// Part of an element's edge by which a node may miss its place.
 const MISSES: f64 = 1e-6;
@@ -255,5 +256,45 @@ impl MeshBlock {
             joint: [0; 3].map(|_| vec![NO_JOINT].into()),
             own_joint: [NO_JOINT; 3],
         }
+    }
+}
+
+/// Faces of the blocks of a mesh, by their nodes.
+#[derive(Debug)]
+pub struct MeshFaces<'a> {
+    blocks: &'a [MeshBlock],
+    /// Block of a node, and its number there.
+    of_node: BTreeMap<u32, (usize, usize)>,
+}
+
+impl<'a> MeshFaces<'a> {
+    /// Faces of these blocks.
+    #[must_use]
+    pub fn new(blocks: &'a [MeshBlock]) -> Self {
+        let nodes = blocks.iter().enumerate().flat_map(|(block, found)| {
+            let nodes = found.nodes.iter().enumerate();
+            nodes.map(move |(local, &node)| (node, (block, local)))
+        });
+        Self { blocks, of_node: nodes.collect() }
+    }
+
+    /// Block and face that four nodes are on.
+    #[must_use]
+    pub fn of(&self, quad: [u32; 4]) -> Option<(usize, FaceOf)> {
+        let (block, _) = *self.of_node.get(&quad[0])?;
+        let n = self.blocks[block].divisions + 1;
+        let mut places = [[0; 3]; 4];
+        for (place, node) in places.iter_mut().zip(quad) {
+            let &(own, local) = self.of_node.get(&node)?;
+            if own != block {
+                return None;
+            }
+            *place = [local % n, local / n % n, local / (n * n)];
+        }
+        let on = |face: &FaceOf| {
+            let level = if face.upper { n - 1 } else { 0 };
+            places.iter().all(|place| place[face.direction] == level)
+        };
+        (0..6).map(FaceOf::of_number).find(on).map(|face| (block, face))
     }
 }

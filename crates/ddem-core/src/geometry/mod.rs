@@ -28,7 +28,7 @@ pub use cells::moved_to;
 pub use face::Face;
 pub use face::faces;
 pub use facing::{FaceOverlap, MISSES, RestFace, SLIVER};
-pub use hexmesh::{HexMesh, MeshBlock, MeshError};
+pub use hexmesh::{HexMesh, MeshBlock, MeshError, MeshFaces};
 pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
 pub use stages::Stages;
 pub use surface::{Strip, Surface};

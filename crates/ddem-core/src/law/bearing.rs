@@ -10,6 +10,7 @@
 
 use nalgebra::Vector3;
 
+use super::response::respond;
 use super::{JointLaw, Loss, Memory, Opening, Stiffness, Traction};
 
 /// Largest drag that settles an account, as a part of the spring's stiffness times the way of a step: what faces
@@ -43,7 +44,7 @@ impl Bearing {
             let dashpot = if time_step > 0.0 { self.dashpot * way / time_step } else { 0.0 };
             memory.drag = [dashpot, 0.0];
         }
-        let mut loss = law.respond(self.stiffness, opening, memory);
+        let mut loss = respond(law, self.stiffness, opening, memory);
         // Friction that gives would be energy from nowhere; a relaxation undoes slip that it overshoots.
         let given = if memory.settled.is_some() { 0.0 } else { loss.friction.min(0.0) };
         loss.friction -= given;

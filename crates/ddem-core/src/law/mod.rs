@@ -1,8 +1,8 @@
 //! §5: what one point of a joint bears. Formulas of a point; no mesh, no loop over pairs.
 //!
 //! A [`JointLaw`] says at which tractions a bonded point fails and what a failed point still
-//! bears. A law of your own is one file: strengths as functions of the normal traction are enough,
-//! the springs with friction and softening are provided ([`JointLaw::respond`]).
+//! bears. A law of your own is one file of strengths as functions of the normal traction. The springs with friction and
+//! softening are the same for all laws (`law/response.rs`): energies, time steps and factors of safety rely on them.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -233,13 +233,6 @@ pub trait JointLaw: Debug + Send + Sync {
             if fails(middle) { low = middle } else { high = middle }
         }
         high
-    }
-
-    /// Traction of a failed point at an opening, left in its memory; returns what it loses on
-    /// the way there. Where [`Memory::settled`] is there, slip and damage go on from it. While a stage
-    /// replaces one joint by another in `increments`, strengths are mixed and the provided method is used.
-    fn respond(&self, stiffness: Stiffness, opening: Opening, memory: &mut Memory) -> Loss {
-        response::respond(self, stiffness, opening, memory)
     }
 }
 

@@ -24,7 +24,8 @@ use super::{JointLaw, Loss, Memory, Opening, Settled, Softening, Stiffness, Trac
 /// Damage of faces that have parted: nothing is left but friction.
 const PARTED: f64 = 2.0;
 
-/// See [`JointLaw::respond`].
+/// Traction of a failed point at an opening, left in its memory; returns what it loses on the way there. Where
+/// [`Memory::settled`] is there, slip and damage go on from it.
 pub(super) fn respond<L: JointLaw + ?Sized>(
     law: &L,
     stiffness: Stiffness,

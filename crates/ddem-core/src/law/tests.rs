@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use super::bearing::Bearing;
-use super::response::stored;
+use super::response::{respond, stored};
 use super::*;
 
 const STIFFNESS: Stiffness = Stiffness { normal: 4e9, shear: 1.5e9 };
@@ -29,7 +29,7 @@ fn tan(degrees: f64) -> f64 {
 fn lead(law: &dyn JointLaw, path: impl Iterator<Item = Opening>, start: Memory) -> (Memory, Loss) {
     let (mut memory, mut sum) = (start, Loss::default());
     for opening in path {
-        let loss = law.respond(STIFFNESS, opening, &mut memory);
+        let loss = respond(law, STIFFNESS, opening, &mut memory);
         sum.friction += loss.friction;
         sum.fracture += loss.fracture;
     }
@@ -136,7 +136,7 @@ fn faces_that_have_parted_have_no_cohesion() {
     for settles in [false, true] {
         let mut memory = Memory::default();
         let mut act = |opening: Opening| {
-            law.respond(STIFFNESS, opening, &mut memory);
+            respond(&law, STIFFNESS, opening, &mut memory);
             memory.traction.shear.norm()
         };
         let slid = (1..=1000).map(slides).map(&mut act).fold(0.0, |_, shear| shear);
@@ -146,7 +146,7 @@ fn faces_that_have_parted_have_no_cohesion() {
         assert!((closed / friction - 1.0).abs() < 1e-12, "{closed}");
         if settles {
             memory.settle();
-            law.respond(STIFFNESS, slides(3000), &mut memory);
+            respond(&law, STIFFNESS, slides(3000), &mut memory);
             let shear = memory.traction.shear.norm();
             assert!((shear / friction - 1.0).abs() < 1e-12, "{shear}");
         }
@@ -213,7 +213,7 @@ fn what_bounces_keeps_its_energy_on_the_mean() {
             let mut memory = Memory { damage: 1.0, gap: gap + time_step, ..Memory::default() };
             let mut loss = 0.0;
             while gap <= 3.0 * time_step {
-                loss += law.respond(STIFFNESS, at(gap, 0.0), &mut memory).contact;
+                loss += respond(&law, STIFFNESS, at(gap, 0.0), &mut memory).contact;
                 v -= time_step * memory.traction.normal;
                 gap += time_step * v;
             }
@@ -311,7 +311,7 @@ fn an_open_point_sticks_where_it_closes() {
         MohrCoulomb { tan_friction: 9.0, tan_residual_friction: 9.0, ..MohrCoulomb::default() };
     let mut memory = Memory { damage: 1.0, gap: 1e-3, ..Memory::default() };
     memory.settle();
-    law.respond(STIFFNESS, at(-1e-3, 4e-4), &mut memory);
+    respond(&law, STIFFNESS, at(-1e-3, 4e-4), &mut memory);
     let half = STIFFNESS.shear * 2e-4;
     assert!((memory.traction.shear.norm() / half - 1.0).abs() < 1e-12, "{memory:?}");
 }

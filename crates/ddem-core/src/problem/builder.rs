@@ -8,7 +8,7 @@ use crate::boundary::Borders;
 use crate::conditions::{Conditions, Fixed, Loaded};
 use crate::element::{Elastic, ElementKind};
 use crate::geometry::{
-    Abutment, Geometry, HexMesh, MeshBlock, MeshError, Stages, Vec3, abutting, bounds,
+    Abutment, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Vec3, abutting, bounds,
 };
 use crate::grid::meeting;
 use crate::history::Course;
@@ -284,45 +284,14 @@ impl ProblemBuilder {
         numbers[node as usize].ok_or_else(inside)
     }
 
-    /// Block and face of each node quad, by the nodes of the mesh.
-    fn face(
-        &self,
-        quad: [u32; 4],
-        of_node: &BTreeMap<u32, (usize, usize)>,
-    ) -> Option<(usize, FaceOf)> {
-        let places = quad.map(|node| of_node.get(&node));
-        let (block, _) = *places[0]?;
-        let n = self.blocks[block].divisions + 1;
-        let mut at = [[0; 3]; 4];
-        for (at, place) in at.iter_mut().zip(places) {
-            let &(own, local) = place?;
-            if own != block {
-                return None;
-            }
-            *at = [local % n, local / n % n, local / (n * n)];
-        }
-        (0..6)
-            .map(FaceOf::of_number)
-            .find(|face| {
-                let level = if face.upper { n - 1 } else { 0 };
-                at.iter().all(|at| at[face.direction] == level)
-            })
-            .map(|face| (block, face))
-    }
-
     /// Joints between faces, sorted by their blocks.
     fn abutments(&self, geometry: &Geometry) -> Result<Vec<Abutment>, BuildError> {
-        let mut of_node = BTreeMap::new();
-        for (block, found) in self.blocks.iter().enumerate() {
-            of_node.extend(
-                found.nodes.iter().enumerate().map(|(local, &node)| (node, (block, local))),
-            );
-        }
+        let faces = MeshFaces::new(&self.blocks);
         let mut joined: BTreeMap<[u32; 2], Abutment> = BTreeMap::new();
         for &FacePair { quads, joint } in &self.pairs {
             let mut sides = Vec::with_capacity(2);
             for quad in quads {
-                sides.push(self.face(quad, &of_node).ok_or(BuildError::NoFace { quad })?);
+                sides.push(faces.of(quad).ok_or(BuildError::NoFace { quad })?);
             }
             sides.sort_by_key(|(block, _)| *block);
             let [(a, face_a), (b, face_b)] = sides[..] else { continue };

@@ -8,7 +8,7 @@ use ddem_core::problem::{
     BuildError, HexMesh, JointElasticity, JointProperties, MeshError, Period, ProblemBuilder,
 };
 use ddem_core::{Damping, Model, Simulation, TimeStep};
-use ddem_deck::{Fix, Joint, JointChoice, Where};
+use ddem_deck::{BlockMesh, BlockSet, Deck, Fix, Joint, JointChoice, MeshJoint, Where};
 
 use crate::decks::*;
 
@@ -181,6 +181,78 @@ fn is_corner(mesh: &HexMesh, node: u32, axes: [[f64; 3]; 3]) -> bool {
     let along = y / axes[1][1];
     let along = [x - along * axes[1][0], along];
     along.iter().all(|x| (x - x.round()).abs() < 1e-9)
+}
+
+/// A set that is given as a mesh, joined by the joint of the set or by pairs of faces, as sets of one block each.
+#[test]
+fn sets_given_as_meshes_are_those_of_single_blocks() {
+    let mesh = row(3, 2, UPRIGHT);
+    let springs =
+        Joint { normal_stiffness: Some(1e11), shear_stiffness: Some(4e10), ..Joint::default() };
+    let mut single = deck([1, 1, 1], [1.0, 1.0, 1.0], 2, 0.0);
+    single.joints.insert("seam".into(), springs);
+    single.model.gravity = [3.0, 0.0, -9.81];
+    single.fix = vec![Fix { region: plane(0, 0.0), axes: "xyz".into(), ..Fix::default() }];
+    let mut of_mesh = single.clone();
+    for x in [1.0, 2.0] {
+        let origin = [x, 0.0, 0.0];
+        single.blocks.push(BlockSet { origin, ..single.blocks[0].clone() });
+    }
+    let set = &mut of_mesh.blocks[0];
+    (set.size, set.count, set.divisions) = (None, None, BlockSet::default().divisions);
+    let HexMesh { nodes, hexes, blocks } = mesh.clone();
+    set.mesh = Some(BlockMesh { nodes, hexes, blocks, joints: Vec::new() });
+    let mut in_pairs = of_mesh.clone();
+    let set = &mut in_pairs.blocks[0];
+    set.joint = None;
+    let pair = |block: u32| MeshJoint {
+        faces: faces(&mesh, f64::from(block) + 1.0, block),
+        joint: "seam".into(),
+    };
+    set.mesh.as_mut().unwrap().joints = vec![pair(0), pair(1)];
+    let rest = |deck: &Deck| {
+        let mut simulation = Simulation::new(model(deck));
+        assert_eq!(simulation.model().n_joints(), 2);
+        simulation.relax(1e-10, 20_000).unwrap();
+        let end = plane(0, 3.0).nodes(simulation.model()).unwrap();
+        let u: Vec<[f64; 3]> =
+            end.iter().map(|&node| simulation.displacement(node as usize)).collect();
+        let points: Vec<[f64; 3]> =
+            end.iter().map(|&node| simulation.model().point(node as usize)).collect();
+        (points, u)
+    };
+    let (places, expected) = rest(&single);
+    for deck in [&of_mesh, &in_pairs] {
+        let (points, found) = rest(deck);
+        assert_eq!(points, places);
+        for (u, v) in expected.iter().flatten().zip(found.iter().flatten()) {
+            assert!((u - v).abs() < 1e-12 + 1e-6 * v.abs(), "{u} {v}");
+        }
+    }
+    assert!(warnings(&of_mesh).is_empty(), "{:?}", warnings(&of_mesh));
+
+    let refused = |change: &dyn Fn(&mut BlockSet)| {
+        let mut deck = in_pairs.clone();
+        change(&mut deck.blocks[0]);
+        let error = deck.build().map(|_| ()).unwrap_err();
+        error.faults[0].to_string()
+    };
+    let both = refused(&|set| set.size = Some([1.0; 3]));
+    assert!(both.starts_with("blocks[0].size: `size` does not go with `mesh`"), "{both}");
+    let far = refused(&|set| {
+        let [_, other] = faces(&mesh, 2.0, 1);
+        set.mesh.as_mut().unwrap().joints[0].faces[1] = other;
+    });
+    assert!(
+        far.starts_with("blocks[0].mesh.joints[0].faces: the two faces do not lie on"),
+        "{far}"
+    );
+    let none = refused(&|set| set.mesh.as_mut().unwrap().joints[1].faces[0] = [0, 1, 2, 40]);
+    assert!(none.starts_with("blocks[0].mesh.joints[1].faces: four of the nodes"), "{none}");
+    let bent = refused(&|set| set.mesh.as_mut().unwrap().nodes[5][2] += 0.1);
+    assert!(bent.starts_with("blocks[0].mesh: block 0 with 8 hexahedra"), "{bent}");
+    let name = refused(&|set| set.mesh.as_mut().unwrap().joints[1].joint = "sem".into());
+    assert!(name.contains("did you mean `seam`?"), "{name}");
 }
 
 #[test]

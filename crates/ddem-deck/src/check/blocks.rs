@@ -3,7 +3,7 @@
 use super::conditions::force_time;
 use super::region::{Of, dips, region};
 use super::{Faults, NameFaults, Rule, shown};
-use crate::schema::{BlockSet, COORDINATES, Deck, JointChoice, Remove};
+use crate::schema::{BlockMesh, BlockSet, COORDINATES, Deck, JointChoice, Remove};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -25,6 +25,10 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             faults.add(format!("{at}.material"), "key `material` is missing or empty");
         } else {
             material(deck, format!("{at}.material"), &set.material, faults);
+        }
+        if let Some(mesh) = &set.mesh {
+            of_mesh(deck, &at, (set, mesh), faults);
+            continue;
         }
         lattice(&at, set, faults);
         joints(deck, &at, set, faults);
@@ -94,6 +98,38 @@ fn lattice(at: &str, set: &BlockSet, faults: &mut Faults) {
             format!("{at}.{key}"),
             format!("the set would have {nodes:.2e} nodes; at most {} can be numbered", u32::MAX),
         );
+    }
+}
+
+/// A set whose blocks are those of a mesh.
+fn of_mesh(deck: &Deck, at: &str, (set, mesh): (&BlockSet, &BlockMesh), faults: &mut Faults) {
+    let standard = BlockSet::default();
+    let given = [
+        ("origin", set.origin != standard.origin),
+        ("size", set.size.is_some()),
+        ("count", set.count.is_some()),
+        ("edges", set.edges.is_some()),
+        ("divisions", set.divisions != standard.divisions),
+        ("axes", set.axes != standard.axes),
+        ("dip", set.dip.is_some()),
+        ("dip_direction", set.dip_direction.is_some()),
+        ("planes", set.planes.is_some()),
+    ];
+    for (key, _) in given.into_iter().filter(|(_, given)| *given) {
+        let help = "the blocks are where their nodes are, and divided as their hexahedra are";
+        faults.add_help(format!("{at}.{key}"), format!("`{key}` does not go with `mesh`"), help);
+    }
+    match &set.joint {
+        Some(JointChoice::All(name)) => joint(deck, format!("{at}.joint"), name, faults),
+        Some(JointChoice::ByNormal { .. }) => faults.add_help(
+            format!("{at}.joint"),
+            "blocks of a `mesh` have no common normals",
+            "name one joint, and others in `mesh.joints` or by `[[assign]]`",
+        ),
+        None => {}
+    }
+    for (k, entry) in mesh.joints.iter().enumerate() {
+        joint(deck, format!("{at}.mesh.joints[{k}].joint"), &entry.joint, faults);
     }
 }
 

@@ -22,6 +22,9 @@ pub struct BlockSet {
     /// Blocks along the three edges; default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub count: Option<[u32; 3]>,
+    /// Blocks as hexahedra of another program, instead of a lattice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<BlockMesh>,
     /// Uneven cuts; an edge given here needs neither `size` nor `count`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edges: Option<Edges>,
@@ -59,6 +62,7 @@ impl Default for BlockSet {
             origin: [0.0; 3],
             size: None,
             count: None,
+            mesh: None,
             edges: None,
             divisions: 4,
             material: String::new(),
@@ -98,6 +102,31 @@ impl Deck {
     pub(crate) fn set_name(&self, set: usize) -> String {
         self.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"))
     }
+}
+
+/// Blocks as hexahedra: parallelepipeds, each divided evenly along its three edges.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlockMesh {
+    /// Positions of the nodes, shape `(n_nodes, 3)` `[m]`.
+    pub nodes: Vec<[f64; 3]>,
+    /// Nodes of the hexahedra in VTK's order, from 0, shape `(n_hexes, 8)`.
+    pub hexes: Vec<[u32; 8]>,
+    /// Block of each hexahedron, numbers from 0 without gaps, shape `(n_hexes)`.
+    pub blocks: Vec<u32>,
+    /// Joints of single pairs of faces, instead of the `joint` of the set; later entries win.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<MeshJoint>,
+}
+
+/// A joint between two faces of blocks of a mesh.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeshJoint {
+    /// Four nodes on each of the two faces, as those of a hexahedron there.
+    pub faces: [[u32; 4]; 2],
+    /// Name of the joint.
+    pub joint: String,
 }
 
 /// Positions of the cuts along each edge, from the first face to the last `[m]`.

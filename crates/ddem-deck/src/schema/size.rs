@@ -26,8 +26,12 @@ impl Size {
                 let cuts = edges.and_then(|e| [&e.x, &e.y, &e.z][d].as_ref());
                 cuts.map_or(set.count.map_or(1.0, |c| f64::from(c[d])), |c| c.len() as f64 - 1.0)
             };
-            let blocks = count(0) * count(1) * count(2);
-            let n = f64::from(set.elements_along_edge()) + 1.0;
+            let mut blocks = count(0) * count(1) * count(2);
+            let mut n = f64::from(set.elements_along_edge()) + 1.0;
+            if let Some(mesh) = &set.mesh {
+                blocks = mesh.blocks.iter().max().map_or(0.0, |last| f64::from(*last) + 1.0);
+                n = (mesh.nodes.len() as f64 / blocks.max(1.0)).cbrt();
+            }
             size.blocks += blocks;
             size.nodes += blocks * n.powi(3);
             // State, forces and a frame of output for each node; joint shares and neighbours for

@@ -9,7 +9,7 @@ const WELDED: f64 = 1e-6;
 
 /// Triangles of a surface by their corners.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Mesh {
+pub(crate) struct SurfaceMesh {
     /// `[m]`.
     pub(crate) points: Vec<[f64; 3]>,
     /// Those with three different corners.
@@ -18,7 +18,7 @@ pub(crate) struct Mesh {
 
 impl Triangles {
     /// The triangles with corners that lie on each other made one.
-    pub(crate) fn mesh(&self) -> Mesh {
+    pub(crate) fn mesh(&self) -> SurfaceMesh {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
         for corner in self.0.iter().flatten() {
@@ -30,7 +30,7 @@ impl Triangles {
         let numbers = self.0.iter().map(|corners| corners.map(|corner| welder.number(corner)));
         let triangles: Vec<[u32; 3]> =
             numbers.filter(|[a, b, c]| a != b && b != c && c != a).collect();
-        Mesh { points: welder.points, triangles }
+        SurfaceMesh { points: welder.points, triangles }
     }
 }
 
@@ -78,7 +78,7 @@ impl Welder {
     }
 }
 
-impl Mesh {
+impl SurfaceMesh {
     /// Number of triangles along each edge, the lower node first, and of those the other way.
     fn edges(&self) -> BTreeMap<[u32; 2], [usize; 2]> {
         let mut edges = BTreeMap::new();

@@ -109,6 +109,7 @@ class Model:
         origin: Vector = ...,
         size: Vector | None = None,
         count: Sequence[int] | None = None,
+        mesh: Mapping[str, Any] | None = None,
         edges: Mapping[str, Vector] | None = None,
         divisions: int = 4,
         material: str | Material,

@@ -20,6 +20,7 @@ pub(super) fn abutments(
     geometry: &Geometry,
     (deck, names, stage): (&Deck, &Names, usize),
     sets: &Sets,
+    pairs: &HashMap<[u32; 2], u16>,
 ) -> [Vec<Abutment>; 2] {
     if geometry.lattices.len() < 2 {
         return [Vec::new(), Vec::new()];
@@ -38,13 +39,21 @@ pub(super) fn abutments(
     let other = |&[a, b]: &[u32; 2]| {
         geometry.bodies[a as usize].lattice != geometry.bodies[b as usize].lattice
     };
-    let seats = Seats(geometry);
-    let abut = |blocks: [u32; 2]| {
-        faces().find_map(|faces| seats.abut(blocks, faces, (&joints, &assigned)))
-    };
+    let (seats, rules) = (Seats(geometry), Rules { joints, assigned, pairs });
+    let abut = |blocks: [u32; 2]| faces().find_map(|faces| seats.abut(blocks, faces, &rules));
     let near = seats.near(thickest).into_iter().filter(other).filter_map(abut);
     let (joined, apart): (Vec<_>, Vec<_>) = near.partition(|(_, joined)| *joined);
     [joined, apart].map(|all| all.into_iter().map(|(abutment, _)| abutment).collect())
+}
+
+/// Joints that faces of two lattices get.
+struct Rules<'a> {
+    /// Thickness `[m]` and normal stiffness `[Pa/m]` of each joint.
+    joints: Vec<[f64; 2]>,
+    /// Joints that are assigned to parts of the model; later ones win.
+    assigned: Vec<(Region, u16)>,
+    /// Joints that are given to two blocks.
+    pairs: &'a HashMap<[u32; 2], u16>,
 }
 
 /// A face of each of two bodies.
@@ -96,13 +105,15 @@ impl Seats<'_> {
         &self,
         blocks: [u32; 2],
         faces: [FaceOf; 2],
-        (joints, assigned): (&[[f64; 2]], &[(Region, u16)]),
+        rules: &Rules<'_>,
     ) -> Option<(Abutment, bool)> {
         let bodies = blocks.map(|block| block as usize);
         let seats = self.0.opposed(bodies, faces)?;
         let fine = usize::from(seats[1].area <= seats[0].area);
-        let joint = self.joint_between(bodies, faces, fine, (&seats[fine], assigned))?;
-        let [thickness, stiffness] = joints[joint as usize];
+        let given = rules.pairs.get(&blocks).copied();
+        let joint = given
+            .or_else(|| self.joint_between(bodies, faces, fine, (&seats[fine], &rules.assigned)))?;
+        let [thickness, stiffness] = rules.joints[joint as usize];
         let FaceOverlap { gap, area } =
             self.0.face_overlap(bodies, &seats, [-thickness, thickness])?;
         let joined = self.joins(bodies, &seats, (gap, thickness));

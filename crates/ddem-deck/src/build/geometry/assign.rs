@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::abut::{Seats, abutments};
+use super::mesh;
 use super::nothing::{no_block, no_joint, nothing};
 use super::{Names, Region};
 use crate::schema::names::segment;
@@ -77,7 +78,12 @@ pub(super) fn assign_anew(
             body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
         }
     }
-    let [joined, apart] = abutments(geometry, (deck, names, stage), sets);
+    let pairs = match mesh::joints(geometry, deck, names) {
+        Ok(pairs) => pairs,
+        Err(faults) => return faults,
+    };
+    let pairs = pairs.into_iter().map(|(blocks, (joint, _))| (blocks, joint)).collect();
+    let [joined, apart] = abutments(geometry, (deck, names, stage), sets, &pairs);
     (geometry.abutments, geometry.apart) = (joined, Arc::new(apart));
     // Joints do not come, nor back, in a run: what is in contact stays so.
     geometry.abutments.retain(|abutment| before.joint_of(abutment.blocks).is_some());

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::Names;
+use super::mesh;
 use super::region::{Flat, Region};
 use crate::schema::names::segment;
 use crate::schema::{BlockSet, Body, Deck, JointChoice};
@@ -17,6 +18,11 @@ pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<F
     let mut lattices = Vec::new();
     let mut nodes = 0.0;
     for (index, set) in deck.blocks.iter().enumerate() {
+        if let Some(mesh) = &set.mesh {
+            nodes += mesh.nodes.len() as f64;
+            lattices.extend(mesh::lattices((index, set), mesh, names)?);
+            continue;
+        }
         let cuts = [0, 1, 2].map(|d| cuts(set, d));
         let cells: f64 = cuts.iter().map(|c| c.count).product();
         nodes += cells * (f64::from(set.elements_along_edge()) + 1.0).powi(3);

@@ -5,6 +5,7 @@ mod assign;
 mod convex;
 pub(super) mod interface;
 mod lattice;
+mod mesh;
 mod nothing;
 mod orientation;
 mod overlap;
@@ -81,10 +82,13 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
         return Err(vec![Fault::new("remove", "every block is taken out: nothing is left")]);
     }
     geometry.touching = overlap::touching(&geometry.lattices);
-    let [joined, apart] = abut::abutments(&geometry, (deck, names, 0), &sets);
+    let given = mesh::joints(&geometry, deck, names)?;
+    let pairs = given.iter().map(|(blocks, (joint, _))| (*blocks, *joint)).collect();
+    let [joined, apart] = abut::abutments(&geometry, (deck, names, 0), &sets, &pairs);
     (geometry.abutments, geometry.apart) = (joined, Arc::new(apart));
     geometry.abutting = abutting(&geometry.abutments);
-    let faults = assign::unused_faults(&geometry, deck, &unused, &of);
+    let mut faults = assign::unused_faults(&geometry, deck, &unused, &of);
+    faults.extend(mesh::apart(&geometry, given));
     if !faults.is_empty() {
         return Err(faults);
     }

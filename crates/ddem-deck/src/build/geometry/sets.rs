@@ -3,26 +3,43 @@
 use ddem_core::problem::{Lattice, Set, Sets, Vec3, bounds, bounds_of};
 
 use super::region::Flat;
-use crate::schema::{Deck, Side};
+use crate::schema::{BlockSet, Deck, Side};
 
 /// The sets of a deck, from their lattices before any is refined.
 pub(super) fn sets(deck: &Deck, lattices: &[Lattice]) -> Sets {
-    let set = |lattice: &Lattice| {
-        let end = |d: usize| {
-            let normal = lattice.normal(d);
-            let (start, along) = (normal.dot(&lattice.origin), normal.dot(&lattice.axes[d]));
-            let cuts = &lattice.cuts[d];
-            let ends = [cuts.first(), cuts.last()].map(|cut| cut.copied().unwrap_or(0.0));
-            (normal, ends.map(|cut| start + along * cut))
+    let set = |(index, entry): (usize, &BlockSet)| {
+        let own: Vec<&Lattice> = lattices.iter().filter(|lattice| lattice.set == index).collect();
+        let (ends, corners) = match own[..] {
+            [lattice] if entry.mesh.is_none() => (ends_of(lattice), lattice.corners()),
+            _ => box_around(&own),
         };
-        Set {
-            name: deck.blocks[lattice.set].name.clone(),
-            label: deck.set_name(lattice.set),
-            ends: [0, 1, 2].map(end),
-            corners: lattice.corners(),
-        }
+        Set { name: entry.name.clone(), label: deck.set_name(index), ends, corners }
     };
-    Sets { bounds: bounds(lattices), list: lattices.iter().map(set).collect() }
+    let list = deck.blocks.iter().enumerate().map(set).collect();
+    Sets { bounds: bounds(lattices), list }
+}
+
+/// Unit normals of the sides of a set, and positions of its two ends along them.
+type Ends = [(Vec3, [f64; 2]); 3];
+
+fn ends_of(lattice: &Lattice) -> Ends {
+    [0, 1, 2].map(|d| {
+        let normal = lattice.normal(d);
+        let (start, along) = (normal.dot(&lattice.origin), normal.dot(&lattice.axes[d]));
+        let cuts = &lattice.cuts[d];
+        let ends = [cuts.first(), cuts.last()].map(|cut| cut.copied().unwrap_or(0.0));
+        (normal, ends.map(|cut| start + along * cut))
+    })
+}
+
+/// Sides and corners of the box along the coordinate axes around the blocks of a mesh.
+fn box_around(lattices: &[&Lattice]) -> (Ends, [Vec3; 8]) {
+    let corners: Vec<Vec3> = lattices.iter().flat_map(|lattice| lattice.corners()).collect();
+    let [low, high] = bounds_of(&corners);
+    let end = |d: usize, k: usize| if k >> d & 1 == 1 { high[d] } else { low[d] };
+    let corner = |k: usize| Vec3::from([0, 1, 2].map(|d| end(d, k)));
+    let ends = [0, 1, 2].map(|d| (Vec3::ith(d, 1.0), [low[d], high[d]]));
+    (ends, std::array::from_fn(corner))
 }
 
 /// Corners of the box around some sets.

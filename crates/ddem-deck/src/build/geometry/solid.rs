@@ -4,7 +4,7 @@
 //! not crossed as often one way as the other. Which triangles the line meets is decided edge by edge, and
 //! two triangles that share an edge decide alike: a line through an edge or a corner is counted once.
 
-use crate::schema::Mesh;
+use crate::schema::SurfaceMesh;
 use ddem_core::problem::{Vec3, bounds_of};
 
 /// A closed surface, with its triangles sorted into columns of a grid over x and y.
@@ -23,7 +23,7 @@ pub(super) struct Solid {
 }
 
 impl Solid {
-    pub(super) fn new(mesh: &Mesh, clear: f64) -> Self {
+    pub(super) fn new(mesh: &SurfaceMesh, clear: f64) -> Self {
         let points: Vec<Vec3> = mesh.points.iter().copied().map(Vec3::from).collect();
         let along = ((mesh.triangles.len() as f64).sqrt().ceil() as usize).max(1);
         let mut solid = Self {

@@ -1,0 +1,87 @@
+//! Sets of blocks that are given as hexahedra.
+
+use std::collections::HashMap;
+
+use ddem_core::Fault;
+use ddem_core::problem::{Geometry, HexMesh, Lattice, MeshBlock, MeshFaces};
+
+use super::Names;
+use crate::schema::{BlockMesh, BlockSet, Body, Deck, JointChoice};
+
+/// Blocks of a mesh, in the order of their numbers.
+fn blocks(index: usize, mesh: &BlockMesh) -> Result<Vec<MeshBlock>, Fault> {
+    let BlockMesh { nodes, hexes, blocks, .. } = mesh.clone();
+    let found = HexMesh { nodes, hexes, blocks }.parallelepipeds();
+    found.map_err(|error| Fault::new(format!("blocks[{index}].mesh"), error.to_string()))
+}
+
+/// Lattices of a set given as a mesh: one of a single cell for each block.
+pub(super) fn lattices(
+    (index, set): (usize, &BlockSet),
+    mesh: &BlockMesh,
+    names: &Names,
+) -> Result<Vec<Lattice>, Vec<Fault>> {
+    let material = names.material(&set.material).unwrap_or(0);
+    let joint = match &set.joint {
+        Some(JointChoice::All(name)) => names.joint(name),
+        _ => None,
+    };
+    let lattice = |block: &MeshBlock| {
+        let mut lattice = block.lattice(index, material, set.body == Body::Rigid);
+        if let Some(joint) = joint {
+            lattice.joint = [0; 3].map(|_| vec![joint].into());
+            lattice.own_joint = [joint; 3];
+        }
+        lattice
+    };
+    let blocks = blocks(index, mesh).map_err(|fault| vec![fault])?;
+    Ok(blocks.iter().map(lattice).collect())
+}
+
+/// Joints of single pairs of faces, by their blocks, each with its place in the deck.
+pub(super) fn joints(
+    geometry: &Geometry,
+    deck: &Deck,
+    names: &Names,
+) -> Result<HashMap<[u32; 2], (u16, String)>, Vec<Fault>> {
+    let (mut joints, mut faults) = (HashMap::new(), Vec::new());
+    for (index, set) in deck.blocks.iter().enumerate() {
+        let Some(mesh) = set.mesh.as_ref().filter(|mesh| !mesh.joints.is_empty()) else { continue };
+        let found = blocks(index, mesh).map_err(|fault| vec![fault])?;
+        let faces = MeshFaces::new(&found);
+        // Refined blocks are in lattices of their own, after all others.
+        let first = geometry.lattices.iter().position(|lattice| lattice.set == index).unwrap_or(0);
+        for (k, entry) in mesh.joints.iter().enumerate() {
+            let place = format!("blocks[{index}].mesh.joints[{k}]");
+            let [Some((a, _)), Some((b, _))] = entry.faces.map(|quad| faces.of(quad)) else {
+                let message = "four of the nodes are not on one face of a block";
+                faults.push(Fault::new(format!("{place}.faces"), message));
+                continue;
+            };
+            let body = |block: usize| geometry.lattices[first + block].body[0];
+            let mut pair = [body(a), body(b)];
+            pair.sort_unstable();
+            if let Some(joint) = names.joint(&entry.joint) {
+                joints.insert(pair, (joint, place));
+            }
+        }
+    }
+    if faults.is_empty() { Ok(joints) } else { Err(faults) }
+}
+
+/// Faults of joints of single pairs of faces that join nothing, of blocks that are there.
+pub(super) fn apart(geometry: &Geometry, given: HashMap<[u32; 2], (u16, String)>) -> Vec<Fault> {
+    let there = |block: &u32| (*block as usize) < geometry.bodies.len();
+    let alone = given
+        .into_iter()
+        .filter(|(blocks, _)| blocks.iter().all(there) && geometry.joint_of(*blocks).is_none());
+    let mut places: Vec<String> = alone.map(|(_, (_, place))| place).collect();
+    places.sort();
+    let fault = |place: String| {
+        let message = "the two faces do not lie on each other";
+        let help =
+            "they must look at each other and touch, or be as far apart as the joint is thick";
+        Fault::new(format!("{place}.faces"), message).help(help)
+    };
+    places.into_iter().map(fault).collect()
+}

@@ -1,0 +1,47 @@
+"""Blocks given as hexahedra of another program."""
+
+import ddem
+import numpy as np
+import pytest
+
+CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
+
+
+def column(blocks: int) -> dict:
+    nodes = np.vstack([CUBE + (0, 0, block) for block in range(blocks)])
+    hexes = np.arange(8 * blocks).reshape(blocks, 8)
+    return {"nodes": nodes, "hexes": hexes, "blocks": np.arange(blocks)}
+
+
+def test_a_column_from_arrays_bears_its_weight():
+    rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+    seam = ddem.Joint(normal_stiffness=1e10, shear_stiffness=4e9)
+    model = ddem.Model(gravity=(0, 0, -9.81))
+    model.add_blocks(mesh=column(5), material=rock, joint=seam)
+    model.fix("xyz", z=0.0)
+    simulation = model.build()
+    assert (simulation.n_blocks, simulation.n_nodes) == (5, 40)
+    simulation.relax(tolerance=1e-8)
+    assert simulation.reaction(z=0.0)[2] == pytest.approx(5 * 2400 * 9.81, rel=1e-6)
+    again = ddem.Model.from_deck(model.to_deck()).build()
+    assert again.n_nodes == 40
+
+
+def test_joints_of_pairs_of_faces():
+    rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+    seam = ddem.Joint(normal_stiffness=1e10, shear_stiffness=4e9)
+    mesh = column(2)
+    mesh["joints"] = [{"faces": [mesh["hexes"][0][4:], mesh["hexes"][1][:4]], "joint": seam}]
+    model = ddem.Model()
+    model.add_blocks(mesh=mesh, material=rock)
+    assert len(model.build().pairs()["point"]) == 4
+
+
+def test_what_is_wrong_with_a_mesh_is_named():
+    rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
+    mesh = column(2)
+    mesh["nodes"][3] += 0.1
+    model = ddem.Model()
+    model.add_blocks(mesh=mesh, material=rock)
+    with pytest.raises(ddem.ModelError, match="block 0 with 1 hexahedra is no parallelepiped"):
+        model.build()
