@@ -38,6 +38,7 @@ mod inertia;
 mod joints;
 mod kinematics;
 mod lanes;
+mod leapfrog;
 mod mechanism;
 mod model;
 mod motion;

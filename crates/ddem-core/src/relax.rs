@@ -17,7 +17,7 @@ use crate::motion::Motion;
 use crate::simulation::{LOOKS, Simulation};
 use crate::stage::allow_tolerance;
 use crate::state::{Memory, State};
-use crate::step::{advance_relaxing, balance};
+use crate::step::{Trial, advance_relaxing, balance};
 use crate::timestep::{largest_clustered, largest_of_gases};
 
 /// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
@@ -193,8 +193,7 @@ impl Simulation {
         self.state.fills.iter_mut().zip(began).for_each(|(fill, began)| fill.began = began);
         let (context, state, scratch) = self.parts();
         let State { u, v, poses, breaks, contacts, .. } = state;
-        let (mut sums, losses) =
-            balance(context, (u, v, poses), (breaks, contacts), scratch, false);
+        let (mut sums, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
         if sums.applied == 0.0 {
             // Nothing is applied: the forces at the start are the measure.
             memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
@@ -302,7 +301,7 @@ impl Simulation {
         context.failing = Some((MOST_LOADED * overload).max(1.0));
         context.turning &= turning;
         let State { u, v, poses, breaks, contacts, .. } = state;
-        let (_, losses) = balance(context, (u, v, poses), (breaks, contacts), scratch, false);
+        let (_, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
         self.book_losses(losses);
         let fails = self.state.failed != failed;
         if fails {

@@ -182,6 +182,14 @@ impl State {
         state
     }
 
+    /// A step of time has been made.
+    pub(crate) fn count_step(&mut self, time_step: f64) {
+        self.steps += 1;
+        let (time, step) = self.origin;
+        self.time = time + (self.steps - step) as f64 * time_step;
+        self.whole = false;
+    }
+
     /// Nothing moves.
     pub(crate) fn rest(&mut self) {
         self.v.fill(Lanes::ZERO);

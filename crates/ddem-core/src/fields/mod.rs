@@ -12,6 +12,7 @@ use crate::breaks::Point;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;
+use crate::leapfrog::local_damping;
 use crate::pairs::PairAt;
 use crate::simulation::Simulation;
 use crate::stage::StageKind;
@@ -259,8 +260,7 @@ impl Simulation {
         let class = &self.motion.classes[self.model.assembly.pack_inertia[pack] as usize];
         let [a, b, _] = class.at(at, lane);
         let f = self.scratch.f[place].0[lane];
-        let damping = if v == 0.0 { 0.0 } else { self.motion.local * f.abs() * v.signum() };
-        0.5 * (v + a * v + b * (f - damping))
+        0.5 * (v + a * v + b * (f - local_damping(self.motion.local, f, v)))
     }
 
     /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape
@@ -279,7 +279,7 @@ impl Simulation {
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
         trial.clone_from(&state.breaks);
-        let pass = context.pass((&state.u, &state.v), false);
+        let pass = context.pass(&state.u, &state.v);
         let pass = crate::step::Pass { viscous: None, ..pass };
         crate::step::forces(pass, &mut trial, None, scratch);
         scratch.trial = trial;

@@ -3,9 +3,10 @@
 use super::Simulation;
 use crate::breaks::Losses;
 use crate::energy::Energy;
+use crate::leapfrog::local_damping;
 use crate::scratch::Scratch;
-use crate::state::Work;
-use crate::step::balance;
+use crate::state::{State, Work};
+use crate::step::{Trial, balance};
 use crate::sums::Sums;
 
 impl Simulation {
@@ -17,15 +18,16 @@ impl Simulation {
             let _ = self.take_factors().and_then(|()| self.take_pushes());
         }
         self.press();
-        let (context, state, scratch) = self.parts();
-        let mut trial = std::mem::take(&mut scratch.trial);
-        trial.clone_from(&state.breaks);
+        let (mut context, state, scratch) = self.parts();
+        context.energies = true;
+        let mut breaks = std::mem::take(&mut scratch.trial);
+        breaks.clone_from(&state.breaks);
         let mut contacts = std::mem::take(&mut scratch.trial_contacts);
         contacts.clone_from(&state.contacts);
-        let joints = (&mut trial, &mut contacts);
-        let fields = (&state.u[..], &state.v[..], &state.poses[..]);
-        let (sums, losses) = balance(context, fields, joints, scratch, true);
-        (scratch.trial, scratch.trial_contacts) = (trial, contacts);
+        let State { u, v, poses, .. } = state;
+        let trial = Trial { u, v, poses, breaks: &mut breaks, contacts: &mut contacts };
+        let (sums, losses) = balance(context, trial, scratch);
+        (scratch.trial, scratch.trial_contacts) = (breaks, contacts);
         self.losing = losses;
         self.last = sums;
         self.measured = Some(self.state.steps);
@@ -91,8 +93,8 @@ impl Simulation {
                 for (lane, v) in self.state.v[place].0.iter_mut().enumerate() {
                     let [a, b, _] = class.at(at, lane);
                     let f = f.0[lane];
-                    let local = if *v == 0.0 { 0.0 } else { f.abs() * v.signum() };
-                    *v = (2.0 * *v - b * (f - self.motion.local * local)) / (1.0 + a);
+                    let local = local_damping(self.motion.local, f, *v);
+                    *v = (2.0 * *v - b * (f - local)) / (1.0 + a);
                 }
             }
         }

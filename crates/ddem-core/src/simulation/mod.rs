@@ -365,6 +365,7 @@ impl Simulation {
             turning: self.model.can_meet(),
             undamped,
             waits: false,
+            energies: false,
             time: self.state.time,
         };
         (context, &mut self.state, &mut self.scratch)

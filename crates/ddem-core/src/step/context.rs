@@ -1,11 +1,14 @@
 //! Model, conditions and settings of a step: all that it reads besides the state.
 
 use super::first::Pass;
-use crate::boundary::{Dashpot, Outside, Push};
+use crate::boundary::{Outside, Push};
 use crate::conditions::Active;
+use crate::force::boundary::Dashpots;
+use crate::force::support::Supports;
 use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::motion::{Coefficients, Motion};
+use crate::pack::Pack;
 use crate::pass::Viscous;
 
 /// Model, conditions and settings of a step.
@@ -33,12 +36,14 @@ pub(crate) struct Context<'a> {
     pub(crate) turning: bool,
     /// A step in which pairs fail is not taken.
     pub(crate) waits: bool,
+    /// Strain energies are asked for.
+    pub(crate) energies: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
 }
 
 impl<'a> Context<'a> {
-    pub(crate) fn pass<'b>(&self, (u, v): (&'b [Lanes], &'b [Lanes]), energies: bool) -> Pass<'b>
+    pub(crate) fn pass<'b>(&self, u: &'b [Lanes], v: &'b [Lanes]) -> Pass<'b>
     where
         'a: 'b,
     {
@@ -56,7 +61,7 @@ impl<'a> Context<'a> {
             viscous: self.viscous(v),
             held: &self.active.held_bodies,
             linear: false,
-            energies,
+            energies: self.energies,
         }
     }
 
@@ -77,20 +82,48 @@ impl<'a> Context<'a> {
     pub(super) fn is_viscous(&self, pack: usize) -> bool {
         self.motion.stiffness > 0.0 || self.slides(pack).is_some()
     }
+}
 
-    pub(super) fn dashpots(&self, pack: usize) -> &'a [Dashpot] {
-        &self.outside.dashpots[self.outside.of(pack)]
+/// What a step reads of one pack.
+#[derive(Clone, Copy)]
+pub(super) struct PackContext<'a> {
+    pub(super) step: Context<'a>,
+    pub(super) index: usize,
+    pub(super) pack: &'a Pack,
+    pub(super) divisions: usize,
+    pub(super) class: &'a Coefficients,
+    /// Masses of its nodes `[kg]`.
+    pub(super) mass: &'a [Lanes],
+    pub(super) supports: Supports<'a>,
+    pub(super) dashpots: Dashpots<'a>,
+}
+
+impl<'a> PackContext<'a> {
+    pub(super) fn new(step: Context<'a>, index: usize) -> Self {
+        let Context { model, active, outside, velocities, .. } = step;
+        let pack = &model.packs.packs[index];
+        let class = model.assembly.pack_inertia[index] as usize;
+        let first = 3 * pack.start;
+        let (own, dashpots) = (active.supports_of(index), outside.of(index));
+        let (list, pushes) = (&outside.dashpots[dashpots.clone()], &step.pushes[dashpots]);
+        Self {
+            step,
+            index,
+            pack,
+            divisions: model.packs.shape_of(pack).divisions,
+            class: &step.motion.classes[class],
+            mass: &model.assembly.inertia[class].mass,
+            supports: Supports { list: &active.supports[own], velocities, first },
+            dashpots: Dashpots { list, pushes, velocities, first },
+        }
     }
 
-    pub(super) fn pushes(&self, pack: usize) -> &'a [Push] {
-        &self.pushes[self.outside.of(pack)]
+    pub(super) fn is_rigid(&self) -> bool {
+        self.pack.rigid
     }
 
-    pub(super) fn inertia(&self, pack: usize) -> usize {
-        self.model.assembly.pack_inertia[pack] as usize
-    }
-
-    pub(super) fn coefficients(&self, pack: usize) -> &Coefficients {
-        &self.motion.classes[self.inertia(pack)]
+    /// Places of a row of nodes in a nodal field.
+    pub(super) fn row(&self) -> usize {
+        3 * (self.divisions + 1)
     }
 }

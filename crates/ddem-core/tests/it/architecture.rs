@@ -31,7 +31,7 @@ const ROWS: [&[&str]; 25] = [
         "element", "law", "rigid", "touch", "grid", "groups", "history", "stage", "sums", "energy",
         "watch",
     ],
-    &["lanes", "simd", "exact", "rules"],
+    &["lanes", "leapfrog", "simd", "exact", "rules"],
 ];
 /// Below all rows.
 const LOWEST: [&str; 1] = ["error"];
