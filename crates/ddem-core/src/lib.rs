@@ -63,7 +63,9 @@ mod step;
 mod sums;
 mod timestep;
 mod touch;
+mod tracked;
 mod verdict;
+mod view;
 mod watch;
 
 pub use build::{Interface, Selection};

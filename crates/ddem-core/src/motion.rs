@@ -62,8 +62,6 @@ pub(crate) struct Motion {
     pub(crate) local: f64,
     /// Velocities are at a whole step: the first half step of a stage.
     pub(crate) start: bool,
-    /// Some damping takes energy.
-    pub(crate) damped: bool,
     /// Relaxation: nothing here moves the nodes, only forces are balanced.
     pub(crate) fictitious: bool,
 }
@@ -92,7 +90,6 @@ impl Motion {
             stiffness: damping.stiffness(),
             local: if let Damping::Local(alpha) = damping { alpha } else { 0.0 },
             start: false,
-            damped: damping != Damping::None,
             fictitious: false,
         }
     }
@@ -100,6 +97,11 @@ impl Motion {
     /// For the balance of forces in relaxation: unit masses, supports at rest.
     pub(crate) fn relaxing(assembly: &Assembly) -> Self {
         Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0) }
+    }
+
+    /// True where some damping takes energy.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.damping != Damping::None
     }
 
     /// Damping `c/m` of a degree of freedom with the stiffness k and the mass m, from `k/m` `[1/s]`.

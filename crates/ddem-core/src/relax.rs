@@ -113,7 +113,7 @@ impl Simulation {
         self.rest();
         // Until a part of the loads has made its first step, those before it act.
         if memory.way != 0.0 || !memory.last.is_empty() {
-            self.factors = memory.present_factors();
+            self.view.factors = memory.present_factors();
         }
         let clusters = self.masses(&memory.to, stop)?;
         self.relaxation = Some(Relaxation { memory, clusters });
@@ -124,7 +124,7 @@ impl Simulation {
     /// with the gas of charges of these factors.
     fn masses(&mut self, to: &[f64], stop: &dyn Fn() -> bool) -> Result<Clusters, RunError> {
         let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
-        for (node, axis) in self.active.held() {
+        for (node, axis) in self.view.active.held() {
             held.entry(node).or_default()[axis] = true;
         }
         let has_failed = self.state.failed != [0; 2];
@@ -157,11 +157,10 @@ impl Simulation {
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
     pub(crate) fn rest(&mut self) {
-        self.measured = None;
-        self.motion = Motion::relaxing(&self.model.assembly);
-        self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
-        self.factors.clone_from(&self.state.load_factors);
-        self.pushes = self.outside.kept();
+        *self.motion = Motion::relaxing(&self.model.assembly);
+        self.view.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+        self.view.factors.clone_from(&self.state.load_factors);
+        self.view.pushes = self.view.outside.kept();
     }
 
     /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is
@@ -187,7 +186,7 @@ impl Simulation {
         Relaxation { memory, clusters }: &mut Relaxation,
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
-        self.factors = memory.present_factors();
+        self.view.factors = memory.present_factors();
         // Nothing gets out while time stands still.
         let began = self.press().into_iter().map(|fill| fill.began);
         self.state.fills.iter_mut().zip(began).for_each(|(fill, began)| fill.began = began);
@@ -206,7 +205,6 @@ impl Simulation {
         work.loads += sums.loads[0];
         work.most = work.most.max((work.loads + work.supports).abs());
         self.state.work.damping += 0.5 * sums.power;
-        self.measured = None;
         self.check(sums, &self.state.contacts)?;
         self.state.whole = false;
         if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
@@ -233,15 +231,16 @@ impl Simulation {
             let done = memory.increment;
             self.note_stresses();
             self.state.v.fill(Lanes::ZERO);
-            self.state.load_factors.clone_from(&self.factors);
+            self.state.load_factors.clone_from(&self.view.factors);
             if done == memory.increments {
                 return Ok(Relaxed::Done);
             }
             memory.next_increment();
             self.keep_slip(true);
             self.begin_increment(memory);
-            self.state.watch.note_calm(self.state.steps);
-            self.state.watch_anew(&self.model, false);
+            let state = &mut *self.state;
+            state.watch.note_calm(state.steps);
+            state.watch_anew(&self.model, false);
             return Ok(Relaxed::Increment(done));
         }
         self.check_motion()?;
@@ -288,7 +287,8 @@ impl Simulation {
             return false;
         }
         memory.looked = true;
-        self.state.watch.note_calm(self.state.steps);
+        let state = &mut *self.state;
+        state.watch.note_calm(state.steps);
         let overload = self.overload();
         let turning = overload <= 1.0;
         if turning && !self.hinges() {
@@ -340,7 +340,7 @@ impl Simulation {
     pub fn finish_relaxation(&mut self) {
         self.settle();
         if self.drop_relaxation() {
-            self.state.load_factors.clone_from(&self.factors);
+            self.state.load_factors.clone_from(&self.view.factors);
         }
     }
 

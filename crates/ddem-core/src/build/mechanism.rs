@@ -35,8 +35,8 @@ impl Simulation {
     /// free.
     #[must_use]
     pub fn free_motion(&self) -> Option<Fault> {
-        let Model { geometry, properties, .. } = &self.model;
-        let motion = free_motion(geometry, &self.active, properties.contact.search)?;
+        let Model { geometry, properties, .. } = &*self.model;
+        let motion = free_motion(geometry, &self.view.active, properties.contact.search)?;
         Some(fault(self.model.site(), geometry, &motion, (0, "in force")))
     }
 }

@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::motion::Motion;
 use crate::rigid::Pose;
 use crate::simd::Simd;
-use crate::simulation::{Simulation, outside};
+use crate::simulation::Simulation;
 use crate::stage::Damping;
 use crate::state::{Fresh, Memory, State, Work};
 
@@ -65,7 +65,7 @@ impl Simulation {
             way,
             peaks,
             watch,
-        } = &self.state;
+        } = &*self.state;
         let mut saved = Saved::default();
         let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
         put("displacement", self.model.plain(u).into_flattened());
@@ -223,14 +223,11 @@ impl Simulation {
             *known = Some(pose(numbers)).filter(|pose| diverged || is_sound(pose))?;
         }
         simulation.scratch.fit(&simulation.model, &simulation.state);
-        simulation.active = simulation.model.active(stage, &simulation.state.applied);
-        let active = &simulation.active;
-        simulation.outside = outside(&simulation.model, &simulation.state, active);
-        simulation.pushes = simulation.outside.kept();
+        simulation.view.renew(&simulation.model, &simulation.state);
         simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;
-        simulation.motion = Motion::dynamic(assembly, damping, time_step);
+        *simulation.motion = Motion::dynamic(assembly, damping, time_step);
         simulation.damping = damping;
         if count("resting") == Some(1) {
             simulation.rest();
@@ -255,7 +252,6 @@ impl Simulation {
             });
         }
         simulation.initial_energy = initial;
-        simulation.measured = None;
         simulation.state.watch = watch::restore(saved)?;
         Some(simulation)
     }

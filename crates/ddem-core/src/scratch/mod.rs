@@ -6,9 +6,7 @@ use std::ops::Range;
 
 use fearless_simd::{Level, dispatch};
 
-use crate::boundary::Outside;
 use crate::breaks::{Breaks, Losses};
-use crate::conditions::Active;
 use crate::contact::Contacts;
 use crate::element::corotation::Frame;
 use crate::exact::sum;
@@ -22,6 +20,7 @@ use crate::pass::Workspace;
 use crate::rigid::Pose;
 use crate::state::State;
 use crate::sums::Sums;
+use crate::view::StageView;
 
 use fields::Bodies;
 pub(crate) use fields::{Access, Forces, Part, Relaxing, Second};
@@ -197,12 +196,12 @@ impl Scratch {
     /// Borrowed for the second pass: fields, shares, and the runs of packs.
     pub(crate) fn second<'a>(
         &'a mut self,
-        active: &'a Active,
-        outside: &'a Outside,
+        view: &'a StageView,
         viscous: bool,
         motions: Motions<'a>,
     ) -> (Second<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
         self.has_viscous(viscous);
+        let StageView { active, outside, .. } = view;
         self.reactions.resize(active.supports.len(), 0.0);
         self.drags.resize(outside.dashpots.len(), [0.0; 3]);
         let Motions { u, v, poses } = motions;

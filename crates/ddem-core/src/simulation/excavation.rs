@@ -34,9 +34,9 @@ impl Simulation {
         if !steps.is_empty() {
             self.finish_relaxation();
             steps.into_iter().for_each(|(geometry, fading)| self.dig(geometry, &fading));
-            let model = &self.model;
-            self.state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
-            self.active = self.model.active(stage, &self.state.applied);
+            let Self { model, state, .. } = self;
+            state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
+            self.view.renew(&self.model, &self.state);
         }
         for (&load, released) in &mut self.state.released {
             if !released.over && self.model.takes_back(load, stage) {
@@ -52,7 +52,6 @@ impl Simulation {
     fn dig(&mut self, now: Arc<Geometry>, fading: &[usize]) {
         // Nothing fails between the two measurements: the next step looks at the new state.
         let held = std::mem::replace(&mut self.holds, true);
-        self.measured = None;
         let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
         let before = self.energy().balance;
         let matter = self.model.assembly.rigid.clone();
@@ -60,19 +59,16 @@ impl Simulation {
         self.spin_on(&matter);
         self.forget_removed();
         self.take_joints(&geometry);
-        self.active = self.model.active(self.state.stage, &self.state.applied);
         self.scratch.fit(&self.model, &self.state);
         // The next step looks whether it is too long now.
         self.critical_steps = [None; 2];
         let assembly = &self.model.assembly;
-        self.motion = if self.motion.fictitious {
+        *self.motion = if self.motion.fictitious {
             Motion::relaxing(assembly)
         } else {
             Motion::dynamic(assembly, self.damping, self.motion.time_step)
         };
-        self.outside = super::outside(&self.model, &self.state, &self.active);
-        self.pushes = self.outside.kept();
-        self.measured = None;
+        self.view.renew(&self.model, &self.state);
         let lost = self.energy().balance - before;
         self.state.work.loads += lost;
         if !fading.is_empty() {
@@ -80,7 +76,6 @@ impl Simulation {
             self.release(fading, &forces, &after);
         }
         self.holds = held;
-        self.measured = None;
     }
 
     /// Rigid blocks with another inertia go on turning as they did: `before` is what resisted.
@@ -127,7 +122,7 @@ impl Simulation {
         for &load in fading {
             self.model.set_released(load, &released);
             self.state.load_factors[load] = 1.0;
-            if let Some(factor) = self.factors.get_mut(load) {
+            if let Some(factor) = self.view.factors.get_mut(load) {
                 *factor = 1.0;
             }
             self.state.released.insert(load, released.clone());

@@ -1,13 +1,13 @@
 //! Stages come into force; and what boundaries and charges do from outside.
 
 use super::Simulation;
-use crate::boundary::{Column, Moving, Outside, Pace};
+use crate::boundary::{Column, Moving, Pace};
 use crate::charge::{Charge, ChargeState, Fill};
-use crate::conditions::Active;
 use crate::error::RunError;
 use crate::geometry::Vec3;
 use crate::model::Model;
 use crate::state::{Fresh, State};
+use crate::view::StageView;
 
 /// Part of its volume at the start with which a cavity is narrower than it was.
 const NARROW: f64 = 0.999;
@@ -29,7 +29,7 @@ impl Simulation {
         // What they bore, they bore with the blocks that are taken out now.
         if !self.model.borders.list.is_empty() {
             self.measure_once();
-            let borne = (&self.active, &self.scratch.reactions[..], &self.state.kept);
+            let borne = (&self.view.active, &self.scratch.reactions[..], &self.state.kept);
             self.state.kept = self.model.borders.kept(stage, borne, &active);
             self.begin_columns(stage);
         }
@@ -42,19 +42,18 @@ impl Simulation {
         });
         self.state.stage = stage;
         // Stages that were skipped begin together with this one.
-        self.state.stage_starts.resize(stage.max(self.state.stage_starts.len()), self.state.time);
-        self.state.stage_starts.truncate(stage);
-        self.state.stage_starts.push(self.state.time);
-        let before = std::mem::replace(&mut self.active, active);
-        self.outside = outside(&self.model, &self.state, &self.active);
-        self.pushes = self.outside.kept();
+        let State { stage_starts, time, .. } = &mut *self.state;
+        stage_starts.resize(stage.max(stage_starts.len()), *time);
+        stage_starts.truncate(stage);
+        stage_starts.push(*time);
+        let held = std::mem::take(&mut self.view.active.held_bodies);
+        self.view.renew(&self.model, &self.state);
         self.excavate(stage);
-        let (packs, now) = (&self.model.packs, &self.active.held_bodies);
+        let (packs, now) = (&self.model.packs, &self.view.active.held_bodies);
         self.state.contacts.hold_anew(|block| {
             let (pack, lane) = packs.slot(block);
-            before.held_bodies[pack][lane] != now[pack][lane]
+            held[pack][lane] != now[pack][lane]
         });
-        self.measured = None;
     }
 
     /// The critical step with the gas of charges, as stiff as it is at the start or more, beside the springs that
@@ -90,7 +89,7 @@ impl Simulation {
     #[must_use]
     pub fn charge(&self, index: usize) -> Option<ChargeState> {
         let conditions = &self.model.conditions;
-        let State { stage, time, stage_starts, .. } = &self.state;
+        let State { stage, time, stage_starts, .. } = &*self.state;
         let (charge, fills) = self.charged().nth(index)?;
         let push = charge.push(&self.moved(charge), fills);
         let factors = conditions.factors(*stage, *time, stage_starts).unwrap_or_default();
@@ -109,7 +108,7 @@ impl Simulation {
             return Ok(());
         }
         self.take_factors()?;
-        let factors = self.factors.iter().skip(self.model.conditions.loaded.len());
+        let factors = self.view.factors.iter().skip(self.model.conditions.loaded.len());
         let acts = self.charged().zip(factors).filter(|(_, factor)| **factor != 0.0);
         let mut fills = acts.flat_map(|((_, fills), _)| fills);
         let begins = fills.any(|fill| fill.began.is_none());
@@ -150,7 +149,7 @@ impl Simulation {
     /// Gas of the charges in force pushes its walls where they are now. Returns what is in the shells by
     /// now.
     pub(crate) fn press(&mut self) -> Vec<Fill> {
-        let Self { model, state, active, factors, .. } = self;
+        let Self { model, state, view: StageView { active, factors, .. }, .. } = self;
         let loads = model.conditions.loaded.len();
         let mut fills = Vec::with_capacity(state.fills.len());
         for (index, charged) in model.conditions.charged.iter().enumerate() {
@@ -192,12 +191,12 @@ impl Simulation {
 
     /// What boundaries will do in the next step, and where that takes the columns.
     pub(super) fn take_pushes(&mut self) -> Result<(), RunError> {
-        if self.outside.dashpots.is_empty() {
-            self.columns = Moving::default();
+        if self.view.outside.dashpots.is_empty() {
+            self.view.columns = Moving::default();
             return Ok(());
         }
-        let State { stage, time, stage_starts, columns, .. } = &self.state;
-        let Model { borders, assembly, .. } = &self.model;
+        let State { stage, time, stage_starts, columns, .. } = &*self.state;
+        let Model { borders, assembly, .. } = &*self.model;
         let factors = borders.factors(*stage, *time, stage_starts)?;
         let motion = &self.motion;
         let rates = |column: &Column, level: usize, dug: bool| {
@@ -217,23 +216,23 @@ impl Simulation {
             local: motion.local,
             stiffness: motion.stiffness,
             factors: &factors,
-            velocities: &self.velocities,
+            velocities: &self.view.velocities,
             rates: &rates,
         };
         let (u, v): (Vec<Vec3>, Vec<Vec3>) = columns.iter().map(|[u, v]| (*u, *v)).unzip();
         let mut moving = Moving::new(columns.len());
-        for standing in &self.outside.standing {
+        for standing in &self.view.outside.standing {
             let column = &borders.list[standing.border].columns[standing.column];
             column.step(standing, &pace, (&u, &v), &mut moving);
         }
-        self.pushes = self.outside.pushes(borders, &factors, &moving);
-        self.columns = moving;
+        self.view.pushes = self.view.outside.pushes(borders, &factors, &moving);
+        self.view.columns = moving;
         Ok(())
     }
 
     /// Columns go the step that was looked at.
     pub(super) fn move_columns(&mut self) {
-        for ([u, v], ahead) in self.state.columns.iter_mut().zip(&self.columns.ahead) {
+        for ([u, v], ahead) in self.state.columns.iter_mut().zip(&self.view.columns.ahead) {
             *u += ahead * self.motion.time_step;
             *v = *ahead;
         }
@@ -241,21 +240,15 @@ impl Simulation {
 
     /// Velocities of the columns come to the present time.
     pub(super) fn settle_columns(&mut self) {
-        for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.columns.mean) {
+        for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.view.columns.mean) {
             *v = *mean;
         }
     }
 
     /// The inverse of it.
     pub(super) fn unsettle_columns(&mut self) {
-        for ([_, v], ahead) in self.state.columns.iter_mut().zip(&self.columns.ahead) {
+        for ([_, v], ahead) in self.state.columns.iter_mut().zip(&self.view.columns.ahead) {
             *v = *v * 2.0 - ahead;
         }
     }
-}
-
-/// Boundaries in force in the present stage.
-pub(crate) fn outside(model: &Model, state: &State, active: &Active) -> Outside {
-    let now = (&model.conditions, state.stage, active);
-    Outside::new(&model.borders, model.made(), now, &state.kept)
 }

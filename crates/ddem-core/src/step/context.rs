@@ -1,8 +1,6 @@
 //! Model, conditions and settings of a step: all that it reads besides the state.
 
 use super::first::Pass;
-use crate::boundary::{Outside, Push};
-use crate::conditions::Active;
 use crate::force::boundary::Dashpots;
 use crate::force::support::Supports;
 use crate::lanes::Lanes;
@@ -10,26 +8,19 @@ use crate::model::Model;
 use crate::motion::{Coefficients, Motion};
 use crate::pack::Pack;
 use crate::pass::Viscous;
+use crate::state::State;
+use crate::view::StageView;
 
 /// Model, conditions and settings of a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Context<'a> {
     pub(crate) model: &'a Model,
-    pub(crate) active: &'a Active,
-    pub(crate) outside: &'a Outside,
-    /// Forces of boundaries besides their dashpots.
-    pub(crate) pushes: &'a [Push],
+    pub(crate) view: &'a StageView,
     pub(crate) motion: &'a Motion,
-    /// Factor of each load at time t.
-    pub(crate) factors: &'a [f64],
     /// Gravity times its factor `[m/s²]`.
     pub(crate) gravity: [f64; 3],
-    /// α of the bodies of each pack that slide, or nothing `[1/s]`.
-    pub(crate) sliding: &'a [Lanes],
     /// As in [`Pass`].
     pub(crate) undamped: bool,
-    /// Velocity of each fix half a step ahead `[m/s]`.
-    pub(crate) velocities: &'a [[f64; 3]],
     /// As in [`Pass`].
     pub(crate) failing: Option<f64>,
     /// As in [`Pass`].
@@ -43,6 +34,29 @@ pub(crate) struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
+    /// In which pairs fail, unless the model `holds`.
+    pub(crate) fn new(
+        model: &'a Model,
+        state: &State,
+        view: &'a StageView,
+        motion: &'a Motion,
+        holds: bool,
+    ) -> Self {
+        let gravity = view.factors.last().copied().unwrap_or(1.0);
+        Self {
+            model,
+            view,
+            motion,
+            gravity: (model.properties.gravity * gravity).into(),
+            failing: (!motion.fictitious && !holds).then_some(1.0),
+            turning: model.can_meet(),
+            undamped: model.is_shaken(state.time, &state.stage_starts),
+            waits: false,
+            energies: false,
+            time: state.time,
+        }
+    }
+
     pub(crate) fn pass<'b>(&self, u: &'b [Lanes], v: &'b [Lanes]) -> Pass<'b>
     where
         'a: 'b,
@@ -59,7 +73,7 @@ impl<'a> Context<'a> {
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
             way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
             viscous: self.viscous(v),
-            held: &self.active.held_bodies,
+            held: &self.view.active.held_bodies,
             linear: false,
             energies: self.energies,
         }
@@ -72,11 +86,11 @@ impl<'a> Context<'a> {
 
     /// α of the bodies of a pack, if any of them slides `[1/s]`.
     pub(super) fn slides(&self, pack: usize) -> Option<Lanes> {
-        self.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
+        self.view.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
     }
 
     pub(super) fn has_viscous(&self) -> bool {
-        self.motion.stiffness > 0.0 || !self.sliding.is_empty()
+        self.motion.stiffness > 0.0 || !self.view.sliding.is_empty()
     }
 
     pub(super) fn is_viscous(&self, pack: usize) -> bool {
@@ -100,12 +114,13 @@ pub(super) struct PackContext<'a> {
 
 impl<'a> PackContext<'a> {
     pub(super) fn new(step: Context<'a>, index: usize) -> Self {
-        let Context { model, active, outside, velocities, .. } = step;
+        let Context { model, view, .. } = step;
+        let StageView { active, outside, pushes, velocities, .. } = view;
         let pack = &model.packs.packs[index];
         let class = model.assembly.pack_inertia[index] as usize;
         let first = 3 * pack.start;
         let (own, dashpots) = (active.supports_of(index), outside.of(index));
-        let (list, pushes) = (&outside.dashpots[dashpots.clone()], &step.pushes[dashpots]);
+        let (list, pushes) = (&outside.dashpots[dashpots.clone()], &pushes[dashpots]);
         Self {
             step,
             index,

@@ -13,7 +13,7 @@ pub(crate) fn shift(context: Context<'_>, state: &mut State) {
     for (index, pack) in packs.packs.iter().enumerate() {
         let own = PackContext::new(context, index);
         let supports = own.supports.list;
-        let way = |fix: u32, axis: u8| context.velocities[fix as usize][usize::from(axis)];
+        let way = |fix: u32, axis: u8| context.view.velocities[fix as usize][usize::from(axis)];
         if supports.iter().all(|support| way(support.fix, support.axis) == 0.0) {
             continue;
         }

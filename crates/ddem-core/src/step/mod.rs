@@ -89,8 +89,7 @@ fn second_pass(
     scratch: &mut Scratch,
 ) -> Sums {
     let viscous = context.has_viscous();
-    let (fields, shares, runs, level) =
-        scratch.second(context.active, context.outside, viscous, motions);
+    let (fields, shares, runs, level) = scratch.second(context.view, viscous, motions);
     let others = Others { shares, contacts };
     spread(&context.model.packs, runs, fields, &|run, mut fields: Second<'_>| {
         dispatch!(level, simd => run_second(simd, context, others, &run, &mut fields));

@@ -38,8 +38,8 @@ pub(super) fn collect<S: Simd>(
 pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
     let external = External {
         gravity: pack.step.gravity,
-        loads: pack.step.active.loads_of(pack.index),
-        factors: pack.step.factors,
+        loads: pack.step.view.active.loads_of(pack.index),
+        factors: &pack.step.view.factors,
     };
     part.loaded = external::apply(simd, external, pack.mass, pack.supports.first, part.q);
     if !pack.dashpots.list.is_empty() {
@@ -92,7 +92,7 @@ pub(super) fn weigh<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_
 #[simd]
 pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
     let motion = pack.step.motion;
-    let damped = motion.damped || part.is_viscous();
+    let damped = motion.is_damped() || part.is_viscous();
     let Part { bodies, f, viscous, sums, reactions, drags, q, loaded, room, .. } = part;
     let trial = matches!(bodies.v, Access::Read(_));
     let v = match &mut bodies.v {

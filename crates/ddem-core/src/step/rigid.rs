@@ -94,7 +94,7 @@ fn stride(pack: &PackContext<'_>, member: &Member<'_>, f: &[Lanes]) -> Stride {
     }
     let after = next.twist(matter);
     let mut drag = local;
-    if motion.damped {
+    if motion.is_damped() {
         // The first half step of a stage is damped by the velocity at its start.
         let then = if gait.start { pose } else { &next };
         for k in 0..3 {

@@ -15,7 +15,7 @@ const ROWS: [&[&str]; 25] = [
     &["scratch"],
     &["force", "frames", "cluster"],
     &["pass"],
-    &["verdict"],
+    &["verdict", "view"],
     &["state", "motion", "pairs"],
     &["model"],
     &["sliding"],
@@ -31,7 +31,7 @@ const ROWS: [&[&str]; 25] = [
         "element", "law", "rigid", "touch", "grid", "groups", "history", "stage", "sums", "energy",
         "watch",
     ],
-    &["lanes", "leapfrog", "simd", "exact", "rules"],
+    &["lanes", "leapfrog", "simd", "exact", "rules", "tracked"],
 ];
 /// Below all rows.
 const LOWEST: [&str; 1] = ["error"];
