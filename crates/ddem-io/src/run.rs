@@ -15,7 +15,7 @@ mod safety;
 mod session;
 mod stage;
 
-pub use begun::{Begun, Went};
+pub use begun::{Begun, Went, enter};
 pub use drive::run;
 pub use failure::RunFailure;
 pub use plan::Plan;

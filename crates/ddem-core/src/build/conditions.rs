@@ -157,7 +157,7 @@ fn released(deck: &Deck, remove: &Remove) -> Loaded {
         forces: Vec::new(),
         history: Course::Given(History::Table(table)),
         period: Period::ALWAYS,
-        fading: Some(Fading { from, fades: fades.is_some(), relaxing, began: 0.0, over: false }),
+        fading: Some(Fading { from, fades: fades.is_some(), relaxing, began: 0.0 }),
     }
 }
 

@@ -11,11 +11,9 @@ use crate::motion::Motion;
 use crate::rigid::{Matter, Pose};
 
 impl Simulation {
-    /// Takes out what is gone in the stage that begins and has not been taken out, one excavation after
-    /// the other, so that each lets its own forces fade. Joints and materials become those of the stage.
-    pub(super) fn excavate(&mut self, stage: usize) {
-        let from = self.state.dug;
-        self.state.dug = from.max(stage);
+    /// Takes out what goes on the way from one stage to another, one excavation after the other, so that
+    /// each lets its own forces fade. Joints and materials become those of the stage.
+    pub(super) fn excavate(&mut self, from: usize, stage: usize) {
         let mut last = from;
         let mut steps = Vec::new();
         for (first, geometry) in self.model.steps(from, stage) {
@@ -24,25 +22,12 @@ impl Simulation {
             steps.push((geometry, fading));
             last = first;
         }
-        // Entered backwards, or forwards from there.
-        let now = self.model.back(stage, self.state.dug);
-        let before = steps.last().map_or(&self.model.geometry, |(geometry, _)| geometry);
-        let differs = |block| now.differs(before, block);
-        if !Arc::ptr_eq(&now, before) && (0..self.model.n_blocks()).any(differs) {
-            steps.push((now, Vec::new()));
-        }
         if !steps.is_empty() {
             self.finish_relaxation();
             steps.into_iter().for_each(|(geometry, fading)| self.dig(geometry, &fading));
             let Self { model, state, .. } = self;
             state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
             self.view.renew(&self.model, &self.state);
-        }
-        for (&load, released) in &mut self.state.released {
-            if !released.over && self.model.takes_back(load, stage) {
-                released.over = true;
-                self.model.set_released(load, released);
-            }
         }
     }
 
@@ -118,7 +103,7 @@ impl Simulation {
         // Entries of one stage fade each with its own part of the blocks beside a node.
         let part = 1.0 / fading.len() as f64;
         missing.values_mut().flatten().for_each(|x| *x *= part);
-        let released = Released { began: self.state.time, over: false, forces: missing };
+        let released = Released { began: self.state.time, forces: missing };
         for &load in fading {
             self.model.set_released(load, &released);
             self.state.load_factors[load] = 1.0;

@@ -26,7 +26,7 @@ impl Simulation {
     /// Contacts are made `anew` where they have another friction now.
     pub(crate) fn ramp_strengths(&mut self, left: usize, part: f64, anew: bool) {
         let Self { model, state, .. } = self;
-        let before = model.back(left, state.dug);
+        let before = model.back(left, state.stage);
         let differs = |block: u32| model.geometry.differs(&before, block as usize);
         if !(0..model.n_blocks()).any(|block| differs(block as u32)) {
             return;

@@ -13,17 +13,25 @@ use crate::view::StageView;
 const NARROW: f64 = 0.999;
 
 impl Simulation {
-    /// Begins stage `stage` of the deck: its supports and loads come into force, and what is taken out
-    /// by then is. Joints and materials become those of the stage; blocks do not come back in an earlier
-    /// one, and a release that has begun goes on until a relax stage is entered. What supports bore that
-    /// end where a boundary is goes on as constant forces.
+    /// Begins stage `stage` of the deck, the present one or a later one: its supports and loads come into
+    /// force, and what is taken out by then is. Joints and materials become those of the stage, and a release
+    /// that has begun goes on until a relax stage. What supports bore that end where a boundary is goes on as
+    /// constant forces.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::EarlierStage`]: [`save`](Self::save) and [`restore`](Self::restore) go back.
     ///
     /// # Panics
     ///
     /// If the model has no such stage; one without stages has stage 0.
-    pub fn enter(&mut self, stage: usize) {
+    pub fn enter(&mut self, stage: usize) -> Result<(), RunError> {
         let n = self.model.n_stages();
         assert!(stage < n, "there is no stage {stage}: the model has {n}, from 0");
+        let left = self.state.stage;
+        if stage < left {
+            return Err(RunError::EarlierStage { stage, present: left });
+        }
         self.settle();
         let active = self.model.active(stage, &self.state.applied);
         // What they bore, they bore with the blocks that are taken out now.
@@ -33,27 +41,21 @@ impl Simulation {
             self.state.kept = self.model.borders.kept(stage, borne, &active);
             self.begin_columns(stage);
         }
-        let left = self.state.stage;
-        let first = if stage >= left { left + 1 } else { stage };
-        let waits = self.state.fresh;
-        self.state.fresh = Some(Fresh {
-            left: waits.map_or(left, |fresh| fresh.left),
-            first: waits.map_or(first, |fresh| fresh.first.min(first)),
-        });
-        self.state.stage = stage;
+        let state = &mut *self.state;
+        state.fresh.get_or_insert(Fresh { left, first: left + 1 });
+        state.stage = stage;
         // Stages that were skipped begin together with this one.
-        let State { stage_starts, time, .. } = &mut *self.state;
-        stage_starts.resize(stage.max(stage_starts.len()), *time);
-        stage_starts.truncate(stage);
-        stage_starts.push(*time);
+        state.stage_starts.resize(stage, state.time);
+        state.stage_starts.push(state.time);
         let held = std::mem::take(&mut self.view.active.held_bodies);
         self.view.renew(&self.model, &self.state);
-        self.excavate(stage);
+        self.excavate(left, stage);
         let (packs, now) = (&self.model.packs, &self.view.active.held_bodies);
         self.state.contacts.hold_anew(|block| {
             let (pack, lane) = packs.slot(block);
             held[pack][lane] != now[pack][lane]
         });
+        Ok(())
     }
 
     /// The critical step with the gas of charges, as stiff as it is at the start or more, beside the springs that

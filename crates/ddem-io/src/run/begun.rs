@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use ddem_core::deck::{Stage, StageKind};
-use ddem_core::{Fault, ModelError, Simulation};
+use ddem_core::{Fault, ModelError, RunError, Simulation};
 
 use super::report::{check_steps, unsafe_steps};
 use super::session::Session;
@@ -203,13 +203,33 @@ impl Session {
     }
 }
 
+/// Enters a stage of the deck.
+///
+/// # Errors
+///
+/// It comes before the present one; the fault names `place`.
+pub fn enter(simulation: &mut Simulation, stage: usize, place: &str) -> Result<(), Fault> {
+    simulation.enter(stage).map_err(|error| match error {
+        RunError::EarlierStage { stage, present } => {
+            let name = |stage: usize| &simulation.model().deck().stage[stage].name;
+            let message = format!(
+                "`{}` comes before `{}`, which has begun: stages are entered forwards only",
+                name(stage),
+                name(present)
+            );
+            Fault::new(place, message).help("load a state that was saved before to go back")
+        }
+        error => Fault::new(place, error.to_string()),
+    })
+}
+
 /// Brings the supports and loads of the deck's stage of the same name into force, if there is one.
 /// Gives what is allowed but perhaps not meant.
 fn begin(simulation: &mut Simulation, stage: &Stage) -> Result<Vec<String>, ModelError> {
     let mut doubts = Vec::new();
     let stages = &simulation.model().deck().stage;
     match stages.iter().position(|own| own.name == stage.name) {
-        Some(own) if own != simulation.stage() => simulation.enter(own),
+        Some(own) if own != simulation.stage() => enter(simulation, own, "name")?,
         Some(_) => {}
         None if stage.name.is_empty() => {}
         None => {
