@@ -45,9 +45,9 @@ fn state(threads: usize, simd: Simd) -> Vec<u64> {
     let mut simulation = Simulation::with_simd(model, simd);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
-        simulation.enter(0);
+        simulation.enter(0).unwrap_or_else(|error| panic!("{error}"));
         simulation.relax(1e-5, 10_000).expect("equilibrium");
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         let stage = deck.stage[1].clone();
         let damping = stage.damping.unwrap_or_default();
         simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");

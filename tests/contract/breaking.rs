@@ -68,9 +68,9 @@ fn state(text: &str, threads: usize, simd: Simd, steps: usize) -> ([u64; 2], Vec
     let mut simulation = Simulation::with_simd(deck.build().expect("a model"), simd);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
-        simulation.enter(0);
+        simulation.enter(0).unwrap_or_else(|error| panic!("{error}"));
         simulation.relax(1e-5, 10_000).expect("equilibrium");
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         let stage = deck.stage[1].clone();
         let damping = stage.damping.unwrap_or_default();
         simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");
@@ -109,9 +109,9 @@ fn strength_far_above_the_load_changes_no_bit() {
     let unbreakable = unbreakable.collect::<Vec<_>>().join("\n");
     let displacements = |text: &str| {
         let mut simulation = Simulation::new(deck(text).build().expect("a model"));
-        simulation.enter(0);
+        simulation.enter(0).unwrap_or_else(|error| panic!("{error}"));
         simulation.relax(1e-5, 10_000).expect("equilibrium");
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         simulation.start(Default::default(), TimeStep::Auto, None).expect("a stable step");
         for _ in 0..100 {
             simulation.step().expect("finite numbers");

@@ -284,7 +284,7 @@ fn a_slope_has_one_limit() {
     let limits = WAYS.map(|(way, _)| {
         let mut simulation = slope(&factors);
         let stays = factors.iter().enumerate().take_while(|(i, _)| {
-            simulation.enter(i + 1);
+            simulation.enter(i + 1).unwrap_or_else(|error| panic!("{error}"));
             rests(&mut simulation, way)
         });
         stays.map(|(_, factor)| factor + 0.005).last().expect("the first one holds")
@@ -296,7 +296,7 @@ fn a_slope_has_one_limit() {
     for (way, name) in [WAYS[0], WAYS[1]] {
         let once = |part: f64| {
             let mut simulation = slope(&[part * limits[0]]);
-            simulation.enter(1);
+            simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
             f64::from(u8::from(rests(&mut simulation, way)))
         };
         let what = |part: &str| format!("{part} of that factor at once, {name}: it rests");

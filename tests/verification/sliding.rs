@@ -274,13 +274,13 @@ fn it_stays_below_the_limit() {
                 Stage { name: "press".to_owned(), kind: StageKind::Relax, ..Stage::default() };
             deck.stage.insert(0, press);
             let mut simulation = simulation(&deck);
-            simulation.enter(0);
+            simulation.enter(0).unwrap_or_else(|error| panic!("{error}"));
             simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
             while simulation.relax_step(1e-6).unwrap_or_else(|error| panic!("{error}"))
                 != Relaxed::Done
             {}
             simulation.finish_relaxation();
-            simulation.enter(1);
+            simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
             let rows = down(&deck, &mut simulation, &sliding_set(), 200);
             let creep = rows[rows.len() - 1][2] - rows[rows.len() / 50][2];
             let what = format!("creep, weight relaxed, {plane:?}, {name} [m]");

@@ -122,6 +122,17 @@ pub enum RunError {
         /// Why.
         message: String,
     },
+    /// A stage is entered that comes before the present one; nothing has changed.
+    #[error(
+        "stage {stage} comes before stage {present}, which has begun: stages are entered forwards only; \
+         a state that was saved before goes back"
+    )]
+    EarlierStage {
+        /// The stage, by its number in the deck.
+        stage: usize,
+        /// The present one.
+        present: usize,
+    },
     /// A force is not a number any more.
     #[error(
         "diverged at step {step}, time {time:.6e} s: the forces are not finite any more, first on \

@@ -37,6 +37,7 @@ mod inertia;
 mod joints;
 mod kinematics;
 mod lanes;
+mod leapfrog;
 mod mechanism;
 mod model;
 mod motion;
@@ -61,7 +62,9 @@ mod step;
 mod sums;
 mod timestep;
 mod touch;
+mod tracked;
 mod verdict;
+mod view;
 mod watch;
 
 pub use charge::{ChargeSize, ChargeState};

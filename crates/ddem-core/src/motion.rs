@@ -3,11 +3,12 @@
 //! `v⁺ = [(m/Δt − c/2) v⁻ + F] / (m/Δt + c/2)` is `v⁺ = a v⁻ + b F` with `a` and `b` fixed for a
 //! stage.
 
-use fearless_simd::{Simd, SimdBase, SimdFloat, f64x4};
+use fearless_simd::{Simd, f64x4};
 
 use crate::assembly::Assembly;
 use crate::inertia::Inertia;
 use crate::lanes::{Lanes, splat};
+use crate::leapfrog::{before_local_damping, coefficients, local_damping};
 use crate::rigid::Matter;
 use crate::stage::Damping;
 
@@ -24,23 +25,26 @@ impl Coefficients {
         [self.a[at].0[lane], self.b[at].0[lane], self.c[at].0[lane]]
     }
 
+    /// Those of four bodies.
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(&self, simd: S, at: usize) -> [f64x4<S>; 3] {
+        [self.a[at].load(simd), self.b[at].load(simd), self.c[at].load(simd)]
+    }
+
     /// From mass and damping of each degree of freedom; nothing moves where there is no mass.
     fn new(n: usize, time_step: f64, matter: impl Fn(usize, usize) -> (f64, f64)) -> Self {
-        let each = |f: &dyn Fn(f64, f64) -> f64| {
-            let lanes = |i: usize| {
-                Lanes(std::array::from_fn(|lane| {
-                    let (m, c) = matter(i, lane);
-                    if m > 0.0 { f(m, c) } else { 0.0 }
-                }))
-            };
-            (0..n).map(lanes).collect::<Vec<_>>()
+        let numbers = |i: usize, lane: usize| match matter(i, lane) {
+            (m, c) if m > 0.0 => {
+                let [a, b] = coefficients(m / time_step, c);
+                [a, b, c]
+            }
+            _ => [0.0; 3],
         };
-        let dt = time_step;
-        Self {
-            a: each(&|m, c| (m / dt - c / 2.0) / (m / dt + c / 2.0)),
-            b: each(&|m, c| 1.0 / (m / dt + c / 2.0)),
-            c: each(&|_, c| c),
-        }
+        let each = |k: usize| {
+            let lanes = |i| Lanes(std::array::from_fn(|lane| numbers(i, lane)[k]));
+            (0..n).map(lanes).collect()
+        };
+        Self { a: each(0), b: each(1), c: each(2) }
     }
 }
 
@@ -58,8 +62,6 @@ pub(crate) struct Motion {
     pub(crate) local: f64,
     /// Velocities are at a whole step: the first half step of a stage.
     pub(crate) start: bool,
-    /// Some damping takes energy.
-    pub(crate) damped: bool,
     /// Relaxation: nothing here moves the nodes, only forces are balanced.
     pub(crate) fictitious: bool,
 }
@@ -88,7 +90,6 @@ impl Motion {
             stiffness: damping.stiffness(),
             local: if let Damping::Local(alpha) = damping { alpha } else { 0.0 },
             start: false,
-            damped: damping != Damping::None,
             fictitious: false,
         }
     }
@@ -96,6 +97,11 @@ impl Motion {
     /// For the balance of forces in relaxation: unit masses, supports at rest.
     pub(crate) fn relaxing(assembly: &Assembly) -> Self {
         Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0) }
+    }
+
+    /// True where some damping takes energy.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.damping != Damping::None
     }
 
     /// Damping `c/m` of a degree of freedom with the stiffness k and the mass m, from `k/m` `[1/s]`.
@@ -127,9 +133,7 @@ impl Motion {
         } else {
             (target - a * now) / b
         };
-        // The support works against local damping too, α |F| sign v.
-        let with = if now == 0.0 { 0.0 } else { now.signum() * force.signum() };
-        force / (1.0 - self.local * with)
+        before_local_damping(self.local, force, now)
     }
 }
 
@@ -138,44 +142,34 @@ impl Motion {
 #[derive(Clone, Copy)]
 pub(crate) struct Update<S: Simd> {
     start: bool,
+    local: f64,
     one: f64x4<S>,
 }
 
 impl<S: Simd> Update<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, motion: &Motion) -> Self {
-        Self { start: motion.start, one: splat(simd, 1.0) }
+        Self { start: motion.start, local: motion.local, one: splat(simd, 1.0) }
     }
 
-    /// New velocity, and the damping coefficient.
     #[inline(always)]
     pub(crate) fn velocity(
         &self,
         [a, b, c]: [f64x4<S>; 3],
         v: f64x4<S>,
         force: f64x4<S>,
-    ) -> (f64x4<S>, f64x4<S>) {
-        if self.start {
-            (v + b / (self.one + a) * (force - c * v), c)
-        } else {
-            (a * v + b * force, c)
-        }
+    ) -> f64x4<S> {
+        if self.start { v + b / (self.one + a) * (force - c * v) } else { a * v + b * force }
     }
-}
 
-/// Cundall's local damping `α |F| sign v`, against the motion.
-#[inline(always)]
-pub(crate) fn local_damping<S: Simd>(
-    simd: S,
-    alpha: f64,
-    force: f64x4<S>,
-    v: f64x4<S>,
-) -> f64x4<S> {
-    if alpha == 0.0 {
-        return splat(simd, 0.0);
+    /// Local damping of four bodies.
+    #[inline(always)]
+    pub(crate) fn local(&self, simd: S, force: f64x4<S>, v: f64x4<S>) -> f64x4<S> {
+        if self.local == 0.0 {
+            return splat(simd, 0.0);
+        }
+        let (force, v) = (Lanes::from(force).0, Lanes::from(v).0);
+        Lanes(std::array::from_fn(|lane| local_damping(self.local, force[lane], v[lane])))
+            .load(simd)
     }
-    let size = force.abs() * alpha;
-    // No motion, no damping: copysign alone would push against +0.
-    let moving = Lanes::from(v).0.map(|v| if v == 0.0 { 0.0 } else { 1.0 });
-    size.copysign(v) * Lanes(moving).load(simd)
 }

@@ -17,7 +17,7 @@ use crate::motion::Motion;
 use crate::simulation::{LOOKS, Simulation};
 use crate::stage::allow_tolerance;
 use crate::state::{Memory, State};
-use crate::step::{advance_relaxing, balance};
+use crate::step::{Trial, advance_relaxing, balance};
 use crate::timestep::{largest_clustered, largest_of_gases};
 
 /// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
@@ -113,7 +113,7 @@ impl Simulation {
         self.rest();
         // Until a part of the loads has made its first step, those before it act.
         if memory.way != 0.0 || !memory.last.is_empty() {
-            self.factors = memory.present_factors();
+            self.view.factors = memory.present_factors();
         }
         let clusters = self.masses(&memory.to, stop)?;
         self.relaxation = Some(Relaxation { memory, clusters });
@@ -124,7 +124,7 @@ impl Simulation {
     /// with the gas of charges of these factors.
     fn masses(&mut self, to: &[f64], stop: &dyn Fn() -> bool) -> Result<Clusters, RunError> {
         let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
-        for (node, axis) in self.active.held() {
+        for (node, axis) in self.view.active.held() {
             held.entry(node).or_default()[axis] = true;
         }
         let has_failed = self.state.failed != [0; 2];
@@ -157,11 +157,10 @@ impl Simulation {
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
     pub(crate) fn rest(&mut self) {
-        self.measured = None;
-        self.motion = Motion::relaxing(&self.model.assembly);
-        self.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
-        self.factors.clone_from(&self.state.load_factors);
-        self.pushes = self.outside.kept();
+        *self.motion = Motion::relaxing(&self.model.assembly);
+        self.view.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+        self.view.factors.clone_from(&self.state.load_factors);
+        self.view.pushes = self.view.outside.kept();
     }
 
     /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is
@@ -187,14 +186,13 @@ impl Simulation {
         Relaxation { memory, clusters }: &mut Relaxation,
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
-        self.factors = memory.present_factors();
+        self.view.factors = memory.present_factors();
         // Nothing gets out while time stands still.
         let began = self.press().into_iter().map(|fill| fill.began);
         self.state.fills.iter_mut().zip(began).for_each(|(fill, began)| fill.began = began);
         let (context, state, scratch) = self.parts();
         let State { u, v, poses, breaks, contacts, .. } = state;
-        let (mut sums, losses) =
-            balance(context, (u, v, poses), (breaks, contacts), scratch, false);
+        let (mut sums, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
         if sums.applied == 0.0 {
             // Nothing is applied: the forces at the start are the measure.
             memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
@@ -207,7 +205,6 @@ impl Simulation {
         work.loads += sums.loads[0];
         work.most = work.most.max((work.loads + work.supports).abs());
         self.state.work.damping += 0.5 * sums.power;
-        self.measured = None;
         self.check(sums, &self.state.contacts)?;
         self.state.whole = false;
         if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
@@ -234,15 +231,16 @@ impl Simulation {
             let done = memory.increment;
             self.note_stresses();
             self.state.v.fill(Lanes::ZERO);
-            self.state.load_factors.clone_from(&self.factors);
+            self.state.load_factors.clone_from(&self.view.factors);
             if done == memory.increments {
                 return Ok(Relaxed::Done);
             }
             memory.next_increment();
             self.keep_slip(true);
             self.begin_increment(memory);
-            self.state.watch.note_calm(self.state.steps);
-            self.state.watch_anew(&self.model, false);
+            let state = &mut *self.state;
+            state.watch.note_calm(state.steps);
+            state.watch_anew(&self.model, false);
             return Ok(Relaxed::Increment(done));
         }
         self.check_motion()?;
@@ -289,7 +287,8 @@ impl Simulation {
             return false;
         }
         memory.looked = true;
-        self.state.watch.note_calm(self.state.steps);
+        let state = &mut *self.state;
+        state.watch.note_calm(state.steps);
         let overload = self.overload();
         let turning = overload <= 1.0;
         if turning && !self.hinges() {
@@ -302,7 +301,7 @@ impl Simulation {
         context.failing = Some((MOST_LOADED * overload).max(1.0));
         context.turning &= turning;
         let State { u, v, poses, breaks, contacts, .. } = state;
-        let (_, losses) = balance(context, (u, v, poses), (breaks, contacts), scratch, false);
+        let (_, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
         self.book_losses(losses);
         let fails = self.state.failed != failed;
         if fails {
@@ -341,7 +340,7 @@ impl Simulation {
     pub fn finish_relaxation(&mut self) {
         self.settle();
         if self.drop_relaxation() {
-            self.state.load_factors.clone_from(&self.factors);
+            self.state.load_factors.clone_from(&self.view.factors);
         }
     }
 

@@ -53,8 +53,6 @@ pub(crate) struct State {
     pub(crate) steps: u64,
     /// The stage that is running, by its number in the deck.
     pub(crate) stage: usize,
-    /// The furthest stage that has been entered: what is taken out by then is gone.
-    pub(crate) dug: usize,
     /// The stage that was entered last and has not begun to move.
     pub(crate) fresh: Option<Fresh>,
     /// Times at which the stages so far began `[s]`.
@@ -149,7 +147,6 @@ impl State {
             automatic: false,
             steps: 0,
             stage: 0,
-            dug: 0,
             fresh: Some(Fresh { left: 0, first: 0 }),
             stage_starts: vec![0.0],
             u: vec![Lanes::ZERO; n],
@@ -180,6 +177,14 @@ impl State {
         state.move_rigid(model);
         state.peaks.note_velocities(&state.v);
         state
+    }
+
+    /// A step of time has been made.
+    pub(crate) fn count_step(&mut self, time_step: f64) {
+        self.steps += 1;
+        let (time, step) = self.origin;
+        self.time = time + (self.steps - step) as f64 * time_step;
+        self.whole = false;
     }
 
     /// Nothing moves.

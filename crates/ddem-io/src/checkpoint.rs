@@ -24,7 +24,7 @@ use crate::replace::replace;
 const FORMAT: &[u8; 15] = b"ddem checkpoint";
 
 /// Grows when files of before can no longer be read.
-const VERSION: u64 = 6;
+const VERSION: u64 = 7;
 
 /// Everything a checkpoint holds.
 #[derive(Clone, Debug, Default, PartialEq)]

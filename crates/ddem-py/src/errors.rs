@@ -181,6 +181,7 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
             model_error(py, &format!("{entry}.history"), &message, None)
         }
         RunError::Values { faults: ref wrong } => faults(py, wrong, &|_| None),
+        RunError::EarlierStage { .. } => model_error(py, "stage", &error.to_string(), None),
         RunError::TimeStep { .. } | RunError::TooShort { .. } => {
             model_error(py, "time_step", &error.to_string(), None)
         }

@@ -123,8 +123,8 @@ impl Simulation {
     /// Begins a stage of the model: the supports and loads with `from_` and `until` follow, and what is
     /// removed by then goes. Nothing moves.
     ///
-    /// Joints and materials become those of the stage. Blocks that are gone do not come back in an earlier
-    /// one, and a `release` that has begun goes on until a relax stage is entered.
+    /// Joints and materials become those of the stage, and a `release` that has begun goes on until a relax
+    /// stage. Stages are entered forwards only: a state that was saved before goes back.
     /// The time step stays, unless it was chosen and is too long for what is left.
     ///
     /// Parameters
@@ -135,7 +135,7 @@ impl Simulation {
     /// Raises
     /// ------
     /// ValueError
-    ///     The model has no such stage.
+    ///     The model has no such stage, or it comes before the present one (:class:`ModelError`).
     fn enter(&self, py: Python<'_>, stage: &str) -> PyResult<()> {
         let mut inner = self.idle(py)?;
         let stages = &inner.session.site().deck().stage;
@@ -143,8 +143,10 @@ impl Simulation {
         let Some(index) = names.iter().position(|name| *name == stage) else {
             return Err(look::unknown(py, "stage", stage, &names));
         };
-        let simulation = inner.session.simulation_mut();
-        self.ended(py, Ok(()), away(py, &self.pool, None, |_| simulation.enter(index))?.1)
+        let Inner { session, .. } = &mut **inner;
+        let enter = |_: &_| session.enter(index, "stage");
+        let (entered, stopped) = away(py, &self.pool, None, enter)?;
+        outcome(entered, stopped, |fault| errors::model(py, &fault.into()))
     }
 
     /// Applies forces to nodes from now on, besides the loads of the model: for coupling with

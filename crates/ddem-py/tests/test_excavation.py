@@ -130,7 +130,10 @@ def test_probes_leave_out_what_is_removed() -> None:
 def test_blocks_do_not_come_back() -> None:
     simulation = column().build()
     simulation.enter("dig")
-    simulation.enter("before")
+    with pytest.raises(ddem.ModelError, match="stage: `before` comes before `dig`.*forwards only"):
+        simulation.enter("before")
+    with pytest.raises(ddem.ModelError, match="name: `before` comes before `dig`"):
+        simulation.relax(name="before", quiet=True)
     assert simulation.field("removed").any()
     simulation.displacement = np.ones_like(simulation.displacement)
     assert not simulation.displacement[54:].any()

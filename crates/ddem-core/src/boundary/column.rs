@@ -11,6 +11,7 @@ use super::{Push, Resistance, resistance};
 use crate::element::Elastic;
 use crate::geometry::{Geometry, Strip, Surface, Vec3, moved_to};
 use crate::law::Stiffness;
+use crate::leapfrog::local_damping;
 use crate::properties::Properties;
 use crate::touch::FaceOf;
 
@@ -139,8 +140,7 @@ impl Column {
             let (dashpot, wave) = if i == 0 { (standing.foot.impedance, wave) } else { zero };
             for k in 0..3 {
                 let now = v[at][k];
-                let still = if now == 0.0 { 0.0 } else { now.signum() };
-                let force = force[k] - pace.local * force[k].abs() * still + wave[k];
+                let force = force[k] - local_damping(pace.local, force[k], now) + wave[k];
                 let (m, c) = (self.mass[i], rates[k] * self.mass[i] + dashpot[k]);
                 let per_step = m / pace.time_step;
                 let free = if pace.start {

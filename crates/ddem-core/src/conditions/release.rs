@@ -8,8 +8,6 @@ use crate::geometry::Vec3;
 pub(crate) struct Released {
     /// When they began to `[s]`.
     pub(crate) began: f64,
-    /// A relaxation has taken them back.
-    pub(crate) over: bool,
     /// By node `[N]`.
     pub(crate) forces: Applied,
 }
@@ -25,21 +23,24 @@ pub struct Fading {
     pub(crate) relaxing: Vec<usize>,
     /// When they began to `[s]`; the stage at whose start that was may begin anew.
     pub(crate) began: f64,
-    /// A relaxation has taken them back.
-    pub(crate) over: bool,
 }
 
 impl Fading {
     /// Forces that begin to fade as a stage begins, or go at once; a relaxation takes them back.
     #[must_use]
     pub fn new(from: usize, fades: bool, relaxing: Vec<usize>) -> Self {
-        Self { from, fades, relaxing, began: 0.0, over: false }
+        Self { from, fades, relaxing, began: 0.0 }
     }
 }
 
 impl Loaded {
     pub(super) fn acts(&self, stage: usize) -> bool {
-        self.fading.as_ref().map_or_else(|| self.period.has(stage), |fading| !fading.over)
+        // Relax stages take back what fades, whatever the time.
+        let taken = |fading: &Fading, relax: &usize| (fading.from..=stage).contains(relax);
+        match &self.fading {
+            Some(fading) => !fading.relaxing.iter().any(|relax| taken(fading, relax)),
+            None => self.period.has(stage),
+        }
     }
 
     pub(super) fn factor(&self, time: f64, starts: &[f64]) -> Factor {
@@ -58,21 +59,12 @@ impl Loaded {
         self.history.changes_after(since)
     }
 
-    /// Whether its forces are gone in a stage, whatever the time.
-    pub(crate) fn ends(&self, stage: usize) -> bool {
-        // Programs may enter a stage from before, and leave out those between.
-        let ends = |fading: &Fading, relax: usize| {
-            relax == stage || (fading.from..=stage).contains(&relax)
-        };
-        self.fading.as_ref().is_some_and(|f| f.relaxing.iter().any(|&relax| ends(f, relax)))
-    }
-
     /// Sets the forces, and how far they are.
     pub(crate) fn release(&mut self, released: &Released) {
-        let Released { began, over, forces } = released;
+        let Released { began, forces } = released;
         self.forces = forces.iter().map(|(&node, &f)| (node, Vec3::from(f))).collect();
         if let Some(fading) = &mut self.fading {
-            (fading.began, fading.over) = (*began, *over);
+            fading.began = *began;
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::breaks::Point;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Lanes};
 use crate::law::Mode;
+use crate::leapfrog::local_damping;
 use crate::pairs::PairAt;
 use crate::simulation::Simulation;
 use crate::stage::StageKind;
@@ -229,7 +230,7 @@ impl Simulation {
     }
 
     /// Velocities at the present time in the layout of the state.
-    pub(crate) fn present_velocities(&mut self) -> Vec<Lanes> {
+    pub(crate) fn present_velocities(&self) -> Vec<Lanes> {
         let mut velocities = self.state.v.clone();
         let poses = self.present_poses();
         for (index, pack) in self.model.packs.packs.iter().enumerate() {
@@ -259,14 +260,12 @@ impl Simulation {
         let class = &self.motion.classes[self.model.assembly.pack_inertia[pack] as usize];
         let [a, b, _] = class.at(at, lane);
         let f = self.scratch.f[place].0[lane];
-        let damping = if v == 0.0 { 0.0 } else { self.motion.local * f.abs() * v.signum() };
-        0.5 * (v + a * v + b * (f - damping))
+        0.5 * (v + a * v + b * (f - local_damping(self.motion.local, f, v)))
     }
 
     /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape
     /// `(n_nodes, 3)`, eq. (8) and eq. (11); of joints between faces that do not match there is nothing in it.
     pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
-        self.measured = None;
         self.evaluate_forces();
         self.scratch.collect(&self.model, &self.state.poses, false);
         let forces = self.model.plain(&self.scratch.f);
@@ -275,11 +274,10 @@ impl Simulation {
 
     /// The first pass of a step alone: elastic forces of bodies and joints. Nothing moves.
     pub fn evaluate_forces(&mut self) {
-        self.measured = None;
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
         trial.clone_from(&state.breaks);
-        let pass = context.pass((&state.u, &state.v), false);
+        let pass = context.pass(&state.u, &state.v);
         let pass = crate::step::Pass { viscous: None, ..pass };
         crate::step::forces(pass, &mut trial, None, scratch);
         scratch.trial = trial;
@@ -320,7 +318,7 @@ impl Simulation {
         }
         self.measure_once();
         let mut sum = [0.0; 3];
-        for (support, reaction) in self.active.supports.iter().zip(&self.scratch.reactions) {
+        for (support, reaction) in self.view.active.supports.iter().zip(&self.scratch.reactions) {
             if nodes.binary_search(&support.node).is_ok() {
                 sum[support.axis as usize] += reaction;
             }

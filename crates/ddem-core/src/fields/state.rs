@@ -178,7 +178,7 @@ impl Simulation {
 
     fn reactions(&self) -> Vec<Reaction> {
         let mut forces = std::collections::BTreeMap::<usize, [f64; 3]>::new();
-        for (support, reaction) in self.active.supports.iter().zip(&self.scratch.reactions) {
+        for (support, reaction) in self.view.active.supports.iter().zip(&self.scratch.reactions) {
             forces.entry(support.fix as usize).or_default()[support.axis as usize] += reaction;
         }
         forces.into_iter().map(|(fix, force)| Reaction { fix, force }).collect()

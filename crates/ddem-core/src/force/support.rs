@@ -4,35 +4,68 @@ use crate::conditions::Support;
 use crate::lanes::Lanes;
 use crate::motion::{Coefficients, Motion};
 
-/// Reactions of the supports of one pack `[N]`: added to `f`, so that (M2) gives the prescribed
-/// velocity, and kept in `reactions`.
-pub(crate) fn react(
-    motion: &Motion,
-    coefficients: &Coefficients,
-    supports: &[Support],
-    velocities: &[[f64; 3]],
-    (first, v, f): (usize, &[Lanes], &mut [Lanes]),
-    reactions: &mut [f64],
-) {
-    for (support, reaction) in supports.iter().zip(reactions) {
-        let (at, lane) = (support.at as usize - first, support.lane as usize);
-        let target = velocities[support.fix as usize][support.axis as usize];
-        let [a, b, c] = coefficients.at(at, lane);
-        let (now, force) = (v[at].0[lane], f[at].0[lane]);
-        *reaction = motion.force_for(now, target, [a, b, c]) - force;
-        f[at].0[lane] = force + *reaction;
-    }
+/// Supports of one pack.
+#[derive(Clone, Copy)]
+pub(crate) struct Supports<'a> {
+    pub(crate) list: &'a [Support],
+    /// Velocity of each fix `[m/s]`.
+    pub(crate) velocities: &'a [[f64; 3]],
+    /// First place of the pack in a nodal field.
+    pub(crate) first: usize,
 }
 
-/// Supports have the last word on velocities: no rounding lets a held node creep.
-pub(crate) fn enforce(
-    supports: &[Support],
-    velocities: &[[f64; 3]],
-    first: usize,
-    v: &mut [Lanes],
-) {
-    for support in supports {
-        let target = velocities[support.fix as usize][support.axis as usize];
-        v[support.at as usize - first].0[support.lane as usize] = target;
+impl Supports<'_> {
+    /// Reactions `[N]`: added to `f`, so that (M2) gives the prescribed velocity, and kept in `reactions`.
+    pub(crate) fn react(
+        &self,
+        motion: &Motion,
+        coefficients: &Coefficients,
+        v: &[Lanes],
+        f: &mut [Lanes],
+        reactions: &mut [f64],
+    ) {
+        for (support, reaction) in self.list.iter().zip(reactions) {
+            let (at, lane) = (support.at as usize - self.first, support.lane as usize);
+            let target = self.velocities[support.fix as usize][support.axis as usize];
+            let (now, force) = (v[at].0[lane], f[at].0[lane]);
+            *reaction = motion.force_for(now, target, coefficients.at(at, lane)) - force;
+            f[at].0[lane] = force + *reaction;
+        }
+    }
+
+    /// Prescribed velocities: no rounding lets a held node creep.
+    pub(crate) fn enforce(&self, v: &mut [Lanes]) {
+        for support in self.list {
+            let target = self.velocities[support.fix as usize][support.axis as usize];
+            v[support.at as usize - self.first].0[support.lane as usize] = target;
+        }
+    }
+
+    /// Power of the reactions with the velocities `v` `[W]`.
+    pub(crate) fn power(&self, v: &[Lanes], reactions: &[f64]) -> f64 {
+        let power = self.list.iter().zip(reactions).map(|(support, reaction)| {
+            reaction * v[support.at as usize - self.first].0[support.lane as usize]
+        });
+        power.sum()
+    }
+
+    /// `Σ (Q + R)²` of the loads `q`, if any act, and the reactions `[N²]`.
+    pub(crate) fn applied(&self, q: Option<&[Lanes]>, reactions: &[f64]) -> f64 {
+        let Some(q) = q else { return reactions.iter().map(|r| r * r).sum() };
+        let square = |all: &Lanes| Lanes(all.0.map(|x| x * x)).sum();
+        let mut held = self.list.iter().zip(reactions).peekable();
+        let (mut sum, mut from) = (0.0, 0);
+        while let Some(&(support, _)) = held.peek() {
+            let at = support.at as usize - self.first;
+            q[from..at].iter().for_each(|q| sum += square(q));
+            let mut all = q[at];
+            while let Some((s, r)) = held.next_if(|(s, _)| s.at == support.at) {
+                all.0[s.lane as usize] += r;
+            }
+            sum += square(&all);
+            from = at + 1;
+        }
+        q[from..].iter().for_each(|q| sum += square(q));
+        sum
     }
 }

@@ -23,15 +23,14 @@ impl Stages {
         &self.geometries[at.max(1) - 1].1
     }
 
-    /// In a stage that is entered when what goes up to another one has been taken out: that stays away, and
-    /// joints and materials are those of the stage.
-    pub fn back(&self, stage: usize, dug: usize) -> Arc<Geometry> {
-        let last = self.at(dug);
-        if !self.assigns.iter().any(|assigned| (stage + 1..=dug).contains(assigned)) {
+    /// Blocks of a stage with joints and materials of an earlier one.
+    pub(crate) fn back(&self, earlier: usize, stage: usize) -> Arc<Geometry> {
+        let last = self.at(stage);
+        if !self.assigns.iter().any(|assigned| (earlier + 1..=stage).contains(assigned)) {
             return last.clone();
         }
         let mut back = Geometry::clone(last);
-        back.assign_as(self.at(stage));
+        back.assign_as(self.at(earlier));
         Arc::new(back)
     }
 

@@ -18,9 +18,9 @@ impl Model {
         self.stages.steps(from, to)
     }
 
-    /// What is where in a stage, when what goes up to another one has been taken out.
-    pub(crate) fn back(&self, stage: usize, dug: usize) -> Arc<Geometry> {
-        self.stages.back(stage, dug)
+    /// Blocks of the present stage with joints and materials of an earlier one.
+    pub(crate) fn back(&self, earlier: usize, stage: usize) -> Arc<Geometry> {
+        self.stages.back(earlier, stage)
     }
 
     /// Whether blocks are taken out in any stage.
@@ -119,10 +119,5 @@ impl Model {
         if let Some(load) = self.conditions.loaded.get_mut(load) {
             load.release(released);
         }
-    }
-
-    /// Whether the forces that go on in a load are gone in a stage, whatever the time.
-    pub(crate) fn takes_back(&self, load: usize, stage: usize) -> bool {
-        self.conditions.loaded.get(load).is_some_and(|load| load.ends(stage))
     }
 }

@@ -10,6 +10,8 @@ mod hold;
 
 use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
 
+use crate::leapfrog::coefficients;
+
 pub(crate) use hold::Hold;
 
 /// What resists: mass, inertia, and the shape.
@@ -227,13 +229,11 @@ fn renormalised(q: Quaternion<f64>) -> Quaternion<f64> {
 impl Gait {
     /// What stays of a velocity and what a force on a unit mass adds to it, at a damping rate.
     pub(crate) fn numbers(&self, rate: f64) -> [f64; 2] {
-        let per_step = 1.0 / self.time_step;
         if self.start {
             // v(½) = v₀ + Δt/2 (F/m − rate v₀).
             [1.0 - 0.5 * self.time_step * rate, 0.5 * self.time_step]
         } else {
-            let below = per_step + 0.5 * rate;
-            [(per_step - 0.5 * rate) / below, 1.0 / below]
+            coefficients(1.0 / self.time_step, rate)
         }
     }
 

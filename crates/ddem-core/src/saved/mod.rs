@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::motion::Motion;
 use crate::rigid::Pose;
 use crate::simd::Simd;
-use crate::simulation::{Simulation, outside};
+use crate::simulation::Simulation;
 use crate::stage::Damping;
 use crate::state::{Fresh, Memory, State, Work};
 
@@ -45,7 +45,6 @@ impl Simulation {
             automatic,
             steps,
             stage,
-            dug,
             fresh,
             stage_starts,
             u,
@@ -65,7 +64,7 @@ impl Simulation {
             way,
             peaks,
             watch,
-        } = &self.state;
+        } = &*self.state;
         let mut saved = Saved::default();
         let mut put = |name: &str, values: Vec<f64>| saved.arrays.insert(name.to_owned(), values);
         put("displacement", self.model.plain(u).into_flattened());
@@ -78,11 +77,11 @@ impl Simulation {
         put("applied_forces", applied.values().flatten().copied().collect());
         put("kept_nodes", kept.keys().map(|&node| f64::from(node)).collect());
         put("kept_forces", kept.values().flatten().copied().collect());
-        for (load, Released { began, over, forces }) in released {
+        for (load, Released { began, forces }) in released {
             let nodes = forces.keys().map(|&node| f64::from(node)).collect();
             put(&format!("released_{load}_nodes"), nodes);
             put(&format!("released_{load}_forces"), forces.values().flatten().copied().collect());
-            put(&format!("released_{load}"), vec![*began, f64::from(u8::from(*over))]);
+            put(&format!("released_{load}"), vec![*began]);
         }
         put("columns", columns.iter().flatten().flatten().copied().collect());
         let row = |volume: Option<f64>| [f64::from(volume.is_some()), volume.unwrap_or(0.0)];
@@ -105,7 +104,6 @@ impl Simulation {
         count("origin_step", origin.1);
         count("damping", damping_kind(self.damping));
         count("stage", *stage as u64);
-        count("dug", *dug as u64);
         if let Some(Fresh { left, first }) = fresh {
             count("fresh_left", *left as u64);
             count("fresh_first", *first as u64);
@@ -160,13 +158,12 @@ impl Simulation {
         }
         let stage = usize::try_from(count("stage")?).ok()?;
         let damping = damping(count("damping")?, *array("damping")?.first()?)?;
-        let dug = usize::try_from(count("dug")?).ok()?;
         let mut model = model;
-        if !model.steps(0, dug).is_empty() {
-            model.excavate(model.back(stage, dug));
+        if !model.steps(0, stage).is_empty() {
+            model.excavate(model.back(stage, stage));
         }
         let mut fading = BTreeMap::new();
-        for load in model.fading(0, dug) {
+        for load in model.fading(0, stage) {
             let released = released(saved, load, n / 3)?;
             model.set_released(load, &released);
             fading.insert(load, released);
@@ -179,7 +176,7 @@ impl Simulation {
             simulation.model.set(&mut state.v, node, at(v));
         }
         (state.time, state.steps) = (time, count("steps")?);
-        (state.stage, state.dug) = (stage, dug);
+        state.stage = stage;
         let number = |name: &str| count(name).and_then(|number| usize::try_from(number).ok());
         let fresh = number("fresh_left").zip(number("fresh_first"));
         state.fresh = fresh.map(|(left, first)| Fresh { left, first });
@@ -223,14 +220,11 @@ impl Simulation {
             *known = Some(pose(numbers)).filter(|pose| diverged || is_sound(pose))?;
         }
         simulation.scratch.fit(&simulation.model, &simulation.state);
-        simulation.active = simulation.model.active(stage, &simulation.state.applied);
-        let active = &simulation.active;
-        simulation.outside = outside(&simulation.model, &simulation.state, active);
-        simulation.pushes = simulation.outside.kept();
+        simulation.view.renew(&simulation.model, &simulation.state);
         simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;
-        simulation.motion = Motion::dynamic(assembly, damping, time_step);
+        *simulation.motion = Motion::dynamic(assembly, damping, time_step);
         simulation.damping = damping;
         if count("resting") == Some(1) {
             simulation.rest();
@@ -255,7 +249,6 @@ impl Simulation {
             });
         }
         simulation.initial_energy = initial;
-        simulation.measured = None;
         simulation.state.watch = watch::restore(saved)?;
         Some(simulation)
     }
@@ -278,12 +271,11 @@ impl Saved {
         let finite = [time, time_step, initial].iter().all(|x| x.is_finite());
         let times = finite && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
         let stage = count("stage")? as usize;
-        let dug = count("dug")? as usize;
-        let stages = (stage..model.n_stages()).contains(&dug)
-            && array("stage_starts")?.len() == stage.saturating_add(1);
+        let stages =
+            stage < model.n_stages() && array("stage_starts")?.len() == stage.saturating_add(1);
         let known = ["fresh_left", "fresh_first", "relax_left", "relax_driven"];
         let known = known.iter().filter_map(|name| count(name));
-        let stages = stages && known.into_iter().all(|known| known <= dug as u64 + 1);
+        let stages = stages && known.into_iter().all(|known| known <= stage as u64 + 1);
         let steps = count("steps")? <= MOST_STEPS && count("origin_step")? <= count("steps")?;
         let pairs = model.n_pairs() as u64;
         let failed = count("failed_shear")? <= pairs && count("failed_tension")? <= pairs;
@@ -327,8 +319,8 @@ fn released(saved: &Saved, load: usize, n_nodes: usize) -> Option<Released> {
     let array = |name: String| saved.arrays.get(&name).map(Vec::as_slice);
     let of = |what: &str| array(format!("released_{load}_{what}"));
     let forces = applied(of("nodes")?, of("forces")?, n_nodes)?;
-    let &[began, over] = array(format!("released_{load}"))? else { return None };
-    began.is_finite().then_some(Released { began, over: over != 0.0, forces })
+    let &[began] = array(format!("released_{load}"))? else { return None };
+    began.is_finite().then_some(Released { began, forces })
 }
 
 /// `None` when a node is not one of `n_nodes`.

@@ -1,17 +1,76 @@
 //! The fields that passes over the packs borrow, cut between tasks.
 
-use fearless_simd::{Simd, f64x4};
+use std::ops::Range;
 
 use super::Spaces;
 use crate::boundary::Outside;
 use crate::breaks::{Losses, PackBreaks};
 use crate::conditions::Active;
 use crate::element::corotation::Frame;
-use crate::lanes::{LANES, Lanes, splat};
+use crate::lanes::{LANES, Lanes};
 use crate::pack::Packs;
 use crate::parallel::{Split, node_start, rigid_start, share_start};
 use crate::rigid::Pose;
 use crate::sums::Sums;
+
+/// A field of the second pass: a step changes it, a trial only reads it.
+#[derive(Debug)]
+pub(crate) enum Access<'a, T> {
+    Write(&'a mut [T]),
+    Read(&'a [T]),
+}
+
+impl<T> Access<'_, T> {
+    pub(crate) fn get(&self) -> &[T] {
+        match self {
+            Self::Write(field) => field,
+            Self::Read(field) => field,
+        }
+    }
+
+    /// The field in a step; `None` in a trial.
+    pub(crate) fn get_mut(&mut self) -> Option<&mut [T]> {
+        match self {
+            Self::Write(field) => Some(field),
+            Self::Read(_) => None,
+        }
+    }
+
+    fn part(&mut self, range: Range<usize>) -> Access<'_, T> {
+        match self {
+            Self::Write(field) => Access::Write(&mut field[range]),
+            Self::Read(field) => Access::Read(&field[range]),
+        }
+    }
+
+    /// Takes the first values.
+    fn cut(&mut self, at: usize) -> Self {
+        match self {
+            Self::Write(field) => Self::Write(cut(field, at)),
+            Self::Read(field) => {
+                let (low, high) = field.split_at(at);
+                *field = high;
+                Self::Read(low)
+            }
+        }
+    }
+}
+
+/// Takes the first values of a field, or all that there are.
+fn cut<'a, T>(field: &mut &'a mut [T], at: usize) -> &'a mut [T] {
+    let all = std::mem::take(field);
+    let (low, high) = all.split_at_mut(at.min(all.len()));
+    *field = high;
+    low
+}
+
+/// Motion of the bodies of a run of packs.
+pub(crate) struct Bodies<'a> {
+    pub(crate) frames: Access<'a, Frame>,
+    pub(crate) u: Access<'a, Lanes>,
+    pub(crate) v: Access<'a, Lanes>,
+    pub(crate) poses: Access<'a, [Pose; LANES]>,
+}
 
 /// Fields of the second pass of relaxation, of a run of packs.
 pub(crate) struct Relaxing<'a> {
@@ -21,30 +80,6 @@ pub(crate) struct Relaxing<'a> {
     pub(crate) u: &'a mut [Lanes],
     pub(crate) v: &'a mut [Lanes],
     pub(crate) poses: &'a mut [[Pose; LANES]],
-}
-
-impl Split for Relaxing<'_> {
-    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
-        let nodes = node_start(packs, at) - node_start(packs, first);
-        let (u, u_high) = self.u.split_at_mut(nodes);
-        let (v, v_high) = self.v.split_at_mut(nodes);
-        let (frames, frames_high) = self.frames.split_at_mut(at - first);
-        let (sums, sums_high) = self.sums.split_at_mut(at - first);
-        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
-        let rigid = rigid_start(packs, at) - rigid_start(packs, first);
-        let (poses, poses_high) = self.poses.split_at_mut(rigid);
-        (
-            Self { frames, sums, workspaces, u, v, poses },
-            Self {
-                frames: frames_high,
-                sums: sums_high,
-                workspaces: workspaces_high,
-                u: u_high,
-                v: v_high,
-                poses: poses_high,
-            },
-        )
-    }
 }
 
 /// Fields of the first pass, of a run of packs.
@@ -61,10 +96,11 @@ pub(crate) struct Forces<'a> {
     pub(crate) workspaces: &'a mut [Spaces],
 }
 
-/// Fields of the balance of forces, of a run of packs.
-pub(crate) struct Balancing<'a> {
+/// Fields of the second pass, of a run of packs.
+pub(crate) struct Second<'a> {
     pub(super) active: &'a Active,
     pub(super) outside: &'a Outside,
+    pub(super) bodies: Bodies<'a>,
     pub(super) f: &'a mut [Lanes],
     /// Empty where bodies never were viscous.
     pub(super) viscous: &'a mut [Lanes],
@@ -75,17 +111,9 @@ pub(crate) struct Balancing<'a> {
     pub(super) workspaces: &'a mut [Spaces],
 }
 
-/// Fields of the second pass, of a run of packs.
-pub(crate) struct Moving<'a> {
-    pub(crate) balancing: Balancing<'a>,
-    pub(crate) frames: &'a mut [Frame],
-    pub(crate) u: &'a mut [Lanes],
-    pub(crate) v: &'a mut [Lanes],
-    pub(crate) poses: &'a mut [[Pose; LANES]],
-}
-
-/// One pack of the two passes' borrowed fields.
+/// Fields of one pack in the second pass.
 pub(crate) struct Part<'a> {
+    pub(crate) bodies: Bodies<'a>,
     pub(crate) f: &'a mut [Lanes],
     /// Viscous forces of the bodies, against the motion; empty where they are not viscous.
     pub(crate) viscous: &'a mut [Lanes],
@@ -95,7 +123,7 @@ pub(crate) struct Part<'a> {
     /// Forces of the dashpots of boundaries.
     pub(crate) drags: &'a mut [[f64; 3]],
     /// Loads; of no meaning unless `loaded`.
-    pub(crate) q: &'a mut Vec<Lanes>,
+    pub(crate) q: &'a mut [Lanes],
     pub(crate) loaded: bool,
     /// Room for a nodal field.
     pub(crate) room: &'a mut Vec<Lanes>,
@@ -105,125 +133,130 @@ impl Part<'_> {
     pub(crate) fn is_viscous(&self) -> bool {
         !self.viscous.is_empty()
     }
-
-    /// Viscous force on one component of one node.
-    #[inline(always)]
-    pub(crate) fn viscous<S: Simd>(&self, simd: S, at: usize) -> f64x4<S> {
-        self.viscous.get(at).map_or(splat(simd, 0.0), |lanes| lanes.load(simd))
-    }
 }
 
-impl Balancing<'_> {
-    /// The part of one pack; the fields begin at pack `first`. `viscous` says whether its bodies are.
+impl Second<'_> {
+    /// Fields of pack `index`, whose bodies are `viscous` or not; the fields begin at pack `first`.
     pub(crate) fn pack(
         &mut self,
-        active: &Active,
         packs: &Packs,
-        (first, index): (usize, usize),
+        first: usize,
+        index: usize,
         viscous: bool,
     ) -> Part<'_> {
         let node = node_start(packs, first);
         let nodes = node_start(packs, index) - node..node_start(packs, index + 1) - node;
-        let support = active.first_support(first);
-        let supports =
-            active.first_support(index) - support..active.first_support(index + 1) - support;
+        let support = self.active.first_support(first);
+        let supports = self.active.first_support(index) - support
+            ..self.active.first_support(index + 1) - support;
         let drag = self.outside.first(first);
         let drags = self.outside.first(index) - drag..self.outside.first(index + 1) - drag;
         let spaces = &mut self.workspaces[0];
+        if spaces.q.len() < nodes.len() {
+            spaces.q.resize(nodes.len(), Lanes::ZERO);
+        }
         Part {
+            bodies: self.bodies.pack(packs, first, index, nodes.clone()),
             viscous: match self.viscous.get_mut(nodes.clone()) {
                 Some(own) if viscous => own,
                 _ => &mut [],
             },
+            q: &mut spaces.q[..nodes.len()],
             f: &mut self.f[nodes],
             torque: &mut self.torques[index - first],
             sums: &mut self.sums[index - first],
             reactions: &mut self.reactions[supports],
             drags: &mut self.drags[drags],
-            q: &mut spaces.q,
             loaded: false,
             room: &mut spaces.room,
         }
     }
 }
 
+impl Bodies<'_> {
+    fn pack(
+        &mut self,
+        packs: &Packs,
+        first: usize,
+        index: usize,
+        nodes: Range<usize>,
+    ) -> Bodies<'_> {
+        let rigid = rigid_start(packs, first);
+        let poses = rigid_start(packs, index) - rigid..rigid_start(packs, index + 1) - rigid;
+        Bodies {
+            frames: self.frames.part(index - first..index - first + 1),
+            u: self.u.part(nodes.clone()),
+            v: self.v.part(nodes),
+            poses: self.poses.part(poses),
+        }
+    }
+}
+
+impl Split for Bodies<'_> {
+    fn split(mut self, packs: &Packs, first: usize, at: usize, _: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let low = Self {
+            frames: self.frames.cut(at - first),
+            u: self.u.cut(nodes),
+            v: self.v.cut(nodes),
+            poses: self.poses.cut(rigid_start(packs, at) - rigid_start(packs, first)),
+        };
+        (low, self)
+    }
+}
+
+impl Split for Relaxing<'_> {
+    fn split(mut self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let low = Self {
+            frames: cut(&mut self.frames, at - first),
+            sums: cut(&mut self.sums, at - first),
+            workspaces: cut(&mut self.workspaces, low_runs),
+            u: cut(&mut self.u, nodes),
+            v: cut(&mut self.v, nodes),
+            poses: cut(&mut self.poses, rigid_start(packs, at) - rigid_start(packs, first)),
+        };
+        (low, self)
+    }
+}
+
 impl Split for Forces<'_> {
-    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+    fn split(mut self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
         let nodes = node_start(packs, at) - node_start(packs, first);
         let shares = share_start(packs, at) - share_start(packs, first);
-        let (f, f_high) = self.f.split_at_mut(nodes);
-        let (viscous, viscous_high) = self.viscous.split_at_mut(nodes.min(self.viscous.len()));
-        let (shares, shares_high) = self.shares.split_at_mut(shares);
-        let (torques, torques_high) = self.torques.split_at_mut(at - first);
-        let (energies, energies_high) =
-            self.energies.split_at_mut((at - first).min(self.energies.len()));
-        let (breaks, breaks_high) = self.breaks.split_at_mut(at - first);
-        let (losses, losses_high) = self.losses.split_at_mut(at - first);
-        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
-        (
-            Self { f, viscous, shares, torques, energies, breaks, losses, workspaces },
-            Self {
-                f: f_high,
-                viscous: viscous_high,
-                shares: shares_high,
-                torques: torques_high,
-                energies: energies_high,
-                breaks: breaks_high,
-                losses: losses_high,
-                workspaces: workspaces_high,
-            },
-        )
+        let low = Self {
+            f: cut(&mut self.f, nodes),
+            viscous: cut(&mut self.viscous, nodes),
+            shares: cut(&mut self.shares, shares),
+            torques: cut(&mut self.torques, at - first),
+            energies: cut(&mut self.energies, at - first),
+            breaks: cut(&mut self.breaks, at - first),
+            losses: cut(&mut self.losses, at - first),
+            workspaces: cut(&mut self.workspaces, low_runs),
+        };
+        (low, self)
     }
 }
 
-impl Split for Balancing<'_> {
-    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
-        let (active, outside) = (self.active, self.outside);
+impl Split for Second<'_> {
+    fn split(mut self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let Self { active, outside, .. } = self;
         let nodes = node_start(packs, at) - node_start(packs, first);
         let supports = active.first_support(at) - active.first_support(first);
-        let (f, f_high) = self.f.split_at_mut(nodes);
-        let (viscous, viscous_high) = self.viscous.split_at_mut(nodes.min(self.viscous.len()));
-        let (torques, torques_high) = self.torques.split_at_mut(at - first);
-        let (sums, sums_high) = self.sums.split_at_mut(at - first);
-        let (reactions, reactions_high) = self.reactions.split_at_mut(supports);
-        let drags = outside.first(at) - outside.first(first);
-        let (drags, drags_high) = self.drags.split_at_mut(drags);
-        let (workspaces, workspaces_high) = self.workspaces.split_at_mut(low_runs);
-        (
-            Self { active, outside, f, viscous, torques, sums, reactions, drags, workspaces },
-            Self {
-                active,
-                outside,
-                f: f_high,
-                viscous: viscous_high,
-                torques: torques_high,
-                sums: sums_high,
-                reactions: reactions_high,
-                drags: drags_high,
-                workspaces: workspaces_high,
-            },
-        )
-    }
-}
-
-impl Split for Moving<'_> {
-    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
-        let nodes = node_start(packs, at) - node_start(packs, first);
-        let (u, u_high) = self.u.split_at_mut(nodes);
-        let (v, v_high) = self.v.split_at_mut(nodes);
-        let (frames, frames_high) = self.frames.split_at_mut(at - first);
-        let rigid = rigid_start(packs, at) - rigid_start(packs, first);
-        let (poses, poses_high) = self.poses.split_at_mut(rigid);
-        let (balancing, balancing_high) = self.balancing.split(packs, first, at, low_runs);
-        (
-            Self { balancing, frames, u, v, poses },
-            Self {
-                balancing: balancing_high,
-                frames: frames_high,
-                u: u_high,
-                v: v_high,
-                poses: poses_high,
-            },
-        )
+        let (bodies, rest) = self.bodies.split(packs, first, at, low_runs);
+        self.bodies = rest;
+        let low = Self {
+            active,
+            outside,
+            bodies,
+            f: cut(&mut self.f, nodes),
+            viscous: cut(&mut self.viscous, nodes),
+            torques: cut(&mut self.torques, at - first),
+            sums: cut(&mut self.sums, at - first),
+            reactions: cut(&mut self.reactions, supports),
+            drags: cut(&mut self.drags, outside.first(at) - outside.first(first)),
+            workspaces: cut(&mut self.workspaces, low_runs),
+        };
+        (low, self)
     }
 }

@@ -6,9 +6,7 @@ use std::ops::Range;
 
 use fearless_simd::{Level, dispatch};
 
-use crate::boundary::Outside;
 use crate::breaks::{Breaks, Losses};
-use crate::conditions::Active;
 use crate::contact::Contacts;
 use crate::element::corotation::Frame;
 use crate::exact::sum;
@@ -22,8 +20,10 @@ use crate::pass::Workspace;
 use crate::rigid::Pose;
 use crate::state::State;
 use crate::sums::Sums;
+use crate::view::StageView;
 
-pub(crate) use fields::{Balancing, Forces, Moving, Part, Relaxing};
+use fields::Bodies;
+pub(crate) use fields::{Access, Forces, Part, Relaxing, Second};
 
 /// Forces, sums and working space.
 #[derive(Debug)]
@@ -57,6 +57,13 @@ pub(crate) struct Scratch {
     workspaces: Vec<Spaces>,
     /// Instruction set of the kernels.
     pub(crate) level: Level,
+}
+
+/// Displacements, velocities and poses of a state: a step changes them, a trial only reads them.
+pub(crate) struct Motions<'a> {
+    pub(crate) u: Access<'a, Lanes>,
+    pub(crate) v: Access<'a, Lanes>,
+    pub(crate) poses: Access<'a, [Pose; LANES]>,
 }
 
 /// Working spaces of one task.
@@ -186,18 +193,26 @@ impl Scratch {
         self.viscous.resize(places, Lanes::ZERO);
     }
 
-    /// Borrowed for adding up forces without moving.
-    pub(crate) fn balancing<'a>(
+    /// Borrowed for the second pass: fields, shares, and the runs of packs.
+    pub(crate) fn second<'a>(
         &'a mut self,
-        (active, outside): (&'a Active, &'a Outside),
+        view: &'a StageView,
         viscous: bool,
-    ) -> (Balancing<'a>, &'a mut [Frame], &'a [Lanes], &'a [Range<usize>], Level) {
+        motions: Motions<'a>,
+    ) -> (Second<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
         self.has_viscous(viscous);
+        let StageView { active, outside, .. } = view;
         self.reactions.resize(active.supports.len(), 0.0);
         self.drags.resize(outside.dashpots.len(), [0.0; 3]);
-        let fields = Balancing {
+        let Motions { u, v, poses } = motions;
+        let frames = match u {
+            Access::Write(_) => Access::Write(&mut self.frames[..]),
+            Access::Read(_) => Access::Read(&self.frames[..]),
+        };
+        let fields = Second {
             active,
             outside,
+            bodies: Bodies { frames, u, v, poses },
             f: &mut self.f,
             viscous: &mut self.viscous,
             torques: &mut self.torques,
@@ -206,7 +221,7 @@ impl Scratch {
             drags: &mut self.drags,
             workspaces: &mut self.workspaces,
         };
-        (fields, &mut self.frames, &self.shares, &self.runs, self.level)
+        (fields, &self.shares, &self.runs, self.level)
     }
 
     /// Borrowed for the second pass of relaxation; the forces are complete and only read.
@@ -223,16 +238,5 @@ impl Scratch {
             poses: &mut state.poses,
         };
         (fields, &self.f, &self.runs, self.level)
-    }
-
-    /// Borrowed for the second pass.
-    pub(crate) fn moving<'a>(
-        &'a mut self,
-        (active, outside): (&'a Active, &'a Outside),
-        viscous: bool,
-        (u, v, poses): (&'a mut [Lanes], &'a mut [Lanes], &'a mut [[Pose; LANES]]),
-    ) -> (Moving<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
-        let (balancing, frames, shares, runs, level) = self.balancing((active, outside), viscous);
-        (Moving { balancing, frames, u, v, poses }, shares, runs, level)
     }
 }

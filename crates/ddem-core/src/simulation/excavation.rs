@@ -11,11 +11,9 @@ use crate::motion::Motion;
 use crate::rigid::{Matter, Pose};
 
 impl Simulation {
-    /// Takes out what is gone in the stage that begins and has not been taken out, one excavation after
-    /// the other, so that each lets its own forces fade. Joints and materials become those of the stage.
-    pub(super) fn excavate(&mut self, stage: usize) {
-        let from = self.state.dug;
-        self.state.dug = from.max(stage);
+    /// Takes out what goes on the way from one stage to another, one excavation after the other, so that
+    /// each lets its own forces fade. Joints and materials become those of the stage.
+    pub(super) fn excavate(&mut self, from: usize, stage: usize) {
         let mut last = from;
         let mut steps = Vec::new();
         for (first, geometry) in self.model.steps(from, stage) {
@@ -24,25 +22,12 @@ impl Simulation {
             steps.push((geometry, fading));
             last = first;
         }
-        // Entered backwards, or forwards from there.
-        let now = self.model.back(stage, self.state.dug);
-        let before = steps.last().map_or(&self.model.geometry, |(geometry, _)| geometry);
-        let differs = |block| now.differs(before, block);
-        if !Arc::ptr_eq(&now, before) && (0..self.model.n_blocks()).any(differs) {
-            steps.push((now, Vec::new()));
-        }
         if !steps.is_empty() {
             self.finish_relaxation();
             steps.into_iter().for_each(|(geometry, fading)| self.dig(geometry, &fading));
-            let model = &self.model;
-            self.state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
-            self.active = self.model.active(stage, &self.state.applied);
-        }
-        for (&load, released) in &mut self.state.released {
-            if !released.over && self.model.takes_back(load, stage) {
-                released.over = true;
-                self.model.set_released(load, released);
-            }
+            let Self { model, state, .. } = self;
+            state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
+            self.view.renew(&self.model, &self.state);
         }
     }
 
@@ -52,7 +37,6 @@ impl Simulation {
     fn dig(&mut self, now: Arc<Geometry>, fading: &[usize]) {
         // Nothing fails between the two measurements: the next step looks at the new state.
         let held = std::mem::replace(&mut self.holds, true);
-        self.measured = None;
         let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
         let before = self.energy().balance;
         let matter = self.model.assembly.rigid.clone();
@@ -60,19 +44,16 @@ impl Simulation {
         self.spin_on(&matter);
         self.forget_removed();
         self.take_joints(&geometry);
-        self.active = self.model.active(self.state.stage, &self.state.applied);
         self.scratch.fit(&self.model, &self.state);
         // The next step looks whether it is too long now.
         self.critical_steps = [None; 2];
         let assembly = &self.model.assembly;
-        self.motion = if self.motion.fictitious {
+        *self.motion = if self.motion.fictitious {
             Motion::relaxing(assembly)
         } else {
             Motion::dynamic(assembly, self.damping, self.motion.time_step)
         };
-        self.outside = super::outside(&self.model, &self.state, &self.active);
-        self.pushes = self.outside.kept();
-        self.measured = None;
+        self.view.renew(&self.model, &self.state);
         let lost = self.energy().balance - before;
         self.state.work.loads += lost;
         if !fading.is_empty() {
@@ -80,7 +61,6 @@ impl Simulation {
             self.release(fading, &forces, &after);
         }
         self.holds = held;
-        self.measured = None;
     }
 
     /// Rigid blocks with another inertia go on turning as they did: `before` is what resisted.
@@ -123,11 +103,11 @@ impl Simulation {
         // Entries of one stage fade each with its own part of the blocks beside a node.
         let part = 1.0 / fading.len() as f64;
         missing.values_mut().flatten().for_each(|x| *x *= part);
-        let released = Released { began: self.state.time, over: false, forces: missing };
+        let released = Released { began: self.state.time, forces: missing };
         for &load in fading {
             self.model.set_released(load, &released);
             self.state.load_factors[load] = 1.0;
-            if let Some(factor) = self.factors.get_mut(load) {
+            if let Some(factor) = self.view.factors.get_mut(load) {
                 *factor = 1.0;
             }
             self.state.released.insert(load, released.clone());

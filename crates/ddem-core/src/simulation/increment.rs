@@ -6,6 +6,7 @@ use super::Simulation;
 use crate::contact::Skins;
 use crate::lanes::Lanes;
 use crate::law::Reduced;
+use crate::model::Model;
 use crate::state::Memory;
 use crate::step::shift;
 
@@ -25,7 +26,7 @@ impl Simulation {
     /// Contacts are made `anew` where they have another friction now.
     pub(crate) fn ramp_strengths(&mut self, left: usize, part: f64, anew: bool) {
         let Self { model, state, .. } = self;
-        let before = model.back(left, state.dug);
+        let before = model.back(left, state.stage);
         let differs = |block: u32| model.geometry.differs(&before, block as usize);
         if !(0..model.n_blocks()).any(|block| differs(block as u32)) {
             return;
@@ -41,7 +42,6 @@ impl Simulation {
             }
         }
         state.breaks.look_again();
-        self.measured = None;
     }
 
     /// Divides the strengths of joints, by their numbers, by a factor, and with `contacts` the friction of faces
@@ -53,15 +53,15 @@ impl Simulation {
                 model.laws[joint] = Some(Arc::new(Reduced { law, factor }));
             }
         }
-        if let Some(surfaces) = &mut model.contact {
-            surfaces.skins = Skins::new(&model.properties, &model.laws, &model.geometry);
+        let Model { contact, properties, laws, geometry, .. } = &mut **model;
+        if let Some(surfaces) = contact {
+            surfaces.skins = Skins::new(properties, laws, geometry);
             if contacts {
                 surfaces.skins.divide_friction(factor);
             }
         }
         state.contacts.make_anew(|patch| patch.bond.is_none());
         state.breaks.look_again();
-        self.measured = None;
     }
 
     /// Increments of the relaxation that comes, where nobody says how many: several where supports are driven, as
@@ -88,29 +88,26 @@ impl Simulation {
             return;
         }
         let before = self.work_along(&ways);
-        let velocities = std::mem::replace(&mut self.velocities, ways);
+        let velocities = std::mem::replace(&mut self.view.velocities, ways);
         let (context, state, scratch) = self.parts();
         shift(context, state);
         scratch.fit(context.model, state);
         self.state.contacts.known = false;
-        self.measured = None;
-        let ways = std::mem::replace(&mut self.velocities, velocities);
+        let ways = std::mem::replace(&mut self.view.velocities, velocities);
         // Velocities are the ways now: the power of loads is their work, but reactions would stop them.
-        let loads = self.measure_once().0.loads[0];
+        let loads = self.measure_once().sums.loads[0];
         self.state.v.fill(Lanes::ZERO);
-        self.measured = None;
         let after = self.work_along(&ways);
         let work = &mut self.state.work;
         work.supports += 0.5 * (before + after);
         work.loads += loads;
         work.most = work.most.max((work.loads + work.supports).abs());
-        self.measured = None;
     }
 
     /// Work of the present reactions along the ways of the supports `[J]`.
     fn work_along(&mut self, ways: &[[f64; 3]]) -> f64 {
         self.measure_once();
-        let supports = self.active.supports.iter().zip(&self.scratch.reactions);
+        let supports = self.view.active.supports.iter().zip(&self.scratch.reactions);
         let each = supports.map(|(support, reaction)| {
             ways[support.fix as usize][usize::from(support.axis)] * reaction
         });

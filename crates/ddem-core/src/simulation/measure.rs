@@ -3,46 +3,67 @@
 use super::Simulation;
 use crate::breaks::Losses;
 use crate::energy::Energy;
-use crate::scratch::Scratch;
-use crate::state::Work;
-use crate::step::balance;
+use crate::leapfrog::local_damping;
+use crate::state::{State, Work};
+use crate::step::{Trial, balance};
 use crate::sums::Sums;
+
+/// Forces and energies at the present time, until something changes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Measured {
+    /// Changes of model, state, scratch space and motion by then; and whether nothing failed.
+    revisions: Option<([u64; 4], bool)>,
+    pub(crate) sums: Sums,
+    /// Strain energy of bodies and joints `[J]`.
+    strain: [f64; 2],
+    /// Losses of the joints at the next step.
+    losing: Losses,
+    /// Energy that points have given and not taken `[J]`.
+    debt: f64,
+}
 
 impl Simulation {
     /// Forces, reactions, energies and sums at the present time; nothing moves.
-    fn measure(&mut self) -> (Sums, [f64; 2]) {
+    fn measure(&mut self) {
         self.motion.start = self.state.whole && !self.motion.fictitious;
         if !self.motion.fictitious {
             // Where a program cannot compute a factor, the one before stays; the next step says why.
             let _ = self.take_factors().and_then(|()| self.take_pushes());
         }
         self.press();
-        let (context, state, scratch) = self.parts();
-        let mut trial = std::mem::take(&mut scratch.trial);
-        trial.clone_from(&state.breaks);
+        let (mut context, state, scratch) = self.parts();
+        context.energies = true;
+        let mut breaks = std::mem::take(&mut scratch.trial);
+        breaks.clone_from(&state.breaks);
         let mut contacts = std::mem::take(&mut scratch.trial_contacts);
         contacts.clone_from(&state.contacts);
-        let joints = (&mut trial, &mut contacts);
-        let fields = (&state.u[..], &state.v[..], &state.poses[..]);
-        let (sums, losses) = balance(context, fields, joints, scratch, true);
-        (scratch.trial, scratch.trial_contacts) = (trial, contacts);
-        self.losing = losses;
+        let State { u, v, poses, .. } = state;
+        let trial = Trial { u, v, poses, breaks: &mut breaks, contacts: &mut contacts };
+        let (sums, losing) = balance(context, trial, scratch);
+        let mut strain = scratch.strain_energy();
+        let debt = breaks.debt(&self.model.seams) + contacts.debt();
+        strain[1] += contacts.stored() - debt;
+        (self.scratch.trial, self.scratch.trial_contacts) = (breaks, contacts);
         self.last = sums;
-        self.measured = Some(self.state.steps);
-        self.strain = self.scratch.strain_energy();
-        let Scratch { trial, trial_contacts, .. } = &self.scratch;
-        self.debt = trial.debt(&self.model.seams) + trial_contacts.debt();
-        self.strain[1] += trial_contacts.stored() - self.debt;
-        (sums, self.strain)
+        self.measured = Measured { revisions: Some(self.revisions()), sums, strain, losing, debt };
     }
 
-    /// Measures unless that has been done since the last step.
-    pub(crate) fn measure_once(&mut self) -> (Sums, [f64; 2]) {
-        if self.measured == Some(self.state.steps) {
-            (self.last, self.strain)
-        } else {
-            self.measure()
+    /// Measures unless nothing has changed since that was done.
+    pub(crate) fn measure_once(&mut self) -> Measured {
+        if !self.is_measured() {
+            self.measure();
         }
+        self.measured
+    }
+
+    fn is_measured(&self) -> bool {
+        self.measured.revisions == Some(self.revisions())
+    }
+
+    fn revisions(&self) -> ([u64; 4], bool) {
+        let Self { model, state, scratch, motion, holds, .. } = self;
+        let revisions = [model.revision(), state.revision(), scratch.revision(), motion.revision()];
+        (revisions, *holds)
     }
 
     /// Brings velocities from the last half step to the present time, so that a stage with
@@ -54,10 +75,9 @@ impl Simulation {
         if self.motion.fictitious {
             self.stop();
             self.state.whole = true;
-            self.measured = None;
         } else {
             let before = self.energy().balance;
-            let (sums, _) = self.measure_once();
+            let Measured { sums, losing, .. } = self.measure_once();
             let half = 0.5 * self.motion.time_step;
             self.state.work.loads += half * sums.loads[0];
             self.state.work.supports += half * sums.supports[0];
@@ -69,7 +89,6 @@ impl Simulation {
             // What failed and slipped now has done so.
             std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
             std::mem::swap(&mut self.state.contacts, &mut self.scratch.trial_contacts);
-            let losing = std::mem::take(&mut self.losing);
             self.book_losses(losing);
             self.state.whole = true;
             // Kinetic energy is measured in another way now.
@@ -91,19 +110,18 @@ impl Simulation {
                 for (lane, v) in self.state.v[place].0.iter_mut().enumerate() {
                     let [a, b, _] = class.at(at, lane);
                     let f = f.0[lane];
-                    let local = if *v == 0.0 { 0.0 } else { f.abs() * v.signum() };
-                    *v = (2.0 * *v - b * (f - self.motion.local * local)) / (1.0 + a);
+                    let local = local_damping(self.motion.local, f, *v);
+                    *v = (2.0 * *v - b * (f - local)) / (1.0 + a);
                 }
             }
         }
         self.state.whole = false;
-        self.measured = None;
-        let (sums, _) = self.measure_once();
+        let Measured { sums, losing, .. } = self.measure_once();
         let half = 0.5 * self.motion.time_step;
         self.state.work.loads -= half * sums.loads[0];
         self.state.work.supports -= half * sums.supports[0];
         // What dashpots have taken on this way was booked when it was settled.
-        self.state.work.damping -= half * sums.damping[0] + self.losing.damping;
+        self.state.work.damping -= half * sums.damping[0] + losing.damping;
         self.account_from(before);
     }
 
@@ -111,14 +129,13 @@ impl Simulation {
     pub(crate) fn stop(&mut self) {
         let before = self.energy().kinetic;
         self.state.rest();
-        self.measured = None;
         self.state.work.damping += before - self.energy().kinetic;
         self.started = false;
     }
 
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
-        let (sums, [bodies, joints]) = self.measure_once();
+        let Measured { sums, strain, losing, debt, .. } = self.measure_once();
         let Work { loads, supports, damping, friction, fracture, contact, most } = self.state.work;
         // What the velocity before has done up to now and the next step will book.
         let (damped, done) = if self.state.whole {
@@ -130,10 +147,8 @@ impl Simulation {
             (half * sums.damping[0], half * (sums.loads[0] + sums.supports[0]))
         };
         let external = loads + supports + done;
-        let strain = [bodies, joints];
-        let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } =
-            self.losing;
-        let contact = contact + met + self.debt;
+        let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } = losing;
+        let contact = contact + met + debt;
         let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact];
         Energy::new(sums.kinetic, strain, lost, external, [self.initial_energy, most])
     }
@@ -143,8 +158,7 @@ impl Simulation {
     pub fn failed_pairs(&self) -> [u64; 2] {
         let [shear, tension] = self.state.failed;
         // Those that fail at the present time count once it has been looked at.
-        let measured = self.measured == Some(self.state.steps);
-        let more = if measured { self.losing.failed } else { [0; 2] };
+        let more = if self.is_measured() { self.measured.losing.failed } else { [0; 2] };
         [shear + more[0], tension + more[1]]
     }
 
@@ -186,14 +200,14 @@ impl Simulation {
             self.model.set(&mut self.state.v, node, *v);
         }
         self.state.move_rigid(&self.model);
-        self.state.peaks.note_velocities(&self.state.v);
+        let state = &mut *self.state;
+        state.peaks.note_velocities(&state.v);
         self.account_from(before);
     }
 
     /// What a state that is set has more than the one before is no imbalance; after one that was not
     /// finite the account begins anew.
     fn account_from(&mut self, before: f64) {
-        self.measured = None;
         let more = self.energy().balance - before;
         if more.is_finite() {
             self.initial_energy += more;

@@ -10,7 +10,6 @@ mod rigid;
 mod rounding;
 mod stops;
 
-pub(crate) use outside::outside;
 pub use pace::SHORTEST_STEP;
 pub(crate) use rounding::LOOKS;
 
@@ -18,12 +17,10 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::boundary::{Moving, Outside, Push};
 use crate::breaks::Losses;
 use crate::cluster::Relaxation;
-use crate::conditions::{Active, Applied};
+use crate::conditions::Applied;
 use crate::error::RunError;
-use crate::lanes::Lanes;
 use crate::mechanism::{FreeMotion, free_motion};
 use crate::model::Model;
 use crate::motion::Motion;
@@ -33,7 +30,11 @@ use crate::stage::{Damping, TimeStep};
 use crate::state::State;
 use crate::step::{Context, step};
 use crate::sums::Sums;
+use crate::tracked::Tracked;
+use crate::view::StageView;
 use crate::watch::FAR;
+
+use measure::Measured;
 
 /// A model, its state, and scratch space.
 ///
@@ -42,21 +43,12 @@ use crate::watch::FAR;
 /// first one is on.
 #[derive(Debug)]
 pub struct Simulation {
-    pub(crate) model: Model,
-    pub(crate) state: State,
-    pub(crate) scratch: Scratch,
-    pub(crate) active: Active,
-    pub(crate) outside: Outside,
-    /// What boundaries do besides their dashpots.
-    pub(crate) pushes: Vec<Push>,
-    /// Free-field columns as the next step finds and leaves them.
-    columns: Moving,
-    pub(crate) motion: Motion,
+    pub(crate) model: Tracked<Model>,
+    pub(crate) state: Tracked<State>,
+    pub(crate) scratch: Tracked<Scratch>,
+    pub(crate) view: StageView,
+    pub(crate) motion: Tracked<Motion>,
     pub(crate) relaxation: Option<Relaxation>,
-    pub(crate) factors: Vec<f64>,
-    pub(crate) velocities: Vec<[f64; 3]>,
-    /// α of the bodies of each pack that slide, as the last look had it `[1/s]`.
-    sliding: Vec<Lanes>,
     /// Of the model as it starts, and with all joints that can fail turned to springs.
     pub(crate) critical_steps: [Option<f64>; 2],
     pub(crate) last: Sums,
@@ -64,13 +56,7 @@ pub struct Simulation {
     pub(crate) initial_energy: f64,
     /// [`start`](Self::start) has set the time step.
     pub(crate) started: bool,
-    /// The step at whose end forces and sums were measured.
-    pub(crate) measured: Option<u64>,
-    strain: [f64; 2],
-    /// What the joints lose at the next step, as it was measured.
-    losing: Losses,
-    /// Energy that points have given and not taken, at the same time `[J]`.
-    debt: f64,
+    measured: Measured,
     /// Motion of neighbours that counts as failure in a relaxation where it goes on, as a part of an edge.
     pub(crate) far: f64,
     /// It is the failing trial of a factor of safety.
@@ -97,35 +83,22 @@ impl Simulation {
     pub fn with_simd(model: Model, simd: Simd) -> Self {
         let state = State::new(&model);
         let scratch = Scratch::new(&model, &state, simd.level());
-        let active = model.active(0, &state.applied);
-        let outside = outside(&model, &state, &active);
-        // What acts until it is first asked for.
-        let factors = state.load_factors.clone();
-        let velocities = vec![[0.0; 3]; model.conditions.fixed.len()];
+        let view = StageView::new(&model, &state);
         // Until a step is set, energies are those of a vanishing one.
         let motion = Motion::dynamic(&model.assembly, Damping::None, 1e-12);
         let mut simulation = Self {
             look: peaks::look(&model),
-            model,
-            state,
-            scratch,
-            active,
-            pushes: outside.kept(),
-            outside,
-            columns: Moving::default(),
-            motion,
+            model: Tracked::new(model),
+            state: Tracked::new(state),
+            scratch: Tracked::new(scratch),
+            view,
+            motion: Tracked::new(motion),
             relaxation: None,
-            factors,
-            velocities,
-            sliding: Vec::new(),
             critical_steps: [None; 2],
             last: Sums::default(),
             initial_energy: 0.0,
             started: false,
-            measured: None,
-            strain: [0.0; 2],
-            losing: Losses::default(),
-            debt: 0.0,
+            measured: Measured::default(),
             far: FAR,
             failing: false,
             damping: Damping::None,
@@ -145,7 +118,7 @@ impl Simulation {
     /// Rigid motion that the supports in force leave free to blocks that joints and contacts hold together.
     #[must_use]
     pub fn free_motion(&self) -> Option<FreeMotion> {
-        free_motion(&self.model.geometry, &self.active, self.model.properties.contact.search)
+        free_motion(&self.model.geometry, &self.view.active, self.model.properties.contact.search)
     }
 
     /// Simulated time `[s]`.
@@ -182,7 +155,7 @@ impl Simulation {
     /// Loads in force whose history is 0 at the present time, by their numbers in the deck.
     #[must_use]
     pub fn idle_loads(&self) -> Vec<usize> {
-        let State { stage, time, stage_starts, .. } = &self.state;
+        let State { stage, time, stage_starts, .. } = &*self.state;
         self.model.conditions.idle((*stage, *time), stage_starts, self.model.n_loads())
     }
 
@@ -232,11 +205,11 @@ impl Simulation {
     /// A step, and at the start of a stage what kinetic energy is there beyond the scheme's measure.
     fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses, f64)>, RunError> {
         self.take_factors()?;
-        let ahead = if self.state.whole { self.measure_once().0.ahead } else { 0.0 };
+        let ahead = if self.state.whole { self.measure_once().sums.ahead } else { 0.0 };
         self.motion.start = self.state.whole;
         self.take_pushes()?;
         self.state.fills = self.press();
-        self.state.load_factors.clone_from(&self.factors);
+        self.state.load_factors.clone_from(&self.view.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
         Ok(step(context, state, scratch).map(|(sums, losses)| (sums, losses, ahead)))
@@ -284,7 +257,7 @@ impl Simulation {
 
     /// What the joints lost in a pass over them that the state keeps.
     pub(crate) fn book_losses(&mut self, losses: Losses) {
-        let State { work, failed, .. } = &mut self.state;
+        let State { work, failed, .. } = &mut *self.state;
         work.friction += losses.friction;
         work.fracture += losses.fracture;
         work.contact += losses.contact;
@@ -314,16 +287,15 @@ impl Simulation {
             let (pack, local, lane) = self.model.place(node as usize);
             let at = 3 * (self.model.packs.packs[pack].start + local) as u32;
             let load = self.model.conditions.applied_factor() as u32;
-            match self.active.force_mut((pack, at, lane as u8), load) {
+            match self.view.active.force_mut((pack, at, lane as u8), load) {
                 Some(present) => *present = force,
                 None => rebuild = true,
             }
         }
         self.state.applied.extend(sums);
         if rebuild {
-            self.active = self.model.active(self.state.stage, &self.state.applied);
+            self.view.renew(&self.model, &self.state);
         }
-        self.measured = None;
     }
 
     /// Whether forces are finite at the present time: what [`step`](Self::step) would find next.
@@ -332,48 +304,36 @@ impl Simulation {
     ///
     /// As [`step`](Self::step).
     pub fn check_finite(&mut self) -> Result<(), RunError> {
-        let (sums, _) = self.measure_once();
+        let sums = self.measure_once().sums;
         self.check(sums, &self.scratch.trial_contacts)
     }
 
     /// Factors of the loads and velocities of the supports for the next step.
     fn take_factors(&mut self) -> Result<(), RunError> {
-        let State { stage, time, stage_starts, .. } = &self.state;
+        let State { stage, time, stage_starts, .. } = &*self.state;
         let half = time + 0.5 * self.motion.time_step;
         let conditions = &self.model.conditions;
         let velocities = conditions.velocities(half, stage_starts)?;
-        self.factors = conditions.factors(*stage, *time, stage_starts)?;
-        self.factors.push(1.0);
-        self.velocities = velocities;
+        self.view.factors = conditions.factors(*stage, *time, stage_starts)?;
+        self.view.factors.push(1.0);
+        self.view.velocities = velocities;
         Ok(())
     }
 
+    /// Context of a step from the present state, with what a step changes.
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {
-        self.sliding.clear();
-        let State { time, stage_starts, .. } = &self.state;
-        let undamped = self.model.is_shaken(*time, stage_starts);
-        if !self.motion.fictitious && !undamped {
-            let failed = self.state.failed != [0; 2];
-            let joints = (failed, &self.state.breaks, &self.state.contacts);
-            self.model.sliding.rates(&self.model.packs, joints, &mut self.sliding);
+        let Self { model, state, scratch, view, motion, holds, .. } = self;
+        view.sliding.clear();
+        if !motion.fictitious && !model.is_shaken(state.time, &state.stage_starts) {
+            let failed = state.failed != [0; 2];
+            let joints = (failed, &state.breaks, &state.contacts);
+            model.sliding.rates(&model.packs, joints, &mut view.sliding);
         }
-        let gravity = self.factors.last().copied().unwrap_or(1.0);
-        let context = Context {
-            model: &self.model,
-            active: &self.active,
-            outside: &self.outside,
-            pushes: &self.pushes,
-            motion: &self.motion,
-            factors: &self.factors,
-            gravity: (self.model.properties.gravity * gravity).into(),
-            velocities: &self.velocities,
-            sliding: &self.sliding,
-            failing: (!self.motion.fictitious && !self.holds).then_some(1.0),
-            turning: self.model.can_meet(),
-            undamped,
-            waits: false,
-            time: self.state.time,
-        };
-        (context, &mut self.state, &mut self.scratch)
+        (Context::new(model, state, view, motion, *holds), state, scratch)
+    }
+
+    /// The same context, with blocks that slide as the last step had them.
+    fn context(&self) -> Context<'_> {
+        Context::new(&self.model, &self.state, &self.view, &self.motion, self.holds)
     }
 }

@@ -1,60 +1,61 @@
 //! Stages come into force; and what boundaries and charges do from outside.
 
 use super::Simulation;
-use crate::boundary::{Column, Moving, Outside, Pace};
+use crate::boundary::{Column, Moving, Pace};
 use crate::charge::{Charge, ChargeState, Fill};
-use crate::conditions::Active;
 use crate::error::RunError;
 use crate::geometry::Vec3;
 use crate::model::Model;
 use crate::state::{Fresh, State};
+use crate::view::StageView;
 
 /// Part of its volume at the start with which a cavity is narrower than it was.
 const NARROW: f64 = 0.999;
 
 impl Simulation {
-    /// Begins stage `stage` of the deck: its supports and loads come into force, and what is taken out
-    /// by then is. Joints and materials become those of the stage; blocks do not come back in an earlier
-    /// one, and a release that has begun goes on until a relax stage is entered. What supports bore that
-    /// end where a boundary is goes on as constant forces.
+    /// Begins stage `stage` of the deck, the present one or a later one: its supports and loads come into
+    /// force, and what is taken out by then is. Joints and materials become those of the stage, and a release
+    /// that has begun goes on until a relax stage. What supports bore that end where a boundary is goes on as
+    /// constant forces.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::EarlierStage`]: [`save`](Self::save) and [`restore`](Self::restore) go back.
     ///
     /// # Panics
     ///
     /// If the model has no such stage; one without stages has stage 0.
-    pub fn enter(&mut self, stage: usize) {
+    pub fn enter(&mut self, stage: usize) -> Result<(), RunError> {
         let n = self.model.n_stages();
         assert!(stage < n, "there is no stage {stage}: the model has {n}, from 0");
+        let left = self.state.stage;
+        if stage < left {
+            return Err(RunError::EarlierStage { stage, present: left });
+        }
         self.settle();
         let active = self.model.active(stage, &self.state.applied);
         // What they bore, they bore with the blocks that are taken out now.
         if !self.model.borders.list.is_empty() {
             self.measure_once();
-            let borne = (&self.active, &self.scratch.reactions[..], &self.state.kept);
+            let borne = (&self.view.active, &self.scratch.reactions[..], &self.state.kept);
             self.state.kept = self.model.borders.kept(stage, borne, &active);
             self.begin_columns(stage);
         }
-        let left = self.state.stage;
-        let first = if stage >= left { left + 1 } else { stage };
-        let waits = self.state.fresh;
-        self.state.fresh = Some(Fresh {
-            left: waits.map_or(left, |fresh| fresh.left),
-            first: waits.map_or(first, |fresh| fresh.first.min(first)),
-        });
-        self.state.stage = stage;
+        let state = &mut *self.state;
+        state.fresh.get_or_insert(Fresh { left, first: left + 1 });
+        state.stage = stage;
         // Stages that were skipped begin together with this one.
-        self.state.stage_starts.resize(stage.max(self.state.stage_starts.len()), self.state.time);
-        self.state.stage_starts.truncate(stage);
-        self.state.stage_starts.push(self.state.time);
-        let before = std::mem::replace(&mut self.active, active);
-        self.outside = outside(&self.model, &self.state, &self.active);
-        self.pushes = self.outside.kept();
-        self.excavate(stage);
-        let (packs, now) = (&self.model.packs, &self.active.held_bodies);
+        state.stage_starts.resize(stage, state.time);
+        state.stage_starts.push(state.time);
+        let held = std::mem::take(&mut self.view.active.held_bodies);
+        self.view.renew(&self.model, &self.state);
+        self.excavate(left, stage);
+        let (packs, now) = (&self.model.packs, &self.view.active.held_bodies);
         self.state.contacts.hold_anew(|block| {
             let (pack, lane) = packs.slot(block);
-            before.held_bodies[pack][lane] != now[pack][lane]
+            held[pack][lane] != now[pack][lane]
         });
-        self.measured = None;
+        Ok(())
     }
 
     /// The critical step with the gas of charges, as stiff as it is at the start or more, beside the springs that
@@ -90,7 +91,7 @@ impl Simulation {
     #[must_use]
     pub fn charge(&self, index: usize) -> Option<ChargeState> {
         let conditions = &self.model.conditions;
-        let State { stage, time, stage_starts, .. } = &self.state;
+        let State { stage, time, stage_starts, .. } = &*self.state;
         let (charge, fills) = self.charged().nth(index)?;
         let push = charge.push(&self.moved(charge), fills);
         let factors = conditions.factors(*stage, *time, stage_starts).unwrap_or_default();
@@ -109,7 +110,7 @@ impl Simulation {
             return Ok(());
         }
         self.take_factors()?;
-        let factors = self.factors.iter().skip(self.model.conditions.loaded.len());
+        let factors = self.view.factors.iter().skip(self.model.conditions.loaded.len());
         let acts = self.charged().zip(factors).filter(|(_, factor)| **factor != 0.0);
         let mut fills = acts.flat_map(|((_, fills), _)| fills);
         let begins = fills.any(|fill| fill.began.is_none());
@@ -150,7 +151,7 @@ impl Simulation {
     /// Gas of the charges in force pushes its walls where they are now. Returns what is in the shells by
     /// now.
     pub(crate) fn press(&mut self) -> Vec<Fill> {
-        let Self { model, state, active, factors, .. } = self;
+        let Self { model, state, view: StageView { active, factors, .. }, .. } = self;
         let loads = model.conditions.loaded.len();
         let mut fills = Vec::with_capacity(state.fills.len());
         for (index, charged) in model.conditions.charged.iter().enumerate() {
@@ -192,12 +193,12 @@ impl Simulation {
 
     /// What boundaries will do in the next step, and where that takes the columns.
     pub(super) fn take_pushes(&mut self) -> Result<(), RunError> {
-        if self.outside.dashpots.is_empty() {
-            self.columns = Moving::default();
+        if self.view.outside.dashpots.is_empty() {
+            self.view.columns = Moving::default();
             return Ok(());
         }
-        let State { stage, time, stage_starts, columns, .. } = &self.state;
-        let Model { borders, assembly, .. } = &self.model;
+        let State { stage, time, stage_starts, columns, .. } = &*self.state;
+        let Model { borders, assembly, .. } = &*self.model;
         let factors = borders.factors(*stage, *time, stage_starts)?;
         let motion = &self.motion;
         let rates = |column: &Column, level: usize, dug: bool| {
@@ -217,23 +218,23 @@ impl Simulation {
             local: motion.local,
             stiffness: motion.stiffness,
             factors: &factors,
-            velocities: &self.velocities,
+            velocities: &self.view.velocities,
             rates: &rates,
         };
         let (u, v): (Vec<Vec3>, Vec<Vec3>) = columns.iter().map(|[u, v]| (*u, *v)).unzip();
         let mut moving = Moving::new(columns.len());
-        for standing in &self.outside.standing {
+        for standing in &self.view.outside.standing {
             let column = &borders.list[standing.border].columns[standing.column];
             column.step(standing, &pace, (&u, &v), &mut moving);
         }
-        self.pushes = self.outside.pushes(borders, &factors, &moving);
-        self.columns = moving;
+        self.view.pushes = self.view.outside.pushes(borders, &factors, &moving);
+        self.view.columns = moving;
         Ok(())
     }
 
     /// Columns go the step that was looked at.
     pub(super) fn move_columns(&mut self) {
-        for ([u, v], ahead) in self.state.columns.iter_mut().zip(&self.columns.ahead) {
+        for ([u, v], ahead) in self.state.columns.iter_mut().zip(&self.view.columns.ahead) {
             *u += ahead * self.motion.time_step;
             *v = *ahead;
         }
@@ -241,21 +242,15 @@ impl Simulation {
 
     /// Velocities of the columns come to the present time.
     pub(super) fn settle_columns(&mut self) {
-        for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.columns.mean) {
+        for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.view.columns.mean) {
             *v = *mean;
         }
     }
 
     /// The inverse of it.
     pub(super) fn unsettle_columns(&mut self) {
-        for ([_, v], ahead) in self.state.columns.iter_mut().zip(&self.columns.ahead) {
+        for ([_, v], ahead) in self.state.columns.iter_mut().zip(&self.view.columns.ahead) {
             *v = *v * 2.0 - ahead;
         }
     }
-}
-
-/// Boundaries in force in the present stage.
-pub(crate) fn outside(model: &Model, state: &State, active: &Active) -> Outside {
-    let now = (&model.conditions, state.stage, active);
-    Outside::new(&model.borders, model.made(), now, &state.kept)
 }

@@ -100,8 +100,7 @@ impl Simulation {
         let mass = |inertia: &crate::inertia::Inertia, at: usize, lane: usize| {
             inertia.mass[at / 3].0[lane]
         };
-        self.measured = None;
-        let model = &self.model;
+        let model = &*self.model;
         let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
         // One set of blocks whose joints all hold has neither contacts nor dashpots.
         let ratio = if broken || surfaces.is_some() { model.sliding.ratio } else { 0.0 };
@@ -240,7 +239,6 @@ impl Simulation {
         self.state.failed = failed;
         // What the scheme's measure of energy still gains or loses stays in the balance.
         self.initial_energy = initial;
-        self.measured = None;
         if failed == before {
             return Ok(());
         }
@@ -269,7 +267,7 @@ impl Simulation {
         let most = (1.0 - ratio).max(0.0);
         let part = shift(power, 0.5 * square, 0.5 * (1.0 - ratio * ratio) * square);
         let part = part.clamp(-most, most);
-        let State { v, poses, .. } = &mut self.state;
+        let State { v, poses, .. } = &mut *self.state;
         for (v, last) in zip(v, &last.0) {
             *v = Lanes(std::array::from_fn(|l| v.0[l] + part * (v.0[l] - last.0[l])));
         }
@@ -278,7 +276,6 @@ impl Simulation {
             pose.velocity += d.velocity * part;
             pose.momentum += d.momentum * part;
         }
-        self.measured = None;
     }
 
     /// `Σ v m d` and `Σ d m d` with d the change of velocities since the last half step.
@@ -312,8 +309,7 @@ impl Simulation {
     /// between stages is no imbalance.
     pub(crate) fn change_motion(&mut self, motion: Motion) {
         let before = self.mechanical_energy();
-        self.motion = motion;
-        self.measured = None;
+        *self.motion = motion;
         self.initial_energy += self.mechanical_energy() - before;
     }
 }

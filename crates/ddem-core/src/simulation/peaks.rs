@@ -12,7 +12,8 @@ impl Simulation {
     /// After a step in time: every velocity; stresses as often as waves need.
     pub(super) fn note_peaks(&mut self) {
         let Some(look) = self.look else { return };
-        self.state.peaks.note_velocities(&self.state.v);
+        let state = &mut *self.state;
+        state.peaks.note_velocities(&state.v);
         let every = (look / self.motion.time_step).clamp(1.0, 1e9) as u64;
         if self.state.steps.is_multiple_of(every) {
             self.note_stresses();

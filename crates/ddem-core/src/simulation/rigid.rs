@@ -14,12 +14,12 @@ impl Simulation {
 
     /// Poses of the rigid bodies with their velocities at the present time, under the forces that
     /// were last measured.
-    pub(crate) fn present_poses(&mut self) -> Vec<Poses> {
+    pub(crate) fn present_poses(&self) -> Vec<Poses> {
         self.rigid_packs().into_iter().map(|index| self.present_pose(index)).collect()
     }
 
     /// Those of one pack.
-    pub(crate) fn present_pose(&mut self, index: usize) -> Poses {
+    pub(crate) fn present_pose(&self, index: usize) -> Poses {
         let poses = self.state.poses[self.model.packs.packs[index].rigid_start];
         if self.motion.fictitious {
             return poses.map(Pose::resting);
@@ -27,10 +27,9 @@ impl Simulation {
         if self.state.whole {
             return poses;
         }
-        let (context, _, scratch) = self.parts();
-        let packs = &context.model.packs;
+        let packs = &self.model.packs;
         let nodes = node_start(packs, index)..node_start(packs, index + 1);
-        present(context, index, &poses, &scratch.f[nodes])
+        present(self.context(), index, &poses, &self.scratch.f[nodes])
     }
 
     /// Velocities of the rigid bodies go back half a step, under the forces of the present time.

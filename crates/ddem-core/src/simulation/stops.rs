@@ -35,8 +35,8 @@ impl Simulation {
 
     /// True where loads, supports or waves change after the present time.
     fn loads_change(&self) -> bool {
-        let State { stage, time, stage_starts, .. } = &self.state;
-        let Model { conditions, borders, .. } = &self.model;
+        let State { stage, time, stage_starts, .. } = &*self.state;
+        let Model { conditions, borders, .. } = &*self.model;
         conditions.change_after((*stage, *time), stage_starts)
             || borders.change_after((*stage, *time), stage_starts)
     }
@@ -103,9 +103,9 @@ impl Simulation {
     /// The support that moves a block in this step, by its number in the deck.
     fn driver(&self, block: usize) -> Option<usize> {
         let (pack, lane) = self.model.packs.slot(block);
-        let supports = &self.active.supports[self.active.supports_of(pack)];
+        let supports = &self.view.active.supports[self.view.active.supports_of(pack)];
         let mut own = supports.iter().filter(|support| usize::from(support.lane) == lane);
-        let moves = own.find(|s| self.velocities[s.fix as usize][usize::from(s.axis)] != 0.0);
+        let moves = own.find(|s| self.view.velocities[s.fix as usize][usize::from(s.axis)] != 0.0);
         moves.map(|support| support.fix as usize)
     }
 
@@ -164,7 +164,7 @@ impl Simulation {
 
     /// The stiffest joint beside a block and its thickness `[m]`, 0 if it is springs.
     pub(super) fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
-        let Model { geometry, packs, seams, properties, .. } = &self.model;
+        let Model { geometry, packs, seams, properties, .. } = &*self.model;
         let below = |d: usize| [0, 1, 2].map(|e| -i32::from(e == d));
         let owners =
             (0..3).flat_map(|d| [(Some(block), d), (geometry.neighbour(block, below(d)), d)]);

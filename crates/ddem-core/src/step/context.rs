@@ -1,44 +1,63 @@
 //! Model, conditions and settings of a step: all that it reads besides the state.
 
 use super::first::Pass;
-use crate::boundary::{Dashpot, Outside, Push};
-use crate::conditions::Active;
+use crate::force::boundary::Dashpots;
+use crate::force::support::Supports;
 use crate::lanes::Lanes;
 use crate::model::Model;
 use crate::motion::{Coefficients, Motion};
+use crate::pack::Pack;
 use crate::pass::Viscous;
+use crate::state::State;
+use crate::view::StageView;
 
 /// Model, conditions and settings of a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Context<'a> {
     pub(crate) model: &'a Model,
-    pub(crate) active: &'a Active,
-    pub(crate) outside: &'a Outside,
-    /// Forces of boundaries besides their dashpots.
-    pub(crate) pushes: &'a [Push],
+    pub(crate) view: &'a StageView,
     pub(crate) motion: &'a Motion,
-    /// Factor of each load at time t.
-    pub(crate) factors: &'a [f64],
     /// Gravity times its factor `[m/s²]`.
     pub(crate) gravity: [f64; 3],
-    /// α of the bodies of each pack that slide, or nothing `[1/s]`.
-    pub(crate) sliding: &'a [Lanes],
     /// As in [`Pass`].
     pub(crate) undamped: bool,
-    /// Velocity of each fix half a step ahead `[m/s]`.
-    pub(crate) velocities: &'a [[f64; 3]],
     /// As in [`Pass`].
     pub(crate) failing: Option<f64>,
     /// As in [`Pass`].
     pub(crate) turning: bool,
     /// A step in which pairs fail is not taken.
     pub(crate) waits: bool,
+    /// Strain energies are asked for.
+    pub(crate) energies: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
 }
 
 impl<'a> Context<'a> {
-    pub(crate) fn pass<'b>(&self, (u, v): (&'b [Lanes], &'b [Lanes]), energies: bool) -> Pass<'b>
+    /// In which pairs fail, unless the model `holds`.
+    pub(crate) fn new(
+        model: &'a Model,
+        state: &State,
+        view: &'a StageView,
+        motion: &'a Motion,
+        holds: bool,
+    ) -> Self {
+        let gravity = view.factors.last().copied().unwrap_or(1.0);
+        Self {
+            model,
+            view,
+            motion,
+            gravity: (model.properties.gravity * gravity).into(),
+            failing: (!motion.fictitious && !holds).then_some(1.0),
+            turning: model.can_meet(),
+            undamped: model.is_shaken(state.time, &state.stage_starts),
+            waits: false,
+            energies: false,
+            time: state.time,
+        }
+    }
+
+    pub(crate) fn pass<'b>(&self, u: &'b [Lanes], v: &'b [Lanes]) -> Pass<'b>
     where
         'a: 'b,
     {
@@ -54,9 +73,9 @@ impl<'a> Context<'a> {
             last: (!self.motion.start).then_some((v, self.motion.time_step)),
             way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
             viscous: self.viscous(v),
-            held: &self.active.held_bodies,
+            held: &self.view.active.held_bodies,
             linear: false,
-            energies,
+            energies: self.energies,
         }
     }
 
@@ -67,30 +86,59 @@ impl<'a> Context<'a> {
 
     /// α of the bodies of a pack, if any of them slides `[1/s]`.
     pub(super) fn slides(&self, pack: usize) -> Option<Lanes> {
-        self.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
+        self.view.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
     }
 
     pub(super) fn has_viscous(&self) -> bool {
-        self.motion.stiffness > 0.0 || !self.sliding.is_empty()
+        self.motion.stiffness > 0.0 || !self.view.sliding.is_empty()
     }
 
     pub(super) fn is_viscous(&self, pack: usize) -> bool {
         self.motion.stiffness > 0.0 || self.slides(pack).is_some()
     }
+}
 
-    pub(super) fn dashpots(&self, pack: usize) -> &'a [Dashpot] {
-        &self.outside.dashpots[self.outside.of(pack)]
+/// What a step reads of one pack.
+#[derive(Clone, Copy)]
+pub(super) struct PackContext<'a> {
+    pub(super) step: Context<'a>,
+    pub(super) index: usize,
+    pub(super) pack: &'a Pack,
+    pub(super) divisions: usize,
+    pub(super) class: &'a Coefficients,
+    /// Masses of its nodes `[kg]`.
+    pub(super) mass: &'a [Lanes],
+    pub(super) supports: Supports<'a>,
+    pub(super) dashpots: Dashpots<'a>,
+}
+
+impl<'a> PackContext<'a> {
+    pub(super) fn new(step: Context<'a>, index: usize) -> Self {
+        let Context { model, view, .. } = step;
+        let StageView { active, outside, pushes, velocities, .. } = view;
+        let pack = &model.packs.packs[index];
+        let class = model.assembly.pack_inertia[index] as usize;
+        let first = 3 * pack.start;
+        let (own, dashpots) = (active.supports_of(index), outside.of(index));
+        let (list, pushes) = (&outside.dashpots[dashpots.clone()], &pushes[dashpots]);
+        Self {
+            step,
+            index,
+            pack,
+            divisions: model.packs.shape_of(pack).divisions,
+            class: &step.motion.classes[class],
+            mass: &model.assembly.inertia[class].mass,
+            supports: Supports { list: &active.supports[own], velocities, first },
+            dashpots: Dashpots { list, pushes, velocities, first },
+        }
     }
 
-    pub(super) fn pushes(&self, pack: usize) -> &'a [Push] {
-        &self.pushes[self.outside.of(pack)]
+    pub(super) fn is_rigid(&self) -> bool {
+        self.pack.rigid
     }
 
-    pub(super) fn inertia(&self, pack: usize) -> usize {
-        self.model.assembly.pack_inertia[pack] as usize
-    }
-
-    pub(super) fn coefficients(&self, pack: usize) -> &Coefficients {
-        &self.motion.classes[self.inertia(pack)]
+    /// Places of a row of nodes in a nodal field.
+    pub(super) fn row(&self) -> usize {
+        3 * (self.divisions + 1)
     }
 }

@@ -1,7 +1,7 @@
 //! Supports that go a way at once, between two equilibria.
 
-use super::Context;
-use super::rigid::follow;
+use super::rigid::{follow, held_ways};
+use super::{Context, PackContext};
 use crate::lanes::LANES;
 use crate::parallel::node_start;
 use crate::state::State;
@@ -11,8 +11,9 @@ use crate::state::State;
 pub(crate) fn shift(context: Context<'_>, state: &mut State) {
     let packs = &context.model.packs;
     for (index, pack) in packs.packs.iter().enumerate() {
-        let supports = &context.active.supports[context.active.supports_of(index)];
-        let way = |fix: u32, axis: u8| context.velocities[fix as usize][usize::from(axis)];
+        let own = PackContext::new(context, index);
+        let supports = own.supports.list;
+        let way = |fix: u32, axis: u8| context.view.velocities[fix as usize][usize::from(axis)];
         if supports.iter().all(|support| way(support.fix, support.axis) == 0.0) {
             continue;
         }
@@ -20,7 +21,7 @@ pub(crate) fn shift(context: Context<'_>, state: &mut State) {
         let (u, ways) = (&mut state.u[nodes.clone()], &mut state.v[nodes]);
         if pack.rigid {
             let poses = &mut state.poses[pack.rigid_start];
-            context.held_ways(index, poses, ways);
+            held_ways(&own, poses, ways);
             follow(context.model, index, poses, (u, ways));
         } else {
             for support in supports {

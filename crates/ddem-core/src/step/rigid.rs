@@ -3,69 +3,70 @@
 //! Their corners have collected forces as nodes do. What these amount to moves the six degrees of
 //! freedom, and the corners follow.
 
-use super::Context;
+use super::{Context, PackContext};
 use crate::force::rigid::{Member, at};
+use crate::force::support::Supports;
+use crate::frames::frame_of;
 use crate::lanes::{LANES, Lanes};
+use crate::leapfrog::local_damping;
 use crate::model::Model;
 use crate::rigid::{Gait, Hold, Pose, Wrench};
-use crate::scratch::Part;
+use crate::scratch::{Access, Part};
 use crate::sums::Sums;
 
 /// Poses of the bodies of a pack.
 pub(crate) type Poses = [Pose; LANES];
 
-impl<'a> Context<'a> {
-    fn member(self, index: usize, poses: &'a Poses, lane: usize) -> Member<'a> {
-        let rigid = self.model.packs.packs[index].rigid_start;
-        Member { matter: &self.model.assembly.rigid[rigid][lane], pose: &poses[lane], lane }
+impl<'a> PackContext<'a> {
+    fn member(&self, poses: &'a Poses, lane: usize) -> Member<'a> {
+        let matter = &self.step.model.assembly.rigid[self.pack.rigid_start][lane];
+        Member { matter, pose: &poses[lane], lane }
     }
 
-    fn gait(self, member: &Member<'_>) -> Gait {
-        let Self { motion, .. } = self;
+    fn gait(&self, member: &Member<'_>) -> Gait {
+        let motion = self.step.motion;
         let rates = motion.rates(member.matter);
         Gait { time_step: motion.time_step, rates, start: motion.start }
     }
 
-    fn hold(self, index: usize, member: &Member<'_>) -> Option<Hold> {
-        let supports = &self.active.supports[self.active.supports_of(index)];
-        let first = 3 * self.model.packs.packs[index].start;
+    fn hold(&self, member: &Member<'_>) -> Option<Hold> {
         // A corner goes along the chord of its way: as it lies halfway there it is held.
-        let ahead = if self.motion.fictitious { 0.0 } else { 0.5 * self.motion.time_step };
+        let motion = self.step.motion;
+        let ahead = if motion.fictitious { 0.0 } else { 0.5 * motion.time_step };
         let pose = member.pose.ahead(member.matter, ahead);
-        Member { pose: &pose, ..*member }.hold(supports, self.velocities, first)
+        let Supports { list, velocities, first } = self.supports;
+        Member { pose: &pose, ..*member }.hold(list, velocities, first)
     }
 }
 
-impl Context<'_> {
-    /// Ways of the corners of the bodies of a pack, whose supports have the velocities for ways `[m]`.
-    pub(super) fn held_ways(self, index: usize, poses: &Poses, ways: &mut [Lanes]) {
-        for lane in 0..self.model.packs.packs[index].filled {
-            let member = self.member(index, poses, lane);
-            if let Some(hold) = self.hold(index, &member) {
-                member.set_twist(hold.target(), ways);
-            }
+/// Ways of the corners of the bodies of a pack, whose supports have the velocities for ways `[m]`.
+pub(super) fn held_ways(pack: &PackContext<'_>, poses: &Poses, ways: &mut [Lanes]) {
+    for lane in 0..pack.pack.filled {
+        let member = pack.member(poses, lane);
+        if let Some(hold) = pack.hold(&member) {
+            member.set_twist(hold.target(), ways);
         }
     }
 }
 
 /// Supports answer, and the forces on the corners become those that are equivalent to all.
-pub(super) fn react(context: Context<'_>, index: usize, poses: &Poses, part: &mut Part<'_>) {
-    let pack = &context.model.packs.packs[index];
-    let supports = &context.active.supports[context.active.supports_of(index)];
-    for lane in 0..pack.filled {
-        let member = context.member(index, poses, lane);
+pub(super) fn react(pack: &PackContext<'_>, part: &mut Part<'_>) {
+    let Supports { list, first, .. } = pack.supports;
+    let poses = part.bodies.poses.get()[0];
+    for lane in 0..pack.pack.filled {
+        let member = pack.member(&poses, lane);
         let mut wrench = member.resultant(part.f);
         wrench.angular += at(&*part.torque, 0, lane);
-        if let Some(hold) = context.hold(index, &member) {
-            let how = (&hold, &context.gait(&member), context.motion.fictitious);
-            wrench = member.react(how, wrench, (supports, 3 * pack.start), part.reactions);
+        if let Some(hold) = pack.hold(&member) {
+            let how = (&hold, &pack.gait(&member), pack.step.motion.fictitious);
+            wrench = member.react(how, wrench, (list, first), part.reactions);
         }
         member.set_forces(wrench, part.f);
     }
     *part.torque = [Lanes::ZERO; 3];
 }
 
-/// What one body's step does: its pose after it, and powers.
+/// One body's step: its pose with the velocities after it, and powers.
 struct Stride {
     next: Pose,
     damping: [f64; 2],
@@ -74,14 +75,15 @@ struct Stride {
     ahead: f64,
 }
 
-fn stride(context: Context<'_>, index: usize, member: &Member<'_>, f: &[Lanes]) -> Stride {
+fn stride(pack: &PackContext<'_>, member: &Member<'_>, f: &[Lanes]) -> Stride {
     let Member { matter, pose, .. } = *member;
-    let gait = context.gait(member);
+    let motion = pack.step.motion;
+    let gait = pack.gait(member);
     let wrench = member.resultant(f);
-    let hold = context.hold(index, member);
+    let hold = pack.hold(member);
     let before = pose.twist(matter);
     let free = hold.as_ref().map_or(wrench, |hold| hold.without(wrench));
-    let local = local_damping(context.motion.local, free, before);
+    let local = local(motion.local, free, before);
     let left =
         Wrench { linear: wrench.linear - local.linear, angular: wrench.angular - local.angular };
     let mut next = pose.pushed(matter, &gait, &left);
@@ -92,7 +94,7 @@ fn stride(context: Context<'_>, index: usize, member: &Member<'_>, f: &[Lanes]) 
     }
     let after = next.twist(matter);
     let mut drag = local;
-    if context.motion.damped {
+    if motion.is_damped() {
         // The first half step of a stage is damped by the velocity at its start.
         let then = if gait.start { pose } else { &next };
         for k in 0..3 {
@@ -110,108 +112,94 @@ fn stride(context: Context<'_>, index: usize, member: &Member<'_>, f: &[Lanes]) 
     Stride { next, damping: [power(before), power(after)], kinetic, ahead }
 }
 
-/// Cundall's local damping of each of the six, against the motion.
-fn local_damping(alpha: f64, wrench: Wrench, twist: Wrench) -> Wrench {
-    let each = |force: f64, v: f64| if v == 0.0 { 0.0 } else { alpha * force.abs() * v.signum() };
+/// Local damping of each of the six.
+fn local(alpha: f64, wrench: Wrench, twist: Wrench) -> Wrench {
+    let each = |force: f64, v: f64| local_damping(alpha, force, v);
     Wrench {
         linear: wrench.linear.zip_map(&twist.linear, each),
         angular: wrench.angular.zip_map(&twist.angular, each),
     }
 }
 
-/// Sums of a pack that does not move.
-pub(super) fn weigh(
-    context: Context<'_>,
-    index: usize,
-    (v, poses): (&[Lanes], &Poses),
-    part: &mut Part<'_>,
-) {
+/// Sums of a relaxation, which moves the bodies in another way.
+pub(super) fn weigh(pack: &PackContext<'_>, part: &mut Part<'_>) {
     let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
-    for lane in 0..context.model.packs.packs[index].filled {
-        let member = context.member(index, poses, lane);
-        for (f, v) in part.f.iter().zip(v) {
+    let v = part.bodies.v.get();
+    for lane in 0..pack.pack.filled {
+        for (at, (f, v)) in part.f.iter().zip(v).enumerate() {
             sums.free += f.0[lane] * f.0[lane];
-            if context.motion.fictitious {
-                sums.power += f.0[lane] * v.0[lane];
-            }
-        }
-        let mut after = v;
-        let moved;
-        if !context.motion.fictitious {
-            let stride = stride(context, index, &member, part.f);
-            sums.kinetic += stride.kinetic;
-            sums.ahead += stride.ahead;
-            (0..2).for_each(|side| sums.damping[side] += stride.damping[side]);
+            sums.power += f.0[lane] * v.0[lane];
             if part.loaded {
-                moved = moved_corners(&member, &stride.next);
-                after = &moved;
+                sums.loads[0] += part.q[at].0[lane] * v.0[lane];
             }
         }
-        add_loads(part, lane, (v, after), &mut sums);
     }
+    sums.loads[1] = sums.loads[0];
+    sums.supports[0] = pack.supports.power(v, part.reactions);
     *part.sums = sums;
 }
 
-/// Velocities of the corners in a pose.
-fn moved_corners(member: &Member<'_>, next: &Pose) -> [Lanes; 24] {
-    let mut v = [Lanes::ZERO; 24];
-    member.set_twist(next.twist(member.matter), &mut v);
-    v
-}
-
-fn add_loads(part: &Part<'_>, lane: usize, (v, after): (&[Lanes], &[Lanes]), sums: &mut Sums) {
-    if part.loaded {
-        for ((q, v), after) in part.q.iter().zip(v).zip(after) {
-            sums.loads[0] += q.0[lane] * v.0[lane];
-            sums.loads[1] += q.0[lane] * after.0[lane];
+/// Moves the bodies of a pack, and their corners; in a trial leaves their sums alone.
+pub(super) fn advance(pack: &PackContext<'_>, part: &mut Part<'_>) {
+    let Part { bodies, f, sums: of_pack, reactions, q, loaded, room, .. } = part;
+    let before = bodies.poses.get()[0];
+    let mut after = before;
+    let v = match &mut bodies.v {
+        Access::Write(v) => &mut **v,
+        Access::Read(v) => {
+            room.clear();
+            room.extend_from_slice(v);
+            &mut room[..]
         }
-    }
-}
-
-/// Moves the bodies of a pack, and their corners.
-pub(super) fn advance(
-    context: Context<'_>,
-    index: usize,
-    part: &mut Part<'_>,
-    (poses, u, v): (&mut Poses, &mut [Lanes], &mut [Lanes]),
-) {
-    let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
-    for lane in 0..context.model.packs.packs[index].filled {
-        let member = context.member(index, poses, lane);
-        let stride = stride(context, index, &member, part.f);
+    };
+    let mut sums = Sums { applied: of_pack.applied, ..Sums::default() };
+    sums.supports[0] = pack.supports.power(v, reactions);
+    for lane in 0..pack.pack.filled {
+        let member = pack.member(&before, lane);
+        let stride = stride(pack, &member, f);
+        sums.kinetic += stride.kinetic;
+        sums.ahead += stride.ahead;
         (0..2).for_each(|side| sums.damping[side] += stride.damping[side]);
-        for (at, f) in part.f.iter().enumerate() {
+        for (at, f) in f.iter().enumerate() {
             sums.free += f.0[lane] * f.0[lane];
-            if part.loaded {
-                sums.loads[0] += part.q[at].0[lane] * v[at].0[lane];
+            if *loaded {
+                sums.loads[0] += q[at].0[lane] * v[at].0[lane];
             }
         }
-        let (next, way) = stride.next.moved(member.matter, context.motion.time_step);
+        let (next, way) = stride.next.moved(member.matter, pack.step.motion.time_step);
         for corner in 0..8 {
             let arm = member.matter.arm(corner);
-            let (u_new, v_new) = (next.displacement(&arm), way.velocity(&(poses[lane].turn * arm)));
+            let v_new = way.velocity(&(before[lane].turn * arm));
             for c in 0..3 {
-                u[3 * corner + c].0[lane] = u_new[c];
                 v[3 * corner + c].0[lane] = v_new[c];
                 sums.fastest.0[lane] = sums.fastest.0[lane].max(v_new[c].abs());
             }
+            if let Some(u) = bodies.u.get_mut() {
+                let u_new = next.displacement(&arm);
+                (0..3).for_each(|c| u[3 * corner + c].0[lane] = u_new[c]);
+            }
         }
-        poses[lane] = next;
-        if part.loaded {
-            let power = part.q.iter().zip(&*v).map(|(q, v)| q.0[lane] * v.0[lane]);
+        after[lane] = next;
+        if *loaded {
+            let power = q.iter().zip(&*v).map(|(q, v)| q.0[lane] * v.0[lane]);
             sums.loads[1] += power.sum::<f64>();
         }
     }
-    *part.sums = sums;
+    sums.supports[1] = pack.supports.power(v, reactions);
+    if let (Some(poses), Some(frames)) = (bodies.poses.get_mut(), bodies.frames.get_mut()) {
+        poses[0] = after;
+        frames[0] = frame_of(&after);
+    }
+    **of_pack = sums;
 }
 
 /// Poses with the velocities at the present time, the mean of the half steps before and after,
 /// under the forces `f` that were last balanced.
 pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[Lanes]) -> Poses {
+    let pack = PackContext::new(context, index);
     let mut now = *poses;
-    for lane in 0..context.model.packs.packs[index].filled {
-        let member = context.member(index, poses, lane);
-        let Stride { next, .. } = stride(context, index, &member, f);
+    for lane in 0..pack.pack.filled {
+        let Stride { next, .. } = stride(&pack, &pack.member(poses, lane), f);
         now[lane].velocity = (poses[lane].velocity + next.velocity) * 0.5;
         now[lane].momentum = (poses[lane].momentum + next.momentum) * 0.5;
     }
@@ -221,13 +209,14 @@ pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[La
 /// Poses with the velocities half a step before the present time, at which they have those given:
 /// the inverse of [`present`].
 pub(crate) fn before(context: Context<'_>, index: usize, poses: &Poses, f: &[Lanes]) -> Poses {
+    let pack = PackContext::new(context, index);
     let mut old = *poses;
-    for lane in 0..context.model.packs.packs[index].filled {
-        let member = context.member(index, poses, lane);
-        let gait = Gait { start: false, ..context.gait(&member) };
+    for lane in 0..pack.pack.filled {
+        let member = pack.member(poses, lane);
+        let gait = Gait { start: false, ..pack.gait(&member) };
         let wrench = member.resultant(f);
         let twist = poses[lane].twist(member.matter);
-        let local = local_damping(context.motion.local, wrench, twist);
+        let local = local(context.motion.local, wrench, twist);
         for k in 0..3 {
             let [keep, push] = gait.numbers(gait.rates[k]);
             let added = push / member.matter.mass * (wrench.linear[k] - local.linear[k]);

@@ -13,7 +13,7 @@ const ROWS: [&[&str]; 24] = [
     &["scratch"],
     &["force", "frames", "cluster"],
     &["pass"],
-    &["verdict"],
+    &["verdict", "view"],
     &["state", "motion", "pairs"],
     &["model"],
     &["problem"],
@@ -30,7 +30,7 @@ const ROWS: [&[&str]; 24] = [
         "element", "law", "rigid", "touch", "grid", "groups", "history", "stage", "sums", "energy",
         "watch",
     ],
-    &["lanes", "simd", "exact", "rules"],
+    &["lanes", "leapfrog", "simd", "exact", "rules", "tracked"],
 ];
 /// Below all rows.
 const LOWEST: [&str; 1] = ["error"];

@@ -95,7 +95,7 @@ fn explosive_in_a_closed_joint_begins_with_its_own_pressure() {
     }];
     let mut simulation = Simulation::new(model(&deck));
     simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{error}"));
-    simulation.enter(1);
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     let went_off = state(&simulation, 0).pressure;
     let Some(tnt) = Explosive::Named("tnt".into()).detonation() else {
         panic!("no such explosive")

@@ -138,7 +138,7 @@ fn relaxed(deck: &Deck) -> Simulation {
 fn what_a_fix_bore_goes_on_where_a_boundary_begins() {
     let mut simulation = relaxed(&standing());
     let before = simulation.displacements();
-    simulation.enter(1);
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     start(&mut simulation, Damping::None, TimeStep::Auto);
     steps(&mut simulation, 500);
     let size = largest(&before);
@@ -149,7 +149,7 @@ fn what_a_fix_bore_goes_on_where_a_boundary_begins() {
     let mut loose = standing();
     loose.stage[0] = Stage { name: "weight".into(), ..loose.stage[1].clone() };
     let mut simulation = crate::decks::simulation(&loose);
-    simulation.enter(1);
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     start(&mut simulation, Damping::None, TimeStep::Auto);
     steps(&mut simulation, 500);
     assert!(largest(&simulation.displacements()) > size);
@@ -189,14 +189,14 @@ fn a_shaken_model_goes_on_from_any_step() {
     };
     for damping in [Damping::None, Damping::Ratio(0.02), Damping::Local(0.3)] {
         let mut whole = again(&relaxed);
-        whole.enter(1);
+        whole.enter(1).unwrap_or_else(|error| panic!("{error}"));
         start(&mut whole, damping, TimeStep::Auto);
         let mut rebuilt = again(&whole.save());
         for at in 0..60 {
             if at == 30 {
                 // Also when another stage begins in the middle of it.
                 for simulation in [&mut whole, &mut rebuilt] {
-                    simulation.enter(1);
+                    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
                     start(simulation, damping, TimeStep::Auto);
                 }
             }
@@ -221,7 +221,7 @@ fn threads_and_instruction_sets_change_no_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap_or_else(|error| panic!("{error}")).install(|| {
             let mut simulation = Simulation::with_simd(model(&deck), simd);
-            simulation.enter(1);
+            simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
             start(&mut simulation, Damping::Local(0.3), TimeStep::Auto);
             steps(&mut simulation, 60);
             seen(&mut simulation)
@@ -363,7 +363,7 @@ fn a_computed_wave_is_the_table_it_computes() {
     let rows = vec![[0.0, 0.0], [4e-4, 1.0], [9e-4, -0.3]];
     let run = |model: Model| {
         let mut simulation = Simulation::new(model);
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         start(&mut simulation, Damping::None, TimeStep::Auto);
         steps(&mut simulation, 100);
         bits(&simulation.displacements())

@@ -266,7 +266,7 @@ fn a_delay_counts_from_the_stage() {
     let mut seen = Vec::new();
     for step in 0..200 {
         if step == 100 {
-            simulation.enter(1);
+            simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
             simulation
                 .start(Damping::None, TimeStep::Seconds(1e-5), None)
                 .unwrap_or_else(|error| panic!("{error}"));

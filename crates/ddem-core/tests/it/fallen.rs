@@ -81,7 +81,7 @@ fn what_has_failed_and_met_after_an_excavation_resumes() {
     go(&mut whole, 0.02);
     let failed: u64 = whole.failed_pairs().iter().sum();
     assert!(failed > 0);
-    whole.enter(1);
+    whole.enter(1).unwrap_or_else(|error| panic!("{error}"));
     let mut at_once = again(&whole);
     go(&mut whole, 0.03);
     let mut falling = again(&whole);

@@ -127,7 +127,7 @@ impl Hinge {
         let pressed = simulation.displacements();
         let both = |(a, b): (&[f64; 3], &[f64; 3])| (Vec3::from(*a) + Vec3::from(*b)).into();
         let u: Vec<[f64; 3]> = turned.iter().zip(&pressed).map(both).collect();
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         simulation.set_displacements(&u);
         simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
         for _ in 0..100_000 {

@@ -49,7 +49,7 @@ fn pushed(body: Body, sets: bool) -> Deck {
 }
 
 fn stage(simulation: &mut Simulation, stage: usize, increments: u32) {
-    simulation.enter(stage);
+    simulation.enter(stage).unwrap_or_else(|error| panic!("{error}"));
     simulation.start_relaxation(increments).unwrap_or_else(|error| panic!("{error}"));
 }
 

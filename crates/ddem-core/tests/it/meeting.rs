@@ -249,7 +249,7 @@ fn dashpots_follow_supports_from_stage_to_stage() {
         start(&mut simulation);
         steps(&mut simulation, 2);
         assert_eq!(contacts(&simulation)[0], 1);
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         start(&mut simulation);
         steps(&mut simulation, 2000);
         simulation.velocities()
@@ -326,7 +326,7 @@ fn a_deformable_block_that_slid_over_another_is_relaxed() {
         while simulation.displacement(last)[0] < 0.3 {
             simulation.step().unwrap_or_else(|error| panic!("{error}"));
         }
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
         let done = (0..5_000).any(|_| {
             let step = simulation.relax_step(1e-6);

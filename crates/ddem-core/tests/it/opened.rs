@@ -37,7 +37,7 @@ fn a_face_that_is_opened_has_its_boundary() {
     let mut deck = dug([1, 1, 4], Some(within([0.0, 1.0], [2.0, 4.0])));
     deck.boundary.push(boundary(plane(2, 1.99), BoundaryKind::Viscous, Some("dig")));
     let mut simulation = simulation(&deck);
-    simulation.enter(1);
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     let moving = vec![[0.0, 0.0, 1.0]; simulation.model().n_nodes()];
     simulation.set_velocities(&moving);
     let answer: f64 = simulation.forces().iter().map(|force| force[2]).sum();
@@ -121,7 +121,7 @@ fn columns(base: Base, from: Option<&str>, damping: Damping, removed: Option<Whe
     }
     deck.boundary.push(boundary(plane(0, 0.0), BoundaryKind::FreeField, Some("dig")));
     let mut simulation: Simulation = simulation(&deck);
-    simulation.enter(1);
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     let begun = simulation.start(damping, TimeStep::Seconds(2e-6), None);
     begun.unwrap_or_else(|error| panic!("{error}"));
     for _ in 0..600 {

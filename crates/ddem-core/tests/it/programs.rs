@@ -80,7 +80,7 @@ fn forces_of_a_program_replace_what_it_applied_before() {
     assert!((pull(&mut simulation) - before - 7.0).abs() < 1e-9);
     // ... those of another replace them, whatever stage begins, ...
     simulation.apply_force(&[top], &[[0.0, 3.0, 0.0]]);
-    simulation.enter(0);
+    simulation.enter(0).unwrap_or_else(|error| panic!("{error}"));
     assert!((pull(&mut simulation) - before - 3.0).abs() < 1e-9);
     // ... also in a simulation that was saved.
     let saved = simulation.save();

@@ -143,7 +143,7 @@ fn stages_go_on_from_a_checkpoint_between_them() {
     assert!(seen(&mut resumed) == seen(&mut whole), "after the relaxation");
     for damping in [Damping::Ratio(0.02), Damping::Stiffness(1e-5), Damping::Local(0.5)] {
         for simulation in [&mut whole, &mut resumed] {
-            simulation.enter(1);
+            simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
             start(simulation, damping);
             (0..25).for_each(|_| step(simulation));
         }
@@ -167,7 +167,7 @@ fn increments_bring_loads_in_equal_parts() {
     deck.model.kinematics = Kinematics::Small;
     let mut simulation = simulation(&deck);
     let mut relax = |increments: u32, stage: usize| {
-        simulation.enter(stage);
+        simulation.enter(stage).unwrap_or_else(|error| panic!("{error}"));
         simulation.start_relaxation(increments).unwrap_or_else(|error| panic!("{error}"));
         let mut parts = Vec::new();
         for _ in 0..20_000 {

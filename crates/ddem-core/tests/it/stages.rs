@@ -73,7 +73,7 @@ fn handed_over(release: Option<f64>) -> Simulation {
     deck.remove.push(remove(layer(2.0, 4.0), "dig", release));
     let mut simulation = simulation(&deck);
     relax(&mut simulation);
-    simulation.enter(1);
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     simulation
 }
 
@@ -129,17 +129,19 @@ fn dug(release: Option<f64>) -> Deck {
     deck
 }
 
-/// Blocks do not come back in an earlier stage, nor from a checkpoint of it.
+/// Stages are entered forwards only: an earlier one is refused and changes nothing. A saved state goes back.
 #[test]
-fn going_back_leaves_blocks_out() {
+fn stages_go_forwards_only() {
     let deck = dug(Some(0.001));
     let mut simulation = simulation(&deck);
     relax(&mut simulation);
-    simulation.enter(1);
+    let before = simulation.save();
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     begin(&mut simulation, TimeStep::Auto, None);
     step(&mut simulation, 30);
-    simulation.enter(0);
-    assert_eq!(simulation.stage(), 0);
+    let error = simulation.enter(0);
+    assert!(matches!(error, Err(RunError::EarlierStage { stage: 0, present: 1 })), "{error:?}");
+    assert_eq!(simulation.stage(), 1);
     assert!(simulation.model().is_removed(3) && !simulation.model().is_removed(1));
     let saved = simulation.save();
     let again = Simulation::restore(model(&deck), Simd::default(), &saved);
@@ -147,7 +149,7 @@ fn going_back_leaves_blocks_out() {
     assert!(again.model().is_removed(3) && !again.model().is_removed(1));
     for simulation in [&mut simulation, &mut again] {
         step(simulation, 30);
-        simulation.enter(3);
+        simulation.enter(3).unwrap_or_else(|error| panic!("{error}"));
         step(simulation, 30);
     }
     assert!(largest(&simulation.displacements()) > 1e-5);
@@ -155,12 +157,13 @@ fn going_back_leaves_blocks_out() {
     assert_eq!(bits(&simulation.forces()), bits(&again.forces()));
     let energies = [&mut simulation, &mut again].map(|s| s.energy().values().map(f64::to_bits));
     assert_eq!(energies[0], energies[1]);
-    // A furthest stage that the deck does not have, or one before that in force.
-    for wrong in [4, 0] {
-        let mut saved = again.save();
-        saved.counters.insert("dug".into(), wrong);
-        assert!(Simulation::restore(model(&deck), Simd::default(), &saved).is_none(), "{wrong}");
-    }
+    let back = Simulation::restore(model(&deck), Simd::default(), &before);
+    let back = back.unwrap_or_else(|| panic!("not of this model"));
+    assert!(back.stage() == 0 && !back.model().is_removed(3));
+    // A stage that the deck does not have.
+    let mut saved = again.save();
+    saved.counters.insert("stage".into(), 4);
+    assert!(Simulation::restore(model(&deck), Simd::default(), &saved).is_none());
 }
 
 /// A release goes on from where it is when a stage of motion is entered, until a relaxation takes it back.
@@ -168,7 +171,7 @@ fn going_back_leaves_blocks_out() {
 fn a_release_does_not_begin_again() {
     let mut simulation = simulation(&dug(Some(0.002)));
     relax(&mut simulation);
-    simulation.enter(1);
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     begin(&mut simulation, TimeStep::Auto, None);
     while simulation.time() < 0.001 {
         step(&mut simulation, 1);
@@ -179,13 +182,14 @@ fn a_release_does_not_begin_again() {
     // It is no small thing.
     assert!(left > 0.9e6, "{left}");
     for stage in [1, 1] {
-        simulation.enter(stage);
+        simulation.enter(stage).unwrap_or_else(|error| panic!("{error}"));
         assert!(bits(&simulation.forces()) == bits(&forces), "{stage}");
     }
-    simulation.enter(2);
+    simulation.enter(2).unwrap_or_else(|error| panic!("{error}"));
     relax(&mut simulation);
-    for stage in [1, 3] {
-        simulation.enter(stage);
+    assert!(simulation.enter(1).is_err());
+    for stage in [2, 3] {
+        simulation.enter(stage).unwrap_or_else(|error| panic!("{error}"));
         simulation.forces();
         assert!(simulation.unbalanced() < 1e-8, "{stage}: {}", simulation.unbalanced());
     }
@@ -202,9 +206,9 @@ fn stages_that_are_skipped_keep_their_forces_apart() {
     relax(&mut both);
     let mut one_by_one = Simulation::restore(model(&deck), Simd::default(), &both.save());
     let one_by_one = one_by_one.as_mut().unwrap_or_else(|| panic!("not of this model"));
-    both.enter(2);
-    one_by_one.enter(1);
-    one_by_one.enter(2);
+    both.enter(2).unwrap_or_else(|error| panic!("{error}"));
+    one_by_one.enter(1).unwrap_or_else(|error| panic!("{error}"));
+    one_by_one.enter(2).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(bits(&both.forces()), bits(&one_by_one.forces()));
     let again = Simulation::restore(model(&deck), Simd::default(), &both.save());
     let mut again = again.unwrap_or_else(|| panic!("not of this model"));
@@ -222,7 +226,7 @@ fn stages_that_are_skipped_keep_their_forces_apart() {
 fn an_excavation_leaves_the_time_step() {
     let mut simulation = simulation(&dug(None));
     begin(&mut simulation, TimeStep::Seconds(1e-6), Some(5e-5));
-    simulation.enter(1);
+    simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(simulation.time_step(), 1e-6);
     step(&mut simulation, 10);
     assert_eq!((simulation.time_step(), simulation.steps_left()), (1e-6, Some(40)));
@@ -246,7 +250,7 @@ fn a_step_that_is_too_long_after_an_excavation_is_said_or_shortened() {
     let dig = |time_step: TimeStep| {
         let mut simulation = simulation(&deck);
         begin(&mut simulation, time_step, None);
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         simulation
     };
     let mut given = dig(TimeStep::Seconds(critical));
@@ -272,7 +276,7 @@ fn what_is_set_leaves_removed_blocks_alone() {
     let mut cut = field.clone();
     cut[n / 2..].fill([0.0; 3]);
     for (simulation, field) in [(&mut a, &field), (&mut b, &cut)] {
-        simulation.enter(1);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         simulation.set_displacements(field);
         simulation.set_velocities(field);
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use ddem_core::{Fault, ModelError, Simulation};
+use ddem_core::{Fault, ModelError, RunError, Simulation};
 use ddem_deck::{Site, Stage, StageKind};
 
 use super::report::{check_steps, unsafe_steps};
@@ -35,6 +35,16 @@ pub enum Went {
 }
 
 impl Session {
+    /// Enters a stage of the deck, by its number.
+    ///
+    /// # Errors
+    ///
+    /// It comes before the present one; the fault names `place`.
+    pub fn enter(&mut self, stage: usize, place: &str) -> Result<(), Fault> {
+        let Moved { site, simulation, .. } = &mut self.moved;
+        enter(site, simulation, stage, place)
+    }
+
     /// Moves the simulation through a stage, which need not be one of its deck, nor have a name: if
     /// the deck has one of that name its supports and loads come into force, unless they are;
     /// otherwise those of the stage that was [entered](Simulation::enter) last stay. With a folder
@@ -203,6 +213,31 @@ impl Session {
     }
 }
 
+/// Enters a stage of the deck.
+///
+/// # Errors
+///
+/// It comes before the present one; the fault names `place`.
+pub(super) fn enter(
+    site: &Site,
+    simulation: &mut Simulation,
+    stage: usize,
+    place: &str,
+) -> Result<(), Fault> {
+    simulation.enter(stage).map_err(|error| match error {
+        RunError::EarlierStage { stage, present } => {
+            let name = |stage: usize| &site.deck().stage[stage].name;
+            let message = format!(
+                "`{}` comes before `{}`, which has begun: stages are entered forwards only",
+                name(stage),
+                name(present)
+            );
+            Fault::new(place, message).help("load a state that was saved before to go back")
+        }
+        error => Fault::new(place, error.to_string()),
+    })
+}
+
 /// Brings the supports and loads of the deck's stage of the same name into force, if there is one.
 /// Gives what is allowed but perhaps not meant.
 fn begin(
@@ -213,7 +248,7 @@ fn begin(
     let mut doubts = Vec::new();
     let stages = &site.deck().stage;
     match stages.iter().position(|own| own.name == stage.name) {
-        Some(own) if own != simulation.stage() => simulation.enter(own),
+        Some(own) if own != simulation.stage() => enter(site, simulation, own, "name")?,
         Some(_) => {}
         None if stage.name.is_empty() => {}
         None => {

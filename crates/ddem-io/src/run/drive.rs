@@ -134,7 +134,7 @@ impl<'a> Drive<'a> {
         let Self { observer, folder, session: Session { moved, text, .. }, options } = self;
         let mut start = None;
         if moved.cursor.step.is_none() {
-            moved.simulation.enter(moved.cursor.stage);
+            moved.simulation.enter(moved.cursor.stage).map_err(failed(stage))?;
             let next = stages.get(moved.cursor.stage + 1);
             start = is_for_safety(stage, next).then(|| moved.simulation.save());
         }

@@ -1,0 +1,158 @@
+//! §6: the second pass over the nodes of a pack of deformable bodies.
+
+use fearless_simd::{Simd, SimdBase};
+use fearless_simd_macros::simd;
+
+use super::{Others, PackContext};
+use crate::force::external::{self, External};
+use crate::force::{contact, shares};
+use crate::frames::fit_pack;
+use crate::lanes::{Lanes, load, splat};
+use crate::motion::Update;
+use crate::scratch::{Access, Part};
+use crate::sums::{Sums, Tally};
+
+/// Forces from others: of the joints at the lower sides, of contacts, and what the derivative of R adds.
+#[simd]
+pub(super) fn collect<S: Simd>(
+    simd: S,
+    pack: &PackContext<'_>,
+    others: Others<'_>,
+    part: &mut Part<'_>,
+) {
+    let (model, index) = (pack.step.model, pack.index);
+    shares::collect(simd, &model.packs, index, others.shares, part.f, part.torque);
+    if let Some(surfaces) = &model.contact {
+        let own = (&surfaces.blocks[..], &pack.pack.bodies[..pack.pack.filled]);
+        contact::collect(others.contacts, own, part.f, part.torque);
+    }
+    if model.corotational() && !pack.is_rigid() {
+        let (torque, of) = (load(simd, part.torque), (&model.packs, &model.assembly));
+        let frame = &part.bodies.frames.get()[0];
+        shares::spread_torque(simd, of, index, frame, torque, part.f);
+    }
+}
+
+/// Loads, and what acts from outside whatever moves.
+#[simd]
+pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
+    let external = External {
+        gravity: pack.step.gravity,
+        loads: pack.step.view.active.loads_of(pack.index),
+        factors: &pack.step.view.factors,
+    };
+    part.loaded = external::apply(simd, external, pack.mass, pack.supports.first, part.q);
+    if !pack.dashpots.list.is_empty() {
+        if !part.loaded {
+            part.q.fill(Lanes::ZERO);
+        }
+        pack.dashpots.push(part.q);
+        part.loaded = true;
+    }
+    if part.loaded {
+        external::add_to(simd, part.f, part.q);
+    }
+}
+
+/// Dashpots of boundaries.
+pub(super) fn resist(pack: &PackContext<'_>, part: &mut Part<'_>) {
+    let v = part.bodies.v.get();
+    pack.dashpots.resist(pack.step.motion, pack.class, v, part.f, part.drags);
+}
+
+/// Supports answer with what is missing.
+pub(super) fn react(pack: &PackContext<'_>, part: &mut Part<'_>) {
+    let v = part.bodies.v.get();
+    pack.supports.react(pack.step.motion, pack.class, v, part.f, part.reactions);
+}
+
+/// Sums of a relaxation, which moves the nodes in another way.
+#[simd]
+pub(super) fn weigh<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
+    let v = part.bodies.v.get();
+    let mut tally = Tally::new(simd, pack.divisions);
+    let row = pack.row();
+    for (number, (f, v)) in part.f.chunks(row).zip(v.chunks(row)).enumerate() {
+        for (at, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
+            let v = v.load(simd);
+            tally.relaxed(f.load(simd), v);
+            if part.loaded {
+                tally.loaded(part.q[at].load(simd), v, v);
+            }
+        }
+        tally.end_row(simd);
+    }
+    let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
+    tally.give(&mut sums);
+    sums.supports[0] = pack.supports.power(v, part.reactions);
+    *part.sums = sums;
+}
+
+/// Velocities by (M2), then displacements; in a trial their sums alone, those of energy among them.
+#[simd]
+pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
+    let motion = pack.step.motion;
+    let damped = motion.is_damped() || part.is_viscous();
+    let Part { bodies, f, viscous, sums, reactions, drags, q, loaded, room, .. } = part;
+    let trial = matches!(bodies.v, Access::Read(_));
+    let v = match &mut bodies.v {
+        Access::Write(v) => &mut **v,
+        Access::Read(v) => {
+            room.clear();
+            room.extend_from_slice(v);
+            &mut room[..]
+        }
+    };
+    let mut own = Sums { applied: sums.applied, ..Sums::default() };
+    own.supports[0] = pack.supports.power(v, reactions);
+    let drawn = pack.dashpots.power(v, drags);
+    let update = Update::new(simd, motion);
+    let mut tally = Tally::new(simd, pack.divisions);
+    let row = pack.row();
+    for (number, (f, v)) in f.chunks(row).zip(v.chunks_mut(row)).enumerate() {
+        for (at, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
+            let [a, b, c] = pack.class.load(simd, at);
+            let (old, force) = (v.load(simd), f.load(simd));
+            let local = update.local(simd, force, old);
+            let new = update.velocity([a, b, c], old, force - local);
+            tally.force(force);
+            if *loaded {
+                tally.loaded(q[at].load(simd), old, new);
+            }
+            if damped {
+                let mean = if motion.start { old } else { (old + new) * 0.5 };
+                let viscous = viscous.get(at).map_or(splat(simd, 0.0), |lanes| lanes.load(simd));
+                tally.damped(local + c * mean + viscous, old, new);
+            }
+            if trial {
+                let mass = pack.mass[at / 3].load(simd);
+                match motion.start {
+                    true => tally.whole(mass, old, new),
+                    false => tally.kinetic(mass, old, new),
+                }
+            }
+            *v = Lanes::from(new);
+        }
+        tally.end_row(simd);
+    }
+    pack.supports.enforce(v);
+    tally.give(&mut own);
+    own.supports[1] = pack.supports.power(v, reactions);
+    own.damping[0] += drawn;
+    own.damping[1] += pack.dashpots.power(v, drags);
+    if let Some(u) = bodies.u.get_mut() {
+        let time_step = splat(simd, motion.time_step);
+        let mut fastest = splat(simd, 0.0);
+        for (u, v) in u.iter_mut().zip(&*v) {
+            let v = v.load(simd);
+            *u = Lanes::from(u.load(simd) + time_step * v);
+            fastest = fastest.max(v.abs());
+        }
+        own.fastest = Lanes::from(fastest);
+        if pack.step.model.corotational() {
+            let frame = fit_pack(simd, pack.step.model, pack.index, u);
+            bodies.frames.get_mut().into_iter().for_each(|frames| frames[0] = frame);
+        }
+    }
+    **sums = own;
+}
