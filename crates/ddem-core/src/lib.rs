@@ -81,7 +81,7 @@ pub use nalgebra;
 pub use pairs::PairAt;
 pub use relax::Relaxed;
 pub use safety::{Safety, Trial, undecided};
-pub use saved::Saved;
+pub use saved::{RestoreError, Saved};
 pub use simd::Simd;
 pub use simulation::{SHORTEST_STEP, Simulation};
 pub use watch::Verdict;

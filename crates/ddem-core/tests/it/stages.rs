@@ -3,6 +3,7 @@
 use ddem_core::deck::*;
 use ddem_core::{Model, Relaxed, RunError, Simd, Simulation};
 
+use crate::damage::withstands_damage;
 use crate::decks::*;
 
 const STRESS: [f64; 6] = [-3e6, -3e6, -8e6, 0.0, 0.0, 0.0];
@@ -143,7 +144,7 @@ fn going_back_leaves_blocks_out() {
     assert!(simulation.model().is_removed(3) && !simulation.model().is_removed(1));
     let saved = simulation.save();
     let again = Simulation::restore(model(&deck), Simd::default(), &saved);
-    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    let mut again = again.unwrap_or_else(|error| panic!("{error}"));
     assert!(again.model().is_removed(3) && !again.model().is_removed(1));
     for simulation in [&mut simulation, &mut again] {
         step(simulation, 30);
@@ -156,11 +157,18 @@ fn going_back_leaves_blocks_out() {
     let energies = [&mut simulation, &mut again].map(|s| s.energy().values().map(f64::to_bits));
     assert_eq!(energies[0], energies[1]);
     // A furthest stage that the deck does not have, or one before that in force.
+    let whole = again.save().bytes().to_vec();
+    let of = |bytes: &[u8]| bytes == [3, 3];
+    let stages = whole.windows(2).position(of).unwrap_or_else(|| panic!("no stages"));
     for wrong in [4, 0] {
-        let mut saved = again.save();
-        saved.counters.insert("dug".into(), wrong);
-        assert!(Simulation::restore(model(&deck), Simd::default(), &saved).is_none(), "{wrong}");
+        let mut bytes = whole.clone();
+        bytes[stages + 1] = wrong;
+        let Err(error) = Simulation::restore(model(&deck), Simd::default(), &bytes.into()) else {
+            panic!("{wrong}")
+        };
+        assert!(error.to_string().contains("there is no such stage"), "{error}");
     }
+    withstands_damage(&deck, &again.save(), 300);
 }
 
 /// A release goes on from where it is when a stage of motion is entered, until a relaxation takes it back.
@@ -201,13 +209,13 @@ fn stages_that_are_skipped_keep_their_forces_apart() {
     let mut both = simulation(&deck);
     relax(&mut both);
     let mut one_by_one = Simulation::restore(model(&deck), Simd::default(), &both.save());
-    let one_by_one = one_by_one.as_mut().unwrap_or_else(|| panic!("not of this model"));
+    let one_by_one = one_by_one.as_mut().unwrap_or_else(|error| panic!("{error}"));
     both.enter(2);
     one_by_one.enter(1);
     one_by_one.enter(2);
     assert_eq!(bits(&both.forces()), bits(&one_by_one.forces()));
     let again = Simulation::restore(model(&deck), Simd::default(), &both.save());
-    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    let mut again = again.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(bits(&both.forces()), bits(&again.forces()));
     let forces = both.forces();
     for (node, found) in forces.into_iter().enumerate().take(27 * 3).skip(27) {
