@@ -1,6 +1,6 @@
 //! Bytes that are not those that were saved: they are refused, or the simulation runs or stops. Nothing panics.
 
-use ddem_core::deck::{Deck, StageKind};
+use ddem_core::deck::{Deck, Kinematics, StageKind};
 use ddem_core::{RestoreError, Saved, Simd, Simulation};
 
 use crate::decks::*;
@@ -46,6 +46,14 @@ pub(crate) fn withstands_damage(deck: &Deck, saved: &Saved, places: usize) {
     }
     println!("{refused} refused, {stopped} stopped, {ran} ran");
     assert!(refused > 100, "{refused}");
+}
+
+/// A state of before must not be taken for one of now: where this fails a type in the state has other fields, so
+/// `FORMAT` must grow, and the length here be the new one.
+#[test]
+fn another_layout_of_the_state_has_another_format() {
+    let start = simulation(&crate::mixture::mixture(Kinematics::Corotational)).save();
+    assert_eq!((start.bytes()[0], start.bytes().len()), (1, 0));
 }
 
 /// Reasons are told apart, and say what to do.
