@@ -106,52 +106,43 @@ fn interrupted_while_blocks_meet() {
     }
 }
 
-/// Goes on from a checkpoint one of whose arrays was changed; what is said.
-fn resumed(folder: &Path, name: &str, numbers: Vec<f64>) -> String {
+/// Goes on from a checkpoint with another state; what is said.
+fn resumed(folder: &Path, state: &[u8]) -> String {
     let path = folder.join("checkpoint.h5");
     let whole = Checkpoint::load(&path).expect("a checkpoint");
-    let mut arrays = whole.arrays.clone();
-    arrays.insert(name.to_owned(), numbers);
-    let save = |arrays: &std::collections::BTreeMap<String, Vec<f64>>| {
-        let arrays: Vec<_> = arrays.iter().map(|(name, x)| (name.as_str(), x.as_slice())).collect();
-        let counters: Vec<_> = whole.counters.iter().map(|(name, x)| (name.as_str(), *x)).collect();
-        let texts: Vec<_> = whole.texts.iter().map(|(name, x)| (&name[..], &x[..])).collect();
-        checkpoint::save(&path, &whole.deck, &arrays, &counters, &texts).expect("a file");
-    };
-    save(&arrays);
+    checkpoint::save(&path, &whole.deck, &whole.run, state).expect("a file");
     let (deck, source) = ddem_deck::parse(&rubble(), "test.toml").expect("a deck");
     let options = Options { earlier: Earlier::Resume, ..Options::new(folder) };
     let outcome = run(&deck, &source, &options, &mut StopAfter(5));
-    save(&whole.arrays);
+    checkpoint::save(&path, &whole.deck, &whole.run, &whole.state).expect("a file");
     outcome.err().map_or_else(String::new, |error| error.to_string())
 }
 
 #[test]
-fn a_checkpoint_with_numbers_that_cannot_be_is_refused() {
+fn a_checkpoint_with_a_state_that_cannot_be_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let how = How { stop_after: Some(800), ..How::default() };
     assert!(!run_into(&rubble(), folder.path(), how));
-    let arrays = Checkpoint::load(folder.path().join("checkpoint.h5")).expect("a file").arrays;
-    assert!(arrays["contact_joints"].contains(&3.0), "no contact has taken the place of a joint");
-    for name in ["contact_joints", "contact_patches", "contact_points", "poses"] {
-        let numbers = &arrays[name];
-        let changed = |at: usize, value: f64| {
-            let mut changed = numbers.clone();
-            changed[at] = value;
-            changed
-        };
-        let last = numbers.len() - 1;
-        for wrong in [
-            Vec::new(),
-            numbers[..last].to_vec(),
-            [&numbers[..], &numbers[..1]].concat(),
-            changed(0, f64::NAN),
-            changed(last, f64::INFINITY),
-            changed(1, f64::NAN),
-        ] {
-            let said = resumed(folder.path(), name, wrong);
-            assert!(said.contains("checkpoint"), "{name}: {said:?}");
-        }
+    let whole = Checkpoint::load(folder.path().join("checkpoint.h5")).expect("a file").state;
+    let changed = |at: usize, value: u8| {
+        let mut changed = whole.clone();
+        changed[at] = value;
+        changed
+    };
+    // The number of blocks follows that of the format.
+    for (wrong, reason) in [
+        (Vec::new(), "damaged"),
+        (whole[..whole.len() - 1].to_vec(), "damaged"),
+        (whole[..whole.len() / 2].to_vec(), "damaged"),
+        ([&whole[..], &[0]].concat(), "goes on beyond its end"),
+        (changed(0, whole[0] + 1), "run again from the start"),
+        (changed(1, whole[1] + 1), "another model"),
+    ] {
+        let said = resumed(folder.path(), &wrong);
+        assert!(
+            said.contains("checkpoint.h5` cannot be resumed") && said.contains(reason),
+            "{said}"
+        );
     }
     assert!(run_into(&rubble(), folder.path(), How { resume: true, ..How::default() }));
 }

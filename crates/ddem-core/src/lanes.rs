@@ -5,12 +5,13 @@
 //! give the same bits.
 
 use fearless_simd::{Simd, SimdFrom, f64x4};
+use serde::{Deserialize, Serialize};
 
 /// Bodies side by side in a pack.
 pub(crate) const LANES: usize = 4;
 
 /// One number for each body of a pack.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[repr(C, align(32))]
 pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 

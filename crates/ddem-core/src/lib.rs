@@ -85,7 +85,7 @@ pub use problem::Problem;
 pub use properties::Kinematics;
 pub use relax::Relaxed;
 pub use safety::{Safety, Trial, undecided};
-pub use saved::Saved;
+pub use saved::{RestoreError, Saved};
 pub use simd::Simd;
 pub use simulation::{SHORTEST_STEP, Simulation};
 pub use stage::{Damping, Search, StageKind, TimeStep};

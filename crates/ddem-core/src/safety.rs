@@ -176,7 +176,7 @@ impl Simulation {
         let model = self.model.anew().map_err(|fault| RunError::Values { faults: vec![fault] })?;
         let simd = Simd::of(self.scratch.level);
         // Of a run, only a state that is not finite is none to begin from.
-        let mut copy = Self::restore(model, simd, saved).ok_or_else(|| self.diverged())?;
+        let mut copy = Self::restore(model, simd, saved).map_err(|_| self.diverged())?;
         copy.stop_when(self.stop.clone());
         copy.model.laws.clone_from(&self.model.laws);
         Ok(copy)

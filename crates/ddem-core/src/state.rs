@@ -4,6 +4,8 @@ mod peaks;
 
 use std::collections::{BTreeMap, VecDeque};
 
+use serde::{Deserialize, Serialize};
+
 use crate::breaks::Breaks;
 use crate::charge::Fill;
 use crate::conditions::{Applied, Released};
@@ -17,7 +19,7 @@ use crate::watch::Watch;
 pub(crate) use peaks::Peaks;
 
 /// Work done on the model up to the last step `[J]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Work {
     /// By loads, gravity included.
     pub(crate) loads: f64,
@@ -36,7 +38,7 @@ pub(crate) struct Work {
 }
 
 /// The state of a model.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
     /// Simulated time `[s]`; relaxation takes none. Counted from `origin`, so that a stage ends
     /// exactly on time.
@@ -94,7 +96,7 @@ pub(crate) struct State {
 }
 
 /// Where a stage that has been entered comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Fresh {
     /// The stage before.
     pub(crate) left: usize,
@@ -103,7 +105,7 @@ pub(crate) struct Fresh {
 }
 
 /// What a checkpoint of a relaxation needs to go on.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Memory {
     /// Equal parts in which loads reach their value.
     pub(crate) increments: u64,

@@ -81,7 +81,7 @@ impl fmt::Display for Verdict {
 }
 
 /// Motion of neighbours since the last event.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Watch {
     /// Step of the last event.
     pub(crate) since: u64,

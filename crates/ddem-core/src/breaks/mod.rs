@@ -10,6 +10,7 @@ mod strips;
 mod tests;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::assembly::{Assembly, ElementPack, NO_TABLE};
 use crate::exact::Exact;
@@ -26,7 +27,7 @@ pub(crate) use springs::{Ground, Look, Pull};
 const TURNED: f64 = 0.5;
 
 /// A pair of a joint that is no longer, or never was, elements alone.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Point {
     /// Relative displacement at which the springs bear nothing, along the joint's own axes `[m]`.
     pub(crate) origin: Vector3<f64>,
@@ -47,7 +48,7 @@ impl Point {
 }
 
 /// A joint lattice of a pack that is not all elements.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Broken {
     /// 1 where an element is left, 0 where not, by element and lane.
     pub(crate) alive: Vec<Lanes>,
@@ -60,6 +61,7 @@ pub(crate) struct Broken {
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],
     /// Whether any pair of a joint that can fail may still be bonded.
+    #[serde(skip)]
     bonded: bool,
     /// Pairs and lanes that failed since the strips were last looked at.
     fresh: Vec<(u32, u8)>,
@@ -69,7 +71,7 @@ pub(crate) struct Broken {
 pub(crate) type PackBreaks = Option<Box<[Option<Broken>; 8]>>;
 
 /// The broken joints of all packs.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Breaks {
     pub(crate) packs: Vec<PackBreaks>,
 }
@@ -294,6 +296,14 @@ impl Broken {
             bonded: true,
             fresh: Vec::new(),
         }
+    }
+
+    /// True where it has so many elements and pairs, and knows of no others.
+    pub(crate) fn fits(&self, elements: usize, pairs: usize) -> bool {
+        let known =
+            |&(pair, lane): &(u32, u8)| (pair as usize) < pairs && usize::from(lane) < LANES;
+        let sizes = [self.alive.len(), self.points.len(), self.times.len()];
+        sizes == [elements, pairs, pairs] && self.fresh.iter().all(known)
     }
 
     /// Whether the lattice exerts any force.

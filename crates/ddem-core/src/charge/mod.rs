@@ -9,10 +9,12 @@ mod size;
 
 pub use self::shell::Shell;
 pub use self::size::ChargeSize;
+use serde::{Deserialize, Serialize};
+
 use crate::geometry::Vec3;
 
 /// The gas in one shell of a charge.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Fill {
     /// Volume of the shell when the charge went off, if it has `[m³]`.
     pub began: Option<f64>,

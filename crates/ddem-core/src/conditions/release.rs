@@ -1,10 +1,12 @@
 //! The forces of blocks that are taken out, as loads that fade.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Applied, Conditions, Factor, Loaded};
 use crate::geometry::Vec3;
 
 /// Forces of removed blocks that fade.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Released {
     /// When they began to `[s]`.
     pub(crate) began: f64,

@@ -9,6 +9,7 @@ use std::iter::zip;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::fit::Fitting;
 use super::release::{Load, Moved, Release};
@@ -27,11 +28,12 @@ use crate::properties::{JointProperties, Properties};
 const LARGER: f64 = 1.01;
 
 /// What holds the points of a patch together.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Bond {
     /// Number of the joint's properties.
     pub(crate) joint: u16,
-    /// Number of its law.
+    /// Number of its law: that of the joint, but while its strengths change by parts.
+    #[serde(skip)]
     pub(crate) law: u16,
     pub(crate) release: Release,
     /// Of each point of the patch.
@@ -39,7 +41,7 @@ pub(crate) struct Bond {
 }
 
 /// A pair of points that is, or was, held.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Pair {
     /// From the point on a to that on b where nothing acts, along the patch's axes `[m]`.
     pub(crate) origin: Vector3<f64>,

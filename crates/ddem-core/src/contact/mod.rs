@@ -49,8 +49,9 @@ pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};
 
 use act::act;
-pub(crate) use bond::{Bond, Pair, Seated, at_nodes, seated};
+pub(crate) use bond::{Bond, Seated, at_nodes, seated};
 use release::release;
+use serde::{Deserialize, Serialize};
 pub(crate) use skins::{Both, Skins};
 pub(crate) use surfaces::Surfaces;
 
@@ -58,7 +59,7 @@ pub(crate) use surfaces::Surfaces;
 /// and the distance at which they get one.
 const REACH: f64 = 0.02;
 /// Two points that face each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Point {
     /// On blocks a and b.
     pub(crate) spots: [Spot; 2],
@@ -83,7 +84,7 @@ pub(crate) struct Point {
 }
 
 /// Two blocks that are near each other.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Patch {
     /// a and b, the lower number first.
     pub(crate) blocks: [u32; 2],
@@ -116,7 +117,7 @@ pub(crate) struct Patch {
 }
 
 /// All patches, the blocks that may get one, and how far joints have moved.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Contacts {
     pub(crate) patches: Vec<Patch>,
     /// Pairs of blocks without a patch that are not far from each other, sorted.
@@ -132,8 +133,10 @@ pub(crate) struct Contacts {
     /// How far points are in each other, at most `[m]`.
     pub(crate) deepest: f64,
     /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
+    #[serde(skip)]
     starts: Vec<u32>,
     /// Twice the patch, plus one for block b.
+    #[serde(skip)]
     entries: Vec<u32>,
 }
 
@@ -164,6 +167,13 @@ impl Contacts {
         }
         let at = self.ended.binary_search_by_key(&blocks, |(blocks, _)| *blocks).ok()?;
         Some((&self.ended[at].1, None))
+    }
+
+    /// All joints between faces that do not match, with their blocks.
+    pub(crate) fn bonds_mut(&mut self) -> impl Iterator<Item = ([u32; 2], &mut Bond)> {
+        let Self { patches, ended, .. } = self;
+        let held = patches.iter_mut().filter_map(|p| Some((p.blocks, p.bond.as_deref_mut()?)));
+        held.chain(ended.iter_mut().map(|(blocks, bond)| (*blocks, &mut **bond)))
     }
 
     /// Place of the patch of two blocks, or where it would be.

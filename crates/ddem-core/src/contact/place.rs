@@ -1,6 +1,7 @@
 //! Where blocks and the points of their faces are.
 
 use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
 
 use crate::element::corotation::Frame;
 use crate::geometry::{Geometry, Vec3};
@@ -32,7 +33,7 @@ pub(crate) struct Placed {
 }
 
 /// A point of a face of a block, fixed to it: an element's face and bilinear coordinates there.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Spot {
     /// Element along the next two directions, cyclically.
     pub(crate) element: [u16; 2],

@@ -8,6 +8,7 @@ use std::iter::zip;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::{Contacts, Patch, Placing, Point};
 use crate::breaks::{self, Breaks, Broken, Look};
@@ -25,7 +26,7 @@ pub(super) const LOOSE: f64 = 0.01;
 pub(super) const SLID: f64 = 0.5;
 
 /// How far a joint has come.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) enum Release {
     /// Its blocks are where they were.
     #[default]

@@ -4,6 +4,7 @@
 //! margin; pairs of blocks in between are looked at only when they may have come within reach.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::fit::Fitting;
 use super::heirs::Old;
@@ -20,7 +21,7 @@ const SOON: f64 = 0.01;
 const TOGETHER: usize = 256;
 
 /// Two blocks that may meet and have no patch.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Near {
     pub(crate) blocks: [u32; 2],
     /// Travel of both together before which they need not be looked at `[m]`.

@@ -3,6 +3,8 @@
 
 use std::collections::HashMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Contacts, Patch};
 use crate::geometry::{Abuts, Geometry};
 use crate::law::{Laws, Stiffness};
@@ -33,7 +35,7 @@ pub(crate) struct Skin {
 }
 
 /// What two faces in contact have together.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Both {
     /// Distance of the bodies at which they touch `[m]`.
     pub(crate) skin: f64,

@@ -204,6 +204,13 @@ impl Simulation {
         self.model.plain(&self.state.u)
     }
 
+    /// Displacement `[m]` and velocity at the last half step `[m/s]` of each level of the free-field columns, shape
+    /// `(levels, 2, 3)`.
+    #[must_use]
+    pub fn column_levels(&self) -> Vec<[[f64; 3]; 2]> {
+        self.state.columns.iter().map(|level| level.map(Into::into)).collect()
+    }
+
     /// Velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; zero in a
     /// relaxation.
     pub fn velocities(&mut self) -> Vec<[f64; 3]> {

@@ -47,6 +47,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 
 pub use barton_bandis::BartonBandis;
 pub(crate) use between::Between;
@@ -54,7 +55,7 @@ pub use mohr_coulomb::MohrCoulomb;
 pub(crate) use reduced::Reduced;
 
 /// Traction on side a of a joint, from side b `[Pa]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Traction {
     /// Normal traction `T_n`, tension positive `[Pa]`.
     pub normal: f64,
@@ -81,7 +82,7 @@ pub struct Stiffness {
 }
 
 /// How a point failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// The shear strength was passed, eq. (12).
     Shear,
@@ -90,7 +91,7 @@ pub enum Mode {
 }
 
 /// What a failed point remembers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Slip s of side b against side a `[m]`.
     pub slip: Vector2<f64>,
@@ -115,7 +116,7 @@ pub struct Memory {
 }
 
 /// State of a failed point in an equilibrium, from which a relaxation goes on.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
     /// Slip s of side b against side a `[m]`.
     pub slip: Vector2<f64>,

@@ -9,6 +9,7 @@ mod fit;
 mod hold;
 
 use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::leapfrog::coefficients;
 
@@ -29,7 +30,7 @@ pub(crate) struct Matter {
 }
 
 /// Where a block is and how it moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Pose {
     /// Displacement of the centroid `[m]`.
     pub(crate) shift: Vector3<f64>,

@@ -80,9 +80,7 @@ impl Simulation {
         let Self { model, state, .. } = self;
         state.breaks.look_again();
         let contacts = &mut state.contacts;
-        let bonds = contacts.patches.iter_mut().filter_map(|p| Some((p.blocks, p.bond.as_mut()?)));
-        let ended = contacts.ended.iter_mut().map(|(blocks, bond)| (*blocks, bond));
-        for (blocks, bond) in bonds.chain(ended) {
+        for (blocks, bond) in contacts.bonds_mut() {
             bond.joint = model.geometry.joint_of(blocks).unwrap_or(bond.joint);
             bond.law = bond.joint;
         }

@@ -82,11 +82,18 @@ impl Simulation {
     #[must_use]
     pub fn with_simd(model: Model, simd: Simd) -> Self {
         let state = State::new(&model);
+        let mut simulation = Self::with_state(model, state, simd);
+        simulation.initial_energy = simulation.mechanical_energy();
+        simulation
+    }
+
+    /// In a given state, without anything that sets it in motion.
+    pub(crate) fn with_state(model: Model, state: State, simd: Simd) -> Self {
         let scratch = Scratch::new(&model, &state, simd.level());
         let view = StageView::new(&model, &state);
         // Until a step is set, energies are those of a vanishing one.
         let motion = Motion::dynamic(&model.assembly, Damping::None, 1e-12);
-        let mut simulation = Self {
+        Self {
             look: peaks::look(&model),
             model: Tracked::new(model),
             state: Tracked::new(state),
@@ -104,9 +111,7 @@ impl Simulation {
             damping: Damping::None,
             holds: false,
             stop: Arc::default(),
-        };
-        simulation.initial_energy = simulation.mechanical_energy();
-        simulation
+        }
     }
 
     /// The model.

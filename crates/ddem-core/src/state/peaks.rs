@@ -1,6 +1,7 @@
 //! The largest velocities and stresses so far, where the deck asks for them.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::lanes::Lanes;
 use crate::model::Model;
@@ -9,7 +10,7 @@ use crate::model::Model;
 const FEWEST: usize = 2000;
 
 /// Largest values since the start of the run; empty where they are not asked for.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Peaks {
     /// Squares of the speeds of the nodes `[m²/s²]`, in the layout of the state.
     pub(crate) speeds: Vec<Lanes>,

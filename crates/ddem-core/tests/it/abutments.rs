@@ -162,7 +162,7 @@ fn goes_on(mut deck: Deck) {
             again.energy();
             let saved: Saved = again.save();
             let restored = Simulation::restore(model(&deck), Simd::default(), &saved);
-            again = restored.unwrap_or_else(|| panic!("not the numbers of this model"));
+            again = restored.unwrap_or_else(|error| panic!("{error}"));
         }
     }
     assert!(plain.failed_pairs() != [0, 0]);

@@ -96,18 +96,14 @@ fn run(deck: &Deck, simulation: &mut Simulation, damping: Damping) -> Result<(),
     simulation.start(damping, TimeStep::Auto, None)?;
     (0..100).try_for_each(|_| simulation.step())?;
     let again = Simulation::restore(model(deck), Simd::default(), &simulation.save());
-    let mut again = again.unwrap_or_else(|| panic!("not the numbers of this model"));
+    let mut again = again.unwrap_or_else(|error| panic!("{error}"));
     for _ in 0..100 {
         let step = simulation.step();
         again.energy();
         assert_eq!(again.step(), step);
         step?;
     }
-    let (whole, resumed) = (simulation.save(), again.save());
-    for ((name, x), (_, y)) in whole.arrays.iter().zip(&resumed.arrays) {
-        let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-        assert!(bits(x) == bits(y), "{name} goes on with other bits");
-    }
+    assert!(simulation.save() == again.save(), "it goes on with other bits");
     Ok(())
 }
 
@@ -145,7 +141,11 @@ fn random_decks_run_or_say_why_not() {
                 let energy = simulation.energy();
                 assert!(energy.values().iter().all(|x| x.is_finite()), "{energy:?}");
                 let off = imbalance(&energy, &first);
-                println!("  {off:.1e} {:?} {:?}", simulation.failed_pairs(), contacts(&simulation));
+                println!(
+                    "  {off:.1e} {:?} {:?}",
+                    simulation.failed_pairs(),
+                    contacts(&mut simulation)
+                );
                 assert!(off < 0.1, "seed {seed}: {energy:?}");
             }
             Err(error @ (RunError::TooFast { .. } | RunError::TooDeep { .. })) => {

@@ -123,7 +123,7 @@ fn it_resumes() {
                 if save {
                     let saved = simulation.save();
                     let again = Simulation::restore(model(&deck), Simd::default(), &saved);
-                    simulation = again.unwrap_or_else(|| panic!("not of this model"));
+                    simulation = again.unwrap_or_else(|error| panic!("{error}"));
                 }
                 after(&mut simulation, 0.02);
             }
@@ -199,11 +199,11 @@ fn a_column_settles_with_the_material_of_the_stage() {
         if stage < simulation.stage() {
             assert!(simulation.enter(stage).is_err());
             let again = Simulation::restore(model(&deck), Simd::default(), &start);
-            simulation = again.unwrap_or_else(|| panic!("not of this model"));
+            simulation = again.unwrap_or_else(|error| panic!("{error}"));
         }
         simulation.enter(stage).unwrap_or_else(|error| panic!("{error}"));
         let again = Simulation::restore(model(&deck), Simd::default(), &simulation.save());
-        simulation = again.unwrap_or_else(|| panic!("not of this model"));
+        simulation = again.unwrap_or_else(|error| panic!("{error}"));
         relax(&mut simulation);
         let top = simulation.model().nearest_node([0.0, 0.0, 2.0]);
         let exact = -of.density * 10.0 * 4.0 / (2.0 * of.young);

@@ -7,6 +7,7 @@ use ddem_core::{Model, Simd, Simulation};
 use ddem_deck::*;
 use nalgebra::Rotation3;
 
+use crate::damage::withstands_damage;
 use crate::decks::*;
 
 fn viscous(region: Where) -> Boundary {
@@ -185,7 +186,8 @@ fn a_shaken_model_goes_on_from_any_step() {
     let deck = shaken();
     let relaxed = relaxed(&deck).save();
     let again = |saved: &ddem_core::Saved| {
-        Simulation::restore(model(&deck), Simd::default(), saved).unwrap_or_else(|| panic!("other"))
+        Simulation::restore(model(&deck), Simd::default(), saved)
+            .unwrap_or_else(|error| panic!("{error}"))
     };
     for damping in [Damping::None, Damping::Ratio(0.02), Damping::Local(0.3)] {
         let mut whole = again(&relaxed);
@@ -206,6 +208,7 @@ fn a_shaken_model_goes_on_from_any_step() {
             assert!(rebuilt.save() == whole.save(), "{damping:?}, step {at}");
         }
         assert!(seen(&mut whole) == seen(&mut rebuilt), "{damping:?}");
+        withstands_damage(&deck, &whole.save(), 50);
         let energy = whole.energy();
         // Finite rotations are followed to the order of the time step.
         assert!(energy.balance.abs() < 1e-7 * energy.external.abs(), "{damping:?}: {energy:?}");

@@ -3,6 +3,7 @@
 use ddem_core::{ChargeState, Simd, Simulation};
 use ddem_deck::*;
 
+use crate::damage::withstands_damage;
 use crate::decks::*;
 
 pub(crate) fn ball(centre: [f64; 3], radius: f64) -> Where {
@@ -303,7 +304,8 @@ fn seen(simulation: &mut Simulation) -> Vec<u64> {
 fn a_blast_goes_on_from_any_step() {
     let deck = busy();
     let again = |saved: &ddem_core::Saved| {
-        Simulation::restore(model(&deck), Simd::default(), saved).unwrap_or_else(|| panic!("other"))
+        Simulation::restore(model(&deck), Simd::default(), saved)
+            .unwrap_or_else(|error| panic!("{error}"))
     };
     let mut whole = simulation(&deck);
     whole
@@ -325,6 +327,7 @@ fn a_blast_goes_on_from_any_step() {
         assert!(rebuilt.save() == whole.save(), "step {at}");
     }
     assert!(seen(&mut whole) == seen(&mut rebuilt));
+    withstands_damage(&deck, &whole.save(), 100);
 }
 
 #[test]

@@ -110,7 +110,7 @@ fn a_dynamic_release_resumes_and_balances() {
     let mut whole = run(None, 300);
     let half = run(None, 120);
     let again = Simulation::restore(model(&deck), Simd::default(), &half.save());
-    let mut again = run(Some(again.unwrap_or_else(|| panic!("not of this model"))), 180);
+    let mut again = run(Some(again.unwrap_or_else(|error| panic!("{error}"))), 180);
     assert_eq!(bits(&whole.displacements()), bits(&again.displacements()));
     assert_eq!(
         whole.energy().values().map(f64::to_bits),
@@ -224,7 +224,7 @@ fn joints_of_faces_that_do_not_match_go_too() {
     let mut half = begun(&deck);
     go(&mut half, 90);
     let again = Simulation::restore(model(&deck), Simd::default(), &half.save());
-    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    let mut again = again.unwrap_or_else(|error| panic!("{error}"));
     go(&mut again, 110);
     assert_eq!(bits(&whole.displacements()), bits(&again.displacements()));
     assert_eq!(bits(&whole.tractions()), bits(&again.tractions()));

@@ -70,7 +70,7 @@ fn go(simulation: &mut Simulation, until: f64) {
 
 fn again(simulation: &Simulation) -> Simulation {
     let restored = Simulation::restore(model(&undermined()), Simd::default(), &simulation.save());
-    restored.unwrap_or_else(|| panic!("not of this model"))
+    restored.unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]

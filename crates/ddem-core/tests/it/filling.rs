@@ -104,7 +104,7 @@ fn fall(deck: &Deck, width: f64, times: [f64; 2], every: usize) -> Filled {
     found.outside = all[5..].iter().filter(|x| !x.iter().all(inside)).count();
     let velocities = simulation.velocities();
     found.speed = velocities.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
-    found.contacts = contacts(&simulation)[0];
+    found.contacts = contacts(&mut simulation)[0];
     found
 }
 

@@ -303,7 +303,7 @@ fn it_is_there_after_a_resume() {
     steps(&mut part, 8);
     let saved = part.save();
     let again = Simulation::restore(model(&deck), Simd::default(), &saved);
-    let mut again = again.unwrap_or_else(|| panic!("not of this model"));
+    let mut again = again.unwrap_or_else(|error| panic!("{error}"));
     steps(&mut again, 12);
     assert_eq!(bits(&whole.displacements()), bits(&again.displacements()));
     assert_eq!(bits(&whole.tractions()), bits(&again.tractions()));

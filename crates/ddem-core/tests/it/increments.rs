@@ -4,6 +4,7 @@
 use ddem_core::{Relaxed, Simd, Simulation};
 use ddem_deck::*;
 
+use crate::damage::withstands_damage;
 use crate::decks::*;
 
 const TOLERANCE: f64 = 1e-7;
@@ -67,7 +68,7 @@ fn go(simulation: &mut Simulation, deck: &Deck, every: u64) {
         if i % every == 0 {
             let saved = simulation.save();
             *simulation = Simulation::restore(model(deck), Simd::default(), &saved)
-                .unwrap_or_else(|| panic!("not the numbers of this model"));
+                .unwrap_or_else(|error| panic!("{error}"));
         }
     }
     panic!("not in equilibrium");
@@ -192,5 +193,18 @@ fn gravity_works_on_a_block_that_a_support_lifts() {
         ] {
             assert!(off.abs() < 1e-6 * work, "{body:?}: {what} {off:e} of {work:e}");
         }
+    }
+}
+
+#[test]
+fn damaged_relaxations_are_refused_or_run() {
+    for (body, sets) in [(Body::Rigid, false), (Body::Deformable, true)] {
+        let deck = pushed(body, sets);
+        let mut simulation = simulation(&deck);
+        stage(&mut simulation, 0, 1);
+        go(&mut simulation, &deck, u64::MAX);
+        stage(&mut simulation, 1, 3);
+        (0..40).for_each(|_| assert!(!step(&mut simulation)));
+        withstands_damage(&deck, &simulation.save(), 300);
     }
 }

@@ -1,6 +1,6 @@
 //! Loose blocks: decks of them, where they are, how far they reach into each other.
 
-use ddem_core::{Model, Simulation};
+use ddem_core::{FIELDS, Model, Simulation};
 use ddem_deck::{BlockSet, Body, ContactTable, Deck, Fix, Initial, Material, Where};
 use nalgebra::Rotation3;
 
@@ -184,12 +184,13 @@ pub(crate) fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
     (sums, sizes)
 }
 
-/// Patches of blocks in contact, and joints that were released.
-pub(crate) fn contacts(simulation: &Simulation) -> [usize; 2] {
-    let saved = simulation.save();
-    let array = |name: &str| saved.arrays.get(name).map_or(&[][..], Vec::as_slice);
-    let released = array("contact_joints").iter().filter(|&&joint| joint == 3.0).count();
-    [array("contact_patches").len() / 28, released]
+/// Pairs of blocks with points, and joints of lattices that were released.
+pub(crate) fn contacts(simulation: &mut Simulation) -> [usize; 2] {
+    let released = FIELDS.iter().find(|field| field.name == "released");
+    let pairs = released.map(|field| (field.fill)(simulation)).unwrap_or_default();
+    let faces = simulation.model().faces().iter();
+    let released = faces.filter(|face| pairs[face.first_pair as usize] == 1.0).count();
+    [simulation.contact_counts().near, released]
 }
 
 /// Numbers from 0 to 1.

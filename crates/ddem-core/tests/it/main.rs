@@ -19,6 +19,7 @@ mod charges;
 mod collisions;
 mod compiler;
 mod corotation;
+mod damage;
 mod decks;
 mod determinism;
 mod embedded;

@@ -85,7 +85,7 @@ fn forces_of_a_program_replace_what_it_applied_before() {
     // ... also in a simulation that was saved.
     let saved = simulation.save();
     let mut restored = Simulation::restore(model(&free), Simd::default(), &saved)
-        .unwrap_or_else(|| panic!("not restored"));
+        .unwrap_or_else(|error| panic!("{error}"));
     assert!((pull(&mut restored) - before - 3.0).abs() < 1e-9);
     simulation.apply_force(&[top], &[[0.0; 3]]);
     assert!((pull(&mut simulation) - before).abs() < 1e-9);
@@ -203,7 +203,7 @@ fn a_relaxation_goes_on_without_asking_for_histories() {
     let model = computed();
     mute.store(true, Ordering::Relaxed);
     let parts = Simulation::restore(model, Simd::default(), &saved);
-    let mut parts = parts.unwrap_or_else(|| panic!("not restored"));
+    let mut parts = parts.unwrap_or_else(|error| panic!("{error}"));
     for simulation in [&mut whole, &mut parts] {
         assert_eq!(on(simulation), Relaxed::Increment(2));
         assert_eq!(on(simulation), Relaxed::Done);

@@ -285,10 +285,10 @@ fn raster(text: &str) -> Result<Heights, Fault> {
     Ok(Heights { x: along(west, columns), y: along(south, rows), z, rim: cell / 2.0 })
 }
 
-/// Contents of the files of a deck, as numbers, each with its path.
-pub fn file_contents(deck: &Deck) -> Vec<(String, Vec<f64>)> {
+/// Contents of the files of a deck, as numbers, by their paths.
+pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
     let mut deck = deck.clone();
-    let mut contents: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    let mut contents = BTreeMap::new();
     for (_, region) in deck.regions_mut() {
         for (_, file) in region.files_mut() {
             let (path, numbers) = match file {
@@ -305,7 +305,7 @@ pub fn file_contents(deck: &Deck) -> Vec<(String, Vec<f64>)> {
             contents.insert(path.clone(), numbers);
         }
     }
-    contents.into_iter().collect()
+    contents
 }
 
 /// Gives a deck what [`contents`] of it was; false where that is not there.

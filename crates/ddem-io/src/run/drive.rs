@@ -74,18 +74,18 @@ impl<'a> Drive<'a> {
                 RunFailure::Output(error) => resume::wrong(&path, error.to_string()),
                 failure => failure,
             })?;
-            if resumed.deck_text() != text {
+            if resumed.deck != text {
                 return Err(resume::wrong(&path, "it was written by another version of the deck"));
             }
-            if let Some(path) = changed(deck, &resumed.files()) {
+            if let Some(path) = changed(deck, &resumed.progress.files) {
                 let message = format!("it was written with another content of `{path}`");
                 return Err(resume::wrong(&folder.checkpoint(), message));
             }
             let mut simulation = resumed.simulation(model, options.simd)?;
             simulation.stop_when(observer.stop_flag());
-            recorder.reopen(&folder, simulation.model(), resumed.position)?;
+            recorder.reopen(&folder, simulation.model(), resumed.progress.position)?;
             let mut resuming = Session::assemble(site, simulation, recorder, text);
-            resuming.moved.cursor = resumed.cursor;
+            resuming.moved.cursor = resumed.progress.cursor;
             session = resuming;
         } else {
             let mut fresh = Simulation::with_simd(model, options.simd);

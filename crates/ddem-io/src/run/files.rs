@@ -1,6 +1,7 @@
 //! The files that grow during a run.
 
 use ddem_core::{CONTACT_FIELDS, Contact, Energy, Field, Fragment, Model, On, Simulation};
+use serde::{Deserialize, Serialize};
 
 use ddem_deck::Deck;
 
@@ -37,7 +38,7 @@ pub(super) struct Files {
 }
 
 /// How far the files had got.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Position {
     pub(super) frames: u64,
     pub(super) probe_rows: u64,

@@ -164,9 +164,9 @@ impl Session {
         // Before it is read: what is written meanwhile is another's.
         let read = stamp(path);
         let resumed = resume::load(path)?;
-        let text = resumed.deck_text();
+        let text = &resumed.deck;
         let (mut saved, _) = ddem_deck::parse_alone(text, &path.display().to_string())?;
-        if !ddem_deck::restore_files(&mut saved, &resumed.files()) {
+        if !ddem_deck::restore_files(&mut saved, &resumed.progress.files) {
             return Err(resume::wrong(path, "it is not complete"));
         }
         if deck.is_some_and(|deck| *deck != saved) {
@@ -181,9 +181,9 @@ impl Session {
         if let (Some(folder), true) = (path.parent(), path.ends_with(folder::CHECKPOINT))
             && let Ok(folder) = folder.canonicalize()
         {
-            session.recorded.insert(folder, (resumed.position, read));
+            session.recorded.insert(folder, (resumed.progress.position, read));
         }
-        session.moved.cursor = Cursor { step: None, ..resumed.cursor };
+        session.moved.cursor = Cursor { step: None, ..resumed.progress.cursor };
         Ok(session)
     }
 
