@@ -3,10 +3,11 @@
 //! `cargo run --release --example law`
 
 use ddem::deck::{BlockSet, Extent, Fix, Joint, JointChoice, Material, Where};
-use ddem::{Deck, Model, RunError, Simulation};
+use ddem::{Deck, RunError, Simulation};
 
 use std::sync::Arc;
 
+use ddem::Model;
 use ddem::law::JointLaw;
 
 /// Patton's saw teeth: a block climbs them under a small pressure and shears them off under a large one.
