@@ -71,8 +71,9 @@ pub use deck::{Deck, Size};
 pub use energy::Energy;
 pub use error::{Fault, ModelError, Moving, RunError};
 pub use fields::{
-    CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, Field, Fragment,
-    FragmentSummary, JointSummary, Largest, On, Reaction, StateSummary,
+    CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, FORCE, Field,
+    FieldKind, Fragment, FragmentSummary, JointSummary, Largest, On, Reaction, Snapshot,
+    StateSummary,
 };
 pub use geometry::Face;
 pub use history::Function;

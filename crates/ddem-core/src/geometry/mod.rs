@@ -49,6 +49,8 @@ pub(crate) struct Body {
     pub(crate) cell: [u32; 3],
     /// Number of its first node; its nodes are contiguous, x fastest.
     pub(crate) first_node: u32,
+    /// Number of its first element; its elements are contiguous, x fastest.
+    pub(crate) first_element: u32,
     /// Its material.
     pub(crate) material: u16,
 }
@@ -59,6 +61,7 @@ pub(crate) struct Geometry {
     pub(crate) lattices: Vec<Lattice>,
     pub(crate) bodies: Arc<Vec<Body>>,
     pub(crate) n_nodes: usize,
+    pub(crate) n_elements: usize,
     /// Faces of different lattices that lie on each other, with the joint between them.
     pub(crate) abutments: Vec<Abutment>,
     /// Faces of different sets that are nearer than their joint is thick, and not joined.
@@ -90,9 +93,11 @@ impl Geometry {
                     lattice: index as u32,
                     cell: [x as u32, y as u32, z as u32],
                     first_node: self.n_nodes as u32,
+                    first_element: self.n_elements as u32,
                     material: lattice.material[cell],
                 });
                 self.n_nodes += nodes;
+                self.n_elements += lattice.divisions.pow(3);
             }
         }
     }

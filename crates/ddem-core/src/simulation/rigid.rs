@@ -15,22 +15,28 @@ impl Simulation {
     /// Poses of the rigid bodies with their velocities at the present time, under the forces that
     /// were last measured.
     pub(crate) fn present_poses(&mut self) -> Vec<Poses> {
-        self.rigid_packs().into_iter().map(|index| self.present_pose(index)).collect()
+        let packs = self.rigid_packs();
+        self.present_poses_of(&packs)
     }
 
-    /// Those of one pack.
-    pub(crate) fn present_pose(&mut self, index: usize) -> Poses {
-        let poses = self.state.poses[self.model.packs.packs[index].rigid_start];
+    /// Those of some packs of rigid bodies.
+    pub(crate) fn present_poses_of(&mut self, rigid: &[usize]) -> Vec<Poses> {
+        let packs = &self.model.packs.packs;
+        let poses = rigid.iter().map(|&index| self.state.poses[packs[index].rigid_start]);
         if self.motion.fictitious {
-            return poses.map(Pose::resting);
+            return poses.map(|poses| poses.map(Pose::resting)).collect();
         }
-        if self.state.whole {
-            return poses;
+        if self.state.whole || rigid.is_empty() {
+            return poses.collect();
         }
-        let (context, _, scratch) = self.parts();
+        let (context, state, scratch) = self.parts();
         let packs = &context.model.packs;
-        let nodes = node_start(packs, index)..node_start(packs, index + 1);
-        present(context, index, &poses, &scratch.f[nodes])
+        let pose = |&index: &usize| {
+            let nodes = node_start(packs, index)..node_start(packs, index + 1);
+            let poses = &state.poses[packs.packs[index].rigid_start];
+            present(context, index, poses, &scratch.f[nodes])
+        };
+        rigid.iter().map(pose).collect()
     }
 
     /// Velocities of the rigid bodies go back half a step, under the forces of the present time.

@@ -82,6 +82,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
         lattices,
         bodies: Arc::default(),
         n_nodes: 0,
+        n_elements: 0,
         abutments: Vec::new(),
         apart: Arc::default(),
         abutting: HashMap::new(),
