@@ -80,7 +80,7 @@ fn state(text: &str, threads: usize, simd: Simd, steps: usize) -> ([u64; 2], Vec
         let mut bits: Vec<u64> =
             simulation.energy().values().into_iter().map(f64::to_bits).collect();
         for field in FIELDS {
-            bits.extend((field.fill)(&mut simulation).into_iter().map(f64::to_bits));
+            bits.extend(simulation.snapshot().values(&field).into_iter().map(f64::to_bits));
         }
         (simulation.failed_pairs(), bits)
     })
@@ -118,7 +118,8 @@ fn strength_far_above_the_load_changes_no_bit() {
         }
         assert_eq!(simulation.failed_pairs(), [0, 0]);
         let nodes = FIELDS.iter().filter(|field| field.on == On::Node);
-        let values: Vec<f64> = nodes.flat_map(|field| (field.fill)(&mut simulation)).collect();
+        let values: Vec<f64> =
+            nodes.flat_map(|field| simulation.snapshot().values(field)).collect();
         values.into_iter().map(f64::to_bits).collect::<Vec<_>>()
     };
     assert!(displacements(&strong) == displacements(&unbreakable));

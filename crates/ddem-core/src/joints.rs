@@ -1,17 +1,19 @@
 //! Tractions of pairs (M1), failed or not.
 
+use std::ops::Range;
+
 use fearless_simd::dispatch;
 use nalgebra::Matrix3;
 
-use crate::breaks::{Breaks, Point};
-use crate::contact::Contacts;
+use crate::breaks::{Breaks, Broken, Point};
+use crate::contact::{Bond, Contacts, Patch, Seated};
 use crate::force::joint::face_forces;
 use crate::geometry::NO_JOINT;
 use crate::geometry::Vec3;
 use crate::lanes::Lanes;
-use crate::model::Model;
-use crate::pairs::face_places;
+use crate::pairs::{Joint, face_places};
 use crate::pass::Workspace;
+use crate::scratch::Scratch;
 use crate::simulation::Simulation;
 use crate::step::{Pass, input};
 
@@ -27,46 +29,80 @@ pub(crate) struct Seen<'a> {
     pub(crate) point: Option<&'a Point>,
 }
 
+/// A joint whose faces match: the pack and the lane of its block a, its direction and its number.
+struct Lane {
+    pack: u32,
+    d: u8,
+    lane: u8,
+    at: u32,
+}
+
+/// Forces of the joints of one face of a pack, and the rotation of their axes.
+#[derive(Default)]
+struct Forces {
+    forces: Vec<Lanes>,
+    rotation: [[Lanes; 3]; 3],
+    work: Workspace,
+}
+
+/// Damage of a joint.
+pub(crate) enum Damage<'a> {
+    /// Broken elements and springs of one whose faces match, and its lane; `None` while it is elements alone.
+    Matching(Option<(&'a Broken, usize)>),
+    /// Bonds and points of one whose faces do not; once a contact has taken its place there is no patch.
+    Seated(Option<(&'a Bond, Option<&'a Patch>)>),
+}
+
+impl Damage<'_> {
+    /// History of a pair and the time `[s]` at which it failed; `None` where there are elements alone.
+    pub(crate) fn point(&self, pair: usize) -> Option<(Point, f64)> {
+        match *self {
+            Self::Matching(broken) => {
+                let (broken, lane) = broken?;
+                Some((broken.points[pair][lane], broken.times[pair][lane]))
+            }
+            Self::Seated(bond) => {
+                let (bond, patch) = bond?;
+                let point = bond.point(pair, patch.map(|patch| &patch.points[pair]));
+                Some((point, bond.pairs[pair].time))
+            }
+        }
+    }
+}
+
 impl Simulation {
     /// Traction of every pair on its first node's side `[Pa]`, shape `(n_pairs, 3)`, in global axes: `T = (F_a −
     /// F_b)/(2 A_p)` of the forces that the joint's elements and springs exert, (M1). Its product with the normal
     /// from a to b is positive in tension. 0 where a contact has taken the place of the joint.
     pub fn tractions(&mut self) -> Vec<[f64; 3]> {
+        self.measure_once();
         let mut tractions = vec![[0.0; 3]; self.model.n_pairs()];
-        self.see_present(|pair, seen| tractions[pair] = seen.traction.into());
+        self.see_present(0..tractions.len(), |pair, seen| tractions[pair] = seen.traction.into());
         tractions
     }
 
-    /// Calls `see` with each pair at the present time.
-    pub(crate) fn see_present(&mut self, see: impl FnMut(usize, Seen<'_>)) {
-        self.measure_once();
-        self.see((&self.scratch.trial, &self.scratch.trial_contacts), see);
+    /// Calls `see` with the pairs in a range, in whatever order, at the time that was last measured.
+    pub(crate) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, Seen<'_>)) {
+        self.see((&self.scratch.trial, &self.scratch.trial_contacts), pairs, see);
     }
 
-    /// Calls `see` with each pair around which elements have become springs, and when it failed.
-    pub(crate) fn present_points(&mut self, mut see: impl FnMut(usize, &Point, f64)) {
-        self.measure_once();
-        for ((pack, d), lane, first) in face_places(&self.model) {
-            let Some(broken) = self.scratch.trial.get(pack, 1 << d) else { continue };
-            for (p, (points, times)) in broken.points.iter().zip(&broken.times).enumerate() {
-                see(first + p, &points[lane], times[lane]);
+    /// Damage of a joint at the time that was last measured.
+    pub(crate) fn damage(&self, joint: usize) -> Damage<'_> {
+        let Scratch { trial, trial_contacts, .. } = &*self.scratch;
+        match self.model.joint(joint) {
+            Joint::Matching(face) => {
+                let (pack, lane) = self.model.packs.slot(face.a as usize);
+                Damage::Matching(trial.get(pack, 1 << face.direction).map(|broken| (broken, lane)))
             }
-        }
-        for joint in &self.model.seated {
-            let Some((bond, patch)) = self.scratch.trial_contacts.bond(joint.patch.blocks) else {
-                continue;
-            };
-            for (i, pair) in bond.pairs.iter().enumerate() {
-                let point = bond.point(i, patch.map(|patch| &patch.points[i]));
-                see(joint.first_pair + i, &point, pair.time);
-            }
+            Joint::Seated(joint) => Damage::Seated(trial_contacts.bond(joint.patch.blocks)),
         }
     }
 
     /// By what the most loaded pair that is bonded is beyond its strength, for a relaxation.
     pub(crate) fn overload(&self) -> f64 {
         let mut most: f64 = 1.0;
-        self.see((&self.state.breaks, &self.state.contacts), |_, seen| {
+        let all = 0..self.model.n_pairs();
+        self.see((&self.state.breaks, &self.state.contacts), all, |_, seen| {
             let law = self.model.laws[seen.law as usize].as_ref();
             if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.mode.is_none())) {
                 let own = seen.axes.tr_mul(&seen.traction);
@@ -97,65 +133,92 @@ impl Simulation {
             })
     }
 
-    fn see(&self, (breaks, contacts): (&Breaks, &Contacts), mut see: impl FnMut(usize, Seen<'_>)) {
+    fn see(
+        &self,
+        (breaks, contacts): (&Breaks, &Contacts),
+        pairs: Range<usize>,
+        mut see: impl FnMut(usize, Seen<'_>),
+    ) {
         let model = &self.model;
-        let packs = &model.packs;
-        let input = input(
-            Pass { linear: false, ..Pass::linear(model, &self.state.u) },
-            &self.scratch.frames,
-        );
-        let first = first_faces(model);
-        let (mut forces, mut rotation) = (Vec::new(), [[Lanes::ZERO; 3]; 3]);
-        let mut work = Workspace::default();
-        for (index, d) in (0..packs.packs.len()).flat_map(|index| [0, 1, 2].map(|d| (index, d))) {
-            let Some(seam) = model.seams.get(index, d) else { continue };
-            let broken = breaks.get(index, 1 << d);
-            let out = (&mut forces, &mut rotation);
-            dispatch!(self.scratch.level, simd => {
-                face_forces(simd, input, (index, 1 << d), broken, out, &mut work)
-            });
-            let pack = &packs.packs[index];
-            for lane in 0..pack.filled {
-                let face = first[pack.bodies[lane] as usize][d];
-                let there = seam.joints[lane] != NO_JOINT;
-                let Some(face) = model.faces.get(face as usize).filter(|_| there) else { continue };
-                let axes = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]) * seam.axes;
-                for (p, place) in packs.shape_of(pack).pairs[d].iter().enumerate() {
-                    let force = |side: usize| {
-                        Vec3::from([0, 1, 2].map(|c| forces[3 * place.sides[side] + c].0[lane]))
-                    };
-                    let area = seam.quarter.0[lane] * place.elements().len() as f64;
-                    let mut traction = (force(0) - force(1)) / (2.0 * area);
-                    let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.quarters > 0);
-                    if let Some(point) = point {
-                        let springs = point.memory.borne();
-                        let part = f64::from(point.quarters) * place.share();
-                        let own = Vec3::new(springs.normal, springs.shear.x, springs.shear.y);
-                        traction += axes * own * part;
-                    }
-                    let seen = Seen { traction, axes, law: seam.laws[lane], point };
-                    see(face.first_pair as usize + p, seen);
+        let mut see = |pair: usize, seen: Seen<'_>| {
+            if pairs.contains(&pair) {
+                see(pair, seen);
+            }
+        };
+        let mut faces = Vec::new();
+        let joints = model.joint_of(pairs.start)..model.n_joints();
+        for at in joints.take_while(|&at| model.pairs_of(at).start < pairs.end) {
+            match model.joint(at) {
+                Joint::Matching(face) => {
+                    let (pack, lane) = model.packs.slot(face.a as usize);
+                    faces.push(Lane {
+                        pack: pack as u32,
+                        d: face.direction,
+                        lane: lane as u8,
+                        at: at as u32,
+                    });
                 }
+                Joint::Seated(joint) => see_seated(joint, contacts, &mut see),
             }
         }
-        for joint in &model.seated {
-            let Some((bond, Some(patch))) = contacts.bond(joint.patch.blocks) else { continue };
-            let axes = patch.frame();
-            for (i, point) in patch.points.iter().enumerate() {
-                let traction = patch.force(point) / point.area;
-                let own = bond.point(i, Some(point));
-                let seen = Seen { traction, axes, law: bond.law, point: Some(&own) };
-                see(joint.first_pair + i, seen);
+        // The lanes of a pack are one piece of work.
+        faces.sort_unstable_by_key(|face| (face.pack, face.d));
+        let mut forces = Forces::default();
+        for faces in faces.chunk_by(|a, b| (a.pack, a.d) == (b.pack, b.d)) {
+            self.see_lanes(breaks, faces, &mut forces, &mut see);
+        }
+    }
+
+    /// Calls `see` with the pairs of joints that are lanes of one face of a pack.
+    fn see_lanes(
+        &self,
+        breaks: &Breaks,
+        faces: &[Lane],
+        Forces { forces, rotation, work }: &mut Forces,
+        see: &mut impl FnMut(usize, Seen<'_>),
+    ) {
+        let model = &self.model;
+        let (pack, d) = (faces[0].pack as usize, usize::from(faces[0].d));
+        let Some(seam) = model.seams.get(pack, d) else { return };
+        let pass = Pass { linear: false, ..Pass::linear(model, &self.state.u) };
+        let input = input(pass, &self.scratch.frames);
+        let broken = breaks.get(pack, 1 << d);
+        dispatch!(self.scratch.level, simd => {
+            face_forces(simd, input, (pack, 1 << d), broken, (forces, rotation), work)
+        });
+        let places = &model.packs.shape_of(&model.packs.packs[pack]).pairs[d];
+        for &Lane { lane, at, .. } in faces {
+            let lane = usize::from(lane);
+            if seam.joints[lane] == NO_JOINT {
+                continue;
+            }
+            let axes = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]) * seam.axes;
+            for (pair, (p, place)) in model.pairs_of(at as usize).zip(places.iter().enumerate()) {
+                let force = |side: usize| {
+                    Vec3::from([0, 1, 2].map(|c| forces[3 * place.sides[side] + c].0[lane]))
+                };
+                let area = seam.quarter.0[lane] * place.elements().len() as f64;
+                let mut traction = (force(0) - force(1)) / (2.0 * area);
+                let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.quarters > 0);
+                if let Some(point) = point {
+                    let springs = point.memory.borne();
+                    let part = f64::from(point.quarters) * place.share();
+                    let own = Vec3::new(springs.normal, springs.shear.x, springs.shear.y);
+                    traction += axes * own * part;
+                }
+                see(pair, Seen { traction, axes, law: seam.laws[lane], point });
             }
         }
     }
 }
 
-/// The face at the upper side of each block along each direction.
-fn first_faces(model: &Model) -> Vec<[u32; 3]> {
-    let mut first = vec![[u32::MAX; 3]; model.n_blocks()];
-    for (index, face) in model.faces.iter().enumerate() {
-        first[face.a as usize][face.direction as usize] = index as u32;
+/// Calls `see` with the pairs of a joint between faces that do not match.
+fn see_seated(joint: &Seated, contacts: &Contacts, see: &mut impl FnMut(usize, Seen<'_>)) {
+    let Some((bond, Some(patch))) = contacts.bond(joint.patch.blocks) else { return };
+    let axes = patch.frame();
+    for (i, point) in patch.points.iter().enumerate() {
+        let traction = patch.force(point) / point.area;
+        let own = bond.point(i, Some(point));
+        see(joint.first_pair + i, Seen { traction, axes, law: bond.law, point: Some(&own) });
     }
-    first
 }

@@ -73,8 +73,9 @@ pub use element::ElementKind;
 pub use energy::Energy;
 pub use error::{Fault, ModelError, Moving, RunError};
 pub use fields::{
-    CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, Field, Fragment,
-    FragmentSummary, JointSummary, Largest, On, Reaction, StateSummary,
+    CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, FORCE, Field,
+    FieldKind, Fragment, FragmentSummary, JointSummary, Largest, On, Reaction, Snapshot,
+    StateSummary,
 };
 pub use geometry::Face;
 pub use history::{Duvall, Function, History, Triangle};

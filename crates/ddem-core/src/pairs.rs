@@ -1,5 +1,7 @@
 //! Joint faces and pairs: two facing nodes, one on each side of a joint (§1).
 
+use std::ops::Range;
+
 use crate::contact::Seated;
 use crate::geometry::Face;
 use crate::model::Model;
@@ -100,8 +102,27 @@ impl Model {
     /// Number of pairs: of facing nodes, and of a node and a point of a face where faces do not match.
     #[must_use]
     pub fn n_pairs(&self) -> usize {
-        let last = self.seated.last().map(|joint| joint.first_pair + joint.patch.points.len());
-        last.unwrap_or_else(|| self.faces.last().map_or(0, Face::end))
+        self.seated.last().map_or_else(|| self.faces.last().map_or(0, Face::end), Seated::end)
+    }
+
+    /// Numbers of the pairs of a joint; those between faces that do not match come last.
+    pub(crate) fn pairs_of(&self, joint: usize) -> Range<usize> {
+        match self.joint(joint) {
+            Joint::Matching(face) => face.first_pair as usize..face.end(),
+            Joint::Seated(joint) => joint.first_pair..joint.end(),
+        }
+    }
+
+    /// The joint that has a pair; where there is no such pair, the number of joints.
+    pub(crate) fn joint_of(&self, pair: usize) -> usize {
+        let matching = self.faces.partition_point(|face| face.end() <= pair);
+        matching + self.seated.partition_point(|joint| joint.end() <= pair)
+    }
+
+    /// A joint by its number.
+    pub(crate) fn joint(&self, joint: usize) -> Joint<'_> {
+        let matching = self.faces.get(joint).map(Joint::Matching);
+        matching.unwrap_or_else(|| Joint::Seated(&self.seated[joint - self.faces.len()]))
     }
 
     /// All pairs, in order.
@@ -119,9 +140,8 @@ impl Model {
 
     /// Pairs of a joint between faces that do not match.
     pub(crate) fn seats<'a>(&'a self, joint: &'a Seated) -> impl Iterator<Item = PairAt> + 'a {
-        let patch = &joint.patch;
+        let (patch, number) = (&joint.patch, Joint::Seated(joint).number());
         let [a, b] = patch.blocks.map(|block| block as usize);
-        let number = patch.bond.as_ref().map_or(0, |bond| bond.joint);
         let placed = self.contact.as_ref().map(|surfaces| &surfaces.blocks[..]).unwrap_or_default();
         patch.points.iter().map(move |point| {
             let side = |block: usize, side: usize| {
@@ -144,6 +164,42 @@ impl Model {
             joint.quads.iter().map(|quad| quad.map(|at| at + joint.first_pair as u32))
         });
         self.faces.iter().flat_map(Face::quads).chain(seats)
+    }
+}
+
+/// A joint between two blocks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Joint<'a> {
+    /// Of one lattice, whose faces match.
+    Matching(&'a Face),
+    /// Whose faces do not.
+    Seated(&'a Seated),
+}
+
+impl Joint<'_> {
+    /// The two blocks.
+    pub(crate) fn blocks(&self) -> [usize; 2] {
+        match self {
+            Self::Matching(face) => [face.a, face.b],
+            Self::Seated(joint) => joint.patch.blocks,
+        }
+        .map(|block| block as usize)
+    }
+
+    /// Number of its properties.
+    pub(crate) fn number(&self) -> u16 {
+        match self {
+            Self::Matching(face) => face.joint,
+            Self::Seated(joint) => joint.patch.bond.as_ref().map_or(0, |bond| bond.joint),
+        }
+    }
+
+    /// Nodes on both sides of its pairs.
+    pub(crate) fn nodes(&self, model: &Model) -> Vec<[u32; 2]> {
+        match self {
+            Self::Matching(face) => face.pairs(model).collect(),
+            Self::Seated(joint) => model.seats(joint).map(|pair| pair.nodes).collect(),
+        }
     }
 }
 

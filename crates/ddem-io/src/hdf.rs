@@ -1,11 +1,12 @@
 //! Opening and closing HDF5 files such that an error leaves nothing half open.
 
 use std::fs;
+use std::ops::Range;
 use std::path::Path;
 
 use hdf5::file::{FileCloseDegree, LibraryVersion};
 use hdf5::types::FixedAscii;
-use hdf5::{Extent, File, FileBuilder, Group, H5Type, Location, OpenMode, SimpleExtents};
+use hdf5::{Dataset, Extent, File, FileBuilder, Group, H5Type, Location, OpenMode, SimpleExtents};
 
 use crate::output_error::OutputError;
 
@@ -90,44 +91,70 @@ pub(crate) fn growable<T: H5Type>(
     Ok(())
 }
 
-/// Writes whole rows from `row` on and makes the dataset end there.
+/// Numbers of one piece, all components of its rows together, at most: 4 MB of doubles.
+const PIECE: usize = 512 * 1024;
+
+/// Writes some whole rows, piece by piece, and makes the dataset end behind them: `fill` writes the
+/// numbers of the rows of a piece, counted from the first.
 ///
-/// Rows beyond, left by an append which failed halfway, disappear.
-pub(crate) fn put<T: H5Type>(
+/// Pieces are whole chunks where they can be: no chunk is packed twice. Rows beyond, left by an append
+/// which failed halfway, disappear.
+pub(crate) fn write<T: H5Type + Default + Copy>(
     group: &Group,
     name: &str,
-    row: usize,
-    values: &[T],
+    rows: Range<usize>,
+    mut fill: impl FnMut(Range<usize>, &mut [T]),
 ) -> hdf5::Result<()> {
     let dataset = group.dataset(name)?;
     let shape = dataset.get_shape()?;
-    match shape[..] {
-        [_] => {
-            dataset.resize(row + values.len())?;
-            dataset.write_slice(values, row..row + values.len())?;
-        }
-        [_, columns] => {
-            let rows = values.len() / columns.max(1);
-            dataset.resize((row + rows, columns))?;
-            let view = ndarray::ArrayView2::from_shape((rows, columns), values)
+    resize(&dataset, &shape, rows.end)?;
+    let columns: usize = shape[1..].iter().product();
+    let chunk = dataset.chunk().and_then(|chunk| chunk.first().copied()).unwrap_or(1).max(1);
+    let most = (PIECE / columns.max(1) / chunk).max(1) * chunk;
+    let (mut at, mut numbers) = (rows.start, Vec::new());
+    while at < rows.end {
+        let end = rows.end.min((at / most + 1) * most);
+        numbers.resize((end - at) * columns, T::default());
+        fill(at - rows.start..end - rows.start, &mut numbers);
+        if shape.len() == 1 {
+            dataset.write_slice(&numbers, at..end)?;
+        } else {
+            let view = ndarray::ArrayView2::from_shape((end - at, columns), &numbers)
                 .map_err(|e| e.to_string())?;
-            dataset.write_slice(view, (row..row + rows, ..))?;
+            dataset.write_slice(view, (at..end, ..))?;
         }
-        _ => return Err("a table of one or two dimensions was expected".into()),
+        at = end;
     }
     // Dropping a dataset writes what HDF5 still buffers, and cannot tell that the disk is full.
     dataset.flush()
+}
+
+/// Writes one number and makes the dataset end behind it.
+pub(crate) fn put<T: H5Type + Default + Copy>(
+    group: &Group,
+    name: &str,
+    row: usize,
+    number: T,
+) -> hdf5::Result<()> {
+    write(group, name, row..row + 1, |_, numbers| numbers.fill(number))
+}
+
+fn resize(dataset: &Dataset, shape: &[usize], rows: usize) -> hdf5::Result<()> {
+    match *shape {
+        [_] => dataset.resize(rows),
+        [_, columns] => dataset.resize((rows, columns)),
+        _ => Err("a table of one or two dimensions was expected".into()),
+    }
 }
 
 /// Cuts the dataset to its first `rows` rows.
 pub(crate) fn cut(group: &Group, name: &str, rows: usize) -> hdf5::Result<()> {
     let dataset = group.dataset(name)?;
     let shape = dataset.get_shape()?;
-    match shape[..] {
-        [have] if have >= rows => dataset.resize(rows),
-        [have, columns] if have >= rows => dataset.resize((rows, columns)),
-        _ => Err(format!("{name} has {shape:?} rows instead of {rows} or more").into()),
+    if shape.first().is_none_or(|&have| have < rows) {
+        return Err(format!("{name} has {shape:?} rows instead of {rows} or more").into());
     }
+    resize(&dataset, &shape, rows)
 }
 
 /// A scalar attribute.

@@ -64,7 +64,7 @@ fn sync_folder(path: &Path) {
 /// a copy: the viewer keeps what it has open, and finds the new file when it loads it again.
 pub(crate) fn unless_busy<T>(
     path: &Path,
-    write: impl Fn() -> Result<T, OutputError>,
+    mut write: impl FnMut() -> Result<T, OutputError>,
 ) -> Result<T, OutputError> {
     match write() {
         Err(OutputError::Busy { .. }) => {

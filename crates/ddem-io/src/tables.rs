@@ -12,164 +12,12 @@ use crate::output_error::OutputError;
 
 /// Columns every table begins with.
 const KEYS: [&str; 3] = ["stage", "step", "time"];
-/// Columns behind them that are whole numbers, in `fragments.csv`.
-const FRAGMENT_WHOLE: usize = 2;
-
-/// `probes.csv`: one column for each component of each probe.
+/// A table over time.
 ///
-/// A row is one sample. Probes that were not sampled in it have empty cells, which is not the
-/// same as `NaN`: a quantity without a value, such as the failure time of an intact bond.
+/// A row is one sample. What was not sampled in it has empty cells, which is not the same as `NaN`: a
+/// quantity without a value, such as the failure time of an intact bond.
 #[derive(Debug)]
-pub struct ProbeTable(Table);
-
-/// `energy.csv`: one column for each kind of energy `[J]`.
-#[derive(Debug)]
-pub struct EnergyTable(Table);
-
-/// `fragments.csv`: one row for each fragment at the end of each stage. The first two columns, the
-/// number of the fragment and that of its blocks, are whole numbers.
-#[derive(Debug)]
-pub struct FragmentTable(Table);
-
-/// `frames.csv`: one row for each frame of the VTKHDF files, with its time in those files `[s]`.
-#[derive(Debug)]
-pub struct FrameTable(Table);
-
-impl ProbeTable {
-    /// Creates the table with its header. The columns are `<probe>.<component>`.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be written.
-    pub fn create<S: AsRef<str>>(
-        path: impl Into<PathBuf>,
-        columns: &[S],
-    ) -> Result<Self, OutputError> {
-        Table::create(path.into(), columns, 0).map(Self)
-    }
-
-    /// Goes on with a table after its first `rows` rows and removes those behind.
-    ///
-    /// # Errors
-    ///
-    /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
-    pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
-        Table::reopen(path.into(), rows, 0).map(Self)
-    }
-
-    /// Adds one sample at `time` `[s]`; `None` for what was not sampled.
-    ///
-    /// # Errors
-    ///
-    /// [`OutputError::Mismatch`] if there is not one value for each column, others if the file
-    /// cannot be written.
-    pub fn row(
-        &mut self,
-        stage: &str,
-        step: u64,
-        time: f64,
-        values: &[Option<f64>],
-    ) -> Result<(), OutputError> {
-        self.0.row(stage, step, time, values.iter().copied())
-    }
-}
-
-/// Tables of plain numbers, with how many of their first columns are whole.
-macro_rules! plain {
-    ($table:ident, $whole:expr) => {
-        impl $table {
-            /// Creates the table with its header.
-            ///
-            /// # Errors
-            ///
-            /// The file cannot be written.
-            pub fn create<S: AsRef<str>>(
-                path: impl Into<PathBuf>,
-                columns: &[S],
-            ) -> Result<Self, OutputError> {
-                Table::create(path.into(), columns, $whole).map(Self)
-            }
-
-            /// Goes on with a table after its first `rows` rows and removes those behind.
-            ///
-            /// # Errors
-            ///
-            /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
-            pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
-                Table::reopen(path.into(), rows, $whole).map(Self)
-            }
-
-            /// Adds one row at `time` `[s]`.
-            ///
-            /// # Errors
-            ///
-            /// [`OutputError::Mismatch`] if there is not one value for each column, others if the
-            /// file cannot be written.
-            pub fn row(
-                &mut self,
-                stage: &str,
-                step: u64,
-                time: f64,
-                values: &[f64],
-            ) -> Result<(), OutputError> {
-                self.0.row(stage, step, time, values.iter().copied().map(Some))
-            }
-        }
-    };
-}
-
-plain!(EnergyTable, 0);
-plain!(FragmentTable, FRAGMENT_WHOLE);
-plain!(FrameTable, 0);
-
-macro_rules! delegate {
-    ($table:ident) => {
-        impl $table {
-            /// Hands the rows so far to the system: other programs see them.
-            ///
-            /// # Errors
-            ///
-            /// [`OutputError::Io`] or [`OutputError::DiskFull`].
-            pub fn flush(&mut self) -> Result<(), OutputError> {
-                self.0.flush()
-            }
-
-            /// Waits until the rows so far are on the disk: they then survive a power failure.
-            ///
-            /// # Errors
-            ///
-            /// [`OutputError::Io`] or [`OutputError::DiskFull`].
-            pub fn sync(&mut self) -> Result<(), OutputError> {
-                self.0.flush()?;
-                crate::replace::sync(&self.0.path)
-            }
-
-            /// Rows in the table, without the header.
-            pub fn rows_written(&self) -> u64 {
-                self.0.rows
-            }
-
-            /// Names of the columns behind `stage,step,time`.
-            pub fn columns(&self) -> &[String] {
-                &self.0.columns
-            }
-
-            /// The file.
-            pub fn path(&self) -> &Path {
-                &self.0.path
-            }
-        }
-    };
-}
-
-delegate!(ProbeTable);
-delegate!(EnergyTable);
-delegate!(FragmentTable);
-delegate!(FrameTable);
-
-/// What all tables are.
-#[derive(Debug)]
-struct Table {
+pub struct Table {
     path: PathBuf,
     columns: Vec<String>,
     /// How many of the first columns are whole numbers.
@@ -181,14 +29,19 @@ struct Table {
 }
 
 impl Table {
-    fn create<S: AsRef<str>>(
-        path: PathBuf,
+    /// Creates the table with its header.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written.
+    pub fn create<S: AsRef<str>>(
+        path: impl Into<PathBuf>,
         columns: &[S],
-        whole: usize,
     ) -> Result<Self, OutputError> {
+        let path = path.into();
         let columns: Vec<String> = columns.iter().map(|c| c.as_ref().to_owned()).collect();
         let file = File::create(&path).map_err(|e| OutputError::io(&path, "creating", e))?;
-        let mut table = Self::new(path, columns, whole, file, 0);
+        let mut table = Self::new(path, columns, file, 0);
         let header = KEYS.into_iter().chain(table.columns.iter().map(String::as_str));
         table
             .writer
@@ -198,36 +51,88 @@ impl Table {
         Ok(table)
     }
 
-    fn reopen(path: PathBuf, rows: u64, whole: usize) -> Result<Self, OutputError> {
+    /// Goes on with a table after its first `rows` rows and removes those behind.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
+    pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
+        let path = path.into();
         let (columns, end) = header_and_end(&path, rows)?;
         let reopening = |e| OutputError::io(&path, "reopening", e);
         // Appending, so that no position is to be kept.
         let file = OpenOptions::new().append(true).open(&path).map_err(reopening)?;
         file.set_len(end).map_err(reopening)?;
-        Ok(Self::new(path, columns, whole, file, rows))
+        Ok(Self::new(path, columns, file, rows))
     }
 
-    fn new(path: PathBuf, columns: Vec<String>, whole: usize, file: File, rows: u64) -> Self {
+    fn new(path: PathBuf, columns: Vec<String>, file: File, rows: u64) -> Self {
         let writer = csv::Writer::from_writer(file);
-        Self { path, columns, whole, writer, rows, cell: String::new() }
+        Self { path, columns, whole: 0, writer, rows, cell: String::new() }
     }
 
-    fn row(
+    /// The same table with whole numbers in its first columns.
+    #[must_use]
+    pub fn with_whole(self, columns: usize) -> Self {
+        Self { whole: columns, ..self }
+    }
+
+    /// Adds one row at `time` `[s]`; `None` for what was not sampled.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Mismatch`] if there is not one value for each column, others if the file
+    /// cannot be written.
+    pub fn row<V: Copy + Into<Option<f64>>>(
         &mut self,
         stage: &str,
         step: u64,
         time: f64,
-        values: impl ExactSizeIterator<Item = Option<f64>>,
+        values: &[V],
     ) -> Result<(), OutputError> {
         if values.len() != self.columns.len() {
             let (have, want) = (values.len(), self.columns.len());
             let message = format!("a row has {have} values instead of {want}");
             return Err(OutputError::mismatch(&self.path, message));
         }
-        self.write(stage, step, time, values)
+        self.write(stage, step, time, values.iter().map(|&value| value.into()))
             .map_err(|e| OutputError::csv(&self.path, "writing", e))?;
         self.rows += 1;
         Ok(())
+    }
+
+    /// Hands the rows so far to the system: other programs see them.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Io`] or [`OutputError::DiskFull`].
+    pub fn flush(&mut self) -> Result<(), OutputError> {
+        self.writer.flush().map_err(|e| OutputError::io(&self.path, "writing", e))
+    }
+
+    /// Waits until the rows so far are on the disk: they then survive a power failure.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Io`] or [`OutputError::DiskFull`].
+    pub fn sync(&mut self) -> Result<(), OutputError> {
+        self.flush()?;
+        crate::replace::sync(&self.path)
+    }
+
+    /// Rows in the table, without the header.
+    pub fn rows_written(&self) -> u64 {
+        self.rows
+    }
+
+    /// Names of the columns behind `stage,step,time`.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     fn write(
@@ -252,10 +157,6 @@ impl Table {
             self.writer.write_field(&self.cell)?;
         }
         self.writer.write_record(None::<&[u8]>)
-    }
-
-    fn flush(&mut self) -> Result<(), OutputError> {
-        self.writer.flush().map_err(|e| OutputError::io(&self.path, "writing", e))
     }
 }
 

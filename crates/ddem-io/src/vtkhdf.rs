@@ -2,13 +2,12 @@
 //!
 //! The format is [VTKHDF](https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/)
 //! 2.2, `UnstructuredGrid` with time steps: ParaView 5.12 or newer, VTK 9.3 or newer. The mesh is
-//! stored once, so bodies move through a `displacement` field and not through their points; only the
-//! points of a [`Cloud`] are others at each step.
+//! stored once, so bodies move through a `displacement` field and not through their points; only those
+//! of a file of clouds are others at each step.
 //!
 //! Between two [`Writer::append`] the file is closed: it can be viewed, copied, and it survives
 //! the death of the process. This module knows arrays, not what they mean.
 
-mod cloud;
 mod create;
 mod data;
 mod results;
@@ -17,7 +16,6 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
-pub use cloud::Cloud;
-pub use data::{Cells, Constant, FieldSpec, Grid, Kind, Location, Values};
+pub use data::{Cells, Constant, FieldSpec, Grid, Kind, Location};
 pub use results::{Field, Results};
-pub use writer::Writer;
+pub use writer::{Fill, Points, Writer};

@@ -7,14 +7,14 @@ use ddem_io::OutputError;
 use ddem_io::checkpoint::{self, Checkpoint};
 use ddem_io::folder::{Earlier, FolderError, prepare};
 use ddem_io::summary::{ChargeSummary, FailedPairs, StageSummary, Summary, peak_memory_bytes};
-use ddem_io::tables::{EnergyTable, ProbeTable};
+use ddem_io::tables::Table;
 use tempfile::tempdir;
 
 #[test]
 fn probes_have_full_precision_and_empty_cells() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("probes.csv");
-    let mut table = ProbeTable::create(&path, &["top.x", "a,\"b\".z"]).unwrap();
+    let mut table = Table::create(&path, &["top.x", "a,\"b\".z"]).unwrap();
     table.row("fall, \"free\"", 3, 0.1 + 0.2, &[Some(1e-300), None]).unwrap();
     table.row("rest", u64::MAX, 1.0, &[Some(f64::NAN), Some(-0.0)]).unwrap();
     assert_eq!(table.rows_written(), 2);
@@ -33,7 +33,7 @@ fn probes_have_full_precision_and_empty_cells() {
 fn tables_go_on_after_the_rows_that_count() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("energy.csv");
-    let mut table = EnergyTable::create(&path, &["kinetic"]).unwrap();
+    let mut table = Table::create(&path, &["kinetic"]).unwrap();
     for step in 0..5 {
         table.row("two\nlines, \"quoted\"", step, 0.5, &[step as f64]).unwrap();
     }
@@ -42,26 +42,26 @@ fn tables_go_on_after_the_rows_that_count() {
     let whole = fs::read_to_string(&path).unwrap();
     // A run that died in the middle of a row.
     fs::write(&path, &whole[..whole.len() - 3]).unwrap();
-    let error = EnergyTable::reopen(&path, 9).unwrap_err().to_string();
+    let error = Table::reopen(&path, 9).unwrap_err().to_string();
     assert!(error.contains("energy.csv") && error.contains("5 rows"), "{error}");
-    let mut table = EnergyTable::reopen(&path, 3).unwrap();
+    let mut table = Table::reopen(&path, 3).unwrap();
     assert_eq!((table.rows_written(), table.columns()), (3, &["kinetic".to_owned()][..]));
     for step in 3..5 {
         table.row("two\nlines, \"quoted\"", step, 0.5, &[step as f64]).unwrap();
     }
     drop(table);
     assert_eq!(fs::read_to_string(&path).unwrap(), whole);
-    EnergyTable::reopen(&path, 0).unwrap();
+    Table::reopen(&path, 0).unwrap();
     assert_eq!(fs::read_to_string(&path).unwrap(), "stage,step,time,kinetic\n");
     fs::write(&path, "a,b\n1,2\n").unwrap();
-    assert!(matches!(EnergyTable::reopen(&path, 0), Err(OutputError::Unusable { .. })));
+    assert!(matches!(Table::reopen(&path, 0), Err(OutputError::Unusable { .. })));
 }
 
 /// `/dev/full` is a disk without space.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_called_that() {
-    let error = EnergyTable::create("/dev/full", &["kinetic"]).unwrap_err();
+    let error = Table::create("/dev/full", &["kinetic"]).unwrap_err();
     assert!(matches!(error, OutputError::DiskFull { .. }), "{error}");
     assert!(error.to_string().starts_with("no space left on the disk while writing /dev/full"));
 }

@@ -4,10 +4,11 @@
 //! packages `vtk` and `numpy`.
 
 use std::ffi::{OsStr, OsString};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use ddem_io::vtkhdf::{Cells, Cloud, Constant, FieldSpec, Grid, Kind, Location, Values, Writer};
+use ddem_io::vtkhdf::{Cells, Constant, FieldSpec, Grid, Kind, Location, Points, Writer};
 use serde_json::{Value, json};
 
 /// The interpreter, or `None` after telling that VTK was not asked.
@@ -95,17 +96,26 @@ fn blocks_values(step: usize, grid: &Grid) -> [Vec<f64>; 3] {
 
 fn append_blocks(writer: &mut Writer, step: usize, grid: &Grid) {
     let values = blocks_values(step, grid);
-    let values = values.each_ref().map(|v| Values::F64(v));
-    writer.append(step as f64 * 0.125, &values).unwrap();
+    append(writer, step as f64 * 0.125, (&blocks_fields(), None), &values);
+}
+
+fn append(
+    writer: &mut Writer,
+    time: f64,
+    (fields, points): (&[FieldSpec], Option<Vec<[f64; 3]>>),
+    values: &[Vec<f64>],
+) {
+    let fill = &mut |field: usize, rows: Range<usize>, out: &mut [f64]| {
+        let n = fields[field].components;
+        out.copy_from_slice(&values[field][n * rows.start..n * rows.end]);
+    };
+    writer.append(time, points, fill).unwrap();
 }
 
 fn create_blocks(path: &Path, grid: &Grid) -> Writer {
     let ids: Vec<i32> = (0..grid.cells.len() as i32).collect();
-    let constants = ["block", "material"].map(|name| Constant {
-        name,
-        location: Location::Cell,
-        values: Values::I32(&ids),
-    });
+    let constants =
+        ["block", "material"].map(|name| Constant { name, location: Location::Cell, values: &ids });
     Writer::create(path, grid, &constants, &blocks_fields()).unwrap()
 }
 
@@ -166,7 +176,7 @@ fn blocks_after_resume() {
     for step in [0, 1, 7, 8] {
         append_blocks(&mut writer, step, &grid);
     }
-    let mut writer = Writer::reopen(&path, &blocks_fields(), 2).unwrap();
+    let mut writer = Writer::reopen(&path, Points::Mesh, &blocks_fields(), 2).unwrap();
     assert_blocks(&vtk(&python, &path), 2, &grid);
     (2..5).for_each(|step| append_blocks(&mut writer, step, &grid));
     assert_blocks(&vtk(&python, &path), 5, &grid);
@@ -180,8 +190,7 @@ fn joints() {
     let grid = squares(9);
     let n = grid.points.len();
     let joint: Vec<i32> = (0..n as i32).map(|i| i / 4).collect();
-    let constants =
-        [Constant { name: "joint", location: Location::Point, values: Values::I32(&joint) }];
+    let constants = [Constant { name: "joint", location: Location::Point, values: &joint }];
     let fields = [
         FieldSpec::point("state", 1).kind(Kind::U8),
         FieldSpec::point("failure_time", 1),
@@ -195,11 +204,10 @@ fn joints() {
         (0..n).map(time).collect::<Vec<_>>()
     };
     for step in 0..3 {
-        let (state, failure, traction) = (state(step), failure(step), noise(step, 3 * n));
-        let (failure, traction) = (Values::F64(&failure), Values::F64(&traction));
-        writer
-            .append(step as f64, &[Values::U8(&state), failure, traction, Values::I32(&joint)])
-            .unwrap();
+        let state = state(step).into_iter().map(f64::from).collect();
+        let sides = joint.iter().map(|&joint| f64::from(joint)).collect();
+        let values = [state, failure(step), noise(step, 3 * n), sides];
+        append(&mut writer, step as f64, (&fields, None), &values);
     }
     let seen = vtk(&python, &path);
     assert_eq!(seen["times"], json!([0.0, 1.0, 2.0]));
@@ -232,18 +240,16 @@ fn contacts() {
     ];
     let sizes = [0, 5, 0, 9001, 3, 12, 0];
     let points = |step: usize| noise(step, 3 * sizes[step]);
-    let append = |writer: &mut Cloud, step: usize| {
+    let append = |writer: &mut Writer, step: usize| {
         let n = sizes[step];
         let (force, gap) = (noise(10 + step, 3 * n), noise(20 + step, n));
-        let (sliding, blocks) = (vec![step as u8; n], vec![step as i32; 2 * n]);
-        let values =
-            [Values::F64(&force), Values::F64(&gap), Values::U8(&sliding), Values::I32(&blocks)];
-        let points = points(step);
-        writer.append(step as f64 * 0.125, points.as_chunks().0, &values).unwrap();
+        let values = [force, gap, vec![step as f64; n], vec![step as f64; 2 * n]];
+        let points = points(step).as_chunks().0.to_vec();
+        append(writer, step as f64 * 0.125, (&fields, Some(points)), &values);
     };
-    let mut writer = Cloud::create(&path, &fields).unwrap();
+    let mut writer = Writer::create_cloud(&path, &fields).unwrap();
     (0..5).for_each(|step| append(&mut writer, step));
-    let mut writer = Cloud::reopen(&path, &fields, 4).unwrap();
+    let mut writer = Writer::reopen(&path, Points::Step, &fields, 4).unwrap();
     (4..7).for_each(|step| append(&mut writer, step));
     let seen = vtk(&python, &path);
     let times: Vec<f64> = (0..7).map(|step| f64::from(step) * 0.125).collect();

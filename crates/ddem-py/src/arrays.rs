@@ -1,5 +1,8 @@
 //! Numbers and NumPy arrays, in and out.
 
+use std::ops::Range;
+
+use numpy::ndarray::{Axis, Slice};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -123,8 +126,13 @@ fn converted<'py>(array: &Bound<'py, PyAny>, kind: &str) -> PyResult<Bound<'py, 
     py.import("numpy")?.call_method1("require", (array, kind, needs))
 }
 
-/// Copies numbers into the array that was given for them.
-pub(crate) fn fill(out: &Bound<'_, PyAny>, values: &[f64], shape: &[usize]) -> PyResult<()> {
+/// Copies numbers into some rows of the array that was given for them.
+pub(crate) fn fill(
+    out: &Bound<'_, PyAny>,
+    values: &[f64],
+    shape: &[usize],
+    rows: Range<usize>,
+) -> PyResult<()> {
     let py = out.py();
     let refused = |message: String| model_error(py, "out", &message, None);
     let Ok(untyped) = out.cast::<PyUntypedArray>() else {
@@ -139,10 +147,9 @@ pub(crate) fn fill(out: &Bound<'_, PyAny>, values: &[f64], shape: &[usize]) -> P
         return Err(refused(format!("has dtype {dtype}, expected float64")));
     };
     let mut array = array.try_readwrite().map_err(|error| refused(error.to_string()))?;
-    match array.as_slice_mut() {
-        Ok(slice) if untyped.is_c_contiguous() => slice.copy_from_slice(values),
-        _ => array.as_array_mut().iter_mut().zip(values).for_each(|(out, x)| *out = *x),
-    }
+    let mut array = array.as_array_mut();
+    let mut rows = array.slice_axis_mut(Axis(0), Slice::from(rows));
+    rows.iter_mut().zip(values).for_each(|(out, x)| *out = *x);
     Ok(())
 }
 

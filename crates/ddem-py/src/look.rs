@@ -1,6 +1,6 @@
 //! What is seen of a simulation.
 
-use ddem_core::{CONTACT_FIELDS, Contact, Field, Fragment, Model, On, Simulation};
+use ddem_core::{CONTACT_FIELDS, Contact, FORCE, Field, FieldKind, Fragment, Model, On};
 use ddem_deck::names;
 use ddem_io::run::Session;
 use numpy::PyArray1;
@@ -12,25 +12,15 @@ use crate::arrays;
 use crate::errors::model_error;
 use crate::simulation::Inner;
 
-/// How a field is read.
-pub(crate) struct Reading {
-    pub(crate) components: usize,
-    pub(crate) at_nodes: bool,
-    pub(crate) fill: fn(&mut Simulation) -> Vec<f64>,
-    /// The value at one node, where it can be had alone.
-    pub(crate) one: Option<fn(&mut Simulation, usize) -> [f64; 3]>,
-}
-
 /// The fields that a simulation has.
 pub(crate) fn fields(session: &Session) -> Vec<&'static Field> {
     model(session).fields().collect()
 }
 
 /// A field by its name, of those that there are; where nodes and pairs have one of the same name, that of the nodes.
-pub(crate) fn field(py: Python<'_>, name: &str, fields: &[&Field]) -> PyResult<Reading> {
-    if name == "force" {
-        let fill = |simulation: &mut Simulation| simulation.forces().into_flattened();
-        return Ok(Reading { components: 3, at_nodes: true, fill, one: None });
+pub(crate) fn field(py: Python<'_>, name: &str, fields: &[&Field]) -> PyResult<Field> {
+    if name == FORCE.name {
+        return Ok(FORCE);
     }
     let Some(field) = fields.iter().find(|field| field.name == name) else {
         if ["peak_velocity", "peak_tension", "peak_compression"].contains(&name) {
@@ -38,18 +28,22 @@ pub(crate) fn field(py: Python<'_>, name: &str, fields: &[&Field]) -> PyResult<R
             return Err(model_error(py, "name", &format!("there is no `{name}`"), Some(help)));
         }
         let mut known: Vec<&str> = fields.iter().map(|field| field.name).collect();
-        known.push("force");
+        known.push(FORCE.name);
         known.sort_unstable();
         known.dedup();
         return Err(unknown(py, "name", name, &known));
     };
-    let at_nodes = field.on == On::Node;
-    let one: Option<fn(&mut Simulation, usize) -> [f64; 3]> = match name {
-        "displacement" => Some(|simulation, node| simulation.displacement(node)),
-        "velocity" => Some(|simulation, node| simulation.velocity(node)),
-        _ => None,
-    };
-    Ok(Reading { components: field.components, at_nodes, fill: field.fill, one })
+    Ok(**field)
+}
+
+/// Type of the numbers of a field in NumPy.
+fn kind(kind: FieldKind) -> &'static str {
+    match kind {
+        FieldKind::Real => "f8",
+        FieldKind::Whole => "i8",
+        FieldKind::State => "u1",
+        FieldKind::Flag => "?",
+    }
 }
 
 /// An argument that is none of the known names.
@@ -117,7 +111,7 @@ pub(crate) fn element_rigid(session: &Session) -> Vec<bool> {
 
 /// Values of the elements of each block.
 fn of_elements(model: &Model, value: impl Fn(usize) -> i64) -> Vec<i64> {
-    let of = |block| std::iter::repeat_n(value(block), model.hexes(block).count());
+    let of = |block| std::iter::repeat_n(value(block), model.elements_of(block).len());
     (0..model.n_blocks()).flat_map(of).collect()
 }
 
@@ -141,8 +135,8 @@ pub(crate) struct Pairs {
 pub(crate) fn pairs(session: &mut Session) -> Pairs {
     let here = |field: &&Field| field.on == On::Pair;
     let fields: Vec<&'static Field> = fields(session).into_iter().filter(here).collect();
-    let fields = fields.into_iter();
-    let fields = fields.map(|field| (field, (field.fill)(session.simulation_mut()))).collect();
+    let mut snapshot = session.simulation_mut().snapshot();
+    let fields = fields.into_iter().map(|field| (field, snapshot.values(field))).collect();
     let model = model(session);
     Pairs {
         points: model.pairs().map(|pair| pair.point).collect(),
@@ -162,12 +156,8 @@ pub(crate) fn pair_array<'py>(py: Python<'py>, pairs: Pairs) -> PyResult<Bound<'
         ("joint", "i8", integers(py, pairs.joints)?),
     ];
     for (field, values) in pairs.fields {
-        let kind = match field.name {
-            "state" => "u1",
-            "open" | "released" | "removed" => "?",
-            _ => "f8",
-        };
-        columns.push((field.name, kind, arrays::components(py, values, field.components)?));
+        let values = arrays::components(py, values, field.components)?;
+        columns.push((field.name, kind(field.kind), values));
     }
     arrays::structured(py, n, columns)
 }
@@ -179,13 +169,10 @@ pub(crate) fn contact_array<'py>(
     let points = contacts.iter().map(|contact| contact.position).collect();
     let mut columns = vec![("point", "f8", arrays::rows(py, points)?)];
     for field in &CONTACT_FIELDS {
-        let kind = match field.name {
-            "sliding" => "?",
-            "blocks" => "i8",
-            _ => "f8",
-        };
-        let values = arrays::components(py, field.fill(contacts), field.components)?;
-        columns.push((field.name, kind, values));
+        let mut values = vec![0.0; contacts.len() * field.components];
+        field.fill(contacts, &mut values);
+        let values = arrays::components(py, values, field.components)?;
+        columns.push((field.name, kind(field.kind), values));
     }
     arrays::structured(py, contacts.len(), columns)
 }

@@ -1,11 +1,11 @@
-//! Meshes for PyVista.
+//! The mesh: its arrays, and as one for PyVista.
 
 use ddem_core::On;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::look;
 use crate::simulation::Simulation;
+use crate::{arrays, look};
 
 #[pymethods]
 impl Simulation {
@@ -33,6 +33,42 @@ impl Simulation {
     #[pyo3(signature = (part = "blocks"))]
     fn mesh<'py>(slf: &Bound<'py, Self>, part: &str) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("ddem._mesh")?.call_method1("mesh_of", (slf, part))
+    }
+
+    /// Reference positions of the nodes [m], shape (n_nodes, 3).
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::rows(py, self.looked(py, |inner| look::points(&inner.session))?)
+    }
+
+    /// Lumped masses of the nodes [kg], shape (n_nodes,).
+    #[getter]
+    fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::components(py, self.looked(py, |inner| look::masses(&inner.session))?, 1)
+    }
+
+    /// The block of each node, shape (n_nodes,).
+    #[getter]
+    fn node_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        look::integers(py, self.looked(py, |inner| look::node_blocks(&inner.session))?)
+    }
+
+    /// The nodes of each element, in VTK's order, shape (n_elements, 8).
+    #[getter]
+    fn elements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::rows(py, self.looked(py, |inner| look::elements(&inner.session))?)
+    }
+
+    /// The block of each element, shape (n_elements,).
+    #[getter]
+    fn element_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        look::integers(py, self.looked(py, |inner| look::element_blocks(&inner.session))?)
+    }
+
+    /// The pairs around each joint element, shape (n_quads, 4).
+    #[getter]
+    fn quads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::rows(py, self.looked(py, |inner| look::quads(&inner.session))?)
     }
 
     /// The material of each element, shape (n_elements,): numbers in sorted order of the names.

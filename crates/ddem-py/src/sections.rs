@@ -328,8 +328,8 @@ impl Model {
     ///     Column in `probes.csv`, and key of :attr:`Simulation.probes`.
     /// at : (float, float, float), optional
     ///     The node nearest to this reference position [m].
-    /// quantity : {"displacement", "velocity", "stress", "reaction"}, optional
-    ///     Displacement without it.
+    /// quantity : {"displacement", "velocity", "stress", "reaction", "fragment", "peak_velocity", "peak_tension", "peak_compression"}, optional
+    ///     Displacement without it. Peaks need ``Model(peaks=True)``.
     /// every : float, optional
     ///     Time between samples [s]; a thousandth of a run without it.
     /// every_steps : int, optional

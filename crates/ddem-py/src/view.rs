@@ -1,6 +1,8 @@
 //! What is seen of a simulation, as attributes and methods in Python.
 
-use ddem_core::{Energy, ModelError};
+use std::ops::Range;
+
+use ddem_core::{Energy, ModelError, On};
 use ddem_deck::Where;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,6 +13,9 @@ use crate::errors::model_error;
 use crate::simulation::{Inner, Simulation};
 use crate::values::{alone, no_matter, table, to_python};
 use crate::{arrays, errors, look};
+
+/// Values of a field that are found at once for an array which was given for them.
+const PIECE: usize = 65_536;
 
 #[pymethods]
 impl Simulation {
@@ -47,30 +52,41 @@ impl Simulation {
         let field = look::field(py, name, &known)?;
         let n_nodes = self.n_nodes(py)?;
         let nodes = nodes.map(|nodes| arrays::nodes(nodes, "nodes", n_nodes)).transpose()?;
-        let components = field.components;
-        if nodes.is_some() && !field.at_nodes {
+        if nodes.is_some() && field.on != On::Node {
             let message = format!("`{name}` is not a field at nodes");
             return Err(model_error(py, "nodes", &message, None));
         }
-        let values = self.looked(py, move |inner| {
-            let simulation = inner.session.simulation_mut();
-            match (nodes, field.one) {
-                (None, _) => (field.fill)(simulation),
-                (Some(nodes), Some(one)) => {
-                    nodes.into_iter().flat_map(|node| one(simulation, node as usize)).collect()
+        let mut inner = self.lock(py)?;
+        let mut snapshot = inner.session.simulation_mut().snapshot();
+        let (n, components) =
+            (nodes.as_ref().map_or(snapshot.len(field.on), Vec::len), field.components);
+        let mut fill = |rows: Range<usize>, numbers: &mut Vec<f64>| {
+            numbers.resize(rows.len() * components, 0.0);
+            let ((), stopped) = away(py, &self.pool, None, |_| match &nodes {
+                None => snapshot.fill(&field, rows, numbers),
+                Some(nodes) => {
+                    for (&node, numbers) in
+                        nodes[rows].iter().zip(numbers.chunks_exact_mut(components))
+                    {
+                        let node = node as usize;
+                        snapshot.fill(&field, node..node + 1, numbers);
+                    }
                 }
-                (Some(nodes), None) => {
-                    let all = (field.fill)(simulation);
-                    let row = |node: u32| node as usize * components..;
-                    let rows = nodes.into_iter().map(|node| &all[row(node)][..components]);
-                    rows.flatten().copied().collect()
-                }
-            }
-        })?;
-        let Some(out) = out else { return arrays::components(py, values, components) };
-        let n = values.len() / components;
+            })?;
+            outcome(Ok(()), stopped.or_else(|| self.called.take_raised()), |error| error)
+        };
+        let mut numbers = Vec::new();
+        let Some(out) = out else {
+            fill(0..n, &mut numbers)?;
+            return arrays::components(py, numbers, components);
+        };
+        // Piece by piece: there is no second array as large.
         let shape = if components == 1 { vec![n] } else { vec![n, components] };
-        arrays::fill(out, &values, &shape)?;
+        for first in (0..n.max(1)).step_by(PIECE) {
+            let rows = first..n.min(first + PIECE);
+            fill(rows.clone(), &mut numbers)?;
+            arrays::fill(out, &numbers, &shape, rows)?;
+        }
         Ok(out.clone())
     }
 
@@ -122,36 +138,6 @@ impl Simulation {
         self.field(py, "stress", None, None)
     }
 
-    /// Reference positions of the nodes [m], shape (n_nodes, 3).
-    #[getter]
-    fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| look::points(&inner.session))?)
-    }
-
-    /// Lumped masses of the nodes [kg], shape (n_nodes,).
-    #[getter]
-    fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::components(py, self.looked(py, |inner| look::masses(&inner.session))?, 1)
-    }
-
-    /// The block of each node, shape (n_nodes,).
-    #[getter]
-    fn node_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        look::integers(py, self.looked(py, |inner| look::node_blocks(&inner.session))?)
-    }
-
-    /// The nodes of each element, in VTK's order, shape (n_elements, 8).
-    #[getter]
-    fn elements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| look::elements(&inner.session))?)
-    }
-
-    /// The block of each element, shape (n_elements,).
-    #[getter]
-    fn element_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        look::integers(py, self.looked(py, |inner| look::element_blocks(&inner.session))?)
-    }
-
     /// The pairs of facing nodes, a structured array of shape (n_pairs,): `point` (between the
     /// nodes of the pair, reference position) [m], `normal` (at the start, from the first node's
     /// block to the other's), `nodes`, `joint` (its number, in sorted order of
@@ -192,12 +178,6 @@ impl Simulation {
         let momentum =
             self.looked(py, |inner| inner.session.simulation_mut().angular_momentum())?;
         arrays::components(py, momentum.to_vec(), 1)
-    }
-
-    /// The pairs around each joint element, shape (n_quads, 4).
-    #[getter]
-    fn quads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| look::quads(&inner.session))?)
     }
 
     /// Nodes that are selected, in order.
@@ -289,7 +269,7 @@ impl Simulation {
     }
 
     /// What the probes have recorded so far: for each a structured array with `time` [s], `step` and
-    /// the components, `x`, `y`, `z` or `xx`, `yy`, `zz`, `xy`, `yz`, `zx`.
+    /// the components: `x`, `y`, `z`; `xx`, `yy`, `zz`, `xy`, `yz`, `zx`; of a single number the name of the quantity.
     #[getter]
     fn probes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock(py)?;

@@ -7,7 +7,7 @@ from typing import Any
 import ddem
 import numpy as np
 import pytest
-from small import WEIGHT, breaking, column, cube, same
+from small import ROCK, WEIGHT, breaking, column, cube, same
 
 
 @pytest.fixture
@@ -157,6 +157,47 @@ def test_out_takes_the_numbers(simulation: ddem.Simulation) -> None:
     with pytest.raises(ValueError, match="^name: "):
         simulation.field("displacment", out=before)
     assert (before == 7.0).all()
+
+
+def test_out_takes_the_numbers_piece_by_piece() -> None:
+    model = ddem.Model(gravity=(0, 0, -9.81), contact=False)
+    spring = ddem.Joint(normal_stiffness=1e9, shear_stiffness=1e9)
+    model.add_blocks(
+        size=(30, 30, 10), count=(30, 30, 10), body="rigid", material=ROCK, joint=spring
+    )
+    simulation = model.build()
+    simulation.step(3)
+    assert simulation.n_nodes > 65_536
+    wide = np.zeros((simulation.n_nodes, 6))
+    strided = wide[:, ::2]
+    simulation.field("displacement", out=strided)
+    assert same(strided.copy(), simulation.displacement)
+    out = np.full((simulation.n_nodes, 3), np.nan)
+    assert same(simulation.field("velocity", out=out), simulation.velocity)
+    with pytest.raises(ValueError, match="^out: "):
+        simulation.field("velocity", out=out[1:])
+
+
+def test_probes_see_fields() -> None:
+    model = column(peaks=True)
+    model.add_blocks(
+        size=(1, 1, 1), origin=(3, 0, 0), material=ROCK, divisions=1, name="alone", joint=None
+    )
+    model.fix("xyz", z=0.0, set="alone")
+    for name in ("fragment", "peak_velocity", "peak_tension", "peak_compression"):
+        model.probe(name, quantity=name, at=(4, 1, 1) if name == "fragment" else (1, 1, 2))
+    simulation = model.build()
+    simulation.run(1e-4)
+    probes = simulation.probes
+    assert probes["fragment"]["fragment"].tolist()[-1] == simulation.block_fragment[2]
+    node = simulation.nearest_node((1, 1, 2))
+    assert probes["peak_velocity"]["peak_velocity"][-1] == simulation.peak_velocity[node] > 0
+    for name in ("peak_tension", "peak_compression"):
+        assert probes[name][name][-1] == getattr(simulation, name)[15]
+    without = column()
+    without.probe("peak", quantity="peak_velocity", at=(1, 1, 2))
+    with pytest.raises(ddem.ModelError, match="there is no `peak_velocity`"):
+        without.build()
 
 
 def test_nodes_are_selected(simulation: ddem.Simulation) -> None:

@@ -115,6 +115,13 @@ pub(crate) struct Seated {
     gap: f64,
 }
 
+impl Seated {
+    /// One more than the number of its last pair.
+    pub(crate) fn end(&self) -> usize {
+        self.first_pair + self.patch.points.len()
+    }
+}
+
 /// All joints between faces that do not match; their pairs come after `first` others.
 pub(crate) fn seated(
     surfaces: &Surfaces,

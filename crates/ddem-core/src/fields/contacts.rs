@@ -3,8 +3,8 @@
 
 use rayon::prelude::*;
 
-use crate::contact::{Contacts, Patch, Placing, Point, Release};
-use crate::pairs::face_places;
+use super::FieldKind;
+use crate::contact::{Patch, Placing, Point};
 use crate::simulation::Simulation;
 
 /// Part of what friction can bear from which on a contact slides: all but rounding.
@@ -54,20 +54,22 @@ pub struct ContactField {
     pub unit: &'static str,
     /// Numbers per contact.
     pub components: usize,
+    /// Kind of the numbers.
+    pub kind: FieldKind,
     /// The numbers of one contact; those beyond its components are 0.
-    pub of: fn(&Contact) -> [f64; 3],
+    of: fn(&Contact) -> [f64; 3],
 }
 
 /// All output fields of contacts, besides their positions.
 pub const CONTACT_FIELDS: [ContactField; 8] = [
-    ContactField { name: "force", unit: "N", components: 3, of: |c| c.force },
-    ContactField { name: "traction", unit: "Pa", components: 3, of: Contact::traction },
-    ContactField { name: "normal", unit: "1", components: 3, of: |c| c.normal },
-    ContactField { name: "area", unit: "m2", components: 1, of: |c| [c.area, 0.0, 0.0] },
-    ContactField { name: "gap", unit: "m", components: 1, of: |c| [c.gap, 0.0, 0.0] },
-    ContactField { name: "slip", unit: "m", components: 1, of: |c| [c.slip, 0.0, 0.0] },
-    ContactField { name: "sliding", unit: "1", components: 1, of: sliding },
-    ContactField { name: "blocks", unit: "1", components: 2, of: blocks },
+    ContactField::new("force", "N", 3, |c| c.force),
+    ContactField::new("traction", "Pa", 3, Contact::traction),
+    ContactField::new("normal", "1", 3, |c| c.normal),
+    ContactField::new("area", "m2", 1, |c| [c.area, 0.0, 0.0]),
+    ContactField::new("gap", "m", 1, |c| [c.gap, 0.0, 0.0]),
+    ContactField::new("slip", "m", 1, |c| [c.slip, 0.0, 0.0]),
+    ContactField::new("sliding", "1", 1, sliding).kind(FieldKind::Flag),
+    ContactField::new("blocks", "1", 2, blocks).kind(FieldKind::Whole),
 ];
 
 fn sliding(contact: &Contact) -> [f64; 3] {
@@ -79,10 +81,24 @@ fn blocks(contact: &Contact) -> [f64; 3] {
 }
 
 impl ContactField {
-    /// All values, one after another.
-    #[must_use]
-    pub fn fill(&self, contacts: &[Contact]) -> Vec<f64> {
-        contacts.iter().flat_map(|c| (self.of)(c).into_iter().take(self.components)).collect()
+    const fn new(
+        name: &'static str,
+        unit: &'static str,
+        components: usize,
+        of: fn(&Contact) -> [f64; 3],
+    ) -> Self {
+        Self { name, unit, components, kind: FieldKind::Real, of }
+    }
+
+    const fn kind(self, kind: FieldKind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// Writes the numbers of contacts, one contact after another.
+    pub fn fill(&self, contacts: &[Contact], out: &mut [f64]) {
+        for (contact, out) in contacts.iter().zip(out.chunks_exact_mut(self.components)) {
+            out.copy_from_slice(&(self.of)(contact)[..self.components]);
+        }
     }
 }
 
@@ -186,22 +202,4 @@ fn seen(patch: &Patch, placing: &Placing<'_>) -> impl Iterator<Item = Contact> {
             sliding: limit > 0.0 && springs.shear.norm() >= SLIDING * limit,
         }
     })
-}
-
-/// Whether a contact has taken the place of each pair's joint.
-pub(super) fn released(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.measure_once();
-    let (model, mut released) = (&simulation.model, vec![0.0; simulation.model.n_pairs()]);
-    let Contacts { joints, .. } = &simulation.scratch.trial_contacts;
-    for (face, (.., first)) in model.faces().iter().zip(face_places(model)) {
-        if joints[face.a as usize][face.direction as usize] == Release::Done {
-            released[first..first + face.pairs(model).count()].fill(1.0);
-        }
-    }
-    for joint in &model.seated {
-        if let Some((bond, None)) = simulation.scratch.trial_contacts.bond(joint.patch.blocks) {
-            released[joint.first_pair..][..bond.pairs.len()].fill(1.0);
-        }
-    }
-    released
 }

@@ -1,7 +1,9 @@
 //! Fragments: blocks that unbroken joints hold together.
 
 use std::cmp::Reverse;
+use std::ops::Range;
 
+use super::Snapshot;
 use crate::geometry::Vec3;
 use crate::groups::Groups;
 use crate::pairs::face_places;
@@ -60,11 +62,12 @@ impl Fragment {
 }
 
 /// The number of the fragment of each element.
-pub(super) fn fragment(simulation: &mut Simulation) -> Vec<f64> {
-    let numbers = simulation.block_fragments();
-    let model = simulation.model();
-    let of = |(block, &number)| std::iter::repeat_n(number as f64, model.hexes(block).count());
-    numbers.iter().enumerate().flat_map(of).collect()
+pub(super) fn fragment(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let (simulation, numbers) = snapshot.fragments();
+    simulation.model.fill_elements(range, out, |block| {
+        let number = numbers[block] as f64;
+        move |_| [number]
+    });
 }
 
 impl Simulation {

@@ -1,28 +1,29 @@
 //! What can be seen of a simulation: one table, [`FIELDS`], from which every writer and binding
-//! reads, and the functions that fill it.
+//! reads, and the functions that fill it, a range at a time.
 
 mod contacts;
 mod fragments;
 mod momentum;
+mod pairs;
 mod peaks;
+mod ranges;
+mod snapshot;
 mod state;
 mod stress;
 
-use crate::breaks::Point;
-use crate::geometry::Vec3;
-use crate::lanes::{LANES, Lanes};
-use crate::law::Mode;
+use std::ops::Range;
+
+use crate::lanes::Lanes;
 use crate::leapfrog::local_damping;
-use crate::pairs::PairAt;
 use crate::simulation::Simulation;
 use crate::stage::StageKind;
 use crate::step::carry;
 
-use fragments::fragment;
 use peaks::PEAK_FIELDS;
 
 pub use contacts::{CONTACT_FIELDS, Contact, ContactCounts, ContactField};
 pub use fragments::Fragment;
+pub use snapshot::Snapshot;
 pub use state::{ContactSummary, FragmentSummary, JointSummary, Largest, Reaction, StateSummary};
 
 /// Where a field has its values.
@@ -36,6 +37,19 @@ pub enum On {
     Pair,
 }
 
+/// Kind of the numbers of a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldKind {
+    /// Real numbers.
+    Real,
+    /// Whole numbers.
+    Whole,
+    /// One of a few states, from 0 up.
+    State,
+    /// 0 or 1.
+    Flag,
+}
+
 /// One output field.
 #[derive(Clone, Copy, Debug)]
 pub struct Field {
@@ -47,12 +61,27 @@ pub struct Field {
     pub on: On,
     /// Numbers per value.
     pub components: usize,
-    /// All values, one after another.
-    pub fill: fn(&mut Simulation) -> Vec<f64>,
+    /// Kind of the numbers.
+    pub kind: FieldKind,
+    fill: Fill,
+}
+
+/// Writes the numbers of a range of values, one value after another.
+type Fill = fn(&mut Snapshot<'_>, Range<usize>, &mut [f64]);
+
+impl Field {
+    const fn new(name: &'static str, unit: &'static str, on: On, n: usize, fill: Fill) -> Self {
+        Self { name, unit, on, components: n, kind: FieldKind::Real, fill }
+    }
+
+    const fn kind(self, kind: FieldKind) -> Self {
+        Self { kind, ..self }
+    }
 }
 
 /// All output fields that change with time, of any model; [`Model::fields`](crate::Model::fields) has
 /// those that the deck asks for besides. All components are those of the global axes, also of tractions and slip.
+/// [`Simulation::snapshot`] gives their values.
 ///
 /// | On | Fields |
 /// |---|---|
@@ -60,131 +89,64 @@ pub struct Field {
 /// | elements | `stress` (xx yy zz xy yz zx), `fragment` (its number) |
 /// | pairs | `displacement` (mean of both sides), `traction`, `slip`, `opening`, `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has taken the place of the joint), `failure_time`, `damage` |
 pub const FIELDS: [Field; 13] = [
-    Field { name: "displacement", unit: "m", on: On::Node, components: 3, fill: displacement },
-    Field { name: "velocity", unit: "m/s", on: On::Node, components: 3, fill: velocity },
-    Field { name: "stress", unit: "Pa", on: On::Element, components: 6, fill: stress },
-    Field { name: "fragment", unit: "1", on: On::Element, components: 1, fill: fragment },
-    Field { name: "displacement", unit: "m", on: On::Pair, components: 3, fill: mean_displacement },
-    Field { name: "traction", unit: "Pa", on: On::Pair, components: 3, fill: traction },
-    Field { name: "slip", unit: "m", on: On::Pair, components: 3, fill: slip },
-    Field { name: "opening", unit: "m", on: On::Pair, components: 1, fill: opening },
-    Field { name: "state", unit: "1", on: On::Pair, components: 1, fill: failure_mode },
-    Field { name: "open", unit: "1", on: On::Pair, components: 1, fill: open },
-    Field { name: "released", unit: "1", on: On::Pair, components: 1, fill: contacts::released },
-    Field { name: "failure_time", unit: "s", on: On::Pair, components: 1, fill: failure_time },
-    Field { name: "damage", unit: "1", on: On::Pair, components: 1, fill: damage },
+    Field::new("displacement", "m", On::Node, 3, displacement),
+    Field::new("velocity", "m/s", On::Node, 3, velocity),
+    Field::new("stress", "Pa", On::Element, 6, stress::stress),
+    Field::new("fragment", "1", On::Element, 1, fragments::fragment).kind(FieldKind::Whole),
+    Field::new("displacement", "m", On::Pair, 3, pairs::displacement),
+    Field::new("traction", "Pa", On::Pair, 3, pairs::traction),
+    Field::new("slip", "m", On::Pair, 3, pairs::slip),
+    Field::new("opening", "m", On::Pair, 1, pairs::opening),
+    Field::new("state", "1", On::Pair, 1, pairs::failure_mode).kind(FieldKind::State),
+    Field::new("open", "1", On::Pair, 1, pairs::open).kind(FieldKind::Flag),
+    Field::new("released", "1", On::Pair, 1, pairs::released).kind(FieldKind::Flag),
+    Field::new("failure_time", "s", On::Pair, 1, pairs::failure_time),
+    Field::new("damage", "1", On::Pair, 1, pairs::damage),
 ];
 
-/// What a model with excavations has besides.
+/// Force that accelerates every node, [`Simulation::forces`]; it is not in the files.
+pub const FORCE: Field = Field::new("force", "N", On::Node, 3, force);
+
+/// Further fields of a model with excavations.
 const EXCAVATION_FIELDS: [Field; 2] = [
-    Field { name: "removed", unit: "1", on: On::Element, components: 1, fill: removed_elements },
-    Field { name: "removed", unit: "1", on: On::Pair, components: 1, fill: removed_pairs },
+    Field::new("removed", "1", On::Element, 1, removed).kind(FieldKind::Flag),
+    Field::new("removed", "1", On::Pair, 1, pairs::removed).kind(FieldKind::Flag),
 ];
 
 /// Further fields of a model with a stage that looks for a factor of safety.
-const SAFETY_FIELDS: [Field; 1] =
-    [Field { name: "unstable", unit: "1", on: On::Element, components: 1, fill: unstable }];
+const SAFETY_FIELDS: [Field; 1] = [Field::new("unstable", "1", On::Element, 1, unstable)];
 
 /// 1 in blocks that have been taken out.
-fn removed_elements(simulation: &mut Simulation) -> Vec<f64> {
-    marked(&simulation.model, |block| simulation.model.is_removed(block))
+fn removed(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let model = &snapshot.simulation.model;
+    model.fill_elements(range, out, |block| {
+        let removed = model.is_removed(block);
+        move |_| [f64::from(u8::from(removed))]
+    });
 }
 
 /// 1 in blocks that move in the failing trial of a factor of safety.
-fn unstable(simulation: &mut Simulation) -> Vec<f64> {
-    let mut moves = vec![false; simulation.model.n_blocks()];
-    if simulation.failing {
-        simulation.moving_blocks().iter().for_each(|moving| moves[moving.block] = true);
-    }
-    marked(&simulation.model, |block| moves[block])
-}
-
-/// 1 in the elements of some blocks, 0 in others.
-fn marked(model: &crate::model::Model, marked: impl Fn(usize) -> bool) -> Vec<f64> {
-    let of = |block: usize| {
-        let elements = model.geometry.lattice(block).divisions.pow(3);
-        std::iter::repeat_n(f64::from(u8::from(marked(block))), elements)
-    };
-    (0..model.n_blocks()).flat_map(of).collect()
-}
-
-/// 1 at joints one of whose blocks has been taken out.
-fn removed_pairs(simulation: &mut Simulation) -> Vec<f64> {
-    let model = &simulation.model;
-    let number = |blocks: [u32; 2], pairs: usize| {
-        let gone = blocks.iter().any(|&block| model.is_removed(block as usize));
-        std::iter::repeat_n(f64::from(u8::from(gone)), pairs)
-    };
-    let matching = model.faces().iter();
-    let matching =
-        matching.flat_map(|face| number([face.a, face.b], (face.divisions as usize + 1).pow(2)));
-    let seated = model.seated.iter();
-    let seated = seated.flat_map(|joint| number(joint.patch.blocks, joint.patch.points.len()));
-    matching.chain(seated).collect()
-}
-
-fn displacement(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.displacements().into_flattened()
-}
-
-fn velocity(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.velocities().into_flattened()
-}
-
-fn stress(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.stresses().into_flattened()
-}
-
-fn traction(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.tractions().into_flattened()
-}
-
-fn slip(simulation: &mut Simulation) -> Vec<f64> {
-    let mut slips = vec![[0.0; 3]; simulation.model.n_pairs()];
-    simulation.see_present(|pair, seen| {
-        if let Some(point) = seen.point {
-            let slip = point.memory.slip;
-            slips[pair] = (seen.axes * Vec3::new(0.0, slip.x, slip.y)).into();
-        }
+fn unstable(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let (simulation, moving) = snapshot.moving();
+    simulation.model.fill_elements(range, out, |block| {
+        let moving = moving[block];
+        move |_| [f64::from(u8::from(moving))]
     });
-    slips.into_flattened()
 }
 
-/// What slip over the roughness has opened, and the gap beyond it.
-fn opening(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.failed(0.0, |point| point.memory.dilation + point.memory.gap.max(0.0))
+fn displacement(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let simulation = &*snapshot.simulation;
+    simulation.model.fill_nodal(&simulation.state.u, range, out);
 }
 
-fn failure_mode(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.failed(0.0, |point| if point.mode == Some(Mode::Tension) { 2.0 } else { 1.0 })
+fn velocity(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.simulation.fill_velocities(range, out);
 }
 
-fn open(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.failed(0.0, |point| f64::from(u8::from(point.memory.gap > 0.0)))
-}
-
-fn failure_time(simulation: &mut Simulation) -> Vec<f64> {
-    let mut times = vec![f64::NAN; simulation.model.n_pairs()];
-    simulation.present_points(|pair, point, time| {
-        if point.mode.is_some() {
-            times[pair] = time;
-        }
-    });
-    times
-}
-
-fn damage(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.failed(0.0, |point| point.memory.damage.min(1.0))
-}
-
-fn mean_displacement(simulation: &mut Simulation) -> Vec<f64> {
-    let simulation = &*simulation;
-    let model = &simulation.model;
-    let mean = model.pairs().flat_map(|PairAt { nodes: [a, b], .. }| {
-        let (a, b) = (simulation.displacement(a as usize), simulation.displacement(b as usize));
-        [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
-    });
-    mean.collect()
+fn force(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.simulation.measure_once();
+    let simulation = &*snapshot.simulation;
+    simulation.model.fill_nodal(&simulation.scratch.f, range, out);
 }
 
 impl Simulation {
@@ -214,9 +176,10 @@ impl Simulation {
     /// Velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; zero in a
     /// relaxation.
     pub fn velocities(&mut self) -> Vec<[f64; 3]> {
-        self.measure_once();
-        let velocities = self.present_velocities();
-        self.model.plain(&velocities)
+        let n = self.model.n_nodes();
+        let mut velocities = vec![[0.0; 3]; n];
+        self.fill_velocities(0..n, velocities.as_flattened_mut());
+        velocities
     }
 
     /// Velocity of a node at the present time `[m/s]`.
@@ -225,15 +188,36 @@ impl Simulation {
     ///
     /// If the model has no such node.
     pub fn velocity(&mut self, node: usize) -> [f64; 3] {
+        let mut velocity = [0.0; 3];
+        self.model.geometry.has_node(node);
+        self.fill_velocities(node..node + 1, &mut velocity);
+        velocity
+    }
+
+    /// Velocities of a range of nodes at the present time `[m/s]`.
+    fn fill_velocities(&mut self, range: Range<usize>, out: &mut [f64]) {
         self.measure_once();
-        let (pack, local, lane) = self.model.place(node);
-        if self.model.packs.packs[pack].rigid {
-            let mut corners = [Lanes::ZERO; 24];
-            let poses = self.present_pose(pack);
-            carry(&self.model, pack, &poses, &mut corners);
-            return [0, 1, 2].map(|c| corners[3 * local + c].0[lane]);
-        }
-        [0, 1, 2].map(|c| self.present_velocity(pack, 3 * local + c, lane))
+        let blocks = self.model.blocks_of(range.clone());
+        let mut rigid: Vec<usize> = blocks.map(|block| self.model.packs.slot(block).0).collect();
+        rigid.retain(|&pack| self.model.packs.packs[pack].rigid);
+        rigid.sort_unstable();
+        rigid.dedup();
+        let poses = self.present_poses_of(&rigid);
+        let (this, model) = (&*self, &self.model);
+        model.fill_nodes(range, out, |block| {
+            let (pack, lane) = model.packs.slot(block);
+            let corners = rigid.binary_search(&pack).ok().map(|at| {
+                let mut corners = [Lanes::ZERO; 24];
+                carry(model, pack, &poses[at], &mut corners);
+                corners
+            });
+            move |node| {
+                [0, 1, 2].map(|c| match &corners {
+                    Some(corners) => corners[3 * node + c].0[lane],
+                    None => this.present_velocity(pack, 3 * node + c, lane),
+                })
+            }
+        });
     }
 
     /// Velocities at the present time in the layout of the state.
@@ -332,17 +316,6 @@ impl Simulation {
         }
         sum
     }
-
-    /// A number of each failed pair, and another of the bonded ones.
-    fn failed(&mut self, bonded: f64, number: impl Fn(&Point) -> f64) -> Vec<f64> {
-        let mut numbers = vec![bonded; self.model.n_pairs()];
-        self.present_points(|pair, point, _| {
-            if point.mode.is_some() {
-                numbers[pair] = number(point);
-            }
-        });
-        numbers
-    }
 }
 
 impl crate::model::Model {
@@ -355,19 +328,5 @@ impl crate::model::Model {
         let searches = self.problem.kinds.contains(&StageKind::Safety);
         let safety: &[Field] = if searches { &SAFETY_FIELDS } else { &[] };
         FIELDS.iter().chain(peaks).chain(removed).chain(safety)
-    }
-
-    /// A nodal field in the order of the nodes, shape `(n_nodes, 3)`.
-    pub(crate) fn plain(&self, field: &[Lanes]) -> Vec<[f64; 3]> {
-        let mut plain = Vec::with_capacity(self.n_nodes());
-        for body in 0..self.n_blocks() {
-            let (pack, lane) = self.packs.slot(body);
-            debug_assert!(lane < LANES);
-            let pack = &self.packs.packs[pack];
-            let nodes = self.packs.shape_of(pack).nodes;
-            let lanes = &field[3 * pack.start..3 * (pack.start + nodes)];
-            plain.extend(lanes.as_chunks::<3>().0.iter().map(|v| v.map(|x| x.0[lane])));
-        }
-        plain
     }
 }

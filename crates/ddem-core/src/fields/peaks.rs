@@ -1,31 +1,40 @@
 //! The largest values so far.
 
-use super::{Field, On};
+use std::ops::Range;
+
+use super::{Field, On, Snapshot};
 use crate::simulation::Simulation;
 
 /// Fields of a model that asks for peaks.
 pub(super) const PEAK_FIELDS: [Field; 3] = [
-    Field { name: "peak_velocity", unit: "m/s", on: On::Node, components: 1, fill: velocity },
-    Field { name: "peak_tension", unit: "Pa", on: On::Element, components: 1, fill: tension },
-    Field {
-        name: "peak_compression",
-        unit: "Pa",
-        on: On::Element,
-        components: 1,
-        fill: compression,
-    },
+    Field::new("peak_velocity", "m/s", On::Node, 1, velocity),
+    Field::new("peak_tension", "Pa", On::Element, 1, tension),
+    Field::new("peak_compression", "Pa", On::Element, 1, compression),
 ];
 
-fn velocity(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.peak_velocities()
+fn velocity(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.simulation.fill_peak_velocities(range, out);
 }
 
-fn tension(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.peak_stresses().into_iter().map(|[tension, _]| tension).collect()
+fn tension(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    stress(snapshot, range, out, |[tension, _]| tension);
 }
 
-fn compression(simulation: &mut Simulation) -> Vec<f64> {
-    simulation.peak_stresses().into_iter().map(|[_, compression]| compression).collect()
+fn compression(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    stress(snapshot, range, out, |[_, compression]| compression);
+}
+
+fn stress(
+    snapshot: &mut Snapshot<'_>,
+    range: Range<usize>,
+    out: &mut [f64],
+    of: fn([f64; 2]) -> f64,
+) {
+    let Simulation { model, state, .. } = &*snapshot.simulation;
+    model.fill_elements(range, out, |block| {
+        let peaks = &state.peaks.stresses[block];
+        move |element| [of(peaks[element])]
+    });
 }
 
 impl Simulation {
@@ -33,13 +42,19 @@ impl Simulation {
     /// particle velocity. Empty where the deck has no `peaks`.
     #[must_use]
     pub fn peak_velocities(&self) -> Vec<f64> {
-        let (model, speeds) = (&self.model, &self.state.peaks.speeds);
-        let n = if speeds.is_empty() { 0 } else { model.n_nodes() };
-        let speed = |node| {
-            let (pack, local, lane) = model.place(node);
-            speeds[model.packs.packs[pack].start + local].0[lane].sqrt()
-        };
-        (0..n).map(speed).collect()
+        let n = if self.state.peaks.speeds.is_empty() { 0 } else { self.model.n_nodes() };
+        let mut speeds = vec![0.0; n];
+        self.fill_peak_velocities(0..n, &mut speeds);
+        speeds
+    }
+
+    /// Largest speeds of a range of nodes `[m/s]`.
+    fn fill_peak_velocities(&self, range: Range<usize>, out: &mut [f64]) {
+        self.model.fill_nodes(range, out, |block| {
+            let (pack, lane) = self.model.packs.slot(block);
+            let speeds = &self.state.peaks.speeds[self.model.packs.packs[pack].start..];
+            move |node| [speeds[node].0[lane].sqrt()]
+        });
     }
 
     /// Largest principal tension and compression at the centre of every element since the start of the

@@ -1,12 +1,16 @@
 //! A state in a few numbers: where it has come to, what has failed and what the supports bear.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
-use crate::breaks::Point;
 use crate::energy::Energy;
 use crate::geometry::Vec3;
 use crate::law::Mode;
 use crate::simulation::Simulation;
+
+/// Nodes that are looked at at once.
+const PIECE: usize = 65_536;
 
 /// A state in a few numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -99,12 +103,13 @@ impl Simulation {
     /// The present state in a few numbers. Nothing moves.
     pub fn state_summary(&mut self) -> StateSummary {
         self.measure_once();
-        let displacements = self.displacements();
-        let velocities = self.velocities();
+        let displacement = |simulation: &mut Self, range: Range<usize>, out: &mut [f64]| {
+            simulation.model.fill_nodal(&simulation.state.u, range, out);
+        };
         StateSummary {
             time: self.time(),
-            displacement: self.largest(&displacements),
-            velocity: self.largest(&velocities).filter(|largest| largest.size > 0.0),
+            displacement: self.largest(displacement),
+            velocity: self.largest(Self::fill_velocities).filter(|largest| largest.size > 0.0),
             joints: self.joint_summaries(),
             contacts: self.contact_summary(),
             fragments: self.fragment_summary(),
@@ -113,40 +118,46 @@ impl Simulation {
         }
     }
 
-    /// Largest of some vectors at nodes, the first of equal ones.
-    fn largest(&self, vectors: &[[f64; 3]]) -> Option<Largest> {
-        let model = &self.model;
-        let there = (0..vectors.len()).filter(|&node| !model.is_removed(model.block_of(node)));
-        let sized = there.map(|node| (Vec3::from(vectors[node]).norm(), node));
-        let (size, node) = sized.reduce(|most, next| if next.0 > most.0 { next } else { most })?;
+    /// Largest of the vectors at nodes that `fill` writes, the first of equal ones.
+    fn largest(&mut self, fill: fn(&mut Self, Range<usize>, &mut [f64])) -> Option<Largest> {
+        let (n, mut most, mut vectors) = (self.model.n_nodes(), None, Vec::new());
+        for first in (0..n).step_by(PIECE) {
+            let range = first..n.min(first + PIECE);
+            vectors.resize(range.len(), [0.0; 3]);
+            fill(self, range.clone(), vectors.as_flattened_mut());
+            let there = range.filter(|&node| !self.model.is_removed(self.model.block_of(node)));
+            let sized = there.map(|node| {
+                let vector = vectors[node - first];
+                (Vec3::from(vector).norm(), vector, node)
+            });
+            let all = most.into_iter().chain(sized);
+            most = all.reduce(|most, next| if next.0 > most.0 { next } else { most });
+        }
+        let ((size, vector, node), model) = (most?, &self.model);
         let block = model.block_of(node);
-        Some(Largest {
-            size,
-            vector: vectors[node],
-            set: model.set_name(block),
-            block,
-            point: model.point(node),
-        })
+        Some(Largest { size, vector, set: model.set_name(block), block, point: model.point(node) })
     }
 
-    fn joint_summaries(&mut self) -> Vec<JointSummary> {
+    fn joint_summaries(&self) -> Vec<JointSummary> {
         let model = &self.model;
         let joints = model.properties.joints.iter();
         let mut joints: Vec<JointSummary> = joints
             .map(|joint| JointSummary { joint: joint.name.clone(), ..JointSummary::default() })
             .collect();
-        let numbers: Vec<u16> = model.pairs().map(|pair| pair.joint).collect();
-        let gone: Vec<bool> = super::removed_pairs(self).iter().map(|&gone| gone > 0.0).collect();
-        for (&joint, _) in numbers.iter().zip(&gone).filter(|(_, gone)| !**gone) {
-            joints[usize::from(joint)].pairs += 1;
+        let gone =
+            |joint: &usize| model.joint(*joint).blocks().iter().any(|&b| model.is_removed(b));
+        for joint in (0..model.n_joints()).filter(|joint| !gone(joint)) {
+            let (pairs, damage) = (model.pairs_of(joint).len(), self.damage(joint));
+            let joint = &mut joints[usize::from(model.joint(joint).number())];
+            joint.pairs += pairs as u64;
+            let failed =
+                |pair| damage.point(pair).and_then(|(point, _)| Some((point.mode?, point)));
+            for (mode, point) in (0..pairs).filter_map(failed) {
+                joint.tension += u64::from(mode == Mode::Tension);
+                joint.shear += u64::from(mode != Mode::Tension);
+                joint.open += u64::from(point.memory.gap > 0.0);
+            }
         }
-        self.present_points(|pair, Point { mode, memory, .. }, _| {
-            let Some(mode) = mode.filter(|_| !gone[pair]) else { return };
-            let joint = &mut joints[usize::from(numbers[pair])];
-            let failed = if mode == Mode::Tension { &mut joint.tension } else { &mut joint.shear };
-            *failed += 1;
-            joint.open += u64::from(memory.gap > 0.0);
-        });
         let known = joints.into_iter().zip(&self.model.laws);
         let known = known.filter(|(joint, law)| joint.pairs > 0 && law.is_some());
         known.map(|(joint, _)| joint).collect()

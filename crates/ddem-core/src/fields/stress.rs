@@ -1,15 +1,17 @@
 //! Stresses at the centres of the elements.
 
-use nalgebra::Matrix3;
-use rayon::prelude::*;
+use std::ops::Range;
 
+use nalgebra::Matrix3;
+
+use super::Snapshot;
 use crate::element::{Elastic, principal};
 use crate::geometry::Vec3;
 use crate::in_situ::Stress;
 use crate::lanes::Lanes;
 use crate::simulation::Simulation;
 
-/// What the stresses of one block come from.
+/// Origin of the stresses of one block.
 pub(crate) struct Strained<'a> {
     u: &'a [Lanes],
     lane: usize,
@@ -23,20 +25,31 @@ pub(crate) struct Strained<'a> {
     edges: [Vec3; 3],
 }
 
+pub(super) fn stress(snapshot: &mut Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.simulation.fill_stresses(range, out);
+}
+
 impl Simulation {
     /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
     /// shape `(n_elements, 6)`; blocks in order, x fastest in a block. Rigid blocks have none: 0.
     #[must_use]
     pub fn stresses(&self) -> Vec<[f64; 6]> {
-        (0..self.model.n_blocks())
-            .into_par_iter()
-            .flat_map_iter(|block| {
-                let (strained, n) =
-                    (self.strained(block), self.model.geometry.lattice(block).divisions);
-                let stress = move |at| strained.as_ref().map_or([0.0; 6], |block| block.stress(at));
-                (0..n * n * n).map(move |e| stress([e % n, e / n % n, e / (n * n)]))
-            })
-            .collect()
+        let n = self.model.n_elements();
+        let mut stresses = vec![[0.0; 6]; n];
+        self.fill_stresses(0..n, stresses.as_flattened_mut());
+        stresses
+    }
+
+    /// Stresses of a range of elements `[Pa]`.
+    fn fill_stresses(&self, range: Range<usize>, out: &mut [f64]) {
+        self.model.fill_elements(range, out, |block| {
+            let (strained, n) =
+                (self.strained(block), self.model.geometry.lattice(block).divisions);
+            move |e| {
+                let at = [e % n, e / n % n, e / (n * n)];
+                strained.as_ref().map_or([0.0; 6], |block| block.stress(at))
+            }
+        });
     }
 
     /// Stress at the centre of the element at lattice steps `at` of a block `[Pa]`.
@@ -46,16 +59,12 @@ impl Simulation {
     /// If the model has no such block, or the block no such element.
     #[must_use]
     pub fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
-        self.model.geometry.has_block(block);
-        let n = self.model.geometry.lattice(block).divisions;
-        assert!(
-            at.iter().all(|&step| step < n),
-            "block {block} has no element at {at:?}: it has {n} along each edge, from 0"
-        );
+        // Panics where there is no such element.
+        let _ = self.model.element(block, at);
         self.strained(block).map_or([0.0; 6], |block| block.stress(at))
     }
 
-    /// What the stresses of a block come from; `None` of one that has none.
+    /// Origin of the stresses of a block; `None` of one that has none.
     pub(crate) fn strained(&self, block: usize) -> Option<Strained<'_>> {
         let model = &self.model;
         let (pack, lane) = model.packs.slot(block);

@@ -53,6 +53,8 @@ pub struct Body {
     pub cell: [u32; 3],
     /// Number of its first node; its nodes are contiguous, x fastest.
     pub first_node: u32,
+    /// Number of its first element; its elements are contiguous, x fastest.
+    pub first_element: u32,
     /// Its material.
     pub material: u16,
 }
@@ -66,6 +68,8 @@ pub struct Geometry {
     pub bodies: Arc<Vec<Body>>,
     /// Number of nodes.
     pub n_nodes: usize,
+    /// Number of elements.
+    pub n_elements: usize,
     /// Faces of different lattices that lie on each other, with the joint between them.
     pub abutments: Vec<Abutment>,
     /// Faces of different sets that are nearer than their joint is thick, and not joined.
@@ -86,6 +90,7 @@ impl Geometry {
             lattices,
             bodies: Arc::default(),
             n_nodes: 0,
+            n_elements: 0,
             abutments: Vec::new(),
             apart: Arc::default(),
             abutting: HashMap::new(),
@@ -113,9 +118,11 @@ impl Geometry {
                     lattice: index as u32,
                     cell: [x as u32, y as u32, z as u32],
                     first_node: self.n_nodes as u32,
+                    first_element: self.n_elements as u32,
                     material: lattice.material[cell],
                 });
                 self.n_nodes += nodes;
+                self.n_elements += lattice.divisions.pow(3);
             }
         }
     }

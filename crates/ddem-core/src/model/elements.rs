@@ -1,5 +1,7 @@
 //! Elements of blocks.
 
+use std::ops::Range;
+
 use super::Model;
 
 impl Model {
@@ -16,6 +18,33 @@ impl Model {
         let table = &self.assembly.tables[self.assembly.pack_tables[pack][0] as usize];
         let element = table.elements[lane].map(|element| &self.assembly.elements[element as usize]);
         element.map_or(0.0, |element| cells as f64 * element.volume)
+    }
+
+    /// Numbers of the hex8 elements of a block.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block.
+    #[must_use]
+    pub fn elements_of(&self, block: usize) -> Range<usize> {
+        self.geometry.has_block(block);
+        let first = self.geometry.bodies[block].first_element as usize;
+        first..first + self.geometry.lattice(block).divisions.pow(3)
+    }
+
+    /// Number of the element at lattice steps `at` of a block.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block, or the block no such element.
+    #[must_use]
+    pub fn element(&self, block: usize, at: [usize; 3]) -> usize {
+        let (elements, n) = (self.elements_of(block), self.geometry.lattice(block).divisions);
+        assert!(
+            at.iter().all(|&step| step < n),
+            "block {block} has no element at {at:?}: it has {n} along each edge, from 0"
+        );
+        elements.start + at[0] + n * (at[1] + n * at[2])
     }
 
     /// The elements that have one of some nodes, as block and lattice steps.

@@ -8,6 +8,7 @@ mod meeting;
 mod places;
 mod ramp;
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use meeting::at_bonds;
@@ -189,7 +190,7 @@ impl Model {
     /// Number of hex8 elements of the bodies.
     #[must_use]
     pub fn n_elements(&self) -> usize {
-        (0..self.n_blocks()).map(|body| self.geometry.lattice(body).divisions.pow(3)).sum()
+        self.geometry.n_elements
     }
 
     /// Reference position of a node `[m]`.
@@ -281,7 +282,7 @@ impl Model {
     }
 
     /// Nodes of a block.
-    pub(crate) fn nodes_of(&self, block: usize) -> std::ops::Range<usize> {
+    pub(crate) fn nodes_of(&self, block: usize) -> Range<usize> {
         let first = self.geometry.bodies[block].first_node as usize;
         first..first + (self.geometry.lattice(block).divisions + 1).pow(3)
     }

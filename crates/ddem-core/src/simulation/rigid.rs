@@ -15,7 +15,12 @@ impl Simulation {
     /// Poses of the rigid bodies with their velocities at the present time, under the forces that
     /// were last measured.
     pub(crate) fn present_poses(&self) -> Vec<Poses> {
-        self.rigid_packs().into_iter().map(|index| self.present_pose(index)).collect()
+        self.present_poses_of(&self.rigid_packs())
+    }
+
+    /// Those of some packs of rigid bodies.
+    pub(crate) fn present_poses_of(&self, rigid: &[usize]) -> Vec<Poses> {
+        rigid.iter().map(|&index| self.present_pose(index)).collect()
     }
 
     /// Those of one pack.

@@ -37,7 +37,9 @@ fn weak(joint: Joint) -> Joint {
 
 fn pair_field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
     let field = FIELDS.iter().find(|field| field.on == On::Pair && field.name == name);
-    field.map(|field| (field.fill)(simulation)).unwrap_or_else(|| panic!("no field {name}"))
+    field
+        .map(|field| simulation.snapshot().values(field))
+        .unwrap_or_else(|| panic!("no field {name}"))
 }
 
 fn start(simulation: &mut Simulation, damping: Damping) {

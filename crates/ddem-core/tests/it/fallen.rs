@@ -54,7 +54,7 @@ fn undermined() -> Deck {
 fn seen(simulation: &mut Simulation) -> Vec<u64> {
     let mut seen: Vec<u64> = simulation.energy().values().map(f64::to_bits).into();
     for field in FIELDS {
-        seen.extend((field.fill)(simulation).into_iter().map(f64::to_bits));
+        seen.extend(simulation.snapshot().values(&field).into_iter().map(f64::to_bits));
     }
     let counts = simulation.contact_counts();
     seen.extend([counts.points as u64, counts.block_pairs as u64, simulation.steps()]);
@@ -92,7 +92,7 @@ fn what_has_failed_and_met_after_an_excavation_resumes() {
     assert!(whole.contact_counts().points > 0);
     // Of the pairs of faces that do not match some hold and some do not.
     let states = whole.model().fields().find(|field| field.name == "state");
-    let states = states.map(|field| (field.fill)(&mut whole)).unwrap_or_default();
+    let states = states.map(|field| whole.snapshot().values(field)).unwrap_or_default();
     let matching: usize =
         whole.model().faces().iter().map(|f| (f.divisions as usize + 1).pow(2)).sum();
     let bonds = &states[matching..];

@@ -72,7 +72,7 @@ fn a_cube_that_is_pulled_apart_falls_in_two() {
         let mass = fragments[0].mass + fragments[1].mass;
         assert_eq!(passing, [1.0, fragments[1].mass / mass]);
         let field = FIELDS.iter().find(|field| field.name == "fragment");
-        let field = field.map(|field| (field.fill)(&mut simulation)).unwrap_or_default();
+        let field = field.map(|field| simulation.snapshot().values(field)).unwrap_or_default();
         let per_block = simulation.model().n_elements() / 27;
         assert_eq!(field[..9 * per_block], vec![1.0; 9 * per_block]);
         assert_eq!(field[9 * per_block..], vec![0.0; 18 * per_block]);

@@ -187,7 +187,7 @@ pub(crate) fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
 /// Pairs of blocks with points, and joints of lattices that were released.
 pub(crate) fn contacts(simulation: &mut Simulation) -> [usize; 2] {
     let released = FIELDS.iter().find(|field| field.name == "released");
-    let pairs = released.map(|field| (field.fill)(simulation)).unwrap_or_default();
+    let pairs = released.map(|field| simulation.snapshot().values(field)).unwrap_or_default();
     let faces = simulation.model().faces().iter();
     let released = faces.filter(|face| pairs[face.first_pair as usize] == 1.0).count();
     [simulation.contact_counts().near, released]

@@ -1,7 +1,7 @@
 //! Rigid and deformable blocks, joints that break and are let go, contacts, all at once: the same
 //! bits however it is run, looked at, saved and gone on with.
 
-use ddem_core::{FIELDS, Simd, Simulation};
+use ddem_core::{FIELDS, FORCE, Field, Simd, Simulation};
 use ddem_deck::*;
 
 use crate::damage::withstands_damage;
@@ -110,7 +110,7 @@ fn look(simulation: &mut Simulation) {
     simulation.reaction(&[0, 1]);
     let _ = simulation.failed_pairs();
     for field in FIELDS {
-        (field.fill)(simulation);
+        simulation.snapshot().values(&field);
     }
     simulation.contacts();
     simulation.momentum();
@@ -147,6 +147,37 @@ fn blocks_that_break_and_meet_have_the_same_bits_however_they_are_run() {
                 }
                 same(&first, &run(simd, threads), &format!("{name}, {threads} threads"));
             }
+        }
+    }
+}
+
+#[test]
+fn fields_in_pieces_of_any_size_are_those_at_once() {
+    let mut deck = mixture(Kinematics::Corotational);
+    deck.model.peaks = true;
+    // More values than one thread fills.
+    deck.blocks[2].divisions = 8;
+    let mut simulation = started(&deck, Simd::default(), Damping::None);
+    step(&mut simulation, STEPS);
+    let (n, [patches, _]) = (simulation.model().n_nodes(), contacts(&mut simulation));
+    let failed = simulation.failed_pairs();
+    assert!(n > 5000 && patches > 0 && failed != [0; 2], "{n} {patches} {failed:?}");
+    let mut fields: Vec<Field> = simulation.model().fields().copied().collect();
+    fields.push(FORCE);
+    let wholes: Vec<_> = fields.iter().map(|field| simulation.snapshot().values(field)).collect();
+    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    for size in [1, 7, 1000, 4567] {
+        let mut snapshot = simulation.snapshot();
+        for (field, whole) in fields.iter().zip(&wholes) {
+            let n = snapshot.len(field.on);
+            let mut pieces = vec![f64::MAX; n * field.components];
+            for first in (0..n).step_by(size) {
+                let range = first..n.min(first + size);
+                let at = range.start * field.components..range.end * field.components;
+                snapshot.fill(field, range, &mut pieces[at]);
+            }
+            assert!(bits(&pieces) == bits(whole), "{} in pieces of {size}", field.name);
+            snapshot.fill(field, n..n, &mut []);
         }
     }
 }

@@ -41,7 +41,9 @@ fn run(simulation: &mut Simulation, seconds: f64) {
 
 fn field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
     let field = simulation.model().fields().find(|field: &&Field| field.name == name);
-    field.map(|field| (field.fill)(simulation)).unwrap_or_else(|| panic!("no field {name}"))
+    field
+        .map(|field| simulation.snapshot().values(field))
+        .unwrap_or_else(|| panic!("no field {name}"))
 }
 
 #[test]

@@ -189,7 +189,7 @@ fn contacts_that_slide_say_so() {
 
 fn pair_field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
     let field = FIELDS.iter().find(|field| field.on == On::Pair && field.name == name);
-    field.map_or_else(Vec::new, |field| (field.fill)(simulation))
+    field.map_or_else(Vec::new, |field| simulation.snapshot().values(field))
 }
 
 /// The upper of two blocks with a weak joint slides off: once the joint is let go its pairs say so, and

@@ -177,7 +177,7 @@ pub struct Probe {
 
 /// What a probe records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Displacement `[m]`.
     #[default]
@@ -188,4 +188,29 @@ pub enum Quantity {
     Stress,
     /// Sum of the support forces, as they act on the model `[N]`.
     Reaction,
+    /// Number of the fragment, from 0 by decreasing volume.
+    Fragment,
+    /// Largest speed so far, with `peaks` `[m/s]`.
+    PeakVelocity,
+    /// Largest principal tension of the element so far, with `peaks` `[Pa]`.
+    PeakTension,
+    /// Largest principal compression of the element so far, with `peaks` `[Pa]`.
+    PeakCompression,
+}
+
+impl Quantity {
+    /// Name of the output field that is recorded; a reaction is none.
+    #[must_use]
+    pub fn field(self) -> Option<&'static str> {
+        Some(match self {
+            Self::Displacement => "displacement",
+            Self::Velocity => "velocity",
+            Self::Stress => "stress",
+            Self::Reaction => return None,
+            Self::Fragment => "fragment",
+            Self::PeakVelocity => "peak_velocity",
+            Self::PeakTension => "peak_tension",
+            Self::PeakCompression => "peak_compression",
+        })
+    }
 }

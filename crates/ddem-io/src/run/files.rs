@@ -1,23 +1,22 @@
 //! The files that grow during a run.
 
-use ddem_core::{CONTACT_FIELDS, Contact, Energy, Field, Fragment, Model, On, Simulation};
-use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
+use ddem_core::{CONTACT_FIELDS, Energy, Field, FieldKind, Fragment, Model, On, Simulation};
 use ddem_deck::Deck;
+use serde::{Deserialize, Serialize};
 
 use super::mesh::{self, Mesh};
 use crate::OutputError;
 use crate::folder::Folder;
-use crate::tables::{EnergyTable, FragmentTable, FrameTable, ProbeTable};
-use crate::vtkhdf::{Cloud, FieldSpec, Kind, Values, Writer};
+use crate::tables::Table;
+use crate::vtkhdf::{FieldSpec, Kind, Points, Writer};
 
 /// Frames of a dynamic stage when the deck does not say.
 pub(super) const DEFAULT_FRAMES: u64 = 20;
 
-/// Columns of a fragment: its number, and what it is.
-fn fragment_columns() -> Vec<&'static str> {
-    ["fragment"].into_iter().chain(Fragment::NAMES).collect()
-}
+/// The first columns of `fragments.csv`, the number of a fragment and that of its blocks, are whole.
+const WHOLE: usize = 2;
 
 /// All files that grow during a run.
 #[derive(Debug)]
@@ -26,14 +25,14 @@ pub(super) struct Files {
     /// Only of a model with joints: some readers stumble over a mesh without cells.
     joints: Option<Writer>,
     /// Only of a model whose blocks can meet.
-    contacts: Option<Cloud>,
-    pub(super) probes: ProbeTable,
-    pub(super) energy: EnergyTable,
-    fragments: FragmentTable,
-    frames: FrameTable,
+    contacts: Option<Writer>,
+    pub(super) probes: Table,
+    pub(super) energy: Table,
+    fragments: Table,
+    frames: Table,
     /// Time of the last frame in the files.
     last_frame: f64,
-    /// What frames that would share a time are put apart by.
+    /// Time between frames that would share one `[s]`.
     nudge: f64,
 }
 
@@ -54,22 +53,25 @@ impl Files {
         columns: &[&str],
         nudge: f64,
     ) -> Result<Self, OutputError> {
-        let (blocks, joints) = (mesh::blocks(model), mesh::joints(model));
-        let create = |path, mesh: &Mesh, joints| {
+        // One after the other: there is only one mesh at a time.
+        let create = |path, mesh: Mesh, joints| {
             Writer::create(path, &mesh.grid, &mesh.constants(), &specs(model, joints))
         };
-        let blocks = create(folder.blocks(), &blocks, false)?;
-        let joints =
-            (model.n_pairs() > 0).then(|| create(folder.joints(), &joints, true)).transpose()?;
-        let contacts = model.can_meet().then(|| Cloud::create(folder.contacts(), &contact_specs()));
+        let blocks = create(folder.blocks(), mesh::blocks(model), false)?;
+        let joints = (model.n_pairs() > 0)
+            .then(|| create(folder.joints(), mesh::joints(model), true))
+            .transpose()?;
+        let contacts =
+            model.can_meet().then(|| Writer::create_cloud(folder.contacts(), &contact_specs()));
+        let fragments: Vec<_> = ["fragment"].into_iter().chain(Fragment::NAMES).collect();
         Ok(Self {
             blocks,
             joints,
             contacts: contacts.transpose()?,
-            probes: ProbeTable::create(folder.probes(), columns)?,
-            energy: EnergyTable::create(folder.energy(), &Energy::NAMES)?,
-            fragments: FragmentTable::create(folder.fragments(), &fragment_columns())?,
-            frames: FrameTable::create(folder.frames(), &["paraview_time"])?,
+            probes: Table::create(folder.probes(), columns)?,
+            energy: Table::create(folder.energy(), &Energy::NAMES)?,
+            fragments: Table::create(folder.fragments(), &fragments)?.with_whole(WHOLE),
+            frames: Table::create(folder.frames(), &["paraview_time"])?,
             last_frame: f64::NEG_INFINITY,
             nudge,
         })
@@ -83,18 +85,20 @@ impl Files {
         nudge: f64,
     ) -> Result<Self, OutputError> {
         let frames = position.frames as usize;
+        let reopen =
+            |path, points, fields: &[FieldSpec]| Writer::reopen(path, points, fields, frames);
+        let joints = (model.n_pairs() > 0)
+            .then(|| reopen(folder.joints(), Points::Mesh, &specs(model, true)));
+        let contacts =
+            model.can_meet().then(|| reopen(folder.contacts(), Points::Step, &contact_specs()));
         Ok(Self {
-            blocks: Writer::reopen(folder.blocks(), &specs(model, false), frames)?,
-            joints: (model.n_pairs() > 0)
-                .then(|| Writer::reopen(folder.joints(), &specs(model, true), frames))
-                .transpose()?,
-            contacts: (model.can_meet())
-                .then(|| Cloud::reopen(folder.contacts(), &contact_specs(), frames))
-                .transpose()?,
-            probes: ProbeTable::reopen(folder.probes(), position.probe_rows)?,
-            energy: EnergyTable::reopen(folder.energy(), position.energy_rows)?,
-            fragments: FragmentTable::reopen(folder.fragments(), position.fragment_rows)?,
-            frames: FrameTable::reopen(folder.frames(), position.frames)?,
+            blocks: reopen(folder.blocks(), Points::Mesh, &specs(model, false))?,
+            joints: joints.transpose()?,
+            contacts: contacts.transpose()?,
+            probes: Table::reopen(folder.probes(), position.probe_rows)?,
+            energy: Table::reopen(folder.energy(), position.energy_rows)?,
+            fragments: Table::reopen(folder.fragments(), position.fragment_rows)?.with_whole(WHOLE),
+            frames: Table::reopen(folder.frames(), position.frames)?,
             last_frame: position.last_frame,
             nudge,
         })
@@ -115,17 +119,18 @@ impl Files {
         let now = simulation.time();
         let time = if now > self.last_frame { now } else { self.last_frame + self.nudge };
         self.last_frame = time;
-        let files = [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())];
-        for (joints, writer) in files {
+        let mut snapshot = simulation.snapshot();
+        for (joints, writer) in [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())] {
             let Some(writer) = writer else { continue };
-            let fields = table(simulation.model(), joints);
-            let fill = |field: &Field| Filled::new(kind(field.name), (field.fill)(simulation));
-            let filled: Vec<Filled> = fields.map(fill).collect();
-            let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
-            writer.append(time, &values)?;
+            let fields: Vec<&Field> = table(snapshot.model(), joints).collect();
+            writer.append(time, None, &mut |at, rows, out| snapshot.fill(fields[at], rows, out))?;
         }
         if let Some(cloud) = &mut self.contacts {
-            append(cloud, time, &simulation.contacts())?;
+            let contacts = simulation.contacts();
+            let points = contacts.iter().map(|contact| contact.position).collect();
+            cloud.append(time, Some(points), &mut |at, rows: Range<usize>, out: &mut [f64]| {
+                CONTACT_FIELDS[at].fill(&contacts[rows], out);
+            })?;
         }
         // At once, after the others: what has a row is there for those who read while it runs.
         self.frames.row(stage, simulation.steps(), now, &[time])?;
@@ -149,12 +154,7 @@ impl Files {
     /// Everything so far safely on the disk, and how far that is.
     pub(super) fn sync(&mut self) -> Result<Position, OutputError> {
         self.blocks.sync()?;
-        if let Some(joints) = &mut self.joints {
-            joints.sync()?;
-        }
-        if let Some(contacts) = &mut self.contacts {
-            contacts.sync()?;
-        }
+        self.joints.iter().chain(&self.contacts).try_for_each(Writer::sync)?;
         self.probes.sync()?;
         self.energy.sync()?;
         self.fragments.sync()?;
@@ -167,16 +167,6 @@ impl Files {
             last_frame: self.last_frame,
         })
     }
-}
-
-/// One time step in the file of the contacts.
-fn append(cloud: &mut Cloud, time: f64, contacts: &[Contact]) -> Result<(), OutputError> {
-    let points: Vec<[f64; 3]> = contacts.iter().map(|contact| contact.position).collect();
-    let fields = CONTACT_FIELDS.iter();
-    let filled: Vec<Filled> =
-        fields.map(|field| Filled::new(kind(field.name), field.fill(contacts))).collect();
-    let values: Vec<Values<'_>> = filled.iter().map(Filled::values).collect();
-    cloud.append(time, &points, &values)
 }
 
 /// Frames of a relaxation are a millionth of the shortest time between frames of motion apart, or
@@ -195,18 +185,20 @@ fn table(model: &Model, joints: bool) -> impl Iterator<Item = &'static Field> + 
     model.fields().filter(move |field| (field.on == On::Pair) == joints)
 }
 
-/// States and numbers of blocks are whole numbers in the files.
-fn kind(name: &str) -> Kind {
-    match name {
-        "state" | "open" | "released" | "removed" | "sliding" => Kind::U8,
-        "blocks" | "fragment" => Kind::I32,
-        _ => Kind::F64,
+/// Type of the numbers of a field in the files.
+fn kind(kind: FieldKind) -> Kind {
+    match kind {
+        FieldKind::Real => Kind::F64,
+        FieldKind::Whole => Kind::I32,
+        FieldKind::State | FieldKind::Flag => Kind::U8,
     }
 }
 
 fn contact_specs() -> Vec<FieldSpec> {
-    let spec = |name, components| FieldSpec::point(name, components).kind(kind(name));
-    CONTACT_FIELDS.iter().map(|field| spec(field.name, field.components)).collect()
+    let fields = CONTACT_FIELDS.iter();
+    fields
+        .map(|field| FieldSpec::point(field.name, field.components).kind(kind(field.kind)))
+        .collect()
 }
 
 fn specs(model: &Model, joints: bool) -> Vec<FieldSpec> {
@@ -215,32 +207,7 @@ fn specs(model: &Model, joints: bool) -> Vec<FieldSpec> {
             On::Element => FieldSpec::cell(field.name, field.components),
             On::Node | On::Pair => FieldSpec::point(field.name, field.components),
         };
-        spec.kind(kind(field.name))
+        spec.kind(kind(field.kind))
     };
     table(model, joints).map(spec).collect()
-}
-
-/// The values of one field in the type of its file.
-enum Filled {
-    F64(Vec<f64>),
-    I32(Vec<i32>),
-    U8(Vec<u8>),
-}
-
-impl Filled {
-    fn new(kind: Kind, values: Vec<f64>) -> Self {
-        match kind {
-            Kind::U8 => Self::U8(values.into_iter().map(|x| x as u8).collect()),
-            Kind::I32 => Self::I32(values.into_iter().map(|x| x as i32).collect()),
-            Kind::F64 => Self::F64(values),
-        }
-    }
-
-    fn values(&self) -> Values<'_> {
-        match self {
-            Self::F64(values) => Values::F64(values),
-            Self::I32(values) => Values::I32(values),
-            Self::U8(values) => Values::U8(values),
-        }
-    }
 }

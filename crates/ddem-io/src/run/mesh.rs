@@ -2,7 +2,7 @@
 
 use ddem_core::Model;
 
-use crate::vtkhdf::{Cells, Constant, Grid, Location, Values};
+use crate::vtkhdf::{Cells, Constant, Grid, Location};
 
 /// A mesh and its constant fields of one whole number each.
 pub(super) struct Mesh {
@@ -14,11 +14,7 @@ impl Mesh {
     pub(super) fn constants(&self) -> Vec<Constant<'_>> {
         let fields = self.fields.iter();
         fields
-            .map(|(name, location, values)| Constant {
-                name,
-                location: *location,
-                values: Values::I32(values),
-            })
+            .map(|(name, location, values)| Constant { name, location: *location, values })
             .collect()
     }
 }
@@ -28,7 +24,7 @@ pub(super) fn blocks(model: &Model) -> Mesh {
     let points = (0..model.n_nodes()).map(|node| model.point(node)).collect();
     let cells = (0..model.n_blocks()).flat_map(|block| model.hexes(block)).collect();
     let per_cell = |value: &dyn Fn(usize) -> i32| -> Vec<i32> {
-        let of = |block| std::iter::repeat_n(value(block), model.hexes(block).count());
+        let of = |block| std::iter::repeat_n(value(block), model.elements_of(block).len());
         (0..model.n_blocks()).flat_map(of).collect()
     };
     let block = per_cell(&|block| block as i32);

@@ -1,6 +1,6 @@
 //! Probes: what they look at, and their numbers.
 
-use ddem_core::{Fault, Model, Simulation};
+use ddem_core::{Fault, Field, Model, On, Simulation};
 use ddem_deck::{Deck, Probe, Quantity};
 
 /// A probe with its nodes and elements found.
@@ -8,15 +8,22 @@ use ddem_deck::{Deck, Probe, Quantity};
 pub(super) struct Sampler {
     pub(super) name: String,
     pub(super) components: &'static [&'static str],
-    quantity: Quantity,
-    nodes: Vec<u32>,
-    /// Block and lattice steps of each element, for stresses.
-    elements: Vec<(usize, [usize; 3])>,
+    /// The field that it looks at; without one, at reactions.
+    field: Option<&'static Field>,
+    /// Nodes or elements by their numbers, with their blocks.
+    values: Vec<Value>,
     /// What is allowed but perhaps not meant.
     pub(super) doubt: Option<String>,
     pub(super) every: Option<f64>,
     pub(super) every_steps: u64,
     pub(super) columns: Vec<String>,
+}
+
+/// A node or an element.
+#[derive(Clone, Copy, Debug)]
+struct Value {
+    block: usize,
+    number: usize,
 }
 
 impl Sampler {
@@ -36,23 +43,34 @@ impl Sampler {
         if let Some(region) = probe.region.as_ref().filter(|_| nodes.is_empty()) {
             return Err(region.no_node(model, format!("probe[{index}].where")));
         }
-        let elements = match (probe.quantity, probe.at) {
-            (Quantity::Stress, Some(at)) => vec![model.element_at(at)],
-            (Quantity::Stress, None) => model.elements_at(&nodes),
-            _ => Vec::new(),
+        let field = field(probe.quantity, index, model)?;
+        let values: Vec<Value> = match (field.map(|field| field.on), probe.at) {
+            (Some(On::Element), at) => {
+                let elements = at.map(|at| vec![model.element_at(at)]);
+                let elements = elements.unwrap_or_else(|| model.elements_at(&nodes)).into_iter();
+                let number = |(block, at)| Value { block, number: model.element(block, at) };
+                elements.map(number).collect()
+            }
+            _ => {
+                let nodes = nodes.into_iter().map(|node| node as usize);
+                nodes.map(|number| Value { block: model.block_of(number), number }).collect()
+            }
         };
-        stress_is_there(index, &elements, model)?;
-        let components: &'static [&'static str] = match probe.quantity {
-            Quantity::Stress => &["xx", "yy", "zz", "xy", "yz", "zx"],
+        if field.is_some_and(|field| field.unit == "Pa") {
+            stress_is_there(index, &values, model)?;
+        }
+        let components: &'static [&'static str] = match field {
+            Some(Field { components: 1, name, .. }) => std::slice::from_ref(name),
+            Some(Field { components: 6, .. }) => &["xx", "yy", "zz", "xy", "yz", "zx"],
             _ => &["x", "y", "z"],
         };
+        let doubt = field.and_then(|_| goes(probe, &values, (deck, model)));
         Ok(Self {
             name: probe.name.clone(),
             components,
-            quantity: probe.quantity,
-            doubt: goes(probe, (&nodes, &elements), (deck, model)),
-            nodes,
-            elements,
+            field,
+            values,
+            doubt,
             every: probe.every,
             every_steps: probe.every_steps.unwrap_or(100),
             columns: components.iter().map(|c| format!("{}.{c}", probe.name)).collect(),
@@ -61,39 +79,40 @@ impl Sampler {
 
     /// Its numbers now: means over what is there, and none where nothing is left.
     pub(super) fn sample(&self, simulation: &mut Simulation) -> Vec<f64> {
-        let model = simulation.model();
-        let there = |&node: &u32| !model.is_removed(model.block_of(node as usize));
-        match self.quantity {
-            Quantity::Reaction => simulation.reaction(&self.nodes).to_vec(),
-            Quantity::Displacement => {
-                let nodes = self.nodes.iter().filter(|node| there(node));
-                mean(nodes.map(|&node| simulation.displacement(node as usize)))
-            }
-            Quantity::Velocity => {
-                let nodes: Vec<u32> = self.nodes.iter().copied().filter(there).collect();
-                mean(nodes.into_iter().map(|node| simulation.velocity(node as usize)))
-            }
-            Quantity::Stress => {
-                let there = |(block, _): &(usize, _)| !model.is_removed(*block);
-                let elements: Vec<_> = self.elements.iter().copied().filter(there).collect();
-                mean(elements.into_iter().map(|(block, at)| simulation.stress(block, at)))
+        let Some(field) = self.field else {
+            let nodes: Vec<u32> = self.values.iter().map(|node| node.number as u32).collect();
+            return simulation.reaction(&nodes).to_vec();
+        };
+        let mut snapshot = simulation.snapshot();
+        let mut numbers = vec![0.0; field.components];
+        let (mut sum, mut count) = (numbers.clone(), 0.0);
+        for &Value { block, number } in &self.values {
+            if !snapshot.model().is_removed(block) {
+                snapshot.fill(field, number..number + 1, &mut numbers);
+                sum.iter_mut().zip(&numbers).for_each(|(sum, x)| *sum += x);
+                count += 1.0;
             }
         }
+        // Not a number where there is nothing.
+        sum.iter().map(|sum| sum / count).collect()
     }
+}
+
+/// The field that a quantity is; none of reactions.
+fn field(quantity: Quantity, index: usize, model: &Model) -> Result<Option<&'static Field>, Fault> {
+    let Some(name) = quantity.field() else { return Ok(None) };
+    let found = model.fields().find(|field| field.name == name && field.on != On::Pair);
+    found.map(Some).ok_or_else(|| {
+        let message = format!("there is no `{name}`: the model keeps no peaks");
+        Fault::new(format!("probe[{index}].quantity"), message)
+            .help("`peaks = true` in `[model]` keeps them from the start of the run on")
+    })
 }
 
 /// What is said of a probe that has nothing left to look at from some stage on. Of supports it has: their
 /// sum is 0.
-fn goes(
-    probe: &Probe,
-    (nodes, elements): (&[u32], &[(usize, [usize; 3])]),
-    (deck, model): (&Deck, &Model),
-) -> Option<String> {
-    let mut blocks: Vec<usize> = match probe.quantity {
-        Quantity::Reaction => return None,
-        Quantity::Stress => elements.iter().map(|&(block, _)| block).collect(),
-        _ => nodes.iter().map(|&node| model.block_of(node as usize)).collect(),
-    };
+fn goes(probe: &Probe, values: &[Value], (deck, model): (&Deck, &Model)) -> Option<String> {
+    let mut blocks: Vec<usize> = values.iter().map(|value| value.block).collect();
     blocks.dedup();
     let stages: Option<Vec<usize>> = blocks.iter().map(|&block| model.removed_in(block)).collect();
     let last = stages?.into_iter().max()?;
@@ -105,26 +124,12 @@ fn goes(
 }
 
 /// Rigid blocks have none.
-fn stress_is_there(
-    index: usize,
-    elements: &[(usize, [usize; 3])],
-    model: &Model,
-) -> Result<(), Fault> {
-    let mut blocks = elements.iter().map(|&(block, _)| block);
+fn stress_is_there(index: usize, elements: &[Value], model: &Model) -> Result<(), Fault> {
+    let mut blocks = elements.iter().map(|element| element.block);
     let Some(block) = blocks.find(|&block| model.is_rigid(block)) else { return Ok(()) };
     let message = format!("block {block} is rigid: it has no stress");
     Err(Fault::new(format!("probe[{index}].quantity"), message).help(
         "only blocks with `body = \"deformable\"` have stresses; `set` in `where` selects those \
          of one set",
     ))
-}
-
-/// Not a number where there is nothing.
-fn mean<const N: usize>(values: impl Iterator<Item = [f64; N]>) -> Vec<f64> {
-    let (mut sum, mut count) = ([0.0; N], 0.0);
-    for value in values {
-        sum.iter_mut().zip(value).for_each(|(sum, x)| *sum += x);
-        count += 1.0;
-    }
-    sum.iter().map(|sum| sum / count).collect()
 }

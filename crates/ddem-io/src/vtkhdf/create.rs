@@ -1,12 +1,9 @@
 //! The file before its first step: mesh, constants, and the empty arrays of the fields.
 
-use std::path::Path;
+use hdf5::{File, Group, Result};
 
-use hdf5::{File, Group, OpenMode, Result};
-
-use super::data::{Cells, Constant, FieldSpec, Grid, Kind, Location, Values};
-use crate::hdf::{Storage, growable, put, scalar_attribute, with_file, word_attribute};
-use crate::output_error::OutputError;
+use super::data::{Constant, FieldSpec, Grid, Kind, Location};
+use crate::hdf::{Storage, growable, put, scalar_attribute, word_attribute, write};
 
 /// Per-step scalars: small chunks, not deflated, so that rewriting the last one never moves it.
 const INDEX: Storage = Storage { chunk: 128, deflate: None };
@@ -19,6 +16,9 @@ const DEFLATE: u8 = 1;
 /// where it is.
 const CLOUD: Storage = Storage { chunk: 4096, deflate: None };
 
+/// Sizes of the mesh of a step.
+pub(super) const COUNTS: [&str; 3] = ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"];
+
 /// Arrays of `Steps` with one entry for each step, all of them the same number where the mesh is stored
 /// once; of a cloud `PointOffsets` and the like differ. The flag tells the ones that VTK wants as a table with one column.
 pub(super) const STEP_CONSTANTS: [(&str, i64, bool); 5] = [
@@ -29,56 +29,40 @@ pub(super) const STEP_CONSTANTS: [(&str, i64, bool); 5] = [
     ("ConnectivityIdOffsets", 0, true),
 ];
 
+/// The arrays of a file with no step yet: with the mesh of all steps and what never changes on it, or
+/// with room for points of each step's own.
 pub(super) fn create(
-    path: &Path,
-    grid: &Grid,
-    constants: &[Constant<'_>],
+    file: &File,
+    mesh: Option<(&Grid, &[Constant<'_>])>,
     fields: &[FieldSpec],
-) -> std::result::Result<(), OutputError> {
-    with_file(path, OpenMode::Create, "writing", |file| {
-        fill(file, grid, constants, fields).map_err(|e| OutputError::hdf5(path, "writing", e))
-    })
-}
-
-fn fill(file: &File, grid: &Grid, constants: &[Constant<'_>], fields: &[FieldSpec]) -> Result<()> {
-    let root = root(file)?;
-    mesh(&root, grid)?;
-    let steps = begin(&root)?;
-    for constant in constants {
-        let group = root.group(constant.location.group())?;
-        let values = constant.values;
-        array(&group, constant.name, (values.kind(), 1), storage(values.len()))?;
-        put_values(&group, constant.name, 0, values)?;
-    }
-    for field in fields {
-        let rows = match field.location {
-            Location::Point => grid.points.len(),
-            Location::Cell => grid.cells.len(),
-        };
-        changing((&root, &steps), field, storage(rows))?;
-    }
-    Ok(())
-}
-
-/// The arrays of points whose number is another at each step, with no step yet.
-pub(super) fn cloud(file: &File, fields: &[FieldSpec]) -> Result<()> {
-    let root = root(file)?;
-    for name in ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"] {
-        growable::<i64>(&root, name, None, INDEX)?;
-    }
-    growable::<f64>(&root, "Points", Some(3), CLOUD)?;
-    growable::<i64>(&root, "Connectivity", None, CLOUD)?;
-    growable::<i64>(&root, "Offsets", None, CLOUD)?;
-    growable::<u8>(&root, "Types", None, CLOUD)?;
-    let steps = begin(&root)?;
-    fields.iter().try_for_each(|field| changing((&root, &steps), field, CLOUD))
-}
-
-fn root(file: &File) -> Result<Group> {
+) -> Result<()> {
     let root = file.create_group("VTKHDF")?;
     root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 2])?;
     word_attribute(&root, "Type", b"UnstructuredGrid")?;
-    Ok(root)
+    let storage = |rows: usize| mesh.map_or(CLOUD, |_| storage(rows));
+    let (points, cells, corners) = mesh
+        .map_or((0, 0, 0), |(grid, _)| (grid.points.len(), grid.cells.len(), grid.cells.shape().0));
+    for name in COUNTS {
+        growable::<i64>(&root, name, None, INDEX)?;
+    }
+    growable::<f64>(&root, "Points", Some(3), storage(points))?;
+    growable::<i64>(&root, "Connectivity", None, storage(corners * cells))?;
+    growable::<i64>(&root, "Offsets", None, storage(cells + 1))?;
+    growable::<u8>(&root, "Types", None, storage(cells))?;
+    let steps = begin(&root)?;
+    if let Some((grid, constants)) = mesh {
+        put_mesh(&root, grid, 0, 0)?;
+        for Constant { name, location, values } in constants {
+            let group = root.group(location.group())?;
+            growable::<i32>(&group, name, None, storage(values.len()))?;
+            write(&group, name, 0..values.len(), |at, out| out.copy_from_slice(&values[at]))?;
+        }
+    }
+    for field in fields {
+        let rows = mesh.map_or(0, |(grid, _)| grid.rows(field.location));
+        changing((&root, &steps), field, storage(rows))?;
+    }
+    Ok(())
 }
 
 /// The groups of the arrays, and what tells the steps apart.
@@ -98,56 +82,37 @@ fn begin(root: &Group) -> Result<Group> {
 }
 
 /// An array that changes with time.
-fn changing((root, steps): (&Group, &Group), field: &FieldSpec, storage: Storage) -> Result<()> {
+fn changing((root, steps): (&Group, &Group), field: &FieldSpec, of: Storage) -> Result<()> {
     let group = root.group(field.location.group())?;
-    array(&group, &field.name, (field.kind, field.components), storage)?;
+    let columns = (field.components > 1).then_some(field.components);
+    match field.kind {
+        Kind::F64 => growable::<f64>(&group, &field.name, columns, of),
+        Kind::I32 => growable::<i32>(&group, &field.name, columns, of),
+        Kind::U8 => growable::<u8>(&group, &field.name, columns, of),
+    }?;
     growable::<i64>(&steps.group(field.location.offsets())?, &field.name, None, INDEX)
 }
 
-fn mesh(root: &Group, grid: &Grid) -> Result<()> {
+/// Writes a mesh behind `part` others, which have `row` points, as many cells and corners of them.
+pub(super) fn put_mesh(root: &Group, grid: &Grid, part: usize, row: usize) -> Result<()> {
     let Grid { points, cells } = grid;
-    let count = |n: usize| i64::try_from(n).map_err(|e| hdf5::Error::from(e.to_string()));
-    let numbers = [
-        ("NumberOfPoints", points.len()),
-        ("NumberOfCells", cells.len()),
-        ("NumberOfConnectivityIds", cells.connectivity().len()),
-    ];
-    for (name, n) in numbers {
-        growable::<i64>(root, name, None, INDEX)?;
-        put(root, name, 0, &[count(n)?])?;
+    let (corners, kind) = cells.shape();
+    let sizes = [points.len(), cells.len(), corners * cells.len()];
+    for (name, n) in COUNTS.into_iter().zip(sizes) {
+        put(root, name, part, n as i64)?;
     }
-    growable::<f64>(root, "Points", Some(3), storage(points.len()))?;
-    put(root, "Points", 0, points.as_flattened())?;
-    topology(root, cells)
-}
-
-fn topology(root: &Group, cells: &Cells) -> Result<()> {
-    growable::<i64>(root, "Connectivity", None, storage(cells.connectivity().len()))?;
-    // HDF5 widens the numbers piece by piece.
-    put(root, "Connectivity", 0, cells.connectivity())?;
-    let offsets: Vec<i64> = (0..).step_by(cells.corners()).take(cells.len() + 1).collect();
-    growable::<i64>(root, "Offsets", None, storage(offsets.len()))?;
-    put(root, "Offsets", 0, &offsets)?;
-    growable::<u8>(root, "Types", None, storage(cells.len()))?;
-    put(root, "Types", 0, &vec![cells.vtk_type(); cells.len()])
-}
-
-fn array(group: &Group, name: &str, (kind, components): (Kind, usize), of: Storage) -> Result<()> {
-    let columns = (components > 1).then_some(components);
-    match kind {
-        Kind::F64 => growable::<f64>(group, name, columns, of),
-        Kind::I32 => growable::<i32>(group, name, columns, of),
-        Kind::U8 => growable::<u8>(group, name, columns, of),
-    }
-}
-
-/// Writes whole rows from `row` on; the array ends behind them.
-pub(super) fn put_values(group: &Group, name: &str, row: usize, values: Values<'_>) -> Result<()> {
-    match values {
-        Values::F64(values) => put(group, name, row, values),
-        Values::I32(values) => put(group, name, row, values),
-        Values::U8(values) => put(group, name, row, values),
-    }
+    let rows = sizes.map(|n| row..row + n);
+    write(root, "Points", rows[0].clone(), |at, out| {
+        out.copy_from_slice(points[at].as_flattened());
+    })?;
+    write(root, "Connectivity", rows[2].clone(), |at, out: &mut [i64]| {
+        out.iter_mut().zip(at).for_each(|(out, at)| *out = cells.point(at) as i64);
+    })?;
+    // One more for each part: where its last cell ends.
+    write(root, "Offsets", row + part..row + part + cells.len() + 1, |at, out: &mut [i64]| {
+        out.iter_mut().zip(at).for_each(|(out, at)| *out = (corners * at) as i64);
+    })?;
+    write(root, "Types", rows[1].clone(), |_, out| out.fill(kind))
 }
 
 fn storage(rows: usize) -> Storage {

@@ -13,6 +13,16 @@ pub struct Grid {
     pub cells: Cells,
 }
 
+impl Grid {
+    /// Points, or cells.
+    pub(crate) fn rows(&self, location: Location) -> usize {
+        match location {
+            Location::Point => self.points.len(),
+            Location::Cell => self.cells.len(),
+        }
+    }
+}
+
 /// The cells of a [`Grid`], as point numbers in VTK's order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cells {
@@ -20,6 +30,8 @@ pub enum Cells {
     Hexahedra(Vec<[u32; 8]>),
     /// Four points each, around (VTK type 9).
     Quads(Vec<[u32; 4]>),
+    /// Each of so many points is a cell, so that viewers draw it (VTK type 1).
+    Vertices(usize),
 }
 
 impl Cells {
@@ -28,6 +40,7 @@ impl Cells {
         match self {
             Self::Hexahedra(cells) => cells.len(),
             Self::Quads(cells) => cells.len(),
+            Self::Vertices(n) => *n,
         }
     }
 
@@ -36,27 +49,21 @@ impl Cells {
         self.len() == 0
     }
 
-    /// Points of one cell.
-    pub(crate) fn corners(&self) -> usize {
+    /// Points of one cell, and the number VTK knows this kind of cell by.
+    pub(crate) fn shape(&self) -> (usize, u8) {
         match self {
-            Self::Hexahedra(_) => 8,
-            Self::Quads(_) => 4,
+            Self::Hexahedra(_) => (8, 12),
+            Self::Quads(_) => (4, 9),
+            Self::Vertices(_) => (1, 1),
         }
     }
 
-    /// The number VTK knows this kind of cell by.
-    pub(crate) fn vtk_type(&self) -> u8 {
+    /// A point number, of those of cell after cell.
+    pub(crate) fn point(&self, at: usize) -> usize {
         match self {
-            Self::Hexahedra(_) => 12,
-            Self::Quads(_) => 9,
-        }
-    }
-
-    /// Point numbers, cell after cell.
-    pub(crate) fn connectivity(&self) -> &[u32] {
-        match self {
-            Self::Hexahedra(cells) => cells.as_flattened(),
-            Self::Quads(cells) => cells.as_flattened(),
+            Self::Hexahedra(cells) => cells[at / 8][at % 8] as usize,
+            Self::Quads(cells) => cells[at / 4][at % 4] as usize,
+            Self::Vertices(_) => at,
         }
     }
 }
@@ -130,43 +137,7 @@ impl FieldSpec {
     }
 }
 
-/// Borrowed numbers, row after row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Values<'a> {
-    /// Double precision.
-    F64(&'a [f64]),
-    /// Signed integers, 32 bits.
-    I32(&'a [i32]),
-    /// Unsigned integers, 8 bits.
-    U8(&'a [u8]),
-}
-
-impl Values<'_> {
-    /// How many numbers, in all rows together.
-    pub fn len(&self) -> usize {
-        match self {
-            Self::F64(values) => values.len(),
-            Self::I32(values) => values.len(),
-            Self::U8(values) => values.len(),
-        }
-    }
-
-    /// Whether there is none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The type of the numbers.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Self::F64(_) => Kind::F64,
-            Self::I32(_) => Kind::I32,
-            Self::U8(_) => Kind::U8,
-        }
-    }
-}
-
-/// A scalar that does not change with time, such as the block a cell belongs to.
+/// A whole number that does not change with time, such as the block a cell belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant<'a> {
     /// Name shown in viewers.
@@ -174,7 +145,7 @@ pub struct Constant<'a> {
     /// Where the values live.
     pub location: Location,
     /// One number for each point or cell.
-    pub values: Values<'a>,
+    pub values: &'a [i32],
 }
 
 /// Refuses what would make a file that viewers misread.
@@ -184,49 +155,20 @@ pub(crate) fn check(
     constants: &[Constant<'_>],
     fields: &[FieldSpec],
 ) -> Result<(), OutputError> {
-    let points = grid.points.len();
-    if let Some(id) = grid.cells.connectivity().iter().find(|&&id| id as usize >= points) {
+    let (points, cells) = (grid.points.len(), &grid.cells);
+    let mut named = (0..cells.shape().0 * cells.len()).map(|at| cells.point(at));
+    if let Some(id) = named.find(|&id| id >= points) {
         let message = format!("a cell names point {id}, but there are {points} points");
         return Err(OutputError::mismatch(path, message));
     }
-    for constant in constants {
-        let rows = match constant.location {
-            Location::Point => points,
-            Location::Cell => grid.cells.len(),
-        };
-        if constant.values.len() != rows {
-            let (name, have) = (constant.name, constant.values.len());
+    for Constant { name, location, values } in constants {
+        let (have, rows) = (values.len(), grid.rows(*location));
+        if have != rows {
             let message = format!("`{name}` has {have} values instead of {rows}");
             return Err(OutputError::mismatch(path, message));
         }
     }
     check_names(path, constants, fields)
-}
-
-/// Refuses values of a step that are not those of the fields.
-pub(crate) fn check_values(
-    path: &Path,
-    fields: &[FieldSpec],
-    values: &[Values<'_>],
-    rows: impl Fn(Location) -> usize,
-) -> Result<(), OutputError> {
-    let mismatch = |message| Err(OutputError::mismatch(path, message));
-    if values.len() != fields.len() {
-        let (have, want) = (values.len(), fields.len());
-        return mismatch(format!("values of {have} fields were given instead of {want}"));
-    }
-    for (field, values) in fields.iter().zip(values) {
-        let (name, want) = (&field.name, rows(field.location) * field.components);
-        if values.len() != want {
-            let have = values.len();
-            return mismatch(format!("`{name}` has {have} values instead of {want}"));
-        }
-        if values.kind() != field.kind {
-            let (have, want) = (values.kind(), field.kind);
-            return mismatch(format!("`{name}` has values of type {have:?}, not {want:?}"));
-        }
-    }
-    Ok(())
 }
 
 fn check_names(

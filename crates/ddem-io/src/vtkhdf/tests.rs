@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use super::create::chunk;
 use super::*;
 use crate::OutputError;
@@ -17,10 +19,16 @@ fn fields() -> [FieldSpec; 3] {
 }
 
 fn append(writer: &mut Writer, step: usize) -> Result<(), OutputError> {
-    let (velocity, stress) = (values(step, 36), values(step + 100, 12));
-    let state = [step as u8; 12];
-    let values = [Values::F64(&velocity), Values::F64(&stress), Values::U8(&state)];
-    writer.append(step as f64 / 3.0, &values)
+    let state = vec![step as f64; 12];
+    let wholes = [values(step, 36), values(step + 100, 12), state];
+    writer.append(step as f64 / 3.0, None, &mut |field, rows, out| {
+        out.copy_from_slice(part(&wholes[field], rows, fields()[field].components));
+    })
+}
+
+/// Some rows of values.
+fn part(values: &[f64], rows: Range<usize>, components: usize) -> &[f64] {
+    &values[components * rows.start..components * rows.end]
 }
 
 fn values(seed: usize, n: usize) -> Vec<f64> {
@@ -46,7 +54,7 @@ fn assert_steps(path: &std::path::Path, steps: &[usize]) {
 fn what_was_written_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
-    let block = Constant { name: "block", location: Location::Cell, values: Values::I32(&[7, -8]) };
+    let block = Constant { name: "block", location: Location::Cell, values: &[7, -8] };
     let mut writer = Writer::create(&path, &grid(), &[block], &fields()).unwrap();
     assert_steps(&path, &[]);
     for step in 0..5 {
@@ -68,11 +76,11 @@ fn reopened_files_forget_later_steps() {
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     (0..6).for_each(|step| append(&mut writer, step).unwrap());
-    let mut writer = Writer::reopen(&path, &fields(), 2).unwrap();
+    let mut writer = Writer::reopen(&path, Points::Mesh, &fields(), 2).unwrap();
     assert_steps(&path, &[0, 1]);
     [9, 8].into_iter().for_each(|step| append(&mut writer, step).unwrap());
     assert_steps(&path, &[0, 1, 9, 8]);
-    let mut writer = Writer::reopen(&path, &fields(), 0).unwrap();
+    let mut writer = Writer::reopen(&path, Points::Mesh, &fields(), 0).unwrap();
     append(&mut writer, 4).unwrap();
     assert_steps(&path, &[4]);
 }
@@ -83,11 +91,11 @@ fn reopening_needs_the_same_fields_and_enough_steps() {
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     append(&mut writer, 0).unwrap();
-    let error = Writer::reopen(&path, &fields(), 2).unwrap_err().to_string();
+    let error = Writer::reopen(&path, Points::Mesh, &fields(), 2).unwrap_err().to_string();
     assert!(error.contains("a.vtkhdf") && error.contains("has 1 steps"), "{error}");
     let others = [FieldSpec::point("velocity", 2), FieldSpec::cell("velocity", 3)];
     for other in others.into_iter().chain([FieldSpec::point("state", 1)]) {
-        let error = Writer::reopen(&path, &[other], 1).unwrap_err();
+        let error = Writer::reopen(&path, Points::Mesh, &[other], 1).unwrap_err();
         assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
     }
     assert_steps(&path, &[0]);
@@ -110,14 +118,12 @@ fn a_locked_file_is_written_all_the_same() {
 }
 
 #[test]
-fn wrong_values_are_refused_and_leave_no_trace() {
+fn points_beside_those_of_the_mesh_are_refused_and_leave_no_trace() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &[FieldSpec::point("u", 1)]).unwrap();
-    for values in [&[][..], &[Values::F64(&[1.0; 11])], &[Values::I32(&[1; 12])]] {
-        let error = writer.append(0.0, values).unwrap_err();
-        assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
-    }
+    let error = writer.append(0.0, Some(Vec::new()), &mut |_, _, _| ()).unwrap_err();
+    assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
     assert!(Results::open(&path).unwrap().times().unwrap().is_empty());
 }
 
@@ -127,7 +133,7 @@ fn wrong_meshes_and_names_are_refused() {
     let path = folder.path().join("a.vtkhdf");
     let beyond = Grid { points: vec![[0.0; 3]; 7], ..grid() };
     assert!(Writer::create(&path, &beyond, &[], &[]).is_err());
-    let short = Constant { name: "block", location: Location::Cell, values: Values::I32(&[1]) };
+    let short = Constant { name: "block", location: Location::Cell, values: &[1] };
     assert!(Writer::create(&path, &grid(), &[short], &[]).is_err());
     for name in ["", ".", "a/b", "a\0b"] {
         assert!(Writer::create(&path, &grid(), &[], &[FieldSpec::point(name, 1)]).is_err());
@@ -146,7 +152,7 @@ fn other_files_and_missing_things_are_errors() {
     std::fs::write(&path, "not a mesh").unwrap();
     let error = Results::open(&path).unwrap_err();
     assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
-    assert!(Writer::reopen(&path, &[], 0).is_err());
+    assert!(Writer::reopen(&path, Points::Mesh, &[], 0).is_err());
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     append(&mut writer, 0).unwrap();
     let results = Results::open(&path).unwrap();
@@ -166,21 +172,23 @@ fn steps_fill_their_chunks_if_they_can() {
 }
 
 /// Points of a step, and values of its two fields.
-fn cloud(step: usize) -> (Vec<[f64; 3]>, Vec<f64>, Vec<i32>) {
+fn cloud(step: usize) -> (Vec<[f64; 3]>, [Vec<f64>; 2]) {
     let n = [0, 3, 0, 5000, 7, 1][step % 6];
     let points = (0..n).map(|i| [i as f64, step as f64, -0.5]).collect();
-    let blocks = (0..2 * n).map(|i| (10 * step + i) as i32).collect();
-    (points, values(step, 3 * n), blocks)
+    let blocks = (0..2 * n).map(|i| (10 * step + i) as f64).collect();
+    (points, [values(step, 3 * n), blocks])
 }
 
 fn cloud_fields() -> [FieldSpec; 2] {
     [FieldSpec::point("force", 3), FieldSpec::point("blocks", 2).kind(Kind::I32)]
 }
 
-fn append_cloud(writer: &mut Cloud, step: usize) {
-    let (points, force, blocks) = cloud(step);
-    let values = [Values::F64(&force), Values::I32(&blocks)];
-    writer.append(step as f64 / 3.0, &points, &values).unwrap();
+fn append_cloud(writer: &mut Writer, step: usize) {
+    let (points, wholes) = cloud(step);
+    let fill: Fill<'_> = &mut |field, rows, out| {
+        out.copy_from_slice(part(&wholes[field], rows, cloud_fields()[field].components));
+    };
+    writer.append(step as f64 / 3.0, Some(points), fill).unwrap();
 }
 
 fn assert_clouds(path: &std::path::Path, steps: &[usize]) {
@@ -188,11 +196,10 @@ fn assert_clouds(path: &std::path::Path, steps: &[usize]) {
     let times: Vec<f64> = steps.iter().map(|&s| s as f64 / 3.0).collect();
     assert_eq!(results.times().unwrap(), times);
     for (i, &step) in steps.iter().enumerate() {
-        let (points, force, blocks) = cloud(step);
+        let (points, [force, blocks]) = cloud(step);
         assert_eq!(results.points(i).unwrap(), points);
         assert_eq!(results.field("force", i).unwrap().values, force);
-        let found = results.field("blocks", i).unwrap();
-        assert_eq!(found.values, blocks.iter().map(|&b| f64::from(b)).collect::<Vec<_>>());
+        assert_eq!(results.field("blocks", i).unwrap().values, blocks);
     }
 }
 
@@ -200,7 +207,7 @@ fn assert_clouds(path: &std::path::Path, steps: &[usize]) {
 fn clouds_have_other_points_at_each_step() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
-    let mut writer = Cloud::create(&path, &cloud_fields()).unwrap();
+    let mut writer = Writer::create_cloud(&path, &cloud_fields()).unwrap();
     assert_clouds(&path, &[]);
     for step in 0..6 {
         append_cloud(&mut writer, step);
@@ -208,15 +215,60 @@ fn clouds_have_other_points_at_each_step() {
     }
     assert_eq!(writer.steps(), 6);
     for (steps, more) in [(4, 5), (2, 3), (1, 4), (0, 1)] {
-        let mut writer = Cloud::reopen(&path, &cloud_fields(), steps).unwrap();
+        let mut writer = Writer::reopen(&path, Points::Step, &cloud_fields(), steps).unwrap();
         append_cloud(&mut writer, more);
         assert_clouds(&path, &(0..steps).chain([more]).collect::<Vec<_>>());
     }
     for (fields, steps) in [(cloud_fields().to_vec(), 2), (vec![FieldSpec::point("gap", 1)], 1)] {
-        let error = Cloud::reopen(&path, &fields, steps).unwrap_err();
+        let error = Writer::reopen(&path, Points::Step, &fields, steps).unwrap_err();
         assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
     }
-    assert!(Cloud::create(&path, &[FieldSpec::cell("u", 1)]).is_err());
-    let error = writer.append(0.0, &[[0.0; 3]], &[]).unwrap_err();
+    assert!(Writer::create_cloud(&path, &[FieldSpec::cell("u", 1)]).is_err());
+    let error = writer.append(0.0, None, &mut |_, _, _| ()).unwrap_err();
     assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
+}
+
+/// Steps that end within a chunk, and pieces that do.
+#[test]
+fn pieces_are_whole_chunks_and_make_the_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let n = 200_001;
+    let grid = Grid { points: vec![[0.0; 3]; n], cells: Cells::Quads(Vec::new()) };
+    let fields = [
+        FieldSpec::point("six", 6),
+        FieldSpec::point("one", 1),
+        FieldSpec::point("blocks", 2).kind(Kind::I32),
+        FieldSpec::point("open", 1).kind(Kind::U8),
+    ];
+    let mut writer = Writer::create(&path, &grid, &[], &fields).unwrap();
+    let number = |field, step, at: usize| match field {
+        0 | 1 => ((7 * at + step) as f64).sqrt(),
+        2 => (at + step) as f64 - 1000.0,
+        _ => ((at + step) % 2) as f64,
+    };
+    for step in 0..3 {
+        let mut ends = vec![0; fields.len()];
+        let fill: Fill<'_> = &mut |field, rows, out| {
+            let n = fields[field].components;
+            assert_eq!((rows.start, out.len()), (ends[field], n * rows.len()));
+            assert!(out.len() <= 512 * 1024);
+            ends[field] = rows.end;
+            assert!(
+                rows.end == 200_001 || (step * 200_001 + rows.end).is_multiple_of(chunk(200_001))
+            );
+            out.iter_mut()
+                .zip(n * rows.start..)
+                .for_each(|(out, at)| *out = number(field, step, at));
+        };
+        writer.append(step as f64, None, fill).unwrap();
+        assert_eq!(ends, [n; 4]);
+    }
+    let results = Results::open(&path).unwrap();
+    for (step, (at, field)) in
+        (0..3).flat_map(|step| fields.iter().enumerate().map(move |f| (step, f)))
+    {
+        let whole: Vec<f64> = (0..n * field.components).map(|i| number(at, step, i)).collect();
+        assert!(results.field(&field.name, step).unwrap().values == whole, "{} {step}", field.name);
+    }
 }

@@ -1,12 +1,13 @@
 //! Appending steps.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use hdf5::{File, Group, OpenMode};
 
-use super::create::{self, STEP_CONSTANTS, put_values};
-use super::data::{self, Constant, FieldSpec, Grid, Kind, Location, Values};
-use crate::hdf::{cut, put, with_file};
+use super::create::{self, COUNTS, STEP_CONSTANTS, put_mesh};
+use super::data::{self, Cells, Constant, FieldSpec, Grid, Kind, Location};
+use crate::hdf::{cut, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
 
@@ -17,10 +18,31 @@ use crate::replace;
 pub struct Writer {
     path: PathBuf,
     fields: Vec<FieldSpec>,
-    points: usize,
-    cells: usize,
+    mesh: Mesh,
     steps: usize,
 }
+
+/// Owner of the points of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Points {
+    /// Those of the mesh, which is stored once.
+    Mesh,
+    /// The step's own, each of them a cell, so that viewers draw it.
+    Step,
+}
+
+/// The rows of the arrays of a file.
+#[derive(Clone, Copy, Debug)]
+enum Mesh {
+    /// So many for each step.
+    Fixed { points: usize, cells: usize },
+    /// So many for all steps so far.
+    Cloud { rows: usize },
+}
+
+/// Writes the values of some rows of a field, both counted from 0, one row after another. Whole
+/// numbers are stored as such.
+pub type Fill<'a> = &'a mut dyn FnMut(usize, Range<usize>, &mut [f64]);
 
 impl Writer {
     /// Creates the file with its mesh, its constants and no step yet.
@@ -37,16 +59,45 @@ impl Writer {
         constants: &[Constant<'_>],
         fields: &[FieldSpec],
     ) -> Result<Self, OutputError> {
-        let path = path.into();
+        let (path, fixed) = (path.into(), Some((grid, constants)));
         data::check(&path, grid, constants, fields)?;
-        create::create(&path, grid, constants, fields)?;
-        let (points, cells) = (grid.points.len(), grid.cells.len());
-        Ok(Self { path, fields: fields.to_vec(), points, cells, steps: 0 })
+        let mesh = Mesh::Fixed { points: grid.points.len(), cells: grid.cells.len() };
+        Self { path, fields: fields.to_vec(), mesh, steps: 0 }.created(fixed)
+    }
+
+    /// Creates a file in which every step has points of its own, with no step yet.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Mismatch`] if names do not fit together or a field is one of cells, others if
+    /// the file cannot be written.
+    pub fn create_cloud(
+        path: impl Into<PathBuf>,
+        fields: &[FieldSpec],
+    ) -> Result<Self, OutputError> {
+        let path = path.into();
+        let nothing = Grid { points: Vec::new(), cells: Cells::Vertices(0) };
+        data::check(&path, &nothing, &[], fields)?;
+        if let Some(field) = fields.iter().find(|field| field.location != Location::Point) {
+            let message =
+                format!("`{}` is a field of cells, but there are points alone", field.name);
+            return Err(OutputError::mismatch(&path, message));
+        }
+        let mesh = Mesh::Cloud { rows: 0 };
+        Self { path, fields: fields.to_vec(), mesh, steps: 0 }.created(None)
+    }
+
+    fn created(self, mesh: Option<(&Grid, &[Constant<'_>])>) -> Result<Self, OutputError> {
+        with_file(&self.path, OpenMode::Create, "writing", |file| {
+            create::create(file, mesh, &self.fields)
+                .map_err(|e| OutputError::hdf5(&self.path, "writing", e))
+        })?;
+        Ok(self)
     }
 
     /// Goes on with a file after its first `steps` steps and forgets those behind.
     ///
-    /// `fields` are those the file was created with, in the order of the values to come.
+    /// `points` and `fields` are those the file was created with, in the order of the values to come.
     ///
     /// # Errors
     ///
@@ -54,36 +105,50 @@ impl Writer {
     /// [`OutputError::Unusable`] if it is no file of this kind.
     pub fn reopen(
         path: impl Into<PathBuf>,
+        points: Points,
         fields: &[FieldSpec],
         steps: usize,
     ) -> Result<Self, OutputError> {
         let path = path.into();
-        let (points, cells) = replace::unless_busy(&path, || {
+        let mesh = replace::unless_busy(&path, || {
             with_file(&path, OpenMode::ReadWrite, "reopening", |file| {
-                reopen(&path, file, fields, steps)
+                reopen(&path, file, points, fields, steps)
             })
         })?;
-        Ok(Self { path, fields: fields.to_vec(), points, cells, steps })
+        Ok(Self { path, fields: fields.to_vec(), mesh, steps })
     }
 
-    /// Adds one step at `time` `[s]`: the values of every field, in the order of the fields.
+    /// Adds one step at `time` `[s]`: its points `[m]`, where they are the step's own, and the values of
+    /// every field, which `fill` writes piece by piece, in order.
     ///
     /// When it fails, the file still has the steps before, unless the disk itself is damaged, and
     /// the same step can be appended again.
     ///
     /// # Errors
     ///
-    /// [`OutputError::Mismatch`] if number, type or length of the values are not those of the
-    /// fields, others if the file cannot be written.
-    pub fn append(&mut self, time: f64, values: &[Values<'_>]) -> Result<(), OutputError> {
-        data::check_values(&self.path, &self.fields, values, |location| self.rows(location))?;
+    /// [`OutputError::Mismatch`] if points are missing, or given and those of the mesh; others if the
+    /// file cannot be written.
+    pub fn append(
+        &mut self,
+        time: f64,
+        points: Option<Vec<[f64; 3]>>,
+        fill: Fill<'_>,
+    ) -> Result<(), OutputError> {
+        let cloud = points.map(|points| Grid { cells: Cells::Vertices(points.len()), points });
+        if cloud.is_some() != matches!(self.mesh, Mesh::Cloud { .. }) {
+            let message = "either the mesh or each step has the points";
+            return Err(OutputError::mismatch(&self.path, message.to_owned()));
+        }
         replace::unless_busy(&self.path, || {
             with_file(&self.path, OpenMode::ReadWrite, "writing", |file| {
-                self.write(file, time, values)
+                self.write(file, time, cloud.as_ref(), fill)
                     .map_err(|e| OutputError::hdf5(&self.path, "writing", e))
             })
         })?;
         self.steps += 1;
+        if let (Mesh::Cloud { rows }, Some(cloud)) = (&mut self.mesh, cloud) {
+            *rows += cloud.points.len();
+        }
         Ok(())
     }
 
@@ -106,78 +171,137 @@ impl Writer {
         &self.path
     }
 
-    fn rows(&self, location: Location) -> usize {
-        match location {
-            Location::Point => self.points,
-            Location::Cell => self.cells,
-        }
-    }
-
-    fn write(&self, file: &File, time: f64, values: &[Values<'_>]) -> hdf5::Result<()> {
+    fn write(
+        &self,
+        file: &File,
+        time: f64,
+        cloud: Option<&Grid>,
+        fill: Fill<'_>,
+    ) -> hdf5::Result<()> {
         let root = file.group("VTKHDF")?;
         let steps = root.group("Steps")?;
         let n = self.steps;
-        for (field, &values) in self.fields.iter().zip(values) {
-            let row = n * self.rows(field.location);
-            put_values(&root.group(field.location.group())?, &field.name, row, values)?;
-            let row = i64::try_from(row).map_err(|e| e.to_string())?;
-            put(&steps.group(field.location.offsets())?, &field.name, n, &[row])?;
+        if let Some(cloud) = cloud {
+            put_mesh(&root, cloud, n, self.mesh.first_row(Location::Point, n))?;
         }
-        for (name, value, _) in STEP_CONSTANTS {
-            put(&steps, name, n, &[value])?;
+        for (at, field) in self.fields.iter().enumerate() {
+            let first = self.mesh.first_row(field.location, n);
+            let rows = match self.mesh {
+                Mesh::Fixed { .. } => self.mesh.first_row(field.location, 1),
+                Mesh::Cloud { .. } => cloud.map_or(0, |cloud| cloud.points.len()),
+            };
+            put_field(&root, field, first..first + rows, &mut |rows, out| fill(at, rows, out))?;
+            put(&steps.group(field.location.offsets())?, &field.name, n, first as i64)?;
         }
-        put(&steps, "Values", n, &[time])?;
+        for (name, constant, _) in STEP_CONSTANTS {
+            let value = match (self.mesh, name) {
+                (Mesh::Fixed { .. }, _) | (_, "NumberOfParts") => constant,
+                (_, "PartOffsets") => n as i64,
+                (Mesh::Cloud { rows }, _) => rows as i64,
+            };
+            put(&steps, name, n, value)?;
+        }
+        put(&steps, "Values", n, time)?;
         // Only a step that is complete in the file counts.
         file.flush()?;
         set_steps(&steps, n + 1)
     }
 }
 
-pub(super) fn set_steps(steps: &Group, n: usize) -> hdf5::Result<()> {
-    let n = i64::try_from(n).map_err(|e| e.to_string())?;
-    steps.attr("NSteps")?.write_scalar(&n)
+impl Mesh {
+    /// The row at which the next step begins, after so many.
+    fn first_row(self, location: Location, steps: usize) -> usize {
+        match (self, location) {
+            (Self::Fixed { points, .. }, Location::Point) => steps * points,
+            (Self::Fixed { cells, .. }, Location::Cell) => steps * cells,
+            (Self::Cloud { rows }, _) => rows,
+        }
+    }
 }
 
-/// Checks the file against the fields, cuts it, and tells how many points and cells it has.
+/// Writes some rows of a field in the type of its array.
+fn put_field(
+    root: &Group,
+    field: &FieldSpec,
+    rows: Range<usize>,
+    fill: &mut dyn FnMut(Range<usize>, &mut [f64]),
+) -> hdf5::Result<()> {
+    let (group, name) = (root.group(field.location.group())?, &field.name);
+    match field.kind {
+        Kind::F64 => write(&group, name, rows, fill),
+        Kind::I32 => write(&group, name, rows, converted(fill, |x| x as i32)),
+        Kind::U8 => write(&group, name, rows, converted(fill, |x| x as u8)),
+    }
+}
+
+/// The same numbers in another type.
+fn converted<T>(
+    fill: &mut dyn FnMut(Range<usize>, &mut [f64]),
+    convert: fn(f64) -> T,
+) -> impl FnMut(Range<usize>, &mut [T]) {
+    let mut numbers = Vec::new();
+    move |rows, out| {
+        numbers.resize(out.len(), 0.0);
+        fill(rows, &mut numbers);
+        out.iter_mut().zip(&numbers).for_each(|(out, &x)| *out = convert(x));
+    }
+}
+
+fn set_steps(steps: &Group, n: usize) -> hdf5::Result<()> {
+    steps.attr("NSteps")?.write_scalar(&(n as i64))
+}
+
+/// Checks the file against the fields, cuts it, and tells what rows are left.
 fn reopen(
     path: &Path,
     file: &File,
+    points: Points,
     fields: &[FieldSpec],
     steps: usize,
-) -> Result<(usize, usize), OutputError> {
+) -> Result<Mesh, OutputError> {
     let unusable = |e: hdf5::Error| {
         OutputError::unusable(path, format!("not a VTKHDF file with time steps ({e})"))
     };
     let root = file.group("VTKHDF").map_err(unusable)?;
-    let (counts, have) = shape(&root).map_err(unusable)?;
+    let have = steps_of(&root).map_err(unusable)?;
     if have < steps {
         let message = format!("has {have} steps, but the run to go on with had written {steps}");
         return Err(OutputError::mismatch(path, message));
     }
+    let mesh = mesh(&root, points, steps).map_err(unusable)?;
     for field in fields {
         if !fits(&root, field).map_err(|e| OutputError::hdf5(path, "reopening", e))? {
             let message = format!("was written with other fields: no such `{}`", field.name);
             return Err(OutputError::mismatch(path, message));
         }
     }
-    truncate(&root, file, counts, fields, steps)
+    truncate(&root, file, mesh, fields, steps)
         .map_err(|e| OutputError::hdf5(path, "reopening", e))?;
-    Ok(counts)
+    Ok(mesh)
 }
 
-/// Points, cells and steps of a file.
-fn shape(root: &Group) -> hdf5::Result<((usize, usize), usize)> {
-    let number = |name: &str| -> hdf5::Result<usize> {
-        let values = root.dataset(name)?.read_raw::<i64>()?;
-        let first = values.first().copied().ok_or_else(|| format!("{name} is empty"))?;
-        usize::try_from(first).map_err(|e| format!("{name}: {e}").into())
-    };
+fn steps_of(root: &Group) -> hdf5::Result<usize> {
     let steps = root.group("Steps")?.attr("NSteps")?.read_scalar::<i64>()?;
-    let steps = usize::try_from(steps).map_err(|e| format!("NSteps: {e}"))?;
-    Ok(((number("NumberOfPoints")?, number("NumberOfCells")?), steps))
+    usize::try_from(steps).map_err(|e| format!("NSteps: {e}").into())
 }
 
-pub(super) fn fits(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
+/// The rows of a file after so many steps.
+fn mesh(root: &Group, points: Points, steps: usize) -> hdf5::Result<Mesh> {
+    let sum = |name: &str, parts: usize| -> hdf5::Result<usize> {
+        let counts = root.dataset(name)?.read_raw::<i64>()?;
+        let counts = counts.get(..parts).ok_or_else(|| format!("{name} has too few entries"))?;
+        let count = |n: &i64| usize::try_from(*n).map_err(|e| format!("{name}: {e}").into());
+        counts.iter().map(count).sum()
+    };
+    Ok(match points {
+        Points::Mesh => {
+            Mesh::Fixed { points: sum("NumberOfPoints", 1)?, cells: sum("NumberOfCells", 1)? }
+        }
+        Points::Step => Mesh::Cloud { rows: sum("NumberOfPoints", steps)? },
+    })
+}
+
+fn fits(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
     let group = root.group(field.location.group())?;
     let offsets = root.group("Steps")?.group(field.location.offsets())?;
     if !group.link_exists(&field.name) || !offsets.link_exists(&field.name) {
@@ -197,7 +321,7 @@ pub(super) fn fits(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
 fn truncate(
     root: &Group,
     file: &File,
-    (points, cells): (usize, usize),
+    mesh: Mesh,
     fields: &[FieldSpec],
     steps: usize,
 ) -> hdf5::Result<()> {
@@ -205,16 +329,16 @@ fn truncate(
     // The number first: a step that counts is a step that is there.
     set_steps(&index, steps)?;
     file.flush()?;
+    if let Mesh::Cloud { rows } = mesh {
+        ["Points", "Connectivity", "Types"].iter().try_for_each(|name| cut(root, name, rows))?;
+        cut(root, "Offsets", rows + steps)?;
+        COUNTS.iter().try_for_each(|name| cut(root, name, steps))?;
+    }
     for field in fields {
-        let rows = match field.location {
-            Location::Point => points,
-            Location::Cell => cells,
-        };
-        cut(&root.group(field.location.group())?, &field.name, steps * rows)?;
+        let rows = mesh.first_row(field.location, steps);
+        cut(&root.group(field.location.group())?, &field.name, rows)?;
         cut(&index.group(field.location.offsets())?, &field.name, steps)?;
     }
-    for (name, ..) in STEP_CONSTANTS {
-        cut(&index, name, steps)?;
-    }
+    STEP_CONSTANTS.iter().try_for_each(|(name, ..)| cut(&index, name, steps))?;
     cut(&index, "Values", steps)
 }
