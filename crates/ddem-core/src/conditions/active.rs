@@ -44,6 +44,75 @@ pub(crate) struct Active {
     pub(crate) held_bodies: Vec<[bool; LANES]>,
 }
 
+/// Places of the nodes of a stage.
+#[derive(Clone, Copy)]
+struct Slots<'a> {
+    geometry: &'a Geometry,
+    packs: &'a Packs,
+}
+
+impl Slots<'_> {
+    /// Pack, place of the x component in a nodal field, and lane of a node; none of a block that has been taken out.
+    fn of(&self, node: u32) -> Option<(usize, u32, u8)> {
+        let Self { geometry, packs } = self;
+        let (body, at) = geometry.locate(node as usize);
+        if geometry.is_gone(body) {
+            return None;
+        }
+        let (pack, lane) = packs.slot(body);
+        let n = geometry.lattice(body).divisions + 1;
+        let local = at[0] + n * (at[1] + n * at[2]);
+        Some((pack, 3 * (packs.packs[pack].start + local) as u32, lane as u8))
+    }
+
+    /// Supports of a stage with their packs, sorted; of two on one degree of freedom the later one.
+    fn supports(&self, conditions: &Conditions, stage: usize) -> Vec<(usize, Support)> {
+        let mut supports = Vec::new();
+        let fixed = conditions.fixed.iter().enumerate();
+        for (fix, entry) in fixed.filter(|(_, entry)| entry.period.has(stage)) {
+            for &node in &entry.nodes {
+                let Some((pack, at, lane)) = self.of(node) else { continue };
+                for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
+                    let at = at + u32::from(axis);
+                    supports.push((pack, Support { at, lane, axis, fix: fix as u32, node }));
+                }
+            }
+        }
+        supports.sort_by_key(|(pack, s)| (*pack, s.at, s.lane, std::cmp::Reverse(s.fix)));
+        supports.dedup_by_key(|(_, s)| (s.at, s.lane));
+        supports
+    }
+
+    /// Loads on nodes in a stage with their packs, sorted.
+    fn loads(
+        &self,
+        conditions: &Conditions,
+        stage: usize,
+        applied: &Applied,
+    ) -> Vec<(usize, NodalLoad)> {
+        let mut loads = Vec::new();
+        let mut add = |node: u32, load: usize, force: [f64; 3]| {
+            if let Some((pack, at, lane)) = self.of(node) {
+                loads.push((pack, NodalLoad { at, lane, load: load as u32, force }));
+            }
+        };
+        let loaded = conditions.loaded.iter().enumerate();
+        for (index, entry) in loaded.filter(|(_, entry)| entry.period.has(stage)) {
+            entry.forces.iter().for_each(|&(node, force)| add(node, index, force.into()));
+        }
+        let charged = conditions.charged.iter().enumerate();
+        for (index, entry) in charged.filter(|(_, entry)| entry.period.has(stage)) {
+            // Forces are those of the present places, before each step.
+            let load = conditions.loaded.len() + index;
+            entry.charge.nodes.iter().for_each(|&node| add(node, load, [0.0; 3]));
+        }
+        let load = conditions.applied_factor();
+        applied.iter().for_each(|(&node, &force)| add(node, load, force));
+        loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
+        loads
+    }
+}
+
 impl Active {
     pub(crate) fn new(
         conditions: &Conditions,
@@ -52,55 +121,9 @@ impl Active {
         stage: usize,
         applied: &Applied,
     ) -> Self {
-        let place = |node: u32| {
-            let (body, at) = geometry.locate(node as usize);
-            let (pack, lane) = packs.slot(body);
-            let n = geometry.lattice(body).divisions + 1;
-            let local = at[0] + n * (at[1] + n * at[2]);
-            (pack, 3 * (packs.packs[pack].start + local) as u32, lane as u8)
-        };
-        let there = |node: &u32| !geometry.is_gone(geometry.locate(*node as usize).0);
-        let mut supports = Vec::new();
-        for (fix, entry) in conditions.fixed.iter().enumerate() {
-            if entry.period.has(stage) {
-                for &node in entry.nodes.iter().filter(|node| there(node)) {
-                    let (pack, at, lane) = place(node);
-                    for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
-                        let at = at + u32::from(axis);
-                        supports.push((pack, Support { at, lane, axis, fix: fix as u32, node }));
-                    }
-                }
-            }
-        }
-        // Where two entries hold the same degree of freedom, the later one has the last word.
-        supports.sort_by_key(|(pack, s)| (*pack, s.at, s.lane, std::cmp::Reverse(s.fix)));
-        supports.dedup_by_key(|(_, s)| (s.at, s.lane));
-        let mut loads = Vec::new();
-        for (index, entry) in conditions.loaded.iter().enumerate() {
-            if entry.period.has(stage) {
-                for &(node, force) in entry.forces.iter().filter(|(node, _)| there(node)) {
-                    let (pack, at, lane) = place(node);
-                    let force = force.into();
-                    loads.push((pack, NodalLoad { at, lane, load: index as u32, force }));
-                }
-            }
-        }
-        for (index, entry) in conditions.charged.iter().enumerate() {
-            if entry.period.has(stage) {
-                // Forces are those of the present places, before each step.
-                let load = (conditions.loaded.len() + index) as u32;
-                for &node in entry.charge.nodes.iter().filter(|node| there(node)) {
-                    let (pack, at, lane) = place(node);
-                    loads.push((pack, NodalLoad { at, lane, load, force: [0.0; 3] }));
-                }
-            }
-        }
-        for (&node, &force) in applied.iter().filter(|(node, _)| there(node)) {
-            let (pack, at, lane) = place(node);
-            let load = conditions.applied_factor() as u32;
-            loads.push((pack, NodalLoad { at, lane, load, force }));
-        }
-        loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
+        let slots = Slots { geometry, packs };
+        let supports = slots.supports(conditions, stage);
+        let loads = slots.loads(conditions, stage, applied);
         let n = packs.packs.len();
         let mut held_axes = vec![[[false; 3]; LANES]; n];
         for (pack, support) in &supports {

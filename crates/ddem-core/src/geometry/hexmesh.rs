@@ -160,7 +160,7 @@ impl HexMesh {
         let edges = steps.map(|step| step * divisions as f64);
         let volume = edges[0].cross(&edges[1]).dot(&edges[2]);
         let longest = edges.iter().map(Vec3::norm).fold(0.0, f64::max);
-        if !(volume > 1e-12 * longest.powi(3)) {
+        if volume.is_nan() || volume <= 1e-12 * longest.powi(3) {
             return Err("it has no volume".into());
         }
         let mut nodes: Vec<u32> = hexes.iter().flatten().copied().collect();
