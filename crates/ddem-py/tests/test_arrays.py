@@ -165,6 +165,7 @@ def test_out_takes_the_numbers_piece_by_piece() -> None:
     model.add_blocks(
         size=(30, 30, 10), count=(30, 30, 10), body="rigid", material=ROCK, joint=spring
     )
+    model.fix("xyz", z=0.0)
     simulation = model.build()
     simulation.step(3)
     assert simulation.n_nodes > 65_536
