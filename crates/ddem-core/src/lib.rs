@@ -1,6 +1,7 @@
 //! The deformable block discrete element method: geometry, elements, joints, the step.
 //!
-//! A [`Deck`] says what is wanted, [`Model::new`] checks and builds it, a [`Simulation`] moves it.
+//! A [`Problem`] is the input as plain data, a [`Model`] is made of it, a [`Simulation`] moves it. The crate `ddem-deck`
+//! makes problems from decks, a [`ProblemBuilder`](problem::ProblemBuilder) from arrays.
 //! [`FIELDS`] lists what can be seen. No file, no clock and no environment is touched here.
 //!
 //! To read the method in the source, begin with `step/mod.rs`: one explicit step in its order. Then

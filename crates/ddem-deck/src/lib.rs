@@ -16,7 +16,7 @@
 //! let (deck, source) = ddem_deck::parse(text, "cube.toml")?;
 //! source.check(&deck)?;
 //! let model = deck.build()?;
-//! assert_eq!(model.n_nodes(), 8);
+//! assert_eq!(model.n_nodes(), 125);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

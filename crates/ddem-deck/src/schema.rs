@@ -1,9 +1,9 @@
 //! The deck: what a user asks for, as plain data. One field per key, under the same name.
 //!
 //! A deck names things (materials, joints, stages) by strings and angles in degrees, as a user
-//! writes them. It is read from TOML by `ddem-io`, built by hand by Rust programs, and turned
-//! into a [`Model`](crate::Model) by [`Model::new`](crate::Model::new), which checks every value.
-//! [`check`] says what can be told to be wrong from the deck alone. Nothing in here computes.
+//! writes them. It is read from TOML by `reader`, built by hand by Rust programs, and turned
+//! into a model by [`Deck::build`], which checks every value.
+//! `check` says what can be told to be wrong from the deck alone. Nothing in here computes.
 
 mod blocks;
 mod charge;

@@ -84,9 +84,9 @@ fn faces(mesh: &HexMesh, x: f64, block: u32) -> [[u32; 4]; 2] {
     [block, block + 1].map(|block| {
         let hexes = mesh.hexes.iter().zip(&mesh.blocks).filter(|(_, of)| **of == block);
         let on = |node: &u32| (mesh.nodes[*node as usize][0] - x).abs() < 1e-9;
-        let four =
+        let mut four =
             hexes.map(|(hex, _)| hex.iter().copied().filter(|node| on(node)).collect::<Vec<_>>());
-        let four = four.filter(|four| four.len() == 4).next().unwrap_or_default();
+        let four = four.find(|four| four.len() == 4).unwrap_or_default();
         four.try_into().unwrap_or_default()
     })
 }

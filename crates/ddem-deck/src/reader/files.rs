@@ -308,7 +308,7 @@ pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
     contents
 }
 
-/// Gives a deck what [`contents`] of it was; false where that is not there.
+/// Gives a deck what [`file_contents`] of it was; false where that is not there.
 pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> bool {
     let mut all = true;
     for (_, region) in deck.regions_mut() {

@@ -1,12 +1,6 @@
 //! Numbers times powers of ten, without a rounding.
 
 /// A number times a power of ten, by its decimal digits: the double that is nearest to what they say.
-///
-/// ```
-/// # use crate::decimal::shifted;
-/// assert_eq!(shifted(2.01, 9), 2.01e9);
-/// assert_ne!(2.01 * 1e9, 2.01e9);
-/// ```
 #[must_use]
 pub(crate) fn shifted(value: f64, power: i32) -> f64 {
     let text = format!("{value:e}");
@@ -15,4 +9,15 @@ pub(crate) fn shifted(value: f64, power: i32) -> f64 {
     });
     // What is infinite or no number has no exponent.
     parts.unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shifted;
+
+    #[test]
+    fn digits_are_not_rounded() {
+        assert_eq!(shifted(2.01, 9), 2.01e9);
+        assert_ne!(2.01 * 1e9, 2.01e9);
+    }
 }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 /// as a bare key, otherwise in double quotes.
 ///
 /// ```
-/// # use crate::names::segment;
+/// # use ddem_deck::names::segment;
 /// assert_eq!(segment("rock"), "rock");
 /// assert_eq!(segment("hard rock"), "\"hard rock\"");
 /// ```
@@ -25,7 +25,7 @@ pub fn segment(name: &str) -> Cow<'_, str> {
 /// that begins with the other.
 ///
 /// ```
-/// # use crate::names::nearest;
+/// # use ddem_deck::names::nearest;
 /// assert_eq!(nearest("denisty", ["young", "density"]), Some("density"));
 /// assert_eq!(nearest("colour", ["young", "density"]), None);
 /// ```

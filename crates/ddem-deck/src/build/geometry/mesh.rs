@@ -38,12 +38,11 @@ pub(super) fn lattices(
     Ok(blocks.iter().map(lattice).collect())
 }
 
-/// Joints of single pairs of faces, by their blocks, each with its place in the deck.
-pub(super) fn joints(
-    geometry: &Geometry,
-    deck: &Deck,
-    names: &Names,
-) -> Result<HashMap<[u32; 2], (u16, String)>, Vec<Fault>> {
+/// Joints that are given to two blocks, each with its place in the deck.
+pub(super) type Given = HashMap<[u32; 2], (u16, String)>;
+
+/// Joints of single pairs of faces, by their blocks.
+pub(super) fn joints(geometry: &Geometry, deck: &Deck, names: &Names) -> Result<Given, Vec<Fault>> {
     let (mut joints, mut faults) = (HashMap::new(), Vec::new());
     for (index, set) in deck.blocks.iter().enumerate() {
         let Some(mesh) = set.mesh.as_ref().filter(|mesh| !mesh.joints.is_empty()) else { continue };
@@ -70,7 +69,7 @@ pub(super) fn joints(
 }
 
 /// Faults of joints of single pairs of faces that join nothing, of blocks that are there.
-pub(super) fn apart(geometry: &Geometry, given: HashMap<[u32; 2], (u16, String)>) -> Vec<Fault> {
+pub(super) fn apart(geometry: &Geometry, given: Given) -> Vec<Fault> {
     let there = |block: &u32| (*block as usize) < geometry.bodies.len();
     let alone = given
         .into_iter()
