@@ -50,7 +50,7 @@ impl Simulation {
             u,
             v,
             poses,
-            whole,
+            before,
             breaks,
             contacts,
             failed,
@@ -95,7 +95,8 @@ impl Simulation {
         put("work", vec![loads, supports, damping, friction, fracture, contact, most]);
         let initial = self.initial_energy;
         let [critical, broken] = self.critical_steps.map(|step| step.unwrap_or(0.0));
-        put("time", vec![*time, origin.0, *end, self.motion.time_step, critical, broken, initial]);
+        let step = self.motion.time_step;
+        put("time", vec![*time, origin.0, *end, *before, step, critical, broken, initial]);
         let counters = &mut saved.counters;
         let mut count = |name: &str, value: u64| counters.insert(name.to_owned(), value);
         count("steps", *steps);
@@ -108,7 +109,6 @@ impl Simulation {
             count("fresh_left", *left as u64);
             count("fresh_first", *first as u64);
         }
-        count("whole", u64::from(*whole));
         count("last_step", *last_step);
         count("automatic", u64::from(*automatic));
         count("started", u64::from(self.started));
@@ -147,7 +147,7 @@ impl Simulation {
         let n = 3 * model.n_nodes();
         let (u, v) = (array("displacement")?, array("velocity")?);
         let (
-            &[time, origin, end, time_step, critical, broken, initial],
+            &[time, origin, end, before, time_step, critical, broken, initial],
             &[loads, supports, damped, friction, fracture, contact, most],
         ) = (array("time")?, array("work")?)
         else {
@@ -184,7 +184,7 @@ impl Simulation {
         state.stage_starts = array("stage_starts")?.to_vec();
         state.load_factors = array("load_factors")?.to_vec();
         state.way = *array("way")?.first()?;
-        state.whole = count("whole")? == 1;
+        state.before = before;
         (state.end, state.automatic) = (end, count("automatic")? == 1);
         state.last_step = count("last_step")?;
         state.work = Work { loads, supports, damping: damped, friction, fracture, contact, most };
@@ -224,7 +224,7 @@ impl Simulation {
         simulation.critical_steps = [critical, broken].map(|step| (step > 0.0).then_some(step));
         simulation.started = count("started")? == 1;
         let assembly = &simulation.model.assembly;
-        *simulation.motion = Motion::dynamic(assembly, damping, time_step);
+        *simulation.motion = Motion::dynamic(assembly, damping, before, time_step);
         simulation.damping = damping;
         if count("resting") == Some(1) {
             simulation.rest();
@@ -267,9 +267,12 @@ impl Saved {
         let factors = factors.map(|name| array(name)).all(|factors| {
             factors.is_none_or(|factors| factors.len() == model.conditions.n_factors())
         });
-        let &[time, _, _, time_step, _, _, initial] = array("time")? else { return Some(false) };
-        let finite = [time, time_step, initial].iter().all(|x| x.is_finite());
-        let times = finite && time >= 0.0 && (time_step > 0.0 || count("started")? != 1);
+        let &[time, _, _, before, time_step, _, _, initial] = array("time")? else {
+            return Some(false);
+        };
+        let finite = [time, before, time_step, initial].iter().all(|x| x.is_finite());
+        let times =
+            finite && time >= 0.0 && before >= 0.0 && (time_step > 0.0 || count("started")? != 1);
         let stage = count("stage")? as usize;
         let stages =
             stage < model.n_stages() && array("stage_starts")?.len() == stage.saturating_add(1);

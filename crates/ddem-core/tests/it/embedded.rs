@@ -116,10 +116,7 @@ fn numbers_of_nodes_and_blocks_that_are_not_there_are_refused_at_once() {
         let words = format!("block 0 has no element at {at:?}: it has 2 along each edge, from 0");
         assert_eq!(said(|| simulation.stress(0, at)), words);
     }
-    assert_eq!(
-        said(|| simulation.enter(99)),
-        "there is no stage 99: the model has 1, from 0"
-    );
+    assert_eq!(said(|| simulation.enter(99)), "there is no stage 99: the model has 1, from 0");
 }
 
 /// Nothing has changed after it.
