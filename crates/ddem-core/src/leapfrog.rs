@@ -1,9 +1,9 @@
 //! §6: (M2) of one degree of freedom, be it of a node, a rigid block or a free-field column.
 
-/// `a` and `b` of `v⁺ = a v⁻ + b F`, `v⁺ = [(m/Δt − c/2) v⁻ + F] / (m/Δt + c/2)`, from `m/Δt` and the damping c.
-pub(crate) fn coefficients(per_step: f64, c: f64) -> [f64; 2] {
-    let below = per_step + 0.5 * c;
-    [(per_step - 0.5 * c) / below, 1.0 / below]
+/// `a` and `b` of `v⁺ = a v⁻ + b F`, `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)`, from `m/h` and the damping c.
+pub(crate) fn coefficients(per_interval: f64, c: f64) -> [f64; 2] {
+    let below = per_interval + 0.5 * c;
+    [(per_interval - 0.5 * c) / below, 1.0 / below]
 }
 
 /// Cundall's local damping `α |F| sign v`, against the motion; none without motion.

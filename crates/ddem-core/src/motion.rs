@@ -1,7 +1,8 @@
-//! §6: the numbers of (M2) for a stage.
+//! §6: the numbers of (M2) for a step.
 //!
-//! `v⁺ = [(m/Δt − c/2) v⁻ + F] / (m/Δt + c/2)` is `v⁺ = a v⁻ + b F` with `a` and `b` fixed for a
-//! stage.
+//! `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)` with `h = ½ (Δt⁻ + Δt⁺)`, the time between the half steps before
+//! and after, is `v⁺ = a v⁻ + b F` with `a` and `b` the same until the step changes. Velocities at the present
+//! time, as at the start of a stage, have `Δt⁻ = 0`.
 
 use fearless_simd::{Simd, f64x4};
 
@@ -32,10 +33,10 @@ impl Coefficients {
     }
 
     /// From mass and damping of each degree of freedom; nothing moves where there is no mass.
-    fn new(n: usize, time_step: f64, matter: impl Fn(usize, usize) -> (f64, f64)) -> Self {
+    fn new(n: usize, interval: f64, matter: impl Fn(usize, usize) -> (f64, f64)) -> Self {
         let numbers = |i: usize, lane: usize| match matter(i, lane) {
             (m, c) if m > 0.0 => {
-                let [a, b] = coefficients(m / time_step, c);
+                let [a, b] = coefficients(m / interval, c);
                 [a, b, c]
             }
             _ => [0.0; 3],
@@ -48,11 +49,15 @@ impl Coefficients {
     }
 }
 
-/// (M2) for a stage.
+/// (M2) for a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
-    /// Δt `[s]`; 1 in relaxation.
+    /// Δt⁺ `[s]`; 1 in relaxation.
     pub(crate) time_step: f64,
+    /// Δt⁻, the step that the velocities are of `[s]`; 0: they are at the present time.
+    pub(crate) before: f64,
+    /// h, over which forces change velocities `[s]`.
+    pub(crate) interval: f64,
     /// One for each [`Inertia`], under the same number.
     pub(crate) classes: Vec<Coefficients>,
     damping: Damping,
@@ -60,8 +65,6 @@ pub(crate) struct Motion {
     pub(crate) stiffness: f64,
     /// α of local damping.
     pub(crate) local: f64,
-    /// Velocities are at a whole step: the first half step of a stage.
-    pub(crate) start: bool,
     /// Relaxation: nothing here moves the nodes, only forces are balanced.
     pub(crate) fictitious: bool,
 }
@@ -69,7 +72,22 @@ pub(crate) struct Motion {
 impl Motion {
     /// For a dynamic stage: damping of every kind in §6. Of the paper's form, eq. (9), that is the
     /// mass-proportional part, and eq. (10).
-    pub(crate) fn dynamic(assembly: &Assembly, damping: Damping, time_step: f64) -> Self {
+    pub(crate) fn dynamic(
+        assembly: &Assembly,
+        damping: Damping,
+        before: f64,
+        time_step: f64,
+    ) -> Self {
+        Self::over(assembly, damping, [before, time_step], 0.5 * (before + time_step))
+    }
+
+    /// The same with another h between Δt⁻ and Δt⁺.
+    pub(crate) fn over(
+        assembly: &Assembly,
+        damping: Damping,
+        [before, time_step]: [f64; 2],
+        interval: f64,
+    ) -> Self {
         let damping_of = |inertia: &Inertia, i: usize, lane: usize| {
             let (m, k) = (inertia.mass[i / 3].0[lane], inertia.diagonal[i].0[lane]);
             let c = match damping {
@@ -81,22 +99,34 @@ impl Motion {
         };
         let class = |inertia: &Inertia| {
             let n = inertia.diagonal.len();
-            Coefficients::new(n, time_step, |i, lane| damping_of(inertia, i, lane))
+            Coefficients::new(n, interval, |i, lane| damping_of(inertia, i, lane))
         };
         Self {
             time_step,
+            before,
+            interval,
             classes: assembly.inertia.iter().map(class).collect(),
             damping,
             stiffness: damping.stiffness(),
             local: if let Damping::Local(alpha) = damping { alpha } else { 0.0 },
-            start: false,
             fictitious: false,
         }
     }
 
     /// For the balance of forces in relaxation: unit masses, supports at rest.
     pub(crate) fn relaxing(assembly: &Assembly) -> Self {
-        Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0) }
+        Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0, 1.0) }
+    }
+
+    /// The same for velocities of another step.
+    pub(crate) fn after(&self, assembly: &Assembly, before: f64) -> Self {
+        Self::dynamic(assembly, self.damping, before, self.time_step)
+    }
+
+    /// `Δt⁻/h`: the change of velocities times half of it leads to the present time, all of it to as far after
+    /// that as velocities were before.
+    pub(crate) fn behind(&self) -> f64 {
+        self.before / self.interval
     }
 
     /// True where some damping takes energy.
@@ -127,49 +157,32 @@ impl Motion {
     }
 
     /// The force under which (M2) turns velocity `now` into `target`.
-    pub(crate) fn force_for(&self, now: f64, target: f64, [a, b, c]: [f64; 3]) -> f64 {
-        let force = if self.start {
-            (target - now) * (1.0 + a) / b + c * now
-        } else {
-            (target - a * now) / b
-        };
-        before_local_damping(self.local, force, now)
+    pub(crate) fn force_for(&self, now: f64, target: f64, [a, b, _]: [f64; 3]) -> f64 {
+        before_local_damping(self.local, (target - a * now) / b, now)
     }
 }
 
-/// `v⁺` of one component of one node, (M2): `v⁺ = a v + b F`, or over the first half step
-/// `v(½) = v₀ + Δt/(2m) (F − c v₀)`, where `Δt/(2m) = b/(1 + a)`.
-#[derive(Clone, Copy)]
-pub(crate) struct Update<S: Simd> {
-    start: bool,
-    local: f64,
-    one: f64x4<S>,
+/// `v⁺` of one component of a node of four bodies, (M2).
+#[inline(always)]
+pub(crate) fn advanced<S: Simd>(
+    [a, b, _]: [f64x4<S>; 3],
+    v: f64x4<S>,
+    force: f64x4<S>,
+) -> f64x4<S> {
+    a * v + b * force
 }
 
-impl<S: Simd> Update<S> {
-    #[inline(always)]
-    pub(crate) fn new(simd: S, motion: &Motion) -> Self {
-        Self { start: motion.start, local: motion.local, one: splat(simd, 1.0) }
+/// Local damping of one component of a node of four bodies.
+#[inline(always)]
+pub(crate) fn local_of_four<S: Simd>(
+    simd: S,
+    alpha: f64,
+    force: f64x4<S>,
+    v: f64x4<S>,
+) -> f64x4<S> {
+    if alpha == 0.0 {
+        return splat(simd, 0.0);
     }
-
-    #[inline(always)]
-    pub(crate) fn velocity(
-        &self,
-        [a, b, c]: [f64x4<S>; 3],
-        v: f64x4<S>,
-        force: f64x4<S>,
-    ) -> f64x4<S> {
-        if self.start { v + b / (self.one + a) * (force - c * v) } else { a * v + b * force }
-    }
-
-    /// Local damping of four bodies.
-    #[inline(always)]
-    pub(crate) fn local(&self, simd: S, force: f64x4<S>, v: f64x4<S>) -> f64x4<S> {
-        if self.local == 0.0 {
-            return splat(simd, 0.0);
-        }
-        let (force, v) = (Lanes::from(force).0, Lanes::from(v).0);
-        Lanes(std::array::from_fn(|lane| local_damping(self.local, force[lane], v[lane])))
-            .load(simd)
-    }
+    let (force, v) = (Lanes::from(force).0, Lanes::from(v).0);
+    Lanes(std::array::from_fn(|lane| local_damping(alpha, force[lane], v[lane]))).load(simd)
 }

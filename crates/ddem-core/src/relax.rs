@@ -206,7 +206,7 @@ impl Simulation {
         work.most = work.most.max((work.loads + work.supports).abs());
         self.state.work.damping += 0.5 * sums.power;
         self.check(sums, &self.state.contacts)?;
-        self.state.whole = false;
+        self.state.before = self.motion.time_step;
         if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
             // The forces are gone with it: the step is not taken, and the next begins from rest.
             *clusters = self.masses(&memory.to, &|| false)?;

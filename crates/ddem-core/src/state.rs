@@ -65,8 +65,8 @@ pub(crate) struct State {
     pub(crate) v: Vec<Lanes>,
     /// Poses of the rigid bodies, pack by pack of these.
     pub(crate) poses: Vec<[Pose; LANES]>,
-    /// Velocities are at the present time: between stages.
-    pub(crate) whole: bool,
+    /// Δt⁻, the step that the velocities are of `[s]`; 0: they are at the present time, as between stages.
+    pub(crate) before: f64,
     /// What has become of the joints.
     pub(crate) breaks: Breaks,
     /// Blocks that touch without a joint.
@@ -154,7 +154,7 @@ impl State {
             u: vec![Lanes::ZERO; n],
             v: vec![Lanes::ZERO; n],
             poses: vec![[Pose::default(); LANES]; model.packs.rigid],
-            whole: true,
+            before: 0.0,
             breaks: model.breaks(),
             contacts: model.contacts(),
             failed: [0; 2],
@@ -186,7 +186,7 @@ impl State {
         self.steps += 1;
         let (time, step) = self.origin;
         self.time = time + (self.steps - step) as f64 * time_step;
-        self.whole = false;
+        self.before = time_step;
     }
 
     /// Nothing moves.

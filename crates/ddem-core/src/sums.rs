@@ -3,8 +3,8 @@
 //! Work is that of the leap-frog scheme itself: a force G at time t does `½ G·v⁻ Δt` with the
 //! velocity of the half step before and `½ G·v⁺ Δt` with the one after. Then kinetic energy
 //! `½ v⁻ m v⁺` plus strain energy minus work is constant to rounding for a linear model.
-//! Where velocities are at a whole step, at the start of a stage, kinetic energy is `½ v m v`, and a force
-//! does its work with the mean velocity of the half step that follows.
+//! Where the step changes, from Δt⁻ to Δt⁺, kinetic energy is `½ v⁻ m (v⁻ + Δt⁻/h (v⁺ − v⁻))`, `½ v m v` at the
+//! start of a stage, and a force does its work over h with the mean of both velocities.
 
 use fearless_simd::{Simd, f64x4};
 
@@ -18,7 +18,7 @@ pub(crate) struct Sums {
     pub(crate) free: f64,
     /// `Σ (Q + R)²`, loads and reactions `[N²]`.
     pub(crate) applied: f64,
-    /// `Σ F·v` of relaxation, with the velocity before or after.
+    /// `Σ F·v` of relaxation, with the velocity before or after `[W]`; `Σ v⁻ m (v⁺ − v⁻)` where the step changes `[J]`.
     pub(crate) power: f64,
     /// Power of the loads at the half steps before and after `[W]`.
     pub(crate) loads: [f64; 2],
@@ -26,11 +26,10 @@ pub(crate) struct Sums {
     pub(crate) supports: [f64; 2],
     /// Power that damping takes `[W]`.
     pub(crate) damping: [f64; 2],
-    /// `½ Σ v⁻ m v⁺`, or `½ Σ v m v` at a whole step `[J]`.
+    /// `½ Σ v⁻ m v⁺`, or `½ Σ v m v` of velocities at the present time `[J]`; in a trial.
     pub(crate) kinetic: f64,
-    /// At a whole step what that is more than the scheme's own measure, in which the half step before
-    /// mirrors the one after: `½ Σ m (v⁺ − v)²` `[J]`.
-    pub(crate) ahead: f64,
+    /// `½ Σ m (v⁺ − v⁻)²` `[J]`, where the step changes.
+    pub(crate) change: f64,
     /// `Σ v⁺·v⁺` of a step of relaxation `[m²]`.
     pub(crate) moved: f64,
     /// Largest size of a component of velocity, by lane; over all packs in the first `[m/s]`.
@@ -50,7 +49,7 @@ impl Sums {
             supports: [of(|sums| sums.supports[0]), of(|sums| sums.supports[1])],
             damping: [of(|sums| sums.damping[0]), of(|sums| sums.damping[1])],
             kinetic: of(|sums| sums.kinetic),
-            ahead: of(|sums| sums.ahead),
+            change: of(|sums| sums.change),
             moved: of(|sums| sums.moved),
             fastest: Lanes([fastest, 0.0, 0.0, 0.0]),
         }
@@ -85,7 +84,7 @@ struct Running<S: Simd> {
     loads: [f64x4<S>; 2],
     damping: [f64x4<S>; 2],
     kinetic: f64x4<S>,
-    ahead: f64x4<S>,
+    change: f64x4<S>,
     moved: f64x4<S>,
 }
 
@@ -100,7 +99,7 @@ impl<S: Simd> Running<S> {
             loads: two,
             damping: two,
             kinetic: zero,
-            ahead: zero,
+            change: zero,
             moved: zero,
         }
     }
@@ -114,7 +113,7 @@ impl<S: Simd> Running<S> {
             self.damping[side] += more.damping[side];
         }
         self.kinetic += more.kinetic;
-        self.ahead += more.ahead;
+        self.change += more.change;
         self.moved += more.moved;
     }
 }
@@ -180,12 +179,11 @@ impl<S: Simd> Tally<S> {
         self.row.kinetic += mass * before * after * 0.5;
     }
 
-    /// At a whole step: the velocity there and half a step ahead.
+    /// The velocity before and its change, where the step changes.
     #[inline(always)]
-    pub(crate) fn whole(&mut self, mass: f64x4<S>, now: f64x4<S>, after: f64x4<S>) {
-        let more = after - now;
-        self.row.kinetic += mass * now * now * 0.5;
-        self.row.ahead += mass * more * more * 0.5;
+    pub(crate) fn change(&mut self, mass: f64x4<S>, before: f64x4<S>, more: f64x4<S>) {
+        self.row.power += mass * before * more;
+        self.row.change += mass * more * more * 0.5;
     }
 
     /// Into the sums of the pack.
@@ -198,7 +196,7 @@ impl<S: Simd> Tally<S> {
         sums.loads = self.pack.loads.map(sum);
         sums.damping = self.pack.damping.map(sum);
         sums.kinetic = sum(self.pack.kinetic);
-        sums.ahead = sum(self.pack.ahead);
+        sums.change = sum(self.pack.change);
         sums.moved = sum(self.pack.moved);
     }
 }

@@ -11,7 +11,7 @@ use super::{Push, Resistance, resistance};
 use crate::element::Elastic;
 use crate::geometry::{Geometry, Strip, Surface, Vec3, moved_to};
 use crate::law::Stiffness;
-use crate::leapfrog::local_damping;
+use crate::leapfrog::{coefficients, local_damping};
 use crate::properties::Properties;
 use crate::touch::FaceOf;
 
@@ -74,9 +74,10 @@ pub(crate) struct Moving {
 
 /// How a column steps.
 pub(crate) struct Pace<'a> {
-    pub(crate) time_step: f64,
-    /// Velocities are at a whole step.
-    pub(crate) start: bool,
+    /// h, the time between the half steps before and after `[s]`.
+    pub(crate) interval: f64,
+    /// Part of the change of velocities that leads to the present time.
+    pub(crate) part: f64,
     /// α of local damping.
     pub(crate) local: f64,
     /// β of damping by the stiffness of the blocks `[s]`.
@@ -142,15 +143,11 @@ impl Column {
                 let now = v[at][k];
                 let force = force[k] - local_damping(pace.local, force[k], now) + wave[k];
                 let (m, c) = (self.mass[i], rates[k] * self.mass[i] + dashpot[k]);
-                let per_step = m / pace.time_step;
-                let free = if pace.start {
-                    now + (force - c * now) / (2.0 * per_step)
-                } else {
-                    ((per_step - c / 2.0) * now + force) / (per_step + c / 2.0)
-                };
+                let [a, b] = coefficients(m / pace.interval, c);
+                let free = a * now + b * force;
                 let ahead = standing.held[i][k].map_or(free, |fix| pace.velocities[fix][k]);
                 moving.ahead[at][k] = ahead;
-                moving.mean[at][k] = if pace.start { now } else { (now + ahead) / 2.0 };
+                moving.mean[at][k] = now * (1.0 - pace.part) + ahead * pace.part;
             }
         }
     }

@@ -238,20 +238,21 @@ impl Simulation {
         velocities
     }
 
-    /// `(v⁻ + v⁺)/2` with the forces that were last measured.
+    /// Between `v⁻` and `v⁺`, with the forces that were last measured.
     fn present_velocity(&self, pack: usize, at: usize, lane: usize) -> f64 {
         let place = 3 * self.model.packs.packs[pack].start + at;
         let v = self.state.v[place].0[lane];
         if self.motion.fictitious {
             return 0.0;
         }
-        if self.state.whole {
+        if self.state.before == 0.0 {
             return v;
         }
         let class = &self.motion.classes[self.model.assembly.pack_inertia[pack] as usize];
         let [a, b, _] = class.at(at, lane);
         let f = self.scratch.f[place].0[lane];
-        0.5 * (v + a * v + b * (f - local_damping(self.motion.local, f, v)))
+        let (force, r) = (f - local_damping(self.motion.local, f, v), self.motion.behind());
+        0.5 * ((2.0 - r) * v + r * (a * v) + r * (b * force))
     }
 
     /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape

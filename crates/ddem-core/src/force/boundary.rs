@@ -29,7 +29,7 @@ impl Dashpots<'_> {
         }
     }
 
-    /// `f += D`, the force `D = −C (v⁻ + v⁺)/2`, with the `v⁺` that (M2) gives under all forces, `D`
+    /// `f += D`, the force `D = −C v̄` at the present time, with the `v⁺` that (M2) gives under all forces, `D`
     /// among them: kept in `drags`.
     pub(crate) fn resist(
         &self,
@@ -81,11 +81,9 @@ impl Node<'_> {
         if motion.fictitious {
             return Vector3::zeros();
         }
-        if motion.start {
-            return -(dashpot.resistance * now);
-        }
-        let ahead = self.ahead(motion.local, velocities);
-        let drawn = -(dashpot.resistance * (now + ahead)) * 0.5;
+        let part = 0.5 * motion.behind();
+        let ahead = self.ahead(motion.local, part, velocities);
+        let drawn = -(dashpot.resistance * (now * (1.0 - part) + ahead * part));
         if motion.local == 0.0 {
             return drawn;
         }
@@ -96,10 +94,11 @@ impl Node<'_> {
         })
     }
 
-    /// `v⁺ = a v⁻ + b (F − C (v⁻ + v⁺)/2)`; where a support holds the node, its velocity.
-    fn ahead(&self, local: f64, velocities: &[[f64; 3]]) -> Vector3<f64> {
+    /// `v⁺ = a v⁻ + b (F − C v̄)`, `v̄ = (1 − θ) v⁻ + θ v⁺`, θ the `part`; where a support holds the node, its
+    /// velocity.
+    fn ahead(&self, local: f64, part: f64, velocities: &[[f64; 3]]) -> Vector3<f64> {
         let Self { dashpot, wave, now, force, numbers } = self;
-        let drawn = dashpot.resistance * now * 0.5;
+        let drawn = dashpot.resistance * now * (1.0 - part);
         let (mut matrix, mut right) = (Matrix3::identity(), Vector3::zeros());
         for k in 0..3 {
             if let Some(fix) = dashpot.held(k) {
@@ -110,7 +109,7 @@ impl Node<'_> {
             let left = force[k] - local_damping(local, force[k] - wave[k], now[k]);
             right[k] = a * now[k] + b * (left - drawn[k]);
             for j in 0..3 {
-                matrix[(k, j)] += 0.5 * b * dashpot.resistance[(k, j)];
+                matrix[(k, j)] += part * b * dashpot.resistance[(k, j)];
             }
         }
         // The matrix is the identity and a product of positive ones: it can be solved; were it not, the run would stop.

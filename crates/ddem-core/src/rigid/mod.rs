@@ -61,11 +61,10 @@ pub(crate) struct Way {
 /// and for the momentum of the turning.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gait {
-    pub(crate) time_step: f64,
+    /// h, the time between the half steps before and after `[s]`.
+    pub(crate) interval: f64,
     /// Damping `c/m` of the shift along each axis and of the turning `[1/s]`.
     pub(crate) rates: [f64; 4],
-    /// Velocities are at a whole step: the first half step of a stage.
-    pub(crate) start: bool,
 }
 
 impl Matter {
@@ -201,6 +200,15 @@ impl Pose {
         Self { turn: turn_by(spin * time) * self.turn, ..*self }
     }
 
+    /// The same pose with a part of the way of its velocities to those of another.
+    pub(crate) fn towards(&self, other: &Self, part: f64) -> Self {
+        Self {
+            velocity: self.velocity * (1.0 - part) + other.velocity * part,
+            momentum: self.momentum * (1.0 - part) + other.momentum * part,
+            ..*self
+        }
+    }
+
     /// The same pose with what the velocities of another are more than its own.
     pub(crate) fn further(&self, other: &Self) -> Self {
         let velocity = other.velocity - self.velocity;
@@ -230,12 +238,7 @@ fn renormalised(q: Quaternion<f64>) -> Quaternion<f64> {
 impl Gait {
     /// What stays of a velocity and what a force on a unit mass adds to it, at a damping rate.
     pub(crate) fn numbers(&self, rate: f64) -> [f64; 2] {
-        if self.start {
-            // v(½) = v₀ + Δt/2 (F/m − rate v₀).
-            [1.0 - 0.5 * self.time_step * rate, 0.5 * self.time_step]
-        } else {
-            coefficients(1.0 / self.time_step, rate)
-        }
+        coefficients(1.0 / self.interval, rate)
     }
 
     /// Accelerations that a wrench would make count: velocities that it adds.

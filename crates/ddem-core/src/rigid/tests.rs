@@ -1,6 +1,6 @@
 use super::*;
 
-const WHOLE: Gait = Gait { time_step: 1e-3, rates: [0.0; 4], start: false };
+const WHOLE: Gait = Gait { interval: 1e-3, rates: [0.0; 4] };
 
 fn brick() -> Matter {
     let edges =
@@ -48,7 +48,7 @@ fn a_free_brick_keeps_momentum_and_energy() {
         let mut worst: f64 = 0.0;
         let steps = (40.0 / step) as usize;
         for _ in 0..steps {
-            pose = pose.pushed(&matter, &Gait { time_step: step, ..WHOLE }, &Wrench::default());
+            pose = pose.pushed(&matter, &Gait { interval: step, ..WHOLE }, &Wrench::default());
             (pose, _) = pose.moved(&matter, step);
             worst = worst.max((pose.kinetic(&pose, &matter) / first - 1.0).abs());
         }

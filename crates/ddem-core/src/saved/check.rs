@@ -35,7 +35,8 @@ pub(super) fn stages(model: &Model, state: &State, run: &Run) -> Checked {
 /// Times and counts.
 pub(super) fn run(model: &Model, state: &State, run: &Run) -> Checked {
     let steps = state.steps;
-    let finite = [state.time, run.time_step, run.initial_energy].iter().all(|x| x.is_finite());
+    let times = [state.time, state.before, run.time_step, run.initial_energy];
+    let finite = times.iter().all(|x| x.is_finite()) && state.before >= 0.0;
     let moves = run.time_step > 0.0 || !run.started;
     let critical = run.critical_steps.iter().flatten().all(|&step| step > 0.0);
     expect(finite && state.time >= 0.0 && moves && critical, "its times are none")?;

@@ -179,7 +179,8 @@ impl Simulation {
     /// Goes on as it did when it was saved.
     fn go_on(&mut self, run: Run) {
         self.damping = run.damping;
-        *self.motion = Motion::dynamic(&self.model.assembly, run.damping, run.time_step);
+        let before = self.state.before;
+        *self.motion = Motion::dynamic(&self.model.assembly, run.damping, before, run.time_step);
         self.critical_steps = run.critical_steps;
         self.started = run.started;
         if run.resting {

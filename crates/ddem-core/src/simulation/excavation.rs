@@ -51,7 +51,8 @@ impl Simulation {
         *self.motion = if self.motion.fictitious {
             Motion::relaxing(assembly)
         } else {
-            Motion::dynamic(assembly, self.damping, self.motion.time_step)
+            let (before, step) = (self.state.before, self.motion.time_step);
+            Motion::dynamic(assembly, self.damping, before, step)
         };
         self.view.renew(&self.model, &self.state);
         let lost = self.energy().balance - before;

@@ -3,7 +3,6 @@
 use super::Simulation;
 use crate::breaks::Losses;
 use crate::energy::Energy;
-use crate::leapfrog::local_damping;
 use crate::state::{State, Work};
 use crate::step::{Trial, balance};
 use crate::sums::Sums;
@@ -25,7 +24,7 @@ pub(crate) struct Measured {
 impl Simulation {
     /// Forces, reactions, energies and sums at the present time; nothing moves.
     fn measure(&mut self) {
-        self.motion.start = self.state.whole && !self.motion.fictitious;
+        self.match_motion();
         if !self.motion.fictitious {
             // Where a program cannot compute a factor, the one before stays; the next step says why.
             let _ = self.take_factors().and_then(|()| self.take_pushes());
@@ -66,19 +65,18 @@ impl Simulation {
         (revisions, *holds)
     }
 
-    /// Brings velocities from the last half step to the present time, so that a stage with
-    /// another time step can begin: `v = (v⁻ + v⁺)/2`.
+    /// Brings velocities from the last half step to the present time: `v = (v⁻ + v⁺)/2`.
     pub fn settle(&mut self) {
-        if self.state.whole {
+        if self.state.before == 0.0 {
             return;
         }
         if self.motion.fictitious {
             self.stop();
-            self.state.whole = true;
+            self.state.before = 0.0;
         } else {
             let before = self.energy().balance;
             let Measured { sums, losing, .. } = self.measure_once();
-            let half = 0.5 * self.motion.time_step;
+            let half = 0.5 * self.state.before;
             self.state.work.loads += half * sums.loads[0];
             self.state.work.supports += half * sums.supports[0];
             self.state.work.damping += half * sums.damping[0];
@@ -90,39 +88,10 @@ impl Simulation {
             std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
             std::mem::swap(&mut self.state.contacts, &mut self.scratch.trial_contacts);
             self.book_losses(losing);
-            self.state.whole = true;
+            self.state.before = 0.0;
             // Kinetic energy is measured in another way now.
             self.account_from(before);
         }
-    }
-
-    /// The inverse of [`settle`](Self::settle) with another time step: velocities go back half a
-    /// step, under the forces of the present time.
-    pub(super) fn unsettle(&mut self) {
-        let before = self.energy().balance;
-        self.rigid_before();
-        self.unsettle_columns();
-        for (index, pack) in self.model.packs.packs.iter().enumerate().filter(|(_, p)| !p.rigid) {
-            let class = &self.motion.classes[self.model.assembly.pack_inertia[index] as usize];
-            for at in 0..3 * self.model.packs.shape_of(pack).nodes {
-                let place = 3 * pack.start + at;
-                let f = self.scratch.f[place];
-                for (lane, v) in self.state.v[place].0.iter_mut().enumerate() {
-                    let [a, b, _] = class.at(at, lane);
-                    let f = f.0[lane];
-                    let local = local_damping(self.motion.local, f, *v);
-                    *v = (2.0 * *v - b * (f - local)) / (1.0 + a);
-                }
-            }
-        }
-        self.state.whole = false;
-        let Measured { sums, losing, .. } = self.measure_once();
-        let half = 0.5 * self.motion.time_step;
-        self.state.work.loads -= half * sums.loads[0];
-        self.state.work.supports -= half * sums.supports[0];
-        // What dashpots have taken on this way was booked when it was settled.
-        self.state.work.damping -= half * sums.damping[0] + losing.damping;
-        self.account_from(before);
     }
 
     /// Brings everything to rest; damping takes the kinetic energy.
@@ -138,12 +107,10 @@ impl Simulation {
         let Measured { sums, strain, losing, debt, .. } = self.measure_once();
         let Work { loads, supports, damping, friction, fracture, contact, most } = self.state.work;
         // What the velocity before has done up to now and the next step will book.
-        let (damped, done) = if self.state.whole {
-            (0.0, 0.0)
-        } else if self.motion.fictitious {
+        let half = 0.5 * self.state.before;
+        let (damped, done) = if self.motion.fictitious && half > 0.0 {
             (0.5 * sums.power, sums.loads[0])
         } else {
-            let half = 0.5 * self.motion.time_step;
             (half * sums.damping[0], half * (sums.loads[0] + sums.supports[0]))
         };
         let external = loads + supports + done;

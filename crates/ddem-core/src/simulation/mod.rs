@@ -92,7 +92,7 @@ impl Simulation {
         let scratch = Scratch::new(&model, &state, simd.level());
         let view = StageView::new(&model, &state);
         // Until a step is set, energies are those of a vanishing one.
-        let motion = Motion::dynamic(&model.assembly, Damping::None, 1e-12);
+        let motion = Motion::dynamic(&model.assembly, Damping::None, 0.0, 1e-12);
         Self {
             look: peaks::look(&model),
             model: Tracked::new(model),
@@ -186,7 +186,7 @@ impl Simulation {
         }
         self.state.fresh = None;
         self.look_at_new_gas()?;
-        if self.critical_steps[0].is_none() || self.state.whole {
+        if self.critical_steps[0].is_none() || self.state.before == 0.0 {
             self.check_step()?;
         }
         // An automatic step becomes shorter before the first failure.
@@ -198,26 +198,24 @@ impl Simulation {
             }
             done => done,
         };
-        let Some((sums, losses, ahead)) = done else { return Ok(()) };
+        let Some((sums, losses)) = done else { return Ok(()) };
         self.move_columns();
-        self.book(sums, ahead);
+        self.book(sums);
         self.book_losses(losses);
         self.note_peaks();
         self.state.look_at_motion(&self.model, sums.ratio(), false);
         self.check(sums, &self.state.contacts)
     }
 
-    /// A step, and at the start of a stage what kinetic energy is there beyond the scheme's measure.
-    fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses, f64)>, RunError> {
+    fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses)>, RunError> {
         self.take_factors()?;
-        let ahead = if self.state.whole { self.measure_once().sums.ahead } else { 0.0 };
-        self.motion.start = self.state.whole;
+        self.match_motion();
         self.take_pushes()?;
         self.state.fills = self.press();
         self.state.load_factors.clone_from(&self.view.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
-        Ok(step(context, state, scratch).map(|(sums, losses)| (sums, losses, ahead)))
+        Ok(step(context, state, scratch))
     }
 
     /// Several steps; stops early when `observe` breaks.
@@ -239,23 +237,34 @@ impl Simulation {
         Ok(())
     }
 
+    /// The numbers of (M2) become those of the step that the velocities are of.
+    pub(crate) fn match_motion(&mut self) {
+        if !self.motion.fictitious && self.motion.before != self.state.before {
+            *self.motion = self.motion.after(&self.model.assembly, self.state.before);
+        }
+    }
+
     /// Work of the step that was taken, from its powers.
-    fn book(&mut self, sums: Sums, ahead: f64) {
-        let half = 0.5 * self.motion.time_step;
-        // The first half step of a stage does its work with its mean velocity.
-        let part = if self.motion.start { 0.5 } else { 1.0 };
-        let done = |power: [f64; 2]| part * half * (power[0] + power[1]);
+    fn book(&mut self, sums: Sums) {
+        let Motion { before, time_step, .. } = *self.motion;
+        let starts = before == 0.0;
+        let done = |power: [f64; 2]| match before == time_step {
+            true => 0.5 * time_step * (power[0] + power[1]),
+            // The first half step of a stage does its work with its mean velocity.
+            false if starts => 0.25 * time_step * (power[0] + power[1]),
+            false => 0.5 * (before * power[0] + time_step * power[1]),
+        };
         let work = &mut self.state.work;
         work.loads += done(sums.loads);
         work.supports += done(sums.supports);
         work.damping += done(sums.damping);
         work.most = work.most.max((work.loads + work.supports).abs());
-        if self.motion.start {
+        if starts {
             // By the scheme's measure it does so with the velocity after it: all of the difference, but
             // for that of forces which are there at the start, is what kinetic energy was ahead.
-            let more = |power: [f64; 2]| part * half * (power[1] - power[0]);
+            let more = |power: [f64; 2]| 0.25 * time_step * (power[1] - power[0]);
             let less = more(sums.loads) + more(sums.supports) - more(sums.damping);
-            self.initial_energy += less - ahead;
+            self.initial_energy += less - sums.change;
         }
         self.last = sums;
     }

@@ -213,8 +213,8 @@ impl Simulation {
             [0, 1, 2].map(|c| motion.classes[inertia].at(at + c, usize::from(lane))[2] / mass)
         };
         let pace = Pace {
-            time_step: motion.time_step,
-            start: motion.start,
+            interval: motion.interval,
+            part: 0.5 * motion.behind(),
             local: motion.local,
             stiffness: motion.stiffness,
             factors: &factors,
@@ -244,13 +244,6 @@ impl Simulation {
     pub(super) fn settle_columns(&mut self) {
         for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.view.columns.mean) {
             *v = *mean;
-        }
-    }
-
-    /// The inverse of it.
-    pub(super) fn unsettle_columns(&mut self) {
-        for ([_, v], ahead) in self.state.columns.iter_mut().zip(&self.view.columns.ahead) {
-            *v = *v * 2.0 - ahead;
         }
     }
 }

@@ -1,19 +1,15 @@
 //! §6: how long the steps of time are.
 
 use std::borrow::Cow;
-use std::iter::zip;
-use std::mem;
 use std::sync::atomic::Ordering;
 
 use super::Simulation;
 use crate::contact::{Added, Skins, bound};
 use crate::error::RunError;
-use crate::exact::Exact;
 use crate::lanes::Lanes;
 use crate::motion::Motion;
 use crate::stage::{Damping, TimeStep, allow_motion};
-use crate::state::State;
-use crate::step::Poses;
+use crate::sums::Sums;
 use crate::timestep::largest_eigenvalue;
 
 /// Part of the critical step that `"auto"` takes (§6).
@@ -152,7 +148,7 @@ impl Simulation {
         if shortest < SHORTEST_STEP * critical {
             return Err(RunError::TooShort { time_step: shortest, critical });
         }
-        if given.is_none() && (!self.state.whole || self.moves()) && self.model.can_fail() {
+        if given.is_none() && (self.state.before > 0.0 || self.moves()) && self.model.can_fail() {
             // What can be stopped comes before the first change.
             self.critical(true)?;
         }
@@ -170,7 +166,8 @@ impl Simulation {
         self.state.end = self.state.time + duration.unwrap_or(f64::INFINITY);
         let whole = duration.map_or(u64::MAX, |_| steps as u64);
         self.state.last_step = self.state.steps.saturating_add(whole);
-        self.change_motion(Motion::dynamic(&self.model.assembly, damping, step));
+        let before = self.state.before;
+        self.change_motion(Motion::dynamic(&self.model.assembly, damping, before, step));
         self.damping = damping;
         self.drop_relaxation();
         self.state.fresh = None;
@@ -192,7 +189,8 @@ impl Simulation {
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.breaks = self.model.breaks();
         let safe = self.broken_step(self.damping)?;
-        self.slow_down(safe)
+        self.slow_down(safe);
+        Ok(())
     }
 
     /// Whether the step that was set is stable in what is left after an excavation, and with what has failed
@@ -200,8 +198,10 @@ impl Simulation {
     pub(super) fn check_step(&mut self) -> Result<(), RunError> {
         if self.state.automatic {
             // Between two steps velocities have been set anew.
-            let longest = self.automatic_step(self.damping, self.state.whole && self.moves())?;
-            return self.slow_down(longest);
+            let moving = self.state.before == 0.0 && self.moves();
+            let longest = self.automatic_step(self.damping, moving)?;
+            self.slow_down(longest);
+            return Ok(());
         }
         let critical = self.damping.stable_step(self.critical(false)?);
         let time_step = self.motion.time_step;
@@ -213,37 +213,33 @@ impl Simulation {
         Ok(())
     }
 
-    /// Makes the steps at most this long `[s]`. Velocities go on for half of the old step and half of the new one
-    /// under the present forces; pairs that are about to fail have failed by then.
-    fn slow_down(&mut self, longest: f64) -> Result<(), RunError> {
-        let old = self.motion.time_step;
+    /// Makes the steps at most this long `[s]`, from the present time on.
+    fn slow_down(&mut self, longest: f64) {
         // Steps that fill a duration are longer than asked for, by rounding.
-        if old <= longest * (1.0 + 1e-9) {
-            return Ok(());
+        if self.motion.time_step <= longest * (1.0 + 1e-9) {
+            return;
         }
-        let initial = self.initial_energy;
-        let last = (!self.state.whole).then(|| (self.state.v.clone(), self.state.poses.clone()));
-        let before = self.state.failed;
-        self.settle();
-        // Blocks that slide from now on are damped from the next step on.
-        let failed = mem::replace(&mut self.state.failed, before);
         let step = self.fill_up(longest);
-        if let Some(last) = &last {
-            self.keep_energy(last, step / old);
-        }
-        self.change_motion(Motion::dynamic(&self.model.assembly, self.damping, step));
+        let before = self.state.before;
+        *self.motion = Motion::dynamic(&self.model.assembly, self.damping, before, step);
         self.state.origin = (self.state.time, self.state.steps);
-        if last.is_some() {
-            self.unsettle();
+        if before > 0.0 {
+            self.keep_energy();
         }
-        self.state.failed = failed;
-        // What the scheme's measure of energy still gains or loses stays in the balance.
-        self.initial_energy = initial;
-        if failed == before {
-            return Ok(());
-        }
-        let safe = self.broken_step(self.damping)?;
-        self.slow_down(safe)
+    }
+
+    /// Takes h a little longer or shorter, between Δt⁺ and Δt⁻, so that a change of the step leaves the scheme's
+    /// energy as it is, `½ v⁻ m v⁺ + U` of steps as long as each of the two. With d what velocities change by over h,
+    /// one of `(1 + κ) h` has `κ Σ v⁻ m d + ½ (1 + κ) (1 + κ − Δt⁺/h) Σ d m d` more. Velocities are right to the
+    /// same order for every |κ| up to `1 − Δt⁺/h`.
+    fn keep_energy(&mut self) {
+        let Sums { power, change, .. } = self.measure_once().sums;
+        let Motion { before, time_step, interval, .. } = *self.motion;
+        let most = 1.0 - time_step / interval;
+        let part = shift(power + change * (1.0 + most), change, change * most);
+        let interval = interval * (1.0 + part.clamp(-most.abs(), most.abs()));
+        let steps = [before, time_step];
+        *self.motion = Motion::over(&self.model.assembly, self.damping, steps, interval);
     }
 
     /// The longest step, at most this long, of which whole ones fill what is left of the duration `[s]`.
@@ -256,53 +252,6 @@ impl Simulation {
         let steps = whole_steps(left, longest);
         self.state.last_step = self.state.steps.saturating_add(steps as u64);
         left / steps
-    }
-
-    /// Takes velocities a little before or after the present time, so that a step which becomes `ratio` times as
-    /// long, a shorter one, leaves the scheme's energy `½ v⁻ m v⁺ + U` as it is. With `d` the half of what a step
-    /// changes velocities by, `v + κ d` has `κ Σ v m d + ½ κ² Σ d m d` more, and the new step
-    /// `½ (1 − ratio²) Σ d m d`. Velocities are right to the same order for every |κ| up to `1 − ratio`.
-    fn keep_energy(&mut self, last: &(Vec<Lanes>, Vec<Poses>), ratio: f64) {
-        let [power, square] = self.changes(last);
-        let most = (1.0 - ratio).max(0.0);
-        let part = shift(power, 0.5 * square, 0.5 * (1.0 - ratio * ratio) * square);
-        let part = part.clamp(-most, most);
-        let State { v, poses, .. } = &mut *self.state;
-        for (v, last) in zip(v, &last.0) {
-            *v = Lanes(std::array::from_fn(|l| v.0[l] + part * (v.0[l] - last.0[l])));
-        }
-        for (pose, last) in zip(poses.as_flattened_mut(), last.1.as_flattened()) {
-            let d = last.further(pose);
-            pose.velocity += d.velocity * part;
-            pose.momentum += d.momentum * part;
-        }
-    }
-
-    /// `Σ v m d` and `Σ d m d` with d the change of velocities since the last half step.
-    fn changes(&self, (last, poses): &(Vec<Lanes>, Vec<Poses>)) -> [f64; 2] {
-        let Self { model, state, .. } = self;
-        let [mut power, mut square]: [Exact; 2] = Default::default();
-        for (index, pack) in model.packs.packs.iter().enumerate() {
-            if pack.rigid {
-                let (now, last) = (&state.poses[pack.rigid_start], &poses[pack.rigid_start]);
-                let matter = &model.assembly.rigid[pack.rigid_start];
-                for ((now, last), matter) in zip(zip(now, last), matter).take(pack.filled) {
-                    let d = last.further(now);
-                    power.add(2.0 * now.kinetic(&d, matter));
-                    square.add(2.0 * d.kinetic(&d, matter));
-                }
-                continue;
-            }
-            let inertia = &model.assembly.inertia[model.assembly.pack_inertia[index] as usize];
-            for at in 0..3 * model.packs.shape_of(pack).nodes {
-                let (now, last) = (state.v[3 * pack.start + at], last[3 * pack.start + at]);
-                for ((v, last), m) in zip(zip(now.0, last.0), inertia.mass[at / 3].0) {
-                    power.add(m * v * (v - last));
-                    square.add(m * (v - last) * (v - last));
-                }
-            }
-        }
-        [power.value(), square.value()]
     }
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it

@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::parallel::node_start;
 use crate::rigid::Pose;
-use crate::step::{Poses, before, carry, present};
+use crate::step::{Poses, present};
 
 impl Simulation {
     /// Packs of rigid bodies.
@@ -29,23 +29,11 @@ impl Simulation {
         if self.motion.fictitious {
             return poses.map(Pose::resting);
         }
-        if self.state.whole {
+        if self.state.before == 0.0 {
             return poses;
         }
         let packs = &self.model.packs;
         let nodes = node_start(packs, index)..node_start(packs, index + 1);
         present(self.context(), index, &poses, &self.scratch.f[nodes])
-    }
-
-    /// Velocities of the rigid bodies go back half a step, under the forces of the present time.
-    pub(super) fn rigid_before(&mut self) {
-        for index in self.rigid_packs() {
-            let (context, state, scratch) = self.parts();
-            let packs = &context.model.packs;
-            let poses = &mut state.poses[packs.packs[index].rigid_start];
-            let nodes = node_start(packs, index)..node_start(packs, index + 1);
-            *poses = before(context, index, poses, &scratch.f[nodes.clone()]);
-            carry(context.model, index, poses, &mut state.v[nodes]);
-        }
     }
 }

@@ -61,6 +61,13 @@ impl<'a> Context<'a> {
     where
         'a: 'b,
     {
+        let motion = self.motion;
+        // At the start of a stage the step before is as long as the one that comes.
+        let way = match motion.before {
+            _ if motion.fictitious => 0.0,
+            0.0 => motion.time_step,
+            before => before,
+        };
         Pass {
             model: self.model,
             u,
@@ -70,8 +77,8 @@ impl<'a> Context<'a> {
             relaxing: self.motion.fictitious,
             waits: self.waits,
             time: self.time,
-            last: (!self.motion.start).then_some((v, self.motion.time_step)),
-            way: (v, if self.motion.fictitious { 0.0 } else { self.motion.time_step }),
+            last: (motion.before > 0.0).then_some((v, motion.before)),
+            way: (v, way),
             viscous: self.viscous(v),
             held: &self.view.active.held_bodies,
             linear: false,

@@ -31,7 +31,7 @@ use context::PackContext;
 pub(crate) use driving::shift;
 pub(crate) use first::{Pass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
-pub(crate) use rigid::{Poses, before, carry, present};
+pub(crate) use rigid::{Poses, carry, present};
 
 /// Forces on a pack from others: shares of the joints at its lower sides, and contacts.
 #[derive(Clone, Copy)]

@@ -8,7 +8,7 @@ use crate::force::external::{self, External};
 use crate::force::{contact, shares};
 use crate::frames::fit_pack;
 use crate::lanes::{Lanes, load, splat};
-use crate::motion::Update;
+use crate::motion::{advanced, local_of_four};
 use crate::scratch::{Access, Part};
 use crate::sums::{Sums, Tally};
 
@@ -106,29 +106,31 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<
     let mut own = Sums { applied: sums.applied, ..Sums::default() };
     own.supports[0] = pack.supports.power(v, reactions);
     let drawn = pack.dashpots.power(v, drags);
-    let update = Update::new(simd, motion);
+    // The velocity as far after the present time as the one before was before it.
+    let behind = splat(simd, motion.behind());
+    let changes = motion.before != motion.time_step;
     let mut tally = Tally::new(simd, pack.divisions);
     let row = pack.row();
     for (number, (f, v)) in f.chunks(row).zip(v.chunks_mut(row)).enumerate() {
         for (at, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
-            let [a, b, c] = pack.class.load(simd, at);
+            let numbers = pack.class.load(simd, at);
             let (old, force) = (v.load(simd), f.load(simd));
-            let local = update.local(simd, force, old);
-            let new = update.velocity([a, b, c], old, force - local);
+            let local = local_of_four(simd, motion.local, force, old);
+            let new = advanced(numbers, old, force - local);
             tally.force(force);
             if *loaded {
                 tally.loaded(q[at].load(simd), old, new);
             }
             if damped {
-                let mean = if motion.start { old } else { (old + new) * 0.5 };
                 let viscous = viscous.get(at).map_or(splat(simd, 0.0), |lanes| lanes.load(simd));
-                tally.damped(local + c * mean + viscous, old, new);
+                tally.damped(local + numbers[2] * ((old + new) * 0.5) + viscous, old, new);
             }
-            if trial {
+            if trial || changes {
                 let mass = pack.mass[at / 3].load(simd);
-                match motion.start {
-                    true => tally.whole(mass, old, new),
-                    false => tally.kinetic(mass, old, new),
+                let after = if changes { old + behind * (new - old) } else { new };
+                tally.kinetic(mass, old, after);
+                if changes {
+                    tally.change(mass, old, new - old);
                 }
             }
             *v = Lanes::from(new);

@@ -26,7 +26,7 @@ impl<'a> PackContext<'a> {
     fn gait(&self, member: &Member<'_>) -> Gait {
         let motion = self.step.motion;
         let rates = motion.rates(member.matter);
-        Gait { time_step: motion.time_step, rates, start: motion.start }
+        Gait { interval: motion.interval, rates }
     }
 
     fn hold(&self, member: &Member<'_>) -> Option<Hold> {
@@ -67,12 +67,14 @@ pub(super) fn react(pack: &PackContext<'_>, part: &mut Part<'_>) {
 }
 
 /// One body's step: its pose with the velocities after it, and powers.
+#[derive(Default)]
 struct Stride {
     next: Pose,
     damping: [f64; 2],
     kinetic: f64,
     /// As in [`Sums`].
-    ahead: f64,
+    power: f64,
+    change: f64,
 }
 
 fn stride(pack: &PackContext<'_>, member: &Member<'_>, f: &[Lanes]) -> Stride {
@@ -95,21 +97,25 @@ fn stride(pack: &PackContext<'_>, member: &Member<'_>, f: &[Lanes]) -> Stride {
     let after = next.twist(matter);
     let mut drag = local;
     if motion.is_damped() {
-        // The first half step of a stage is damped by the velocity at its start.
-        let then = if gait.start { pose } else { &next };
         for k in 0..3 {
-            let mean = 0.5 * (pose.velocity[k] + then.velocity[k]);
+            let mean = 0.5 * (pose.velocity[k] + next.velocity[k]);
             drag.linear[k] += gait.rates[k] * matter.mass * mean;
         }
-        drag.angular += (pose.momentum + then.momentum) * (0.5 * gait.rates[3]);
+        drag.angular += (pose.momentum + next.momentum) * (0.5 * gait.rates[3]);
     }
     let power = |twist: Wrench| drag.linear.dot(&twist.linear) + drag.angular.dot(&twist.angular);
-    let [kinetic, ahead] = if gait.start {
-        [pose.kinetic(pose, matter), pose.further(&next).kinetic(&pose.further(&next), matter)]
-    } else {
-        [pose.kinetic(&next, matter), 0.0]
-    };
-    Stride { next, damping: [power(before), power(after)], kinetic, ahead }
+    let damping = [power(before), power(after)];
+    if motion.before == motion.time_step {
+        return Stride { next, damping, kinetic: pose.kinetic(&next, matter), ..Stride::default() };
+    }
+    let change = pose.further(&next);
+    Stride {
+        next,
+        damping,
+        kinetic: pose.kinetic(&pose.towards(&next, motion.behind()), matter),
+        power: 2.0 * pose.kinetic(&change, matter),
+        change: change.kinetic(&change, matter),
+    }
 }
 
 /// Local damping of each of the six.
@@ -143,7 +149,6 @@ pub(super) fn weigh(pack: &PackContext<'_>, part: &mut Part<'_>) {
 pub(super) fn advance(pack: &PackContext<'_>, part: &mut Part<'_>) {
     let Part { bodies, f, sums: of_pack, reactions, q, loaded, room, .. } = part;
     let before = bodies.poses.get()[0];
-    let mut after = before;
     let v = match &mut bodies.v {
         Access::Write(v) => &mut **v,
         Access::Read(v) => {
@@ -154,79 +159,60 @@ pub(super) fn advance(pack: &PackContext<'_>, part: &mut Part<'_>) {
     };
     let mut sums = Sums { applied: of_pack.applied, ..Sums::default() };
     sums.supports[0] = pack.supports.power(v, reactions);
-    for lane in 0..pack.pack.filled {
+    let q = if *loaded { &**q } else { &[] };
+    let after: Poses = std::array::from_fn(|lane| {
+        if lane >= pack.pack.filled {
+            return before[lane];
+        }
         let member = pack.member(&before, lane);
         let stride = stride(pack, &member, f);
         sums.kinetic += stride.kinetic;
-        sums.ahead += stride.ahead;
+        sums.power += stride.power;
+        sums.change += stride.change;
         (0..2).for_each(|side| sums.damping[side] += stride.damping[side]);
-        for (at, f) in f.iter().enumerate() {
-            sums.free += f.0[lane] * f.0[lane];
-            if *loaded {
-                sums.loads[0] += q[at].0[lane] * v[at].0[lane];
-            }
-        }
+        f.iter().for_each(|f| sums.free += f.0[lane] * f.0[lane]);
+        q.iter().zip(&*v).for_each(|(q, v)| sums.loads[0] += q.0[lane] * v.0[lane]);
         let (next, way) = stride.next.moved(member.matter, pack.step.motion.time_step);
         for corner in 0..8 {
-            let arm = member.matter.arm(corner);
-            let v_new = way.velocity(&(before[lane].turn * arm));
+            let v_new = way.velocity(&(before[lane].turn * member.matter.arm(corner)));
             for c in 0..3 {
                 v[3 * corner + c].0[lane] = v_new[c];
                 sums.fastest.0[lane] = sums.fastest.0[lane].max(v_new[c].abs());
             }
-            if let Some(u) = bodies.u.get_mut() {
-                let u_new = next.displacement(&arm);
-                (0..3).for_each(|c| u[3 * corner + c].0[lane] = u_new[c]);
-            }
         }
-        after[lane] = next;
-        if *loaded {
-            let power = q.iter().zip(&*v).map(|(q, v)| q.0[lane] * v.0[lane]);
-            sums.loads[1] += power.sum::<f64>();
-        }
-    }
+        sums.loads[1] += q.iter().zip(&*v).map(|(q, v)| q.0[lane] * v.0[lane]).sum::<f64>();
+        next
+    });
     sums.supports[1] = pack.supports.power(v, reactions);
-    if let (Some(poses), Some(frames)) = (bodies.poses.get_mut(), bodies.frames.get_mut()) {
+    if let (Some(u), Some(poses), Some(frames)) =
+        (bodies.u.get_mut(), bodies.poses.get_mut(), bodies.frames.get_mut())
+    {
+        for lane in 0..pack.pack.filled {
+            place_corners(&pack.member(&after, lane), u);
+        }
         poses[0] = after;
         frames[0] = frame_of(&after);
     }
     **of_pack = sums;
 }
 
-/// Poses with the velocities at the present time, the mean of the half steps before and after,
-/// under the forces `f` that were last balanced.
-pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[Lanes]) -> Poses {
-    let pack = PackContext::new(context, index);
-    let mut now = *poses;
-    for lane in 0..pack.pack.filled {
-        let Stride { next, .. } = stride(&pack, &pack.member(poses, lane), f);
-        now[lane].velocity = (poses[lane].velocity + next.velocity) * 0.5;
-        now[lane].momentum = (poses[lane].momentum + next.momentum) * 0.5;
+/// Puts the corners of a body where its pose takes them.
+fn place_corners(member: &Member<'_>, u: &mut [Lanes]) {
+    for corner in 0..8 {
+        let value = member.pose.displacement(&member.matter.arm(corner));
+        (0..3).for_each(|c| u[3 * corner + c].0[member.lane] = value[c]);
     }
-    now
 }
 
-/// Poses with the velocities half a step before the present time, at which they have those given:
-/// the inverse of [`present`].
-pub(crate) fn before(context: Context<'_>, index: usize, poses: &Poses, f: &[Lanes]) -> Poses {
+/// Poses with the velocities at the present time, between the half steps before and after, under the
+/// forces `f` that were last balanced.
+pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[Lanes]) -> Poses {
     let pack = PackContext::new(context, index);
-    let mut old = *poses;
-    for lane in 0..pack.pack.filled {
-        let member = pack.member(poses, lane);
-        let gait = Gait { start: false, ..pack.gait(&member) };
-        let wrench = member.resultant(f);
-        let twist = poses[lane].twist(member.matter);
-        let local = local(context.motion.local, wrench, twist);
-        for k in 0..3 {
-            let [keep, push] = gait.numbers(gait.rates[k]);
-            let added = push / member.matter.mass * (wrench.linear[k] - local.linear[k]);
-            old[lane].velocity[k] = (2.0 * poses[lane].velocity[k] - added) / (1.0 + keep);
-        }
-        let [keep, push] = gait.numbers(gait.rates[3]);
-        let added = (wrench.angular - local.angular) * push;
-        old[lane].momentum = (poses[lane].momentum * 2.0 - added) / (1.0 + keep);
-    }
-    old
+    let now = |lane: usize| {
+        let Stride { next, .. } = stride(&pack, &pack.member(poses, lane), f);
+        poses[lane].towards(&next, 0.5 * context.motion.behind())
+    };
+    std::array::from_fn(|lane| if lane < pack.pack.filled { now(lane) } else { poses[lane] })
 }
 
 /// Sets the velocities of the corners of a pack to those of its bodies.
@@ -252,9 +238,6 @@ pub(super) fn follow(
         let ways = std::array::from_fn(|corner| at(v, corner, lane));
         let (next, _) = pose.moving(matter, &ways).moved(matter, 1.0);
         *pose = next.resting();
-        for corner in 0..8 {
-            let value = next.displacement(&matter.arm(corner));
-            (0..3).for_each(|c| u[3 * corner + c].0[lane] = value[c]);
-        }
+        place_corners(&Member { matter, pose, lane }, u);
     }
 }

@@ -8,29 +8,25 @@ use fearless_simd_macros::simd;
 use super::PackContext;
 use crate::force::{damping, shares};
 use crate::lanes::{Lanes, load, splat};
-use crate::motion::Update;
+use crate::motion::advanced;
 use crate::scratch::Part;
 
-/// Slows the deformation of the bodies of a pack: `f −= α/(1 + α Δt) M (v* − v̄*)` with the `v*` that (M2) gives under
-/// the forces of all others, so that `α M (v⁺ − v̄⁺)` is what acts; in the first half step of a stage with
-/// the velocities at its start.
+/// Slows the deformation of the bodies of a pack: `f −= α/(1 + α h) M (v* − v̄*)` with the `v*` that (M2) gives under
+/// the forces of all others, so that `α M (v⁺ − v̄⁺)` is what acts.
 #[simd]
 pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
     let Some(alpha) = pack.step.slides(pack.index) else { return };
     let (model, motion) = (pack.step.model, pack.step.motion);
-    let time_step = if motion.start { 0.0 } else { motion.time_step };
     let Part { bodies, room, f, viscous, .. } = part;
     room.clear();
     room.extend_from_slice(bodies.v.get());
-    if !motion.start {
-        let update = Update::new(simd, motion);
-        for (at, (ahead, f)) in room.iter_mut().zip(&**f).enumerate() {
-            let abc = pack.class.load(simd, at);
-            *ahead = Lanes::from(update.velocity(abc, ahead.load(simd), f.load(simd)));
-        }
-        pack.supports.enforce(room);
+    for (at, (ahead, f)) in room.iter_mut().zip(&**f).enumerate() {
+        let numbers = pack.class.load(simd, at);
+        *ahead = Lanes::from(advanced(numbers, ahead.load(simd), f.load(simd)));
     }
-    let rate = alpha.load(simd) / (alpha.load(simd) * time_step + splat(simd, 1.0));
+    pack.supports.enforce(room);
+    let alpha = alpha.load(simd);
+    let rate = alpha / (alpha * motion.interval + splat(simd, 1.0));
     let whose = (&model.packs, &model.assembly);
     let turning = model.corotational().then_some(&bodies.frames.get()[0]);
     if motion.stiffness == 0.0 {
