@@ -61,18 +61,16 @@ impl<'a> Transient<'a> {
         force
     }
 
-    /// Takes one step. The first starts the velocity with
-    /// `v(½) = v₀ + Δt/(2m) (F − c v₀)` instead.
+    /// Takes one step, `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)` with `h = Δt`; the first step begins at the
+    /// present time and has `h = Δt/2`.
     pub fn step(&mut self) {
         let force = self.force();
         for (dof, force) in force.into_iter().enumerate() {
-            let (mass, damping) = (self.masses[dof] / self.time_step, self.damping[dof] / 2.0);
+            let interval = if self.started { self.time_step } else { self.time_step / 2.0 };
+            let (mass, damping) = (self.masses[dof] / interval, self.damping[dof] / 2.0);
             let before = self.velocity[dof];
-            let after = match (self.fixed[dof], self.started) {
-                (true, _) => 0.0,
-                (false, false) => before + (force - 2.0 * damping * before) / (2.0 * mass),
-                (false, true) => ((mass - damping) * before + force) / (mass + damping),
-            };
+            let moved = ((mass - damping) * before + force) / (mass + damping);
+            let after = if self.fixed[dof] { 0.0 } else { moved };
             self.velocity[dof] = after;
             self.displacement[dof] += self.time_step * after;
         }

@@ -1,9 +1,8 @@
 //! §1, §5: joints between faces that do not match.
 //!
-//! A patch whose points are held by the law of a joint: they are springs from the start, the pairs of
-//! points stay where they are, and they fail as the pairs of any joint do. When all of them have
-//! failed and one has moved, the patch is a contact like any other, which begins with the force that
-//! the joint bore.
+//! A patch whose points are held by the law of a joint: they are springs from the start, the pairs of points stay where
+//! they are, and they fail as the pairs of any joint do. When all of them have failed and one has moved, the patch is a
+//! contact like any other, which begins with the force that the joint bore.
 
 use std::iter::zip;
 

@@ -34,8 +34,8 @@ const ROWS: [&[&str]; 24] = [
 ];
 /// Below all rows.
 const LOWEST: [&str; 1] = ["error"];
-/// Names that the front page re-exports from the lowest row.
-const RE_EXPORTED: [&str; 4] = ["Fault", "ModelError", "Moving", "RunError"];
+/// Names of the lowest row at the top of the crate.
+const RE_EXPORTED: [&str; 5] = ["Fault", "ModelError", "Moving", "RunError", "debug_as_display"];
 
 fn src() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
