@@ -105,11 +105,14 @@ impl HexMesh {
     pub fn parallelepipeds(&self) -> Result<Vec<MeshBlock>, MeshError> {
         self.check()?;
         let count = self.blocks.iter().max().map_or(0, |last| *last as usize + 1);
+        // More blocks than hexahedra: nothing is allocated for them.
+        let count = count.min(self.hexes.len() + 1);
         let mut hexes = vec![Vec::new(); count];
-        self.blocks
-            .iter()
-            .zip(&self.hexes)
-            .for_each(|(&block, hex)| hexes[block as usize].push(*hex));
+        self.blocks.iter().zip(&self.hexes).for_each(|(&block, hex)| {
+            if let Some(hexes) = hexes.get_mut(block as usize) {
+                hexes.push(*hex);
+            }
+        });
         if let Some(block) = hexes.iter().position(Vec::is_empty) {
             return Err(MeshError::NoBlock { block });
         }

@@ -263,6 +263,8 @@ fn faults_of_meshes_are_named() {
     assert_eq!(fault(&mesh), Some(MeshError::Blocks { blocks: 1, hexes: 2 }));
     mesh.blocks.push(5);
     assert_eq!(fault(&mesh), Some(MeshError::NoBlock { block: 1 }));
+    mesh.blocks[1] = u32::MAX;
+    assert_eq!(fault(&mesh), Some(MeshError::NoBlock { block: 1 }));
     mesh.blocks[1] = 1;
     mesh.hexes[1][3] = 99;
     assert_eq!(fault(&mesh), Some(MeshError::NoNode { hex: 1, node: 99, nodes: 16 }));

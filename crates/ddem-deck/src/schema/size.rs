@@ -29,7 +29,9 @@ impl Size {
             let mut blocks = count(0) * count(1) * count(2);
             let mut n = f64::from(set.elements_along_edge()) + 1.0;
             if let Some(mesh) = &set.mesh {
-                blocks = mesh.blocks.iter().max().map_or(0.0, |last| f64::from(*last) + 1.0);
+                let last = mesh.blocks.iter().max();
+                blocks =
+                    last.map_or(0.0, |last| f64::from(*last) + 1.0).min(mesh.hexes.len() as f64);
                 n = (mesh.nodes.len() as f64 / blocks.max(1.0)).cbrt();
             }
             size.blocks += blocks;
