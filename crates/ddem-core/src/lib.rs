@@ -6,89 +6,49 @@
 //!
 //! To read the method in the source, begin with `step/mod.rs`: one explicit step in its order. Then
 //! `force/body.rs`, `force/joint.rs` and `element/lattice.rs`, the elastic forces; `law/`, what a
-//! joint bears, and `breaks/`, what becomes of it; `pack.rs`, how four bodies lie side by side;
-//! `relax.rs`, static equilibrium. `docs/method.md` has the theory.
+//! joint bears, and `joint/breaks/`, what becomes of it; `mesh/pack.rs`, how four bodies lie side by side;
+//! `run/relax.rs`, static equilibrium. `docs/method.md` has the theory.
 
 #![warn(clippy::print_stdout)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
 pub mod element;
 pub mod law;
-pub mod problem;
 
-mod assembly;
-mod boundary;
-mod breaks;
-mod charge;
-mod cluster;
-mod conditions;
-mod contact;
-mod energy;
+mod collide;
 mod error;
-mod exact;
-mod fields;
 mod force;
-mod frames;
-mod geometry;
-mod grid;
-mod groups;
-mod history;
-mod in_situ;
-mod inertia;
-mod joints;
-mod kinematics;
-mod lanes;
-mod leapfrog;
-mod mechanism;
+mod joint;
+mod math;
+mod mesh;
 mod model;
-mod motion;
-mod pack;
-mod pairs;
-mod parallel;
-mod pass;
-mod properties;
-mod relax;
+mod output;
 mod rigid;
-mod rules;
-mod safety;
-mod saved;
-mod scratch;
-mod seams;
-mod simd;
-mod simulation;
-mod sliding;
-mod stage;
+mod run;
 mod state;
 mod step;
-mod sums;
-mod timestep;
-mod touch;
-mod tracked;
-mod verdict;
-mod view;
-mod watch;
 
-pub use charge::{ChargeSize, ChargeState};
-pub use contact::ContactDoubt;
 pub use element::ElementKind;
-pub use energy::Energy;
 pub use error::{Fault, ModelError, Moving, RunError};
-pub use fields::{
+pub use joint::contact::ContactDoubt;
+pub use math::simd::Simd;
+pub use mesh::Face;
+pub use mesh::properties::Kinematics;
+pub use model::Model;
+pub use model::charge::{ChargeSize, ChargeState};
+pub use model::history::{Duvall, Function, History, Triangle};
+pub use model::pairs::PairAt;
+pub use model::problem::{self, Problem};
+pub use model::stage::{Damping, Search, StageKind, TimeStep};
+pub use nalgebra;
+pub use output::energy::Energy;
+pub use output::{
     CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, FORCE, Field,
     FieldKind, Fragment, FragmentSummary, JointSummary, Largest, On, Reaction, Snapshot,
-    StateSummary,
+    StateSummary, fields,
 };
-pub use geometry::Face;
-pub use history::{Duvall, Function, History, Triangle};
-pub use model::Model;
-pub use nalgebra;
-pub use pairs::PairAt;
-pub use problem::Problem;
-pub use properties::Kinematics;
-pub use relax::Relaxed;
-pub use safety::{Safety, Trial, undecided};
-pub use saved::{RestoreError, Saved};
-pub use simd::Simd;
-pub use simulation::{SHORTEST_STEP, Simulation};
-pub use stage::{Damping, Search, StageKind, TimeStep};
-pub use watch::Verdict;
+pub use run::relax::Relaxed;
+pub use run::safety::{Safety, Trial, undecided};
+pub use run::saved::{RestoreError, Saved};
+pub use run::{SHORTEST_STEP, Simulation};
+pub use state::watch::Verdict;

@@ -14,7 +14,7 @@ use crate::simulation::Inner;
 
 /// The fields that a simulation has.
 pub(crate) fn fields(session: &Session) -> Vec<&'static Field> {
-    model(session).fields().collect()
+    ddem_core::fields(model(session)).collect()
 }
 
 /// A field by its name, of those that there are; where nodes and pairs have one of the same name, that of the nodes.
@@ -135,7 +135,7 @@ pub(crate) struct Pairs {
 pub(crate) fn pairs(session: &mut Session) -> Pairs {
     let here = |field: &&Field| field.on == On::Pair;
     let fields: Vec<&'static Field> = fields(session).into_iter().filter(here).collect();
-    let mut snapshot = session.simulation_mut().snapshot();
+    let snapshot = session.simulation_mut().snapshot();
     let fields = fields.into_iter().map(|field| (field, snapshot.values(field))).collect();
     let model = model(session);
     Pairs {

@@ -57,10 +57,10 @@ impl Simulation {
             return Err(model_error(py, "nodes", &message, None));
         }
         let mut inner = self.lock(py)?;
-        let mut snapshot = inner.session.simulation_mut().snapshot();
+        let snapshot = inner.session.simulation_mut().snapshot();
         let (n, components) =
             (nodes.as_ref().map_or(snapshot.len(field.on), Vec::len), field.components);
-        let mut fill = |rows: Range<usize>, numbers: &mut Vec<f64>| {
+        let fill = |rows: Range<usize>, numbers: &mut Vec<f64>| {
             numbers.resize(rows.len() * components, 0.0);
             let ((), stopped) = away(py, &self.pool, None, |_| match &nodes {
                 None => snapshot.fill(&field, rows, numbers),

@@ -6,7 +6,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x4};
 
-use crate::lanes::{
+use crate::math::lanes::{
     Lanes, Matrix, Vector, add, cross, dot, inverse_symmetric, load, product, scale, splat, sub,
     symmetric_times, times, transpose, transposed_product, transposed_times,
 };

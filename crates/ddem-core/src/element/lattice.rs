@@ -9,7 +9,7 @@ use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use super::table::{BoxTable, ObliqueTable, Table};
-use crate::lanes::{Lanes, load, splat, symmetric_times};
+use crate::math::lanes::{Lanes, load, splat, symmetric_times};
 
 /// Working space of [`force`] for one task.
 #[derive(Debug, Default)]

@@ -1,7 +1,7 @@
 //! The numbers of four elements side by side, for [`lattice`](super::lattice).
 
 use super::modal::Modal;
-use crate::lanes::{LANES, Lanes};
+use crate::math::lanes::{LANES, Lanes};
 
 /// The tables of four elements, one per lane.
 #[derive(Clone, Debug, PartialEq)]

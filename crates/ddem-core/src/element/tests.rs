@@ -8,7 +8,7 @@ use super::modal::Modal;
 use super::principal;
 use super::table::Table;
 use crate::element::ElementKind;
-use crate::lanes::Lanes;
+use crate::math::lanes::Lanes;
 
 fn material() -> Elastic {
     Elastic::new(2400.0, 18e9, 0.27)

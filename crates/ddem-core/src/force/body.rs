@@ -4,13 +4,13 @@ use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::element::lattice::force;
-use crate::in_situ::Borne;
-use crate::kinematics::turn;
-use crate::lanes::{
+use crate::joint::kinematics::turn;
+use crate::math::lanes::{
     Lanes, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, sub, times,
     transposed_times, zero,
 };
-use crate::pass::{Input, Output, Viscous, Workspace, half_work};
+use crate::mesh::in_situ::Borne;
+use crate::state::pass::{Input, Output, Viscous, Workspace, half_work};
 
 /// Forces of the bodies of one pack.
 #[simd]

@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::boundary::{Dashpot, Push};
-use crate::lanes::Lanes;
-use crate::leapfrog::local_damping;
-use crate::motion::{Coefficients, Motion};
+use crate::math::lanes::Lanes;
+use crate::math::leapfrog::local_damping;
+use crate::model::boundary::{Dashpot, Push};
+use crate::state::motion::{Coefficients, Motion};
 
 /// Dashpots of one pack, and the forces that come in at them.
 #[derive(Clone, Copy)]

@@ -12,18 +12,18 @@ use fearless_simd::{Select, Simd, SimdBase, f64x4};
 use fearless_simd_macros::simd;
 use nalgebra::Matrix3;
 
-use crate::breaks::{Broken, Ground, Losses, Pull};
 use crate::element::corotation::{Frame, split_torque};
 use crate::element::lattice::{force, force_left};
-use crate::geometry::NO_JOINT;
-use crate::kinematics::{Moved, joint_displacements, rotations};
-use crate::lanes::{
+use crate::joint::breaks::{Broken, Ground, Losses, Pull};
+use crate::joint::kinematics::{Moved, joint_displacements, rotations};
+use crate::law::JointLaw;
+use crate::math::lanes::{
     LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times,
     transposed_product, transposed_times, zero,
 };
-use crate::law::JointLaw;
-use crate::pass::{Face, Input, Output, Workspace, half_work};
-use crate::seams::Seam;
+use crate::mesh::NO_JOINT;
+use crate::mesh::seams::Seam;
+use crate::state::pass::{Face, Input, Output, Workspace, half_work};
 
 /// Forces of one joint lattice of a pack: of its elements, and of the springs where it is broken.
 #[simd]

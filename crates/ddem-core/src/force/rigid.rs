@@ -1,8 +1,8 @@
 //! §8: from forces on the corners of rigid bodies to their six degrees of freedom, and back.
 
-use crate::conditions::Support;
-use crate::geometry::Vec3;
-use crate::lanes::Lanes;
+use crate::math::lanes::Lanes;
+use crate::mesh::Vec3;
+use crate::model::conditions::Support;
 use crate::rigid::{Gait, Hold, Matter, Pose, Wrench};
 
 /// One body of a pack: its matter, its pose, its lane.

@@ -1,8 +1,8 @@
 //! Fixed and driven nodes: the force that makes a node move as prescribed.
 
-use crate::conditions::Support;
-use crate::lanes::Lanes;
-use crate::motion::{Coefficients, Motion};
+use crate::math::lanes::Lanes;
+use crate::model::conditions::Support;
+use crate::state::motion::{Coefficients, Motion};
 
 /// Supports of one pack.
 #[derive(Clone, Copy)]

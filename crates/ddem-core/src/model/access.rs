@@ -1,13 +1,15 @@
 //! Parts of a model that other crates read.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::Model;
-use crate::charge::ChargeSize;
-use crate::conditions::Conditions;
-use crate::contact::ContactDoubt;
-use crate::geometry::Geometry;
-use crate::problem::Problem;
+use crate::error::Fault;
+use crate::joint::contact::ContactDoubt;
+use crate::mesh::Geometry;
+use crate::model::charge::ChargeSize;
+use crate::model::conditions::Conditions;
+use crate::model::problem::Problem;
 
 impl Model {
     /// The problem that it was made from.
@@ -46,5 +48,25 @@ impl Model {
         let of = (&*self.geometry, &self.packs, &self.assembly);
         let contact = self.contact.iter().filter(|contact| contact.search);
         contact.flat_map(|contact| contact.doubts(&self.properties, of)).collect()
+    }
+
+    /// The fault of a stage, given by its place, that looks for a factor of safety where nothing can fail.
+    #[must_use]
+    pub fn without_strength(&self, place: &str) -> Option<Fault> {
+        let nothing = "there is no strength to divide: no joint can fail, and blocks do not meet";
+        let help = "give joints `friction`, `cohesion` or `tension`, or let blocks meet";
+        let weak = self.laws.iter().all(Option::is_none) && !self.can_meet();
+        weak.then(|| Fault::new(place, nothing).help(help))
+    }
+
+    /// Names of the joints between blocks that never fail.
+    pub fn joints_without_strength(&self) -> impl Iterator<Item = &str> {
+        let used: BTreeSet<u16> = self.joint_numbers().collect();
+        let weak = move |number: usize| {
+            u16::try_from(number).is_ok_and(|joint| used.contains(&joint))
+                && self.laws[number].is_none()
+        };
+        let joints = self.properties.joints.iter().enumerate();
+        joints.filter(move |(number, _)| weak(*number)).map(|(_, joint)| joint.name.as_str())
     }
 }

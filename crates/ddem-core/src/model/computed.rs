@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::Model;
-use crate::contact::{Skins, Surfaces};
 use crate::error::Fault;
-use crate::history::{Function, no_velocity};
+use crate::joint::contact::{Skins, Surfaces};
 use crate::law::JointLaw;
-use crate::properties::JointProperties;
-use crate::sliding::Sliding;
+use crate::mesh::properties::JointProperties;
+use crate::model::history::{Function, no_velocity};
+use crate::model::sliding::Sliding;
 
 /// Normal tractions at which a law is tried before it is taken `[Pa]`.
 const TRIED: [f64; 4] = [0.0, -1e3, -1e6, -1e8];
@@ -74,7 +74,7 @@ impl Model {
         if !self.properties.contact.given && self.can_fail() {
             let new = || Surfaces::new(&self.properties, &self.laws, &self.geometry, &self.packs);
             let mut surfaces = self.contact.take().unwrap_or_else(new);
-            surfaces.open &= !crate::mechanism::is_connected(&self.geometry);
+            surfaces.open &= !crate::mesh::connected::is_connected(&self.geometry);
             surfaces.search = true;
             self.properties.contact.search = true;
             self.contact = Some(surfaces);

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use super::Model;
 use super::meeting::at_bonds;
-use crate::assembly::Assembly;
-use crate::conditions::{Fading, Loaded, Released};
-use crate::contact::Surfaces;
-use crate::geometry::Geometry;
-use crate::in_situ::InSitu;
-use crate::seams::Seams;
-use crate::sliding::Sliding;
+use crate::joint::contact::Surfaces;
+use crate::mesh::Geometry;
+use crate::mesh::assembly::Assembly;
+use crate::mesh::in_situ::InSitu;
+use crate::mesh::seams::Seams;
+use crate::model::conditions::{Fading, Loaded, Released};
+use crate::model::sliding::Sliding;
 
 impl Model {
     /// What changes on the way from one stage to another: blocks that are taken out, joints, materials.

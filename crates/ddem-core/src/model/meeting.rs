@@ -1,9 +1,9 @@
 //! Where blocks of a model may meet.
 
 use super::Model;
-use crate::contact::{Contacts, Seated, Surfaces, at_nodes};
-use crate::geometry::Geometry;
-use crate::properties::{JointProperties, Properties};
+use crate::joint::contact::{Contacts, Seated, Surfaces, at_nodes};
+use crate::mesh::Geometry;
+use crate::mesh::properties::{JointProperties, Properties};
 
 /// Mass and stiffness that joints between faces that do not match have at nodes.
 pub(super) fn at_bonds(

@@ -1,12 +1,22 @@
 //! All that is fixed: built once, from a problem without faults.
 
 mod access;
+pub(crate) mod boundary;
+pub(crate) mod charge;
 mod computed;
+pub(crate) mod conditions;
 mod elements;
 mod excavation;
+pub(crate) mod history;
+pub(crate) mod mechanism;
 mod meeting;
+pub(crate) mod pairs;
 mod places;
+pub mod problem;
 mod ramp;
+mod ranges;
+pub(crate) mod sliding;
+pub(crate) mod stage;
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -14,21 +24,21 @@ use std::sync::{Arc, OnceLock};
 use meeting::at_bonds;
 use places::Boxes;
 
-use crate::assembly::{Assembly, NO_TABLE};
-use crate::boundary::{Borders, Made};
-use crate::breaks::Breaks;
-use crate::conditions::{Active, Applied, Conditions};
-use crate::contact::{Places, Seated, Surfaces, seated};
 use crate::element::Elastic;
-use crate::geometry::{Face, Geometry, Stages, faces};
-use crate::in_situ::InSitu;
-use crate::lanes::Lanes;
+use crate::joint::breaks::Breaks;
+use crate::joint::contact::{Places, Seated, Surfaces, seated};
 use crate::law::Laws;
-use crate::pack::Packs;
-use crate::problem::Problem;
-use crate::properties::{Kinematics, Properties};
-use crate::seams::{Seam, Seams};
-use crate::sliding::Sliding;
+use crate::math::lanes::Lanes;
+use crate::mesh::assembly::{Assembly, NO_TABLE};
+use crate::mesh::in_situ::InSitu;
+use crate::mesh::pack::Packs;
+use crate::mesh::properties::{Kinematics, Properties};
+use crate::mesh::seams::{Seam, Seams};
+use crate::mesh::{Face, Geometry, Stages, faces};
+use crate::model::boundary::{Borders, Made};
+use crate::model::conditions::{Active, Applied, Conditions};
+use crate::model::problem::Problem;
+use crate::model::sliding::Sliding;
 
 /// Times that waves of a charge cross the model, on its diagonal, before joints and contacts are damped again.
 const CROSSINGS: f64 = 10.0;
@@ -291,11 +301,11 @@ impl Model {
     pub(crate) fn bytes(&self) -> usize {
         let tables: usize = self.assembly.tables.iter().map(|table| table.bytes()).sum();
         let inertia: usize = self.assembly.inertia.iter().map(|i| i.bytes()).sum();
-        self.packs.packs.len() * (size_of::<crate::pack::Pack>() + 36)
+        self.packs.packs.len() * (size_of::<crate::mesh::pack::Pack>() + 36)
             + self.geometry.bodies.len() * size_of::<u32>()
             + self.stages.bytes()
             + self.faces.len() * size_of::<Face>()
-            + self.assembly.elements.len() * size_of::<crate::assembly::Element>()
+            + self.assembly.elements.len() * size_of::<crate::mesh::assembly::Element>()
             + tables
             + inertia
             + self.in_situ.as_ref().map_or(0, InSitu::bytes)

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Model;
-use crate::contact::Skins;
-use crate::geometry::Geometry;
-use crate::geometry::NO_JOINT;
+use crate::joint::contact::Skins;
 use crate::law::Between;
-use crate::seams::Seams;
+use crate::mesh::Geometry;
+use crate::mesh::NO_JOINT;
+use crate::mesh::seams::Seams;
 
 impl Model {
     /// Gives joints that are others than `before` strengths that are a part of the way from those to their

@@ -11,7 +11,7 @@ mod hold;
 use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::leapfrog::coefficients;
+use crate::math::leapfrog::coefficients;
 
 pub(crate) use hold::Hold;
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::lanes::Lanes;
+use crate::math::lanes::Lanes;
 use crate::model::Model;
 
 /// Nodes below which a part is not worth waking a thread for.

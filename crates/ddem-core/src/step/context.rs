@@ -3,16 +3,16 @@
 use super::first::Pass;
 use crate::force::boundary::Dashpots;
 use crate::force::support::Supports;
-use crate::lanes::Lanes;
+use crate::math::lanes::Lanes;
+use crate::mesh::pack::Pack;
 use crate::model::Model;
-use crate::motion::{Coefficients, Motion};
-use crate::pack::Pack;
-use crate::pass::Viscous;
 use crate::state::State;
-use crate::view::StageView;
+use crate::state::motion::{Coefficients, Motion};
+use crate::state::pass::Viscous;
+use crate::state::view::StageView;
 
 /// Model, conditions and settings of a step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Context<'a> {
     pub(crate) model: &'a Model,
     pub(crate) view: &'a StageView,

@@ -2,8 +2,8 @@
 
 use super::rigid::{follow, held_ways};
 use super::{Context, PackContext};
-use crate::lanes::LANES;
-use crate::parallel::node_start;
+use crate::math::lanes::LANES;
+use crate::mesh::parallel::node_start;
 use crate::state::State;
 
 /// Moves what is held by the ways `[m]` that the context has as velocities of its supports; of a rigid block

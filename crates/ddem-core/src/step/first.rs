@@ -5,19 +5,19 @@ use std::ops::Range;
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
-use crate::assembly::NO_TABLE;
-use crate::breaks::{Breaks, Broken, Look, Losses, Lost};
-use crate::contact::{Contacts, Ground, Placing, Surfaces, find, let_go};
 use crate::element::corotation::Frame;
-use crate::exact::Exact;
 use crate::force::body::body;
 use crate::force::joint::{cell_energy, joint};
-use crate::kinematics::Moved;
-use crate::lanes::{LANES, Lanes};
+use crate::joint::breaks::{Breaks, Broken, Look, Losses, Lost};
+use crate::joint::contact::{Contacts, Ground, Placing, Surfaces, find, let_go};
+use crate::joint::kinematics::Moved;
+use crate::math::exact::Exact;
+use crate::math::lanes::{LANES, Lanes};
+use crate::mesh::assembly::NO_TABLE;
+use crate::mesh::parallel::{node_start, share_start, spread};
 use crate::model::Model;
-use crate::parallel::{node_start, share_start, spread};
-use crate::pass::{Input, Output, Viscous, Workspace};
-use crate::scratch::{Forces, Scratch};
+use crate::state::pass::{Input, Output, Viscous, Workspace};
+use crate::step::scratch::{Forces, Scratch};
 
 /// What the first pass looks at.
 #[derive(Clone, Copy)]

@@ -5,26 +5,30 @@
 //! one order, and the nodes move, unless it is a trial. The order of physics inside a pack is read in
 //! [`run_second`].
 
+pub(crate) mod cluster;
 mod context;
 mod driving;
 mod first;
+pub(crate) mod frames;
 mod nodes;
 mod relaxing;
 mod rigid;
+pub(crate) mod scratch;
 mod sliding;
+pub(crate) mod timestep;
 
 use std::ops::Range;
 
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
-use crate::breaks::{Breaks, Losses};
-use crate::contact::Contacts;
-use crate::lanes::Lanes;
-use crate::parallel::spread;
-use crate::scratch::{Access, Motions, Scratch, Second};
+use crate::joint::breaks::{Breaks, Losses};
+use crate::joint::contact::Contacts;
+use crate::math::lanes::Lanes;
+use crate::math::sums::Sums;
+use crate::mesh::parallel::spread;
 use crate::state::State;
-use crate::sums::Sums;
+use crate::step::scratch::{Access, Motions, Scratch, Second};
 
 pub(crate) use context::Context;
 use context::PackContext;

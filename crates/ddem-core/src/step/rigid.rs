@@ -6,13 +6,13 @@
 use super::{Context, PackContext};
 use crate::force::rigid::{Member, at};
 use crate::force::support::Supports;
-use crate::frames::frame_of;
-use crate::lanes::{LANES, Lanes};
-use crate::leapfrog::local_damping;
+use crate::math::lanes::{LANES, Lanes};
+use crate::math::leapfrog::local_damping;
+use crate::math::sums::Sums;
 use crate::model::Model;
 use crate::rigid::{Gait, Hold, Pose, Wrench};
-use crate::scratch::{Access, Part};
-use crate::sums::Sums;
+use crate::step::frames::frame_of;
+use crate::step::scratch::{Access, Part};
 
 /// Poses of the bodies of a pack.
 pub(crate) type Poses = [Pose; LANES];

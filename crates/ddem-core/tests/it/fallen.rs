@@ -91,7 +91,7 @@ fn what_has_failed_and_met_after_an_excavation_resumes() {
     assert!(whole.failed_pairs().iter().sum::<u64>() > failed);
     assert!(whole.contact_counts().points > 0);
     // Of the pairs of faces that do not match some hold and some do not.
-    let states = whole.model().fields().find(|field| field.name == "state");
+    let states = ddem_core::fields(whole.model()).find(|field| field.name == "state");
     let states = states.map(|field| whole.snapshot().values(field)).unwrap_or_default();
     let matching: usize =
         whole.model().faces().iter().map(|f| (f.divisions as usize + 1).pow(2)).sum();

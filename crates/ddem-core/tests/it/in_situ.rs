@@ -89,8 +89,8 @@ fn a_stress_that_is_held_stays() {
         let faces = simulation.model().faces().to_vec();
         let tractions = simulation.tractions();
         for face in faces {
-            let normal = Vec3::from(face.normal(simulation.model()));
-            let pairs = face.pairs(simulation.model()).count();
+            let normal = Vec3::from(face.normal(simulation.model().geometry()));
+            let pairs = face.pairs(simulation.model().geometry()).count();
             for traction in &tractions[face.first_pair as usize..][..pairs] {
                 let off = Vec3::from(*traction) - matrix(stress) * normal;
                 assert!(off.norm() < 1e-9 * 9e6, "{kind}: {traction:?}");

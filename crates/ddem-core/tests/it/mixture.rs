@@ -110,7 +110,7 @@ fn look(simulation: &mut Simulation) {
     simulation.reaction(&[0, 1]);
     let _ = simulation.failed_pairs();
     for field in FIELDS {
-        simulation.snapshot().values(&field);
+        let _ = simulation.snapshot().values(&field);
     }
     simulation.contacts();
     simulation.momentum();
@@ -162,12 +162,12 @@ fn fields_in_pieces_of_any_size_are_those_at_once() {
     let (n, [patches, _]) = (simulation.model().n_nodes(), contacts(&mut simulation));
     let failed = simulation.failed_pairs();
     assert!(n > 5000 && patches > 0 && failed != [0; 2], "{n} {patches} {failed:?}");
-    let mut fields: Vec<Field> = simulation.model().fields().copied().collect();
+    let mut fields: Vec<Field> = ddem_core::fields(simulation.model()).copied().collect();
     fields.push(FORCE);
     let wholes: Vec<_> = fields.iter().map(|field| simulation.snapshot().values(field)).collect();
     let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     for size in [1, 7, 1000, 4567] {
-        let mut snapshot = simulation.snapshot();
+        let snapshot = simulation.snapshot();
         for (field, whole) in fields.iter().zip(&wholes) {
             let n = snapshot.len(field.on);
             let mut pieces = vec![f64::MAX; n * field.components];

@@ -183,14 +183,14 @@ fn check_faces(sample: &Sample, model: &Model) -> Result<(), TestCaseError> {
     let mut volume = 0.0;
     for face in model.faces() {
         let d = face.direction as usize;
-        let areas: Vec<f64> = face.areas(model).collect();
+        let areas: Vec<f64> = face.areas(model.geometry()).collect();
         let area: f64 = areas.iter().sum();
         prop_assert_eq!(face.first_pair as usize, pairs);
         pairs += areas.len();
         volume += area * sample.thickness[d];
-        let ends: Vec<[u32; 2]> = face.pairs(model).collect();
+        let ends: Vec<[u32; 2]> = face.pairs(model.geometry()).collect();
         prop_assert_eq!(ends.len(), areas.len());
-        let normal = Vec3::from(face.normal(model));
+        let normal = Vec3::from(face.normal(model.geometry()));
         for &[a, b] in &ends {
             let across = Vec3::from(model.point(b as usize)) - Vec3::from(model.point(a as usize));
             prop_assert!(close(across.dot(&normal), sample.thickness[d], 1e-9));

@@ -185,7 +185,9 @@ fn glued(model: &Model) -> Vec<String> {
         let held: HashSet<u32> = nodes.iter().copied().collect();
         let is_held = |face: &&Face| {
             model.joint_can_fail(face.joint)
-                && face.pairs(model).all(|pair| pair.iter().all(|node| held.contains(node)))
+                && face
+                    .pairs(model.geometry())
+                    .all(|pair| pair.iter().all(|node| held.contains(node)))
                 && [face.a, face.b].iter().any(|&block| !holds_all(&held, block))
         };
         let glued: Vec<&Face> = model.faces().iter().filter(is_held).collect();

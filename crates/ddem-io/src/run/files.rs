@@ -119,7 +119,7 @@ impl Files {
         let now = simulation.time();
         let time = if now > self.last_frame { now } else { self.last_frame + self.nudge };
         self.last_frame = time;
-        let mut snapshot = simulation.snapshot();
+        let snapshot = simulation.snapshot();
         for (joints, writer) in [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())] {
             let Some(writer) = writer else { continue };
             let fields: Vec<&Field> = table(snapshot.model(), joints).collect();
@@ -182,7 +182,7 @@ pub(super) fn nudge(deck: &Deck, still: f64) -> f64 {
 
 /// Fields of the joint surfaces, or of the blocks.
 fn table(model: &Model, joints: bool) -> impl Iterator<Item = &'static Field> + use<> {
-    model.fields().filter(move |field| (field.on == On::Pair) == joints)
+    ddem_core::fields(model).filter(move |field| (field.on == On::Pair) == joints)
 }
 
 /// Type of the numbers of a field in the files.

@@ -83,7 +83,7 @@ impl Sampler {
             let nodes: Vec<u32> = self.values.iter().map(|node| node.number as u32).collect();
             return simulation.reaction(&nodes).to_vec();
         };
-        let mut snapshot = simulation.snapshot();
+        let snapshot = simulation.snapshot();
         let mut numbers = vec![0.0; field.components];
         let (mut sum, mut count) = (numbers.clone(), 0.0);
         for &Value { block, number } in &self.values {
@@ -101,7 +101,7 @@ impl Sampler {
 /// The field that a quantity is; none of reactions.
 fn field(quantity: Quantity, index: usize, model: &Model) -> Result<Option<&'static Field>, Fault> {
     let Some(name) = quantity.field() else { return Ok(None) };
-    let found = model.fields().find(|field| field.name == name && field.on != On::Pair);
+    let found = ddem_core::fields(model).find(|field| field.name == name && field.on != On::Pair);
     found.map(Some).ok_or_else(|| {
         let message = format!("there is no `{name}`: the model keeps no peaks");
         Fault::new(format!("probe[{index}].quantity"), message)

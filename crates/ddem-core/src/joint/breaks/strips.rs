@@ -1,0 +1,84 @@
+//! Strips and corners that touch a failed pair are gone.
+
+use super::{Breaks, Broken};
+use crate::math::lanes::LANES;
+use crate::mesh::assembly::{Assembly, NO_TABLE};
+use crate::mesh::pack::Packs;
+
+/// Where a strip or corner element is: pack, offset, element, lane.
+pub(crate) type Cell = (usize, usize, usize, usize);
+
+impl Breaks {
+    /// Strip and corner elements around the pairs that failed since the last call, each once and
+    /// in order; the elements are still alive.
+    pub(crate) fn touched(&mut self, packs: &Packs, assembly: &Assembly) -> Vec<Cell> {
+        let mut cells = Vec::new();
+        for (index, lattices) in self.packs.iter_mut().enumerate() {
+            let Some(lattices) = lattices else { continue };
+            for d in 0..3 {
+                let Some(lattice) = &mut lattices[1 << d] else { continue };
+                for (pair, lane) in lattice.fresh.drain(..) {
+                    around(packs, (index, d), pair as usize, lane as usize, &mut cells);
+                }
+            }
+        }
+        cells.retain(|&(pack, offset, element, lane)| {
+            let table = assembly.pack_tables[pack][offset];
+            table != NO_TABLE
+                && assembly.tables[table as usize].elements[lane].is_some()
+                && self.get(pack, offset).is_none_or(|l| l.alive[element].0[lane] != 0.0)
+        });
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+
+    /// Takes elements of one strip or corner lattice out.
+    pub(crate) fn remove(&mut self, packs: &Packs, assembly: &Assembly, cells: &[Cell]) {
+        for &(pack, offset, element, lane) in cells {
+            let tables = assembly.pack_tables[pack];
+            let lattice = self.at(pack)[offset]
+                .get_or_insert_with(|| Broken::intact(packs, &packs.packs[pack], tables, offset));
+            lattice.alive[element].0[lane] = 0.0;
+            let there = assembly.tables[tables[offset] as usize].elements;
+            lattice.any_alive = (0..LANES).any(|lane| {
+                there[lane].is_some() && lattice.alive.iter().any(|alive| alive.0[lane] != 0.0)
+            });
+        }
+    }
+}
+
+/// Cells across the joint of direction `d` that hold both nodes of a pair.
+fn around(
+    packs: &Packs,
+    (index, d): (usize, usize),
+    pair: usize,
+    lane: usize,
+    cells: &mut Vec<Cell>,
+) {
+    let pack = &packs.packs[index];
+    let n = packs.shape_of(pack).divisions;
+    let [e, f] = [(d + 1) % 3, (d + 2) % 3];
+    let at = [pair % (n + 1), pair / (n + 1)];
+    // Bits of the directions at whose ends the pair lies, and of those at the lower end.
+    let ends = |want: usize| -> usize {
+        [(e, at[0]), (f, at[1])].iter().filter(|(_, i)| *i == want).map(|(axis, _)| 1 << axis).sum()
+    };
+    let (upper, lower) = (ends(n), ends(0));
+    for crossed in [1 << e, 1 << f, 1 << e | 1 << f] {
+        if crossed & !(upper | lower) != 0 {
+            continue;
+        }
+        // Who owns the cells: across the lower ends.
+        let owner = match crossed & lower {
+            0 => Some((index, lane)),
+            down => pack.lower[down].at(lane),
+        };
+        let Some((owner, lane)) = owner else { continue };
+        let offset = 1 << d | crossed;
+        // Along a strip the pair touches the elements on both sides of its line.
+        let along = if crossed == 1 << e { at[1] } else { at[0] };
+        let elements = if offset == 7 { 0..1 } else { along.saturating_sub(1)..(along + 1).min(n) };
+        cells.extend(elements.map(|element| (owner, offset, element, lane)));
+    }
+}

@@ -1,0 +1,145 @@
+//! Which strips and corners go with a pair, against all cells that hold both its nodes.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::Broken;
+use super::strips::Cell;
+use crate::element::{Elastic, ElementKind};
+use crate::math::lanes::LANES;
+use crate::mesh::assembly::NO_TABLE;
+use crate::mesh::properties::Kinematics;
+use crate::model::Model;
+use crate::model::problem::*;
+
+/// Pack, lane and local number of a node.
+type Node = (usize, usize, usize);
+
+/// Blocks of 1 m with joints of 0.02 m between them, one of them left out.
+fn model(count: [usize; 3], divisions: usize, gone: Option<[usize; 3]>) -> Model {
+    let rock = Elastic::new(2400.0, 18e9, 0.25);
+    let seam = JointProperties {
+        name: "seam".into(),
+        thickness: 0.02,
+        elasticity: JointElasticity::Layer(rock),
+        law: None,
+    };
+    let cells = count.iter().product();
+    let inner = |at: usize, end: usize| if at == 0 || at == end { 0.0 } else { 0.02 };
+    let mut lattice = Lattice {
+        set: 0,
+        refined: None,
+        origin: Vec3::zeros(),
+        axes: [0, 1, 2].map(|d| Vec3::ith(d, 1.0)),
+        divisions,
+        rigid: false,
+        count,
+        cuts: count.map(|n| (0..=n).map(|at| at as f64).collect()),
+        lengths: count.map(|n| vec![1.0; n]),
+        gaps: count.map(|n| (0..=n).map(|at| inner(at, n)).collect()),
+        body: vec![0; cells],
+        material: Arc::new(vec![0; cells]),
+        joint: [0; 3].map(|joint| Arc::new(vec![joint; cells])),
+        own_joint: [0; 3],
+    };
+    if let Some(cell) = gone {
+        let at = lattice.index(cell);
+        lattice.body[at] = NONE;
+    }
+    let bounds = [Vec3::zeros(), Vec3::from(count.map(|n| n as f64))];
+    let geometry = Geometry::new(vec![lattice], bounds);
+    Model::new(Arc::new(Problem {
+        properties: Properties {
+            gravity: Vec3::zeros(),
+            kinematics: Kinematics::Corotational,
+            element: ElementKind::Incompatible,
+            peaks: false,
+            contact: ContactProperties::default(),
+            materials: vec![rock],
+            joints: vec![seam],
+        },
+        stages: Stages { geometries: vec![(0, Arc::new(geometry))], assigns: vec![], dug: false },
+        conditions: Conditions::default(),
+        borders: Borders::default(),
+        stresses: Vec::new(),
+        motions: Vec::new(),
+        kinds: Vec::new(),
+        sets: Sets { bounds, list: Vec::new() },
+    }))
+}
+
+/// A node of a joint lattice, given by its place there.
+fn node(model: &Model, pack: usize, lane: usize, offset: usize, place: usize) -> Node {
+    let packs = &model.packs;
+    let node = packs.shape_of(&packs.packs[pack]).joints[offset][place];
+    let upper = packs.packs[pack].upper[node.offset].at(lane);
+    let (pack, lane) = if node.offset == 0 { (pack, lane) } else { upper.expect("a neighbour") };
+    (pack, lane, node.local)
+}
+
+/// All strip and corner elements with their eight nodes.
+fn cells(model: &Model) -> Vec<(Cell, Vec<Node>)> {
+    let mut cells = Vec::new();
+    for pack in 0..model.packs.packs.len() {
+        for (offset, lane) in [3, 5, 6, 7].into_iter().flat_map(|o| (0..LANES).map(move |l| (o, l)))
+        {
+            let table = model.assembly.pack_tables[pack][offset];
+            if table == NO_TABLE || model.assembly.tables[table as usize].elements[lane].is_none() {
+                continue;
+            }
+            let [nx, ny, nz] = model.packs.shape_of(&model.packs.packs[pack]).dims(offset);
+            for element in 0..nx * ny * nz {
+                let at = [element % nx, element / nx % ny, element / (nx * ny)];
+                let corner = |c: usize| {
+                    let [x, y, z] = [at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)];
+                    node(model, pack, lane, offset, x + (nx + 1) * (y + (ny + 1) * z))
+                };
+                cells.push(((pack, offset, element, lane), (0..8).map(corner).collect()));
+            }
+        }
+    }
+    cells
+}
+
+#[test]
+fn strips_and_corners_that_hold_both_nodes_go_with_a_pair() {
+    let lattices = [
+        ([3, 3, 3], 2, None),
+        ([4, 2, 3], 1, None),
+        ([2, 3, 4], 3, Some([0, 1, 2])),
+        ([3, 3, 3], 2, Some([1, 1, 1])),
+    ];
+    for (count, divisions, gone) in lattices {
+        let model = model(count, divisions, gone);
+        let (packs, assembly) = (&model.packs, &model.assembly);
+        let all = cells(&model);
+        let mut removed = 0;
+        for (pack, d) in (0..packs.packs.len()).flat_map(|pack| (0..3).map(move |d| (pack, d))) {
+            let Some(seam) = model.seams.get(pack, d) else { continue };
+            let places = &packs.shape_of(&packs.packs[pack]).pairs[d];
+            for lane in (0..LANES).filter(|&lane| seam.joints[lane] != NO_JOINT) {
+                for (p, place) in places.iter().enumerate() {
+                    let ends = place.sides.map(|side| node(&model, pack, lane, 1 << d, side));
+                    let holds = |(_, nodes): &&(Cell, Vec<Node>)| {
+                        ends.iter().all(|end| nodes.contains(end))
+                    };
+                    let expected: BTreeSet<Cell> =
+                        all.iter().filter(holds).map(|(cell, _)| *cell).collect();
+                    let mut breaks = model.breaks();
+                    let tables = assembly.pack_tables[pack];
+                    let mut lattice = Broken::intact(packs, &packs.packs[pack], tables, 1 << d);
+                    lattice.set_failed(places, p, lane);
+                    breaks.at(pack)[1 << d] = Some(lattice);
+                    let found: BTreeSet<Cell> =
+                        breaks.touched(packs, assembly).into_iter().collect();
+                    assert_eq!(
+                        found, expected,
+                        "pack {pack}, direction {d}, lane {lane}, pair {p}"
+                    );
+                    removed += found.len();
+                }
+            }
+        }
+        assert!(removed > 0, "{count:?}");
+    }
+}

@@ -1,0 +1,194 @@
+//! §6: how stiff contacts can make a model, and how fast their dashpots and those of joints can be.
+//!
+//! Contacts come and go, so that they are bounded instead of computed: two blocks in contact are at most twice
+//! as stiff as one against ground that stands still, and a block is stiffest with contacts on all its
+//! faces.
+
+use nalgebra::{Matrix3, Matrix6};
+
+use super::Skins;
+use crate::collide::FaceOf;
+use crate::law::Stiffness;
+use crate::math::lanes::{LANES, Lanes};
+use crate::mesh::assembly::Assembly;
+use crate::mesh::pack::Packs;
+use crate::mesh::{Geometry, Vec3};
+use crate::rigid::Matter;
+
+/// Most that contacts add to the square of the largest angular frequency of deformable blocks, and
+/// the square of that of rigid ones with all their joints and contacts `[1/s²]`.
+pub(crate) fn bound(
+    skins: &Skins,
+    (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
+) -> [f64; 2] {
+    let mut most = [0.0_f64; 2];
+    for body in 0..geometry.bodies.len() {
+        let lattice = geometry.lattice(body);
+        if lattice.rigid {
+            let (pack, lane) = packs.slot(body);
+            let matter = &assembly.rigid[packs.packs[pack].rigid_start][lane];
+            most[1] = most[1].max(2.0 * rigid(skins, body as u32, matter));
+        } else {
+            let faces = each_face(skins, geometry, body);
+            let corners = (0..8).map(|corner| [0, 1, 2].map(|d| Some(corner >> d & 1 == 1)));
+            most[0] = corners.map(|at| on_node(&faces, at)[0]).fold(most[0], f64::max);
+        }
+    }
+    most
+}
+
+/// Stiffness of contacts on a face of a block for each unit of area, where no joint is, twice for the
+/// other block `[Pa/m]`: along the normal and across.
+pub(crate) fn outer(skins: &Skins, body: usize, face: FaceOf) -> [f64; 2] {
+    let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
+    [2.0 * normal, 2.0 * shear]
+}
+
+pub(crate) fn faces() -> impl Iterator<Item = FaceOf> {
+    (0..6).map(FaceOf::of_number)
+}
+
+/// What contacts, and dashpots that work with velocities half a step old, add at most to the nodes of deformable
+/// blocks.
+///
+/// A step is stable where `M − Δt C/2 − Δt² K/4` has no negative eigenvalue. For the step `g` that is expected the
+/// dashpots are springs of stiffness `2 C/g`.
+pub(crate) struct Added {
+    /// Of each node, for its mass `[1/s²]`.
+    pub(crate) squares: Vec<Lanes>,
+    /// Step that is expected `[s]`.
+    expected: f64,
+    /// Largest of half the dampings of nodes, for their mass `[1/s]`.
+    dashpots: f64,
+}
+
+impl Added {
+    /// Of contacts, if there can be any, and of dashpots with a damping ratio.
+    pub(crate) fn new(
+        skins: &Skins,
+        (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
+        (contacts, ratio): (bool, f64),
+    ) -> Self {
+        let mut squares = vec![Lanes::ZERO; packs.nodes];
+        let mut rates = squares.clone();
+        for body in 0..geometry.bodies.len() {
+            let (index, lane) = packs.slot(body);
+            let pack = &packs.packs[index];
+            if pack.rigid {
+                continue;
+            }
+            let faces = each_face(skins, geometry, body);
+            let n = packs.shape_of(pack).divisions;
+            for node in 0..(n + 1).pow(3) {
+                let [i, j, k] = [node % (n + 1), node / (n + 1) % (n + 1), node / (n + 1).pow(2)];
+                let at = [i, j, k].map(|i| (i == 0 || i == n).then_some(i == n));
+                let [square, rate] = on_node(&faces, at);
+                squares[pack.start + node].0[lane] = if contacts { square } else { 0.0 };
+                rates[pack.start + node].0[lane] = ratio * rate;
+            }
+        }
+        let most = |field: &[Lanes]| field.iter().flat_map(|lanes| lanes.0).fold(0.0, f64::max);
+        let dashpots = most(&rates);
+        // The stiffness of a node alone is near that of the fastest mode.
+        let alone = assembly.inertia.iter().flat_map(|inertia| {
+            let of = |(i, k): (usize, &Lanes)| (inertia.mass[i / 3], *k);
+            inertia.diagonal.iter().enumerate().map(of)
+        });
+        let alone = alone
+            .flat_map(|(mass, k)| std::array::from_fn::<_, { LANES }, _>(|l| (mass.0[l], k.0[l])))
+            .filter(|(mass, _)| *mass > 0.0)
+            .map(|(mass, k)| k / mass);
+        let square = most(&squares) + alone.fold(0.0, f64::max);
+        let expected = longest(0.25 * square, dashpots);
+        for (square, rate) in squares.iter_mut().zip(&rates) {
+            *square = Lanes(std::array::from_fn(|l| square.0[l] + 4.0 * rate.0[l] / expected));
+        }
+        Self { squares, expected, dashpots }
+    }
+
+    /// Critical step, from the largest eigenvalue of `M⁻¹ K` with these additions `[s]`.
+    pub(crate) fn critical_step(&self, largest: f64) -> f64 {
+        let step = 2.0 / largest.sqrt();
+        if self.dashpots == 0.0 || step >= self.expected {
+            // The dashpots are less of it than was expected.
+            return step;
+        }
+        // They are more: by no more than the largest of them.
+        longest((0.25 * largest - self.dashpots / self.expected).max(0.0), self.dashpots)
+    }
+}
+
+/// Largest Δt with `a Δt² + b Δt ≤ 1`.
+fn longest(a: f64, b: f64) -> f64 {
+    2.0 / (b + (b * b + 4.0 * a).sqrt())
+}
+
+/// Contacts and dashpots on one face of a deformable block, for the mass of a node on it.
+#[derive(Clone, Copy, Default)]
+struct OnFace {
+    /// Stiffness along the normal, and across `[1/s²]`.
+    normal: f64,
+    shear: f64,
+    /// Rate of the dashpots for a damping ratio of 1: `ω_c √(m/m_n)` with the mass m that vibrates on them and that
+    /// of the node `[1/s]`.
+    rate: f64,
+}
+
+fn each_face(skins: &Skins, geometry: &Geometry, body: usize) -> [OnFace; 6] {
+    [0, 1, 2, 3, 4, 5].map(|number| {
+        let face = FaceOf::of_number(number);
+        let per_mass = per_mass(skins, geometry, (body, face));
+        let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
+        let stiffest = skins.stiffest(body as u32, face).normal;
+        let moved = skins.moved(body as u32, face, stiffest);
+        OnFace {
+            normal: normal * per_mass,
+            shear: shear * per_mass,
+            rate: (stiffest * per_mass * moved).sqrt(),
+        }
+    })
+}
+
+/// Stiffness `[1/s²]` and rate `[1/s]` of a node that is, in each direction, on the lower or upper face or on
+/// none. On an edge or at a corner the shear of the faces beside adds to the normal of one.
+fn on_node(faces: &[OnFace; 6], at: [Option<bool>; 3]) -> [f64; 2] {
+    let on: [OnFace; 3] = std::array::from_fn(|d| match at[d] {
+        Some(upper) => faces[2 * d + usize::from(upper)],
+        None => OnFace::default(),
+    });
+    let along = |d: usize| on[d].normal + on[(d + 1) % 3].shear + on[(d + 2) % 3].shear;
+    let square = along(0).max(along(1)).max(along(2));
+    [square, on[0].rate.max(on[1].rate).max(on[2].rate)]
+}
+
+/// Area over mass of a node on a face, twice for the other block, `A/m = 2/(ρ h)` `[m²/kg]`.
+fn per_mass(skins: &Skins, geometry: &Geometry, (body, face): (usize, FaceOf)) -> f64 {
+    let (lattice, d) = (geometry.lattice(body), face.direction);
+    let cell = geometry.bodies[body].cell[d] as usize;
+    let height = lattice.spacing(d, cell) * lattice.normal(d).dot(&lattice.axes[d]);
+    4.0 / (skins.density(body as u32, face) * height)
+}
+
+/// All faces in contact, or in their joint where that is stiffer, at their corners.
+fn rigid(skins: &Skins, body: u32, matter: &Matter) -> f64 {
+    let mut sum = Matrix6::zeros();
+    let mass = matter.mass.sqrt();
+    let root = matter.inverse_root();
+    for face in faces() {
+        let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
+        let cross = matter.half[e].cross(&matter.half[f]);
+        let normal = cross.try_normalize(0.0).unwrap_or_default();
+        let Stiffness { normal: stiff, shear } = skins.stiffest(body, face);
+        let across = normal * normal.transpose();
+        let k = (Matrix3::identity() * shear + across * (stiff - shear)) * cross.norm();
+        let side = matter.half[d] * if face.upper { 1.0 } else { -1.0 };
+        for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            let arm: Vec3 = side + matter.half[e] * i + matter.half[f] * j;
+            let mut way = nalgebra::Matrix3x6::zeros();
+            way.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / mass));
+            way.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm.cross_matrix() * root));
+            sum += way.transpose() * k * way;
+        }
+    }
+    sum.symmetric_eigenvalues().max()
+}

@@ -1,0 +1,93 @@
+//! Contacts that are allowed but perhaps not meant: far stiffer or softer than the blocks.
+
+use super::{Skins, Surfaces, bound};
+use crate::mesh::Geometry;
+use crate::mesh::assembly::Assembly;
+use crate::mesh::pack::Packs;
+use crate::mesh::properties::Properties;
+
+/// Times the blocks' own stiffness above which a given one only shortens the step.
+const STIFF: f64 = 100.0;
+/// Part by which it may shorten the step before something is said.
+const SHORT: f64 = 0.1;
+/// Times the blocks' own stiffness below which the blocks are no longer what they look like.
+const SOFT: f64 = 1e-3;
+/// Part of its edge by which a block may sink in under its own weight.
+const SINKS: f64 = 0.01;
+
+/// What is fixed in a model.
+type Fixed<'a> = (&'a Geometry, &'a Packs, &'a Assembly);
+
+/// A stiffness of contacts far from that of the blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactDoubt {
+    /// A given stiffness that shortens the time step.
+    Stiff {
+        /// Stiffness along the faces, not across them.
+        shear: bool,
+        /// Stiffness that is given `[Pa/m]`.
+        given: f64,
+        /// Stiffness of the faces that meet `[Pa/m]`.
+        own: f64,
+        /// Longest time step with it `[s]`.
+        step: f64,
+        /// Longest time step without it `[s]`.
+        without: f64,
+    },
+    /// A given stiffness with which blocks sink into each other.
+    Soft {
+        /// Stiffness along the faces, not across them.
+        shear: bool,
+        /// Stiffness that is given `[Pa/m]`.
+        given: f64,
+        /// Stiffness of the faces that meet `[Pa/m]`.
+        own: f64,
+    },
+    /// Blocks that sink in under their own weight.
+    Sinks {
+        /// Depth as a part of an edge of the block.
+        part: f64,
+        /// Density of the block `[kg/m³]`.
+        density: f64,
+        /// Normal stiffness of its contact `[Pa/m]`.
+        stiffness: f64,
+    },
+}
+
+impl Surfaces {
+    /// Stiffnesses of contacts far from those of the blocks.
+    pub(crate) fn doubts(&self, properties: &Properties, of: Fixed<'_>) -> Vec<ContactDoubt> {
+        let contact = &properties.contact;
+        let mut doubts = Vec::new();
+        let sinks = self.skins.sinks(properties.gravity.norm(), SINKS);
+        for (direction, given) in
+            [contact.normal_stiffness, contact.shear_stiffness].iter().enumerate()
+        {
+            let Some(given) = *given else { continue };
+            let shear = direction == 1;
+            let bare = self.skins.without(direction);
+            let [least, most] = bare.range(direction);
+            let own = if given > most { most } else { least };
+            let times = given / own;
+            let [step, without] = [&self.skins, &bare].map(|skins| longest_step(skins, of));
+            if times > STIFF || (times > 1.0 && step < SHORT * without) {
+                doubts.push(ContactDoubt::Stiff { shear, given, own, step, without });
+            } else if times < SOFT && (shear || sinks.is_none()) {
+                doubts.push(ContactDoubt::Soft { shear, given, own });
+            }
+        }
+        let sinks = sinks.map(|[part, density, stiffness]| ContactDoubt::Sinks {
+            part,
+            density,
+            stiffness,
+        });
+        doubts.extend(sinks);
+        doubts
+    }
+}
+
+/// Longest step that undamped contacts leave, whatever the blocks are `[s]`.
+fn longest_step(skins: &Skins, of: Fixed<'_>) -> f64 {
+    let [more, rigid] = bound(skins, of);
+    2.0 / more.max(rigid).sqrt()
+}

@@ -1,0 +1,369 @@
+//! The pairs of points of a patch, from where two blocks are.
+//!
+//! The axis of largest separation says which face is the ground. The part of each element's face of
+//! the finer side that lies over the outline of the other becomes a polygon, and its corners pairs:
+//! every area is counted once, and a corner, an edge or two crossed faces are nothing special. Two
+//! edges that cross at an angle to all faces are one pair.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::heirs::{Handed, Known, Old};
+use super::side::{Side, apart, edge_node, edge_spot, node_at};
+use super::skins::sides_of;
+use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
+use crate::collide::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
+use crate::law::{Settled, Traction};
+use crate::mesh::{Abutment, Vec3};
+
+/// Part of the area of an element's face below which a point of it is nothing.
+const NOTHING: f64 = 1e-9;
+/// Sine of the angle between edges that count as parallel.
+const PARALLEL: f64 = 1e-9;
+/// Part of the reach that a patch is valid at least.
+const SHORTEST: f64 = 0.01;
+
+/// How a patch is made.
+#[derive(Clone, Copy)]
+pub(crate) struct Fitting<'a> {
+    pub(crate) placing: Placing<'a>,
+    pub(crate) skins: &'a Skins,
+    /// Blocks that have supports.
+    pub(crate) held: &'a [[bool; crate::math::lanes::LANES]],
+}
+
+impl Fitting<'_> {
+    /// Distance at which two blocks get a patch `[m]`.
+    pub(crate) fn reach(&self, [a, b]: [u32; 2]) -> f64 {
+        let spacing = |block: u32| self.placing.blocks[block as usize].spacing;
+        REACH * spacing(a).min(spacing(b))
+    }
+
+    fn cell(&self, block: u32) -> Cell {
+        self.placing.blocks[block as usize].cell(self.placing.u)
+    }
+
+    /// Travel of two blocks, together, that cannot bring them within reach `[m]`; 0 where they are
+    /// to have a patch. What is found is the same whenever it is looked for: the gap of their boxes
+    /// changes no faster than they travel, and the height of one over a face of the other, which
+    /// tilts, no faster than by a lever.
+    pub(crate) fn free(&self, blocks: [u32; 2]) -> f64 {
+        let skin: f64 = blocks.iter().map(|&block| self.skins.thickness(block)).sum();
+        let near = self.reach(blocks) + skin;
+        let [a, b] =
+            blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
+        let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
+        let apart = gap.fold(f64::NEG_INFINITY, f64::max) - near;
+        if apart > 0.0 {
+            return apart;
+        }
+        let cells = blocks.map(|block| self.cell(block));
+        let separation = collide::separation(&cells[0], &cells[1]);
+        if separation.distance <= near {
+            return 0.0;
+        }
+        // Where crossed edges keep them apart, the best face does so for some time, or not at all.
+        let height = match separation.meeting {
+            Meeting::Face { .. } => separation.distance,
+            Meeting::Edges(_) => separation.distance - separation.margin,
+        };
+        let height = (height - near).max(0.0) / lever(&cells);
+        height.max(f64::MIN_POSITIVE)
+    }
+
+    /// The patch of two blocks; `None` when they are far apart. `old` is what they had, as it is now.
+    pub(crate) fn patch(&self, blocks: [u32; 2], old: Option<&Old>) -> Option<Patch> {
+        let cells = blocks.map(|block| self.cell(block));
+        let separation = collide::separation(&cells[0], &cells[1]);
+        let reach = self.reach(blocks);
+        let (skins, faces) = match separation.meeting {
+            Meeting::Edges(edges) => (
+                [0, 1].map(|side| self.skins.of_edge(blocks[side], edges[side])),
+                edges.map(|edge| sides_of(edge)[0]),
+            ),
+            Meeting::Face { of, face, other } => {
+                let faces = if of == 0 { [face, other] } else { [other, face] };
+                ([0, 1].map(|side| *self.skins.of(blocks[side], faces[side])), faces)
+            }
+        };
+        let held = blocks.map(|block| {
+            let Placed { pack, lane, .. } = self.placing.blocks[block as usize];
+            self.held.get(pack).is_some_and(|lanes| lanes[lane])
+        });
+        let both = self.skins.both([&skins[0], &skins[1]], held);
+        if separation.distance > both.skin + 2.0 * reach {
+            return None;
+        }
+        let mut patch = self.empty(blocks, &cells, &separation, both, reach);
+        patch.faces = faces.map(FaceOf::number);
+        let axes = patch.frame();
+        let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
+        match separation.meeting {
+            Meeting::Face { .. } => self.face(&mut patch, &frame, None),
+            Meeting::Edges(edges) => self.edges(&mut patch, edges),
+        }
+        self.remember(&mut patch, &frame, old);
+        Some(patch)
+    }
+
+    /// The patch of two faces that lie on each other, its points with nothing to remember. `seen` gets the
+    /// polygons that they are the corners of, and those inside.
+    pub(super) fn abutting(&self, abutment: &Abutment, seen: Polygons<'_>) -> Patch {
+        let Abutment { blocks, faces, .. } = *abutment;
+        let cells = blocks.map(|block| self.cell(block));
+        // The normal is that of the finer side, which has more to say.
+        let of = usize::from(
+            self.placing.blocks[blocks[1] as usize].element_area(faces[1])
+                < self.placing.blocks[blocks[0] as usize].element_area(faces[0]),
+        );
+        let (face, other) = (faces[of], faces[1 - of]);
+        let half = &cells[of].half;
+        let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
+        let cross = half[e].cross(&half[f]);
+        let out = if face.upper { half[d] } else { -half[d] };
+        let sign = if (cross.dot(&out) > 0.0) == (of == 0) { 1.0 } else { -1.0 };
+        let normal = cross.try_normalize(0.0).unwrap_or_default() * sign;
+        let meeting = Meeting::Face { of, face, other };
+        let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, meeting };
+        let reach = self.reach(blocks);
+        let mut patch = self.empty(blocks, &cells, &separation, Both::default(), reach);
+        patch.faces = faces.map(FaceOf::number);
+        let axes = patch.frame();
+        let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
+        self.face(&mut patch, &frame, Some(seen));
+        patch
+    }
+
+    fn empty(
+        &self,
+        blocks: [u32; 2],
+        cells: &[Cell; 2],
+        separation: &Separation,
+        both: Both,
+        reach: f64,
+    ) -> Patch {
+        let reference = match separation.meeting {
+            Meeting::Face { of, .. } => of,
+            Meeting::Edges(_) => 0,
+        };
+        let mut patch = Patch { blocks, reference: reference as u8, both, ..Patch::default() };
+        let [own, other] = patch.order().map(|block| self.placing.rotation(block));
+        let normal = separation.normal;
+        // Along an edge of the reference block, or any.
+        let half = &cells[reference].half;
+        let along = (0..3).map(|d| half[d] - normal * normal.dot(&half[d]));
+        let along = along.max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
+        let along = along.and_then(|x| x.try_normalize(0.0)).unwrap_or_default();
+        patch.axes = [own.tr_mul(&normal), own.tr_mul(&along)];
+        patch.now = [normal, along];
+        patch.seen = patch.now.map(|axis| other.tr_mul(&axis).map(|x| x as f32));
+        patch.apart = own.tr_mul(&self.apart(blocks));
+        // Where another axis is almost as good, it is looked at again soon.
+        patch.limit = reach.min(0.5 * separation.margin).max(SHORTEST * reach) as f32;
+        patch
+    }
+
+    fn apart(&self, [a, b]: [u32; 2]) -> Vec3 {
+        self.placing.centre(b as usize) - self.placing.centre(a as usize)
+    }
+
+    /// Whether two blocks have moved so much against each other that their points are to be made
+    /// anew.
+    pub(crate) fn has_moved(&self, patch: &Patch) -> bool {
+        let [own, other] = patch.order().map(|block| self.placing.rotation(block));
+        let apart = own.tr_mul(&self.apart(patch.blocks));
+        let turned = |k: usize| (other * patch.seen[k].map(f64::from) - own * patch.axes[k]).norm();
+        let [a, b] = patch.blocks.map(|block| self.placing.blocks[block as usize].size);
+        let motion = (apart - patch.apart).norm() + a.min(b) * (turned(0) + turned(1));
+        motion > f64::from(patch.limit) || !motion.is_finite()
+    }
+
+    /// Pairs of points of two faces, over the outline of the coarser one. With `seen` over each of its
+    /// elements, so that shape functions of both sides are summed exactly; it gets the polygons of which
+    /// the points are the corners, and those inside.
+    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], mut seen: Option<Polygons<'_>>) {
+        let faces = patch.faces();
+        let sides = [0, 1]
+            .map(|side| Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame));
+        let fine = usize::from(sides[1].element < sides[0].element);
+        let (fine_side, coarse) = (&sides[fine], &sides[1 - fine]);
+        let (n, m) = (fine_side.placed.divisions, coarse.placed.divisions);
+        let at_node = vec![usize::MAX; (n + 1) * (n + 1)];
+        let mut over = Over { sides: [fine_side, coarse], fine, at_node, points: Vec::new() };
+        for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
+            let quad = fine_side.quad([i, k]);
+            if apart(&quad, &coarse.outline) {
+                continue;
+            }
+            let Some(seen) = &mut seen else {
+                over.add([i, k], &quad, &coarse.outline);
+                continue;
+            };
+            for element in (0..m).flat_map(|l| (0..m).map(move |j| [j, l])) {
+                let outline = coarse.quad(element);
+                if apart(&quad, &outline) {
+                    continue;
+                }
+                let (corners, inside) = over.add_inside([i, k], &quad, &outline);
+                seen(&corners, &inside);
+            }
+        }
+        patch.points = over.points.into();
+    }
+
+    /// The pair of points where two edges cross.
+    fn edges(&self, patch: &mut Patch, edges: [EdgeOf; 2]) {
+        let ends = [0, 1].map(|side| {
+            let placed = &self.placing.blocks[patch.blocks[side] as usize];
+            [0, placed.divisions]
+                .map(|i| placed.node(self.placing.u, edge_node(placed, edges[side], i)))
+        });
+        let along = collide::nearest(ends[0], ends[1]);
+        let mut point = Point { area: f64::INFINITY, ..Point::default() };
+        for side in 0..2 {
+            let placed = &self.placing.blocks[patch.blocks[side] as usize];
+            point.spots[side] = edge_spot(placed, edges[side], along[side]);
+            let area = sides_of(edges[side]).map(|face| placed.element_area(face));
+            point.area = point.area.min(0.25 * 0.5 * (area[0] + area[1]));
+        }
+        patch.points = [point].into();
+    }
+
+    /// What the points remember: of the old ones near them, or nothing.
+    fn remember(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&Old>) {
+        let [a, b] = patch.blocks.map(|block| block as usize);
+        let known = old.map(|old| Known::new(&self.placing, &old.patch));
+        let last = if old.is_some() { 0.0 } else { 1.0 };
+        let [normal_stiffness, shear_stiffness] = patch.both.stiffness;
+        let [face_a, face_b] = patch.faces();
+        for point in &mut patch.points {
+            let at = |block, face, spot| {
+                (self.placing.position(block, face, spot), self.placing.way(block, face, spot))
+            };
+            let ((x, way_a), (y, way_b)) =
+                (at(a, face_a, &point.spots[0]), at(b, face_b, &point.spots[1]));
+            let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
+            let ([gap, sx, sy], [opened, wx, wy]) = (own(y - x), own(way_b - way_a));
+            // What is new begins as it would have been a step ago: the last way is part of what comes.
+            let before = gap - patch.both.skin - opened * last;
+            let handed = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
+                // Blocks that overlap when they meet do not spring apart.
+                Handed { offset: before.min(0.0), ..Handed::default() }
+            });
+            let Handed { offset, drag, slid, .. } = handed;
+            let gap = before - offset;
+            let normal = (normal_stiffness * gap).min(0.0);
+            let limit = -normal * patch.both.tan_friction;
+            let [_, s, t] = own(handed.shear);
+            let mut shear = Vector2::new(s, t);
+            let sticks = Vector2::new(sx - wx * last, sy - wy * last);
+            let settled = handed.settled.map(|(settled, since)| {
+                let [_, s, t] = own(since);
+                let slip = sticks - shear / shear_stiffness - Vector2::new(s, t);
+                Settled { slip, ..settled }
+            });
+            let size = shear.norm();
+            if size > limit {
+                shear *= limit / size;
+            }
+            let slip = sticks - shear / shear_stiffness;
+            let traction = Traction { normal, shear };
+            let offset = [offset; 2];
+            *point = Point { slip, offset, gap, traction, drag, slid, settled, ..*point };
+        }
+        if let Some(old) = old {
+            patch.hold(&self.placing, old);
+            patch.renewed = true;
+        }
+    }
+}
+
+/// What gets the corners of polygons, and the points inside.
+type Polygons<'a> = &'a mut dyn FnMut(&[u32], &[u32]);
+
+/// The part of the finer one of two faces over the other.
+struct Over<'a> {
+    /// The finer one and the other.
+    sides: [&'a Side<'a>; 2],
+    /// Which block the finer one is of, 0 or 1.
+    fine: usize,
+    /// The point at each node of the finer one, if there is one yet.
+    at_node: Vec<usize>,
+    points: Vec<Point>,
+}
+
+impl Over<'_> {
+    /// Adds the part of an element that is over an outline.
+    fn add(&mut self, element: [usize; 2], quad: &[[f64; 2]; 4], outline: &[[f64; 2]; 4]) {
+        for vertex in collide::overlap(quad, outline).as_slice() {
+            self.put(element, vertex);
+        }
+    }
+
+    /// The same, with points inside where areas at the corners do not sum shape functions of both sides
+    /// exactly. Returns the corners and those points.
+    fn add_inside(
+        &mut self,
+        element: [usize; 2],
+        quad: &[[f64; 2]; 4],
+        outline: &[[f64; 2]; 4],
+    ) -> (Vec<u32>, Vec<u32>) {
+        let part = collide::overlap(quad, outline);
+        if are_parallel(quad, outline) {
+            let corners = part.as_slice().iter().filter_map(|vertex| self.put(element, vertex));
+            return (corners.collect(), Vec::new());
+        }
+        let (corners, inside) = part.squares();
+        let mut put = |vertices: &[Vertex]| {
+            vertices.iter().filter_map(|vertex| self.put(element, vertex)).collect()
+        };
+        (put(&corners), put(&inside))
+    }
+
+    /// Adds a point of an element, or its area to that at the same node. Returns its number.
+    fn put(&mut self, [i, k]: [usize; 2], vertex: &Vertex) -> Option<u32> {
+        let [fine, coarse] = self.sides;
+        let n = fine.placed.divisions;
+        if vertex.area <= NOTHING * fine.element {
+            return None;
+        }
+        let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
+        if let Some(known) = node.map(|node| self.at_node[node]).filter(|&p| p != usize::MAX) {
+            self.points[known].area += vertex.area;
+            return Some(known as u32);
+        }
+        if let Some(node) = node {
+            self.at_node[node] = self.points.len();
+        }
+        let mut spots = [Spot::new([i, k], vertex.on); 2];
+        spots[1 - self.fine] = coarse.spot(vertex.at);
+        self.points.push(Point { spots, area: vertex.area, ..Point::default() });
+        Some(self.points.len() as u32 - 1)
+    }
+}
+
+/// Whether the edges of two parallelograms have the same directions.
+fn are_parallel(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
+    let edge = |quad: &[[f64; 2]; 4], to: usize| [0, 1].map(|c| quad[to][c] - quad[0][c]);
+    let sine = |x: [f64; 2], y: [f64; 2]| {
+        let cross = x[0] * y[1] - x[1] * y[0];
+        cross.abs() / (libm::hypot(x[0], x[1]) * libm::hypot(y[0], y[1]))
+    };
+    let same = |along: usize, other: usize| sine(edge(a, along), edge(b, other)) < PARALLEL;
+    (same(1, 1) && same(3, 3)) || (same(1, 3) && same(3, 1))
+}
+
+/// Way of a corner of one cell over the plane of any face of the other, for each unit of travel of
+/// the two.
+fn lever(cells: &[Cell; 2]) -> f64 {
+    let size = |cell: &Cell| cell.half.iter().map(Vector3::norm).sum::<f64>();
+    let reach = (cells[1].centre - cells[0].centre).norm() + size(&cells[0]).max(size(&cells[1]));
+    // Half of the least width of a face: as far from its middle it tilts by as much as it moves.
+    let width = |cell: &Cell| {
+        let of = |d: usize| {
+            let (x, y) = (cell.half[(d + 1) % 3], cell.half[(d + 2) % 3]);
+            x.cross(&y).norm() / x.norm().max(y.norm())
+        };
+        of(0).min(of(1)).min(of(2))
+    };
+    1.0 + 1.5 * reach / width(&cells[0]).min(width(&cells[1]))
+}

@@ -1,0 +1,186 @@
+//! What the points of a patch hand on to those that take their place.
+
+use nalgebra::Vector2;
+
+use super::{Patch, Placing, Point};
+use crate::joint::breaks::Losses;
+use crate::law::{Settled, Traction};
+use crate::mesh::Vec3;
+
+/// Part by which pressed areas may differ from those of the overlap, up or down, so that the energy stays.
+const SCALE: f64 = 1.25;
+
+/// A patch whose points are to be made anew.
+pub(super) struct Old {
+    pub(super) patch: Patch,
+    /// Energies that its springs keep, along the normal and in the plane `[J]`.
+    held: [f64; 2],
+}
+
+impl Old {
+    /// Follows the blocks to where they are. Also returns what is lost on the way.
+    pub(super) fn new(mut patch: Patch, placing: &Placing<'_>) -> (Self, Losses) {
+        let opening = |point: &Point| point.gap + point.offset[1];
+        let mut opened: Vec<f64> = patch.points.iter().map(opening).collect();
+        let losses = patch.act(placing);
+        for (way, point) in opened.iter_mut().zip(&patch.points) {
+            *way = opening(point) - *way;
+        }
+        let held = patch.held(&opened);
+        (Self { patch, held }, losses)
+    }
+
+    /// Energy in its springs, and in its bank `[J]`.
+    pub(super) fn kept(&self) -> f64 {
+        self.held[0] + self.held[1] + self.patch.owed()
+    }
+}
+
+impl Patch {
+    /// Energy in the bank and on the accounts of the points `[J]`.
+    pub(super) fn owed(&self) -> f64 {
+        let accounts = self.points.iter().map(|point| point.area * point.account);
+        self.bank + accounts.sum::<f64>()
+    }
+
+    /// How far the points opened in the last step `[m]`, in which the normal turned with its block.
+    fn opened(&self, placing: &Placing<'_>) -> Vec<f64> {
+        if placing.start {
+            return Vec::new();
+        }
+        let normal = self.now[0];
+        let turn = placing.turned(self.order()[0]);
+        let before = normal - turn.cross(&(normal - turn.cross(&normal) * 0.5));
+        let opened = |point: &Point| {
+            let at = |k: usize| (self.blocks[k] as usize, self.faces()[k], &point.spots[k]);
+            let ((a, face_a, x), (b, face_b, y)) = (at(0), at(1));
+            let apart = placing.position(b, face_b, y) - placing.position(a, face_a, x);
+            let way = placing.way(b, face_b, y) - placing.way(a, face_a, x);
+            normal.dot(&apart) - before.dot(&(apart - way))
+        };
+        self.points.iter().map(opened).collect()
+    }
+
+    /// Energies in the springs, along the normal and in the plane `[J]`. What the scheme of the step
+    /// keeps along the normal is half the traction now times the gap a step ago.
+    pub(super) fn held(&self, opened: &[f64]) -> [f64; 2] {
+        let mut held = [0.0; 2];
+        for (k, point) in self.points.iter().enumerate() {
+            let Point { area, gap, traction: Traction { normal, shear }, .. } = point;
+            let before = gap - opened.get(k).copied().unwrap_or(0.0);
+            held[0] += 0.5 * area * normal * before;
+            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
+        }
+        held
+    }
+
+    /// Energy in the springs as the scheme of the step keeps it, and in the bank `[J]`.
+    pub(super) fn kept(&self, placing: &Placing<'_>) -> f64 {
+        let [normal, shear] = self.held(&self.opened(placing));
+        normal + shear + self.owed()
+    }
+
+    /// Areas change as blocks turn and slide under pressure, and a corner that leaves a face meets an
+    /// edge: new points hold as much energy along the normal as the old ones did, or less. Pressed
+    /// areas make up for it, by [`SCALE`], or to that of an element; what is then too much is an offset,
+    /// part of the gap that they do not bear, and what is too little goes to the bank. Shear is less only.
+    pub(super) fn hold(&mut self, placing: &Placing<'_>, old: &Old) {
+        // Rounding, and faces that have just met, may leave less than nothing.
+        let [normal, shear] = old.held.map(|energy| energy.max(0.0));
+        let before = [(normal + old.patch.owed()).max(0.0), shear];
+        let opened = self.opened(placing);
+        let natural = self.held(&opened)[0];
+        if natural > 0.0 {
+            let pressed = |point: &&mut Point| point.gap < 0.0;
+            let area: f64 = self.points.iter_mut().filter(pressed).map(|point| point.area).sum();
+            let most = SCALE.max(self.spacing(placing).powi(2) / area);
+            let scale = (before[0] / natural).clamp(1.0 / SCALE, most);
+            self.points.iter_mut().filter(pressed).for_each(|point| point.area *= scale);
+        }
+        self.cap(before, &opened);
+        // Of faces that have parted nothing comes back.
+        let now = self.held(&opened)[0];
+        self.bank = if now > 0.0 { (before[0] - now).max(0.0) } else { 0.0 };
+    }
+
+    /// Takes out what the springs hold more than before, along the normal and in the plane.
+    pub(super) fn cap(&mut self, before: [f64; 2], opened: &[f64]) {
+        let now = self.held(opened);
+        let shear = if now[1] > before[1] { (before[1] / now[1]).sqrt() } else { 1.0 };
+        // With a part p of all gaps: p² gg − p gw, of half the traction times the gap and times the way.
+        let press = if now[0] > before[0] {
+            let square = self.held(&[])[0];
+            let way = square - now[0];
+            let root = (way * way + 4.0 * square * before[0]).max(0.0).sqrt();
+            ((way + root) / (2.0 * square)).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        if press == 1.0 && shear == 1.0 {
+            return;
+        }
+        let soft = self.both.stiffness[1];
+        for Point { gap, offset, slip, traction, .. } in &mut self.points {
+            if *gap < 0.0 {
+                let less = (1.0 - press) * *gap;
+                *gap -= less;
+                *offset = [offset[0] + less; 2];
+                traction.normal *= press;
+            }
+            // Friction may bear no more than before of what is pressed less.
+            let part = shear.min(press);
+            *slip += traction.shear * ((1.0 - part) / soft);
+            traction.shear *= part;
+        }
+    }
+}
+
+/// What old points hand on.
+pub(super) struct Known {
+    points: Vec<(Vec3, Handed)>,
+    /// Distance within which a point is known `[m]`.
+    near: f64,
+}
+
+#[derive(Clone, Copy, Default)]
+pub(super) struct Handed {
+    /// Gap at which the springs bear nothing `[m]`.
+    pub(super) offset: f64,
+    /// Shear traction in space `[Pa]`.
+    pub(super) shear: Vec3,
+    pub(super) drag: [f64; 2],
+    pub(super) slid: f64,
+    /// The last equilibrium of a relaxation, and the slip since in space `[m]`.
+    pub(super) settled: Option<(Settled, Vec3)>,
+}
+
+impl Known {
+    pub(super) fn new(placing: &Placing<'_>, old: &Patch) -> Self {
+        let axes = old.frame();
+        let a = old.blocks[0] as usize;
+        let face = old.faces()[0];
+        let hand = |point: &Point| {
+            let in_space = |v: Vector2<f64>| axes * Vec3::new(0.0, v.x, v.y);
+            let shear = in_space(point.traction.shear);
+            let x = placing.position(a, face, &point.spots[0]);
+            let Point { drag, slid, offset: [offset, _], .. } = *point;
+            let settled = point.settled.map(|last| (last, in_space(point.slip - last.slip)));
+            (x, Handed { offset, shear, drag, slid, settled })
+        };
+        Self { points: old.points.iter().map(hand).collect(), near: old.spacing(placing) }
+    }
+
+    /// What the point nearest to a place has, if that is near; nothing of it otherwise, as it has
+    /// come within reach without a jump.
+    pub(super) fn nearest(&self, x: Vec3) -> Option<Handed> {
+        let mut best: (f64, Option<Handed>) = (f64::INFINITY, None);
+        for (at, handed) in &self.points {
+            let distance = (at - x).norm_squared();
+            if distance < best.0 {
+                best = (distance, Some(*handed));
+            }
+        }
+        let fresh = Handed::default();
+        if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
+    }
+}

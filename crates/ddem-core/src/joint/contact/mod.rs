@@ -1,0 +1,369 @@
+//! §9: contact between blocks that no joint holds together.
+//!
+//! Where two blocks come near each other they get a [`Patch`]: the faces that meet, as separating axes
+//! say, and pairs of points that face each other, one for each node or vertex of the part where the
+//! faces overlap, with the area that it stands for. Between the two points of a pair acts what acts in
+//! a failed joint: springs with friction. Pairs are made anew when the blocks have moved against each
+//! other by a small part of an element; then friction goes over to the nearest new pair. So a contact
+//! is a joint that follows, and the areas of its points change with the overlap without a jump.
+//!
+//! | file | what |
+//! |---|---|
+//! | `place` | where blocks are, points fixed to their faces |
+//! | `skins` | stiffness and friction of two faces |
+//! | `search` | which blocks are near each other, and which of these are left to their joints |
+//! | `fit`, `side` | the pairs of points of a patch, on faces and edges |
+//! | `heirs` | what old points hand on to new ones |
+//! | `act` | what they exert |
+//! | `bond` | the same of a joint between faces that do not match |
+//! | `bound` | how stiff contacts can make a model |
+//! | `doubts` | contacts that are perhaps not meant |
+//! | `surfaces` | what is fixed about contacts |
+//! | `release` | from a joint that has moved to a contact |
+
+mod act;
+mod bond;
+mod bound;
+mod doubts;
+mod fit;
+mod heirs;
+mod place;
+mod release;
+mod search;
+mod side;
+mod skins;
+mod surfaces;
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+
+use crate::collide::FaceOf;
+use crate::law::{Memory, Settled, Traction};
+use crate::math::exact::sum;
+use crate::math::lanes::Lanes;
+use crate::mesh::Vec3;
+
+pub(crate) use bound::{Added, bound, faces, outer};
+pub use doubts::ContactDoubt;
+pub(crate) use place::{Placed, Placing, Spot};
+pub(crate) use release::{Places, Release};
+pub(crate) use search::{Ground, Near, find, let_go};
+
+use act::act;
+pub(crate) use bond::{Bond, Seated, at_nodes, seated};
+use release::release;
+use serde::{Deserialize, Serialize};
+pub(crate) use skins::{Both, Skins};
+pub(crate) use surfaces::Surfaces;
+
+/// Part of an element by which two blocks move against each other before their patch is made anew,
+/// and the distance at which they get one.
+const REACH: f64 = 0.02;
+/// Two points that face each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Point {
+    /// On blocks a and b.
+    pub(crate) spots: [Spot; 2],
+    /// Area that they stand for `[m²]`.
+    pub(crate) area: f64,
+    /// Slip s of b against a `[m]`.
+    pub(crate) slip: Vector2<f64>,
+    /// Distance at which the springs bear nothing `[m]`, and the one that is in the gap.
+    pub(crate) offset: [f64; 2],
+    /// Distance less that, negative where the points press on each other `[m]`.
+    pub(crate) gap: f64,
+    /// Of the springs `[Pa]`.
+    pub(crate) traction: Traction,
+    /// Normal tractions at the last step, of the dashpot and of what settles the account `[Pa]`.
+    pub(crate) drag: [f64; 2],
+    /// Energy taken so far beyond what the springs hold and what is lost `[J/m²]`.
+    pub(crate) account: f64,
+    /// Way that it has slid since the blocks met, or it took the place of a joint `[m]`.
+    pub(crate) slid: f64,
+    /// At the last equilibrium of a relaxation.
+    pub(crate) settled: Option<Settled>,
+}
+
+/// Two blocks that are near each other.
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Patch {
+    /// a and b, the lower number first.
+    pub(crate) blocks: [u32; 2],
+    /// Numbers of the faces of a and b that the points are on.
+    pub(crate) faces: [u8; 2],
+    /// Which of them, 0 or 1, the normal turns with.
+    pub(crate) reference: u8,
+    /// Motion after which the points are made anew `[m]`.
+    pub(crate) limit: f32,
+    /// Unit normal from a to b, and a tangent, in the reference block's frame at rest.
+    pub(crate) axes: [Vec3; 2],
+    /// The same in space.
+    pub(crate) now: [Vec3; 2],
+    /// The same in the other's frame, when the points were made.
+    pub(crate) seen: [Vector3<f32>; 2],
+    /// From the centre of a to that of b in the reference block's frame, then `[m]`.
+    pub(crate) apart: Vec3,
+    pub(crate) both: Both,
+    /// None: the patch is of no more use.
+    pub(crate) points: Box<[Point]>,
+    /// What holds the points, where they are those of a joint.
+    pub(crate) bond: Option<Box<Bond>>,
+    /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
+    /// a distance, and does the work of turning them `[N m]`.
+    pub(crate) couple: Vec3,
+    /// What new points held less than those before, and may hold again `[J]`.
+    pub(crate) bank: f64,
+    /// The points have been made anew at the present positions: they have not moved since.
+    pub(crate) renewed: bool,
+}
+
+/// All patches, the blocks that may get one, and how far joints have moved.
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Contacts {
+    pub(crate) patches: Vec<Patch>,
+    /// Pairs of blocks without a patch that are not far from each other, sorted.
+    pub(crate) near: Vec<Near>,
+    /// Whether these are all that there are.
+    pub(crate) known: bool,
+    /// How far the bodies of each pack have gone since they were looked for, at most `[m]`.
+    pub(crate) travel: Vec<Lanes>,
+    /// Of the joint at the upper side of each block along each direction.
+    pub(crate) joints: Vec<[Release; 3]>,
+    /// Joints between faces that do not match that have become contacts, sorted by their blocks.
+    pub(crate) ended: Vec<([u32; 2], Box<Bond>)>,
+    /// How far points are in each other, at most `[m]`.
+    pub(crate) deepest: f64,
+    /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
+    #[serde(skip)]
+    starts: Vec<u32>,
+    /// Twice the patch, plus one for block b.
+    #[serde(skip)]
+    entries: Vec<u32>,
+}
+
+impl Contacts {
+    /// None, for a number of blocks in packs.
+    pub(crate) fn new(blocks: usize, packs: usize) -> Self {
+        let joints = vec![[Release::default(); 3]; blocks];
+        let mut contacts = Self { joints, travel: vec![Lanes::ZERO; packs], ..Self::default() };
+        contacts.index();
+        contacts
+    }
+
+    /// Patches of a block, and which of its two blocks, 0 or 1, it is.
+    pub(crate) fn of(&self, block: usize) -> impl Iterator<Item = (&Patch, usize)> {
+        let (from, to) = match self.starts.get(block..block + 2) {
+            Some(&[from, to]) => (from as usize, to as usize),
+            _ => (0, 0),
+        };
+        let entries = self.entries[from..to].iter();
+        entries.map(|&entry| (&self.patches[entry as usize / 2], entry as usize % 2))
+    }
+
+    /// The joint of two blocks whose faces do not match, and its points as long as it holds them.
+    pub(crate) fn bond(&self, blocks: [u32; 2]) -> Option<(&Bond, Option<&Patch>)> {
+        let patch = self.place(blocks).ok().map(|at| &self.patches[at]);
+        if let Some((patch, bond)) = patch.and_then(|patch| Some((patch, patch.bond.as_ref()?))) {
+            return Some((bond, Some(patch)));
+        }
+        let at = self.ended.binary_search_by_key(&blocks, |(blocks, _)| *blocks).ok()?;
+        Some((&self.ended[at].1, None))
+    }
+
+    /// All joints between faces that do not match, with their blocks.
+    pub(crate) fn bonds_mut(&mut self) -> impl Iterator<Item = ([u32; 2], &mut Bond)> {
+        let Self { patches, ended, .. } = self;
+        let held = patches.iter_mut().filter_map(|p| Some((p.blocks, p.bond.as_deref_mut()?)));
+        held.chain(ended.iter_mut().map(|(blocks, bond)| (*blocks, &mut **bond)))
+    }
+
+    /// Place of the patch of two blocks, or where it would be.
+    pub(crate) fn place(&self, blocks: [u32; 2]) -> Result<usize, usize> {
+        self.patches.binary_search_by_key(&blocks, |patch| patch.blocks)
+    }
+
+    /// Adds patches, and drops those without points.
+    pub(crate) fn renew(&mut self, more: Vec<Patch>) {
+        let before = self.patches.len();
+        self.patches.retain(|patch| !patch.points.is_empty());
+        if self.patches.len() == before && more.is_empty() {
+            return;
+        }
+        self.patches.extend(more);
+        self.patches.sort_by_key(|patch| patch.blocks);
+        self.index();
+    }
+
+    /// Takes the present state of all points for an equilibrium, or forgets the last one.
+    pub(crate) fn settle(&mut self, now: bool) {
+        for patch in &mut self.patches {
+            patch.points.iter_mut().for_each(|point| point.settled = None);
+            if now {
+                patch.settle();
+            }
+        }
+    }
+
+    /// Forgets all patches but joints: blocks have been put elsewhere.
+    pub(crate) fn part(&mut self) {
+        self.patches.retain(|patch| patch.bond.is_some());
+        self.near.clear();
+        self.known = false;
+        self.index();
+    }
+
+    /// Finds the patches of each block.
+    pub(crate) fn index(&mut self) {
+        let blocks = self.joints.len();
+        let mut counts = vec![0_u32; blocks + 1];
+        let each = || {
+            let patches = self.patches.iter().enumerate();
+            patches.flat_map(|(i, patch)| [0, 1].map(|side| (i, side, patch.blocks[side] as usize)))
+        };
+        each().for_each(|(_, _, block)| counts[block + 1] += 1);
+        for block in 0..blocks {
+            counts[block + 1] += counts[block];
+        }
+        let mut next = counts.clone();
+        let mut entries = vec![0; 2 * self.patches.len()];
+        for (patch, side, block) in each() {
+            entries[next[block] as usize] = (2 * patch + side) as u32;
+            next[block] += 1;
+        }
+        (self.starts, self.entries) = (counts, entries);
+    }
+
+    /// Energy in all springs `[J]`.
+    pub(crate) fn stored(&self) -> f64 {
+        sum(self.patches.iter().map(Patch::stored))
+    }
+
+    /// Energy that points have given and not taken: the accounts below nothing `[J]`.
+    pub(crate) fn debt(&self) -> f64 {
+        let points = self.patches.iter().flat_map(|patch| &patch.points);
+        sum(points.map(|point| point.area * point.account.min(0.0)))
+    }
+
+    /// Memory in use `[bytes]`.
+    pub(crate) fn bytes(&self) -> usize {
+        let points: usize = self.patches.iter().map(|patch| patch.points.len()).sum();
+        points * size_of::<Point>()
+            + self.patches.len() * (size_of::<Patch>() + 8)
+            + size_of_val(&self.near[..])
+            + size_of_val(&self.travel[..])
+            + self.joints.len() * (size_of::<[Release; 3]>() + 4)
+    }
+}
+
+impl Clone for Contacts {
+    fn clone(&self) -> Self {
+        let mut contacts = Self::default();
+        contacts.clone_from(self);
+        contacts
+    }
+
+    /// Into the memory that is there.
+    fn clone_from(&mut self, from: &Self) {
+        self.patches.clone_from(&from.patches);
+        self.near.clone_from(&from.near);
+        self.travel.clone_from(&from.travel);
+        self.joints.clone_from(&from.joints);
+        self.starts.clone_from(&from.starts);
+        self.entries.clone_from(&from.entries);
+        self.ended.clone_from(&from.ended);
+        (self.known, self.deepest) = (from.known, from.deepest);
+    }
+}
+
+impl Clone for Patch {
+    fn clone(&self) -> Self {
+        Self { points: self.points.clone(), bond: self.bond.clone(), ..*self }
+    }
+
+    /// Into the memory that is there.
+    fn clone_from(&mut self, from: &Self) {
+        let mut points = std::mem::take(&mut self.points);
+        points.clone_from(&from.points);
+        let mut bond = self.bond.take();
+        bond.clone_from(&from.bond);
+        *self = Self { points, bond, ..*from };
+    }
+}
+
+impl Point {
+    /// As the law of a failed joint knows it.
+    fn memory(&self) -> Memory {
+        let &Self {
+            slip, offset: [dilation, lifted], gap, traction, drag, account, settled, ..
+        } = self;
+        Memory { slip, dilation, lifted, damage: 1.0, gap, traction, drag, account, settled }
+    }
+
+    /// Takes what a law has left.
+    fn set(&mut self, memory: &Memory) {
+        let &Memory { slip, dilation, lifted, gap, traction, drag, account, .. } = memory;
+        (self.slip, self.offset, self.gap) = (slip, [dilation, lifted], gap);
+        (self.traction, self.drag, self.account) = (traction, drag, account);
+    }
+
+    /// How deep it is in the other, whether it is pressed or not `[m]`.
+    fn depth(&self) -> f64 {
+        -(self.gap + self.offset[1])
+    }
+}
+
+impl Patch {
+    /// Energy in the springs, and what is in the bank `[J]`.
+    fn stored(&self) -> f64 {
+        let [normal, shear] = self.held(&[]);
+        normal + shear + self.owed()
+    }
+
+    /// Shortest edge of an element `[m]`.
+    fn spacing(&self, placing: &Placing<'_>) -> f64 {
+        let [a, b] = self.blocks.map(|block| placing.blocks[block as usize].spacing);
+        a.min(b)
+    }
+
+    /// How far points are in each other, at most `[m]`.
+    pub(crate) fn depth(&self) -> f64 {
+        self.points.iter().map(Point::depth).fold(0.0, f64::max)
+    }
+
+    /// Whether a point exerts anything.
+    pub(crate) fn acts(&self, point: &Point) -> bool {
+        point.gap <= 0.0 || point.drag != [0.0; 2] || self.bond.is_some()
+    }
+
+    /// Force of a point on block a `[N]`.
+    #[inline(always)]
+    pub(crate) fn force(&self, point: &Point) -> Vec3 {
+        let [normal, along] = &self.now;
+        let Traction { normal: press, shear } = point.memory().borne();
+        let across = normal.cross(along);
+        (normal * press + along * shear.x + across * shear.y) * point.area
+    }
+
+    /// Faces of a and b that the points are on.
+    #[inline(always)]
+    pub(crate) fn faces(&self) -> [FaceOf; 2] {
+        self.faces.map(FaceOf::of_number)
+    }
+
+    /// The block that the normal turns with, and the other.
+    pub(crate) fn order(&self) -> [usize; 2] {
+        let [a, b] = self.blocks.map(|block| block as usize);
+        if self.reference == 0 { [a, b] } else { [b, a] }
+    }
+
+    /// Turns the axes with the reference block.
+    pub(crate) fn turn(&mut self, placing: &Placing<'_>) {
+        let rotation = placing.rotation(self.order()[0]);
+        self.now = self.axes.map(|axis| rotation * axis);
+    }
+
+    /// Columns: the normal and two tangents, in space.
+    pub(crate) fn frame(&self) -> Matrix3<f64> {
+        let [normal, along] = self.now;
+        Matrix3::from_columns(&[normal, along, normal.cross(&along)])
+    }
+}

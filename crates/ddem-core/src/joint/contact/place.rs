@@ -1,0 +1,231 @@
+//! Where blocks and the points of their faces are.
+
+use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
+
+use crate::collide::{Cell, FaceOf};
+use crate::element::corotation::Frame;
+use crate::math::lanes::Lanes;
+use crate::mesh::grid::Bounds;
+use crate::mesh::pack::Packs;
+use crate::mesh::{Geometry, Vec3};
+
+/// A block: its nodes at rest, and where these are in nodal fields.
+#[derive(Clone, Debug)]
+pub(crate) struct Placed {
+    /// The lowest node at rest `[m]`.
+    corner: Vec3,
+    /// The centre at rest `[m]`.
+    middle: Vec3,
+    /// Edges of one element `[m]`.
+    steps: [Vec3; 3],
+    /// Shortest edge of an element `[m]`.
+    pub(crate) spacing: f64,
+    /// Half of the sum of the block's edges `[m]`.
+    pub(crate) size: f64,
+    /// Elements along each edge.
+    pub(crate) divisions: usize,
+    pub(crate) rigid: bool,
+    /// First number in a nodal field.
+    first: usize,
+    pub(crate) pack: usize,
+    pub(crate) lane: usize,
+}
+
+/// A point of a face of a block, fixed to it: an element's face and bilinear coordinates there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Spot {
+    /// Element along the next two directions, cyclically.
+    pub(crate) element: [u16; 2],
+    /// Where in the element's face, each from 0 to 1.
+    pub(crate) on: [f32; 2],
+}
+
+/// Where everything is: nodal displacements and the frames of the packs.
+#[derive(Clone, Copy)]
+pub(crate) struct Placing<'a> {
+    pub(crate) blocks: &'a [Placed],
+    /// Displacements `[m]`.
+    pub(crate) u: &'a [Lanes],
+    /// Those of rigid bodies always, of others where they turn.
+    pub(crate) frames: &'a [Frame],
+    /// Small displacements: deformable bodies have no frames.
+    pub(crate) small: bool,
+    /// Velocities of the last half step and its time step `[m/s, s]`.
+    pub(crate) last: (&'a [Lanes], f64),
+    /// Nothing has moved since the last look: the first half step of a stage.
+    pub(crate) start: bool,
+    /// As in [`Look`](crate::joint::breaks::Look).
+    pub(crate) undamped: bool,
+}
+
+pub(crate) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
+    let place = |body: usize| {
+        let lattice = geometry.lattice(body);
+        let cell = geometry.bodies[body].cell;
+        let (pack, lane) = packs.slot(body);
+        let steps = [0, 1, 2].map(|d| lattice.axes[d] * lattice.spacing(d, cell[d] as usize));
+        let corner = geometry.position(body, [0; 3]);
+        let edges = steps.map(|step| step.norm());
+        Placed {
+            corner,
+            middle: corner + (steps[0] + steps[1] + steps[2]) * (0.5 * lattice.divisions as f64),
+            spacing: edges[0].min(edges[1]).min(edges[2]),
+            size: 0.5 * lattice.divisions as f64 * (edges[0] + edges[1] + edges[2]),
+            steps,
+            divisions: lattice.divisions,
+            rigid: lattice.rigid,
+            first: 3 * packs.packs[pack].start,
+            pack,
+            lane,
+        }
+    };
+    (0..geometry.bodies.len()).map(place).collect()
+}
+
+impl Placed {
+    /// Value of a nodal field at lattice steps `at`.
+    #[inline(always)]
+    pub(crate) fn value(&self, field: &[Lanes], at: [usize; 3]) -> Vec3 {
+        let n = self.divisions + 1;
+        let place = self.first + 3 * (at[0] + n * (at[1] + n * at[2]));
+        let node = &field[place..place + 3];
+        Vec3::new(node[0].0[self.lane], node[1].0[self.lane], node[2].0[self.lane])
+    }
+
+    /// Position of the node at lattice steps `at` `[m]`.
+    #[inline(always)]
+    pub(crate) fn node(&self, u: &[Lanes], at: [usize; 3]) -> Vec3 {
+        let [x, y, z] = &self.steps;
+        let along = x * at[0] as f64 + y * at[1] as f64 + z * at[2] as f64;
+        self.corner + along + self.value(u, at)
+    }
+
+    fn corners(&self, u: &[Lanes]) -> [Vec3; 8] {
+        let end = |corner: usize, d: usize| if corner >> d & 1 == 1 { self.divisions } else { 0 };
+        std::array::from_fn(|corner| self.node(u, [0, 1, 2].map(|d| end(corner, d))))
+    }
+
+    /// The parallelepiped nearest to its corners.
+    pub(crate) fn cell(&self, u: &[Lanes]) -> Cell {
+        let [a, b, c, d, e, f, g, h] = self.corners(u);
+        let (low, high) = ((a + b) + (c + d), (e + f) + (g + h));
+        Cell {
+            centre: (low + high) / 8.0,
+            half: [
+                ((b - a) + (d - c) + (f - e) + (h - g)) / 8.0,
+                ((c - a) + (d - b) + (g - e) + (h - f)) / 8.0,
+                (high - low) / 8.0,
+            ],
+        }
+    }
+
+    /// The box around its corners, wider by a margin.
+    pub(crate) fn bounds(&self, u: &[Lanes], margin: f64) -> Bounds {
+        let corners = self.corners(u);
+        let first = [corners[0]; 2];
+        let [low, high] =
+            corners[1..].iter().fold(first, |[low, high], x| [low.inf(x), high.sup(x)]);
+        [low.add_scalar(-margin), high.add_scalar(margin)]
+    }
+
+    /// The four nodes that make a spot, numbered as in the block's nodal fields, and their weights.
+    #[inline(always)]
+    pub(crate) fn shares(&self, face: FaceOf, spot: &Spot) -> [(usize, f64); 4] {
+        let n = self.divisions;
+        let strides = [1, n + 1, (n + 1) * (n + 1)];
+        let d = face.direction;
+        let [next, last] = [strides[(d + 1) % 3], strides[(d + 2) % 3]];
+        let [i, k] = spot.element.map(usize::from);
+        let first = if face.upper { n * strides[d] } else { 0 } + i * next + k * last;
+        let nodes = [first, first + next, first + next + last, first + last];
+        let weights = crate::collide::weights(spot.on.map(f64::from));
+        std::array::from_fn(|k| (nodes[k], weights[k]))
+    }
+
+    /// Value of a nodal field at a spot.
+    #[inline(always)]
+    fn at(&self, field: &[Lanes], face: FaceOf, spot: &Spot) -> Vec3 {
+        let mut sum = Vec3::zeros();
+        for (node, weight) in self.shares(face, spot) {
+            let node = &field[self.first + 3 * node..][..3];
+            let value = Vec3::new(node[0].0[self.lane], node[1].0[self.lane], node[2].0[self.lane]);
+            sum += value * weight;
+        }
+        sum
+    }
+
+    /// Position of a spot at rest `[m]`, and the node that has most of it, numbered as in the block.
+    pub(crate) fn seat(&self, face: FaceOf, spot: &Spot) -> (Vec3, usize) {
+        let shares = self.shares(face, spot);
+        let most = shares
+            .iter()
+            .fold(shares[0], |most, &share| if share.1 > most.1 { share } else { most });
+        (self.rest(face, spot), most.0)
+    }
+
+    /// Position of a spot at rest `[m]`.
+    #[inline(always)]
+    fn rest(&self, face: FaceOf, spot: &Spot) -> Vec3 {
+        let d = face.direction;
+        let along = |k: usize| f64::from(spot.element[k]) + f64::from(spot.on[k]);
+        let up = if face.upper { self.divisions as f64 } else { 0.0 };
+        let [x, y, z] = [0, 1, 2].map(|k| self.steps[(d + k) % 3]);
+        self.corner + (x * up + y * along(0) + z * along(1))
+    }
+
+    /// Area of the face of one element at rest `[m²]`.
+    pub(crate) fn element_area(&self, face: FaceOf) -> f64 {
+        let d = face.direction;
+        self.steps[(d + 1) % 3].cross(&self.steps[(d + 2) % 3]).norm()
+    }
+}
+
+impl Spot {
+    pub(crate) fn new(element: [usize; 2], on: [f64; 2]) -> Self {
+        Self { element: element.map(|i| i as u16), on: on.map(|x| x as f32) }
+    }
+}
+
+impl Placing<'_> {
+    /// Rotation of a block from its reference position.
+    pub(crate) fn rotation(&self, block: usize) -> Matrix3<f64> {
+        let Placed { pack, lane, .. } = self.blocks[block];
+        Matrix3::from_fn(|i, k| self.frames[pack].rotation[i][k].0[lane])
+    }
+
+    /// How far a block turned in the last step, as a vector: the mean of its edges `[rad]`.
+    pub(crate) fn turned(&self, block: usize) -> Vec3 {
+        let placed = &self.blocks[block];
+        // Of a field of velocities, the half edges at rest and what they change by.
+        let ways = placed.cell(self.last.0).half;
+        let edges = placed.cell(self.u).half;
+        let turn = |d: usize| {
+            let way = ways[d] - placed.steps[d] * (0.5 * placed.divisions as f64);
+            edges[d].cross(&way) / edges[d].norm_squared()
+        };
+        (turn(0) + turn(1) + turn(2)) * (0.5 * self.last.1)
+    }
+
+    /// Centre of a block `[m]`.
+    pub(crate) fn centre(&self, block: usize) -> Vec3 {
+        let placed = &self.blocks[block];
+        let Placed { pack, lane, .. } = *placed;
+        if self.small {
+            return placed.cell(self.u).centre;
+        }
+        placed.middle + Vec3::from(self.frames[pack].mean.map(|c| c.0[lane]))
+    }
+
+    /// Position of a spot `[m]`.
+    #[inline(always)]
+    pub(crate) fn position(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
+        let placed = &self.blocks[block];
+        placed.rest(face, spot) + placed.at(self.u, face, spot)
+    }
+
+    /// Way of a spot in the last step `[m]`.
+    pub(crate) fn way(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
+        self.blocks[block].at(self.last.0, face, spot) * self.last.1
+    }
+}

@@ -1,0 +1,357 @@
+//! §9: from a joint that has moved to a contact.
+//!
+//! Facing nodes are the right pairs until they have slid by half their spacing, or opened. Then a
+//! joint all of whose pairs have failed is released: its springs are gone, and the two blocks are a
+//! contact like any other, which begins with the force that the joint bore.
+
+use std::iter::zip;
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::{Contacts, Patch, Placing, Point};
+use crate::joint::breaks::{self, Breaks, Broken, Look};
+use crate::law::{JointLaw, Laws, Mode, Traction};
+use crate::math::exact::Exact;
+use crate::mesh::NO_JOINT;
+use crate::mesh::pack::{Pack, Packs};
+use crate::mesh::seams::{Seam, Seams};
+use crate::mesh::{Geometry, Vec3};
+
+/// Part of the spacing of its pairs by which a joint has moved when the blocks around are no longer
+/// held in place by it.
+pub(super) const LOOSE: f64 = 0.01;
+/// Part of the spacing of its pairs by which a joint that is released has slid.
+pub(super) const SLID: f64 = 0.5;
+
+/// How far a joint has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(crate) enum Release {
+    /// Its blocks are where they were.
+    #[default]
+    Holds,
+    /// Some of its pairs have moved.
+    Loose,
+    /// From the next step on a contact takes its place.
+    Due,
+    /// A contact has taken its place.
+    Done,
+}
+
+/// Where joints are.
+#[derive(Clone, Copy)]
+pub(crate) struct Places<'a> {
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) packs: &'a Packs,
+    pub(crate) seams: &'a Seams,
+}
+
+impl Contacts {
+    /// Looks how far the joints have moved: blocks of those that have come further may meet.
+    pub(crate) fn look(&mut self, at: Places<'_>, laws: &Laws, breaks: &Breaks) {
+        for (index, pack) in at.packs.packs.iter().enumerate() {
+            if breaks.packs[index].is_none() {
+                continue;
+            }
+            for (d, lane) in (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane))) {
+                let Some((broken, seam)) = joint(at, breaks, (index, d), lane) else { continue };
+                let known = &mut self.joints[pack.bodies[lane] as usize][d];
+                if *known >= Release::Due {
+                    continue;
+                }
+                let law = law_of(laws, seam, lane);
+                let (moved, whole) = broken.moved(law, lane);
+                // Without any strength a pair that has not failed is no better than one that has. Nor are the last two
+                // of rigid blocks: they are at the quarters of a face, and the block turns about its edge.
+                let hinges = pack.rigid && moved.open >= 2;
+                let bonded = whole && !hinges && law.is_none_or(|law| law.bonds());
+                let found = moved.release(bonded, pack.rigid, seam.spacing(lane));
+                if found > *known {
+                    *known = found;
+                    self.known = false;
+                }
+            }
+        }
+    }
+}
+
+/// A broken joint and its seam.
+fn joint<'a>(
+    at: Places<'a>,
+    breaks: &'a Breaks,
+    (index, d): (usize, usize),
+    lane: usize,
+) -> Option<(&'a Broken, &'a Seam)> {
+    let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
+    Some((breaks.get(index, 1 << d)?, seam))
+}
+
+/// Law of a lane's joint, if it has one.
+fn law_of<'a>(
+    laws: &'a [Option<Arc<dyn JointLaw>>],
+    seam: &Seam,
+    lane: usize,
+) -> Option<&'a dyn JointLaw> {
+    laws.get(usize::from(seam.laws[lane]))?.as_deref()
+}
+
+/// How far the failed pairs of a joint have moved.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Moved {
+    /// Largest slip `[m]`.
+    slid: f64,
+    /// Largest opening `[m]`.
+    opened: f64,
+    /// Number of pairs that are open.
+    open: usize,
+    /// True where a pair bears tension that softens.
+    softens: bool,
+}
+
+impl Moved {
+    /// Takes in a failed pair with its slip and gap `[m]`.
+    pub(super) fn add(&mut self, slip: f64, gap: f64, softens: bool) {
+        self.slid = self.slid.max(slip);
+        self.opened = self.opened.max(gap);
+        self.open += usize::from(gap > 0.0);
+        self.softens |= softens && gap > 0.0;
+    }
+
+    /// True where a contact must take the place of the joint. Pairs of rigid blocks are not at the corners on which
+    /// a block turns, so that the contact comes when one opens.
+    fn is_far(self, rigid: bool, spacing: f64) -> bool {
+        let open = match (self.softens, rigid) {
+            (true, _) => SLID,
+            (_, true) => 0.0,
+            _ => LOOSE,
+        };
+        self.slid > SLID * spacing || self.opened > open * spacing
+    }
+
+    pub(super) fn release(self, bonded: bool, rigid: bool, spacing: f64) -> Release {
+        if !bonded && self.is_far(rigid, spacing) {
+            Release::Due
+        } else if self.slid.max(self.opened) > LOOSE * spacing {
+            Release::Loose
+        } else {
+            Release::Holds
+        }
+    }
+}
+
+impl Broken {
+    /// True where all pairs of a lane's joint have failed, and none has slid or opened so far that the joint is
+    /// released.
+    pub(crate) fn rubs(
+        &self,
+        laws: &[Option<Arc<dyn JointLaw>>],
+        seam: &Seam,
+        lane: usize,
+        rigid: bool,
+    ) -> bool {
+        let (moved, whole) = self.moved(law_of(laws, seam, lane), lane);
+        !whole && !moved.is_far(rigid, seam.spacing(lane))
+    }
+
+    /// How far the failed pairs of a lane have moved, and whether there are others.
+    fn moved(&self, law: Option<&dyn JointLaw>, lane: usize) -> (Moved, bool) {
+        let softens = law.is_some_and(|law| law.softening().is_some());
+        let (mut moved, mut whole) = (Moved::default(), false);
+        for breaks::Point { mode, memory, .. } in self.points.iter().map(|points| &points[lane]) {
+            match mode {
+                Some(_) => {
+                    moved.add(memory.slip.norm(), memory.gap, softens && memory.damage < 1.0)
+                }
+                None => whole = true,
+            }
+        }
+        (moved, whole)
+    }
+}
+
+/// What a joint bore when it was let go: force on its lower side and moment about a point, and the
+/// energy in its springs.
+pub(super) struct Load {
+    /// Along the normal and in the plane `[J]`.
+    pub(super) energy: [f64; 2],
+    /// Area of its springs `[m²]`.
+    pub(super) area: f64,
+    pub(super) force: Vec3,
+    pub(super) moment: Vec3,
+    pub(super) about: Vec3,
+}
+
+/// Lets go the joints that are due. `make` makes the patch of two blocks, which begins with what the
+/// joint bore. Returns the energy that is lost on the way `[J]`, and how many pairs were still bonded.
+pub(crate) fn release(
+    (at, placing, look): (Places<'_>, &Placing<'_>, Look<'_>),
+    breaks: &mut Breaks,
+    contacts: &mut Contacts,
+    make: &dyn Fn([u32; 2]) -> Option<Patch>,
+) -> (f64, u64) {
+    let (mut patches, mut any, mut lost) = (Vec::new(), false, Exact::default());
+    let mut failed = 0;
+    for (index, pack) in at.packs.packs.iter().enumerate() {
+        for (d, lane) in (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane))) {
+            let body = pack.bodies[lane] as usize;
+            if contacts.joints[body][d] != Release::Due {
+                continue;
+            }
+            contacts.joints[body][d] = Release::Done;
+            any = true;
+            let mut offset = [0; 3];
+            offset[d] = 1;
+            let Some(other) = at.geometry.neighbour(body, offset) else { continue };
+            failed += fail_with_others((at, look), breaks, (index, d), lane);
+            let gone = let_go((at, placing), breaks, (index, d), (pack, lane, other));
+            let Some((load, account)) = gone else { continue };
+            let blocks = [body.min(other) as u32, body.max(other) as u32];
+            lost.add(load.energy[0] + load.energy[1] + account);
+            let Some(mut patch) = make(blocks) else { continue };
+            let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
+            patch.bear(placing, &load, sign);
+            lost.add(-patch.stored());
+            patches.push(patch);
+        }
+    }
+    if any {
+        patches.sort_by_key(|patch| patch.blocks);
+        let taken = |old: &Patch| patches.binary_search_by_key(&old.blocks, |new| new.blocks);
+        contacts.patches.retain(|old| taken(old).is_err());
+        contacts.renew(patches);
+    }
+    (lost.value(), failed)
+}
+
+/// Pairs of a joint that is released, and that are bonded, fail with the others. Returns how many.
+fn fail_with_others(
+    (at, look): (Places<'_>, Look<'_>),
+    breaks: &mut Breaks,
+    (index, d): (usize, usize),
+    lane: usize,
+) -> u64 {
+    let law = at.seams.get(index, d).and_then(|seam| law_of(look.laws, seam, lane));
+    let Some(broken) = breaks.at(index)[1 << d].as_mut() else { return 0 };
+    if law.is_none_or(|law| !law.bonds()) {
+        return 0;
+    }
+    let mut failed = 0;
+    for (points, times) in zip(&mut broken.points, &mut broken.times) {
+        if points[lane].mode.is_none() {
+            (points[lane].mode, times[lane]) = (Some(Mode::Shear), look.time);
+            failed += 1;
+        }
+    }
+    failed
+}
+
+/// Takes the springs of a joint out and returns what they bore, and what was on their accounts `[J]`.
+fn let_go(
+    (at, placing): (Places<'_>, &Placing<'_>),
+    breaks: &mut Breaks,
+    (index, d): (usize, usize),
+    (pack, lane, other): (&Pack, usize, usize),
+) -> Option<(Load, f64)> {
+    let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
+    let body = pack.bodies[lane] as usize;
+    let axes = placing.between(body, other) * seam.axes;
+    let about = (placing.centre(body) + placing.centre(other)) / 2.0;
+    let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
+    let (mut energy, mut account, mut whole) = ([0.0; 2], 0.0, 0.0);
+    let broken = breaks.at(index)[1 << d].as_mut()?;
+    let n = at.packs.shape_of(pack).divisions;
+    for (p, points) in broken.points.iter_mut().enumerate() {
+        let breaks::Point { quarters, memory, .. } = &mut points[lane];
+        let area = seam.quarter.0[lane] * f64::from(*quarters);
+        let (traction, borne) = (memory.traction, memory.borne());
+        let pull = axes * Vec3::new(borne.normal, borne.shear.x, borne.shear.y) * area;
+        force += pull;
+        moment += (placing.pair((body, pack.rigid), d, p, n) - about).cross(&pull);
+        energy[0] += area * 0.5 * traction.normal * memory.gap;
+        energy[1] += area * 0.5 * traction.shear.norm_squared() / seam.stiffness(lane).shear;
+        account += area * memory.account;
+        whole += area;
+        memory.traction = Traction::default();
+        (memory.drag, memory.account) = ([0.0; 2], 0.0);
+    }
+    broken.let_go(lane);
+    Some((Load { energy, area: whole, force, moment, about }, account))
+}
+
+impl Placing<'_> {
+    /// Mean rotation of two blocks, near enough for what they hand over.
+    fn between(&self, a: usize, b: usize) -> Matrix3<f64> {
+        let sum = self.rotation(a) + self.rotation(b);
+        nalgebra::Rotation3::from_matrix(&(sum * 0.5)).into_inner()
+    }
+
+    /// Where pair `p` of the joint at the upper side of a block along d is.
+    fn pair(&self, (block, rigid): (usize, bool), d: usize, p: usize, n: usize) -> Vec3 {
+        let placed = &self.blocks[block];
+        let mut at = [0; 3];
+        at[d] = n;
+        let node = |i: usize, k: usize| {
+            let mut at = at;
+            (at[(d + 1) % 3], at[(d + 2) % 3]) = (i, k);
+            placed.node(self.u, at)
+        };
+        let (i, k) = (p % (n + 1), p / (n + 1));
+        if !rigid {
+            return node(i, k);
+        }
+        // At the centre of its quarter.
+        let quarter = [(i, k, 9.0), (1 - i, k, 3.0), (i, 1 - k, 3.0), (1 - i, 1 - k, 1.0)];
+        quarter.iter().map(|&(i, k, part)| node(i, k) * (part / 16.0)).sum()
+    }
+}
+
+impl Patch {
+    /// Begins with a load: a pressure that goes linearly over the area so that force and moments
+    /// are those of the joint, and a shear in proportion, which friction bears wherever it bore the joint's. `sign` is 1 where block a was on the joint's side a.
+    pub(super) fn bear(&mut self, placing: &Placing<'_>, load: &Load, sign: f64) {
+        let axes = self.frame();
+        let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
+        let (block, face) = (self.blocks[0] as usize, self.faces()[0]);
+        let area: f64 = self.points.iter().map(|point| point.area).sum();
+        if area <= 0.0 {
+            return;
+        }
+        // About the middle of the area, so that shear in its plane has no moment that tilts.
+        let place = |p: &Point| placing.position(block, face, &p.spots[0]);
+        let middle: Vec3 = self.points.iter().map(|p| place(p) * (p.area / area)).sum();
+        let places: Vec<Vec3> = self.points.iter().map(|p| place(p) - middle).collect();
+        let force = load.force * sign;
+        let moment = load.moment * sign - (middle - load.about).cross(&force);
+        // Σ A p (1, y, z) is given, y and z along the tangents: p = α + β y + γ z.
+        let mut matrix = Matrix3::zeros();
+        for (point, x) in self.points.iter().zip(&places) {
+            let basis = Vector3::new(1.0, s.dot(x), t.dot(x));
+            matrix += basis * basis.transpose() * point.area;
+        }
+        // Moment of a traction p n at y s + z t: p (z s − y t), with s × n = −t and t × n = s.
+        let given = Vector3::new(normal.dot(&force), -t.dot(&moment), s.dot(&moment));
+        // Points on a line bear an even pressure.
+        let even = Vector3::new(given.x / area, 0.0, 0.0);
+        let field = matrix.try_inverse().map_or(even, |inverse| inverse * given);
+        let wanted = |x: &Vec3| field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
+        let normal: f64 = self.points.iter().zip(&places).map(|(p, x)| p.area * wanted(x)).sum();
+        let shear = Vector2::new(s.dot(&force), t.dot(&force));
+        let [stiff, soft] = self.both.stiffness;
+        for (point, x) in self.points.iter_mut().zip(&places) {
+            let wanted = wanted(x);
+            let shear = if normal < 0.0 { shear * (wanted / normal) } else { Vector2::zeros() };
+            // The gap as it was is where the springs bear what is wanted.
+            let bare = point.gap + point.offset[0];
+            point.gap = wanted / stiff;
+            point.offset = [bare - point.gap; 2];
+            let most = -wanted * self.both.tan_friction;
+            let size = shear.norm();
+            let bears = if size > most { shear * (most / size) } else { shear };
+            point.slip += (point.traction.shear - bears) / soft;
+            point.traction = Traction { normal: wanted, shear: bears };
+        }
+        // The same force on a smaller area holds more energy; softer springs do not.
+        self.cap(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);
+    }
+}

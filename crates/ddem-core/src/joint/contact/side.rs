@@ -1,0 +1,101 @@
+//! Faces and edges as a patch sees them: along the normal, in its plane.
+
+use super::{Placed, Placing, Spot};
+use crate::collide::{self, EdgeOf, FaceOf};
+use crate::mesh::Vec3;
+
+/// One side of a face contact, seen along the normal.
+pub(super) struct Side<'a> {
+    pub(super) placed: &'a Placed,
+    /// Its nodes in the plane.
+    nodes: Vec<[f64; 2]>,
+    pub(super) outline: [[f64; 2]; 4],
+    /// Area of one element's face `[m²]`.
+    pub(super) element: f64,
+}
+
+impl<'a> Side<'a> {
+    pub(super) fn new(
+        placing: &Placing<'a>,
+        block: usize,
+        face: FaceOf,
+        frame: &[Vec3; 3],
+    ) -> Self {
+        let placed = &placing.blocks[block];
+        let n = placed.divisions;
+        let mut nodes = Vec::with_capacity((n + 1) * (n + 1));
+        for (k, i) in (0..=n).flat_map(|k| (0..=n).map(move |i| (k, i))) {
+            let mut at = [0; 3];
+            at[face.direction] = if face.upper { n } else { 0 };
+            (at[(face.direction + 1) % 3], at[(face.direction + 2) % 3]) = (i, k);
+            let x = placed.node(placing.u, at);
+            nodes.push([frame[1].dot(&x), frame[2].dot(&x)]);
+        }
+        let m = n + 1;
+        let outline = [0, n, n + m * n, m * n].map(|at| nodes[at]);
+        Self { placed, nodes, outline, element: placed.element_area(face) }
+    }
+
+    pub(super) fn quad(&self, [i, k]: [usize; 2]) -> [[f64; 2]; 4] {
+        let m = self.placed.divisions + 1;
+        [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]].map(|[i, k]| self.nodes[i + m * k])
+    }
+
+    /// The spot over a point of the plane.
+    pub(super) fn spot(&self, at: [f64; 2]) -> Spot {
+        let n = self.placed.divisions;
+        let whole = collide::bilinear(&self.outline, at);
+        let mut element = whole.map(|x| ((x * n as f64) as usize).min(n - 1));
+        let mut on = collide::bilinear(&self.quad(element), at);
+        // Faces are not quite flat: the element may be the next one.
+        for axis in 0..2 {
+            if on[axis] < 0.0 && element[axis] > 0 {
+                element[axis] -= 1;
+            } else if on[axis] > 1.0 && element[axis] + 1 < n {
+                element[axis] += 1;
+            } else {
+                continue;
+            }
+            on = collide::bilinear(&self.quad(element), at);
+        }
+        Spot::new(element, on.map(|x| x.clamp(0.0, 1.0)))
+    }
+}
+
+/// Whether the boxes around two quadrilaterals are apart.
+pub(super) fn apart(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
+    (0..2).any(|c| {
+        let range = |quad: &[[f64; 2]; 4]| {
+            let along = quad.iter().map(|x| x[c]);
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+        };
+        let ((low_a, high_a), (low_b, high_b)) = (range(a), range(b));
+        low_a > high_b || low_b > high_a
+    })
+}
+
+/// The node of an element that bilinear coordinates are, if they are one.
+pub(super) fn node_at(on: [f64; 2]) -> Option<[usize; 2]> {
+    let end = |x: f64| if x == 0.0 { Some(0) } else { (x == 1.0).then_some(1) };
+    Some([end(on[0])?, end(on[1])?])
+}
+
+/// The i-th node along an edge.
+pub(super) fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
+    let mut at = [0; 3];
+    at[edge.direction] = i;
+    for (next, upper) in edge.upper.into_iter().enumerate() {
+        at[(edge.direction + 1 + next) % 3] = if upper { placed.divisions } else { 0 };
+    }
+    at
+}
+
+/// The spot at a part of an edge, on the face beside it that lies across its next direction.
+pub(super) fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> Spot {
+    let n = placed.divisions;
+    let along = part * n as f64;
+    let i = (along as usize).min(n - 1);
+    // Across direction d + 1, the face's own directions are d + 2 and d.
+    let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };
+    Spot::new([k, i], [on, along - i as f64])
+}

@@ -1,0 +1,337 @@
+//! What the faces of blocks bring to a contact: each carries half of its joint, and two in contact
+//! are in series.
+
+use std::collections::HashMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Contacts, Patch};
+use crate::collide::{EdgeOf, FaceOf};
+use crate::law::{Laws, Stiffness};
+use crate::mesh::properties::{JointProperties, Properties};
+use crate::mesh::seams::Moved;
+use crate::mesh::{Abuts, Geometry};
+
+/// Friction angle where neither the deck nor a joint says one `[degrees]`.
+const FRICTION: f64 = 30.0;
+
+/// One face of a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Skin {
+    /// Half of the joint's thickness `[m]`.
+    pub(crate) thickness: f64,
+    /// Stiffness of this half `[Pa/m]`.
+    pub(crate) stiffness: Stiffness,
+    /// Tangent of the friction angle that failure leaves, if there is one.
+    tan_friction: Option<f64>,
+    /// Mass that a contact moves, for each unit of area.
+    moved: Moved,
+    /// Of the block `[kg/m³]`.
+    density: f64,
+    /// Stiffness of the joint, if there is one `[Pa/m]`.
+    joint: Option<Stiffness>,
+    /// The joint is one between faces that do not match: no lattice has it.
+    abuts: bool,
+}
+
+/// What two faces in contact have together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Both {
+    /// Distance of the bodies at which they touch `[m]`.
+    pub(crate) skin: f64,
+    pub(crate) stiffness: [f64; 2],
+    pub(crate) tan_friction: f64,
+    /// Of the dashpot along the normal `[Pa s/m]`.
+    pub(crate) dashpot: f64,
+}
+
+/// The skins of all blocks.
+#[derive(Clone, Debug)]
+pub(crate) struct Skins {
+    kinds: Vec<Skin>,
+    /// By block and face, twice the direction plus one at the upper side.
+    of_block: Vec<[u32; 6]>,
+    /// Given for all contacts.
+    normal: Option<f64>,
+    shear: Option<f64>,
+    tan_friction: Option<f64>,
+    /// Of faces to which neither the deck nor a joint gives any.
+    tan_default: f64,
+    damping: f64,
+    /// Largest thickness `[m]`.
+    pub(crate) thickest: f64,
+    /// Largest stiffnesses of a face `[Pa/m]`.
+    hardest: Stiffness,
+}
+
+impl Skins {
+    pub(crate) fn new(properties: &Properties, laws: &Laws, geometry: &Geometry) -> Self {
+        let contact = &properties.contact;
+        let mut skins = Self {
+            kinds: Vec::new(),
+            of_block: Vec::with_capacity(geometry.bodies.len()),
+            normal: contact.normal_stiffness,
+            shear: contact.shear_stiffness,
+            tan_friction: contact.tan_friction,
+            tan_default: libm::tan(FRICTION.to_radians()),
+            damping: contact.damping_ratio(),
+            thickest: 0.0,
+            hardest: Stiffness { normal: 0.0, shear: 0.0 },
+        };
+        let mut known: HashMap<[u64; 9], u32> = HashMap::new();
+        for body in 0..geometry.bodies.len() {
+            let faces = std::array::from_fn(|face| {
+                let abuts = geometry.abutting.get(&(body as u32, face as u8)).copied();
+                let skin = Skin::new((properties, laws, geometry), (body, face), abuts);
+                skins.thickest = skins.thickest.max(skin.thickness);
+                let Stiffness { normal, shear } = skin.stiffness;
+                skins.hardest.normal = skins.hardest.normal.max(normal);
+                skins.hardest.shear = skins.hardest.shear.max(shear);
+                *known.entry(skin.key()).or_insert_with(|| {
+                    skins.kinds.push(skin);
+                    skins.kinds.len() as u32 - 1
+                })
+            });
+            skins.of_block.push(faces);
+        }
+        skins
+    }
+
+    /// Divides the friction that no joint gives.
+    pub(crate) fn divide_friction(&mut self, factor: f64) {
+        self.tan_friction = self.tan_friction.map(|tan| tan / factor);
+        self.tan_default /= factor;
+    }
+
+    /// Of faces whose friction is a part of the way from that of `before`.
+    pub(crate) fn between(
+        (properties, laws, now): (&Properties, &Laws, &Geometry),
+        before: &Geometry,
+        part: f64,
+    ) -> Self {
+        let [mut skins, old] = [now, before].map(|geometry| Self::new(properties, laws, geometry));
+        if part >= 1.0 {
+            return skins;
+        }
+        let mut kinds = Vec::new();
+        for (of_block, old_block) in skins.of_block.iter_mut().zip(&old.of_block) {
+            for (kind, old_kind) in of_block.iter_mut().zip(old_block) {
+                let (mut skin, old) = (skins.kinds[*kind as usize], old.kinds[*old_kind as usize]);
+                if let Some((new, old)) = skin.tan_friction.as_mut().zip(old.tan_friction) {
+                    *new = old + (*new - old) * part;
+                }
+                let known = kinds.iter().position(|known| *known == skin);
+                *kind = known.unwrap_or(kinds.len()) as u32;
+                if known.is_none() {
+                    kinds.push(skin);
+                }
+            }
+        }
+        skins.kinds = kinds;
+        skins
+    }
+
+    pub(crate) fn of(&self, block: u32, face: FaceOf) -> &Skin {
+        &self.kinds[self.of_block[block as usize][usize::from(face.number())] as usize]
+    }
+
+    /// Of an edge: the mean of the two faces beside it.
+    pub(super) fn of_edge(&self, block: u32, edge: EdgeOf) -> Skin {
+        let [a, b] = sides_of(edge).map(|face| *self.of(block, face));
+        let mean = |of: fn(&Skin) -> f64| 0.5 * (of(&a) + of(&b));
+        Skin {
+            thickness: mean(|skin| skin.thickness),
+            stiffness: Stiffness {
+                normal: mean(|skin| skin.stiffness.normal),
+                shear: mean(|skin| skin.stiffness.shear),
+            },
+            tan_friction: match (a.tan_friction, b.tan_friction) {
+                (Some(a), Some(b)) => Some(0.5 * (a + b)),
+                (a, b) => a.or(b),
+            },
+            moved: Moved::mean(a.moved, b.moved),
+            density: mean(|skin| skin.density),
+            joint: None,
+            abuts: false,
+        }
+    }
+
+    /// The same without the stiffness that is given for all contacts along the normal (0) or across (1).
+    pub(super) fn without(&self, direction: usize) -> Self {
+        let mut without = self.clone();
+        *[&mut without.normal, &mut without.shear][direction] = None;
+        without
+    }
+
+    /// Least and largest stiffness of contacts of two equal faces, along the normal (0) or across (1).
+    pub(super) fn range(&self, direction: usize) -> [f64; 2] {
+        let each =
+            self.kinds.iter().map(|kind| self.both([kind; 2], [false; 2]).stiffness[direction]);
+        each.fold([f64::INFINITY, 0.0], |[least, most], k| [k.min(least), k.max(most)])
+    }
+
+    /// The part of its edge by which a block sinks in under its own weight, where that is much, with its
+    /// density and the stiffness: `ρ g h / k` of its height h.
+    pub(super) fn sinks(&self, gravity: f64, much: f64) -> Option<[f64; 3]> {
+        let each = self.kinds.iter().map(|kind| {
+            let stiffness = self.both([kind; 2], [false; 2]).stiffness[0];
+            [kind.density * gravity / stiffness, kind.density, stiffness]
+        });
+        each.max_by(|a, b| a[0].total_cmp(&b[0])).filter(|worst| worst[0] > much)
+    }
+
+    /// Stiffness of a contact of a face with the stiffest that there is `[Pa/m]`.
+    fn hardest(&self, skin: &Skin) -> Stiffness {
+        let series = |a: f64, b: f64| a * b / (a + b);
+        let Stiffness { normal, shear } = skin.stiffness;
+        Stiffness {
+            normal: self.normal.unwrap_or_else(|| series(normal, self.hardest.normal)),
+            shear: self.shear.unwrap_or_else(|| series(shear, self.hardest.shear)),
+        }
+    }
+
+    /// Stiffness of a contact or of the joint of a face, whichever is larger `[Pa/m]`.
+    pub(crate) fn stiffest(&self, block: u32, face: FaceOf) -> Stiffness {
+        let skin = self.of(block, face);
+        let Stiffness { normal, shear } = self.hardest(skin);
+        let joint = skin.joint.unwrap_or(Stiffness { normal: 0.0, shear: 0.0 });
+        Stiffness { normal: normal.max(joint.normal), shear: shear.max(joint.shear) }
+    }
+
+    /// What a contact of a face is stiffer than its joint `[Pa/m]`: it takes the joint's place.
+    pub(super) fn beyond_joint(&self, block: u32, face: FaceOf) -> Stiffness {
+        let skin = self.of(block, face);
+        let Stiffness { normal, shear } = self.hardest(skin);
+        if skin.abuts {
+            return self.stiffest(block, face);
+        }
+        let joint = skin.joint.unwrap_or(Stiffness { normal: 0.0, shear: 0.0 });
+        Stiffness {
+            normal: (normal - joint.normal).max(0.0),
+            shear: (shear - joint.shear).max(0.0),
+        }
+    }
+
+    /// Mass on a contact or joint of a stiffness at a face, in parts of that of the layer of nodes there.
+    pub(super) fn moved(&self, block: u32, face: FaceOf, stiffness: f64) -> f64 {
+        let moved = &self.of(block, face).moved;
+        moved.mass(stiffness) / moved.layer()
+    }
+
+    /// Largest thickness of the skins of a block `[m]`.
+    pub(super) fn thickness(&self, block: u32) -> f64 {
+        let kinds = self.of_block[block as usize].iter();
+        kinds.map(|&kind| self.kinds[kind as usize].thickness).fold(0.0, f64::max)
+    }
+
+    pub(super) fn density(&self, block: u32, face: FaceOf) -> f64 {
+        self.of(block, face).density
+    }
+
+    /// Of two faces in contact; a body that is held does not move however heavy the other is.
+    pub(crate) fn both(&self, [a, b]: [&Skin; 2], held: [bool; 2]) -> Both {
+        let series = |a: f64, b: f64| a * b / (a + b);
+        let normal = series(a.stiffness.normal, b.stiffness.normal);
+        let shear = series(a.stiffness.shear, b.stiffness.shear);
+        let normal = self.normal.unwrap_or(normal);
+        let tan_friction = self.tan_friction.or(match (a.tan_friction, b.tan_friction) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        });
+        let [of_a, of_b] = [a, b].map(|skin| skin.moved.mass(normal));
+        let mass = match held {
+            [true, false] => of_b,
+            [false, true] => of_a,
+            _ => series(of_a, of_b),
+        };
+        Both {
+            skin: a.thickness + b.thickness,
+            stiffness: [normal, self.shear.unwrap_or(shear)],
+            tan_friction: tan_friction.unwrap_or(self.tan_default),
+            dashpot: self.dashpot(normal, mass),
+        }
+    }
+}
+
+impl Skins {
+    /// Dashpot of a normal stiffness `[Pa/m]` and a mass for each unit of area `[Pa s/m]`.
+    fn dashpot(&self, normal: f64, mass: f64) -> f64 {
+        2.0 * self.damping * (normal * mass).sqrt()
+    }
+
+    /// Dashpot of a joint of two faces with a normal stiffness of its own `[Pa s/m]`.
+    pub(super) fn dashpot_of_joint(&self, [a, b]: [&Skin; 2], normal: f64) -> f64 {
+        let [a, b] = [a, b].map(|skin| skin.moved.mass(normal));
+        self.dashpot(normal, a * b / (a + b))
+    }
+}
+
+impl Contacts {
+    /// Supports have come or gone on some blocks: their contacts are made anew, as dashpots have another
+    /// mass now.
+    pub(crate) fn hold_anew(&mut self, changed: impl Fn(usize) -> bool) {
+        let damped = |patch: &Patch| patch.both.dashpot > 0.0;
+        self.make_anew(|patch| damped(patch) && patch.blocks.iter().any(|&b| changed(b as usize)));
+    }
+
+    /// Contacts are made anew: as if the blocks had moved by more than they are valid for.
+    pub(crate) fn make_anew(&mut self, chosen: impl Fn(&Patch) -> bool) {
+        for patch in self.patches.iter_mut().filter(|patch| chosen(patch)) {
+            patch.apart.x += 3.0 * f64::from(patch.limit);
+        }
+    }
+}
+
+/// The two faces beside an edge.
+pub(super) fn sides_of(edge: EdgeOf) -> [FaceOf; 2] {
+    [0, 1]
+        .map(|next| FaceOf { direction: (edge.direction + 1 + next) % 3, upper: edge.upper[next] })
+}
+
+impl Skin {
+    fn new(
+        (properties, laws, geometry): (&Properties, &Laws, &Geometry),
+        (body, face): (usize, usize),
+        abuts: Option<Abuts>,
+    ) -> Self {
+        let (d, upper) = (face / 2, face % 2 == 1);
+        let lattice = geometry.lattice(body);
+        let cell = geometry.bodies[body].cell.map(|c| c as usize);
+        let elastic = &properties.materials[usize::from(geometry.bodies[body].material)];
+        let height = lattice.spacing(d, cell[d]) * lattice.normal(d).dot(&lattice.axes[d]);
+        let moved = Moved::new(geometry, (body, d), elastic);
+        let mut offset = [0; 3];
+        offset[d] = if upper { 1 } else { -1 };
+        let number = geometry.neighbour(body, offset).map(|other| {
+            let owner = if upper { body } else { other };
+            let cell = geometry.bodies[owner].cell.map(|c| c as usize);
+            lattice.joint_above(cell, d)
+        });
+        let number = abuts.map(|abuts| abuts.joint).or(number).map(usize::from);
+        let joint = number.map(|number| &properties.joints[number]);
+        let law = number.and_then(|number| laws.get(number)?.as_deref());
+        let own = Stiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };
+        let stiffness = joint.map(JointProperties::stiffness);
+        let Stiffness { normal, shear } = stiffness.unwrap_or(own);
+        // Faces that are nearer than their joint is thick do not overlap.
+        let room = abuts.map_or(f64::INFINITY, |abuts| abuts.gap);
+        Self {
+            thickness: joint.map_or(0.0, |joint| joint.thickness.min(room) / 2.0),
+            stiffness: Stiffness { normal: 2.0 * normal, shear: 2.0 * shear },
+            tan_friction: law.map(|law| law.tan_contact_friction()),
+            moved,
+            density: elastic.density,
+            joint: stiffness,
+            abuts: abuts.is_some(),
+        }
+    }
+
+    fn key(&self) -> [u64; 9] {
+        let Stiffness { normal, shear } = self.stiffness;
+        let friction = self.tan_friction.unwrap_or(-1.0);
+        let abuts = if self.abuts { 1.0 } else { 0.0 };
+        let [layer, whole, impedance] = self.moved.numbers();
+        [self.thickness, normal, shear, friction, layer, whole, impedance, self.density, abuts]
+            .map(f64::to_bits)
+    }
+}

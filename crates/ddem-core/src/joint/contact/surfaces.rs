@@ -1,0 +1,56 @@
+//! What is fixed about contacts: the faces of all blocks.
+
+use super::place::{Placed, placed};
+use super::skins::Skins;
+use crate::law::Laws;
+use crate::mesh::Geometry;
+use crate::mesh::connected::is_connected;
+use crate::mesh::pack::Packs;
+use crate::mesh::properties::Properties;
+
+/// Margin of the boxes in the search, as a part of the edges of the blocks.
+const MARGIN: f64 = 0.1;
+
+/// The faces of all blocks: what is fixed about contacts.
+#[derive(Debug)]
+pub(crate) struct Surfaces {
+    pub(crate) skins: Skins,
+    pub(crate) blocks: Vec<Placed>,
+    /// Shortest edge of a block `[m]`.
+    pub(crate) shortest: f64,
+    /// Distance that blocks may go before their boxes are sorted anew `[m]`.
+    pub(super) margin: f64,
+    /// Blocks may meet before any joint has failed.
+    pub(crate) open: bool,
+    /// There are joints between faces that do not match.
+    pub(crate) joins: bool,
+    /// Contacts are looked for.
+    pub(crate) search: bool,
+}
+
+impl Surfaces {
+    pub(crate) fn new(
+        properties: &Properties,
+        laws: &Laws,
+        geometry: &Geometry,
+        packs: &Packs,
+    ) -> Self {
+        let mut edges: Vec<f64> =
+            (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body)).collect();
+        edges.sort_unstable_by(f64::total_cmp);
+        let median = edges.get(edges.len() / 2).copied().unwrap_or_default();
+        let shortest = edges.first().copied().unwrap_or(f64::INFINITY);
+        // Blocks that joints connect do not meet before some of these have failed.
+        let can_fail = properties.joints.iter().any(|joint| joint.law.is_some());
+        let open = !(can_fail && is_connected(geometry));
+        Self {
+            skins: Skins::new(properties, laws, geometry),
+            blocks: placed(geometry, packs),
+            shortest,
+            margin: MARGIN * median,
+            open,
+            joins: !geometry.abutments.is_empty(),
+            search: properties.contact.search,
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! §3: displacements of the cells of a joint as seen from its own frame, which turns with the
+//! bodies that it joins.
+
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+
+use crate::element::corotation::{Frame, mean_rotation, minus_one};
+use crate::math::lanes::{
+    LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, transposed_times,
+};
+use crate::mesh::pack::{Neighbours, Pack, Packs};
+
+/// Where the nodes are.
+#[derive(Clone, Copy)]
+pub(crate) struct Moved<'a> {
+    pub(crate) packs: &'a Packs,
+    /// Displacements `[m]`.
+    pub(crate) u: &'a [Lanes],
+    /// Frames of the packs; `None` for small displacements.
+    pub(crate) frames: Option<&'a [Frame]>,
+}
+
+/// Local displacements of the nodes of a joint lattice, and its rotation if there is one.
+/// `edges` are those of one of its elements.
+#[simd]
+pub(crate) fn joint_displacements<S: Simd>(
+    simd: S,
+    moved: Moved<'_>,
+    (index, offset): (usize, usize),
+    edges: &[[Lanes; 3]; 3],
+    local: &mut [Lanes],
+) -> Option<Matrix<S>> {
+    let pack = &moved.packs.packs[index];
+    let shape = moved.packs.shape_of(pack);
+    let nodes = &shape.joints[offset];
+    let mut sources = [Source::Own { first: 3 * pack.start }; 8];
+    for part in (1..8).filter(|part| part & !offset == 0) {
+        sources[part] = Source::new(moved.packs, pack, index, part);
+    }
+    for (node, local) in nodes.iter().zip(local.as_chunks_mut::<3>().0) {
+        *local = sources[node.offset].displacement(moved.u, node.local);
+    }
+    let frames = moved.frames?;
+    let mut sum = frames[index].matrix(simd);
+    for part in (1..8).filter(|part| part & !offset == 0) {
+        let [x, y, z] = &sources[part].rotation(frames, index);
+        let other = [load(simd, x), load(simd, y), load(simd, z)];
+        sum = [add(sum[0], other[0]), add(sum[1], other[1]), add(sum[2], other[2])];
+    }
+    let rotation = mean_rotation(simd, &sum, f64::from(1u32 << offset.count_ones()));
+    let mean = load(simd, &frames[index].mean);
+    turn(simd, &rotation, mean, edges, shape.dims(offset), local);
+    Some(rotation)
+}
+
+/// Rotations of the two bodies of a face joint.
+#[inline(always)]
+pub(crate) fn rotations<S: Simd>(
+    simd: S,
+    moved: Moved<'_>,
+    (index, offset): (usize, usize),
+) -> Option<[Matrix<S>; 2]> {
+    let frames = moved.frames?;
+    let other = Source::new(moved.packs, &moved.packs.packs[index], index, offset);
+    let [x, y, z] = &other.rotation(frames, index);
+    Some([frames[index].matrix(simd), [load(simd, x), load(simd, y), load(simd, z)]])
+}
+
+/// Turns displacements of a lattice into those seen from a turned frame, up to a constant:
+/// `ũ = Rᵀ(u − ū) + (Rᵀ − 1) X`.
+#[inline(always)]
+pub(crate) fn turn<S: Simd>(
+    simd: S,
+    rotation: &Matrix<S>,
+    mean: Vector<S>,
+    edges: &[[Lanes; 3]; 3],
+    dims: [usize; 3],
+    local: &mut [Lanes],
+) {
+    // (Rᵀ − 1) h_d, and how many of them lie between the centre and line i.
+    let change = minus_one(simd, rotation);
+    let [x, y, z] = edges;
+    let edges = [
+        transposed_times(&change, load(simd, x)),
+        transposed_times(&change, load(simd, y)),
+        transposed_times(&change, load(simd, z)),
+    ];
+    let (half_x, half_y, half_z) =
+        (0.5 * dims[0] as f64, 0.5 * dims[1] as f64, 0.5 * dims[2] as f64);
+    let mut at = 0;
+    for k in 0..=dims[2] {
+        let plane = scale(edges[2], splat(simd, k as f64 - half_z));
+        for j in 0..=dims[1] {
+            let row = add(plane, scale(edges[1], splat(simd, j as f64 - half_y)));
+            for i in 0..=dims[0] {
+                let shift = add(row, scale(edges[0], splat(simd, i as f64 - half_x)));
+                let u = sub(load_at(simd, local, at), mean);
+                store_at(local, at, add(transposed_times(rotation, u), shift));
+                at += 3;
+            }
+        }
+    }
+}
+
+/// Where the nodes of the neighbours at one offset are.
+#[derive(Clone, Copy)]
+enum Source {
+    /// The pack itself: its first number.
+    Own { first: usize },
+    /// Four lanes of one pack, in order.
+    Aligned { pack: usize, first: usize },
+    /// Anywhere: for each lane pack, first number and lane; the owner where there is nobody.
+    Scattered { packs: [usize; LANES], first: [usize; LANES], lanes: [usize; LANES] },
+}
+
+impl Source {
+    fn new(packs: &Packs, pack: &Pack, index: usize, offset: usize) -> Self {
+        let neighbours: &Neighbours = &pack.upper[offset];
+        if let Some(other) = neighbours.aligned() {
+            return Self::Aligned { pack: other, first: 3 * packs.packs[other].start };
+        }
+        let (mut at, mut first, mut lanes) = ([0; LANES], [0; LANES], [0; LANES]);
+        for lane in 0..LANES {
+            (at[lane], lanes[lane]) = neighbours.at(lane).unwrap_or((index, lane));
+            first[lane] = 3 * packs.packs[at[lane]].start;
+        }
+        Self::Scattered { packs: at, first, lanes }
+    }
+
+    /// Displacement of a node.
+    #[inline(always)]
+    fn displacement(&self, u: &[Lanes], local: usize) -> [Lanes; 3] {
+        match self {
+            Self::Own { first } | Self::Aligned { first, .. } => {
+                let at = first + 3 * local;
+                [u[at], u[at + 1], u[at + 2]]
+            }
+            Self::Scattered { first, lanes, .. } => {
+                let mut out = [Lanes::ZERO; 3];
+                for lane in 0..LANES {
+                    let from = &u[first[lane] + 3 * local..][..3];
+                    for c in 0..3 {
+                        out[c].0[lane] = from[c].0[lanes[lane] % LANES];
+                    }
+                }
+                out
+            }
+        }
+    }
+
+    fn rotation(&self, frames: &[Frame], own: usize) -> [[Lanes; 3]; 3] {
+        match self {
+            Self::Own { .. } => frames[own].rotation,
+            Self::Aligned { pack, .. } => frames[*pack].rotation,
+            Self::Scattered { packs, lanes, .. } => {
+                let mut out = [[Lanes::ZERO; 3]; 3];
+                for lane in 0..LANES {
+                    let from = &frames[packs[lane]].rotation;
+                    for (out, from) in out.iter_mut().flatten().zip(from.iter().flatten()) {
+                        out.0[lane] = from.0[lanes[lane] % LANES];
+                    }
+                }
+                out
+            }
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! TODO
+
+pub(crate) mod breaks;
+pub(crate) mod contact;
+pub(crate) mod kinematics;

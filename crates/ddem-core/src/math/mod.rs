@@ -1,0 +1,10 @@
+//! TODO
+
+pub(crate) mod exact;
+pub(crate) mod groups;
+pub(crate) mod lanes;
+pub(crate) mod leapfrog;
+pub(crate) mod rules;
+pub(crate) mod simd;
+pub(crate) mod sums;
+pub(crate) mod tracked;

@@ -1,0 +1,350 @@
+//! Free-field columns: what a side of the model would do if no model stood beside it.
+//!
+//! A column of unit area stands behind each upright line of nodes of a side, with the line's own levels,
+//! rock and joints. It moves by shear and by compression alone, as level ground does that a plane wave
+//! comes up through; it has no weight, and its joints do not fail.
+
+use std::collections::BTreeMap;
+
+use super::outside::Standing;
+use super::{Push, Resistance, resistance};
+use crate::collide::FaceOf;
+use crate::element::Elastic;
+use crate::law::Stiffness;
+use crate::math::leapfrog::{coefficients, local_damping};
+use crate::mesh::properties::Properties;
+use crate::mesh::{Geometry, Strip, Surface, Vec3, moved_to};
+
+/// Between two levels: tractions by difference of displacements `[Pa/m]`.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    normal: f64,
+    shear: f64,
+    /// Normal and shear traction across upright planes: none in springs.
+    across: [f64; 2],
+    /// `[kg/m²]`.
+    mass: f64,
+    /// Of a block, not of a joint.
+    block: bool,
+}
+
+/// One column, from the foot up.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// The nodes of the model that it stands behind.
+    pub nodes: Vec<u32>,
+    /// Pack, place of the x component in a nodal field, and lane of each.
+    pub(crate) places: Vec<(usize, u32, u8)>,
+    segments: Vec<Segment>,
+    /// Mass of each level `[kg/m²]`.
+    mass: Vec<f64>,
+    /// `ρ c` of the rock at its foot, x, y and z `[Pa s/m]`.
+    pub(super) impedance: Vec3,
+    /// Place of its lowest level among those of all columns.
+    pub(crate) first: usize,
+    /// Stiffness by mass of the nodes as the run starts, each axis `[1/s²]`.
+    pub(crate) squares: Vec<[f64; 3]>,
+}
+
+/// A node of a side, and the level of a column that it hangs on.
+#[derive(Clone, Debug)]
+pub struct Side {
+    /// Number of the node.
+    pub node: u32,
+    /// Place of the level among those of all columns.
+    level: usize,
+    /// Dashpots between them `[N s/m]`.
+    pub resistance: Resistance,
+    outward: Vec3,
+    /// Area below and above the level `[m²]`.
+    areas: [f64; 2],
+}
+
+/// How the columns move at a time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Moving {
+    /// Velocity at the end of the step `[m/s]`.
+    pub(crate) ahead: Vec<Vec3>,
+    /// Velocity at the time.
+    pub(crate) mean: Vec<Vec3>,
+    /// Shear along x and y and normal traction across upright planes, in the segment above each level
+    /// `[Pa]`.
+    above: Vec<Vec3>,
+}
+
+/// How a column steps.
+pub(crate) struct Pace<'a> {
+    /// h, the time between the half steps before and after `[s]`.
+    pub(crate) interval: f64,
+    /// Part of the change of velocities that leads to the present time.
+    pub(crate) part: f64,
+    /// α of local damping.
+    pub(crate) local: f64,
+    /// β of damping by the stiffness of the blocks `[s]`.
+    pub(crate) stiffness: f64,
+    /// Factor of each boundary's wave.
+    pub(crate) factors: &'a [f64],
+    /// Velocity of each fix.
+    pub(crate) velocities: &'a [[f64; 3]],
+    /// Damping `c/m` at a level of a column, which is dug or not, by axis `[1/s]`.
+    pub(crate) rates: &'a dyn Fn(&Column, usize, bool) -> [f64; 3],
+}
+
+impl Moving {
+    pub(crate) fn new(levels: usize) -> Self {
+        let zero = vec![Vec3::zeros(); levels];
+        Self { ahead: zero.clone(), mean: zero.clone(), above: zero }
+    }
+
+    /// What a column does to a node of a side that stands still.
+    pub(super) fn push(&self, side: &Side) -> Push {
+        let n = side.outward;
+        let traction = |s: Vec3| Vec3::new(s.z * n.x, s.z * n.y, s.x * n.x + s.y * n.y);
+        let [below, above] = side.areas;
+        let mut force = traction(self.above[side.level]) * above;
+        if below > 0.0 {
+            force += traction(self.above[side.level - 1]) * below;
+        }
+        Push { force, wave: side.resistance * self.mean[side.level] }
+    }
+}
+
+impl Column {
+    /// One step, (M2), from displacements and velocities of all columns.
+    pub(crate) fn step(
+        &self,
+        standing: &Standing,
+        pace: &Pace<'_>,
+        (u, v): (&[Vec3], &[Vec3]),
+        moving: &mut Moving,
+    ) {
+        let mut forces = vec![Vec3::zeros(); self.nodes.len()];
+        for (i, segment) in self.segments.iter().enumerate() {
+            let at = self.first + i;
+            let mut stretch = u[at + 1] - u[at];
+            if segment.block {
+                stretch += (v[at + 1] - v[at]) * pace.stiffness;
+            }
+            let [across, along] = segment.across;
+            moving.above[at] = stretch.component_mul(&Vec3::new(along, along, across));
+            let Segment { normal, shear, .. } = *segment;
+            let traction = stretch.component_mul(&Vec3::new(shear, shear, normal));
+            forces[i] += traction;
+            forces[i + 1] -= traction;
+        }
+        let waves = standing.foot.waves.iter();
+        let wave: Vec3 = waves.map(|(border, wave)| wave * pace.factors[*border]).sum();
+        for (i, force) in forces.into_iter().enumerate() {
+            let at = self.first + i;
+            let rates = (pace.rates)(self, i, standing.dug[i]);
+            let zero = (Vec3::zeros(), Vec3::zeros());
+            let (dashpot, wave) = if i == 0 { (standing.foot.impedance, wave) } else { zero };
+            for k in 0..3 {
+                let now = v[at][k];
+                let force = force[k] - local_damping(pace.local, force[k], now) + wave[k];
+                let (m, c) = (self.mass[i], rates[k] * self.mass[i] + dashpot[k]);
+                let [a, b] = coefficients(m / pace.interval, c);
+                let free = a * now + b * force;
+                let ahead = standing.held[i][k].map_or(free, |fix| pace.velocities[fix][k]);
+                moving.ahead[at][k] = ahead;
+                moving.mean[at][k] = now * (1.0 - pace.part) + ahead * pace.part;
+            }
+        }
+    }
+}
+
+/// Why no column can stand behind a face.
+#[derive(Clone, Copy, Debug)]
+pub enum NoColumn {
+    /// The face looks up or down.
+    Level,
+    /// The blocks have no upright edge, or other edges that are not level.
+    Aslant,
+    /// The side goes on in blocks that do not match.
+    Unmatched,
+}
+
+/// Columns and sides as they are found, face by face.
+pub struct Ground<'a> {
+    geometry: &'a Geometry,
+    /// The ground at the start, which goes on beside holes that have been dug.
+    start: &'a Geometry,
+    properties: &'a Properties,
+    /// First place that is free among the levels of all columns.
+    first: &'a mut usize,
+    columns: Vec<Column>,
+    sides: Vec<Side>,
+    /// Column by its lowest node.
+    by_foot: BTreeMap<u32, usize>,
+}
+
+impl<'a> Ground<'a> {
+    /// Nothing yet; `first` is the first free place among the levels of all columns.
+    pub fn new(
+        (geometry, start): (&'a Geometry, &'a Geometry),
+        properties: &'a Properties,
+        first: &'a mut usize,
+    ) -> Self {
+        let by_foot = BTreeMap::new();
+        Self { geometry, start, properties, first, columns: Vec::new(), sides: Vec::new(), by_foot }
+    }
+
+    /// The columns, and the nodes that hang on them.
+    pub fn done(self) -> (Vec<Column>, Vec<Side>) {
+        (self.columns, self.sides)
+    }
+
+    /// Columns behind the nodes of a face, which are given with their strips.
+    pub fn stand(&mut self, surface: &Surface, strips: Vec<Strip>) -> Result<(), NoColumn> {
+        let geometry = self.geometry;
+        let body = surface.body;
+        let upright = self.upright(surface)?;
+        let rock = self.rock(body);
+        let outward = surface.outward(geometry);
+        let impedance = resistance(&rock, &outward);
+        let raised = geometry.lattice(body).axes[upright].z > 0.0;
+        for (node, slant, along) in strips {
+            let second = (surface.normal + 2) % 3 == upright;
+            let [width, height] = [along[usize::from(!second)], along[usize::from(second)]];
+            let width = slant * (width[0] + width[1]);
+            let [low, high] = height.map(|length| width * length);
+            let areas = if raised { [low, high] } else { [high, low] };
+            let column = self.column(node, upright, raised)?;
+            let found = self.columns[column].nodes.iter().position(|&other| other == node);
+            let Some(level) = found.map(|level| self.columns[column].first + level) else {
+                continue;
+            };
+            let resistance = impedance * (areas[0] + areas[1]);
+            self.sides.push(Side { node, level, resistance, outward, areas });
+        }
+        Ok(())
+    }
+
+    /// The upright edge of a face, or what is wrong with it.
+    fn upright(&self, surface: &Surface) -> Result<usize, NoColumn> {
+        let axes = &self.geometry.lattice(surface.body).axes;
+        let is_upright = |d: &usize| axes[*d].z.abs() > 1.0 - 1e-12;
+        let upright = (0..3).find(is_upright);
+        let level = |d: usize| axes[d].z.abs() < 1e-9;
+        match upright {
+            Some(d) if d == surface.normal => Err(NoColumn::Level),
+            Some(d) if (0..3).all(|e| e == d || level(e)) => Ok(d),
+            _ => Err(NoColumn::Aslant),
+        }
+    }
+
+    fn rock(&self, body: usize) -> Elastic {
+        self.properties.materials[self.geometry.bodies[body].material as usize]
+    }
+
+    /// The column behind a node.
+    fn column(&mut self, node: u32, upright: usize, raised: bool) -> Result<usize, NoColumn> {
+        let (geometry, start) = (self.geometry, self.start);
+        let (mut body, at) = geometry.locate(node as usize);
+        let down = |up: i32| {
+            let mut offset = [0; 3];
+            offset[upright] = if raised { up } else { -up };
+            offset
+        };
+        while let Some(below) = start.neighbour(body, down(-1)) {
+            body = below;
+        }
+        let n = geometry.lattice(body).divisions;
+        let on = |body: usize, level: usize| {
+            let level = if raised { level } else { n - level };
+            geometry.node(body, moved_to(at, upright, level)) as u32
+        };
+        if let Some(&column) = self.by_foot.get(&on(body, 0)) {
+            return Ok(column);
+        }
+        let goes_on = |body: usize, up: bool| {
+            let face = FaceOf { direction: upright, upper: raised == up };
+            geometry.abutting.contains_key(&(body as u32, face.number()))
+        };
+        let (foot, lowest) = (on(body, 0), self.rock(body));
+        let levels = |body: usize| (0..=n).map(move |level| (body, level));
+        let (bodies, segments) = self.stack(body, upright, &down);
+        let nodes: Vec<u32> =
+            bodies.iter().flat_map(|&body| levels(body)).map(|(b, level)| on(b, level)).collect();
+        let top = bodies.last().copied().unwrap_or(body);
+        if goes_on(body, false) || goes_on(top, true) {
+            return Err(NoColumn::Unmatched);
+        }
+        let column = Column::new(nodes, segments, &lowest, *self.first);
+        *self.first += column.nodes.len();
+        self.columns.push(column);
+        self.by_foot.insert(foot, self.columns.len() - 1);
+        Ok(self.columns.len() - 1)
+    }
+
+    /// The bodies of a column from the lowest one up, and what is between its levels.
+    fn stack(
+        &self,
+        lowest: usize,
+        upright: usize,
+        down: &dyn Fn(i32) -> [i32; 3],
+    ) -> (Vec<usize>, Vec<Segment>) {
+        let (geometry, start) = (self.geometry, self.start);
+        let raised = down(1)[upright] > 0;
+        let (mut bodies, mut segments, mut end) = (Vec::new(), Vec::new(), (0, 0));
+        let mut body = lowest;
+        loop {
+            bodies.push(body);
+            let lattice = geometry.lattice(body);
+            let length = lattice.spacing(upright, geometry.bodies[body].cell[upright] as usize);
+            let layer = |_| Segment::layer(&self.rock(body), length);
+            segments.extend((0..lattice.divisions).map(layer));
+            if !geometry.is_gone(body) {
+                end = (bodies.len(), segments.len());
+            }
+            let Some(above) = start.neighbour(body, down(1)) else { break };
+            segments.push(self.joint(if raised { body } else { above }, upright));
+            body = above;
+        }
+        // It ends where nothing of the model is left above.
+        bodies.truncate(end.0);
+        segments.truncate(end.1);
+        (bodies, segments)
+    }
+
+    /// The joint at the upper end of a body along an edge.
+    fn joint(&self, body: usize, d: usize) -> Segment {
+        let (geometry, properties) = (self.geometry, self.properties);
+        let lattice = geometry.lattice(body);
+        let cell = geometry.bodies[body].cell.map(|c| c as usize);
+        let joint = usize::from(lattice.joint_above(cell, d));
+        let gap = lattice.gaps[d][cell[d] + 1];
+        let joint = &properties.joints[joint];
+        if let Some(layer) = joint.layer().filter(|_| gap > 0.0) {
+            return Segment { block: false, ..Segment::layer(layer, gap) };
+        }
+        let Stiffness { normal, shear } = joint.stiffness();
+        Segment { normal, shear, across: [0.0; 2], mass: 0.0, block: false }
+    }
+}
+
+impl Segment {
+    fn layer(rock: &Elastic, length: f64) -> Self {
+        Self {
+            normal: rock.p_modulus() / length,
+            shear: rock.shear / length,
+            across: [rock.lambda / length, rock.shear / length],
+            mass: rock.density * length,
+            block: true,
+        }
+    }
+}
+
+impl Column {
+    fn new(nodes: Vec<u32>, segments: Vec<Segment>, foot: &Elastic, first: usize) -> Self {
+        let mut mass = vec![0.0; nodes.len()];
+        for (i, segment) in segments.iter().enumerate() {
+            mass[i] += segment.mass / 2.0;
+            mass[i + 1] += segment.mass / 2.0;
+        }
+        let [p, s] = [foot.p_speed(), foot.s_speed()].map(|speed| foot.density * speed);
+        let (places, squares) = (Vec::new(), Vec::new());
+        let impedance = Vec3::new(s, s, p);
+        Self { nodes, places, segments, mass, impedance, first, squares }
+    }
+}

@@ -1,0 +1,95 @@
+//! The surface of a gas: facets between nodes, their present areas, and the volume within.
+
+use crate::mesh::Vec3;
+
+/// The surface of a gas, or of a part of it that is apart from the others.
+#[derive(Clone, Debug)]
+pub struct Shell {
+    /// Three corners each, as places in the nodes of the charge, and what part of it counts.
+    facets: Vec<([u32; 3], f64)>,
+    /// Nodes of the faces of blocks that it has.
+    walls: Vec<Vec<u32>>,
+    /// Volume within it at the start `[m³]`.
+    pub volume: f64,
+    /// How far a wall may go from the others before the gas gets out `[m]`.
+    pub reach: f64,
+}
+
+impl Shell {
+    /// Of polygons whose corners, and walls whose nodes, are places in the nodes of a charge.
+    pub fn new(
+        polygons: impl Iterator<Item = Vec<u32>>,
+        walls: Vec<Vec<u32>>,
+        volume: f64,
+        reach: f64,
+    ) -> Self {
+        let mut shell = Self { facets: Vec::new(), walls, volume, reach };
+        polygons.for_each(|corners| shell.add(&corners));
+        shell
+    }
+
+    /// Nodes of the faces of blocks that it has, as places in the nodes of the charge.
+    pub(super) fn walls(&self) -> impl Iterator<Item = &[u32]> {
+        self.walls.iter().map(Vec::as_slice)
+    }
+
+    /// A polygon as the mean of its fans of triangles: every corner counts alike.
+    fn add(&mut self, corners: &[u32]) {
+        let n = corners.len();
+        let fans = if n == 3 { 1 } else { n };
+        for first in 0..fans {
+            let corner = |i: usize| corners[(first + i) % n];
+            let fan = (1..n - 1).map(|i| [corner(0), corner(i), corner(i + 1)]);
+            self.facets.extend(fan.map(|facet| (facet, 1.0 / fans as f64)));
+        }
+    }
+
+    /// Volume within a closed surface, by the divergence theorem.
+    pub fn enclosed(&self, x: &[Vec3]) -> f64 {
+        let Some(([first, ..], _)) = self.facets.first() else { return 0.0 };
+        let origin = x[*first as usize];
+        let cone = |(facet, part): &([u32; 3], f64)| {
+            let [a, b, c] = facet.map(|node| x[node as usize] - origin);
+            part * a.dot(&b.cross(&c)) / 6.0
+        };
+        self.facets.iter().map(cone).sum()
+    }
+
+    /// Volume within it after these displacements: what facets sweep on straight ways is added to that
+    /// at the start, exactly; of a closed surface it is what the divergence theorem gives.
+    pub(super) fn volume(&self, x: &[Vec3], u: &[Vec3]) -> f64 {
+        let swept = |(facet, part): &([u32; 3], f64)| {
+            let [a, b, c] = facet.map(|node| x[node as usize]);
+            let [p, q, r] = facet.map(|node| u[node as usize]);
+            let ([e, f], [g, h]) = ([b - a, c - a], [q - p, r - p]);
+            let area = e.cross(&f) + (e.cross(&h) + g.cross(&f)) / 2.0 + g.cross(&h) / 3.0;
+            part * (p + q + r).dot(&area) / 6.0
+        };
+        self.volume + self.facets.iter().map(swept).sum::<f64>()
+    }
+
+    /// Adds the present areas that belong to the nodes, as vectors into the rock `[m²]`.
+    pub(super) fn add_areas(&self, x: &[Vec3], u: &[Vec3], areas: &mut [Vec3]) {
+        for (facet, part) in &self.facets {
+            let [a, b, c] = facet.map(|node| x[node as usize] + u[node as usize]);
+            let share = (b - a).cross(&(c - a)) * (part / 6.0);
+            for node in facet {
+                areas[*node as usize] += share;
+            }
+        }
+    }
+
+    /// Whether the centre of a wall has moved so far from where the walls have gone on average that
+    /// the gas gets out; of a single wall, from its own start.
+    pub(super) fn is_open(&self, u: &[Vec3]) -> bool {
+        let mean = |wall: &Vec<u32>| {
+            wall.iter().map(|node| u[*node as usize]).sum::<Vec3>() / wall.len() as f64
+        };
+        let moved: Vec<Vec3> = self.walls.iter().map(mean).collect();
+        let all = match moved.len() {
+            0 | 1 => Vec3::zeros(),
+            walls => moved.iter().sum::<Vec3>() / walls as f64,
+        };
+        moved.iter().any(|moved| (moved - all).norm() > self.reach)
+    }
+}

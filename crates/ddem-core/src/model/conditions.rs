@@ -1,0 +1,213 @@
+//! Supports, loads and charges, and which are in force in a stage.
+
+mod active;
+mod idle;
+mod release;
+
+pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
+
+use std::sync::Arc;
+
+use crate::error::{Fault, RunError};
+use crate::mesh::Vec3;
+use crate::model::charge::Charge;
+use crate::model::history::{Course, Function};
+use crate::model::stage::Period;
+
+pub use release::Fading;
+pub(crate) use release::Released;
+
+/// A support.
+#[derive(Clone, Debug)]
+pub struct Fixed {
+    /// Numbers of the nodes.
+    pub nodes: Vec<u32>,
+    /// Those that it would hold if their blocks had not been taken out before it came into force.
+    pub gone: Vec<u32>,
+    /// Directions that it holds.
+    pub axes: [bool; 3],
+    /// Velocity of a driven support `[m/s]`.
+    pub velocity: Option<[f64; 3]>,
+    /// Displacement to which it is driven in relaxation `[m]`.
+    pub displacement: [f64; 3],
+    /// Factor in time.
+    pub history: Course,
+    /// Stages in which it is in force.
+    pub period: Period,
+}
+
+/// A load: nodal forces `[N]` at factor 1.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// Nodal forces at factor 1 `[N]`.
+    pub forces: Vec<(u32, Vec3)>,
+    /// Factor in time.
+    pub history: Course,
+    /// Stages in which it is in force.
+    pub period: Period,
+    /// Of forces of removed blocks that fade.
+    pub fading: Option<Fading>,
+}
+
+/// A charge, and when it goes off.
+#[derive(Clone, Debug)]
+pub struct Charged {
+    /// Surfaces that its gas pushes, and its pressure.
+    pub charge: Charge,
+    /// Factor in time.
+    pub history: Course,
+    /// Time at which it goes off, from the start of its period `[s]`.
+    pub delay: f64,
+    /// Stages in which it is in force.
+    pub period: Period,
+}
+
+/// All supports, loads and charges of a model.
+#[derive(Clone, Debug, Default)]
+pub struct Conditions {
+    /// Supports.
+    pub fixed: Vec<Fixed>,
+    /// Loads, then those of the forces of removed blocks.
+    pub loaded: Vec<Loaded>,
+    /// Charges.
+    pub charged: Vec<Charged>,
+}
+
+impl Conditions {
+    /// A load, a charge or a driven support that goes with time as a program says.
+    ///
+    /// # Errors
+    ///
+    /// There is no such entry, or the support stands still.
+    pub(crate) fn set_history(
+        &mut self,
+        (section, index): (&str, usize),
+        function: Arc<Function>,
+    ) -> Result<(), Fault> {
+        let course = match section {
+            "load" => {
+                let load = self.loaded.get_mut(index).filter(|load| load.fading.is_none());
+                load.map(|load| &mut load.history)
+            }
+            "charge" => self.charged.get_mut(index).map(|charged| &mut charged.history),
+            _ => self.fixed.get_mut(index).map(|fix| &mut fix.history),
+        };
+        let place = format!("{section}[{index}].history");
+        let course = course.ok_or_else(|| Fault::new(place, "there is no such entry"))?;
+        *course = Course::Computed(function);
+        Ok(())
+    }
+
+    /// Takes over the histories of the same supports, loads and charges, some of which a program may compute.
+    pub(crate) fn take_histories(&mut self, from: &Self) {
+        let Self { fixed, loaded, charged } = self;
+        fixed.iter_mut().zip(&from.fixed).for_each(|(a, b)| a.history.clone_from(&b.history));
+        loaded.iter_mut().zip(&from.loaded).for_each(|(a, b)| a.history.clone_from(&b.history));
+        charged.iter_mut().zip(&from.charged).for_each(|(a, b)| a.history.clone_from(&b.history));
+    }
+
+    /// Number of the factor of what programs apply; that of gravity follows, as the last one.
+    pub(crate) fn applied_factor(&self) -> usize {
+        self.loaded.len() + self.charged.len()
+    }
+
+    /// Number of the shells of all charges.
+    pub(crate) fn n_shells(&self) -> usize {
+        self.charged.iter().map(|charged| charged.charge.shells.len()).sum()
+    }
+
+    /// Number of all factors, that of gravity included.
+    pub(crate) fn n_factors(&self) -> usize {
+        self.applied_factor() + 2
+    }
+
+    /// Factor of each load and of each charge in a stage, at a time, given the times at which stages
+    /// began; then 1 for what programs apply.
+    ///
+    /// # Errors
+    ///
+    /// A history that a program computes has no value.
+    pub fn factors(&self, stage: usize, time: f64, starts: &[f64]) -> Result<Vec<f64>, RunError> {
+        let mut factors = Vec::with_capacity(self.n_factors());
+        for (index, load) in self.loaded.iter().enumerate() {
+            factors.push(match load.acts(stage) {
+                true => load.factor(time, starts).at("load", index)?,
+                false => 0.0,
+            });
+        }
+        for (index, charged) in self.charged.iter().enumerate() {
+            let Charged { history, delay, period, .. } = charged;
+            // Before it goes off there is nothing to be asked.
+            let burns = period.has(stage) && period.since(time, starts) >= *delay;
+            factors.push(match burns {
+                true => period.factor(history, time - delay, starts).at("charge", index)?,
+                false => 0.0,
+            });
+        }
+        factors.push(1.0);
+        Ok(factors)
+    }
+
+    /// Supports that hold all directions of their nodes, by their numbers in the deck.
+    pub fn clamped(&self) -> impl Iterator<Item = (usize, &[u32])> {
+        let fixed = self.fixed.iter().enumerate();
+        fixed.filter(|(_, fix)| fix.axes == [true; 3]).map(|(i, fix)| (i, fix.nodes.as_slice()))
+    }
+
+    /// Way that each fix goes in a part of the displacement that it is driven to `[m]`: those that come into
+    /// force in one of the stages from the first to the last.
+    pub(crate) fn ways(&self, (first, last): (usize, usize), part: f64) -> Vec<[f64; 3]> {
+        let begins = |fix: &Fixed| (first..=last).contains(&fix.period.from.unwrap_or(0));
+        let way = |fix: &Fixed| match begins(fix) {
+            true => fix.displacement.map(|u| u * part),
+            false => [0.0; 3],
+        };
+        self.fixed.iter().map(way).collect()
+    }
+
+    /// True where a charge has gone off within a span of time before now `[s]`.
+    pub(crate) fn have_gone_off(&self, span: f64, time: f64, starts: &[f64]) -> bool {
+        self.charged.iter().any(|Charged { delay, period, .. }| {
+            let begun = period.from.is_none_or(|from| from < starts.len());
+            begun && (0.0..span).contains(&(period.since(time, starts) - delay))
+        })
+    }
+
+    /// Velocity of each fix at a time `[m/s]`.
+    pub(crate) fn velocities(&self, time: f64, starts: &[f64]) -> Result<Vec<[f64; 3]>, RunError> {
+        let velocity = |(index, fix): (usize, &Fixed)| {
+            let factor = fix.period.factor(&fix.history, time, starts).at("fix", index)?;
+            Ok(fix.velocity.unwrap_or_default().map(|v| v * factor))
+        };
+        self.fixed.iter().enumerate().map(velocity).collect()
+    }
+}
+
+/// A factor, or at what time and why there is none.
+pub(crate) struct Factor(Result<f64, (f64, String)>);
+
+impl Factor {
+    fn of(history: &Course, since: f64) -> Self {
+        Self(history.factor(since).map_err(|message| (since, message)))
+    }
+
+    pub(crate) fn at(self, section: &str, index: usize) -> Result<f64, RunError> {
+        self.0.map_err(|(time, message)| RunError::History {
+            entry: format!("{section}[{index}]"),
+            time,
+            message,
+        })
+    }
+}
+
+impl Period {
+    /// Time since the start of the stage named in `from`, otherwise of the run.
+    pub(crate) fn since(&self, time: f64, starts: &[f64]) -> f64 {
+        time - self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0)
+    }
+
+    /// Factor of a history that counts time from the start of the stage named in `from`.
+    pub(crate) fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
+        Factor::of(history, self.since(time, starts))
+    }
+}

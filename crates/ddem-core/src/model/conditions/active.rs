@@ -1,0 +1,206 @@
+//! What is in force in one stage, by pack.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::Conditions;
+use crate::math::lanes::LANES;
+use crate::mesh::Geometry;
+use crate::mesh::pack::Packs;
+
+/// One supported degree of freedom.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Support {
+    /// Place in a nodal field.
+    pub(crate) at: u32,
+    pub(crate) lane: u8,
+    pub(crate) axis: u8,
+    /// The fix whose velocity it has.
+    pub(crate) fix: u32,
+    pub(crate) node: u32,
+}
+
+/// Forces that programs apply to nodes `[N]`, by node.
+pub(crate) type Applied = BTreeMap<u32, [f64; 3]>;
+
+/// One load on one node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NodalLoad {
+    /// Place of the x component in a nodal field.
+    pub(crate) at: u32,
+    pub(crate) lane: u8,
+    pub(crate) load: u32,
+    pub(crate) force: [f64; 3],
+}
+
+/// What is in force in one stage, sorted by pack.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Active {
+    pub(crate) supports: Vec<Support>,
+    pub(crate) loads: Vec<NodalLoad>,
+    support_start: Vec<u32>,
+    load_start: Vec<u32>,
+    /// Bodies by pack and lane that have supports.
+    pub(crate) held_bodies: Vec<[bool; LANES]>,
+}
+
+/// Places of the nodes of a stage.
+#[derive(Clone, Copy)]
+struct Slots<'a> {
+    geometry: &'a Geometry,
+    packs: &'a Packs,
+}
+
+impl Slots<'_> {
+    /// Pack, place of the x component in a nodal field, and lane of a node; none of a block that has been taken out.
+    fn of(&self, node: u32) -> Option<(usize, u32, u8)> {
+        let Self { geometry, packs } = self;
+        let (body, at) = geometry.locate(node as usize);
+        if geometry.is_gone(body) {
+            return None;
+        }
+        let (pack, lane) = packs.slot(body);
+        let n = geometry.lattice(body).divisions + 1;
+        let local = at[0] + n * (at[1] + n * at[2]);
+        Some((pack, 3 * (packs.packs[pack].start + local) as u32, lane as u8))
+    }
+
+    /// Supports of a stage with their packs, sorted; of two on one degree of freedom the later one.
+    fn supports(&self, conditions: &Conditions, stage: usize) -> Vec<(usize, Support)> {
+        let mut supports = Vec::new();
+        let fixed = conditions.fixed.iter().enumerate();
+        for (fix, entry) in fixed.filter(|(_, entry)| entry.period.has(stage)) {
+            for &node in &entry.nodes {
+                let Some((pack, at, lane)) = self.of(node) else { continue };
+                for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
+                    let at = at + u32::from(axis);
+                    supports.push((pack, Support { at, lane, axis, fix: fix as u32, node }));
+                }
+            }
+        }
+        supports.sort_by_key(|(pack, s)| (*pack, s.at, s.lane, std::cmp::Reverse(s.fix)));
+        supports.dedup_by_key(|(_, s)| (s.at, s.lane));
+        supports
+    }
+
+    /// Loads on nodes in a stage with their packs, sorted.
+    fn loads(
+        &self,
+        conditions: &Conditions,
+        stage: usize,
+        applied: &Applied,
+    ) -> Vec<(usize, NodalLoad)> {
+        let mut loads = Vec::new();
+        let mut add = |node: u32, load: usize, force: [f64; 3]| {
+            if let Some((pack, at, lane)) = self.of(node) {
+                loads.push((pack, NodalLoad { at, lane, load: load as u32, force }));
+            }
+        };
+        let loaded = conditions.loaded.iter().enumerate();
+        for (index, entry) in loaded.filter(|(_, entry)| entry.period.has(stage)) {
+            entry.forces.iter().for_each(|&(node, force)| add(node, index, force.into()));
+        }
+        let charged = conditions.charged.iter().enumerate();
+        for (index, entry) in charged.filter(|(_, entry)| entry.period.has(stage)) {
+            // Forces are those of the present places, before each step.
+            let load = conditions.loaded.len() + index;
+            entry.charge.nodes.iter().for_each(|&node| add(node, load, [0.0; 3]));
+        }
+        let load = conditions.applied_factor();
+        applied.iter().for_each(|(&node, &force)| add(node, load, force));
+        loads.sort_by_key(|(pack, l)| (*pack, l.at, l.lane, l.load));
+        loads
+    }
+}
+
+impl Active {
+    pub(crate) fn new(
+        conditions: &Conditions,
+        geometry: &Geometry,
+        packs: &Packs,
+        stage: usize,
+        applied: &Applied,
+    ) -> Self {
+        let slots = Slots { geometry, packs };
+        let supports = slots.supports(conditions, stage);
+        let loads = slots.loads(conditions, stage, applied);
+        let n = packs.packs.len();
+        let mut held_axes = vec![[[false; 3]; LANES]; n];
+        for (pack, support) in &supports {
+            held_axes[*pack][support.lane as usize][support.axis as usize] = true;
+        }
+        let held = |axes: [bool; 3]| axes == [true; 3];
+        let held_bodies = held_axes.into_iter().map(|lanes| lanes.map(held)).collect();
+        Self {
+            held_bodies,
+            support_start: starts(n, supports.iter().map(|s| s.0)),
+            load_start: starts(n, loads.iter().map(|l| l.0)),
+            supports: supports.into_iter().map(|s| s.1).collect(),
+            loads: loads.into_iter().map(|l| l.1).collect(),
+        }
+    }
+
+    /// Places of the supports of a pack.
+    pub(crate) fn supports_of(&self, pack: usize) -> Range<usize> {
+        self.support_start[pack] as usize..self.support_start[pack + 1] as usize
+    }
+
+    /// Place of the first support of a pack; one past the last pack is allowed.
+    pub(crate) fn first_support(&self, pack: usize) -> usize {
+        self.support_start[pack] as usize
+    }
+
+    pub(crate) fn loads_of(&self, pack: usize) -> &[NodalLoad] {
+        &self.loads[self.load_start[pack] as usize..self.load_start[pack + 1] as usize]
+    }
+
+    /// The force of a load on a node, by its pack, place and lane, if it has one.
+    pub(crate) fn force_mut(
+        &mut self,
+        (pack, at, lane): (usize, u32, u8),
+        load: u32,
+    ) -> Option<&mut [f64; 3]> {
+        let range = self.load_start[pack] as usize..self.load_start[pack + 1] as usize;
+        let loads = &mut self.loads[range];
+        let found = loads.binary_search_by_key(&(at, lane, load), |l| (l.at, l.lane, l.load));
+        found.ok().map(|found| &mut loads[found].force)
+    }
+
+    /// The support of a degree of freedom, by its pack, place and lane: its number.
+    pub(crate) fn support_at(&self, pack: usize, at: u32, lane: u8) -> Option<usize> {
+        let range = self.supports_of(pack);
+        let key = |s: &Support| (s.at, s.lane);
+        let found = self.supports[range.clone()].binary_search_by_key(&(at, lane), key);
+        found.ok().map(|found| range.start + found)
+    }
+
+    /// Nodes and axes that are held.
+    pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
+        self.supports.iter().map(|s| (s.node, s.axis as usize))
+    }
+}
+
+impl Conditions {
+    /// The fixes that hold the axes of a node in a stage, or would if its block were still there.
+    pub(crate) fn holds(&self, node: u32, stage: usize) -> [Option<u32>; 3] {
+        let mut held = [None; 3];
+        for (index, fix) in self.fixed.iter().enumerate().filter(|(_, f)| f.period.has(stage)) {
+            if [&fix.nodes, &fix.gone].iter().any(|nodes| nodes.binary_search(&node).is_ok()) {
+                // The later one has the last word, as among supports.
+                let axes = held.iter_mut().zip(fix.axes).filter(|(_, axis)| *axis);
+                axes.for_each(|(held, _)| *held = Some(index as u32));
+            }
+        }
+        held
+    }
+}
+
+/// Where each pack's entries begin in a list sorted by pack, shape `(n + 1)`.
+pub(crate) fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
+    let mut starts = vec![0; n + 1];
+    packs.for_each(|pack| starts[pack + 1] += 1);
+    for pack in 0..n {
+        starts[pack + 1] += starts[pack];
+    }
+    starts
+}

@@ -1,0 +1,118 @@
+//! Rigid motions that supports leave free.
+
+use nalgebra::{Matrix6, Vector6};
+
+use crate::mesh::connected::connected;
+use crate::mesh::{Geometry, Vec3};
+use crate::model::conditions::Active;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A rigid motion that supports leave free.
+#[derive(Clone, Debug)]
+pub struct FreeMotion {
+    /// A block of those that move, which joints or contacts connect; `None`: all of them do.
+    pub block: Option<usize>,
+    /// Translations and rotations, in words.
+    pub motions: Vec<String>,
+}
+
+/// A motion of a group of blocks that the supports in force leave free; with `contacts` those of sets that touch
+/// are one group.
+pub(crate) fn free_motion(
+    geometry: &Geometry,
+    active: &Active,
+    contacts: bool,
+) -> Option<FreeMotion> {
+    let groups = connected(geometry, contacts);
+    let n_groups = groups.iter().max().map_or(0, |g| g + 1);
+    let extents = extents(geometry, &groups, n_groups);
+    let mut grams = vec![Matrix6::<f64>::zeros(); n_groups];
+    for (node, axis) in active.held() {
+        let (body, at) = geometry.locate(node as usize);
+        let (centre, size) = extents[groups[body]];
+        let arm = (geometry.position(body, at) - centre) / size;
+        let direction = Vec3::ith(axis, 1.0);
+        let turn = arm.cross(&direction);
+        let row = Vector6::new(direction.x, direction.y, direction.z, turn.x, turn.y, turn.z);
+        grams[groups[body]] += row * row.transpose();
+    }
+    let (group, motions) = grams.iter().enumerate().find_map(|(group, gram)| {
+        let motions = null_motions(gram);
+        (!motions.is_empty()).then_some((group, motions))
+    })?;
+    let (centre, size) = extents[group];
+    let first = || groups.iter().position(|&g| g == group).unwrap_or(0);
+    let block = (n_groups > 1).then(first);
+    Some(FreeMotion { block, motions: describe(&motions, &centre, size) })
+}
+
+/// Centre and half size of each group: turns are measured against it.
+fn extents(geometry: &Geometry, groups: &[usize], n_groups: usize) -> Vec<(Vec3, f64)> {
+    let nothing = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    let mut bounds = vec![nothing; n_groups];
+    for (body, &group) in groups.iter().enumerate() {
+        let n = geometry.lattice(body).divisions;
+        for corner in 0..8 {
+            let at = [0, 1, 2].map(|d| if corner >> d & 1 == 1 { n } else { 0 });
+            let x = geometry.position(body, at);
+            bounds[group] = (bounds[group].0.inf(&x), bounds[group].1.sup(&x));
+        }
+    }
+    let extent = |(low, high): (Vec3, Vec3)| {
+        ((low + high) / 2.0, (high - low).norm().max(f64::MIN_POSITIVE) / 2.0)
+    };
+    bounds.into_iter().map(extent).collect()
+}
+
+/// Orthonormal motions (translation, rotation) that no support resists.
+fn null_motions(gram: &Matrix6<f64>) -> Vec<Vector6<f64>> {
+    let eigen = gram.symmetric_eigen();
+    let most = eigen.eigenvalues.max();
+    let free = |k: &usize| eigen.eigenvalues[*k] <= 1e-10 * most;
+    (0..6).filter(free).map(|k| eigen.eigenvectors.column(k).into_owned()).collect()
+}
+
+fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
+    let translation = |v: &Vector6<f64>| Vec3::new(v[0], v[1], v[2]);
+    let rotation = |v: &Vector6<f64>| Vec3::new(v[3], v[4], v[5]);
+    let has = |wanted: &Vector6<f64>| {
+        let inside: Vector6<f64> = motions.iter().map(|m| m * m.dot(wanted)).sum();
+        (inside - wanted).norm() < 1e-6
+    };
+    let mut names = Vec::new();
+    for (k, axis) in AXES.iter().enumerate() {
+        if has(&Vector6::ith(k, 1.0)) {
+            names.push(format!("translation along {axis}"));
+        }
+    }
+    // A turn about an axis parallel to x, y or z, wherever it passes.
+    for (k, axis) in AXES.iter().enumerate() {
+        let turns =
+            nalgebra::Matrix3xX::from_columns(&motions.iter().map(&rotation).collect::<Vec<_>>());
+        let wanted = Vec3::ith(k, 1.0);
+        let Ok(inverse) = turns.clone().pseudo_inverse(1e-8) else { continue };
+        let share = inverse * wanted;
+        if (&turns * &share - wanted).norm() < 1e-6 {
+            let shift: Vec3 =
+                motions.iter().zip(share.iter()).map(|(m, s)| translation(m) * *s).sum();
+            let through = centre + wanted.cross(&shift) * size;
+            // No −0 from rounding.
+            let through = through.map(|x| (x * 1e4).round() / 1e4 + 0.0);
+            names.push(format!(
+                "rotation about {axis} through ({:.4}, {:.4}, {:.4})",
+                through.x, through.y, through.z
+            ));
+        }
+    }
+    if names.is_empty() {
+        names.extend(motions.iter().map(|m| {
+            let (t, r) = (translation(m), rotation(m) / size);
+            format!(
+                "translation ({:.3}, {:.3}, {:.3}) with rotation ({:.3}, {:.3}, {:.3})",
+                t.x, t.y, t.z, r.x, r.y, r.z
+            )
+        }));
+    }
+    names
+}

@@ -1,0 +1,385 @@
+//! A problem from arrays: hexahedra by block, joints by pairs of faces.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::{Problem, Set, Sets, StartMotion};
+use crate::collide::FaceOf;
+use crate::element::{Elastic, ElementKind};
+use crate::mesh::grid::meeting;
+use crate::mesh::in_situ::Stress;
+use crate::mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
+use crate::mesh::{
+    Abutment, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Vec3, abutting, bounds,
+};
+use crate::model::boundary::Borders;
+use crate::model::conditions::{Conditions, Fixed, Loaded};
+use crate::model::history::Course;
+use crate::model::stage::{Period, StageKind};
+
+/// Fault of a problem that is built from arrays.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// Fault of the mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A number of a thing that does not exist.
+    #[error("there is no {what} {number}: there are {count}, from 0")]
+    Missing {
+        /// Kind of thing.
+        what: &'static str,
+        /// Number that was given.
+        number: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// Four nodes that are no part of a face of a block.
+    #[error("nodes {quad:?} are no part of a face of a block")]
+    NoFace {
+        /// The four nodes.
+        quad: [u32; 4],
+    },
+    /// Two faces that a joint cannot join.
+    #[error("blocks {blocks:?} cannot be joined by joint `{joint}`: {why}")]
+    NoJoint {
+        /// The two blocks.
+        blocks: [usize; 2],
+        /// Name of the joint.
+        joint: String,
+        /// Reason.
+        why: String,
+    },
+    /// A node of a rigid block that is none of its corners.
+    #[error("node {node} is inside of rigid block {block}, of which only the corners are nodes")]
+    InRigid {
+        /// Number of the node.
+        node: u32,
+        /// Number of the block.
+        block: usize,
+    },
+}
+
+/// A joint between two faces of blocks.
+#[derive(Clone, Copy, Debug)]
+struct FacePair {
+    quads: [[u32; 4]; 2],
+    joint: u16,
+}
+
+/// Blocks, joints, supports and loads as arrays, with the numbers of a mesh.
+///
+/// Blocks are the blocks of the mesh; nodes are those of the mesh until [`build`](Self::build), which numbers them
+/// by block and returns the new numbers.
+#[derive(Clone, Debug)]
+pub struct ProblemBuilder {
+    /// Settings, contacts, materials and joints; blocks have the first material unless they are given another one.
+    pub properties: Properties,
+    /// Kinds of the stages; none: one stage.
+    pub stages: Vec<StageKind>,
+    blocks: Vec<MeshBlock>,
+    n_nodes: usize,
+    materials: Vec<u16>,
+    rigid: Vec<bool>,
+    pairs: Vec<FacePair>,
+    fixed: Vec<Fixed>,
+    loaded: Vec<Loaded>,
+    motions: Vec<StartMotion>,
+    stresses: Vec<Option<Stress>>,
+}
+
+impl ProblemBuilder {
+    /// Blocks of a mesh, of one material.
+    ///
+    /// # Errors
+    ///
+    /// Faults of the mesh.
+    pub fn new(mesh: &HexMesh, material: Elastic) -> Result<Self, MeshError> {
+        let blocks = mesh.parallelepipeds()?;
+        Ok(Self {
+            properties: Properties {
+                gravity: Vec3::zeros(),
+                kinematics: Kinematics::default(),
+                element: ElementKind::default(),
+                peaks: false,
+                contact: ContactProperties { search: true, ..ContactProperties::default() },
+                materials: vec![material],
+                joints: Vec::new(),
+            },
+            stages: Vec::new(),
+            materials: vec![0; blocks.len()],
+            rigid: vec![false; blocks.len()],
+            stresses: Vec::new(),
+            n_nodes: mesh.nodes.len(),
+            blocks,
+            pairs: Vec::new(),
+            fixed: Vec::new(),
+            loaded: Vec::new(),
+            motions: Vec::new(),
+        })
+    }
+
+    /// Adds a material and gives its number.
+    pub fn material(&mut self, material: Elastic) -> u16 {
+        self.properties.materials.push(material);
+        (self.properties.materials.len() - 1) as u16
+    }
+
+    /// Adds a joint and gives its number.
+    pub fn joint(&mut self, joint: JointProperties) -> u16 {
+        self.properties.joints.push(joint);
+        (self.properties.joints.len() - 1) as u16
+    }
+
+    /// Gives a block another material.
+    pub fn set_material(&mut self, block: usize, material: u16) -> Result<&mut Self, BuildError> {
+        self.has("block", block, self.blocks.len())?;
+        self.has("material", material.into(), self.properties.materials.len())?;
+        self.materials[block] = material;
+        Ok(self)
+    }
+
+    /// Makes a block rigid: of its nodes only the corners are left.
+    pub fn set_rigid(&mut self, block: usize) -> Result<&mut Self, BuildError> {
+        self.has("block", block, self.blocks.len())?;
+        self.rigid[block] = true;
+        Ok(self)
+    }
+
+    /// Stress in a block at the start `[Pa]`.
+    pub fn set_stress(&mut self, block: usize, stress: Stress) -> Result<&mut Self, BuildError> {
+        self.has("block", block, self.blocks.len())?;
+        self.stresses.resize(self.blocks.len(), None);
+        self.stresses[block] = Some(stress);
+        Ok(self)
+    }
+
+    /// Joins two faces of blocks, each given by four of its nodes, as those of a hexahedron at it.
+    pub fn join(&mut self, quads: [[u32; 4]; 2], joint: u16) -> Result<&mut Self, BuildError> {
+        self.has("joint", joint.into(), self.properties.joints.len())?;
+        self.pairs.push(FacePair { quads, joint });
+        Ok(self)
+    }
+
+    /// Holds nodes along some axes.
+    pub fn fix(&mut self, nodes: &[u32], axes: [bool; 3]) -> Result<&mut Fixed, BuildError> {
+        self.has_nodes(nodes.iter())?;
+        self.fixed.push(Fixed {
+            nodes: nodes.to_vec(),
+            gone: Vec::new(),
+            axes,
+            velocity: None,
+            displacement: [0.0; 3],
+            history: Course::Constant,
+            period: Period::ALWAYS,
+        });
+        let last = self.fixed.len() - 1;
+        Ok(&mut self.fixed[last])
+    }
+
+    /// Loads nodes with forces at factor 1 `[N]`.
+    pub fn load(&mut self, forces: &[(u32, [f64; 3])]) -> Result<&mut Loaded, BuildError> {
+        self.has_nodes(forces.iter().map(|(node, _)| node))?;
+        let forces = forces.iter().map(|&(node, force)| (node, Vec3::from(force))).collect();
+        let (history, period) = (Course::Constant, Period::ALWAYS);
+        self.loaded.push(Loaded { forces, history, period, fading: None });
+        let last = self.loaded.len() - 1;
+        Ok(&mut self.loaded[last])
+    }
+
+    /// Lets nodes move at the start; later motions replace earlier ones.
+    pub fn motion(&mut self, motion: StartMotion) -> Result<&mut Self, BuildError> {
+        self.has_nodes(motion.nodes.iter())?;
+        self.motions.push(motion);
+        Ok(self)
+    }
+
+    /// The problem, and the number in it of each node of the mesh: none of those inside of rigid blocks, and of those
+    /// without a block.
+    ///
+    /// # Errors
+    ///
+    /// Faces that a joint cannot join; supports, loads and motions at nodes that rigid blocks do not have.
+    pub fn build(self) -> Result<(Problem, Vec<Option<u32>>), BuildError> {
+        let lattice =
+            |(k, block): (usize, &MeshBlock)| block.lattice(0, self.materials[k], self.rigid[k]);
+        let lattices: Vec<_> = self.blocks.iter().enumerate().map(lattice).collect();
+        let bounds = bounds(&lattices);
+        let mut geometry = Geometry::new(lattices, bounds);
+        geometry.abutments = self.abutments(&geometry)?;
+        geometry.abutting = abutting(&geometry.abutments);
+        geometry.touching = touching(&geometry);
+        let numbers = self.numbers(&geometry);
+        let Self { properties, stages: kinds, fixed, loaded, motions, stresses, .. } = &self;
+        let mut conditions =
+            Conditions { fixed: fixed.clone(), loaded: loaded.clone(), ..Conditions::default() };
+        let mut motions = motions.clone();
+        let at = |node: u32| self.number(&numbers, node);
+        for nodes in conditions
+            .fixed
+            .iter_mut()
+            .map(|fix| &mut fix.nodes)
+            .chain(motions.iter_mut().map(|motion| &mut motion.nodes))
+        {
+            *nodes = nodes.iter().map(|&node| at(node)).collect::<Result<_, _>>()?;
+            nodes.sort_unstable();
+            nodes.dedup();
+        }
+        for (node, _) in conditions.loaded.iter_mut().flat_map(|load| &mut load.forces) {
+            *node = at(*node)?;
+        }
+        let problem = Problem {
+            properties: properties.clone(),
+            stages: Stages {
+                geometries: vec![(0, Arc::new(geometry))],
+                assigns: Vec::new(),
+                dug: false,
+            },
+            conditions,
+            borders: Borders::default(),
+            stresses: stresses.clone(),
+            motions,
+            kinds: kinds.clone(),
+            sets: sets(bounds),
+        };
+        Ok((problem, numbers))
+    }
+
+    fn has(&self, what: &'static str, number: usize, count: usize) -> Result<(), BuildError> {
+        if number < count { Ok(()) } else { Err(BuildError::Missing { what, number, count }) }
+    }
+
+    fn has_nodes<'a>(&self, mut nodes: impl Iterator<Item = &'a u32>) -> Result<(), BuildError> {
+        nodes.try_for_each(|&node| self.has("node", node as usize, self.n_nodes))
+    }
+
+    /// Number of each node of the mesh in the problem.
+    fn numbers(&self, geometry: &Geometry) -> Vec<Option<u32>> {
+        let mut numbers = vec![None; self.n_nodes];
+        for (block, found) in self.blocks.iter().enumerate() {
+            let (n, m) = (found.divisions + 1, geometry.lattice(block).divisions);
+            let step = found.divisions / m;
+            for (local, &node) in found.nodes.iter().enumerate() {
+                let at = [local % n, local / n % n, local / (n * n)];
+                if at.iter().all(|i| i.is_multiple_of(step)) {
+                    let at = at.map(|i| i / step);
+                    numbers[node as usize] = Some(geometry.node(block, at) as u32);
+                }
+            }
+        }
+        numbers
+    }
+
+    fn number(&self, numbers: &[Option<u32>], node: u32) -> Result<u32, BuildError> {
+        let inside = || {
+            let block = self.blocks.iter().position(|block| block.nodes.contains(&node));
+            match block {
+                Some(block) => BuildError::InRigid { node, block },
+                None => {
+                    let count = self.n_nodes;
+                    BuildError::Missing { what: "node of a block", number: node as usize, count }
+                }
+            }
+        };
+        numbers[node as usize].ok_or_else(inside)
+    }
+
+    /// Joints between faces, sorted by their blocks.
+    fn abutments(&self, geometry: &Geometry) -> Result<Vec<Abutment>, BuildError> {
+        let faces = MeshFaces::new(&self.blocks);
+        let mut joined: BTreeMap<[u32; 2], Abutment> = BTreeMap::new();
+        for &FacePair { quads, joint } in &self.pairs {
+            let mut sides = Vec::with_capacity(2);
+            for quad in quads {
+                sides.push(faces.of(quad).ok_or(BuildError::NoFace { quad })?);
+            }
+            sides.sort_by_key(|(block, _)| *block);
+            let [(a, face_a), (b, face_b)] = sides[..] else { continue };
+            let abutment = self.abutment(geometry, [a, b], [face_a, face_b], joint)?;
+            let known = joined.entry(abutment.blocks).or_insert(abutment);
+            if *known != abutment {
+                return Err(self.no_joint(
+                    [a, b],
+                    joint,
+                    "another joint or pair of faces joins them already".into(),
+                ));
+            }
+        }
+        Ok(joined.into_values().collect())
+    }
+
+    fn no_joint(&self, blocks: [usize; 2], joint: u16, why: String) -> BuildError {
+        let joint = self.properties.joints[usize::from(joint)].name.clone();
+        BuildError::NoJoint { blocks, joint, why }
+    }
+
+    fn abutment(
+        &self,
+        geometry: &Geometry,
+        blocks: [usize; 2],
+        faces: [FaceOf; 2],
+        joint: u16,
+    ) -> Result<Abutment, BuildError> {
+        let refuse = |why: &str| self.no_joint(blocks, joint, why.into());
+        if blocks[0] == blocks[1] {
+            return Err(refuse("both faces are of one block"));
+        }
+        let properties = &self.properties.joints[usize::from(joint)];
+        let Some(rest) = geometry.opposed(blocks, faces) else {
+            return Err(refuse("the faces do not look at each other"));
+        };
+        let range = [-properties.thickness, f64::INFINITY];
+        let Some(overlap) = geometry.face_overlap(blocks, &rest, range) else {
+            return Err(refuse("the faces do not lie on each other"));
+        };
+        let misses = geometry.misses(blocks);
+        if overlap.gap > misses && (overlap.gap - properties.thickness).abs() > misses {
+            return Err(refuse(&format!(
+                "the faces are {:.4e} m apart and the joint is {:.4e} m thick",
+                overlap.gap, properties.thickness
+            )));
+        }
+        Ok(Abutment {
+            blocks: blocks.map(|block| block as u32),
+            faces,
+            joint,
+            area: overlap.area,
+            gap: overlap.gap,
+            stiffness: properties.stiffness().normal,
+        })
+    }
+}
+
+/// Pairs of blocks whose faces lie on each other without a gap.
+fn touching(geometry: &Geometry) -> Vec<(usize, usize)> {
+    let n = geometry.bodies.len();
+    let around = |body: usize| {
+        let corners = geometry.corners(body);
+        let [low, high] = crate::mesh::bounds_of(&corners);
+        let margin = geometry.misses([body; 2]);
+        [low.add_scalar(-margin), high.add_scalar(margin)]
+    };
+    let boxes: Vec<_> = (0..n).map(around).collect();
+    let touch = |&[a, b]: &[u32; 2]| {
+        let bodies = [a as usize, b as usize];
+        (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number)).any(|faces| {
+            let rest = geometry.opposed(bodies, faces);
+            rest.is_some_and(|rest| geometry.face_overlap(bodies, &rest, [0.0; 2]).is_some())
+        })
+    };
+    meeting(&boxes).into_iter().filter(touch).map(|[a, b]| (a as usize, b as usize)).collect()
+}
+
+/// One set of blocks, whose sides are those of the box around it.
+fn sets(bounds: [Vec3; 2]) -> Sets {
+    let [low, high] = bounds;
+    let corner =
+        |k: usize| Vec3::from([0, 1, 2].map(|d| if k >> d & 1 == 1 { high[d] } else { low[d] }));
+    let set = Set {
+        name: None,
+        label: "mesh".into(),
+        ends: [0, 1, 2].map(|d| (Vec3::ith(d, 1.0), [low[d], high[d]])),
+        corners: std::array::from_fn(corner),
+    };
+    Sets { bounds, list: vec![set] }
+}

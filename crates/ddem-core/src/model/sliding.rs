@@ -1,0 +1,100 @@
+//! §5: damping of failed joints, contacts and the blocks around them.
+//!
+//! Elastic blocks that slide under Coulomb friction flutter, and those that hit each other ring. Failed pairs
+//! and contacts have dashpots against that, and the deformation of the blocks around them is damped by mass:
+//! `f −= α m (v − v̄)`, v̄ the rigid part of the motion, with `α = 2 ζ ω`, `ω = 2π c_P/L`, so that waves as long
+//! as the longest edge L have the damping ratio ζ of the dashpots.
+
+use crate::element::Elastic;
+use crate::joint::breaks::Breaks;
+use crate::joint::contact::{Contacts, Surfaces};
+use crate::law::Laws;
+use crate::math::lanes::{LANES, Lanes};
+use crate::mesh::Geometry;
+use crate::mesh::assembly::Assembly;
+use crate::mesh::pack::Packs;
+
+/// Damping of the blocks that slide.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sliding {
+    /// ζ, as a fraction of critical.
+    pub(crate) ratio: f64,
+    /// α of the bodies of each pack, where they slide `[1/s]`.
+    rates: Vec<Lanes>,
+}
+
+impl Sliding {
+    /// Damping of a model whose joints can fail, or whose blocks can meet; nothing otherwise.
+    pub(crate) fn new(
+        (laws, contact): (&Laws, Option<&Surfaces>),
+        ratio: f64,
+        (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
+    ) -> Self {
+        let can = contact.is_some() || laws.iter().any(Option::is_some);
+        if !can || ratio == 0.0 {
+            return Self::default();
+        }
+        let mut sliding = Self { ratio, ..Self::default() };
+        for (index, pack) in packs.packs.iter().enumerate() {
+            let mut rates = Lanes::ZERO;
+            for lane in (0..pack.filled).filter(|_| !pack.rigid) {
+                let body = pack.bodies[lane] as usize;
+                let table = &assembly.tables[assembly.pack_tables[index][0] as usize];
+                let Some(element) = table.elements[lane] else { continue };
+                let elastic = &assembly.elements[element as usize].elastic;
+                rates.0[lane] = 2.0 * ratio * slowest(geometry, (body, elastic));
+            }
+            sliding.rates.push(rates);
+        }
+        sliding
+    }
+
+    /// α of the bodies of each pack `[1/s]`; empty where none slides. Says whether any pair has failed.
+    pub(crate) fn rates(
+        &self,
+        packs: &Packs,
+        (failed, breaks, contacts): (bool, &Breaks, &Contacts),
+        rates: &mut Vec<Lanes>,
+    ) {
+        rates.clear();
+        if self.rates.is_empty() {
+            return;
+        }
+        let mut slides = |pack: usize, lane: usize| {
+            if rates.is_empty() {
+                rates.resize(packs.packs.len(), Lanes::ZERO);
+            }
+            rates[pack].0[lane] = self.rates[pack].0[lane];
+        };
+        for (index, lattices) in breaks.packs.iter().enumerate().filter(|_| failed) {
+            for d in 0..3 {
+                let lattice = lattices.as_ref().and_then(|lattices| lattices[1 << d].as_ref());
+                let Some(broken) = lattice else { continue };
+                for lane in (0..LANES).filter(|&lane| broken.slides(lane)) {
+                    slides(index, lane);
+                    if let Some((pack, lane)) = packs.packs[index].upper[1 << d].at(lane) {
+                        slides(pack, lane);
+                    }
+                }
+            }
+        }
+        for patch in contacts.patches.iter().filter(|patch| patch.slides()) {
+            for block in patch.blocks {
+                let (pack, lane) = packs.slot(block as usize);
+                slides(pack, lane);
+            }
+        }
+    }
+}
+
+/// Angular frequency of waves as long as the longest edge of a block, `2π c_P/L` `[1/s]`.
+fn slowest(geometry: &Geometry, (body, elastic): (usize, &Elastic)) -> f64 {
+    let lattice = geometry.lattice(body);
+    let cell = geometry.bodies[body].cell;
+    let edge = |d: usize| {
+        let element = lattice.axes[d].norm() * lattice.spacing(d, cell[d] as usize);
+        element * lattice.divisions as f64
+    };
+    let speed = (elastic.p_modulus() / elastic.density).sqrt();
+    std::f64::consts::TAU * speed / edge(0).max(edge(1)).max(edge(2))
+}

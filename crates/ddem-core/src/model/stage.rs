@@ -1,0 +1,232 @@
+//! Stages: kinds, damping, time step, and from when to when something is in force.
+
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::error::{Fault, RunError};
+use crate::math::rules::{Faults, Rule};
+
+/// Kind of a stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum StageKind {
+    /// Static, by dynamic relaxation (§7).
+    #[default]
+    Relax,
+    /// In time (§6).
+    Dynamic,
+    /// Static, with strengths divided by factors: how large one the blocks bear (§7).
+    Safety,
+}
+
+/// Damping of a dynamic stage (§6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Damping {
+    /// None.
+    #[default]
+    None,
+    /// `c = 2 ζ √(m k)`, eq. (10), ζ given.
+    Ratio(f64),
+    /// `c = α m`, α given `[1/s]`.
+    Mass(f64),
+    /// `C = β K` with the stiffness K of the blocks, β given `[s]`: a vibration of a block at f Hz has
+    /// the ratio `π f β`. Motions of whole blocks are left alone.
+    Stiffness(f64),
+    /// Cundall's local damping, `F_d = −α |F| sign v`, α in [0, 1).
+    Local(f64),
+}
+
+impl Damping {
+    /// The longest stable step where `critical` is that without damping `[s]` (§6). Local damping adds
+    /// to a force that slows a node down, as in the fastest mode every force does: that mode is
+    /// 1 + α times as stiff, `1/√(1 + α)`. That of the stiffness works with velocities half a step old:
+    /// `√(1 + ξ²) − ξ` with `ξ = β/Δt_c`. The others are part of the scheme.
+    #[must_use]
+    pub fn stable_step(self, critical: f64) -> f64 {
+        match self {
+            Self::Local(alpha) => critical / (1.0 + alpha).sqrt(),
+            // √(1 + ξ²) − ξ without the difference of large numbers.
+            Self::Stiffness(beta) => {
+                let xi = beta / critical;
+                critical / ((1.0 + xi * xi).sqrt() + xi)
+            }
+            Self::None | Self::Ratio(_) | Self::Mass(_) => critical,
+        }
+    }
+
+    /// Faults of its number, below a place.
+    pub fn check(self, at: &str, faults: &mut Faults) {
+        let (key, number, rule) = match self {
+            Self::None => return,
+            Self::Ratio(ratio) => ("ratio", ratio, Rule::ZeroOrMore),
+            Self::Mass(alpha) => ("mass", alpha, Rule::ZeroOrMore),
+            Self::Stiffness(beta) => ("stiffness", beta, Rule::ZeroOrMore),
+            Self::Local(alpha) => ("local", alpha, Rule::From(0.0, 1.0)),
+        };
+        faults.number(format!("{at}.{key}"), number, rule);
+    }
+
+    /// β of damping by the stiffness of the blocks `[s]`; 0: none.
+    pub(crate) fn stiffness(self) -> f64 {
+        if let Self::Stiffness(beta) = self { beta } else { 0.0 }
+    }
+}
+
+/// Time step of a dynamic stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum TimeStep {
+    /// 0.9 of the critical step, a quarter of that where rigid blocks may meet, shrunk so that the stage
+    /// ends on time; 0.8 of the one with failed joints from the first failure on, or from the start where blocks
+    /// already move and joints can fail.
+    #[default]
+    Auto,
+    /// Taken as given `[s]`.
+    Seconds(f64),
+}
+
+/// Search for a factor of safety.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// Factors between which it is looked for.
+    pub bracket: [f64; 2],
+    /// Largest width of the bracket that is left.
+    pub resolution: f64,
+    /// Names of the joints whose strengths are divided; `None`: all, and the friction of contacts.
+    pub joints: Option<Vec<String>>,
+    /// Motion of neighbours that counts as failure where it goes on, as a part of an edge.
+    pub limit: f64,
+    /// Unbalanced force ratio at which a trial is at rest.
+    pub tolerance: f64,
+    /// Steps after which a trial is undecided.
+    pub max_steps: u64,
+}
+
+impl Serialize for TimeStep {
+    /// `"auto"`, or a number of seconds.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match *self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Seconds(seconds) => serializer.serialize_f64(seconds),
+        }
+    }
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for TimeStep {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "TimeStep".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "Time step of a dynamic stage.",
+            "oneOf": [
+                {
+                    "description": "0.9 of the critical step, shrunk so that the stage ends on time; less once joints fail, and from the start where blocks move then and joints can fail.",
+                    "type": "string",
+                    "const": "auto"
+                },
+                {
+                    "description": "Taken as given `[s]`.",
+                    "type": "number",
+                    "format": "double"
+                }
+            ]
+        })
+    }
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self {
+            bracket: [0.5, 4.0],
+            resolution: 0.005,
+            joints: None,
+            limit: 0.02,
+            tolerance: 1e-5,
+            max_steps: 200_000,
+        }
+    }
+}
+
+impl Search {
+    /// Faults of a search, by key; `breaks` says whether a joint can fail, `None` where there is none of the name.
+    pub fn check(&self, breaks: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {
+        let mut faults = Faults::default();
+        faults.number("resolution", self.resolution, Rule::AboveZero);
+        faults.number("limit", self.limit, Rule::AboveZero);
+        faults.number("tolerance", self.tolerance, Rule::Between(0.0, 1.0));
+        faults.not_zero("max_steps", self.max_steps);
+        let [low, high] = self.bracket;
+        if !(low > 0.0 && low < high && high.is_finite()) {
+            let message =
+                format!("`bracket` is [{low}, {high}]: two factors above 0, the smaller one first");
+            faults.add("bracket", message);
+        }
+        if self.joints.as_ref().is_some_and(Vec::is_empty) {
+            let message = "`joints` is empty: no strength would be divided";
+            faults.add_help("joints", message, "without it those of all joints are");
+        }
+        for name in self.joints.iter().flatten() {
+            match breaks(name) {
+                None => faults.add("joints", format!("there is no joint named `{name}`")),
+                Some(false) => faults.add("joints", format!("joint `{name}` never fails")),
+                Some(true) => {}
+            }
+        }
+        faults.0
+    }
+
+    /// True for a joint whose strengths are divided.
+    pub(crate) fn divides(&self, name: &String) -> bool {
+        self.joints.as_ref().is_none_or(|joints| joints.contains(name))
+    }
+}
+
+/// Refuses a tolerance of forces that is no part of them.
+pub(crate) fn allow_tolerance(tolerance: f64) -> Result<(), RunError> {
+    // Asked at every step.
+    if tolerance > 0.0 && tolerance < 1.0 {
+        return Ok(());
+    }
+    let mut faults = Faults::default();
+    faults.number("tolerance", tolerance, Rule::Between(0.0, 1.0));
+    faults.none()
+}
+
+/// Refuses a damping, a time step and a duration that cannot be.
+pub(crate) fn allow_motion(
+    damping: Damping,
+    time_step: TimeStep,
+    duration: Option<f64>,
+) -> Result<(), RunError> {
+    let mut faults = Faults::default();
+    faults.optional("duration", duration, Rule::AboveZero);
+    if let TimeStep::Seconds(seconds) = time_step {
+        faults.number("time_step", seconds, Rule::AboveZero);
+    }
+    damping.check("damping", &mut faults);
+    faults.none()
+}
+
+/// From the start of one stage up to the start of another.
+#[derive(Clone, Debug)]
+pub struct Period {
+    /// The first stage; `None`: from the start of the run.
+    pub from: Option<usize>,
+    /// The stage at whose start it ends; `None`: never.
+    pub until: Option<usize>,
+}
+
+impl Period {
+    /// All stages.
+    pub const ALWAYS: Self = Self { from: None, until: None };
+
+    /// True in a stage between them.
+    #[must_use]
+    pub fn has(&self, stage: usize) -> bool {
+        self.from.is_none_or(|from| stage >= from) && self.until.is_none_or(|until| stage < until)
+    }
+}

@@ -1,0 +1,187 @@
+//! What can be seen of contacts: [`Contact`], and the table [`CONTACT_FIELDS`] from which writers and
+//! bindings read.
+
+use rayon::prelude::*;
+
+use super::{FieldKind, Snapshot};
+use crate::joint::contact::{Patch, Placing, Point};
+
+/// Part of what friction can bear from which on a contact slides: all but rounding.
+const SLIDING: f64 = 1.0 - 1e-9;
+
+/// Two points of two blocks that press on each other (§9). The force acts on block a at `position`,
+/// and its opposite on block b at the same place: force and moment, to rounding. (In small kinematics
+/// moments of deformable blocks are as exact as displacements are small.)
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Blocks a and b, the lower number first.
+    pub blocks: [usize; 2],
+    /// Where the force acts, now `[m]`.
+    pub position: [f64; 3],
+    /// Unit normal, from a to b.
+    pub normal: [f64; 3],
+    /// Force on block a `[N]`: `F = A T` of springs, friction and dashpot; along the normal it is
+    /// negative, pressure.
+    pub force: [f64; 3],
+    /// Area that the points stand for `[m²]`.
+    pub area: f64,
+    /// Distance of the two faces along the normal, less half the thickness of the joint of each
+    /// `[m]`: negative where they overlap.
+    pub gap: f64,
+    /// Way that the points have slid over each other since the blocks met, or since the contact took the place
+    /// of their joint: the length of the path, without what the springs give `[m]`. What they slid before, while the joint
+    /// was there, was the field `slip` of its pairs, which is 0 from then on (`released`).
+    pub slip: f64,
+    /// Whether friction bears all that it can; without friction never.
+    pub sliding: bool,
+}
+
+impl Contact {
+    /// Traction on block a `[Pa]`, tension along the normal positive: `T = F/A`.
+    #[must_use]
+    pub fn traction(&self) -> [f64; 3] {
+        self.force.map(|f| f / self.area)
+    }
+}
+
+/// One output field of contacts.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactField {
+    /// Name in files and bindings.
+    pub name: &'static str,
+    /// Unit, "1" for a plain number.
+    pub unit: &'static str,
+    /// Numbers per contact.
+    pub components: usize,
+    /// Kind of the numbers.
+    pub kind: FieldKind,
+    /// The numbers of one contact; those beyond its components are 0.
+    of: fn(&Contact) -> [f64; 3],
+}
+
+/// All output fields of contacts, besides their positions.
+pub const CONTACT_FIELDS: [ContactField; 8] = [
+    ContactField::new("force", "N", 3, |c| c.force),
+    ContactField::new("traction", "Pa", 3, Contact::traction),
+    ContactField::new("normal", "1", 3, |c| c.normal),
+    ContactField::new("area", "m2", 1, |c| [c.area, 0.0, 0.0]),
+    ContactField::new("gap", "m", 1, |c| [c.gap, 0.0, 0.0]),
+    ContactField::new("slip", "m", 1, |c| [c.slip, 0.0, 0.0]),
+    ContactField::new("sliding", "1", 1, sliding).kind(FieldKind::Flag),
+    ContactField::new("blocks", "1", 2, blocks).kind(FieldKind::Whole),
+];
+
+fn sliding(contact: &Contact) -> [f64; 3] {
+    [f64::from(u8::from(contact.sliding)), 0.0, 0.0]
+}
+
+fn blocks(contact: &Contact) -> [f64; 3] {
+    [contact.blocks[0] as f64, contact.blocks[1] as f64, 0.0]
+}
+
+impl ContactField {
+    const fn new(
+        name: &'static str,
+        unit: &'static str,
+        components: usize,
+        of: fn(&Contact) -> [f64; 3],
+    ) -> Self {
+        Self { name, unit, components, kind: FieldKind::Real, of }
+    }
+
+    const fn kind(self, kind: FieldKind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// Writes the numbers of contacts, one contact after another.
+    pub fn fill(&self, contacts: &[Contact], out: &mut [f64]) {
+        for (contact, out) in contacts.iter().zip(out.chunks_exact_mut(self.components)) {
+            out.copy_from_slice(&(self.of)(contact)[..self.components]);
+        }
+    }
+}
+
+/// How many contacts there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactCounts {
+    /// Pairs of blocks whose faces or edges are so near each other that they have points, §9.
+    pub near: usize,
+    /// Pairs of blocks that press on each other.
+    pub block_pairs: usize,
+    /// Pairs of their points that do.
+    pub points: usize,
+    /// How far blocks reach into each other, at most `[m]`.
+    pub deepest: f64,
+}
+
+/// What joints between faces that do not match bear is among their pairs.
+fn is_contact(patch: &Patch) -> bool {
+    patch.bond.is_none()
+}
+
+/// Points whose faces have just parted may bear what settles their account.
+fn bears(point: &Point) -> bool {
+    point.gap < 0.0 || point.drag != [0.0; 2]
+}
+
+impl Snapshot<'_> {
+    /// All contacts that press at the present time, by their blocks. Nothing moves.
+    pub(crate) fn contacts(&self) -> Vec<Contact> {
+        let Some(surfaces) = &self.model.contact else { return Vec::new() };
+        let placing = Placing {
+            blocks: &surfaces.blocks,
+            u: &self.state.u,
+            frames: &self.scratch.frames,
+            small: !self.model.corotational(),
+            last: (&self.state.v, 0.0),
+            start: true,
+            undamped: true,
+        };
+        let patches =
+            self.scratch.trial_contacts.patches.par_iter().filter(|patch| is_contact(patch));
+        patches.flat_map_iter(|patch| seen(patch, &placing)).collect()
+    }
+
+    /// How many contacts there are at the present time. Nothing moves.
+    pub(crate) fn contact_counts(&self) -> ContactCounts {
+        let patches = &self.scratch.trial_contacts.patches;
+        let mut counts = ContactCounts::default();
+        for patch in patches.iter().filter(|patch| is_contact(patch)) {
+            counts.near += usize::from(!patch.points.is_empty());
+            let points = patch.points.iter().filter(|point| bears(point)).count();
+            counts.block_pairs += usize::from(points > 0);
+            counts.points += points;
+            counts.deepest = counts.deepest.max(patch.depth());
+        }
+        counts
+    }
+
+    /// Pairs of blocks that pressed on each other at the last step: what can be had at any time.
+    pub(crate) fn touching_blocks(&self) -> usize {
+        let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(bears);
+        self.state.contacts.patches.iter().filter(presses).count()
+    }
+}
+
+/// The points of a patch that press.
+fn seen(patch: &Patch, placing: &Placing<'_>) -> impl Iterator<Item = Contact> {
+    let normal = patch.now[0];
+    let [a, b] = patch.blocks.map(|block| block as usize);
+    let faces = patch.faces();
+    patch.points.iter().filter(|point| bears(point)).map(move |point| {
+        let at = [0, 1].map(|side| placing.position([a, b][side], faces[side], &point.spots[side]));
+        let springs = point.traction;
+        let limit = -springs.normal * patch.both.tan_friction;
+        Contact {
+            blocks: [a, b],
+            // The couple of the two points acts on the block that the normal turns with.
+            position: at[1 - usize::from(patch.reference)].into(),
+            normal: normal.into(),
+            force: patch.force(point).into(),
+            area: point.area,
+            gap: normal.dot(&(at[1] - at[0])) - patch.both.skin,
+            slip: point.slid,
+            sliding: limit > 0.0 && springs.shear.norm() >= SLIDING * limit,
+        }
+    })
+}

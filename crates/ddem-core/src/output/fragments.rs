@@ -1,0 +1,175 @@
+//! Fragments: blocks that unbroken joints hold together.
+
+use std::cmp::Reverse;
+use std::ops::Range;
+
+use super::Snapshot;
+use crate::math::groups::Groups;
+use crate::mesh::Vec3;
+use crate::model::pairs::face_places;
+
+/// Steps into which the volume of the model is cut to compare fragments: those of equal blocks differ
+/// by rounding alone.
+const VOLUME_STEPS: f64 = 1e12;
+
+/// Blocks that joints hold together, and no joint holds to others.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fragment {
+    /// Numbers of its blocks, in order.
+    pub blocks: Vec<usize>,
+    /// Volume of its blocks in their reference position, without the joints `[m³]`.
+    pub volume: f64,
+    /// Mass, with half of that of the joints around each block `[kg]`.
+    pub mass: f64,
+    /// Part of the mass of the model that is in fragments which are no larger: cumulative passing.
+    pub passing: f64,
+    /// Centre of its mass, now `[m]`.
+    pub centroid: [f64; 3],
+    /// Velocity of its centre of mass, now `[m/s]`; zero in a relaxation.
+    pub velocity: [f64; 3],
+}
+
+impl Fragment {
+    /// Names of [`values`](Self::values).
+    pub const NAMES: [&'static str; 11] = [
+        "blocks",
+        "volume",
+        "mass",
+        "size",
+        "passing",
+        "centroid.x",
+        "centroid.y",
+        "centroid.z",
+        "velocity.x",
+        "velocity.y",
+        "velocity.z",
+    ];
+
+    /// Equivalent size, the edge of a cube of its volume, `V^(1/3)` `[m]`.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        libm::cbrt(self.volume)
+    }
+
+    /// The number of its blocks and all else, in the order of [`NAMES`](Self::NAMES).
+    #[must_use]
+    pub fn values(&self) -> [f64; 11] {
+        let ([x, y, z], [u, v, w]) = (self.centroid, self.velocity);
+        let blocks = self.blocks.len() as f64;
+        [blocks, self.volume, self.mass, self.size(), self.passing, x, y, z, u, v, w]
+    }
+}
+
+/// The number of the fragment of each element.
+pub(super) fn fragment(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let numbers = snapshot.numbers();
+    snapshot.model.fill_elements(range, out, |block| {
+        let number = numbers[block] as f64;
+        move |_| [number]
+    });
+}
+
+impl Snapshot<'_> {
+    /// The fragments at the present time, by decreasing volume, equal ones by their lowest block. A
+    /// joint holds as long as one of its pairs is bonded; one without tensile strength and cohesion
+    /// never does, nor do contacts.
+    pub(crate) fn fragments(&self) -> Vec<Fragment> {
+        let mut fragments = self.bare_fragments();
+        let mut numbers = vec![fragments.len(); self.model.n_blocks()];
+        for (number, fragment) in fragments.iter().enumerate() {
+            fragment.blocks.iter().for_each(|&block| numbers[block] = number);
+        }
+        let mut sums = vec![(0.0, [Vec3::zeros(); 2]); fragments.len()];
+        self.each_mass(|block, mass, x, v, _| {
+            let Some((all, [first, momentum])) = sums.get_mut(numbers[block]) else { return };
+            *all += mass;
+            *first += x * mass;
+            *momentum += v * mass;
+        });
+        for (fragment, (mass, sums)) in fragments.iter_mut().zip(sums) {
+            fragment.mass = mass;
+            [fragment.centroid, fragment.velocity] = sums.map(|sum| (sum / mass).into());
+        }
+        self.pass(&mut fragments);
+        fragments
+    }
+
+    /// The number of the fragment of each block, as [`fragments`](Self::fragments) counts them; blocks
+    /// that have been taken out have the number after the last.
+    pub(crate) fn block_fragments(&self) -> Vec<usize> {
+        let fragments = self.bare_fragments();
+        let mut numbers = vec![fragments.len(); self.model.n_blocks()];
+        for (number, fragment) in fragments.into_iter().enumerate() {
+            fragment.blocks.into_iter().for_each(|block| numbers[block] = number);
+        }
+        numbers
+    }
+
+    /// The fragments in order, with their blocks and volumes.
+    fn bare_fragments(&self) -> Vec<Fragment> {
+        let n = self.model.n_blocks();
+        let mut groups = Groups::new(n);
+        self.held_together().for_each(|blocks| groups.join(blocks));
+        let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
+        for block in (0..n).filter(|&block| !self.model.is_removed(block)) {
+            let fragment = &mut fragments[groups.lowest(block)];
+            fragment.volume += self.model.volume(block);
+            fragment.blocks.push(block);
+        }
+        fragments.retain(|fragment| !fragment.blocks.is_empty());
+        // Stable: equal ones stay in the order of their lowest blocks.
+        let step = self.volume_step();
+        fragments.sort_by_key(|fragment| Reverse(rank(fragment, step)));
+        fragments
+    }
+
+    /// Each two blocks that a joint holds together at the time that was last measured.
+    fn held_together(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let (model, breaks) = (&self.model, &self.scratch.trial);
+        let holds = |law: u16| {
+            let law = model.laws.get(usize::from(law)).and_then(Option::as_ref);
+            law.is_none_or(|law| law.bonds())
+        };
+        let faces = model.faces().iter().zip(face_places(model));
+        let bonded = faces.filter(move |(_, ((pack, d), lane, _))| {
+            let broken = breaks.get(*pack, 1 << d);
+            model.seams.get(*pack, *d).is_some_and(|seam| holds(seam.laws[*lane]))
+                && broken.is_none_or(|b| b.points.iter().any(|points| points[*lane].mode.is_none()))
+        });
+        let contacts = &self.scratch.trial_contacts;
+        let seated = model.seated.iter().filter(move |joint| {
+            contacts.bond(joint.patch.blocks).is_some_and(|(bond, _)| {
+                holds(bond.law) && bond.pairs.iter().any(|pair| pair.mode.is_none())
+            })
+        });
+        let bonded = bonded.map(|(face, _)| [face.a as usize, face.b as usize]);
+        let all = bonded.chain(seated.map(|joint| joint.patch.blocks.map(|block| block as usize)));
+        all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block)))
+    }
+
+    /// How much of the mass is in fragments that are no larger.
+    fn pass(&self, fragments: &mut [Fragment]) {
+        let step = self.volume_step();
+        let ranks: Vec<u64> = fragments.iter().map(|fragment| rank(fragment, step)).collect();
+        let mut sums = vec![0.0; fragments.len()];
+        let mut sum = 0.0;
+        for (at, fragment) in fragments.iter().enumerate().rev() {
+            sum += fragment.mass;
+            sums[at] = sum;
+        }
+        for (at, fragment) in fragments.iter_mut().enumerate() {
+            // Equal ones follow each other: the first has the sum of all of them.
+            sums[at] = if at > 0 && ranks[at] == ranks[at - 1] { sums[at - 1] } else { sums[at] };
+            fragment.passing = sums[at] / sum;
+        }
+    }
+
+    fn volume_step(&self) -> f64 {
+        self.model.volumes()[0] / VOLUME_STEPS
+    }
+}
+
+/// Volume in steps, so that rounding does not part equal ones.
+fn rank(fragment: &Fragment, step: f64) -> u64 {
+    (fragment.volume / step).round() as u64
+}

@@ -1,0 +1,156 @@
+//! What can be seen of a simulation: one table, [`FIELDS`], from which every writer and binding
+//! reads, and the functions that fill it, a range at a time.
+
+mod contacts;
+pub(crate) mod energy;
+mod fragments;
+mod momentum;
+mod pairs;
+mod peaks;
+mod snapshot;
+mod state;
+mod stress;
+pub(crate) mod tractions;
+mod velocities;
+
+use std::ops::Range;
+
+use crate::model::Model;
+use crate::model::stage::StageKind;
+
+use peaks::PEAK_FIELDS;
+
+pub use contacts::{CONTACT_FIELDS, Contact, ContactCounts, ContactField};
+pub use fragments::Fragment;
+pub use snapshot::Snapshot;
+pub use state::{ContactSummary, FragmentSummary, JointSummary, Largest, Reaction, StateSummary};
+
+/// Where a field has its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum On {
+    /// At the nodes.
+    Node,
+    /// In the hex8 elements of the blocks.
+    Element,
+    /// At the pairs of facing nodes.
+    Pair,
+}
+
+/// Kind of the numbers of a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldKind {
+    /// Real numbers.
+    Real,
+    /// Whole numbers.
+    Whole,
+    /// One of a few states, from 0 up.
+    State,
+    /// 0 or 1.
+    Flag,
+}
+
+/// One output field.
+#[derive(Clone, Copy, Debug)]
+pub struct Field {
+    /// Name in files and bindings.
+    pub name: &'static str,
+    /// Unit, "1" for a plain number.
+    pub unit: &'static str,
+    /// Where it has its values.
+    pub on: On,
+    /// Numbers per value.
+    pub components: usize,
+    /// Kind of the numbers.
+    pub kind: FieldKind,
+    fill: Fill,
+}
+
+/// Writes the numbers of a range of values, one value after another.
+type Fill = fn(&Snapshot<'_>, Range<usize>, &mut [f64]);
+
+impl Field {
+    const fn new(name: &'static str, unit: &'static str, on: On, n: usize, fill: Fill) -> Self {
+        Self { name, unit, on, components: n, kind: FieldKind::Real, fill }
+    }
+
+    const fn kind(self, kind: FieldKind) -> Self {
+        Self { kind, ..self }
+    }
+}
+
+/// All output fields that change with time, of any model; [`fields`] has those that the deck asks for besides. All components are those of the global axes, also of tractions and slip.
+/// [`Simulation::snapshot`](crate::Simulation::snapshot) gives their values.
+///
+/// | On | Fields |
+/// |---|---|
+/// | nodes | `displacement`, `velocity` |
+/// | elements | `stress` (xx yy zz xy yz zx), `fragment` (its number) |
+/// | pairs | `displacement` (mean of both sides), `traction`, `slip`, `opening`, `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has taken the place of the joint), `failure_time`, `damage` |
+pub const FIELDS: [Field; 13] = [
+    Field::new("displacement", "m", On::Node, 3, displacement),
+    Field::new("velocity", "m/s", On::Node, 3, velocity),
+    Field::new("stress", "Pa", On::Element, 6, stress::stress),
+    Field::new("fragment", "1", On::Element, 1, fragments::fragment).kind(FieldKind::Whole),
+    Field::new("displacement", "m", On::Pair, 3, pairs::displacement),
+    Field::new("traction", "Pa", On::Pair, 3, pairs::traction),
+    Field::new("slip", "m", On::Pair, 3, pairs::slip),
+    Field::new("opening", "m", On::Pair, 1, pairs::opening),
+    Field::new("state", "1", On::Pair, 1, pairs::failure_mode).kind(FieldKind::State),
+    Field::new("open", "1", On::Pair, 1, pairs::open).kind(FieldKind::Flag),
+    Field::new("released", "1", On::Pair, 1, pairs::released).kind(FieldKind::Flag),
+    Field::new("failure_time", "s", On::Pair, 1, pairs::failure_time),
+    Field::new("damage", "1", On::Pair, 1, pairs::damage),
+];
+
+/// Force that accelerates every node, [`Simulation::forces`](crate::Simulation::forces); it is not in the files.
+pub const FORCE: Field = Field::new("force", "N", On::Node, 3, force);
+
+/// Further fields of a model with excavations.
+const EXCAVATION_FIELDS: [Field; 2] = [
+    Field::new("removed", "1", On::Element, 1, removed).kind(FieldKind::Flag),
+    Field::new("removed", "1", On::Pair, 1, pairs::removed).kind(FieldKind::Flag),
+];
+
+/// Further fields of a model with a stage that looks for a factor of safety.
+const SAFETY_FIELDS: [Field; 1] = [Field::new("unstable", "1", On::Element, 1, unstable)];
+
+/// 1 in blocks that have been taken out.
+fn removed(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let model = snapshot.model;
+    model.fill_elements(range, out, |block| {
+        let removed = model.is_removed(block);
+        move |_| [f64::from(u8::from(removed))]
+    });
+}
+
+/// 1 in blocks that move in the failing trial of a factor of safety.
+fn unstable(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let moving = snapshot.moving();
+    snapshot.model.fill_elements(range, out, |block| {
+        let moving = moving[block];
+        move |_| [f64::from(u8::from(moving))]
+    });
+}
+
+fn displacement(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.model.fill_nodal(&snapshot.state.u, range, out);
+}
+
+fn velocity(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.fill_velocities(range, out);
+}
+
+fn force(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.model.fill_nodal(&snapshot.scratch.f, range, out);
+}
+
+/// All output fields of a model that change with time: [`FIELDS`], and `peak_velocity`, `peak_tension` and
+/// `peak_compression` where the deck has `peaks`, `removed` where blocks are taken out, `unstable`
+/// where a stage looks for a factor of safety.
+pub fn fields(model: &Model) -> impl Iterator<Item = &'static Field> + use<> {
+    let peaks: &[Field] = if model.properties.peaks { &PEAK_FIELDS } else { &[] };
+    let removed: &[Field] = if model.has_excavations() { &EXCAVATION_FIELDS } else { &[] };
+    let searches = model.problem.kinds.contains(&StageKind::Safety);
+    let safety: &[Field] = if searches { &SAFETY_FIELDS } else { &[] };
+    FIELDS.iter().chain(peaks).chain(removed).chain(safety)
+}

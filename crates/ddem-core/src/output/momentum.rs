@@ -1,0 +1,57 @@
+//! Momentum and its moment.
+
+use super::Snapshot;
+use crate::math::exact::Exact;
+use crate::mesh::Vec3;
+
+impl Snapshot<'_> {
+    /// Momentum of the whole model at the present time, `P = Σ m v` `[kg m/s]`: over the nodes of
+    /// deformable blocks with their lumped masses, eq. (3), and over rigid blocks; zero in a
+    /// relaxation. It changes by what loads and supports do alone.
+    pub(crate) fn momentum(&self) -> [f64; 3] {
+        self.momenta()[0].into()
+    }
+
+    /// Its moment about the origin `[kg m²/s]`: `Σ x × m v` over the nodes of deformable blocks, and
+    /// `x × m v + R I Rᵀ ω` of each rigid one, with its centroid x, rotation R and inertia I at rest.
+    pub(crate) fn angular_momentum(&self) -> [f64; 3] {
+        self.momenta()[1].into()
+    }
+
+    /// Both.
+    fn momenta(&self) -> [Vec3; 2] {
+        let mut sums: [[Exact; 3]; 2] = Default::default();
+        self.each_mass(|_, mass, x, v, turning| {
+            let p = v * mass;
+            for (sums, more) in sums.iter_mut().zip([p, x.cross(&p) + turning]) {
+                sums.iter_mut().zip(&more).for_each(|(sum, more)| sum.add(*more));
+            }
+        });
+        sums.map(|sum| sum.each_ref().map(Exact::value).into())
+    }
+
+    /// Calls `see` with every mass, block after block: its block, kilograms, position and velocity now,
+    /// and what turns in it `[kg m²/s]`. Masses are the nodes of deformable blocks, and rigid blocks.
+    pub(super) fn each_mass(&self, mut see: impl FnMut(usize, f64, Vec3, Vec3, Vec3)) {
+        let model = self.model;
+        let mut velocities = vec![[0.0; 3]; model.n_nodes()];
+        self.fill_velocities(0..model.n_nodes(), velocities.as_flattened_mut());
+        let poses = self.poses();
+        for (block, body) in model.geometry.bodies.iter().enumerate() {
+            let (pack, lane) = model.packs.slot(block);
+            let pack = &model.packs.packs[pack];
+            if pack.rigid {
+                let pose = &poses[pack.rigid_start][lane];
+                let matter = &model.assembly.rigid[pack.rigid_start][lane];
+                let centre = model.geometry.position(block, [0; 3]) - matter.arm(0);
+                see(block, matter.mass, centre + pose.shift, pose.velocity, pose.momentum);
+                continue;
+            }
+            let nodes = velocities.iter().enumerate().skip(body.first_node as usize);
+            for (node, v) in nodes.take(model.packs.shape_of(pack).nodes) {
+                let x = Vec3::from(model.point(node)) + Vec3::from(model.get(&self.state.u, node));
+                see(block, model.mass(node), x, Vec3::from(*v), Vec3::zeros());
+            }
+        }
+    }
+}

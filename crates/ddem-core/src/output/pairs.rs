@@ -1,0 +1,110 @@
+//! Fields at the pairs of joints.
+
+use std::ops::Range;
+
+use super::Snapshot;
+use crate::joint::breaks::Point;
+use crate::joint::contact::Release;
+use crate::law::Mode;
+use crate::mesh::Vec3;
+use crate::model::pairs::Joint;
+
+/// Mean displacement of both sides.
+pub(super) fn displacement(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let (model, u) = (snapshot.model, &snapshot.state.u);
+    model.fill_pairs(range, out, |joint| {
+        let nodes = model.joint(joint).nodes(model);
+        move |pair| {
+            let [a, b] = nodes[pair].map(|node| model.get(u, node as usize));
+            [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
+        }
+    });
+}
+
+/// Traction on the first node's side; 0 where a contact has taken the place of the joint.
+pub(super) fn traction(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let (rows, start) = (out.as_chunks_mut::<3>().0, range.start);
+    rows.fill([0.0; 3]);
+    snapshot.see_present(range, |pair, seen| rows[pair - start] = seen.traction.into());
+}
+
+pub(super) fn slip(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let (rows, start) = (out.as_chunks_mut::<3>().0, range.start);
+    rows.fill([0.0; 3]);
+    snapshot.see_present(range, |pair, seen| {
+        if let Some(point) = seen.point {
+            let slip = point.memory.slip;
+            rows[pair - start] = (seen.axes * Vec3::new(0.0, slip.x, slip.y)).into();
+        }
+    });
+}
+
+/// Opening by slip over the roughness, and the gap beyond it.
+pub(super) fn opening(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    failed(snapshot, range, out, 0.0, |point, _| point.memory.dilation + point.memory.gap.max(0.0));
+}
+
+pub(super) fn failure_mode(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    failed(
+        snapshot,
+        range,
+        out,
+        0.0,
+        |point, _| {
+            if point.mode == Some(Mode::Tension) { 2.0 } else { 1.0 }
+        },
+    );
+}
+
+pub(super) fn open(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    failed(snapshot, range, out, 0.0, |point, _| f64::from(u8::from(point.memory.gap > 0.0)));
+}
+
+pub(super) fn failure_time(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    failed(snapshot, range, out, f64::NAN, |_, time| time);
+}
+
+pub(super) fn damage(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    failed(snapshot, range, out, 0.0, |point, _| point.memory.damage.min(1.0));
+}
+
+/// A number of each failed pair, and another of the bonded ones.
+fn failed(
+    snapshot: &Snapshot<'_>,
+    range: Range<usize>,
+    out: &mut [f64],
+    bonded: f64,
+    number: impl Fn(&Point, f64) -> f64 + Sync,
+) {
+    let number = &number;
+    snapshot.model.fill_pairs(range, out, |joint| {
+        let damage = snapshot.damage(joint);
+        move |pair| {
+            let failed = damage.point(pair).filter(|(point, _)| point.mode.is_some());
+            [failed.map_or(bonded, |(point, time)| number(&point, time))]
+        }
+    });
+}
+
+/// 1 where a contact has taken the place of the joint.
+pub(super) fn released(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let (model, contacts) = (snapshot.model, &snapshot.scratch.trial_contacts);
+    model.fill_pairs(range, out, |joint| {
+        let released = match model.joint(joint) {
+            Joint::Matching(face) => {
+                contacts.joints[face.a as usize][face.direction as usize] == Release::Done
+            }
+            Joint::Seated(joint) => matches!(contacts.bond(joint.patch.blocks), Some((_, None))),
+        };
+        move |_| [f64::from(u8::from(released))]
+    });
+}
+
+/// 1 at joints one of whose blocks has been taken out.
+pub(super) fn removed(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    let model = snapshot.model;
+    model.fill_pairs(range, out, |joint| {
+        let removed = model.joint(joint).blocks().iter().any(|&block| model.is_removed(block));
+        move |_| [f64::from(u8::from(removed))]
+    });
+}

@@ -1,0 +1,59 @@
+//! The largest values so far.
+
+use std::ops::Range;
+
+use super::{Field, On, Snapshot};
+
+/// Fields of a model that asks for peaks.
+pub(super) const PEAK_FIELDS: [Field; 3] = [
+    Field::new("peak_velocity", "m/s", On::Node, 1, velocity),
+    Field::new("peak_tension", "Pa", On::Element, 1, tension),
+    Field::new("peak_compression", "Pa", On::Element, 1, compression),
+];
+
+fn velocity(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.fill_peak_velocities(range, out);
+}
+
+fn tension(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    stress(snapshot, range, out, |[tension, _]| tension);
+}
+
+fn compression(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    stress(snapshot, range, out, |[_, compression]| compression);
+}
+
+fn stress(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64], of: fn([f64; 2]) -> f64) {
+    let Snapshot { model, state, .. } = snapshot;
+    model.fill_elements(range, out, |block| {
+        let peaks = &state.peaks.stresses[block];
+        move |element| [of(peaks[element])]
+    });
+}
+
+impl Snapshot<'_> {
+    /// Largest speed of every node since the start of the run `[m/s]`, of all steps in time: the peak
+    /// particle velocity. Empty where the deck has no `peaks`.
+    pub(crate) fn peak_velocities(&self) -> Vec<f64> {
+        let n = if self.state.peaks.speeds.is_empty() { 0 } else { self.model.n_nodes() };
+        let mut speeds = vec![0.0; n];
+        self.fill_peak_velocities(0..n, &mut speeds);
+        speeds
+    }
+
+    /// Largest speeds of a range of nodes `[m/s]`.
+    fn fill_peak_velocities(&self, range: Range<usize>, out: &mut [f64]) {
+        self.model.fill_nodes(range, out, |block| {
+            let (pack, lane) = self.model.packs.slot(block);
+            let speeds = &self.state.peaks.speeds[self.model.packs.packs[pack].start..];
+            move |node| [speeds[node].0[lane].sqrt()]
+        });
+    }
+
+    /// Largest principal tension and compression at the centre of every element since the start of the
+    /// run, both counted from 0 up `[Pa]`: four times at least while a wave crosses an element or in every step, and in
+    /// every equilibrium. Empty where the deck has no `peaks`.
+    pub(crate) fn peak_stresses(&self) -> Vec<[f64; 2]> {
+        self.state.peaks.stresses.concat()
+    }
+}

@@ -1,0 +1,198 @@
+//! A state in a few numbers: where it has come to, what has failed and what the supports bear.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::Snapshot;
+use super::energy::Energy;
+use crate::law::Mode;
+use crate::mesh::Vec3;
+
+/// Nodes that are looked at at once.
+const PIECE: usize = 65_536;
+
+/// A state in a few numbers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StateSummary {
+    /// Time `[s]`.
+    pub time: f64,
+    /// Largest displacement `[m]`; `None` where there is no block.
+    pub displacement: Option<Largest>,
+    /// Largest velocity `[m/s]`; `None` in a relaxation, and where nothing moves.
+    pub velocity: Option<Largest>,
+    /// Joints that can fail, by name.
+    pub joints: Vec<JointSummary>,
+    /// Pairs of blocks in contact.
+    pub contacts: ContactSummary,
+    /// Fragments.
+    pub fragments: FragmentSummary,
+    /// Force of each support of the deck that acts, on the model.
+    pub reactions: Vec<Reaction>,
+    /// Energies.
+    pub energy: Energy,
+}
+
+/// Largest value at a node.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Largest {
+    /// Size of the vector.
+    pub size: f64,
+    /// The vector.
+    pub vector: [f64; 3],
+    /// Name of the set of the block.
+    pub set: String,
+    /// Number of the block.
+    #[serde(rename = "index")]
+    pub block: usize,
+    /// Place of the node at the start `[m]`.
+    pub point: [f64; 3],
+}
+
+/// Pairs of one joint of the deck.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct JointSummary {
+    /// Name of the joint.
+    pub joint: String,
+    /// Number of its pairs.
+    pub pairs: u64,
+    /// Pairs that failed in shear.
+    pub shear: u64,
+    /// Pairs that failed in tension.
+    pub tension: u64,
+    /// Failed pairs that are open now.
+    pub open: u64,
+}
+
+/// Contacts as they are now: all zero where no blocks meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactSummary {
+    /// Pairs of blocks that press on each other.
+    pub block_pairs: u64,
+    /// Pairs of blocks that slide over each other: friction bears all that it can at one of their points.
+    #[serde(default)]
+    pub sliding: u64,
+    /// Pairs of blocks that are near each other and do not touch.
+    #[serde(default)]
+    pub open: u64,
+    /// Pairs of points that press on each other.
+    pub points: u64,
+    /// Largest depth to which blocks reach into each other `[m]`.
+    pub deepest: f64,
+}
+
+/// Fragments as they are now: blocks that unbroken joints hold together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FragmentSummary {
+    /// Number of fragments.
+    pub number: u64,
+    /// Volume of the largest `[m³]`.
+    pub largest_volume: f64,
+}
+
+/// Force of a support.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reaction {
+    /// Number of the support in the deck.
+    pub fix: usize,
+    /// Force on the model `[N]`.
+    pub force: [f64; 3],
+}
+
+impl Snapshot<'_> {
+    /// The present state in a few numbers. Nothing moves.
+    pub(crate) fn state_summary(&self, energy: Energy) -> StateSummary {
+        let displacement = |snapshot: &Self, range: Range<usize>, out: &mut [f64]| {
+            snapshot.model.fill_nodal(&snapshot.state.u, range, out);
+        };
+        StateSummary {
+            time: self.state.time,
+            displacement: self.largest(displacement),
+            velocity: self.largest(Self::fill_velocities).filter(|largest| largest.size > 0.0),
+            joints: self.joint_summaries(),
+            contacts: self.contact_summary(),
+            fragments: self.fragment_summary(),
+            reactions: self.reactions(),
+            energy,
+        }
+    }
+
+    /// Largest of the vectors at nodes that `fill` writes, the first of equal ones.
+    fn largest(&self, fill: fn(&Self, Range<usize>, &mut [f64])) -> Option<Largest> {
+        let (n, mut most, mut vectors) = (self.model.n_nodes(), None, Vec::new());
+        for first in (0..n).step_by(PIECE) {
+            let range = first..n.min(first + PIECE);
+            vectors.resize(range.len(), [0.0; 3]);
+            fill(self, range.clone(), vectors.as_flattened_mut());
+            let there = range.filter(|&node| !self.model.is_removed(self.model.block_of(node)));
+            let sized = there.map(|node| {
+                let vector = vectors[node - first];
+                (Vec3::from(vector).norm(), vector, node)
+            });
+            let all = most.into_iter().chain(sized);
+            most = all.reduce(|most, next| if next.0 > most.0 { next } else { most });
+        }
+        let ((size, vector, node), model) = (most?, self.model);
+        let block = model.block_of(node);
+        Some(Largest { size, vector, set: model.set_name(block), block, point: model.point(node) })
+    }
+
+    fn joint_summaries(&self) -> Vec<JointSummary> {
+        let model = self.model;
+        let joints = model.properties.joints.iter();
+        let mut joints: Vec<JointSummary> = joints
+            .map(|joint| JointSummary { joint: joint.name.clone(), ..JointSummary::default() })
+            .collect();
+        let gone =
+            |joint: &usize| model.joint(*joint).blocks().iter().any(|&b| model.is_removed(b));
+        for joint in (0..model.n_joints()).filter(|joint| !gone(joint)) {
+            let (pairs, damage) = (model.pairs_of(joint).len(), self.damage(joint));
+            let joint = &mut joints[usize::from(model.joint(joint).number())];
+            joint.pairs += pairs as u64;
+            let failed =
+                |pair| damage.point(pair).and_then(|(point, _)| Some((point.mode?, point)));
+            for (mode, point) in (0..pairs).filter_map(failed) {
+                joint.tension += u64::from(mode == Mode::Tension);
+                joint.shear += u64::from(mode != Mode::Tension);
+                joint.open += u64::from(point.memory.gap > 0.0);
+            }
+        }
+        let known = joints.into_iter().zip(&self.model.laws);
+        let known = known.filter(|(joint, law)| joint.pairs > 0 && law.is_some());
+        known.map(|(joint, _)| joint).collect()
+    }
+
+    /// Contacts at the present time. Nothing moves.
+    pub(crate) fn contact_summary(&self) -> ContactSummary {
+        let counts = self.contact_counts();
+        let mut slide: Vec<[usize; 2]> =
+            self.contacts().iter().filter(|c| c.sliding).map(|c| c.blocks).collect();
+        slide.dedup();
+        ContactSummary {
+            block_pairs: counts.block_pairs as u64,
+            sliding: slide.len() as u64,
+            open: (counts.near - counts.block_pairs) as u64,
+            points: counts.points as u64,
+            deepest: counts.deepest,
+        }
+    }
+
+    /// Fragments at the present time. Nothing moves.
+    pub(crate) fn fragment_summary(&self) -> FragmentSummary {
+        let fragments = self.fragments();
+        FragmentSummary {
+            number: fragments.len() as u64,
+            largest_volume: fragments.first().map_or(0.0, |largest| largest.volume),
+        }
+    }
+
+    fn reactions(&self) -> Vec<Reaction> {
+        let mut forces = std::collections::BTreeMap::<usize, [f64; 3]>::new();
+        for (support, reaction) in
+            self.context.view.active.supports.iter().zip(&self.scratch.reactions)
+        {
+            forces.entry(support.fix as usize).or_default()[support.axis as usize] += reaction;
+        }
+        forces.into_iter().map(|(fix, force)| Reaction { fix, force }).collect()
+    }
+}

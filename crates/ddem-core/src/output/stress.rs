@@ -1,0 +1,156 @@
+//! Stresses at the centres of the elements.
+
+use std::ops::Range;
+
+use nalgebra::Matrix3;
+
+use super::Snapshot;
+use crate::element::{Elastic, principal};
+use crate::math::lanes::Lanes;
+use crate::mesh::Vec3;
+use crate::mesh::in_situ::Stress;
+
+/// Origin of the stresses of one block.
+pub(crate) struct Strained<'a> {
+    u: &'a [Lanes],
+    lane: usize,
+    divisions: usize,
+    elastic: &'a Elastic,
+    /// Of the matrix whose columns are the edges of an element.
+    inverse: Matrix3<f64>,
+    rotation: Matrix3<f64>,
+    /// The stress that is there at the start, and the centre of the first element.
+    in_place: Option<(Stress, Vec3)>,
+    edges: [Vec3; 3],
+}
+
+pub(super) fn stress(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
+    snapshot.fill_stresses(range, out);
+}
+
+impl Snapshot<'_> {
+    /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
+    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block. Rigid blocks have none: 0.
+    pub(crate) fn stresses(&self) -> Vec<[f64; 6]> {
+        let n = self.model.n_elements();
+        let mut stresses = vec![[0.0; 6]; n];
+        self.fill_stresses(0..n, stresses.as_flattened_mut());
+        stresses
+    }
+
+    /// Stresses of a range of elements `[Pa]`.
+    fn fill_stresses(&self, range: Range<usize>, out: &mut [f64]) {
+        self.model.fill_elements(range, out, |block| {
+            let (strained, n) =
+                (self.strained(block), self.model.geometry.lattice(block).divisions);
+            move |e| {
+                let at = [e % n, e / n % n, e / (n * n)];
+                strained.as_ref().map_or([0.0; 6], |block| block.stress(at))
+            }
+        });
+    }
+
+    /// Stress at the centre of the element at lattice steps `at` of a block `[Pa]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block, or the block no such element.
+    pub(crate) fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
+        // Panics where there is no such element.
+        let _ = self.model.element(block, at);
+        self.strained(block).map_or([0.0; 6], |block| block.stress(at))
+    }
+
+    /// Origin of the stresses of a block; `None` of one that has none.
+    pub(crate) fn strained(&self, block: usize) -> Option<Strained<'_>> {
+        let model = self.model;
+        let (pack, lane) = model.packs.slot(block);
+        if model.packs.packs[pack].rigid {
+            return None;
+        }
+        let table = &model.assembly.tables[model.assembly.pack_tables[pack][0] as usize];
+        let element = &model.assembly.elements[table.elements[lane]? as usize];
+        let first = &model.packs.packs[pack];
+        let nodes = 3 * first.start..3 * (first.start + model.packs.shape_of(first).nodes);
+        Some(Strained {
+            u: &self.state.u[nodes],
+            lane,
+            divisions: model.geometry.lattice(block).divisions,
+            elastic: &element.elastic,
+            inverse: Matrix3::from_columns(&element.edges).try_inverse()?,
+            rotation: self.rotation(pack, lane),
+            in_place: model.in_situ.as_ref().and_then(|in_situ| in_situ.of(block)).map(|stress| {
+                let far = model.geometry.position(block, [1; 3]);
+                (stress, (model.geometry.position(block, [0; 3]) + far) / 2.0)
+            }),
+            edges: element.edges,
+        })
+    }
+
+    fn rotation(&self, pack: usize, lane: usize) -> Matrix3<f64> {
+        if !self.model.corotational() {
+            return Matrix3::identity();
+        }
+        let rotation = &self.scratch.frames[pack].rotation;
+        Matrix3::from_fn(|i, k| rotation[i][k].0[lane])
+    }
+}
+
+impl Strained<'_> {
+    /// Stress at the centre of the element at lattice steps `at` `[Pa]`.
+    pub(crate) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
+        let n = self.divisions + 1;
+        // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
+        let mut gradient = Matrix3::zeros();
+        for corner in 0..8 {
+            let [i, j, k] = [0, 1, 2].map(|d| at[d] + (corner >> d & 1));
+            let node = 3 * (i + n * (j + n * k));
+            let u = Vec3::from([0, 1, 2].map(|c| self.u[node + c].0[self.lane]));
+            for d in 0..3 {
+                let sign = if corner >> d & 1 == 1 { 0.25 } else { -0.25 };
+                gradient += u * self.inverse.row(d) * sign;
+            }
+        }
+        let own = self.own(at, &gradient);
+        let turned = self.rotation * own * self.rotation.transpose();
+        COMPONENTS.map(|at| turned[at])
+    }
+
+    /// `σ⁰ + C : sym(Rᵀ F − 1)` from `∂u/∂X`, in the frame of the block.
+    fn own(&self, at: [usize; 3], gradient: &Matrix3<f64>) -> Matrix3<f64> {
+        let local = self.rotation.tr_mul(&(Matrix3::identity() + gradient)) - Matrix3::identity();
+        let [xx, yy, zz, xy, yz, zx] =
+            self.elastic.stress(&[0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)])));
+        let own = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz);
+        self.in_place.map_or(own, |(stress, first)| {
+            let steps = self.edges.iter().zip(at).map(|(edge, steps)| edge * steps as f64);
+            own + stress.at(&(first + steps.sum::<Vec3>()))
+        })
+    }
+
+    /// The least and the largest principal stress there `[Pa]`, a third of the work of all of them:
+    /// they do not care how the block has turned.
+    pub(crate) fn range(&self, at: [usize; 3]) -> [f64; 2] {
+        let n = self.divisions + 1;
+        let first = at[0] + n * (at[1] + n * at[2]);
+        let mut differences = [[0.0; 3]; 3];
+        for corner in 0..8 {
+            let [i, j, k] = [0, 1, 2].map(|d| corner >> d & 1);
+            let node = 3 * (first + i + n * (j + n * k));
+            for (c, u) in self.u[node..node + 3].iter().map(|u| u.0[self.lane]).enumerate() {
+                differences[0][c] += if i == 1 { u } else { -u };
+                differences[1][c] += if j == 1 { u } else { -u };
+                differences[2][c] += if k == 1 { u } else { -u };
+            }
+        }
+        let gradient = Matrix3::from_fn(|i, k| {
+            let along = |d: usize| differences[d][i] * self.inverse[(d, k)];
+            0.25 * (along(0) + along(1) + along(2))
+        });
+        let own = self.own(at, &gradient);
+        principal(&COMPONENTS.map(|at| own[at]))
+    }
+}
+
+/// xx yy zz xy yz zx of a matrix.
+const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];

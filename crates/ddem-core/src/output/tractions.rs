@@ -1,0 +1,223 @@
+//! Tractions of pairs (M1), failed or not.
+
+use std::ops::Range;
+
+use fearless_simd::dispatch;
+use nalgebra::Matrix3;
+
+use super::Snapshot;
+use crate::force::joint::face_forces;
+use crate::joint::breaks::{Breaks, Broken, Point};
+use crate::joint::contact::{Bond, Contacts, Patch, Seated};
+use crate::math::lanes::Lanes;
+use crate::mesh::NO_JOINT;
+use crate::mesh::Vec3;
+use crate::model::pairs::{Joint, face_places};
+use crate::state::pass::Workspace;
+use crate::step::scratch::Scratch;
+use crate::step::{Pass, input};
+
+/// A pair as it is now, in the frame of space.
+pub(crate) struct Seen<'a> {
+    /// Traction on side a `[Pa]`, (M1).
+    pub(crate) traction: Vec3,
+    /// The joint's own axes in space, as columns: the normal, from a to b, and two in its plane.
+    pub(crate) axes: Matrix3<f64>,
+    /// Number of the joint's law.
+    pub(crate) law: u16,
+    /// If elements around it have become springs.
+    pub(crate) point: Option<&'a Point>,
+}
+
+/// A joint whose faces match: the pack and the lane of its block a, its direction and its number.
+struct Lane {
+    pack: u32,
+    d: u8,
+    lane: u8,
+    at: u32,
+}
+
+/// Forces of the joints of one face of a pack, and the rotation of their axes.
+#[derive(Default)]
+struct Forces {
+    forces: Vec<Lanes>,
+    rotation: [[Lanes; 3]; 3],
+    work: Workspace,
+}
+
+/// Damage of a joint.
+pub(crate) enum Damage<'a> {
+    /// Broken elements and springs of one whose faces match, and its lane; `None` while it is elements alone.
+    Matching(Option<(&'a Broken, usize)>),
+    /// Bonds and points of one whose faces do not; once a contact has taken its place there is no patch.
+    Seated(Option<(&'a Bond, Option<&'a Patch>)>),
+}
+
+impl Damage<'_> {
+    /// History of a pair and the time `[s]` at which it failed; `None` where there are elements alone.
+    pub(crate) fn point(&self, pair: usize) -> Option<(Point, f64)> {
+        match *self {
+            Self::Matching(broken) => {
+                let (broken, lane) = broken?;
+                Some((broken.points[pair][lane], broken.times[pair][lane]))
+            }
+            Self::Seated(bond) => {
+                let (bond, patch) = bond?;
+                let point = bond.point(pair, patch.map(|patch| &patch.points[pair]));
+                Some((point, bond.pairs[pair].time))
+            }
+        }
+    }
+}
+
+impl Snapshot<'_> {
+    /// Traction of every pair on its first node's side `[Pa]`, shape `(n_pairs, 3)`, in global axes: `T = (F_a −
+    /// F_b)/(2 A_p)` of the forces that the joint's elements and springs exert, (M1). Its product with the normal
+    /// from a to b is positive in tension. 0 where a contact has taken the place of the joint.
+    pub(crate) fn tractions(&self) -> Vec<[f64; 3]> {
+        let mut tractions = vec![[0.0; 3]; self.model.n_pairs()];
+        self.see_present(0..tractions.len(), |pair, seen| tractions[pair] = seen.traction.into());
+        tractions
+    }
+
+    /// Calls `see` with the pairs in a range, in whatever order, at the time that was last measured.
+    pub(crate) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, Seen<'_>)) {
+        self.see((&self.scratch.trial, &self.scratch.trial_contacts), pairs, see);
+    }
+
+    /// Damage of a joint at the time that was last measured.
+    pub(crate) fn damage(&self, joint: usize) -> Damage<'_> {
+        let Scratch { trial, trial_contacts, .. } = self.scratch;
+        match self.model.joint(joint) {
+            Joint::Matching(face) => {
+                let (pack, lane) = self.model.packs.slot(face.a as usize);
+                Damage::Matching(trial.get(pack, 1 << face.direction).map(|broken| (broken, lane)))
+            }
+            Joint::Seated(joint) => Damage::Seated(trial_contacts.bond(joint.patch.blocks)),
+        }
+    }
+
+    /// By what the most loaded pair that is bonded is beyond its strength, for a relaxation.
+    pub(crate) fn overload(&self) -> f64 {
+        let mut most: f64 = 1.0;
+        let all = 0..self.model.n_pairs();
+        self.see((&self.state.breaks, &self.state.contacts), all, |_, seen| {
+            let law = self.model.laws[seen.law as usize].as_ref();
+            if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.mode.is_none())) {
+                let own = seen.axes.tr_mul(&seen.traction);
+                most = most.max(law.overload(own.x, own.yz().norm()));
+            }
+        });
+        most
+    }
+
+    /// Whether a joint has turned about pairs that still hold, so far that it is to let go of them.
+    pub(crate) fn hinges(&self) -> bool {
+        let model = self.model;
+        let Some(surfaces) = model.searched() else { return false };
+        let bonds = |law: u16| {
+            let law = model.laws.get(usize::from(law)).and_then(Option::as_ref);
+            law.is_some_and(|law| law.bonds())
+        };
+        let matching = face_places(model).any(|((pack, d), lane, _)| {
+            let broken = self.state.breaks.get(pack, 1 << d).zip(model.seams.get(pack, d));
+            broken.is_some_and(|(broken, seam)| {
+                bonds(seam.laws[lane]) && broken.holds(lane) && broken.turned(seam, lane)
+            })
+        });
+        matching
+            || self.state.contacts.patches.iter().any(|patch| {
+                patch.bond.as_ref().is_some_and(|bond| bonds(bond.law))
+                    && patch.hinges(&surfaces.blocks)
+            })
+    }
+
+    fn see(
+        &self,
+        (breaks, contacts): (&Breaks, &Contacts),
+        pairs: Range<usize>,
+        mut see: impl FnMut(usize, Seen<'_>),
+    ) {
+        let model = self.model;
+        let mut see = |pair: usize, seen: Seen<'_>| {
+            if pairs.contains(&pair) {
+                see(pair, seen);
+            }
+        };
+        let mut faces = Vec::new();
+        let joints = model.joint_of(pairs.start)..model.n_joints();
+        for at in joints.take_while(|&at| model.pairs_of(at).start < pairs.end) {
+            match model.joint(at) {
+                Joint::Matching(face) => {
+                    let (pack, lane) = model.packs.slot(face.a as usize);
+                    faces.push(Lane {
+                        pack: pack as u32,
+                        d: face.direction,
+                        lane: lane as u8,
+                        at: at as u32,
+                    });
+                }
+                Joint::Seated(joint) => see_seated(joint, contacts, &mut see),
+            }
+        }
+        // The lanes of a pack are one piece of work.
+        faces.sort_unstable_by_key(|face| (face.pack, face.d));
+        let mut forces = Forces::default();
+        for faces in faces.chunk_by(|a, b| (a.pack, a.d) == (b.pack, b.d)) {
+            self.see_lanes(breaks, faces, &mut forces, &mut see);
+        }
+    }
+
+    /// Calls `see` with the pairs of joints that are lanes of one face of a pack.
+    fn see_lanes(
+        &self,
+        breaks: &Breaks,
+        faces: &[Lane],
+        Forces { forces, rotation, work }: &mut Forces,
+        see: &mut impl FnMut(usize, Seen<'_>),
+    ) {
+        let model = self.model;
+        let (pack, d) = (faces[0].pack as usize, usize::from(faces[0].d));
+        let Some(seam) = model.seams.get(pack, d) else { return };
+        let pass = Pass { linear: false, ..Pass::linear(model, &self.state.u) };
+        let input = input(pass, &self.scratch.frames);
+        let broken = breaks.get(pack, 1 << d);
+        dispatch!(self.scratch.level, simd => {
+            face_forces(simd, input, (pack, 1 << d), broken, (forces, rotation), work)
+        });
+        let places = &model.packs.shape_of(&model.packs.packs[pack]).pairs[d];
+        for &Lane { lane, at, .. } in faces {
+            let lane = usize::from(lane);
+            if seam.joints[lane] == NO_JOINT {
+                continue;
+            }
+            let axes = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]) * seam.axes;
+            for (pair, (p, place)) in model.pairs_of(at as usize).zip(places.iter().enumerate()) {
+                let force = |side: usize| {
+                    Vec3::from([0, 1, 2].map(|c| forces[3 * place.sides[side] + c].0[lane]))
+                };
+                let area = seam.quarter.0[lane] * place.elements().len() as f64;
+                let mut traction = (force(0) - force(1)) / (2.0 * area);
+                let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.quarters > 0);
+                if let Some(point) = point {
+                    let springs = point.memory.borne();
+                    let part = f64::from(point.quarters) * place.share();
+                    let own = Vec3::new(springs.normal, springs.shear.x, springs.shear.y);
+                    traction += axes * own * part;
+                }
+                see(pair, Seen { traction, axes, law: seam.laws[lane], point });
+            }
+        }
+    }
+}
+
+/// Calls `see` with the pairs of a joint between faces that do not match.
+fn see_seated(joint: &Seated, contacts: &Contacts, see: &mut impl FnMut(usize, Seen<'_>)) {
+    let Some((bond, Some(patch))) = contacts.bond(joint.patch.blocks) else { return };
+    let axes = patch.frame();
+    for (i, point) in patch.points.iter().enumerate() {
+        let traction = patch.force(point) / point.area;
+        let own = bond.point(i, Some(point));
+        see(joint.first_pair + i, Seen { traction, axes, law: bond.law, point: Some(&own) });
+    }
+}

@@ -1,0 +1,159 @@
+//! §13: blocks are taken out at the start of a stage.
+
+use std::sync::Arc;
+
+use super::{Simulation, peaks};
+use crate::joint::contact::Release;
+use crate::math::lanes::{LANES, Lanes};
+use crate::mesh::Geometry;
+use crate::model::conditions::{Applied, Released};
+use crate::rigid::{Matter, Pose};
+use crate::state::motion::Motion;
+
+impl Simulation {
+    /// Takes out what goes on the way from one stage to another, one excavation after the other, so that
+    /// each lets its own forces fade. Joints and materials become those of the stage.
+    pub(super) fn excavate(&mut self, from: usize, stage: usize) {
+        let mut last = from;
+        let mut steps = Vec::new();
+        for (first, geometry) in self.model.steps(from, stage) {
+            // Where joints change in the same stage, that is after the blocks have gone.
+            let fading = if first > last { self.model.fading(last, first) } else { Vec::new() };
+            steps.push((geometry, fading));
+            last = first;
+        }
+        if !steps.is_empty() {
+            self.finish_relaxation();
+            steps.into_iter().for_each(|(geometry, fading)| self.dig(geometry, &fading));
+            let Self { model, state, .. } = self;
+            state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
+            self.view.renew(&self.model, &self.state);
+        }
+    }
+
+    /// Takes out the blocks that are gone now, and gives the others their joints and materials. What was exerted
+    /// on the rest before, where that is not held now, goes on where it is to fade; the energy that goes or
+    /// comes is booked as work.
+    fn dig(&mut self, now: Arc<Geometry>, fading: &[usize]) {
+        // Nothing fails between the two measurements: the next step looks at the new state.
+        let held = std::mem::replace(&mut self.holds, true);
+        let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
+        let before = self.energy().balance;
+        let matter = self.model.assembly.rigid.clone();
+        let geometry = self.model.excavate(now);
+        self.spin_on(&matter);
+        self.forget_removed();
+        self.take_joints(&geometry);
+        self.scratch.fit(&self.model, &self.state);
+        // The next step looks whether it is too long now.
+        self.critical_steps = [None; 2];
+        let assembly = &self.model.assembly;
+        *self.motion = if self.motion.fictitious {
+            Motion::relaxing(assembly)
+        } else {
+            let (before, step) = (self.state.before, self.motion.time_step);
+            Motion::dynamic(assembly, self.damping, before, step)
+        };
+        self.view.renew(&self.model, &self.state);
+        let lost = self.energy().balance - before;
+        self.state.work.loads += lost;
+        if !fading.is_empty() {
+            let after = self.forces();
+            self.release(fading, &forces, &after);
+        }
+        self.holds = held;
+    }
+
+    /// Rigid blocks with another inertia go on turning as they did: `before` is what resisted.
+    fn spin_on(&mut self, before: &[[Matter; LANES]]) {
+        let matter =
+            before.iter().zip(&self.model.assembly.rigid).flat_map(|(a, b)| a.iter().zip(b));
+        for (pose, (old, new)) in self.state.poses.iter_mut().flatten().zip(matter) {
+            if old.inertia != new.inertia {
+                pose.momentum = new.momentum(&pose.turn, old.spin(&pose.turn, pose.momentum));
+            }
+        }
+    }
+
+    /// Joints that have others' strengths now: what has not failed yet is looked at again, and contacts
+    /// have another friction. `before` is what was where.
+    fn take_joints(&mut self, before: &Geometry) {
+        let Self { model, state, .. } = self;
+        state.breaks.look_again();
+        let contacts = &mut state.contacts;
+        for (blocks, bond) in contacts.bonds_mut() {
+            bond.joint = model.geometry.joint_of(blocks).unwrap_or(bond.joint);
+            bond.law = bond.joint;
+        }
+        let differs = |&block: &u32| model.geometry.differs(before, block as usize);
+        contacts.make_anew(|patch| patch.bond.is_none() && patch.blocks.iter().any(differs));
+        self.look = peaks::look(model);
+    }
+
+    /// The forces that are missing go on as loads.
+    fn release(&mut self, fading: &[usize], before: &[[f64; 3]], after: &[[f64; 3]]) {
+        let mut missing = Applied::new();
+        for (node, (before, after)) in before.iter().zip(after).enumerate() {
+            let force = [0, 1, 2].map(|c| before[c] - after[c]);
+            if force != [0.0; 3] && !self.model.is_removed(self.model.block_of(node)) {
+                missing.insert(node as u32, force);
+            }
+        }
+        // Entries of one stage fade each with its own part of the blocks beside a node.
+        let part = 1.0 / fading.len() as f64;
+        missing.values_mut().flatten().for_each(|x| *x *= part);
+        let released = Released { began: self.state.time, forces: missing };
+        for &load in fading {
+            self.model.set_released(load, &released);
+            self.state.load_factors[load] = 1.0;
+            if let Some(factor) = self.view.factors.get_mut(load) {
+                *factor = 1.0;
+            }
+            self.state.released.insert(load, released.clone());
+        }
+    }
+
+    /// Nothing is left of removed blocks in the state.
+    fn forget_removed(&mut self) {
+        let model = &self.model;
+        let packs = &model.packs;
+        for (index, pack) in packs.packs.iter().enumerate() {
+            for lane in 0..pack.filled {
+                let block = pack.bodies[lane] as usize;
+                if !model.is_removed(block) {
+                    continue;
+                }
+                let nodes = 3 * pack.start..3 * (pack.start + packs.shape_of(pack).nodes);
+                let clear = |field: &mut [Lanes]| {
+                    field[nodes.clone()].iter_mut().for_each(|lanes| lanes.0[lane] = 0.0);
+                };
+                clear(&mut self.state.u);
+                clear(&mut self.state.v);
+                if pack.rigid {
+                    self.state.poses[pack.rigid_start][lane] = Pose::default();
+                }
+            }
+            for offset in 1..8_usize {
+                let direction = offset.is_power_of_two().then(|| offset.trailing_zeros() as usize);
+                let seam = direction.and_then(|d| model.seams.get(index, d));
+                let table = model.assembly.pack_tables[index][offset] as usize;
+                let table = model.assembly.tables.get(table);
+                self.state.breaks.keep(index, offset, seam, table);
+            }
+        }
+        let contacts = &mut self.state.contacts;
+        for patch in &mut contacts.patches {
+            if patch.blocks.iter().any(|&block| model.is_removed(block as usize)) {
+                patch.points = Box::default();
+                if let Some(mut bond) = patch.bond.take() {
+                    bond.release = Release::Done;
+                    contacts.ended.push((patch.blocks, bond));
+                }
+            }
+        }
+        contacts.ended.sort_by_key(|(blocks, _)| *blocks);
+        contacts.near.clear();
+        contacts.known = false;
+        contacts.renew(Vec::new());
+    }
+}

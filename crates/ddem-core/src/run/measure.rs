@@ -1,0 +1,188 @@
+//! Forces and energies at the present time; nothing moves.
+
+use super::Simulation;
+use crate::joint::breaks::Losses;
+use crate::math::sums::Sums;
+use crate::output::energy::Energy;
+use crate::state::{State, Work};
+use crate::step::{Trial, balance};
+
+/// Forces and energies at the present time, until something changes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Measured {
+    /// Changes of model, state, scratch space and motion by then; and whether nothing failed.
+    revisions: Option<([u64; 4], bool)>,
+    pub(crate) sums: Sums,
+    /// Strain energy of bodies and joints `[J]`.
+    strain: [f64; 2],
+    /// Losses of the joints at the next step.
+    losing: Losses,
+    /// Energy that points have given and not taken `[J]`.
+    debt: f64,
+}
+
+impl Simulation {
+    /// Forces, reactions, energies and sums at the present time; nothing moves.
+    fn measure(&mut self) {
+        self.match_motion();
+        if !self.motion.fictitious {
+            // Where a program cannot compute a factor, the one before stays; the next step says why.
+            let _ = self.take_factors().and_then(|()| self.take_pushes());
+        }
+        self.press();
+        let (mut context, state, scratch) = self.parts();
+        context.energies = true;
+        let mut breaks = std::mem::take(&mut scratch.trial);
+        breaks.clone_from(&state.breaks);
+        let mut contacts = std::mem::take(&mut scratch.trial_contacts);
+        contacts.clone_from(&state.contacts);
+        let State { u, v, poses, .. } = state;
+        let trial = Trial { u, v, poses, breaks: &mut breaks, contacts: &mut contacts };
+        let (sums, losing) = balance(context, trial, scratch);
+        let mut strain = scratch.strain_energy();
+        let debt = breaks.debt(&self.model.seams) + contacts.debt();
+        strain[1] += contacts.stored() - debt;
+        (self.scratch.trial, self.scratch.trial_contacts) = (breaks, contacts);
+        self.last = sums;
+        self.measured = Measured { revisions: Some(self.revisions()), sums, strain, losing, debt };
+    }
+
+    /// Measures unless nothing has changed since that was done.
+    pub(crate) fn measure_once(&mut self) -> Measured {
+        if !self.is_measured() {
+            self.measure();
+        }
+        self.measured
+    }
+
+    fn is_measured(&self) -> bool {
+        self.measured.revisions == Some(self.revisions())
+    }
+
+    fn revisions(&self) -> ([u64; 4], bool) {
+        let Self { model, state, scratch, motion, holds, .. } = self;
+        let revisions = [model.revision(), state.revision(), scratch.revision(), motion.revision()];
+        (revisions, *holds)
+    }
+
+    /// Brings velocities from the last half step to the present time: `v = (v⁻ + v⁺)/2`.
+    pub fn settle(&mut self) {
+        if self.state.before == 0.0 {
+            return;
+        }
+        if self.motion.fictitious {
+            self.stop();
+            self.state.before = 0.0;
+        } else {
+            let before = self.energy().balance;
+            let Measured { sums, losing, .. } = self.measure_once();
+            let half = 0.5 * self.state.before;
+            self.state.work.loads += half * sums.loads[0];
+            self.state.work.supports += half * sums.supports[0];
+            self.state.work.damping += half * sums.damping[0];
+            let snapshot = self.as_measured();
+            let (v, poses) = (snapshot.velocities(), snapshot.poses());
+            self.state.v = v;
+            self.settle_columns();
+            self.state.poses = poses;
+            // What failed and slipped now has done so.
+            std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
+            std::mem::swap(&mut self.state.contacts, &mut self.scratch.trial_contacts);
+            self.book_losses(losing);
+            self.state.before = 0.0;
+            // Kinetic energy is measured in another way now.
+            self.account_from(before);
+        }
+    }
+
+    /// Brings everything to rest; damping takes the kinetic energy.
+    pub(crate) fn stop(&mut self) {
+        let before = self.energy().kinetic;
+        self.state.rest();
+        self.state.work.damping += before - self.energy().kinetic;
+        self.started = false;
+    }
+
+    /// Energies at the present time and their balance (§6).
+    pub fn energy(&mut self) -> Energy {
+        let Measured { sums, strain, losing, debt, .. } = self.measure_once();
+        let Work { loads, supports, damping, friction, fracture, contact, most } = self.state.work;
+        // What the velocity before has done up to now and the next step will book.
+        let half = 0.5 * self.state.before;
+        let (damped, done) = if self.motion.fictitious && half > 0.0 {
+            (0.5 * sums.power, sums.loads[0])
+        } else {
+            (half * sums.damping[0], half * (sums.loads[0] + sums.supports[0]))
+        };
+        let external = loads + supports + done;
+        let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } = losing;
+        let contact = contact + met + debt;
+        let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact];
+        Energy::new(sums.kinetic, strain, lost, external, [self.initial_energy, most])
+    }
+
+    /// Pairs that have failed, in shear and in tension.
+    #[must_use]
+    pub fn failed_pairs(&self) -> [u64; 2] {
+        let [shear, tension] = self.state.failed;
+        // Those that fail at the present time count once it has been looked at.
+        let more = if self.is_measured() { self.measured.losing.failed } else { [0; 2] };
+        [shear + more[0], tension + more[1]]
+    }
+
+    pub(super) fn mechanical_energy(&mut self) -> f64 {
+        let energy = self.energy();
+        let lost = energy.friction + energy.fracture + energy.contact;
+        energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
+    }
+
+    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`; those of blocks that have been taken
+    /// out stay where they were. Energies balance from here on, and contacts begin anew.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one for each node.
+    pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
+        self.model.one_for_each_node("displacements", displacements.len());
+        let before = self.energy().balance;
+        for (node, u) in self.model.there(displacements) {
+            self.model.set(&mut self.state.u, node, *u);
+        }
+        self.state.place_rigid(&self.model);
+        self.state.contacts.part();
+        self.scratch.fit(&self.model, &self.state);
+        self.account_from(before);
+    }
+
+    /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; those of blocks
+    /// that have been taken out stay at rest. Energies balance from here on.
+    ///
+    /// # Panics
+    ///
+    /// If there is not one for each node.
+    pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
+        self.model.one_for_each_node("velocities", velocities.len());
+        self.settle();
+        let before = self.energy().balance;
+        for (node, v) in self.model.there(velocities) {
+            self.model.set(&mut self.state.v, node, *v);
+        }
+        self.state.move_rigid(&self.model);
+        let state = &mut *self.state;
+        state.peaks.note_velocities(&state.v);
+        self.account_from(before);
+    }
+
+    /// What a state that is set has more than the one before is no imbalance; after one that was not
+    /// finite the account begins anew.
+    fn account_from(&mut self, before: f64) {
+        let more = self.energy().balance - before;
+        if more.is_finite() {
+            self.initial_energy += more;
+            return;
+        }
+        self.state.work = Work::default();
+        self.initial_energy = 0.0;
+        self.initial_energy = self.energy().balance;
+    }
+}

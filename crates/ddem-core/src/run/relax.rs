@@ -1,0 +1,354 @@
+//! §7: dynamic relaxation to static equilibrium.
+//!
+//! The step of (2) with fictitious masses and Δt = 1,
+//! `v⁺ = [(1 − c/2) v + M⁻¹F] / (1 + c/2)`, `u⁺ = u + v⁺`. M is the stiffness of each cluster of
+//! facing nodes ([`cluster`](crate::step::cluster)), scaled so that Δt = 1 is stable for every mode.
+//! The damping fades as the motion goes on, `c = 3/(k + 3/2)` with k the steps since the last
+//! restart, and the motion restarts from rest when it turns against the forces (`F·v < 0`):
+//! near-critical for the lowest mode that is still active, without an estimate of its frequency.
+
+use std::collections::HashMap;
+use std::sync::atomic::Ordering;
+
+use crate::error::RunError;
+use crate::math::lanes::Lanes;
+use crate::model::stage::allow_tolerance;
+use crate::run::{LOOKS, Simulation};
+use crate::state::motion::Motion;
+use crate::state::{Memory, State};
+use crate::step::cluster::{Clusters, Meeting, Relaxation, has_turned};
+use crate::step::timestep::{largest_clustered, largest_of_gases};
+use crate::step::{Trial, advance_relaxing, balance};
+
+/// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
+const LARGEST: f64 = 3.6;
+
+/// Unbalanced force ratio at which failure is looked for, if the tolerance is not larger.
+const NEAR: f64 = 1e-4;
+/// Pairs that are loaded this part as much as the most loaded one fail together with it: equal ones, as far as they are
+/// known near equilibrium. Others may be relieved by its failure.
+const MOST_LOADED: f64 = 0.995;
+
+/// Displacements whose last steps are this part of the whole way have only rounding left.
+const AT_REST: f64 = 1e-12;
+
+/// Steps after which it is looked whether blocks have gone, and whether more can be reached.
+const LOOK_AROUND: u64 = 200;
+/// Steps after which it is looked how far blocks have turned.
+const LOOK_AT_TURNS: u64 = 10;
+
+/// Where a relaxation is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Relaxed {
+    /// Still moving.
+    Moving,
+    /// This many parts of the loads are in equilibrium.
+    Increment(u64),
+    /// All loads are in equilibrium.
+    Done,
+}
+
+impl Simulation {
+    /// Begins a relaxation: loads will go from their present value to that of the stage in
+    /// `increments` equal parts. Time stands still; driven supports rest.
+    ///
+    /// # Errors
+    ///
+    /// A history that a program computes and that has no value; [told to
+    /// stop](Self::stop_when): everything is at rest.
+    pub fn start_relaxation(&mut self, increments: u32) -> Result<(), RunError> {
+        let state = &self.state;
+        let conditions = &self.model.conditions;
+        let mut to = conditions.factors(state.stage, state.time, &state.stage_starts)?;
+        to.push(1.0);
+        self.settle();
+        self.stop();
+        self.drop_relaxation();
+        let state = &self.state;
+        // What is there at the start bears all loads at once, not a part of them.
+        let all = self.model.in_situ.is_some() && state.steps == 0;
+        let memory = Memory {
+            increments: u64::from(increments.max(1)),
+            increment: 1,
+            left: state.fresh.map_or(state.stage, |fresh| fresh.left),
+            driven: state.fresh.map(|fresh| fresh.first),
+            from: match all {
+                true => self.model.conditions.at_once(&to, &state.load_factors),
+                false => state.load_factors.clone(),
+            },
+            way: state.way,
+            to,
+            ..Memory::default()
+        };
+        let stop = self.stop.clone();
+        let begins = memory.clone();
+        self.go_on_relaxing(memory, &|| stop.load(Ordering::Relaxed))?;
+        self.state.fresh = None;
+        self.keep_slip(true);
+        self.begin_increment(&begins);
+        self.state.watch_anew(&self.model, true);
+        Ok(())
+    }
+
+    /// Slip and damage of failed pairs and contacts are for good, as in an equilibrium: those of before
+    /// `now` are what a relaxation maps from, or nothing is.
+    pub(crate) fn keep_slip(&mut self, now: bool) {
+        self.state.breaks.settle(now);
+        self.state.contacts.settle(now);
+    }
+
+    /// Goes on with a relaxation that a checkpoint has kept.
+    pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
+        if memory.increments > 1 {
+            self.ramp_strengths(memory.left, memory.part(), false);
+        }
+        // It does not stop and asks for no history, so it does not fail.
+        let _ = self.go_on_relaxing(memory, &|| false);
+    }
+
+    fn go_on_relaxing(&mut self, memory: Memory, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
+        self.change_motion(Motion::relaxing(&self.model.assembly));
+        self.rest();
+        // Until a part of the loads has made its first step, those before it act.
+        if memory.way != 0.0 || !memory.last.is_empty() {
+            self.view.factors = memory.present_factors();
+        }
+        let clusters = self.masses(&memory.to, stop)?;
+        self.relaxation = Some(Relaxation { memory, clusters });
+        Ok(())
+    }
+
+    /// Masses with which Δt = 1 is stable: once pairs have failed, whatever breaks; with contacts as they are, and
+    /// with the gas of charges of these factors.
+    fn masses(&mut self, to: &[f64], stop: &dyn Fn() -> bool) -> Result<Clusters, RunError> {
+        let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
+        for (node, axis) in self.view.active.held() {
+            held.entry(node).or_default()[axis] = true;
+        }
+        let has_failed = self.state.failed != [0; 2];
+        let meeting = Meeting::new(&self.model, &self.state.contacts);
+        let mut clusters = Clusters::new(&self.model, &held, meeting, stop)?;
+        let mut largest: f64 = 0.0;
+        for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
+            let mut breaks = self.model.tangent(broken);
+            let found =
+                largest_clustered(&self.model, &clusters, &mut breaks, &mut self.scratch, stop)?;
+            largest = largest.max(found);
+        }
+        largest += self.gas(&clusters, to);
+        // Contacts are at most as stiff as what they have put into the masses, and add to the rest.
+        clusters.scale(LARGEST / (largest + if meeting.any { 1.0 } else { 0.0 }));
+        Ok(clusters)
+    }
+
+    /// What the gas of charges in force adds to the largest eigenvalue.
+    fn gas(&mut self, clusters: &Clusters, factors: &[f64]) -> f64 {
+        let factors = factors.iter().skip(self.model.conditions.loaded.len());
+        let charges = self.charged().zip(factors).filter(|(_, factor)| **factor > 0.0);
+        let gases = charges.filter_map(|((charge, fills), factor)| {
+            let (stiffness, areas) = charge.stiffness(&self.moved(charge), fills)?;
+            Some((charge.nodes.clone(), factor * stiffness, areas))
+        });
+        let gases: Vec<_> = gases.collect();
+        largest_of_gases(&self.model, clusters, &gases, &mut self.scratch)
+    }
+
+    /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
+    pub(crate) fn rest(&mut self) {
+        *self.motion = Motion::relaxing(&self.model.assembly);
+        self.view.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
+        self.view.factors.clone_from(&self.state.load_factors);
+        self.view.pushes = self.view.outside.kept();
+    }
+
+    /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is
+    /// reached and the displacements have stopped, the step is not taken.
+    ///
+    /// # Errors
+    ///
+    /// As [`relax`](Self::relax), but for [`RunError::NotConverged`]; of the first step those of
+    /// [`start_relaxation`](Self::start_relaxation), too.
+    pub fn relax_step(&mut self, tolerance: f64) -> Result<Relaxed, RunError> {
+        allow_tolerance(tolerance)?;
+        if self.relaxation.is_none() {
+            self.start_relaxation(self.default_increments())?;
+        }
+        let Some(mut relaxation) = self.relaxation.take() else { return Ok(Relaxed::Done) };
+        let result = self.relax_with(&mut relaxation, tolerance);
+        self.relaxation = Some(relaxation);
+        result
+    }
+
+    fn relax_with(
+        &mut self,
+        Relaxation { memory, clusters }: &mut Relaxation,
+        tolerance: f64,
+    ) -> Result<Relaxed, RunError> {
+        self.view.factors = memory.present_factors();
+        // Nothing gets out while time stands still.
+        let began = self.press().into_iter().map(|fill| fill.began);
+        self.state.fills.iter_mut().zip(began).for_each(|(fill, began)| fill.began = began);
+        let (context, state, scratch) = self.parts();
+        let State { u, v, poses, breaks, contacts, .. } = state;
+        let (mut sums, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
+        if sums.applied == 0.0 {
+            // Nothing is applied: the forces at the start are the measure.
+            memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
+            sums.applied = memory.first;
+        }
+        memory.most = memory.most.max(sums.applied);
+        self.last = sums;
+        self.book_losses(losses);
+        let work = &mut self.state.work;
+        work.loads += sums.loads[0];
+        work.most = work.most.max((work.loads + work.supports).abs());
+        self.state.work.damping += 0.5 * sums.power;
+        self.check(sums, &self.state.contacts)?;
+        self.state.before = self.motion.time_step;
+        if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
+            // The forces are gone with it: the step is not taken, and the next begins from rest.
+            *clusters = self.masses(&memory.to, &|| false)?;
+            self.state.v.fill(Lanes::ZERO);
+            memory.rest();
+            return Ok(Relaxed::Moving);
+        }
+        let had_failed = self.state.failed != [0; 2];
+        if self.fails_now(memory, tolerance) {
+            if !had_failed {
+                // Half way through what happens here there is no stopping.
+                *clusters = self.masses(&memory.to, &|| false)?;
+            }
+            memory.rest();
+            return Ok(Relaxed::Moving);
+        }
+        let looks = self.state.steps.is_multiple_of(LOOK_AROUND);
+        let at_rest = memory.has_stopped(AT_REST);
+        let unloaded = looks && self.look_at_rounding(memory, tolerance, at_rest)?;
+        let stopped = memory.has_stopped(tolerance) || memory.rounded >= LOOKS;
+        if unloaded || (sums.ratio() <= tolerance && stopped) {
+            let done = memory.increment;
+            self.note_stresses();
+            self.state.v.fill(Lanes::ZERO);
+            self.state.load_factors.clone_from(&self.view.factors);
+            if done == memory.increments {
+                return Ok(Relaxed::Done);
+            }
+            memory.next_increment();
+            self.keep_slip(true);
+            self.begin_increment(memory);
+            let state = &mut *self.state;
+            state.watch.note_calm(state.steps);
+            state.watch_anew(&self.model, false);
+            return Ok(Relaxed::Increment(done));
+        }
+        self.check_motion()?;
+        if !memory.turned && self.state.steps.is_multiple_of(LOOK_AT_TURNS) {
+            memory.turned = has_turned(&self.model, &self.scratch.frames);
+            memory.since_restart *= u64::from(!memory.turned);
+        }
+        if memory.turned {
+            clusters.turned.clone_from(&self.scratch.frames);
+        }
+        let restart = memory.since_restart == 0 || sums.power < 0.0;
+        memory.since_restart *= u64::from(!restart);
+        let c = (3.0 / (memory.since_restart as f64 + 1.5)).min(2.0);
+        memory.since_restart += 1;
+        let keep = if restart { 0.0 } else { (1.0 - c / 2.0) / (1.0 + c / 2.0) };
+        let push = 1.0 / (1.0 + c / 2.0);
+        let (state, scratch) = (&mut self.state, &mut self.scratch);
+        let moved = advance_relaxing(&self.model, clusters, [keep, push], state, scratch);
+        self.state.work.damping += 0.5 * moved.power;
+        self.state.steps += 1;
+        memory.walk(moved.moved.sqrt());
+        self.state.way = memory.way;
+        Ok(Relaxed::Moving)
+    }
+
+    /// Looks whether blocks move on against each other without end, or only rattle: then slip is kept.
+    fn check_motion(&mut self) -> Result<(), RunError> {
+        self.state.look_at_motion(&self.model, self.last.ratio(), true);
+        if self.state.watch.fails(self.far) {
+            return Err(self.collapse());
+        }
+        if self.state.watch.rattles(self.state.steps) {
+            self.keep_slip(true);
+        }
+        Ok(())
+    }
+
+    /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks
+    /// anything, and what is loaded most fails first: the rest is looked at again when the forces
+    /// have found their new way. Joints that have turned let go when nothing is overloaded.
+    fn fails_now(&mut self, memory: &mut Memory, tolerance: f64) -> bool {
+        let near = tolerance.max(if memory.looked { 0.0 } else { NEAR });
+        if self.last.ratio() > near || !memory.has_stopped(near) || !self.model.can_fail() {
+            return false;
+        }
+        memory.looked = true;
+        let state = &mut *self.state;
+        state.watch.note_calm(state.steps);
+        let overload = self.as_measured().overload();
+        let turning = overload <= 1.0;
+        if turning && !self.as_measured().hinges() {
+            return false;
+        }
+        // Relaxation starts anew, from rest.
+        self.state.v.fill(Lanes::ZERO);
+        let failed = self.state.failed;
+        let (mut context, state, scratch) = self.parts();
+        context.failing = Some((MOST_LOADED * overload).max(1.0));
+        context.turning &= turning;
+        let State { u, v, poses, breaks, contacts, .. } = state;
+        let (_, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
+        self.book_losses(losses);
+        let fails = self.state.failed != failed;
+        if fails {
+            // The way to here was one from equilibrium to equilibrium.
+            self.keep_slip(true);
+            self.state.watch_anew(&self.model, false);
+        }
+        fails
+    }
+
+    /// Relaxes to equilibrium and returns the number of steps.
+    ///
+    /// # Errors
+    ///
+    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached; [`RunError::Collapsed`] where
+    /// blocks move on without end; [`RunError::OutOfReach`] where rounding keeps the ratio above the tolerance;
+    /// [`RunError::TooDeep`] where a contact does not carry what lies on it; [`RunError::Diverged`];
+    /// [`RunError::Values`] of a tolerance that is not between 0 and 1; those of
+    /// [`start_relaxation`](Self::start_relaxation).
+    pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
+        allow_tolerance(tolerance)?;
+        self.start_relaxation(self.default_increments())?;
+        for step in 0..=max_steps {
+            let relaxed = self.relax_step(tolerance);
+            if matches!(relaxed, Err(_) | Ok(Relaxed::Done)) {
+                self.finish_relaxation();
+                return relaxed.map(|_| step);
+            }
+        }
+        let error = self.not_converged(tolerance, max_steps);
+        self.finish_relaxation();
+        Err(error)
+    }
+
+    /// Ends a relaxation: everything is at rest.
+    pub fn finish_relaxation(&mut self) {
+        self.settle();
+        if self.drop_relaxation() {
+            self.state.load_factors.clone_from(&self.view.factors);
+        }
+    }
+
+    /// Forgets a relaxation, and what only it knows; strengths are what the deck says. Whether there was one.
+    pub(crate) fn drop_relaxation(&mut self) -> bool {
+        let Some(Relaxation { memory, .. }) = self.relaxation.take() else { return false };
+        if memory.increment < memory.increments {
+            self.ramp_strengths(memory.left, 1.0, true);
+        }
+        self.keep_slip(false);
+        true
+    }
+}

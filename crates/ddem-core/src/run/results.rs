@@ -1,0 +1,236 @@
+//! Results at the present time: what [`Snapshot`] sees, measured first where it has to be.
+
+use super::Simulation;
+use crate::math::lanes::Lanes;
+use crate::output::{
+    Contact, ContactCounts, ContactSummary, Fragment, FragmentSummary, Snapshot, StateSummary,
+};
+
+impl Simulation {
+    /// Fields at the present time. Nothing moves.
+    ///
+    /// ```
+    /// # use ddem_core::{FIELDS, Simulation};
+    /// # fn values(simulation: &mut Simulation) {
+    /// let mut snapshot = simulation.snapshot();
+    /// for field in &FIELDS {
+    ///     let n = snapshot.len(field.on);
+    ///     let mut first = vec![0.0; n.min(100) * field.components];
+    ///     snapshot.fill(field, 0..n.min(100), &mut first);
+    /// }
+    /// # }
+    /// ```
+    pub fn snapshot(&mut self) -> Snapshot<'_> {
+        self.measure_once();
+        self.as_measured()
+    }
+
+    /// Fields at the present time, with forces, broken joints and contacts as they were last measured.
+    pub(super) fn as_measured(&self) -> Snapshot<'_> {
+        Snapshot::new(self.context(), &self.state, &self.scratch, self.failing)
+    }
+
+    /// Displacement of a node `[m]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
+    #[must_use]
+    pub fn displacement(&self, node: usize) -> [f64; 3] {
+        self.model.get(&self.state.u, node)
+    }
+
+    /// Displacements of all nodes `[m]`, shape `(n_nodes, 3)`.
+    #[must_use]
+    pub fn displacements(&self) -> Vec<[f64; 3]> {
+        self.model.plain(&self.state.u)
+    }
+
+    /// Displacement `[m]` and velocity at the last half step `[m/s]` of each level of the free-field columns, shape
+    /// `(levels, 2, 3)`.
+    #[must_use]
+    pub fn column_levels(&self) -> Vec<[[f64; 3]; 2]> {
+        self.state.columns.iter().map(|level| level.map(Into::into)).collect()
+    }
+
+    /// Velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; zero in a
+    /// relaxation.
+    pub fn velocities(&mut self) -> Vec<[f64; 3]> {
+        let mut velocities = vec![[0.0; 3]; self.model.n_nodes()];
+        let nodes = 0..velocities.len();
+        self.snapshot().fill_velocities(nodes, velocities.as_flattened_mut());
+        velocities
+    }
+
+    /// Velocity of a node at the present time `[m/s]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
+    pub fn velocity(&mut self, node: usize) -> [f64; 3] {
+        let mut velocity = [0.0; 3];
+        self.model.geometry.has_node(node);
+        self.snapshot().fill_velocities(node..node + 1, &mut velocity);
+        velocity
+    }
+
+    /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape
+    /// `(n_nodes, 3)`, eq. (8) and eq. (11); of joints between faces that do not match there is nothing in it.
+    pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
+        self.evaluate_forces();
+        self.scratch.collect(&self.model, &self.state.poses, false);
+        let forces = self.model.plain(&self.scratch.f);
+        forces.into_iter().map(|f| f.map(|x| -x)).collect()
+    }
+
+    /// The first pass of a step alone: elastic forces of bodies and joints. Nothing moves.
+    pub fn evaluate_forces(&mut self) {
+        let (context, state, scratch) = self.parts();
+        let mut trial = std::mem::take(&mut scratch.trial);
+        trial.clone_from(&state.breaks);
+        let pass = context.pass(&state.u, &state.v);
+        let pass = crate::step::Pass { viscous: None, ..pass };
+        crate::step::forces(pass, &mut trial, None, scratch);
+        scratch.trial = trial;
+    }
+
+    /// What accelerates every node `[N]`, shape `(n_nodes, 3)`: loads and support forces less the
+    /// internal ones, `F = Q + R − f`; zero in equilibrium.
+    pub fn forces(&mut self) -> Vec<[f64; 3]> {
+        self.measure_once();
+        self.model.plain(&self.scratch.f)
+    }
+
+    /// Sum of the support forces on some nodes, as they act on the model `[N]`. Their order does not
+    /// matter, and a node that is given twice counts once.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such node.
+    pub fn reaction(&mut self, nodes: &[u32]) -> [f64; 3] {
+        let mut nodes = nodes.to_vec();
+        nodes.sort_unstable();
+        if let Some(&last) = nodes.last() {
+            self.model.geometry.has_node(last as usize);
+        }
+        self.measure_once();
+        let mut sum = [0.0; 3];
+        for (support, reaction) in self.view.active.supports.iter().zip(&self.scratch.reactions) {
+            if nodes.binary_search(&support.node).is_ok() {
+                sum[support.axis as usize] += reaction;
+            }
+        }
+        sum
+    }
+
+    /// Traction of every pair on its first node's side `[Pa]`, shape `(n_pairs, 3)`, in global axes: `T = (F_a −
+    /// F_b)/(2 A_p)` of the forces that the joint's elements and springs exert, (M1). Its product with the normal
+    /// from a to b is positive in tension. 0 where a contact has taken the place of the joint.
+    pub fn tractions(&mut self) -> Vec<[f64; 3]> {
+        self.snapshot().tractions()
+    }
+
+    /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
+    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block. Rigid blocks have none: 0.
+    #[must_use]
+    pub fn stresses(&self) -> Vec<[f64; 6]> {
+        self.as_measured().stresses()
+    }
+
+    /// Stress at the centre of the element at lattice steps `at` of a block `[Pa]`.
+    ///
+    /// # Panics
+    ///
+    /// If the model has no such block, or the block no such element.
+    #[must_use]
+    pub fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
+        self.as_measured().stress(block, at)
+    }
+
+    /// Largest speed of every node since the start of the run `[m/s]`, of all steps in time: the peak
+    /// particle velocity. Empty where the deck has no `peaks`.
+    #[must_use]
+    pub fn peak_velocities(&self) -> Vec<f64> {
+        self.as_measured().peak_velocities()
+    }
+
+    /// Largest principal tension and compression at the centre of every element since the start of the
+    /// run, both counted from 0 up `[Pa]`: four times at least while a wave crosses an element or in every step, and in
+    /// every equilibrium. Empty where the deck has no `peaks`.
+    #[must_use]
+    pub fn peak_stresses(&self) -> Vec<[f64; 2]> {
+        self.as_measured().peak_stresses()
+    }
+
+    /// All contacts that press at the present time, by their blocks. Nothing moves.
+    pub fn contacts(&mut self) -> Vec<Contact> {
+        self.snapshot().contacts()
+    }
+
+    /// How many contacts there are at the present time. Nothing moves.
+    pub fn contact_counts(&mut self) -> ContactCounts {
+        self.snapshot().contact_counts()
+    }
+
+    /// Pairs of blocks that pressed on each other at the last step: what can be had at any time.
+    #[must_use]
+    pub fn touching_blocks(&self) -> usize {
+        self.as_measured().touching_blocks()
+    }
+
+    /// The fragments at the present time, by decreasing volume, equal ones by their lowest block. A
+    /// joint holds as long as one of its pairs is bonded; one without tensile strength and cohesion
+    /// never does, nor do contacts.
+    pub fn fragments(&mut self) -> Vec<Fragment> {
+        self.snapshot().fragments()
+    }
+
+    /// The number of the fragment of each block, as [`fragments`](Self::fragments) counts them; blocks
+    /// that have been taken out have the number after the last.
+    pub fn block_fragments(&mut self) -> Vec<usize> {
+        self.snapshot().block_fragments()
+    }
+
+    /// Momentum of the whole model at the present time, `P = Σ m v` `[kg m/s]`: over the nodes of
+    /// deformable blocks with their lumped masses, eq. (3), and over rigid blocks; zero in a
+    /// relaxation. It changes by what loads and supports do alone.
+    pub fn momentum(&mut self) -> [f64; 3] {
+        self.snapshot().momentum()
+    }
+
+    /// Its moment about the origin `[kg m²/s]`: `Σ x × m v` over the nodes of deformable blocks, and
+    /// `x × m v + R I Rᵀ ω` of each rigid one, with its centroid x, rotation R and inertia I at rest.
+    pub fn angular_momentum(&mut self) -> [f64; 3] {
+        self.snapshot().angular_momentum()
+    }
+
+    /// The present state in a few numbers. Nothing moves.
+    pub fn state_summary(&mut self) -> StateSummary {
+        let energy = self.energy();
+        self.snapshot().state_summary(energy)
+    }
+
+    /// Contacts at the present time. Nothing moves.
+    pub fn contact_summary(&mut self) -> ContactSummary {
+        self.snapshot().contact_summary()
+    }
+
+    /// Fragments at the present time. Nothing moves.
+    pub fn fragment_summary(&mut self) -> FragmentSummary {
+        self.snapshot().fragment_summary()
+    }
+
+    /// Memory that stepping this simulation keeps in use `[bytes]`.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let lanes = self.state.u.len() + self.state.v.len();
+        lanes * size_of::<Lanes>()
+            + self.scratch.bytes()
+            + self.state.breaks.bytes()
+            + self.state.contacts.bytes()
+            + self.state.peaks.bytes()
+            + size_of_val(&self.state.poses[..])
+            + self.model.bytes()
+            + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
+    }
+}

@@ -1,0 +1,101 @@
+//! §7: what of the forces in a relaxation is rounding, and is not going to be less.
+
+use super::Simulation;
+use crate::error::RunError;
+use crate::joint::contact::Point;
+use crate::mesh::Vec3;
+use crate::state::Memory;
+
+/// What is out of balance is rounding up to this many times that of the displacements: a force is the sum of
+/// several products with them. One half to three are seen.
+const ROUNDED: f64 = 8.0;
+
+/// Looks in a row after which forces that may be rounding, and have not become less, are.
+pub(crate) const LOOKS: u64 = 10;
+/// Part of a ratio below which it has become less.
+const LESS: f64 = 0.7;
+
+impl Simulation {
+    /// Looks at what may be rounding. At rest, or when it has not become less for some time, it is: then the
+    /// tolerance cannot be reached, unless nothing is applied any more beside what was. Returns whether that
+    /// is so.
+    pub(crate) fn look_at_rounding(
+        &self,
+        memory: &mut Memory,
+        tolerance: f64,
+        at_rest: bool,
+    ) -> Result<bool, RunError> {
+        let out_of_reach = self.only_rounding(tolerance);
+        let ratio = self.last.ratio();
+        let falls = memory.rounded == 0 || ratio < LESS * memory.least;
+        memory.rounded = match (&out_of_reach, falls) {
+            (None, _) => 0,
+            (Some(_), true) => 1,
+            (Some(_), false) => memory.rounded + 1,
+        };
+        if falls {
+            memory.least = ratio;
+        }
+        let stays = memory.rounded >= LOOKS || at_rest;
+        match out_of_reach.filter(|_| stays && ratio > tolerance) {
+            Some(_) if self.last.free <= tolerance * tolerance * memory.most => Ok(true),
+            Some(error) => Err(error),
+            None => Ok(false),
+        }
+    }
+
+    /// Why a relaxation cannot come to its tolerance, if what is out of balance is no more than rounding:
+    /// displacements, and positions where contacts and joints between faces that do not match look at them,
+    /// are known to a part of 2⁻⁵³, forces to that times their stiffness.
+    fn only_rounding(&self, tolerance: f64) -> Option<RunError> {
+        let packs = &self.model.packs;
+        let (mut sum, mut most) = (0.0, (0.0, 0));
+        for (index, pack) in packs.packs.iter().enumerate() {
+            let class = self.model.assembly.pack_inertia[index] as usize;
+            let stiffness = &self.model.assembly.inertia[class].diagonal;
+            for (u, k) in self.state.u[3 * pack.start..].iter().zip(stiffness) {
+                for lane in 0..pack.filled {
+                    let force = 0.5 * f64::EPSILON * k.0[lane] * u.0[lane].abs();
+                    sum += force * force;
+                    if force > most.0 {
+                        most = (force, pack.bodies[lane] as usize);
+                    }
+                }
+            }
+        }
+        let mut far = None;
+        for (block, distance, force) in self.rounding_of_positions() {
+            sum += force * force;
+            if force > most.0 {
+                most = (force, block);
+                far = Some(distance);
+            }
+        }
+        // Who asks for less than one rounding wants all steps.
+        if tolerance < f64::EPSILON || self.last.free > ROUNDED * ROUNDED * sum {
+            return None;
+        }
+        let (force, block) = most;
+        let (ratio, joint) = (self.last.ratio(), self.stiffest_joint(block));
+        Some(RunError::OutOfReach { ratio, tolerance, block, force, joint, far })
+    }
+
+    /// Rounding of the positions of points that act on each other: block, distance from the origin `[m]` and
+    /// force `[N]`.
+    fn rounding_of_positions(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        self.state.contacts.patches.iter().map(|patch| {
+            let block = patch.blocks[0] as usize;
+            let first = self.model.geometry.bodies[block].first_node as usize;
+            let at = Vec3::from(self.model.point(first)).abs();
+            let normal = patch.now[0].abs();
+            let along = normal.map(|n| (1.0 - n * n).max(0.0).sqrt());
+            let area = |point: &Point| {
+                if patch.acts(point) { point.area * point.area } else { 0.0 }
+            };
+            let areas = patch.points.iter().map(area).sum::<f64>().sqrt();
+            let [stiff, shear] = patch.both.stiffness;
+            let force = f64::EPSILON * areas * (stiff * normal.dot(&at) + shear * along.dot(&at));
+            (block, at.amax(), force)
+        })
+    }
+}

@@ -1,0 +1,191 @@
+//! What must hold of a state so that nothing reaches beyond its arrays, whatever bytes it was made from.
+
+use super::{RestoreError, Run};
+use crate::joint::breaks::Breaks;
+use crate::joint::contact::{Bond, Both, Contacts, Near, Patch, Point, Release, Spot};
+use crate::math::lanes::Lanes;
+use crate::mesh::assembly::NO_TABLE;
+use crate::model::Model;
+use crate::model::conditions::Applied;
+use crate::rigid::Pose;
+use crate::state::{Peaks, State};
+
+/// More steps than any run takes: what is beyond is no count of steps.
+const MOST_STEPS: u64 = 1 << 53;
+
+type Checked = Result<(), RestoreError>;
+
+pub(super) fn expect(sound: bool, what: &str) -> Checked {
+    if sound { Ok(()) } else { Err(RestoreError::Damaged { what: what.to_owned() }) }
+}
+
+/// Stages that the model has, by the model at its start.
+pub(super) fn stages(model: &Model, state: &State, run: &Run) -> Checked {
+    let &State { stage, fresh, .. } = state;
+    let runs = stage < model.n_stages();
+    expect(runs && state.stage_starts.len() == stage + 1, "there is no such stage")?;
+    let fresh = fresh.map(|fresh| [Some(fresh.left), Some(fresh.first)]);
+    let relaxation = run.relaxation.as_ref().map(|memory| [Some(memory.left), memory.driven]);
+    let mut known = fresh.into_iter().chain(relaxation).flatten().flatten();
+    expect(known.all(|known| known <= stage + 1), "it comes from no such stage")?;
+    let released = state.released.keys().copied();
+    expect(released.eq(model.fading(0, stage)), "no such blocks have been removed")
+}
+
+/// Times and counts.
+pub(super) fn run(model: &Model, state: &State, run: &Run) -> Checked {
+    let steps = state.steps;
+    let times = [state.time, state.before, run.time_step, run.initial_energy];
+    let finite = times.iter().all(|x| x.is_finite()) && state.before >= 0.0;
+    let moves = run.time_step > 0.0 || !run.started;
+    let critical = run.critical_steps.iter().flatten().all(|&step| step > 0.0);
+    expect(finite && state.time >= 0.0 && moves && critical, "its times are none")?;
+    let counts = steps <= MOST_STEPS && state.origin.1 <= steps && state.watch.since <= steps;
+    expect(counts, "its steps are not counted")?;
+    let failed = state.failed.iter().all(|&failed| failed <= model.n_pairs() as u64);
+    expect(failed, "more pairs have failed than there are")?;
+    let Some(memory) = &run.relaxation else { return Ok(()) };
+    let n = model.conditions.n_factors();
+    let factors = [&memory.from, &memory.to].iter().all(|factors| factors.len() == n);
+    let parts = (1..=memory.increments).contains(&memory.increment);
+    let counts = memory.since_restart.max(memory.rounded) <= MOST_STEPS;
+    expect(factors && parts && counts, "its relaxation is none")
+}
+
+/// All arrays. Displacements and velocities may be anything: a run that has diverged may be looked at.
+pub(super) fn state(model: &Model, state: &State) -> Checked {
+    let State { u, v, applied, kept, released, .. } = state;
+    let n = 3 * model.packs.nodes;
+    expect([u.len(), v.len()] == [n, n], "its nodes are more or fewer")?;
+    let factors = state.load_factors.len() == model.conditions.n_factors();
+    expect(factors, "its load factors are more or fewer")?;
+    let known = |forces: &Applied| {
+        forces.keys().next_back().is_none_or(|&at| (at as usize) < model.n_nodes())
+    };
+    let fades = released.values().all(|fading| fading.began.is_finite() && known(&fading.forces));
+    expect(known(applied) && known(kept) && fades, "forces are on nodes that are not there")?;
+    let columns = state.columns.len() == model.borders.column_nodes();
+    let fills = state.fills.len() == model.conditions.n_shells();
+    expect(columns && fills, "its columns or charges are more or fewer")?;
+    peaks(model, &state.peaks)?;
+    let diverged = !u.iter().chain(v).all(|lanes| lanes.0.iter().all(|x| x.is_finite()));
+    let mut poses = state.poses.iter().flatten();
+    let rigid = state.poses.len() == model.packs.rigid;
+    expect(rigid && poses.all(|pose| diverged || is_sound(pose)), "its rigid blocks are nowhere")?;
+    breaks(model, &state.breaks)?;
+    contacts(model, &state.contacts, diverged)?;
+    bonds(model, &state.contacts)
+}
+
+fn peaks(model: &Model, peaks: &Peaks) -> Checked {
+    let [nodes, blocks] =
+        if model.properties.peaks { [model.packs.nodes, model.n_blocks()] } else { [0; 2] };
+    let elements = (0..blocks).map(|block| model.geometry.lattice(block).divisions.pow(3));
+    let fits = peaks.speeds.len() == nodes && peaks.stresses.iter().map(Vec::len).eq(elements);
+    expect(fits, "its peaks are more or fewer")
+}
+
+/// True where numbers are those of a pose; nothing is left of it where a run has diverged.
+fn is_sound(pose: &Pose) -> bool {
+    let Pose { shift, turn, velocity, momentum } = pose;
+    let turns = (turn.coords.norm_squared() - 1.0).abs() < 1e-9;
+    turns && [shift, velocity, momentum].iter().all(|v| v.iter().all(|x| x.is_finite()))
+}
+
+/// Broken joints are lattices that the model has.
+fn breaks(model: &Model, breaks: &Breaks) -> Checked {
+    let packs = &model.packs;
+    expect(breaks.packs.len() == packs.packs.len(), "its joints are more or fewer")?;
+    for (index, lattices) in breaks.packs.iter().enumerate() {
+        let shape = packs.shape_of(&packs.packs[index]);
+        for (offset, broken) in lattices.iter().flat_map(|lattices| lattices.iter().enumerate()) {
+            let Some(broken) = broken else { continue };
+            let d = offset.is_power_of_two().then(|| offset.trailing_zeros() as usize);
+            let seam = d.is_some_and(|d| model.seams.get(index, d).is_some());
+            let there = seam || model.assembly.pack_tables[index][offset] != NO_TABLE;
+            let pairs = d.map_or(0, |d| shape.pairs[d].len());
+            let fits = offset > 0 && broken.fits(shape.dims(offset).iter().product(), pairs);
+            expect(there && fits, "joints are broken that are not there")?;
+        }
+    }
+    Ok(())
+}
+
+/// Contacts and blocks that may meet are of two blocks each, in order.
+fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
+    let (n, start) = (model.n_blocks(), model.contacts());
+    let sizes = |contacts: &Contacts| [contacts.joints.len(), contacts.travel.len()];
+    expect(sizes(contacts) == sizes(&start), "its contacts are those of more or fewer blocks")?;
+    let Contacts { patches, near, travel, .. } = contacts;
+    let none = patches.is_empty() && near.is_empty();
+    expect(none || model.contact.is_some(), "there are contacts where none are looked for")?;
+    let two = |&[a, b]: &[u32; 2]| a < b && (b as usize) < n;
+    let met = patches.iter().map(|patch| &patch.blocks).all(two)
+        && patches.is_sorted_by(|a, b| a.blocks < b.blocks);
+    let may_meet = near.iter().map(|near| &near.blocks).all(two)
+        && near.is_sorted_by(|a, b| a.blocks < b.blocks)
+        && near.iter().all(|near| contacts.place(near.blocks).is_err());
+    expect(met && may_meet, "blocks touch that are not there")?;
+    let finite = |Lanes(lanes): &Lanes| lanes.iter().all(|x| x.is_finite());
+    let ways = travel.iter().all(finite) && near.iter().all(|Near { until, .. }| until.is_finite());
+    expect(diverged || ways, "it is not known how far blocks have moved")?;
+    let sound = patches.iter().all(|patch| diverged || is_finite(patch));
+    expect(sound && patches.iter().all(|patch| is_on(model, patch, diverged)), "contacts are none")
+}
+
+/// True where a patch is on faces of its blocks; where exactly may not be known in a run that has diverged.
+fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
+    let Both { skin, stiffness: [normal, shear], tan_friction, dashpot } = patch.both;
+    let sizes = [f64::from(patch.limit), normal, shear].iter().all(|&size| size > 0.0);
+    let rest = [skin, tan_friction, dashpot, patch.bank].iter().all(|&x| x >= 0.0);
+    let faces = patch.faces.iter().all(|&face| face < 6) && patch.reference < 2;
+    let on = |(&block, Spot { element, on }): (&u32, &Spot)| {
+        let n = model.geometry.lattice(block as usize).divisions;
+        element.iter().all(|&i| usize::from(i) < n)
+            && (diverged || on.iter().all(|on| (0.0..=1.0).contains(on)))
+    };
+    let point = |point: &Point| {
+        patch.blocks.iter().zip(&point.spots).all(on) && (diverged || point.area >= 0.0)
+    };
+    sizes && rest && faces && patch.points.iter().all(point)
+}
+
+/// True where all numbers of a patch are finite, and its axes unit vectors.
+fn is_finite(patch: &Patch) -> bool {
+    let Both { skin, stiffness: [normal, shear], tan_friction, dashpot } = patch.both;
+    let seen = patch.seen.map(|axis| axis.map(f64::from));
+    let axes = patch.axes.iter().chain(&seen);
+    let of_both = [skin, normal, shear, tan_friction, dashpot];
+    let numbers = patch.apart.iter().chain(&of_both);
+    let point = |point: &Point| {
+        let &Point { area, slip, offset, gap, traction, drag, account, slid, settled, .. } = point;
+        let held = [area, slip.x, slip.y, gap, account, slid, traction.normal];
+        let more = [traction.shear.x, traction.shear.y, offset[0], offset[1], drag[0], drag[1]];
+        let settled = settled.map(|s| [s.slip.x, s.slip.y, s.dilation, s.damage, s.gap]);
+        held.iter().chain(&more).chain(settled.iter().flatten()).all(|x| x.is_finite())
+    };
+    axes.into_iter().all(|axis| (axis.norm_squared() - 1.0).abs() <= 1e-6)
+        && numbers.chain([&f64::from(patch.limit), &patch.bank]).all(|x| x.is_finite())
+        && patch.points.iter().all(point)
+}
+
+/// Joints between faces that do not match hold as many points as at the start, or have ended.
+fn bonds(model: &Model, contacts: &Contacts) -> Checked {
+    let held = contacts.patches.iter().filter_map(|patch| {
+        let bond = patch.bond.as_ref()?;
+        let fits = patch.points.len() == bond.pairs.len() && bond.release < Release::Due;
+        Some((patch.blocks, &**bond, fits))
+    });
+    let ended = contacts.ended.iter();
+    let ended = ended.map(|(blocks, bond)| (*blocks, &**bond, bond.release == Release::Done));
+    let mut bonds: Vec<([u32; 2], &Bond, bool)> = held.chain(ended).collect();
+    bonds.sort_by_key(|(blocks, ..)| *blocks);
+    let sorted = contacts.ended.is_sorted_by(|a, b| a.0 < b.0);
+    let same = bonds.len() == model.seated.len()
+        && bonds.iter().zip(&model.seated).all(|((blocks, bond, fits), seated)| {
+            let pairs = bond.pairs.len() == seated.patch.points.len();
+            let joint = usize::from(bond.joint) < model.properties.joints.len();
+            *fits && pairs && joint && *blocks == seated.patch.blocks
+        });
+    expect(sorted && same, "joints between faces are not those of the model")
+}

@@ -1,0 +1,201 @@
+//! What a run stops at.
+
+use super::Simulation;
+use crate::error::{Moving, RunError};
+use crate::joint::contact::Contacts;
+use crate::math::sums::Sums;
+use crate::mesh::Vec3;
+use crate::model::Model;
+use crate::state::State;
+use crate::state::watch::Verdict;
+
+impl Simulation {
+    /// Verdict on the dynamic stage that was started, if it ended now: at rest where forces are balanced, no
+    /// blocks move on against each other, and loads, supports and waves with a history in the deck have come to
+    /// their last value.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let verdict = self.state.watch.verdict(self.last.ratio());
+        let open = verdict == Verdict::AtRest && !self.stays();
+        if open { Verdict::Undecided } else { verdict }
+    }
+
+    /// The same once it is known well enough to end the stage: after 2000 steps or more, and fails where blocks that
+    /// touch have gone on against each other for half an edge. Blocks that fall may still come to rest.
+    #[must_use]
+    pub fn decided(&self) -> Option<Verdict> {
+        let verdict = self.state.watch.decided(self.last.ratio())?;
+        (verdict != Verdict::AtRest || self.stays()).then_some(verdict)
+    }
+
+    /// True where blocks at rest will stay so: no load changes, and they were watched for long enough.
+    fn stays(&self) -> bool {
+        !self.loads_change() && self.state.is_known(&self.model, &self.motion)
+    }
+
+    /// True where loads, supports or waves change after the present time.
+    fn loads_change(&self) -> bool {
+        let State { stage, time, stage_starts, .. } = &*self.state;
+        let Model { conditions, borders, .. } = &*self.model;
+        conditions.change_after((*stage, *time), stage_starts)
+            || borders.change_after((*stage, *time), stage_starts)
+    }
+
+    /// The error of a stage in which blocks move on against each other, with those that have moved so far.
+    #[must_use]
+    pub fn collapse(&self) -> RunError {
+        let (blocks, distance) = self.state.farthest(&self.model);
+        let (ratio, failed) = (self.last.ratio(), self.state.failed.iter().sum());
+        RunError::Collapsed { blocks, distance, moving: self.moving_blocks(), ratio, failed }
+    }
+
+    /// Blocks that have moved since pairs last failed, or since the stage or increment began; those
+    /// first that have gone farthest in the stage.
+    #[must_use]
+    pub fn moving_blocks(&self) -> Vec<Moving> {
+        self.state.moving(&self.model)
+    }
+
+    /// Looks at the sums of a step, or of a measurement, and at the contacts there.
+    pub(crate) fn check(&self, sums: Sums, contacts: &Contacts) -> Result<(), RunError> {
+        if sums.free.is_finite() {
+            self.check_speed(sums)?;
+            return self.check_depth(contacts);
+        }
+        Err(self.diverged())
+    }
+
+    /// The error of forces that are not finite.
+    pub(crate) fn diverged(&self) -> RunError {
+        let (block, node) = self.worst_node();
+        RunError::Diverged { step: self.state.steps, time: self.state.time, block, node }
+    }
+
+    /// Blocks that are deep in each other may come out on the other side.
+    fn check_depth(&self, contacts: &Contacts) -> Result<(), RunError> {
+        let Some(surfaces) = self.model.searched() else { return Ok(()) };
+        let Contacts { patches, deepest, .. } = contacts;
+        let deep = *deepest > 0.25 * surfaces.shortest;
+        for (patch, depth) in patches.iter().filter(|_| deep).map(|patch| (patch, patch.depth())) {
+            let blocks = patch.blocks.map(|block| block as usize);
+            let edges = blocks.map(|block| self.model.geometry.shortest_edge(block));
+            let edge = edges[0].min(edges[1]);
+            if depth > 0.25 * edge {
+                let sets = Box::new(blocks.map(|block| self.model.set_name(block)));
+                let (step, time) = (self.state.steps, self.state.time);
+                let driven = blocks.iter().find_map(|&block| Some((self.driver(block)?, block)));
+                let relaxes = self.motion.fictitious;
+                return Err(RunError::TooDeep {
+                    blocks,
+                    sets,
+                    step,
+                    time,
+                    depth,
+                    edge,
+                    driven,
+                    relaxes,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The support that moves a block in this step, by its number in the deck.
+    fn driver(&self, block: usize) -> Option<usize> {
+        let (pack, lane) = self.model.packs.slot(block);
+        let supports = &self.view.active.supports[self.view.active.supports_of(pack)];
+        let mut own = supports.iter().filter(|support| usize::from(support.lane) == lane);
+        let moves = own.find(|s| self.view.velocities[s.fix as usize][usize::from(s.axis)] != 0.0);
+        moves.map(|support| support.fix as usize)
+    }
+
+    /// Contacts are found from step to step: nothing may go far in one.
+    fn check_speed(&self, sums: Sums) -> Result<(), RunError> {
+        let Some(surfaces) = self.model.searched() else { return Ok(()) };
+        let (edge, dt) = (surfaces.shortest, self.motion.time_step);
+        let far = 0.25 * edge;
+        // No node is faster than √3 times the largest component; where that is too fast it is looked
+        // how fast they are.
+        let may = |component: f64| 3.0_f64.sqrt() * dt * component > far;
+        if self.motion.fictitious || !may(sums.fastest.0[0]) {
+            return Ok(());
+        }
+        let (speed, block) =
+            self.fastest_node(|pack, lane| may(self.scratch.sums[pack].fastest.0[lane]));
+        let way = dt * speed;
+        if way <= far {
+            return Ok(());
+        }
+        let (step, time) = (self.state.steps, self.state.time);
+        let (set, driven) = (self.model.set_name(block), self.driver(block));
+        Err(RunError::TooFast { block, set, step, time, way, edge, driven })
+    }
+
+    /// Speed of the fastest node `[m/s]` and its block, of the blocks that are wanted by pack and lane.
+    fn fastest_node(&self, wanted: impl Fn(usize, usize) -> bool) -> (f64, usize) {
+        let packs = &self.model.packs;
+        let mut most = (0.0, 0);
+        for (index, pack) in packs.packs.iter().enumerate() {
+            let nodes = 3 * pack.start..3 * (pack.start + packs.shape_of(pack).nodes);
+            for lane in (0..pack.filled).filter(|&lane| wanted(index, lane)) {
+                for v in self.state.v[nodes.clone()].chunks_exact(3) {
+                    let speed = Vec3::from([0, 1, 2].map(|c| v[c].0[lane])).norm();
+                    if speed > most.0 {
+                        most = (speed, pack.bodies[lane] as usize);
+                    }
+                }
+            }
+        }
+        most
+    }
+
+    /// Why a relaxation has come to its last step without equilibrium.
+    #[must_use]
+    pub fn not_converged(&self, tolerance: f64, max_steps: u64) -> RunError {
+        let (way, block) = self.fastest_node(|_, _| true);
+        RunError::NotConverged {
+            ratio: self.unbalanced(),
+            tolerance,
+            max_steps,
+            failed: self.state.failed.iter().sum(),
+            fastest: (way > 0.0).then(|| (block, self.model.set_name(block), way)),
+        }
+    }
+
+    /// The stiffest joint beside a block and its thickness `[m]`, 0 if it is springs.
+    pub(super) fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
+        let Model { geometry, packs, seams, properties, .. } = &*self.model;
+        let below = |d: usize| [0, 1, 2].map(|e| -i32::from(e == d));
+        let owners =
+            (0..3).flat_map(|d| [(Some(block), d), (geometry.neighbour(block, below(d)), d)]);
+        let stiffest = owners.filter_map(|(owner, d)| {
+            let (pack, lane) = packs.slot(owner?);
+            let seam = seams.get(pack, d)?;
+            Some((seam.stiffness(lane).normal, seam.joints[lane], seam.springs[lane]))
+        });
+        let (_, joint, springs) = stiffest.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let joint = properties.joints.get(usize::from(joint))?;
+        Some((joint.name.clone(), if springs { 0.0 } else { joint.thickness }))
+    }
+
+    /// Block and node with the largest force; one that is not a number is larger than any.
+    fn worst_node(&self) -> (usize, usize) {
+        let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
+        let mut worst = (f64::NEG_INFINITY, 0, 0);
+        for (index, pack) in self.model.packs.packs.iter().enumerate() {
+            let nodes = self.model.packs.shape_of(pack).nodes;
+            let forces = &self.scratch.f[3 * pack.start..3 * (pack.start + nodes)];
+            for (at, f) in forces.iter().enumerate() {
+                for lane in 0..pack.filled {
+                    if size(f.0[lane]) <= worst.0 {
+                        continue;
+                    }
+                    let block = self.model.packs.packs[index].bodies[lane] as usize;
+                    worst = (size(f.0[lane]), block, at / 3);
+                }
+            }
+        }
+        let (_, block, local) = worst;
+        (block, self.model.geometry.bodies[block].first_node as usize + local)
+    }
+}

@@ -1,0 +1,214 @@
+//! All that changes during a run, and nothing else.
+
+pub(crate) mod motion;
+pub(crate) mod pass;
+mod peaks;
+mod relaxation;
+pub(crate) mod verdict;
+pub(crate) mod view;
+pub(crate) mod watch;
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::joint::breaks::Breaks;
+use crate::joint::contact::Contacts;
+use crate::math::lanes::{LANES, Lanes};
+use crate::mesh::Vec3;
+use crate::model::Model;
+use crate::model::charge::Fill;
+use crate::model::conditions::{Applied, Released};
+use crate::rigid::{Matter, Pose};
+use crate::state::watch::Watch;
+
+pub(crate) use peaks::Peaks;
+pub(crate) use relaxation::Memory;
+
+/// Work done on the model up to the last step `[J]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Work {
+    /// By loads, gravity included.
+    pub(crate) loads: f64,
+    /// By driven supports.
+    pub(crate) supports: f64,
+    /// Taken by damping.
+    pub(crate) damping: f64,
+    /// Taken by friction on failed joints.
+    pub(crate) friction: f64,
+    /// Taken by fracture of joints.
+    pub(crate) fracture: f64,
+    /// Lost where contacts come, go and change their points.
+    pub(crate) contact: f64,
+    /// Most that loads and supports together have done so far, of either sign.
+    pub(crate) most: f64,
+}
+
+/// The state of a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct State {
+    /// Simulated time `[s]`; relaxation takes none. Counted from `origin`, so that a stage ends
+    /// exactly on time.
+    pub(crate) time: f64,
+    /// Time and step at which the present time step was set.
+    pub(crate) origin: (f64, u64),
+    /// When the duration that was started ends `[s]`; infinite without one.
+    pub(crate) end: f64,
+    /// Steps at its end; the largest number without one.
+    pub(crate) last_step: u64,
+    /// The time step was not given but chosen.
+    pub(crate) automatic: bool,
+    /// Steps since the start of the run.
+    pub(crate) steps: u64,
+    /// The stage that is running, by its number in the deck.
+    pub(crate) stage: usize,
+    /// The stage that was entered last and has not begun to move.
+    pub(crate) fresh: Option<Fresh>,
+    /// Times at which the stages so far began `[s]`.
+    pub(crate) stage_starts: Vec<f64>,
+    /// Displacements `[m]`.
+    pub(crate) u: Vec<Lanes>,
+    /// Velocities `[m/s]`, at half steps within a stage.
+    pub(crate) v: Vec<Lanes>,
+    /// Poses of the rigid bodies, pack by pack of these.
+    pub(crate) poses: Vec<[Pose; LANES]>,
+    /// Δt⁻, the step that the velocities are of `[s]`; 0: they are at the present time, as between stages.
+    pub(crate) before: f64,
+    /// What has become of the joints.
+    pub(crate) breaks: Breaks,
+    /// Blocks that touch without a joint.
+    pub(crate) contacts: Contacts,
+    /// Pairs that failed in shear and in tension.
+    pub(crate) failed: [u64; 2],
+    pub(crate) work: Work,
+    /// Factor of each load and charge, of what programs apply, and of gravity, as the last step or relaxation
+    /// left them.
+    pub(crate) load_factors: Vec<f64>,
+    /// What programs apply.
+    pub(crate) applied: Applied,
+    /// What supports bore that ended where a boundary is, by node `[N]`.
+    pub(crate) kept: Applied,
+    /// Forces of removed blocks that fade, by load.
+    pub(crate) released: BTreeMap<usize, Released>,
+    /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
+    pub(crate) columns: Vec<[Vec3; 2]>,
+    /// The gas in the shells of charges, charge by charge.
+    pub(crate) fills: Vec<Fill>,
+    /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
+    pub(crate) way: f64,
+    /// The largest values so far.
+    pub(crate) peaks: Peaks,
+    /// Motion of neighbours since the last event.
+    pub(crate) watch: Watch,
+}
+
+/// Where a stage that has been entered comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Fresh {
+    /// The stage before.
+    pub(crate) left: usize,
+    /// The first of the stages that begin: programs may skip some.
+    pub(crate) first: usize,
+}
+
+impl State {
+    /// At the start of a run: no displacement, initial velocities, no load.
+    pub(crate) fn new(model: &Model) -> Self {
+        let n = 3 * model.packs.nodes;
+        let mut state = Self {
+            time: 0.0,
+            origin: (0.0, 0),
+            end: f64::INFINITY,
+            last_step: u64::MAX,
+            automatic: false,
+            steps: 0,
+            stage: 0,
+            fresh: Some(Fresh { left: 0, first: 0 }),
+            stage_starts: vec![0.0],
+            u: vec![Lanes::ZERO; n],
+            v: vec![Lanes::ZERO; n],
+            poses: vec![[Pose::default(); LANES]; model.packs.rigid],
+            before: 0.0,
+            breaks: model.breaks(),
+            contacts: model.contacts(),
+            failed: [0; 2],
+            work: Work::default(),
+            load_factors: vec![0.0; model.conditions.n_factors()],
+            applied: Applied::default(),
+            kept: Applied::default(),
+            released: BTreeMap::new(),
+            columns: vec![[Vec3::zeros(); 2]; model.borders.column_nodes()],
+            fills: vec![Fill::default(); model.conditions.n_shells()],
+            way: 0.0,
+            peaks: Peaks::new(model),
+            watch: Watch::default(),
+        };
+        for motion in &model.problem.motions {
+            for &node in &motion.nodes {
+                let arm = Vec3::from(model.point(node as usize)) - motion.centre;
+                let v = motion.velocity + motion.spin.cross(&arm);
+                model.set(&mut state.v, node as usize, v.into());
+            }
+        }
+        state.move_rigid(model);
+        state.peaks.note_velocities(&state.v);
+        state
+    }
+
+    /// A step of time has been made.
+    pub(crate) fn count_step(&mut self, time_step: f64) {
+        self.steps += 1;
+        let (time, step) = self.origin;
+        self.time = time + (self.steps - step) as f64 * time_step;
+        self.before = time_step;
+    }
+
+    /// Nothing moves.
+    pub(crate) fn rest(&mut self) {
+        self.v.fill(Lanes::ZERO);
+        self.poses.iter_mut().flatten().for_each(|pose| *pose = pose.resting());
+        self.columns.fill([Vec3::zeros(); 2]);
+    }
+
+    /// Rigid bodies go where their corners were set, as near as they can.
+    pub(crate) fn place_rigid(&mut self, model: &Model) {
+        self.each_rigid(model, |matter, pose, [u, _]| {
+            *pose = pose.placed(matter, u);
+            *u = std::array::from_fn(|corner| pose.displacement(&matter.arm(corner)));
+        });
+    }
+
+    /// Rigid bodies move as their corners were set to, as near as they can.
+    pub(crate) fn move_rigid(&mut self, model: &Model) {
+        self.each_rigid(model, |matter, pose, [_, v]| {
+            *pose = pose.moving(matter, v);
+            let twist = pose.twist(matter);
+            let arm = |corner| pose.turn * matter.arm(corner);
+            *v = std::array::from_fn(|corner| twist.linear + twist.angular.cross(&arm(corner)));
+        });
+    }
+
+    /// Calls `change` with each rigid body, and displacements and velocities of its corners.
+    fn each_rigid(
+        &mut self,
+        model: &Model,
+        change: impl Fn(&Matter, &mut Pose, [&mut [Vec3; 8]; 2]),
+    ) {
+        for pack in model.packs.packs.iter().filter(|pack| pack.rigid) {
+            for lane in 0..pack.filled {
+                let matter = &model.assembly.rigid[pack.rigid_start][lane];
+                let place = |corner: usize, c: usize| 3 * (pack.start + corner) + c;
+                let get = |field: &[Lanes]| {
+                    let at = |corner| [0, 1, 2].map(|c| field[place(corner, c)].0[lane]);
+                    std::array::from_fn(|corner| Vec3::from(at(corner)))
+                };
+                let (mut u, mut v) = (get(&self.u), get(&self.v));
+                change(matter, &mut self.poses[pack.rigid_start][lane], [&mut u, &mut v]);
+                for (corner, c) in (0..8).flat_map(|corner| [0, 1, 2].map(|c| (corner, c))) {
+                    self.u[place(corner, c)].0[lane] = u[corner][c];
+                    self.v[place(corner, c)].0[lane] = v[corner][c];
+                }
+            }
+        }
+    }
+}

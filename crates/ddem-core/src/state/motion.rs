@@ -1,0 +1,188 @@
+//! §6: the numbers of (M2) for a step.
+//!
+//! `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)` with `h = ½ (Δt⁻ + Δt⁺)`, the time between the half steps before
+//! and after, is `v⁺ = a v⁻ + b F` with `a` and `b` the same until the step changes. Velocities at the present
+//! time, as at the start of a stage, have `Δt⁻ = 0`.
+
+use fearless_simd::{Simd, f64x4};
+
+use crate::math::lanes::{Lanes, splat};
+use crate::math::leapfrog::{before_local_damping, coefficients, local_damping};
+use crate::mesh::assembly::Assembly;
+use crate::mesh::inertia::Inertia;
+use crate::model::stage::Damping;
+use crate::rigid::Matter;
+
+/// `a`, `b` and the damping `c` of the nodes of equal packs, three a node.
+#[derive(Clone, Debug)]
+pub(crate) struct Coefficients {
+    pub(crate) a: Vec<Lanes>,
+    pub(crate) b: Vec<Lanes>,
+    pub(crate) c: Vec<Lanes>,
+}
+
+impl Coefficients {
+    pub(crate) fn at(&self, at: usize, lane: usize) -> [f64; 3] {
+        [self.a[at].0[lane], self.b[at].0[lane], self.c[at].0[lane]]
+    }
+
+    /// Those of four bodies.
+    #[inline(always)]
+    pub(crate) fn load<S: Simd>(&self, simd: S, at: usize) -> [f64x4<S>; 3] {
+        [self.a[at].load(simd), self.b[at].load(simd), self.c[at].load(simd)]
+    }
+
+    /// From mass and damping of each degree of freedom; nothing moves where there is no mass.
+    fn new(n: usize, interval: f64, matter: impl Fn(usize, usize) -> (f64, f64)) -> Self {
+        let numbers = |i: usize, lane: usize| match matter(i, lane) {
+            (m, c) if m > 0.0 => {
+                let [a, b] = coefficients(m / interval, c);
+                [a, b, c]
+            }
+            _ => [0.0; 3],
+        };
+        let each = |k: usize| {
+            let lanes = |i| Lanes(std::array::from_fn(|lane| numbers(i, lane)[k]));
+            (0..n).map(lanes).collect()
+        };
+        Self { a: each(0), b: each(1), c: each(2) }
+    }
+}
+
+/// (M2) for a step.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    /// Δt⁺ `[s]`; 1 in relaxation.
+    pub(crate) time_step: f64,
+    /// Δt⁻, the step that the velocities are of `[s]`; 0: they are at the present time.
+    pub(crate) before: f64,
+    /// h, over which forces change velocities `[s]`.
+    pub(crate) interval: f64,
+    /// One for each [`Inertia`], under the same number.
+    pub(crate) classes: Vec<Coefficients>,
+    damping: Damping,
+    /// β of damping by the stiffness of the blocks `[s]`.
+    pub(crate) stiffness: f64,
+    /// α of local damping.
+    pub(crate) local: f64,
+    /// Relaxation: nothing here moves the nodes, only forces are balanced.
+    pub(crate) fictitious: bool,
+}
+
+impl Motion {
+    /// For a dynamic stage: damping of every kind in §6. Of the paper's form, eq. (9), that is the
+    /// mass-proportional part, and eq. (10).
+    pub(crate) fn dynamic(
+        assembly: &Assembly,
+        damping: Damping,
+        before: f64,
+        time_step: f64,
+    ) -> Self {
+        Self::over(assembly, damping, [before, time_step], 0.5 * (before + time_step))
+    }
+
+    /// The same with another h between Δt⁻ and Δt⁺.
+    pub(crate) fn over(
+        assembly: &Assembly,
+        damping: Damping,
+        [before, time_step]: [f64; 2],
+        interval: f64,
+    ) -> Self {
+        let damping_of = |inertia: &Inertia, i: usize, lane: usize| {
+            let (m, k) = (inertia.mass[i / 3].0[lane], inertia.diagonal[i].0[lane]);
+            let c = match damping {
+                Damping::Ratio(zeta) => 2.0 * zeta * (m * k).sqrt(),
+                Damping::Mass(alpha) => alpha * m,
+                Damping::Stiffness(_) | Damping::Local(_) | Damping::None => 0.0,
+            };
+            (m, c)
+        };
+        let class = |inertia: &Inertia| {
+            let n = inertia.diagonal.len();
+            Coefficients::new(n, interval, |i, lane| damping_of(inertia, i, lane))
+        };
+        Self {
+            time_step,
+            before,
+            interval,
+            classes: assembly.inertia.iter().map(class).collect(),
+            damping,
+            stiffness: damping.stiffness(),
+            local: if let Damping::Local(alpha) = damping { alpha } else { 0.0 },
+            fictitious: false,
+        }
+    }
+
+    /// For the balance of forces in relaxation: unit masses, supports at rest.
+    pub(crate) fn relaxing(assembly: &Assembly) -> Self {
+        Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0, 1.0) }
+    }
+
+    /// The same for velocities of another step.
+    pub(crate) fn after(&self, assembly: &Assembly, before: f64) -> Self {
+        Self::dynamic(assembly, self.damping, before, self.time_step)
+    }
+
+    /// `Δt⁻/h`: the change of velocities times half of it leads to the present time, all of it to as far after
+    /// that as velocities were before.
+    pub(crate) fn behind(&self) -> f64 {
+        self.before / self.interval
+    }
+
+    /// True where some damping takes energy.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.damping != Damping::None
+    }
+
+    /// Damping `c/m` of a degree of freedom with the stiffness k and the mass m, from `k/m` `[1/s]`.
+    pub(crate) fn rate(&self, square: f64) -> f64 {
+        match self.damping {
+            Damping::Mass(alpha) => alpha,
+            Damping::Ratio(zeta) => 2.0 * zeta * square.sqrt(),
+            Damping::Stiffness(_) | Damping::Local(_) | Damping::None => 0.0,
+        }
+    }
+
+    /// Damping `c/m` of the shift of a rigid body along each axis, and of its turning `[1/s]`.
+    pub(crate) fn rates(&self, matter: &Matter) -> [f64; 4] {
+        match self.damping {
+            Damping::Mass(alpha) => [alpha; 4],
+            Damping::Ratio(zeta) => {
+                let rate = |k: usize| 2.0 * zeta * (matter.stiffness[k] / matter.mass).sqrt();
+                let [x, y, z] = [rate(0), rate(1), rate(2)];
+                [x, y, z, (x + y + z) / 3.0]
+            }
+            Damping::Stiffness(_) | Damping::Local(_) | Damping::None => [0.0; 4],
+        }
+    }
+
+    /// The force under which (M2) turns velocity `now` into `target`.
+    pub(crate) fn force_for(&self, now: f64, target: f64, [a, b, _]: [f64; 3]) -> f64 {
+        before_local_damping(self.local, (target - a * now) / b, now)
+    }
+}
+
+/// `v⁺` of one component of a node of four bodies, (M2).
+#[inline(always)]
+pub(crate) fn advanced<S: Simd>(
+    [a, b, _]: [f64x4<S>; 3],
+    v: f64x4<S>,
+    force: f64x4<S>,
+) -> f64x4<S> {
+    a * v + b * force
+}
+
+/// Local damping of one component of a node of four bodies.
+#[inline(always)]
+pub(crate) fn local_of_four<S: Simd>(
+    simd: S,
+    alpha: f64,
+    force: f64x4<S>,
+    v: f64x4<S>,
+) -> f64x4<S> {
+    if alpha == 0.0 {
+        return splat(simd, 0.0);
+    }
+    let (force, v) = (Lanes::from(force).0, Lanes::from(v).0);
+    Lanes(std::array::from_fn(|lane| local_damping(alpha, force[lane], v[lane]))).load(simd)
+}

@@ -1,0 +1,133 @@
+//! The first pass of a step: what it reads, where it writes, its working space.
+
+use fearless_simd::{Simd, f64x4};
+
+use crate::element::lattice::Planes;
+use crate::joint::breaks::{Look, Losses};
+use crate::joint::kinematics::Moved;
+use crate::math::lanes::{LANES, Lanes, splat};
+use crate::mesh::assembly::Assembly;
+use crate::mesh::in_situ::{Borne, InSitu};
+use crate::mesh::pack::{Neighbours, PairPlace};
+use crate::mesh::seams::{Seam, Seams};
+
+/// Damping of the bodies by their stiffness, `C = β K`.
+#[derive(Clone, Copy)]
+pub(crate) struct Viscous<'a> {
+    /// Velocities that it acts on `[m/s]`.
+    pub(crate) v: &'a [Lanes],
+    /// β of all deformable bodies `[s]`.
+    pub(crate) stiffness: f64,
+}
+
+/// What the internal forces are computed from.
+#[derive(Clone, Copy)]
+pub(crate) struct Input<'a> {
+    pub(crate) moved: Moved<'a>,
+    pub(crate) assembly: &'a Assembly,
+    pub(crate) seams: &'a Seams,
+    /// The stress that was there at the start.
+    pub(crate) in_situ: Option<&'a InSitu>,
+    pub(crate) look: Look<'a>,
+    /// Velocities of the last half step and its time step, if there was one.
+    pub(crate) last: Option<(&'a [Lanes], f64)>,
+    /// Damping of the bodies, if any has it.
+    pub(crate) viscous: Option<Viscous<'a>>,
+    /// Bodies by pack and lane that have supports; empty: none.
+    pub(crate) held: &'a [[bool; LANES]],
+}
+
+/// Working space of one task.
+#[derive(Debug, Default)]
+pub(crate) struct Workspace {
+    pub(crate) planes: Planes,
+    /// Local displacements of one lattice.
+    pub(crate) local: Vec<Lanes>,
+    /// Local forces of one lattice.
+    pub(crate) g: Vec<Lanes>,
+    /// The same before some of its elements failed.
+    pub(crate) before: Vec<Lanes>,
+    /// The way of its nodes in the last step.
+    pub(crate) way: Vec<Lanes>,
+    /// Normal tractions, and squares of the shear tractions, of the pairs.
+    pub(crate) tractions: [Vec<f64>; 2],
+}
+
+/// Where the forces of one pack go: added with the sign of a force on the nodes, `−K u`.
+pub(crate) struct Output<'a> {
+    /// Forces on the pack's own nodes `[N]`, overwritten.
+    pub(crate) f: &'a mut [Lanes],
+    /// What of them is viscous, against the motion, overwritten; if the bodies are.
+    pub(crate) viscous: Option<&'a mut [Lanes]>,
+    /// Forces on the upper neighbours' nodes `[N]` and torques `[N m]`, overwritten.
+    pub(crate) shares: &'a mut [Lanes],
+    /// Residual torque on the pack's own bodies `[N m]`, overwritten.
+    pub(crate) torque: &'a mut [Lanes; 3],
+    /// Strain energy `[J]` of the bodies and of the joint cells, when it is asked for.
+    pub(crate) energy: Option<&'a mut [Lanes; 2]>,
+    /// What its joints lose, overwritten.
+    pub(crate) losses: &'a mut Losses,
+}
+
+/// Pairs and seam of a face joint.
+pub(crate) type Face<'a> = (&'a [PairPlace], &'a Seam);
+
+impl<'a> Input<'a> {
+    /// Edges of one element of a joint lattice.
+    pub(crate) fn edges(&self, at: (usize, usize)) -> &'a [[Lanes; 3]; 3] {
+        match self.face(at) {
+            Some((_, seam)) => &seam.edges,
+            None => &self.assembly.tables[self.assembly.pack_tables[at.0][at.1] as usize].edges,
+        }
+    }
+
+    /// The stress that was there at the start, in the bodies (0) or a joint lattice of a pack.
+    #[inline(always)]
+    pub(crate) fn borne(&self, (index, offset): (usize, usize)) -> Option<Borne<'a>> {
+        self.in_situ?.borne(self.moved.packs, index, offset)
+    }
+
+    /// Pairs and seam of a joint lattice, if it is a face joint.
+    #[inline(always)]
+    pub(crate) fn face(&self, (index, offset): (usize, usize)) -> Option<Face<'a>> {
+        if !offset.is_power_of_two() {
+            return None;
+        }
+        let direction = offset.trailing_zeros() as usize;
+        let packs = self.moved.packs;
+        let places = &packs.shape_of(&packs.packs[index]).pairs[direction];
+        Some((places, self.seams.get(index, direction)?))
+    }
+
+    /// Part of the couple of slip that a body takes against its upper neighbour: all if it alone
+    /// is held, none if only the other is, else half.
+    pub(crate) fn own_part(&self, upper: Neighbours, index: usize) -> Lanes {
+        let held = |pack: usize, lane: usize| {
+            f64::from(u8::from(self.held.get(pack).is_some_and(|lanes| lanes[lane])))
+        };
+        Lanes(std::array::from_fn(|lane| match upper.at(lane) {
+            Some((pack, there)) => 0.5 + 0.5 * (held(index, lane) - held(pack, there)),
+            None => 0.5,
+        }))
+    }
+}
+
+impl Workspace {
+    pub(crate) fn reserve(&mut self, n: usize) {
+        for buffer in [&mut self.local, &mut self.g, &mut self.before, &mut self.way] {
+            if buffer.len() < n {
+                buffer.resize(n, Lanes::ZERO);
+            }
+        }
+    }
+}
+
+/// `½ Σ u·g`.
+#[inline(always)]
+pub(crate) fn half_work<S: Simd>(simd: S, u: &[Lanes], g: &[Lanes]) -> f64x4<S> {
+    let mut sum = splat(simd, 0.0);
+    for (u, g) in u.iter().zip(g) {
+        sum += u.load(simd) * g.load(simd);
+    }
+    sum * 0.5
+}

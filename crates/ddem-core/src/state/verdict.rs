@@ -1,0 +1,154 @@
+//! Which blocks have moved against each other, and how a stage ends.
+
+use crate::error::Moving;
+use crate::joint::contact::{Patch, Release};
+use crate::math::groups::Groups;
+use crate::mesh::{Face, Vec3};
+use crate::model::Model;
+use crate::model::pairs::face_places;
+use crate::state::State;
+use crate::state::motion::Motion;
+use crate::state::watch::{LOOK, patience};
+
+/// Part of the motion of the block that moves most with which a block moves.
+const MOVES: f64 = 0.01;
+
+/// Each two blocks that a joint or a contact is between, bonded or not.
+fn linked(model: &Model, state: &State) -> impl Iterator<Item = [usize; 2]> {
+    let State { contacts, .. } = state;
+    let released = |face: &Face| {
+        let joints = contacts.joints.get(face.a as usize);
+        joints.is_some_and(|joints| joints[face.direction as usize] == Release::Done)
+    };
+    let joints = model.faces.iter().filter(move |face| !released(face));
+    let patches = contacts.patches.iter().filter(|patch| !patch.points.is_empty());
+    let all = joints.map(|face| [face.a, face.b]).chain(patches.map(|patch| patch.blocks));
+    let all = all.map(|blocks| blocks.map(|block| block as usize));
+    all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block)))
+}
+
+/// Each two blocks with failed pairs between them, or in contact, some of them twice.
+fn loose(model: &Model, state: &State) -> Vec<[u32; 2]> {
+    let State { breaks, contacts, .. } = state;
+    let broken = model.faces.iter().zip(face_places(model)).filter(|(_, ((pack, d), lane, _))| {
+        breaks.get(*pack, 1 << d).is_some_and(|broken| broken.has_failed(*lane))
+    });
+    let failed = |patch: &&Patch| match &patch.bond {
+        Some(bond) => bond.pairs.iter().any(|pair| pair.mode.is_some()),
+        None => !patch.points.is_empty(),
+    };
+    let broken = broken.map(|(face, _)| [face.a, face.b]);
+    let patches = contacts.patches.iter().filter(failed).map(|patch| patch.blocks);
+    let all = broken.chain(patches).chain(contacts.ended.iter().map(|(blocks, _)| *blocks));
+    all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block as usize))).collect()
+}
+
+/// Mean displacement of each block `[m]`.
+fn places(model: &Model, state: &State) -> Vec<[f64; 3]> {
+    let place = |block: usize| {
+        let nodes = model.nodes_of(block);
+        let part = 1.0 / nodes.len() as f64;
+        let sum = nodes.map(|node| Vec3::from(model.get(&state.u, node))).sum::<Vec3>();
+        (sum * part).into()
+    };
+    (0..model.n_blocks()).map(place).collect()
+}
+
+impl State {
+    /// Starts the motion of neighbours anew: a stage begins, or an increment, or pairs have failed.
+    pub(crate) fn watch_anew(&mut self, model: &Model, stage: bool) {
+        let places = places(model, self);
+        self.watch.begin((self.steps, stage), places);
+    }
+
+    /// Notes how far blocks have moved against each other since, where it is time to.
+    pub(crate) fn look_at_motion(&mut self, model: &Model, ratio: f64, relaxes: bool) {
+        if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(LOOK) {
+            return;
+        }
+        let part = |(blocks, distance): ([usize; 2], f64)| {
+            let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block));
+            distance / a.min(b)
+        };
+        let most = self.apart(model).into_iter().map(part).fold(0.0, f64::max);
+        // A relaxation is over when blocks fall.
+        let flight = if relaxes { 0.0 } else { self.flight(model) };
+        self.watch.looks.push([most, ratio, flight]);
+    }
+
+    /// Motion since the last event of blocks that nothing links to the largest group of blocks, against that group, as
+    /// a part of their edges: they fly or fall.
+    fn flight(&self, model: &Model) -> f64 {
+        let n = model.n_blocks();
+        let mut groups = Groups::new(n);
+        linked(model, self).for_each(|blocks| groups.join(blocks));
+        let mut volumes = vec![0.0; n];
+        for block in (0..n).filter(|&block| !model.is_removed(block)) {
+            volumes[groups.lowest(block)] += model.volume(block);
+        }
+        let largest = (0..n).reduce(|a, b| if volumes[b] > volumes[a] { b } else { a });
+        let Some(largest) = largest else { return 0.0 };
+        let (now, then) = (places(model, self), &self.watch.places[1]);
+        let way = |block: usize| Vec3::from(now[block]) - place(then, block);
+        let ground = way(largest);
+        let free =
+            (0..n).filter(|&block| !model.is_removed(block) && groups.lowest(block) != largest);
+        let part = |block| (way(block) - ground).norm() / model.geometry.shortest_edge(block);
+        free.map(part).fold(0.0, f64::max)
+    }
+
+    /// Motion of neighbours that no joint holds together since the last event, by their blocks `[m]`.
+    fn apart(&self, model: &Model) -> Vec<([usize; 2], f64)> {
+        let (now, then) = (places(model, self), &self.watch.places[1]);
+        let way = |block: usize| Vec3::from(now[block]) - place(then, block);
+        let apart = |blocks: [u32; 2]| {
+            let [a, b] = blocks.map(|block| block as usize);
+            ([a, b], (way(b) - way(a)).norm())
+        };
+        loose(model, self).into_iter().map(apart).collect()
+    }
+
+    /// True where blocks that could move have been watched for long enough to be seen.
+    pub(crate) fn is_known(&self, model: &Model, motion: &Motion) -> bool {
+        let edge = |blocks: [u32; 2]| {
+            let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block as usize));
+            a.min(b)
+        };
+        let edge = loose(model, self).into_iter().map(edge).fold(0.0, f64::max);
+        let gravity = model.properties.gravity.norm();
+        let watched = (self.steps - self.watch.since.min(self.steps)) as f64 * motion.time_step;
+        watched >= patience(edge, gravity, motion.local)
+    }
+
+    /// The two blocks that have moved farthest against each other since, and how far `[m]`.
+    pub(crate) fn farthest(&self, model: &Model) -> ([usize; 2], f64) {
+        let farthest = self.apart(model).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        farthest.unwrap_or_default()
+    }
+
+    /// Blocks that have moved since the last event, those first that have gone farthest in the stage.
+    pub(crate) fn moving(&self, model: &Model) -> Vec<Moving> {
+        let [first, last] = &self.watch.places;
+        let now = places(model, self);
+        let way = |from: &[[f64; 3]], block: usize| Vec3::from(now[block]) - place(from, block);
+        let there = || (0..now.len()).filter(|&block| !model.is_removed(block));
+        let most = there().map(|block| way(last, block).norm()).fold(0.0, f64::max);
+        let moves = there().filter(|&block| most > 0.0 && way(last, block).norm() >= MOVES * most);
+        let mut moving: Vec<Moving> = moves
+            .map(|block| {
+                let way = way(first, block);
+                let direction = way.try_normalize(0.0).unwrap_or_default();
+                // No −0.00 in messages.
+                let direction = direction.map(|d| if d.abs() < 5e-3 { 0.0 } else { d }).into();
+                Moving { set: model.set_name(block), block, distance: way.norm(), direction }
+            })
+            .collect();
+        moving.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.block.cmp(&b.block)));
+        moving
+    }
+}
+
+/// Displacement that a block had `[m]`; none in a state that was saved without it.
+fn place(places: &[[f64; 3]], block: usize) -> Vec3 {
+    places.get(block).map_or_else(Vec3::zeros, |place| Vec3::from(*place))
+}

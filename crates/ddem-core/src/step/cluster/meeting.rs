@@ -1,0 +1,61 @@
+//! Contacts in the masses of a relaxation.
+
+use super::Around;
+use crate::collide::FaceOf;
+use crate::joint::contact::{Contacts, Release, Skins, Surfaces, faces, outer};
+use crate::law::Stiffness;
+use crate::model::Model;
+
+/// What contacts masses are to reckon with: it follows from the state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Meeting {
+    /// Those on the faces without a joint.
+    pub(crate) any: bool,
+    /// Those in the place of joints, of which some have moved.
+    pub(crate) released: bool,
+}
+
+impl Meeting {
+    pub(crate) fn new(model: &Model, contacts: &Contacts) -> Self {
+        if model.contact.is_none() {
+            return Self::default();
+        }
+        let released = contacts.joints.iter().flatten().any(|&joint| joint > Release::Holds);
+        let met = released || !contacts.patches.is_empty();
+        Self { any: met || model.open_surfaces().is_some(), released }
+    }
+}
+
+/// Stiffness of contacts on a face for each unit of area, twice for the other block `[Pa/m]`: where no
+/// joint is, as they may come there, and once joints have moved on all faces. What a joint has put into
+/// the masses couples nodes that face each other; those in contact after it may be others.
+pub(super) fn of_contacts(skins: &Skins, body: usize, face: FaceOf, released: bool) -> [f64; 2] {
+    if !released {
+        return outer(skins, body, face);
+    }
+    let Stiffness { normal, shear } = skins.stiffest(body as u32, face);
+    [2.0 * normal, 2.0 * shear]
+}
+
+/// Adds contacts.
+pub(super) fn contact_diagonal(
+    around: &Around<'_>,
+    surfaces: &Surfaces,
+    (body, at): (usize, [usize; 3]),
+    sum: &mut [f64; 3],
+) {
+    let placed = &surfaces.blocks[body];
+    let lattice = around.model.geometry.lattice(body);
+    let n = placed.divisions;
+    let on = |face: &FaceOf| at[face.direction] == if face.upper { n } else { 0 };
+    for face in faces().filter(on) {
+        let d = face.direction;
+        let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
+        let area = placed.element_area(face) / 4.0 * f64::from(1u32 << inner);
+        let [stiff, shear] = of_contacts(&surfaces.skins, body, face, around.meeting.released);
+        let normal = lattice.normal(d);
+        for c in 0..3 {
+            sum[c] += area * (shear + (stiff - shear) * normal[c] * normal[c]);
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Fictitious masses of rigid bodies: of each the stiffness of all its joints against its own six
+//! motions.
+
+use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
+
+use super::Around;
+use crate::joint::contact::{Skins, faces};
+use crate::math::lanes::{LANES, Lanes};
+use crate::mesh::Vec3;
+use crate::mesh::pack::Pack;
+use crate::model::Model;
+use crate::rigid::{Hold, Pose};
+
+/// Part of the largest stiffness below which a motion is free.
+const NOTHING: f64 = 1e-10;
+
+/// `K⁻¹` of the six motions of the bodies of a pack; turns count with the size of the block.
+pub(super) type Inverses = [Matrix6<f64>; LANES];
+
+pub(super) fn inverses(around: Around<'_>, index: usize) -> Inverses {
+    let Around { model, held, .. } = around;
+    let pack = &model.packs.packs[index];
+    std::array::from_fn(|lane| {
+        if lane >= pack.filled {
+            return Matrix6::zeros();
+        }
+        let body = pack.bodies[lane] as usize;
+        let matter = &model.assembly.rigid[pack.rigid_start][lane];
+        let first = model.geometry.bodies[body].first_node;
+        let supports = (0..8).flat_map(|corner| {
+            let axes = held.get(&(first + corner)).copied().unwrap_or_default();
+            let arm = matter.arm(corner as usize);
+            (0..3).filter(move |&axis| axes[axis]).map(move |axis| (arm, axis, 0.0))
+        });
+        let hold = Hold::new(matter.size(), supports);
+        let free = hold.map_or_else(Matrix6::identity, |hold| hold.free());
+        let stiffness = stiffness(around, body, matter.size());
+        pseudo_inverse(free * stiffness * free, NOTHING * stiffness.trace())
+    })
+}
+
+/// Stiffness of a body's joints, its neighbours standing still.
+fn stiffness(around: Around<'_>, body: usize, size: f64) -> Matrix6<f64> {
+    let model = around.model;
+    let lattice = model.geometry.lattice(body);
+    let cell = model.geometry.bodies[body].cell.map(|c| c as usize);
+    let half = [0, 1, 2].map(|d| lattice.axes[d] * (0.5 * lattice.spacing(d, cell[d])));
+    let mut sum = Matrix6::zeros();
+    for (d, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
+        let mut offset = [0; 3];
+        offset[d] = side;
+        let Some(other) = model.geometry.neighbour(body, offset) else { continue };
+        let owner = if side < 0 { other } else { body };
+        let (pack, lane) = model.packs.slot(owner);
+        let Some(seam) = model.seams.get(pack, d) else { continue };
+        let k = seam.matrix(lane);
+        for (e, f) in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
+            let arm = half[d] * f64::from(side) + half[(d + 1) % 3] * e + half[(d + 2) % 3] * f;
+            let turn = arm.cross_matrix() / -size;
+            add_point(&mut sum, &k, &turn);
+        }
+    }
+    if let Some(surfaces) = around.surfaces {
+        add_contacts(&mut sum, (&surfaces.skins, around.meeting.released), body, (&half, size));
+    }
+    sum
+}
+
+/// Adds contacts at the corners of faces. Those in the place of joints resist turning more than these did,
+/// whose points are at the quarters.
+fn add_contacts(
+    sum: &mut Matrix6<f64>,
+    (skins, released): (&Skins, bool),
+    body: usize,
+    (half, size): (&[Vec3; 3], f64),
+) {
+    for face in faces() {
+        let d = face.direction;
+        let (e, f) = (half[(d + 1) % 3], half[(d + 2) % 3]);
+        let area = e.cross(&f);
+        let normal = area.try_normalize(0.0).unwrap_or_default();
+        let [stiff, shear] = super::meeting::of_contacts(skins, body, face, released);
+        let across = normal * normal.transpose();
+        let k = (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm();
+        let side = half[d] * if face.upper { 1.0 } else { -1.0 };
+        for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            add_point(sum, &k, &((side + e * i + f * j).cross_matrix() / -size));
+        }
+    }
+}
+
+/// Adds the energy of a spring at a point that moves with `v + turn ω`.
+fn add_point(sum: &mut Matrix6<f64>, k: &Matrix3<f64>, turn: &Matrix3<f64>) {
+    let mut way = nalgebra::Matrix3x6::zeros();
+    way.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
+    way.fixed_view_mut::<3, 3>(0, 3).copy_from(turn);
+    *sum += way.transpose() * k * way;
+}
+
+fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
+    let SymmetricEigen { eigenvalues, eigenvectors } = matrix.symmetric_eigen();
+    let mut inverse = Matrix6::zeros();
+    for (value, vector) in eigenvalues.iter().zip(eigenvectors.column_iter()) {
+        if *value > least {
+            inverse += vector * vector.transpose() / *value;
+        }
+    }
+    inverse
+}
+
+/// `M⁻¹ F` at the corners of the rigid bodies of a pack; masses turn with the bodies.
+pub(super) fn accelerations(
+    (model, poses): (&Model, Option<&[Pose; LANES]>),
+    inverses: &Inverses,
+    index: usize,
+    f: &[Lanes],
+    out: &mut [Lanes],
+) {
+    let Pack { start, filled, rigid_start, .. } = model.packs.packs[index];
+    // Lanes without a body do not move.
+    out.fill(Lanes::ZERO);
+    for lane in 0..filled {
+        let matter = &model.assembly.rigid[rigid_start][lane];
+        let turn = poses.map_or_else(UnitQuaternion::identity, |poses| poses[lane].turn);
+        let size = matter.size();
+        let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
+        for corner in 0..8 {
+            let on = Vec3::from([0, 1, 2].map(|c| f[3 * (start + corner) + c].0[lane]));
+            force += on;
+            torque += (turn * matter.arm(corner)).cross(&on);
+        }
+        let (force, torque) = (turn.inverse() * force, turn.inverse() * torque / size);
+        let both = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+        let moved = inverses[lane] * both;
+        let shift: Vector3<f64> = moved.fixed_rows::<3>(0).into();
+        let spin: Vector3<f64> = moved.fixed_rows::<3>(3) / size;
+        for corner in 0..8 {
+            let value = turn * (shift + spin.cross(&matter.arm(corner)));
+            (0..3).for_each(|c| out[3 * corner + c].0[lane] = value[c]);
+        }
+    }
+}

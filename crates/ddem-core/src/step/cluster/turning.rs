@@ -1,0 +1,137 @@
+//! Masses that turn with the blocks of their clusters.
+//!
+//! Where blocks have turned far, the stiffness that masses follow from has turned with them. A mass is
+//! then `R M Rᵀ` with the mean rotation R of the cluster: the same for all of its members, so that it
+//! stays symmetric.
+
+use fearless_simd::Simd;
+use fearless_simd_macros::simd;
+
+use super::{Clusters, InverseMass};
+use crate::element::corotation::{Frame, mean_rotation};
+use crate::law::Stiffness;
+use crate::math::lanes::{
+    LANES, Lanes, add, load, load_at, scale, splat, store_at, times, transposed_times, zero,
+};
+use crate::mesh::properties::JointProperties;
+use crate::model::Model;
+
+/// Part of a stiffness by which blocks may turn it until masses turn with them: 1.1 is the limit of
+/// stability.
+const TURNED: f64 = 0.05;
+/// Ratio of the stiffnesses of a layer along its normal and across it, as far as masses need to know.
+const LAYER: f64 = 4.0;
+
+impl InverseMass {
+    /// Parts of the rotations of the bodies in each row in the mean of the cluster: none where a member
+    /// is held along some axes, which do not turn.
+    pub(super) fn share_rotations(&mut self) {
+        let (mut shares, mut rows) = (vec![Lanes::ZERO; self.partner.len()], Vec::new());
+        for node in self.start.windows(2) {
+            rows.clear();
+            rows.extend(node[0] as usize..node[1] as usize);
+            for lane in 0..LANES {
+                let free =
+                    |row: usize| (0..3).filter(|c| self.rows[3 * row + c].0[lane] != 0.0).count();
+                let members = rows.iter().filter(|&&row| free(row) == 3);
+                let count = members.clone().count();
+                if rows.iter().all(|&row| [0, 3].contains(&free(row))) {
+                    members.for_each(|&row| shares[row].0[lane] = 1.0 / count as f64);
+                }
+            }
+        }
+        self.shares = shares;
+    }
+}
+
+/// `R M⁻¹ Rᵀ F` at the nodes of a pack of deformable bodies; `turned` are the frames of all packs.
+#[simd]
+pub(super) fn accelerations<S: Simd>(
+    simd: S,
+    (model, turned): (&Model, &[Frame]),
+    clusters: &Clusters,
+    index: usize,
+    f: &[Lanes],
+    out: &mut [Lanes],
+) {
+    let packs = &model.packs.packs;
+    let pack = &packs[index];
+    let class = &clusters.classes[clusters.of_pack[index] as usize];
+    for node in 0..out.len() / 3 {
+        let rows = class.start[node] as usize..class.start[node + 1] as usize;
+        let mut places = [[Some((index, 0)); LANES]; 8];
+        let mut mean = zero_matrix(simd);
+        let mut rest = splat(simd, 1.0);
+        for (place, row) in places.iter_mut().zip(rows.clone()) {
+            let partner = &class.partner[row];
+            let bodies = &clusters.beside[index][partner.beside];
+            *place = std::array::from_fn(|lane| bodies.at(lane));
+            let share = class.shares[row].load(simd);
+            let rotation = rotation(turned, place);
+            for (sum, row) in mean.iter_mut().zip(&rotation) {
+                *sum = add(*sum, scale(load(simd, row), share));
+            }
+            rest -= share;
+        }
+        // Where nothing turns it is 1.
+        (0..3).for_each(|c| mean[c][c] += rest);
+        let mean = mean_rotation(simd, &mean, 1.0);
+        let mut sum = zero(simd);
+        for (place, row) in places.iter().zip(rows) {
+            let partner = &class.partner[row];
+            let force = if partner.part == 0 {
+                load_at(simd, f, 3 * (pack.start + node))
+            } else {
+                let mut there = [Lanes::ZERO; 3];
+                for (lane, place) in place.iter().enumerate().take(pack.filled) {
+                    let Some((other, lane_there)) = *place else { continue };
+                    let at = 3 * (packs[other].start + partner.local);
+                    (0..3).for_each(|c| there[c].0[lane] = f[at + c].0[lane_there]);
+                }
+                load_at(simd, &there, 0)
+            };
+            let force = transposed_times(&mean, force);
+            let inverse = load_at(simd, &class.rows, 3 * row);
+            for c in 0..3 {
+                sum[c] += inverse[c] * force[c];
+            }
+        }
+        store_at(out, 3 * node, times(&mean, sum));
+    }
+}
+
+#[inline(always)]
+fn zero_matrix<S: Simd>(simd: S) -> crate::math::lanes::Matrix<S> {
+    [zero(simd), zero(simd), zero(simd)]
+}
+
+/// Rotations of four bodies; of those that are not there none.
+#[inline(always)]
+fn rotation(turned: &[Frame], places: &[Option<(usize, usize)>; LANES]) -> [[Lanes; 3]; 3] {
+    let mut rotation = [[Lanes::ZERO; 3]; 3];
+    for (lane, place) in places.iter().enumerate() {
+        let Some((pack, from)) = *place else { continue };
+        for (row, other) in rotation.iter_mut().zip(&turned[pack].rotation) {
+            (0..3).for_each(|c| row[c].0[lane] = other[c].0[from]);
+        }
+    }
+    rotation
+}
+
+/// True where deformable blocks have turned so far that the stiffness at their nodes is another one.
+pub(crate) fn has_turned(model: &Model, frames: &[Frame]) -> bool {
+    if !model.corotational() {
+        return false;
+    }
+    let ratio = |joint: &JointProperties| {
+        let Stiffness { normal, shear } = joint.stiffness();
+        (normal / shear).max(shear / normal)
+    };
+    let most = model.properties.joints.iter().map(ratio).fold(LAYER, f64::max);
+    // sin²θ (k_n/k_s − 1) of a turn θ, from its trace 1 + 2 cos θ.
+    let far = |cosine: f64| (1.0 - cosine * cosine) * (most - 1.0) > TURNED || cosine < 0.0;
+    model.packs.packs.iter().zip(frames).filter(|(pack, _)| !pack.rigid).any(|(pack, frame)| {
+        let [[x, ..], [_, y, _], [.., z]] = &frame.rotation;
+        (0..pack.filled).any(|lane| far(0.5 * (x.0[lane] + y.0[lane] + z.0[lane] - 1.0)))
+    })
+}

@@ -1,0 +1,242 @@
+//! What can be thrown away at any time without changing a result.
+
+mod fields;
+
+use std::ops::Range;
+
+use fearless_simd::{Level, dispatch};
+
+use crate::element::corotation::Frame;
+use crate::force::rigid::Member;
+use crate::force::shares::{collect, spread_torque};
+use crate::joint::breaks::{Breaks, Losses};
+use crate::joint::contact::Contacts;
+use crate::math::exact::sum;
+use crate::math::lanes::{LANES, Lanes, load};
+use crate::math::sums::Sums;
+use crate::mesh::parallel::{node_start, runs};
+use crate::model::Model;
+use crate::rigid::Pose;
+use crate::state::State;
+use crate::state::pass::Workspace;
+use crate::state::view::StageView;
+use crate::step::frames::{fit_pack, frame_of};
+
+use fields::Bodies;
+pub(crate) use fields::{Access, Forces, Part, Relaxing, Second};
+
+/// Forces, sums and working space.
+#[derive(Debug)]
+pub(crate) struct Scratch {
+    /// Forces on the nodes `[N]`.
+    pub(crate) f: Vec<Lanes>,
+    /// Viscous forces of the bodies against the motion `[N]`; empty where they never were viscous.
+    viscous: Vec<Lanes>,
+    /// What joint cells do to upper neighbours.
+    shares: Vec<Lanes>,
+    /// Residual torques of the packs `[N m]`.
+    torques: Vec<[Lanes; 3]>,
+    /// Frames of the packs at the present displacements.
+    pub(crate) frames: Vec<Frame>,
+    /// Strain energies of the packs, bodies and joints `[J]`.
+    energies: Vec<[Lanes; 2]>,
+    /// What the joints of the packs lost in the last first pass.
+    pub(crate) losses: Vec<Losses>,
+    /// Joints as the last measurement found them.
+    pub(crate) trial: Breaks,
+    /// Contacts as the last measurement found them.
+    pub(crate) trial_contacts: Contacts,
+    /// Sums of the packs.
+    pub(crate) sums: Vec<Sums>,
+    /// Forces of the active supports `[N]`.
+    pub(crate) reactions: Vec<f64>,
+    /// Forces of the dashpots of boundaries `[N]`.
+    drags: Vec<[f64; 3]>,
+    /// Runs of packs, one task each, with a working space each.
+    runs: Vec<Range<usize>>,
+    workspaces: Vec<Spaces>,
+    /// Instruction set of the kernels.
+    pub(crate) level: Level,
+}
+
+/// Displacements, velocities and poses of a state: a step changes them, a trial only reads them.
+pub(crate) struct Motions<'a> {
+    pub(crate) u: Access<'a, Lanes>,
+    pub(crate) v: Access<'a, Lanes>,
+    pub(crate) poses: Access<'a, [Pose; LANES]>,
+}
+
+/// Working spaces of one task.
+#[derive(Debug, Default)]
+pub(crate) struct Spaces {
+    pub(crate) elements: Workspace,
+    /// Loads on one pack, or its accelerations in relaxation.
+    pub(crate) q: Vec<Lanes>,
+    /// Room for a nodal field of one pack.
+    pub(crate) room: Vec<Lanes>,
+}
+
+impl Scratch {
+    /// For a model, with the frames of a state.
+    pub(crate) fn new(model: &Model, state: &State, level: Level) -> Self {
+        let packs = &model.packs;
+        let n = packs.packs.len();
+        let runs = runs(packs);
+        let mut scratch = Self {
+            f: vec![Lanes::ZERO; 3 * packs.nodes],
+            viscous: Vec::new(),
+            shares: vec![Lanes::ZERO; 3 * packs.shares],
+            torques: vec![[Lanes::ZERO; 3]; n],
+            frames: vec![Frame::REST; n],
+            energies: vec![[Lanes::ZERO; 2]; n],
+            losses: vec![Losses::default(); n],
+            trial: Breaks::default(),
+            trial_contacts: Contacts::default(),
+            sums: vec![Sums::default(); n],
+            reactions: Vec::new(),
+            drags: Vec::new(),
+            workspaces: runs.iter().map(|_| Spaces::default()).collect(),
+            runs,
+            level,
+        };
+        scratch.fit(model, state);
+        scratch
+    }
+
+    /// Memory in use `[bytes]`, the working spaces of the tasks aside.
+    pub(crate) fn bytes(&self) -> usize {
+        let lanes = self.f.len() + self.viscous.len() + self.shares.len() + 5 * self.torques.len();
+        lanes * size_of::<Lanes>()
+            + self.frames.len() * size_of::<Frame>()
+            + self.sums.len() * (size_of::<Sums>() + size_of::<Losses>())
+            + self.trial.bytes()
+            + self.trial_contacts.bytes()
+    }
+
+    /// Fits the frames to displacements that a step did not make.
+    pub(crate) fn fit(&mut self, model: &Model, state: &State) {
+        let packs = &model.packs;
+        for (index, frame) in self.frames.iter_mut().enumerate() {
+            let pack = &packs.packs[index];
+            if pack.rigid {
+                *frame = frame_of(&state.poses[pack.rigid_start]);
+                continue;
+            }
+            if !model.corotational() {
+                continue;
+            }
+            let u = &state.u[node_start(packs, index)..node_start(packs, index + 1)];
+            *frame = dispatch!(self.level, simd => fit_pack(simd, model, index, u));
+        }
+    }
+
+    /// Adds what the joints at the lower sides of each pack do to the forces of the pack.
+    pub(crate) fn collect(&mut self, model: &Model, poses: &[[Pose; LANES]], linear: bool) {
+        let packs = &model.packs;
+        for index in 0..packs.packs.len() {
+            let f = &mut self.f[node_start(packs, index)..node_start(packs, index + 1)];
+            let (shares, torque) = (&self.shares, &mut self.torques[index]);
+            dispatch!(self.level, simd => collect(simd, packs, index, shares, f, torque));
+            let pack = &packs.packs[index];
+            if pack.rigid && !linear {
+                let poses = poses[pack.rigid_start].iter().take(pack.filled);
+                for (lane, pose) in poses.enumerate() {
+                    let matter = &model.assembly.rigid[pack.rigid_start][lane];
+                    Member { matter, pose, lane }.add_torque(torque, f);
+                }
+            } else if model.corotational() && !linear {
+                let (at, frame) = ((packs, &model.assembly), &self.frames[index]);
+                dispatch!(self.level, simd => {
+                    spread_torque(simd, at, index, frame, load(simd, torque), f)
+                });
+            }
+        }
+    }
+
+    /// Counts how far the bodies of the packs have gone with the velocities of the last second pass.
+    pub(crate) fn travel(&self, contacts: &mut Contacts, time_step: f64) {
+        for (pack, sums) in self.sums.iter().enumerate() {
+            // No component is faster: the whole is at most √3 times as fast.
+            contacts.travelled(pack, sums.fastest.0.map(|v| 1.733 * time_step * v));
+        }
+    }
+
+    /// Strain energy of bodies and joints `[J]`, packs in order.
+    pub(crate) fn strain_energy(&self) -> [f64; 2] {
+        [0, 1].map(|part| sum(self.energies.iter().map(|energy| energy[part].sum())))
+    }
+
+    /// Borrowed for the first pass.
+    pub(crate) fn forces<'a>(
+        &'a mut self,
+        breaks: &'a mut Breaks,
+        energies: bool,
+        viscous: bool,
+    ) -> (Forces<'a>, &'a [Frame], &'a [Range<usize>]) {
+        self.has_viscous(viscous);
+        let fields = Forces {
+            f: &mut self.f,
+            viscous: &mut self.viscous,
+            shares: &mut self.shares,
+            torques: &mut self.torques,
+            energies: if energies { &mut self.energies } else { &mut [] },
+            breaks: &mut breaks.packs,
+            losses: &mut self.losses,
+            workspaces: &mut self.workspaces,
+        };
+        (fields, &self.frames, &self.runs)
+    }
+
+    /// Makes room for viscous forces where there are any.
+    fn has_viscous(&mut self, viscous: bool) {
+        let places = if viscous { self.f.len() } else { self.viscous.len() };
+        self.viscous.resize(places, Lanes::ZERO);
+    }
+
+    /// Borrowed for the second pass: fields, shares, and the runs of packs.
+    pub(crate) fn second<'a>(
+        &'a mut self,
+        view: &'a StageView,
+        viscous: bool,
+        motions: Motions<'a>,
+    ) -> (Second<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
+        self.has_viscous(viscous);
+        let StageView { active, outside, .. } = view;
+        self.reactions.resize(active.supports.len(), 0.0);
+        self.drags.resize(outside.dashpots.len(), [0.0; 3]);
+        let Motions { u, v, poses } = motions;
+        let frames = match u {
+            Access::Write(_) => Access::Write(&mut self.frames[..]),
+            Access::Read(_) => Access::Read(&self.frames[..]),
+        };
+        let fields = Second {
+            active,
+            outside,
+            bodies: Bodies { frames, u, v, poses },
+            f: &mut self.f,
+            viscous: &mut self.viscous,
+            torques: &mut self.torques,
+            sums: &mut self.sums,
+            reactions: &mut self.reactions,
+            drags: &mut self.drags,
+            workspaces: &mut self.workspaces,
+        };
+        (fields, &self.shares, &self.runs, self.level)
+    }
+
+    /// Borrowed for the second pass of relaxation; the forces are complete and only read.
+    pub(crate) fn relaxing<'a>(
+        &'a mut self,
+        state: &'a mut State,
+    ) -> (Relaxing<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
+        let fields = Relaxing {
+            frames: &mut self.frames,
+            sums: &mut self.sums,
+            workspaces: &mut self.workspaces,
+            u: &mut state.u,
+            v: &mut state.v,
+            poses: &mut state.poses,
+        };
+        (fields, &self.f, &self.runs, self.level)
+    }
+}

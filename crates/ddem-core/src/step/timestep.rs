@@ -1,0 +1,311 @@
+//! §6: the critical step, `Δt = 2/ω_max` with `ω_max²` the largest eigenvalue of `M⁻¹ K`.
+//!
+//! Power iteration on the real operator, in the form of Lanczos: the Krylov space of the same
+//! products, from which the largest eigenvalue comes to rounding in some dozens of them. Supports
+//! are left out: they can only lower it.
+
+use fearless_simd::dispatch;
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+use crate::error::RunError;
+use crate::joint::breaks::Breaks;
+use crate::math::exact::Exact;
+use crate::math::lanes::{LANES, Lanes};
+use crate::mesh::Vec3;
+use crate::mesh::inertia::Inertia;
+use crate::mesh::pack::Pack;
+use crate::mesh::parallel::node_start;
+use crate::model::Model;
+use crate::step::cluster::{Clusters, accelerations};
+use crate::step::scratch::Scratch;
+use crate::step::{Pass, internal_forces};
+
+/// Most products with K.
+const MOST_STEPS: usize = 120;
+/// Relative change of the eigenvalue over [`PATIENCE`] products at which it is found.
+const TOLERANCE: f64 = 1e-10;
+const PATIENCE: usize = 8;
+
+/// Largest eigenvalue of `M⁻¹ K` for diagonal masses, given for each degree of freedom by
+/// (inertia, place, lane). `added` is what each node of deformable bodies has besides, for its mass; empty: nothing.
+/// An error where `stop` says so.
+pub(crate) fn largest_eigenvalue(
+    model: &Model,
+    breaks: &mut Breaks,
+    scratch: &mut Scratch,
+    mass: &dyn Fn(&Inertia, usize, usize) -> f64,
+    added: &[Lanes],
+    stop: &dyn Fn() -> bool,
+) -> Result<f64, RunError> {
+    let n = 3 * model.packs.nodes;
+    let roots = inverse_roots(model, mass);
+    let root = |pack: usize| &roots[model.assembly.pack_inertia[pack] as usize];
+    let bodies = Bodies::new(model);
+    // M^{-½} K M^{-½}: the same eigenvalues, symmetric.
+    let mut q = start(model, n);
+    let mut before = vec![Lanes::ZERO; n];
+    let mut scaled = vec![Lanes::ZERO; n];
+    let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
+    let mut values: Vec<f64> = Vec::new();
+    for _ in 0..MOST_STEPS {
+        if stop() {
+            return Err(RunError::Stopped);
+        }
+        for_each_pack(model, |pack, range| {
+            if model.packs.packs[pack].rigid {
+                return bodies.corners(model, pack, &q[range.clone()], &mut scaled[range]);
+            }
+            for (at, r) in range.zip(root(pack)) {
+                for lane in 0..LANES {
+                    scaled[at].0[lane] = q[at].0[lane] * r.0[lane];
+                }
+            }
+        });
+        internal_forces(Pass::linear(model, &scaled), breaks, scratch);
+        // w = A q − β q₋; α = w·q; w −= α q; β = |w|. The product is −f.
+        let beta = beside.last().copied().unwrap_or(0.0);
+        let mut alpha = Exact::default();
+        for_each_pack(model, |pack, range| {
+            let mut own = 0.0;
+            if model.packs.packs[pack].rigid {
+                bodies.resultants(model, pack, &mut scratch.f[range.clone()]);
+            }
+            for (at, r) in range.zip(root(pack)) {
+                for lane in 0..LANES {
+                    let more = added.get(at / 3).map_or(0.0, |more| more.0[lane]);
+                    let product = more * q[at].0[lane] - scratch.f[at].0[lane] * r.0[lane];
+                    before[at].0[lane] = product - beta * before[at].0[lane];
+                    own += before[at].0[lane] * q[at].0[lane];
+                }
+            }
+            alpha.add(own);
+        });
+        let alpha = alpha.value();
+        let mut norm = Exact::default();
+        for_each_pack(model, |_, range| {
+            let mut own = 0.0;
+            for (w, q) in before[range.clone()].iter_mut().zip(&q[range]) {
+                for lane in 0..LANES {
+                    w.0[lane] -= alpha * q.0[lane];
+                    own += w.0[lane] * w.0[lane];
+                }
+            }
+            norm.add(own);
+        });
+        let beta = norm.value().sqrt();
+        diagonal.push(alpha);
+        values.push(largest_of_tridiagonal(&diagonal, &beside));
+        let largest = values[values.len() - 1];
+        let settled = values.len() > PATIENCE
+            && largest - values[values.len() - 1 - PATIENCE] <= TOLERANCE * largest;
+        if settled || beta <= 1e-13 * largest {
+            break;
+        }
+        beside.push(beta);
+        for (w, q) in before.iter_mut().zip(&mut q) {
+            for lane in 0..LANES {
+                let next = w.0[lane] / beta;
+                w.0[lane] = q.0[lane];
+                q.0[lane] = next;
+            }
+        }
+    }
+    Ok(values.last().copied().unwrap_or(0.0))
+}
+
+fn for_each_pack(model: &Model, mut f: impl FnMut(usize, std::ops::Range<usize>)) {
+    for pack in 0..model.packs.packs.len() {
+        f(pack, node_start(&model.packs, pack)..node_start(&model.packs, pack + 1));
+    }
+}
+
+/// Rigid bodies have six numbers each, in the first places of their corners: shift and turn, scaled
+/// by `m^{-½}` and `I^{-½}`.
+struct Bodies(Vec<[Matrix3<f64>; LANES]>);
+
+impl Bodies {
+    fn new(model: &Model) -> Self {
+        let rigid = model.assembly.rigid.iter();
+        Self(rigid.map(|pack| std::array::from_fn(|lane| pack[lane].inverse_root())).collect())
+    }
+
+    /// Displacements of the corners from the six numbers.
+    fn corners(&self, model: &Model, pack: usize, six: &[Lanes], u: &mut [Lanes]) {
+        let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
+        for lane in 0..filled {
+            let matter = &model.assembly.rigid[rigid_start][lane];
+            let [shift, turn] = [0, 3].map(|first| three(six, first, lane));
+            let (shift, turn) = (shift / matter.mass.sqrt(), self.0[rigid_start][lane] * turn);
+            for corner in 0..8 {
+                let value = shift + turn.cross(&matter.arm(corner));
+                (0..3).for_each(|c| u[3 * corner + c].0[lane] = value[c]);
+            }
+        }
+    }
+
+    /// The six numbers from forces on the corners, in their place.
+    fn resultants(&self, model: &Model, pack: usize, f: &mut [Lanes]) {
+        let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
+        for lane in 0..filled {
+            let matter = &model.assembly.rigid[rigid_start][lane];
+            let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+            for corner in 0..8 {
+                let on = three(f, 3 * corner, lane);
+                force += on;
+                torque += matter.arm(corner).cross(&on);
+            }
+            let six = [force / matter.mass.sqrt(), self.0[rigid_start][lane] * torque];
+            f.iter_mut().for_each(|f| f.0[lane] = 0.0);
+            for c in 0..3 {
+                (f[c].0[lane], f[3 + c].0[lane]) = (six[0][c], six[1][c]);
+            }
+        }
+    }
+}
+
+fn three(field: &[Lanes], first: usize, lane: usize) -> Vector3<f64> {
+    Vector3::from([0, 1, 2].map(|c| field[first + c].0[lane]))
+}
+
+/// `m^{-½}` of the nodes of equal packs; 0 where there is no mass, 1 in rigid bodies.
+fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) -> Vec<Vec<Lanes>> {
+    let root = |m: f64| if m > 0.0 { 1.0 / m.sqrt() } else { 0.0 };
+    let class = |inertia: &Inertia| {
+        let lanes = |at: usize| Lanes(std::array::from_fn(|lane| root(mass(inertia, at, lane))));
+        (0..inertia.diagonal.len()).map(lanes).collect()
+    };
+    let mut roots: Vec<Vec<Lanes>> = model.assembly.inertia.iter().map(class).collect();
+    for (pack, &class) in model.packs.packs.iter().zip(&model.assembly.pack_inertia) {
+        if pack.rigid {
+            roots[class as usize].fill(Lanes([1.0; LANES]));
+        }
+    }
+    roots
+}
+
+/// A unit vector that favours no mode: numbers from a fixed sequence for each pack, none where no body is.
+fn start(model: &Model, n: usize) -> Vec<Lanes> {
+    let mut q = vec![Lanes::ZERO; n];
+    let mut norm = Exact::default();
+    for_each_pack(model, |pack, range| {
+        let Pack { rigid, filled, .. } = model.packs.packs[pack];
+        let mut seed = 0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(2 * pack as u64 + 1);
+        let mut own = 0.0;
+        for at in range.take(if rigid { 6 } else { usize::MAX }) {
+            for lane in 0..filled {
+                seed ^= seed << 13;
+                seed ^= seed >> 7;
+                seed ^= seed << 17;
+                let x = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+                q[at].0[lane] = x;
+                own += x * x;
+            }
+        }
+        norm.add(own);
+    });
+    let norm = norm.value().sqrt();
+    q.iter_mut().for_each(|q| q.0.iter_mut().for_each(|x| *x /= norm));
+    q
+}
+
+fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
+    let n = diagonal.len();
+    let matrix = DMatrix::from_fn(n, n, |i, k| match i.abs_diff(k) {
+        0 => diagonal[i],
+        1 => beside[i.min(k)],
+        _ => 0.0,
+    });
+    matrix.symmetric_eigenvalues().max()
+}
+
+/// Largest eigenvalue of `M⁻¹K` for the clustered masses of relaxation, by power iteration: the
+/// inverse masses of held degrees of freedom are zero, so they stay out.
+///
+/// The quotient weighs modes by their energy, of which those that open a joint have `h/t` times as much
+/// as the others: where joints are very thin it takes them, whose eigenvalue is at most 9/4, for the
+/// largest until the others have outgrown them. The displacements tell: they grow by the largest
+/// eigenvalue at every product, whatever the thickness.
+pub(crate) fn largest_clustered(
+    model: &Model,
+    clusters: &Clusters,
+    breaks: &mut Breaks,
+    scratch: &mut Scratch,
+    stop: &dyn Fn() -> bool,
+) -> Result<f64, RunError> {
+    const STEPS: usize = 40;
+    const MOST_STEPS: usize = 200;
+    const GROWS: f64 = 1.05;
+    let n = 3 * model.packs.nodes;
+    let mut x = start(model, n);
+    let (mut largest, mut growth) = (0.0, 0.0);
+    for step in 0..MOST_STEPS {
+        if step >= STEPS && growth <= GROWS * largest {
+            break;
+        }
+        if stop() {
+            return Err(RunError::Stopped);
+        }
+        internal_forces(Pass::linear(model, &x), breaks, scratch);
+        // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
+        let (mut above, mut below, mut size) = (Exact::default(), Exact::default(), 0.0_f64);
+        for pack in 0..model.packs.packs.len() {
+            let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
+            let mut next = vec![Lanes::ZERO; range.len()];
+            dispatch!(scratch.level, simd => {
+                accelerations(simd, (model, None), clusters, pack, &scratch.f, &mut next)
+            });
+            let mut own = [0.0; 2];
+            for (at, next) in range.zip(next) {
+                for lane in 0..LANES {
+                    let (y, m) = (-scratch.f[at].0[lane], -next.0[lane]);
+                    own[0] += y * m;
+                    own[1] += y * x[at].0[lane];
+                    size = size.max(m.abs());
+                    x[at].0[lane] = m;
+                }
+            }
+            above.add(own[0]);
+            below.add(own[1]);
+        }
+        let (above, below) = (above.value(), below.value());
+        if below <= 0.0 {
+            break;
+        }
+        largest = f64::max(largest, above / below);
+        growth = size;
+        x.iter_mut().for_each(|x| x.0.iter_mut().for_each(|x| *x /= size));
+    }
+    Ok(largest)
+}
+
+/// Bound of the largest eigenvalue of `M⁻¹K` for the stiffnesses `k A Aᵀ` of gases, given as nodes, k and
+/// the areas A, and the clustered masses of relaxation: Gershgorin's, of the matrix of one row a gas that
+/// has the same eigenvalues.
+pub(crate) fn largest_of_gases(
+    model: &Model,
+    clusters: &Clusters,
+    gases: &[(Vec<u32>, f64, Vec<Vec3>)],
+    scratch: &mut Scratch,
+) -> f64 {
+    let mut largest: f64 = 0.0;
+    for (nodes, k, areas) in gases {
+        scratch.f.fill(Lanes::ZERO);
+        for (node, area) in nodes.iter().zip(areas) {
+            model.set(&mut scratch.f, *node as usize, (*area).into());
+        }
+        let mut way = vec![Lanes::ZERO; 3 * model.packs.nodes];
+        for pack in 0..model.packs.packs.len() {
+            let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
+            dispatch!(scratch.level, simd => {
+                accelerations(simd, (model, None), clusters, pack, &scratch.f, &mut way[range.clone()])
+            });
+        }
+        let with = |(nodes, other, areas): &(Vec<u32>, f64, Vec<Vec3>)| {
+            let work =
+                |(node, area): (&u32, &Vec3)| Vec3::from(model.get(&way, *node as usize)).dot(area);
+            (k * other).sqrt() * nodes.iter().zip(areas).map(work).sum::<f64>().abs()
+        };
+        largest = largest.max(gases.iter().map(with).sum());
+    }
+    largest
+}
