@@ -18,8 +18,8 @@ use crate::joint::breaks::{Broken, Ground, Losses, Pull};
 use crate::joint::kinematics::{Moved, joint_displacements, rotations};
 use crate::law::JointLaw;
 use crate::math::lanes::{
-    LANES, Lanes, Matrix, add, cross, dot, load, load_at, scale, splat, store_at, sub, times,
-    transposed_product, transposed_times, zero,
+    LANES, Lanes, Matrix, Vector, add, cross, dot, load, load_at, scale, splat, store_at, sub,
+    times, transposed_product, transposed_times, zero,
 };
 use crate::mesh::NO_JOINT;
 use crate::mesh::seams::Seam;
@@ -276,34 +276,47 @@ fn give<S: Simd>(
         store_at(target, at, sum);
     }
     let Some(rotation) = rotation else { return };
-    let (mut on_own, mut on_others) = (zero(simd), zero(simd));
-    if let Some((seam, pull, bodies)) = pull {
-        torque = add(torque, cross(load(simd, seam.gap()), load(simd, &pull.force)));
-        let whole = times(&rotation, torque);
-        if let Some(bodies) = bodies.filter(|_| pull.grounded.0 != [1.0; LANES]) {
-            [on_own, on_others] = split_torque(simd, bodies, &rotation, whole);
+    let [own, others] = match pull {
+        Some(pull) => part_torque(simd, input, (index, offset), (&rotation, torque), pull),
+        None => {
+            let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
+            [scale(times(&rotation, torque), part); 2]
         }
-        // The couple of slip goes to the body that is held, if one is; the whole torque if the springs turn with it.
-        let couple = times(&rotation, load(simd, &pull.couple));
-        let part = input.own_part(pack.upper[offset], index).load(simd);
-        let more = scale(couple, part - 0.5);
-        let [own, others] = [(on_own, part), (on_others, part * -1.0 + 1.0)]
-            .map(|(on, part)| scale(sub(scale(whole, part), on), pull.grounded.load(simd)));
-        on_own = add(on_own, add(more, own));
-        on_others = add(on_others, sub(others, more));
-    } else {
-        let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
-        on_own = scale(times(&rotation, torque), part);
-        on_others = on_own;
-    }
-    let own = add(load(simd, out.torque), on_own);
+    };
+    let own = add(load(simd, out.torque), own);
     *out.torque = [Lanes::from(own[0]), Lanes::from(own[1]), Lanes::from(own[2])];
-    let torque = on_others;
     for part in (1..8).filter(|part| part & !offset == 0) {
         let at = 3 * shape.torque(part);
-        let sum = add(load_at(simd, out.shares, at), torque);
+        let sum = add(load_at(simd, out.shares, at), others);
         store_at(out.shares, at, sum);
     }
+}
+
+/// Torques of a broken joint on its own body and the other: `torque` is that of its elements, in its frame.
+#[inline(always)]
+fn part_torque<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    (index, offset): (usize, usize),
+    (rotation, torque): (&Matrix<S>, Vector<S>),
+    (seam, pull, bodies): Pulled<'_, S>,
+) -> [Vector<S>; 2] {
+    let (mut own, mut others) = (zero(simd), zero(simd));
+    let torque = add(torque, cross(load(simd, seam.gap()), load(simd, &pull.force)));
+    let whole = times(rotation, torque);
+    if let Some(bodies) = bodies.filter(|_| pull.grounded.0 != [1.0; LANES]) {
+        [own, others] = split_torque(simd, bodies, rotation, whole);
+    }
+    // The couple of slip goes to the body that is held, if one is; the whole torque if the springs turn with it.
+    let couple = times(rotation, load(simd, &pull.couple));
+    let upper = input.moved.packs.packs[index].upper[offset];
+    let part = input.own_part(upper, index).load(simd);
+    let more = scale(couple, part - 0.5);
+    let grounded = [(own, part), (others, part * -1.0 + 1.0)]
+        .map(|(on, part)| scale(sub(scale(whole, part), on), pull.grounded.load(simd)));
+    own = add(own, add(more, grounded[0]));
+    others = add(others, sub(grounded[1], more));
+    [own, others]
 }
 
 /// §8, eq. (1): between rigid blocks the pairs are at the centres of the quarters of a face. Displacements of

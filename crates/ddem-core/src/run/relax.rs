@@ -12,6 +12,7 @@ use std::sync::atomic::Ordering;
 
 use crate::error::RunError;
 use crate::math::lanes::Lanes;
+use crate::math::sums::Sums;
 use crate::model::stage::allow_tolerance;
 use crate::run::{LOOKS, Simulation};
 use crate::state::motion::Motion;
@@ -184,27 +185,7 @@ impl Simulation {
         Relaxation { memory, clusters }: &mut Relaxation,
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
-        self.view.factors = memory.present_factors();
-        // Nothing gets out while time stands still.
-        let began = self.press().into_iter().map(|fill| fill.began);
-        self.state.fills.iter_mut().zip(began).for_each(|(fill, began)| fill.began = began);
-        let (context, state, scratch) = self.parts();
-        let State { u, v, poses, breaks, contacts, .. } = state;
-        let (mut sums, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
-        if sums.applied == 0.0 {
-            // Nothing is applied: the forces at the start are the measure.
-            memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
-            sums.applied = memory.first;
-        }
-        memory.most = memory.most.max(sums.applied);
-        self.last = sums;
-        self.book_losses(losses);
-        let work = &mut self.state.work;
-        work.loads += sums.loads[0];
-        work.most = work.most.max((work.loads + work.supports).abs());
-        self.state.work.damping += 0.5 * sums.power;
-        self.check(sums, &self.state.contacts)?;
-        self.state.before = self.motion.time_step;
+        let sums = self.unbalanced_sums(memory)?;
         if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
             // The forces are gone with it: the step is not taken, and the next begins from rest.
             *clusters = self.masses(&memory.to, &|| false)?;
@@ -226,22 +207,60 @@ impl Simulation {
         let unloaded = looks && self.look_at_rounding(memory, tolerance, at_rest)?;
         let stopped = memory.has_stopped(tolerance) || memory.rounded >= LOOKS;
         if unloaded || (sums.ratio() <= tolerance && stopped) {
-            let done = memory.increment;
-            self.note_stresses();
-            self.state.v.fill(Lanes::ZERO);
-            self.state.load_factors.clone_from(&self.view.factors);
-            if done == memory.increments {
-                return Ok(Relaxed::Done);
-            }
-            memory.next_increment();
-            self.keep_slip(true);
-            self.begin_increment(memory);
-            let state = &mut *self.state;
-            state.watch.note_calm(state.steps);
-            state.watch_anew(&self.model, false);
-            return Ok(Relaxed::Increment(done));
+            return Ok(self.end_increment(memory));
         }
         self.check_motion()?;
+        self.move_relaxing(memory, clusters, sums.power);
+        Ok(Relaxed::Moving)
+    }
+
+    /// Forces at the present place under the present part of the loads, and their work booked.
+    fn unbalanced_sums(&mut self, memory: &mut Memory) -> Result<Sums, RunError> {
+        self.view.factors = memory.present_factors();
+        // Nothing gets out while time stands still.
+        let began = self.press().into_iter().map(|fill| fill.began);
+        self.state.fills.iter_mut().zip(began).for_each(|(fill, began)| fill.began = began);
+        let (context, state, scratch) = self.parts();
+        let State { u, v, poses, breaks, contacts, .. } = state;
+        let (mut sums, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
+        if sums.applied == 0.0 {
+            // Nothing is applied: the forces at the start are the measure.
+            memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
+            sums.applied = memory.first;
+        }
+        memory.most = memory.most.max(sums.applied);
+        self.last = sums;
+        self.book_losses(losses);
+        let work = &mut self.state.work;
+        work.loads += sums.loads[0];
+        work.most = work.most.max((work.loads + work.supports).abs());
+        work.damping += 0.5 * sums.power;
+        self.check(sums, &self.state.contacts)?;
+        self.state.before = self.motion.time_step;
+        Ok(sums)
+    }
+
+    /// Ends an increment in equilibrium, and begins the next one if there is one.
+    fn end_increment(&mut self, memory: &mut Memory) -> Relaxed {
+        let done = memory.increment;
+        self.note_stresses();
+        self.state.v.fill(Lanes::ZERO);
+        self.state.load_factors.clone_from(&self.view.factors);
+        if done == memory.increments {
+            return Relaxed::Done;
+        }
+        memory.next_increment();
+        self.keep_slip(true);
+        self.begin_increment(memory);
+        let state = &mut *self.state;
+        state.watch.note_calm(state.steps);
+        state.watch_anew(&self.model, false);
+        Relaxed::Increment(done)
+    }
+
+    /// One step down the forces with Nesterov's momentum, anew where the last step went uphill: `power` is that of the
+    /// forces in it.
+    fn move_relaxing(&mut self, memory: &mut Memory, clusters: &mut Clusters, power: f64) {
         if !memory.turned && self.state.steps.is_multiple_of(LOOK_AT_TURNS) {
             memory.turned = has_turned(&self.model, &self.scratch.frames);
             memory.since_restart *= u64::from(!memory.turned);
@@ -249,7 +268,7 @@ impl Simulation {
         if memory.turned {
             clusters.turned.clone_from(&self.scratch.frames);
         }
-        let restart = memory.since_restart == 0 || sums.power < 0.0;
+        let restart = memory.since_restart == 0 || power < 0.0;
         memory.since_restart *= u64::from(!restart);
         let c = (3.0 / (memory.since_restart as f64 + 1.5)).min(2.0);
         memory.since_restart += 1;
@@ -261,7 +280,6 @@ impl Simulation {
         self.state.steps += 1;
         memory.walk(moved.moved.sqrt());
         self.state.way = memory.way;
-        Ok(Relaxed::Moving)
     }
 
     /// Looks whether blocks move on against each other without end, or only rattle: then slip is kept.

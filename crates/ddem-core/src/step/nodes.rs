@@ -127,8 +127,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<
             }
             if trial || changes {
                 let mass = pack.mass[at / 3].load(simd);
-                let after = if changes { old + behind * (new - old) } else { new };
-                tally.kinetic(mass, old, after);
+                tally.kinetic(mass, old, if changes { old + behind * (new - old) } else { new });
                 if changes {
                     tally.change(mass, old, new - old);
                 }
@@ -143,18 +142,24 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<
     own.damping[0] += drawn;
     own.damping[1] += pack.dashpots.power(v, drags);
     if let Some(u) = bodies.u.get_mut() {
-        let time_step = splat(simd, motion.time_step);
-        let mut fastest = splat(simd, 0.0);
-        for (u, v) in u.iter_mut().zip(&*v) {
-            let v = v.load(simd);
-            *u = Lanes::from(u.load(simd) + time_step * v);
-            fastest = fastest.max(v.abs());
-        }
-        own.fastest = Lanes::from(fastest);
+        own.fastest = displace(simd, motion.time_step, v, u);
         if pack.step.model.corotational() {
             let frame = fit_pack(simd, pack.step.model, pack.index, u);
             bodies.frames.get_mut().into_iter().for_each(|frames| frames[0] = frame);
         }
     }
     **sums = own;
+}
+
+/// `u⁺ = u + Δt v⁺`; returns the largest component of the velocities `[m/s]`.
+#[inline(always)]
+fn displace<S: Simd>(simd: S, time_step: f64, v: &[Lanes], u: &mut [Lanes]) -> Lanes {
+    let time_step = splat(simd, time_step);
+    let mut fastest = splat(simd, 0.0);
+    for (u, v) in u.iter_mut().zip(v) {
+        let v = v.load(simd);
+        *u = Lanes::from(u.load(simd) + time_step * v);
+        fastest = fastest.max(v.abs());
+    }
+    Lanes::from(fastest)
 }

@@ -37,11 +37,9 @@ pub(crate) fn largest_eigenvalue(
     added: &[Lanes],
     stop: &dyn Fn() -> bool,
 ) -> Result<f64, RunError> {
+    let operator =
+        Operator { model, roots: inverse_roots(model, mass), bodies: Bodies::new(model), added };
     let n = 3 * model.packs.nodes;
-    let roots = inverse_roots(model, mass);
-    let root = |pack: usize| &roots[model.assembly.pack_inertia[pack] as usize];
-    let bodies = Bodies::new(model);
-    // M^{-½} K M^{-½}: the same eigenvalues, symmetric.
     let mut q = start(model, n);
     let mut before = vec![Lanes::ZERO; n];
     let mut scaled = vec![Lanes::ZERO; n];
@@ -51,48 +49,12 @@ pub(crate) fn largest_eigenvalue(
         if stop() {
             return Err(RunError::Stopped);
         }
-        for_each_pack(model, |pack, range| {
-            if model.packs.packs[pack].rigid {
-                return bodies.corners(model, pack, &q[range.clone()], &mut scaled[range]);
-            }
-            for (at, r) in range.zip(root(pack)) {
-                for lane in 0..LANES {
-                    scaled[at].0[lane] = q[at].0[lane] * r.0[lane];
-                }
-            }
-        });
+        operator.scale(&q, &mut scaled);
         internal_forces(Pass::linear(model, &scaled), breaks, scratch);
         // w = A q − β q₋; α = w·q; w −= α q; β = |w|. The product is −f.
         let beta = beside.last().copied().unwrap_or(0.0);
-        let mut alpha = Exact::default();
-        for_each_pack(model, |pack, range| {
-            let mut own = 0.0;
-            if model.packs.packs[pack].rigid {
-                bodies.resultants(model, pack, &mut scratch.f[range.clone()]);
-            }
-            for (at, r) in range.zip(root(pack)) {
-                for lane in 0..LANES {
-                    let more = added.get(at / 3).map_or(0.0, |more| more.0[lane]);
-                    let product = more * q[at].0[lane] - scratch.f[at].0[lane] * r.0[lane];
-                    before[at].0[lane] = product - beta * before[at].0[lane];
-                    own += before[at].0[lane] * q[at].0[lane];
-                }
-            }
-            alpha.add(own);
-        });
-        let alpha = alpha.value();
-        let mut norm = Exact::default();
-        for_each_pack(model, |_, range| {
-            let mut own = 0.0;
-            for (w, q) in before[range.clone()].iter_mut().zip(&q[range]) {
-                for lane in 0..LANES {
-                    w.0[lane] -= alpha * q.0[lane];
-                    own += w.0[lane] * w.0[lane];
-                }
-            }
-            norm.add(own);
-        });
-        let beta = norm.value().sqrt();
+        let alpha = operator.product(&q, &mut scratch.f, beta, &mut before);
+        let beta = take_part(model, alpha, &q, &mut before);
         diagonal.push(alpha);
         values.push(largest_of_tridiagonal(&diagonal, &beside));
         let largest = values[values.len() - 1];
@@ -111,6 +73,78 @@ pub(crate) fn largest_eigenvalue(
         }
     }
     Ok(values.last().copied().unwrap_or(0.0))
+}
+
+/// `M^{-½} K M^{-½}`: the eigenvalues of `M⁻¹ K`, and symmetric.
+struct Operator<'a> {
+    model: &'a Model,
+    /// `m^{-½}` of the nodes of equal packs.
+    roots: Vec<Vec<Lanes>>,
+    bodies: Bodies,
+    /// Stiffness over mass of each node besides K; empty: none.
+    added: &'a [Lanes],
+}
+
+impl Operator<'_> {
+    fn root(&self, pack: usize) -> &[Lanes] {
+        &self.roots[self.model.assembly.pack_inertia[pack] as usize]
+    }
+
+    /// `M^{-½} q`: displacements, of which K gives forces.
+    fn scale(&self, q: &[Lanes], scaled: &mut [Lanes]) {
+        for_each_pack(self.model, |pack, range| {
+            if self.model.packs.packs[pack].rigid {
+                return self.bodies.corners(
+                    self.model,
+                    pack,
+                    &q[range.clone()],
+                    &mut scaled[range],
+                );
+            }
+            for (at, r) in range.zip(self.root(pack)) {
+                for lane in 0..LANES {
+                    scaled[at].0[lane] = q[at].0[lane] * r.0[lane];
+                }
+            }
+        });
+    }
+
+    /// `w = A q − β q₋` in the place of `q₋`, from the forces −f, and `w·q`.
+    fn product(&self, q: &[Lanes], f: &mut [Lanes], beta: f64, before: &mut [Lanes]) -> f64 {
+        let mut alpha = Exact::default();
+        for_each_pack(self.model, |pack, range| {
+            let mut own = 0.0;
+            if self.model.packs.packs[pack].rigid {
+                self.bodies.resultants(self.model, pack, &mut f[range.clone()]);
+            }
+            for (at, r) in range.zip(self.root(pack)) {
+                for lane in 0..LANES {
+                    let more = self.added.get(at / 3).map_or(0.0, |more| more.0[lane]);
+                    let product = more * q[at].0[lane] - f[at].0[lane] * r.0[lane];
+                    before[at].0[lane] = product - beta * before[at].0[lane];
+                    own += before[at].0[lane] * q[at].0[lane];
+                }
+            }
+            alpha.add(own);
+        });
+        alpha.value()
+    }
+}
+
+/// Takes `α q` from `w`; returns the length of the rest.
+fn take_part(model: &Model, alpha: f64, q: &[Lanes], w: &mut [Lanes]) -> f64 {
+    let mut norm = Exact::default();
+    for_each_pack(model, |_, range| {
+        let mut own = 0.0;
+        for (w, q) in w[range.clone()].iter_mut().zip(&q[range]) {
+            for lane in 0..LANES {
+                w.0[lane] -= alpha * q.0[lane];
+                own += w.0[lane] * w.0[lane];
+            }
+        }
+        norm.add(own);
+    });
+    norm.value().sqrt()
 }
 
 fn for_each_pack(model: &Model, mut f: impl FnMut(usize, std::ops::Range<usize>)) {

@@ -12,7 +12,7 @@ mod tests;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::law::{Memory, Mode};
+use crate::law::{Loss, Memory, Mode};
 use crate::math::exact::Exact;
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::NO_JOINT;
@@ -155,6 +155,14 @@ impl<'a> FromIterator<&'a Losses> for Lost {
 }
 
 impl Losses {
+    /// Adds the loss of a point that stands for an area `[m²]`.
+    pub(crate) fn add_point(&mut self, area: f64, loss: Loss) {
+        self.friction += area * loss.friction;
+        self.fracture += area * loss.fracture;
+        self.contact += area * loss.contact;
+        self.damping += area * loss.damping;
+    }
+
     /// Adds what others have lost.
     pub(crate) fn add(&mut self, more: &Self) {
         self.friction += more.friction;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use super::{Broken, Losses, Point};
 use crate::law::bearing::Bearing;
 use crate::law::response::stored;
-use crate::law::{JointLaw, Memory, Mode, Opening, Traction};
+use crate::law::{JointLaw, Loss, Memory, Mode, Opening, Traction};
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::NO_JOINT;
 use crate::mesh::pack::PairPlace;
@@ -186,42 +186,14 @@ impl Broken {
                 if point.quarters == 0 {
                     continue;
                 }
-                let k = seam.stiffness(lane);
                 let area = point.area(seam, lane);
                 let mut apart = across(local, seam, place, lane);
                 if let Some(Ground { turn, shift, .. }) = ground {
                     apart = turn * apart + shift;
                 }
-                let opening = split(apart - point.origin);
-                let opening = Opening { normal: opening.normal, shear: opening.shear };
-                let law = law_of(look.laws, seam, lane).filter(|_| point.mode.is_some());
-                if let Some(law) = law {
-                    let bore = point.memory.traction;
-                    let bearing = Bearing {
-                        stiffness: k,
-                        dashpot: if look.undamped { 0.0 } else { seam.dashpot.0[lane] },
-                        time_step: look.time_step,
-                    };
-                    let mut loss = bearing.act(law, opening, &mut point.memory);
-                    if let Some(way) = way.filter(|_| self.fresh.contains(&(p as u32, lane as u8)))
-                    {
-                        let way = across(way, seam, place, lane);
-                        bearing.break_off((bore, way), &mut loss, &mut point.memory);
-                    }
-                    losses.friction += area * loss.friction;
-                    losses.fracture += area * loss.fracture;
-                    losses.contact += area * loss.contact;
-                    losses.damping += area * loss.damping;
-                    if look.relaxing && point.memory.settled.is_none() {
-                        point.memory.settle();
-                    }
-                } else {
-                    point.memory.traction = Traction {
-                        normal: k.normal * opening.normal,
-                        shear: opening.shear * k.shear,
-                    };
-                    point.memory.gap = opening.normal;
-                }
+                let breaks_off = way.filter(|_| self.fresh.contains(&(p as u32, lane as u8)));
+                let way = breaks_off.map(|way| across(way, seam, place, lane));
+                losses.add_point(area, point.open_to(seam, lane, look, apart, way));
                 let Traction { normal: t_n, shear } = point.memory.borne();
                 let axes = ground.as_ref().map_or(&seam.axes, |ground| &ground.axes);
                 let force = axes * joined(t_n, shear) * area;
@@ -237,7 +209,7 @@ impl Broken {
                     pull.force[c].0[lane] += force[c];
                     pull.couple[c].0[lane] += couple[c];
                 }
-                pull.stored.0[lane] += area * stored(k, &point.memory);
+                pull.stored.0[lane] += area * stored(seam.stiffness(lane), &point.memory);
             }
         }
         pull
@@ -247,6 +219,37 @@ impl Broken {
 impl Point {
     pub(super) fn area(&self, seam: &Seam, lane: usize) -> f64 {
         seam.quarter.0[lane] * f64::from(self.quarters)
+    }
+
+    /// Tractions of the springs where the sides are `apart`, by the law once the pair has failed; returns what is lost
+    /// `[J/m²]`. `way` is how the sides moved in the last step, of a pair that has just failed.
+    fn open_to(
+        &mut self,
+        seam: &Seam,
+        lane: usize,
+        look: Look<'_>,
+        apart: Vector3<f64>,
+        way: Option<Vector3<f64>>,
+    ) -> Loss {
+        let stiffness = seam.stiffness(lane);
+        let Traction { normal, shear } = split(apart - self.origin);
+        let Some(law) = law_of(look.laws, seam, lane).filter(|_| self.mode.is_some()) else {
+            let traction =
+                Traction { normal: stiffness.normal * normal, shear: shear * stiffness.shear };
+            (self.memory.traction, self.memory.gap) = (traction, normal);
+            return Loss::default();
+        };
+        let bore = self.memory.traction;
+        let dashpot = if look.undamped { 0.0 } else { seam.dashpot.0[lane] };
+        let bearing = Bearing { stiffness, dashpot, time_step: look.time_step };
+        let mut loss = bearing.act(law, Opening { normal, shear }, &mut self.memory);
+        if let Some(way) = way {
+            bearing.break_off((bore, way), &mut loss, &mut self.memory);
+        }
+        if look.relaxing && self.memory.settled.is_none() {
+            self.memory.settle();
+        }
+        loss
     }
 
     /// Force of the springs of a bonded pair on side a, along the joint's own axes `[N]`.

@@ -321,10 +321,7 @@ impl Patch {
                     if let Some(fresh) = fresh.zip(way) {
                         bearing.break_off(fresh, &mut loss, &mut memory);
                     }
-                    losses.friction += point.area * loss.friction;
-                    losses.fracture += point.area * loss.fracture;
-                    losses.contact += point.area * loss.contact;
-                    losses.damping += point.area * loss.damping;
+                    losses.add_point(point.area, loss);
                     pair.damage = memory.damage;
                     point.set(&memory);
                 }
