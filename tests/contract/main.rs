@@ -13,6 +13,7 @@ mod contacts;
 mod decks;
 mod embedding;
 mod energies;
+mod extending;
 mod histories;
 mod loads;
 mod memory;

@@ -47,37 +47,8 @@ fn at_depth(
     if depth > DEEPEST {
         return refused("lists in lists without end".to_owned());
     }
-    let key = place.split(['.', '[']).next();
-    if let Ok(material) = any.cast::<Material>() {
-        if key == Some("joint") {
-            return refused("a material is no joint".to_owned());
-        }
-        return name(&Matter::Material(material)).map(Value::String);
-    }
-    if let Ok(joint) = any.cast::<Joint>() {
-        if key == Some("material") {
-            return refused("a joint is no material".to_owned());
-        }
-        return name(&Matter::Joint(joint)).map(Value::String);
-    }
-    if let Ok(truth) = any.cast::<PyBool>() {
-        return Ok(Value::Boolean(truth.is_true()));
-    }
-    if let Ok(text) = any.cast::<PyString>() {
-        return Ok(Value::String(text.to_str()?.to_owned()));
-    }
-    if let Ok(number) = any.cast::<PyInt>() {
-        return match number.extract::<i64>() {
-            Ok(number) => Ok(Value::Integer(number)),
-            Err(_) => refused("a whole number with too many digits".to_owned()),
-        };
-    }
-    if let Ok(number) = any.cast::<PyFloat>() {
-        let number = number.value();
-        return match number.is_finite() {
-            true => Ok(Value::Float(number)),
-            false => refused(format!("{number} where a finite number must be")),
-        };
+    if let Some(value) = scalar(any, place, name)? {
+        return Ok(value);
     }
     if let Some(number) = plain(any, "__index__", place)? {
         return at_depth(&number, place, name, (depth + 1, entries));
@@ -106,6 +77,44 @@ fn at_depth(
     }
     let found = any.get_type().qualname()?;
     refused(format!("expected a number, text, a list or a dictionary, found `{found}`"))
+}
+
+/// Value of a number, a text, a material or a joint of Python's own types; `None`: of another type.
+fn scalar(any: &Bound<'_, PyAny>, place: &str, name: &mut Name<'_>) -> PyResult<Option<Value>> {
+    let refused = |message: String| Err(model_error(any.py(), place, &message, None));
+    let key = place.split(['.', '[']).next();
+    if let Ok(material) = any.cast::<Material>() {
+        if key == Some("joint") {
+            return refused("a material is no joint".to_owned());
+        }
+        return name(&Matter::Material(material)).map(|name| Some(Value::String(name)));
+    }
+    if let Ok(joint) = any.cast::<Joint>() {
+        if key == Some("material") {
+            return refused("a joint is no material".to_owned());
+        }
+        return name(&Matter::Joint(joint)).map(|name| Some(Value::String(name)));
+    }
+    if let Ok(truth) = any.cast::<PyBool>() {
+        return Ok(Some(Value::Boolean(truth.is_true())));
+    }
+    if let Ok(text) = any.cast::<PyString>() {
+        return Ok(Some(Value::String(text.to_str()?.to_owned())));
+    }
+    if let Ok(number) = any.cast::<PyInt>() {
+        return match number.extract::<i64>() {
+            Ok(number) => Ok(Some(Value::Integer(number))),
+            Err(_) => refused("a whole number with too many digits".to_owned()),
+        };
+    }
+    if let Ok(number) = any.cast::<PyFloat>() {
+        let number = number.value();
+        return match number.is_finite() {
+            true => Ok(Some(Value::Float(number))),
+            false => refused(format!("{number} where a finite number must be")),
+        };
+    }
+    Ok(None)
 }
 
 fn of_mapping(

@@ -15,7 +15,7 @@ use nalgebra::Matrix3;
 use crate::element::corotation::{Frame, split_torque};
 use crate::element::lattice::{force, force_left};
 use crate::joint::breaks::{Broken, Ground, Losses, Pull};
-use crate::joint::kinematics::{Moved, joint_displacements, rotations};
+use crate::joint::kinematics::{Moved, joint_displacements, rotations, to_quarters};
 use crate::law::JointLaw;
 use crate::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, dot, load, load_at, scale, splat, store_at, sub,
@@ -159,7 +159,7 @@ fn last_way<S: Simd>(
     let moved = Moved { u: v, frames: None, ..input.moved };
     joint_displacements(simd, moved, at, input.edges(at), way);
     if input.moved.packs.packs[at.0].rigid {
-        to_quarters(simd, input.face(at), way);
+        to_quarters(simd, input.face(at).map(|face| face.0), way);
     }
     for node in 0..way.len() / 3 {
         let v = scale(load_at(simd, way, 3 * node), splat(simd, time_step));
@@ -260,7 +260,7 @@ fn give<S: Simd>(
         }
     }
     if pack.rigid {
-        to_quarters(simd, input.face((index, offset)), &mut work.g);
+        to_quarters(simd, input.face((index, offset)).map(|face| face.0), &mut work.g);
     }
     for (i, node) in shape.joints[offset].iter().enumerate() {
         let mut gi = load_at(simd, &work.g, 3 * i);
@@ -319,23 +319,6 @@ fn part_torque<S: Simd>(
     [own, others]
 }
 
-/// §8, eq. (1): between rigid blocks the pairs are at the centres of the quarters of a face. Displacements of
-/// the corners become those of these points; forces on these points become those on the corners,
-/// by the same weights, 9/16, 3/16, 3/16 and 1/16.
-#[simd]
-pub(crate) fn to_quarters<S: Simd>(simd: S, face: Option<Face<'_>>, field: &mut [Lanes]) {
-    let Some((places, _)) = face else { return };
-    for side in 0..2 {
-        let corner: [usize; 4] = std::array::from_fn(|p| 3 * places[p].sides[side]);
-        let old = corner.map(|at| load_at(simd, field, at));
-        for (p, at) in corner.into_iter().enumerate() {
-            let beside = add(old[p ^ 1], old[p ^ 2]);
-            let sum = add(scale(old[p], splat(simd, 9.0)), scale(beside, splat(simd, 3.0)));
-            store_at(field, at, scale(add(sum, old[p ^ 3]), splat(simd, 1.0 / 16.0)));
-        }
-    }
-}
-
 /// Elements of a joint lattice alone: their local forces are left in the working space, and
 /// turned by the rotation that is returned they are those in space.
 #[simd]
@@ -353,7 +336,7 @@ fn alone<S: Simd>(
     let edges = input.edges(at);
     let rotation = joint_displacements(simd, input.moved, at, edges, &mut work.local[..n]);
     if input.moved.packs.packs[index].rigid {
-        to_quarters(simd, input.face(at), &mut work.local[..n]);
+        to_quarters(simd, input.face(at).map(|face| face.0), &mut work.local[..n]);
     }
     elements(simd, input, at, broken, work);
     rotation

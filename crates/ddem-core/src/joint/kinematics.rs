@@ -8,7 +8,7 @@ use crate::element::corotation::{Frame, mean_rotation, minus_one};
 use crate::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, transposed_times,
 };
-use crate::mesh::pack::{Neighbours, Pack, Packs};
+use crate::mesh::pack::{Neighbours, Pack, Packs, PairPlace};
 
 /// Where the nodes are.
 #[derive(Clone, Copy)]
@@ -162,6 +162,23 @@ impl Source {
                 }
                 out
             }
+        }
+    }
+}
+
+/// §8, eq. (1): between rigid blocks the pairs are at the centres of the quarters of a face. Displacements of
+/// the corners become those of these points; forces on these points become those on the corners,
+/// by the same weights, 9/16, 3/16, 3/16 and 1/16.
+#[simd]
+pub(crate) fn to_quarters<S: Simd>(simd: S, places: Option<&[PairPlace]>, field: &mut [Lanes]) {
+    let Some(places) = places else { return };
+    for side in 0..2 {
+        let corner: [usize; 4] = std::array::from_fn(|p| 3 * places[p].sides[side]);
+        let old = corner.map(|at| load_at(simd, field, at));
+        for (p, at) in corner.into_iter().enumerate() {
+            let beside = add(old[p ^ 1], old[p ^ 2]);
+            let sum = add(scale(old[p], splat(simd, 9.0)), scale(beside, splat(simd, 3.0)));
+            store_at(field, at, scale(add(sum, old[p ^ 3]), splat(simd, 1.0 / 16.0)));
         }
     }
 }

@@ -69,11 +69,22 @@ pub struct Field {
 type Fill = fn(&Snapshot<'_>, Range<usize>, &mut [f64]);
 
 impl Field {
-    const fn new(name: &'static str, unit: &'static str, on: On, n: usize, fill: Fill) -> Self {
-        Self { name, unit, on, components: n, kind: FieldKind::Real, fill }
+    /// A field of real numbers. `fill` writes the numbers of a range of values, one value after another; it can ask the
+    /// snapshot for those of other fields.
+    #[must_use]
+    pub const fn new(
+        name: &'static str,
+        unit: &'static str,
+        on: On,
+        components: usize,
+        fill: fn(&Snapshot<'_>, Range<usize>, &mut [f64]),
+    ) -> Self {
+        Self { name, unit, on, components, kind: FieldKind::Real, fill }
     }
 
-    const fn kind(self, kind: FieldKind) -> Self {
+    /// The same field with numbers of another kind.
+    #[must_use]
+    pub const fn kind(self, kind: FieldKind) -> Self {
         Self { kind, ..self }
     }
 }

@@ -194,3 +194,28 @@ fn files_are_short() {
         assert!(text.lines().count() < 400, "{file} has {} lines", text.lines().count());
     }
 }
+
+/// Lines of each function, from its signature to its last brace.
+fn functions(text: &str) -> Vec<(&str, usize)> {
+    let lines: Vec<&str> = text.lines().collect();
+    let mut functions = Vec::new();
+    for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.contains("fn ")) {
+        let indent = &line[..line.len() - line.trim_start().len()];
+        let begins = ["fn ", "pub fn ", "pub(crate) fn ", "pub(super) fn ", "const fn "];
+        if begins.iter().any(|word| line.trim_start().starts_with(word)) {
+            let ends =
+                |line: &&str| line.strip_prefix(indent).is_some_and(|rest| rest.starts_with('}'));
+            functions.push((*line, lines[at..].iter().position(ends).map_or(0, |last| last + 1)));
+        }
+    }
+    functions
+}
+
+#[test]
+fn functions_are_short() {
+    for (file, text) in sources() {
+        for (line, length) in functions(&text).into_iter().filter(|(_, length)| *length > 60) {
+            panic!("{file}: {length} lines in {line}");
+        }
+    }
+}

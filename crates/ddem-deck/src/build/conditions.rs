@@ -19,12 +19,29 @@ pub(super) fn conditions(
     deck: &Deck,
     problem: &Problem,
 ) -> Result<(Conditions, Vec<Vec<String>>), Vec<Fault>> {
-    let Problem { stages, sets, .. } = problem;
-    let geometry = stages.at(0);
-    let region = |r: &Where| Region::new(r, sets);
-    let mut doubts = Vec::new();
     let mut faults = Vec::new();
-    let mut conditions = Conditions::default();
+    let (fixed, loaded) = (fixes(deck, problem, &mut faults), loads(deck, problem, &mut faults));
+    let (charged, doubts) = charges(deck, problem, &mut faults);
+    let mut conditions = Conditions { fixed, loaded, charged };
+    let Problem { stages, sets, .. } = problem;
+    let charges = conditions.charged.iter().enumerate();
+    faults.extend(charges.filter_map(|charge| without_walls((deck, stages), charge)));
+    conditions.loaded.extend(deck.remove.iter().map(|remove| released(deck, remove)));
+    let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
+    for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {
+        let (region, geometry) = (Region::new(&initial.region, sets), stages.at(0));
+        if region.nodes(geometry).is_empty() {
+            faults.push(no_node(format!("initial[{index}].where"), &region, geometry));
+        }
+    }
+    if faults.is_empty() { Ok((conditions, doubts)) } else { Err(faults) }
+}
+
+/// Supports, with the nodes that each holds.
+fn fixes(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<Fixed> {
+    let Problem { stages, sets, .. } = problem;
+    let region = |r: &Where| Region::new(r, sets);
+    let mut fixed = Vec::new();
     for (index, fix) in deck.fix.iter().enumerate() {
         let geometry = at_stage(deck, stages, fix.from.as_ref());
         let nodes = region(&fix.region).nodes(geometry);
@@ -32,7 +49,7 @@ pub(super) fn conditions(
             let region = region(&fix.region);
             faults.push(no_node(format!("fix[{index}].where"), &region, geometry));
         }
-        conditions.fixed.push(Fixed {
+        fixed.push(Fixed {
             nodes,
             gone: region(&fix.region).nodes_gone(stages.at(0), geometry),
             axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
@@ -42,10 +59,18 @@ pub(super) fn conditions(
             period: deck.period(fix.from.as_ref(), fix.until.as_ref()),
         });
     }
+    fixed
+}
+
+/// Loads, with their nodal forces.
+fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<Loaded> {
+    let Problem { stages, sets, .. } = problem;
+    let region = |r: &Where| Region::new(r, sets);
+    let mut loaded = Vec::new();
     for (index, load) in deck.load.iter().enumerate() {
         let geometry = at_stage(deck, stages, load.from.as_ref());
         match nodal_forces(load, &region(&load.region), geometry) {
-            Ok(forces) => conditions.loaded.push(Loaded {
+            Ok(forces) => loaded.push(Loaded {
                 forces,
                 history: Course::new(load.history.as_ref()),
                 period: deck.period(load.from.as_ref(), load.until.as_ref()),
@@ -58,12 +83,25 @@ pub(super) fn conditions(
             Err(what) => faults.push(nothing(format!("load[{index}].where"), what)),
         }
     }
+    loaded
+}
+
+/// Charges, with the doubts about each.
+fn charges(
+    deck: &Deck,
+    problem: &Problem,
+    faults: &mut Vec<Fault>,
+) -> (Vec<Charged>, Vec<Vec<String>>) {
+    let Problem { stages, sets, .. } = problem;
+    let region = |r: &Where| Region::new(r, sets);
+    let mut charged = Vec::new();
+    let mut doubts = Vec::new();
     for (index, entry) in deck.charge.iter().enumerate() {
         let geometry = at_stage(deck, stages, entry.from.as_ref());
         match charge(index, deck, &region(&entry.region), geometry) {
             Ok((charge, doubtful)) => {
                 doubts.push(doubtful);
-                conditions.charged.push(Charged {
+                charged.push(Charged {
                     charge,
                     history: match &entry.history {
                         Some(ChargeHistory::Given(history)) => Course::new(Some(history)),
@@ -76,17 +114,7 @@ pub(super) fn conditions(
             Err(fault) => faults.push(fault),
         }
     }
-    let charges = conditions.charged.iter().enumerate();
-    faults.extend(charges.filter_map(|charge| without_walls((deck, stages), charge)));
-    conditions.loaded.extend(deck.remove.iter().map(|remove| released(deck, remove)));
-    let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
-    for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {
-        let region = region(&initial.region);
-        if region.nodes(geometry).is_empty() {
-            faults.push(no_node(format!("initial[{index}].where"), &region, geometry));
-        }
-    }
-    if faults.is_empty() { Ok((conditions, doubts)) } else { Err(faults) }
+    (charged, doubts)
 }
 
 /// Motions of nodes at the start; entries without any count after others, whose nodes they put to rest.

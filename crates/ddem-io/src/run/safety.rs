@@ -36,17 +36,7 @@ pub(super) fn search(
             moving = failing.moving_blocks();
         }
     }
-    let [stable, unstable] = found.bracket;
-    // Of the strengths as they are: of the stage before, or by the factor.
-    let before = cursor.done.last().map(|stage| stage.verdict);
-    let verdict = match (before, found.factor.or(stable), unstable) {
-        (Some(verdict @ (Verdict::AtRest | Verdict::Fails)), ..) => verdict,
-        (_, Some(factor), _) if factor >= 1.0 => Verdict::AtRest,
-        (_, _, end) if undecided(&found.trials, end) => Verdict::Undecided,
-        (_, _, Some(factor)) if factor <= 1.0 => Verdict::Fails,
-        (_, Some(_), Some(_)) => Verdict::Fails,
-        _ => Verdict::Undecided,
-    };
+    let verdict = verdict(cursor.done.last().map(|stage| stage.verdict), &found);
     for doubt in doubts(&found, &stage.search(), simulation) {
         let warning = format!("stage `{}`: {doubt}", stage.name);
         observer.event(Event::Warning(&warning));
@@ -74,6 +64,19 @@ pub(super) fn search(
     observer.event(Event::StageDone(&summary));
     cursor.done.push(summary);
     Ok(true)
+}
+
+/// Verdict on the strengths as they are: that of the stage `before`, or by the factor.
+fn verdict(before: Option<Verdict>, found: &Safety) -> Verdict {
+    let [stable, unstable] = found.bracket;
+    match (before, found.factor.or(stable), unstable) {
+        (Some(verdict @ (Verdict::AtRest | Verdict::Fails)), ..) => verdict,
+        (_, Some(factor), _) if factor >= 1.0 => Verdict::AtRest,
+        (_, _, end) if undecided(&found.trials, end) => Verdict::Undecided,
+        (_, _, Some(factor)) if factor <= 1.0 => Verdict::Fails,
+        (_, Some(_), Some(_)) => Verdict::Fails,
+        _ => Verdict::Undecided,
+    }
 }
 
 /// Reasons why the factor of safety may be another one, or why there is none.
