@@ -29,6 +29,7 @@ pub(crate) mod pack;
 pub(crate) mod parallel;
 pub(crate) mod properties;
 pub(crate) mod seams;
+pub(crate) mod slot;
 mod stages;
 mod surface;
 
@@ -211,11 +212,20 @@ impl Geometry {
         assert!(block < n, "there is no block {block}: the model has {n} blocks, from 0");
     }
 
+    /// Block of a node.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such node.
+    pub fn block_of(&self, node: usize) -> usize {
+        self.has_node(node);
+        self.bodies.partition_point(|b| b.first_node as usize <= node) - 1
+    }
+
     /// The body that has a node, and the node's lattice steps in it.
     #[track_caller]
     pub fn locate(&self, node: usize) -> (usize, [usize; 3]) {
-        self.has_node(node);
-        let body = self.bodies.partition_point(|b| b.first_node as usize <= node) - 1;
+        let body = self.block_of(node);
         let local = node - self.bodies[body].first_node as usize;
         let n = self.lattice(body).divisions + 1;
         (body, [local % n, local / n % n, local / (n * n)])

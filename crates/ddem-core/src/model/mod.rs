@@ -34,6 +34,7 @@ use crate::mesh::in_situ::InSitu;
 use crate::mesh::pack::Packs;
 use crate::mesh::properties::{Kinematics, Properties};
 use crate::mesh::seams::{Seam, Seams};
+use crate::mesh::slot::NodeSlot;
 use crate::mesh::{Face, Geometry, Stages, faces};
 use crate::model::boundary::{Borders, Made};
 use crate::model::conditions::{Active, Applied, Conditions};
@@ -276,7 +277,7 @@ impl Model {
     /// If the model has no such node.
     #[must_use]
     pub fn block_of(&self, node: usize) -> usize {
-        self.geometry.locate(node).0
+        self.geometry.block_of(node)
     }
 
     /// True while waves of charges cross the model: there is no damping of failed joints
@@ -318,8 +319,9 @@ impl Model {
     /// If the model has no such node.
     #[must_use]
     pub fn mass(&self, node: usize) -> f64 {
-        let (pack, local, lane) = self.place(node);
-        self.assembly.inertia[self.assembly.pack_inertia[pack] as usize].mass[local].0[lane]
+        let slot = self.node_slot(node);
+        let class = self.assembly.pack_inertia[slot.pack] as usize;
+        self.assembly.inertia[class].mass[slot.local(&self.packs)].0[slot.lane()]
     }
 
     /// Diagonal of the assembled intact stiffness at a node `[N/m]`: body, joints, strips.
@@ -329,17 +331,15 @@ impl Model {
     /// If the model has no such node.
     #[must_use]
     pub fn stiffness_diagonal(&self, node: usize) -> [f64; 3] {
-        let (pack, local, lane) = self.place(node);
-        let inertia = &self.assembly.inertia[self.assembly.pack_inertia[pack] as usize];
-        [0, 1, 2].map(|c| inertia.diagonal[3 * local + c].0[lane])
+        let slot = self.node_slot(node);
+        let inertia = &self.assembly.inertia[self.assembly.pack_inertia[slot.pack] as usize];
+        let first = 3 * slot.local(&self.packs);
+        [0, 1, 2].map(|c| inertia.diagonal[first + c].0[slot.lane()])
     }
 
-    /// Pack, local number and lane of a node.
-    pub(crate) fn place(&self, node: usize) -> (usize, usize, usize) {
-        let (body, at) = self.geometry.locate(node);
-        let n = self.geometry.lattice(body).divisions + 1;
-        let (pack, lane) = self.packs.slot(body);
-        (pack, at[0] + n * (at[1] + n * at[2]), lane)
+    /// Storage of a node.
+    pub(crate) fn node_slot(&self, node: usize) -> NodeSlot {
+        self.packs.node_slot(&self.geometry, node)
     }
 
     /// Volume of all bodies, face joints, strips and corners `[m³]`.
@@ -362,17 +362,15 @@ impl Model {
 
     /// Value of a nodal field at a node.
     pub(crate) fn get(&self, field: &[Lanes], node: usize) -> [f64; 3] {
-        let (pack, local, lane) = self.place(node);
-        let at = 3 * (self.packs.packs[pack].start + local);
-        [0, 1, 2].map(|c| field[at + c].0[lane])
+        let slot = self.node_slot(node);
+        slot.components().map(|at| field[at].0[slot.lane()])
     }
 
     /// Sets the value of a nodal field at a node.
     pub(crate) fn set(&self, field: &mut [Lanes], node: usize, value: [f64; 3]) {
-        let (pack, local, lane) = self.place(node);
-        let at = 3 * (self.packs.packs[pack].start + local);
-        for c in 0..3 {
-            field[at + c].0[lane] = value[c];
+        let slot = self.node_slot(node);
+        for (at, value) in slot.components().into_iter().zip(value) {
+            field[at].0[slot.lane()] = value;
         }
     }
 }

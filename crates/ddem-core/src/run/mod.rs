@@ -301,10 +301,9 @@ impl Simulation {
         }
         let mut rebuild = false;
         for (&node, &force) in &sums {
-            let (pack, local, lane) = self.model.place(node as usize);
-            let at = 3 * (self.model.packs.packs[pack].start + local) as u32;
+            let slot = self.model.node_slot(node as usize);
             let load = self.model.conditions.applied_factor() as u32;
-            match self.view.active.force_mut((pack, at, lane as u8), load) {
+            match self.view.active.force_mut(slot, load) {
                 Some(present) => *present = force,
                 None => rebuild = true,
             }

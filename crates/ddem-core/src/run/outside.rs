@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::error::RunError;
 use crate::mesh::Vec3;
+use crate::mesh::slot::NodeSlot;
 use crate::model::Model;
 use crate::model::boundary::{Column, Moving, Pace};
 use crate::model::charge::{Charge, ChargeState, Fill};
@@ -165,10 +166,8 @@ impl Simulation {
             let u: Vec<Vec3> = charge.nodes.iter().map(u).collect();
             let push = charge.push(&u, before);
             for (node, force) in charge.nodes.iter().zip(push.forces) {
-                let (pack, local, lane) = model.place(*node as usize);
-                let at = 3 * (model.packs.packs[pack].start + local) as u32;
-                let place = (pack, at, lane as u8);
-                if let Some(present) = active.force_mut(place, (loads + index) as u32) {
+                let slot = model.node_slot(*node as usize);
+                if let Some(present) = active.force_mut(slot, (loads + index) as u32) {
                     *present = force.into();
                 }
             }
@@ -206,7 +205,7 @@ impl Simulation {
             if dug {
                 return column.squares[level].map(|square| motion.rate(square));
             }
-            let (pack, at, lane) = column.places[level];
+            let NodeSlot { pack, at, lane } = column.slots[level];
             let inertia = assembly.pack_inertia[pack] as usize;
             let at = at as usize - 3 * self.model.packs.packs[pack].start;
             let mass = assembly.inertia[inertia].mass[at / 3].0[usize::from(lane)];

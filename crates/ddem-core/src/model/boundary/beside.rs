@@ -1,10 +1,11 @@
 //! What columns have of the model that they stand behind: its supports, and the damping of its nodes, where
 //! blocks have been taken out, too.
 
-use super::outside::{held, place};
+use super::outside::held;
 use super::{Column, Made};
 use crate::mesh::assembly::Assembly;
 use crate::mesh::inertia::Inertia;
+use crate::mesh::slot::NodeSlot;
 use crate::model::conditions::{Active, Conditions};
 
 impl Column {
@@ -15,11 +16,11 @@ impl Column {
         (conditions, stage, active): (&Conditions, usize, &Active),
     ) -> Vec<[Option<usize>; 3]> {
         let of = |node: &u32| {
-            let gone = made.geometry.is_gone(made.geometry.locate(*node as usize).0);
+            let gone = made.geometry.is_gone(made.geometry.block_of(*node as usize));
             // The ground goes on as it was held.
             let fixes = match gone {
                 true => conditions.holds(*node, stage),
-                false => held(active, place(made, *node)),
+                false => held(active, made.packs.node_slot(made.geometry, *node as usize)),
             };
             fixes.map(|fix| fix.map(|f| f as usize))
         };
@@ -38,18 +39,18 @@ impl Column {
             let lost = |o: [i32; 3]| start.neighbour(body, o) != now.neighbour(body, o);
             now.is_gone(body) || (0..27).map(around).any(lost)
         };
-        self.nodes.iter().map(|&node| dug(start.locate(node as usize).0)).collect()
+        self.nodes.iter().map(|&node| dug(start.block_of(node as usize))).collect()
     }
 
     pub(super) fn note_ground(&mut self, made: Made<'_>, assembly: &Assembly) {
-        let packs = made.packs;
-        self.places = self.nodes.iter().map(|&node| place(made, node)).collect();
-        let square = |&(pack, at, lane): &(usize, u32, u8)| {
-            let Inertia { mass, diagonal, .. } =
-                &assembly.inertia[assembly.pack_inertia[pack] as usize];
-            let (at, lane) = (at as usize - 3 * packs.packs[pack].start, usize::from(lane));
-            [0, 1, 2].map(|c| diagonal[at + c].0[lane] / mass[at / 3].0[lane])
+        let slot = |&node: &u32| made.packs.node_slot(made.geometry, node as usize);
+        self.slots = self.nodes.iter().map(slot).collect();
+        let square = |slot: &NodeSlot| {
+            let class = assembly.pack_inertia[slot.pack] as usize;
+            let Inertia { mass, diagonal, .. } = &assembly.inertia[class];
+            let (local, lane) = (slot.local(made.packs), slot.lane());
+            [0, 1, 2].map(|c| diagonal[3 * local + c].0[lane] / mass[local].0[lane])
         };
-        self.squares = self.places.iter().map(square).collect();
+        self.squares = self.slots.iter().map(square).collect();
     }
 }

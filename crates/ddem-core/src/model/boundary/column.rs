@@ -13,6 +13,7 @@ use crate::element::Elastic;
 use crate::law::Stiffness;
 use crate::math::leapfrog::{coefficients, local_damping};
 use crate::mesh::properties::Properties;
+use crate::mesh::slot::NodeSlot;
 use crate::mesh::{Geometry, Strip, Surface, Vec3, moved_to};
 
 /// Between two levels: tractions by difference of displacements `[Pa/m]`.
@@ -33,8 +34,8 @@ struct Segment {
 pub struct Column {
     /// The nodes of the model that it stands behind.
     pub nodes: Vec<u32>,
-    /// Pack, place of the x component in a nodal field, and lane of each.
-    pub(crate) places: Vec<(usize, u32, u8)>,
+    /// Storage of each.
+    pub(crate) slots: Vec<NodeSlot>,
     segments: Vec<Segment>,
     /// Mass of each level `[kg/m²]`.
     mass: Vec<f64>,
@@ -343,8 +344,8 @@ impl Column {
             mass[i + 1] += segment.mass / 2.0;
         }
         let [p, s] = [foot.p_speed(), foot.s_speed()].map(|speed| foot.density * speed);
-        let (places, squares) = (Vec::new(), Vec::new());
+        let (slots, squares) = (Vec::new(), Vec::new());
         let impedance = Vec3::new(s, s, p);
-        Self { nodes, places, segments, mass, impedance, first, squares }
+        Self { nodes, slots, segments, mass, impedance, first, squares }
     }
 }

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::{Border, Borders, Column, Made, Moving, Push, Resistance};
+use crate::mesh::slot::NodeSlot;
 use crate::mesh::{Surface, Vec3};
 use crate::model::conditions::{Active, Applied, Conditions, starts};
 
@@ -92,15 +93,16 @@ impl Outside {
         let here = || borders.list.iter().enumerate().filter(|(_, b)| b.period.has(stage));
         let mut sums: BTreeMap<u32, Resistance> = BTreeMap::new();
         // What has been taken out answers nothing.
-        let there = |node: u32| !made.geometry.is_gone(made.geometry.locate(node as usize).0);
+        let there = |node: u32| !made.geometry.is_gone(made.geometry.block_of(node as usize));
         let dashpots = here().flat_map(|(_, border)| &border.dashpots);
         for (node, resistance) in dashpots.filter(|(node, _)| there(*node)) {
             *sums.entry(*node).or_insert_with(Resistance::zeros) += resistance;
         }
         let mut dashpots: Vec<(usize, Dashpot)> = Vec::with_capacity(sums.len());
         for (node, resistance) in sums {
-            let (pack, at, lane) = place(made, node);
-            let held = held(active, (pack, at, lane)).map(|fix| fix.unwrap_or(FREE));
+            let slot = made.packs.node_slot(made.geometry, node as usize);
+            let NodeSlot { pack, at, lane } = slot;
+            let held = held(active, slot).map(|fix| fix.unwrap_or(FREE));
             let kept = kept.get(&node).copied().unwrap_or_default().into();
             dashpots.push((pack, Dashpot { at, lane, node, resistance, held, kept }));
         }
@@ -174,7 +176,7 @@ impl Outside {
         let mut blocks: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
         let there = |node: &u32| self.by_node.contains_key(node);
         for (node, _) in border.dashpots.iter().filter(|(node, _)| there(node)) {
-            let (block, _) = made.geometry.locate(*node as usize);
+            let block = made.geometry.block_of(*node as usize);
             blocks.entry(block).or_default().insert(*node);
         }
         let fixes = |node: &u32| {
@@ -221,21 +223,9 @@ impl Outside {
     }
 }
 
-/// Pack, place of the x component in a nodal field, and lane of a node.
-pub(super) fn place(made: Made<'_>, node: u32) -> (usize, u32, u8) {
-    let (body, at) = made.geometry.locate(node as usize);
-    let (pack, lane) = made.packs.slot(body);
-    let n = made.geometry.lattice(body).divisions + 1;
-    let local = at[0] + n * (at[1] + n * at[2]);
-    (pack, 3 * (made.packs.packs[pack].start + local) as u32, lane as u8)
-}
-
 /// The fixes that hold the axes of a node.
-pub(super) fn held(active: &Active, (pack, at, lane): (usize, u32, u8)) -> [Option<u32>; 3] {
-    [0, 1, 2].map(|axis| {
-        let support = active.support_at(pack, at + axis, lane)?;
-        Some(active.supports[support].fix)
-    })
+pub(super) fn held(active: &Active, slot: NodeSlot) -> [Option<u32>; 3] {
+    [0, 1, 2].map(|axis| Some(active.supports[active.support_at(slot, axis)?].fix))
 }
 
 /// Dashpots and waves below a column: those of the faces below its lowest node, which look down.

@@ -7,6 +7,7 @@ use super::Conditions;
 use crate::math::lanes::LANES;
 use crate::mesh::Geometry;
 use crate::mesh::pack::Packs;
+use crate::mesh::slot::NodeSlot;
 
 /// One supported degree of freedom.
 #[derive(Clone, Copy, Debug)]
@@ -52,17 +53,10 @@ struct Slots<'a> {
 }
 
 impl Slots<'_> {
-    /// Pack, place of the x component in a nodal field, and lane of a node; none of a block that has been taken out.
-    fn of(&self, node: u32) -> Option<(usize, u32, u8)> {
-        let Self { geometry, packs } = self;
-        let (body, at) = geometry.locate(node as usize);
-        if geometry.is_gone(body) {
-            return None;
-        }
-        let (pack, lane) = packs.slot(body);
-        let n = geometry.lattice(body).divisions + 1;
-        let local = at[0] + n * (at[1] + n * at[2]);
-        Some((pack, 3 * (packs.packs[pack].start + local) as u32, lane as u8))
+    /// Storage of a node; none of a block that has been taken out.
+    fn of(&self, node: u32) -> Option<NodeSlot> {
+        let slot = self.packs.node_slot(self.geometry, node as usize);
+        (!self.geometry.is_gone(self.geometry.block_of(node as usize))).then_some(slot)
     }
 
     /// Supports of a stage with their packs, sorted; of two on one degree of freedom the later one.
@@ -71,7 +65,7 @@ impl Slots<'_> {
         let fixed = conditions.fixed.iter().enumerate();
         for (fix, entry) in fixed.filter(|(_, entry)| entry.period.has(stage)) {
             for &node in &entry.nodes {
-                let Some((pack, at, lane)) = self.of(node) else { continue };
+                let Some(NodeSlot { pack, at, lane }) = self.of(node) else { continue };
                 for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
                     let at = at + u32::from(axis);
                     supports.push((pack, Support { at, lane, axis, fix: fix as u32, node }));
@@ -92,7 +86,7 @@ impl Slots<'_> {
     ) -> Vec<(usize, NodalLoad)> {
         let mut loads = Vec::new();
         let mut add = |node: u32, load: usize, force: [f64; 3]| {
-            if let Some((pack, at, lane)) = self.of(node) {
+            if let Some(NodeSlot { pack, at, lane }) = self.of(node) {
                 loads.push((pack, NodalLoad { at, lane, load: load as u32, force }));
             }
         };
@@ -154,21 +148,18 @@ impl Active {
         &self.loads[self.load_start[pack] as usize..self.load_start[pack + 1] as usize]
     }
 
-    /// The force of a load on a node, by its pack, place and lane, if it has one.
-    pub(crate) fn force_mut(
-        &mut self,
-        (pack, at, lane): (usize, u32, u8),
-        load: u32,
-    ) -> Option<&mut [f64; 3]> {
+    /// Force of a load on a node, if it has one.
+    pub(crate) fn force_mut(&mut self, slot: NodeSlot, load: u32) -> Option<&mut [f64; 3]> {
+        let NodeSlot { pack, at, lane } = slot;
         let range = self.load_start[pack] as usize..self.load_start[pack + 1] as usize;
         let loads = &mut self.loads[range];
         let found = loads.binary_search_by_key(&(at, lane, load), |l| (l.at, l.lane, l.load));
         found.ok().map(|found| &mut loads[found].force)
     }
 
-    /// The support of a degree of freedom, by its pack, place and lane: its number.
-    pub(crate) fn support_at(&self, pack: usize, at: u32, lane: u8) -> Option<usize> {
-        let range = self.supports_of(pack);
+    /// Number of the support of a node along an axis.
+    pub(crate) fn support_at(&self, slot: NodeSlot, axis: u32) -> Option<usize> {
+        let (range, at, lane) = (self.supports_of(slot.pack), slot.at + axis, slot.lane);
         let key = |s: &Support| (s.at, s.lane);
         let found = self.supports[range.clone()].binary_search_by_key(&(at, lane), key);
         found.ok().map(|found| range.start + found)
