@@ -55,8 +55,8 @@ struct Slots<'a> {
 impl Slots<'_> {
     /// Storage of a node; none of a block that has been taken out.
     fn of(&self, node: u32) -> Option<NodeSlot> {
-        let slot = self.packs.node_slot(self.geometry, node as usize);
-        (!self.geometry.is_gone(self.geometry.block_of(node as usize))).then_some(slot)
+        let there = !self.geometry.is_gone(self.geometry.block_of(node as usize));
+        there.then(|| self.packs.node_slot(self.geometry, node as usize))
     }
 
     /// Supports of a stage with their packs, sorted; of two on one degree of freedom the later one.
