@@ -5,6 +5,7 @@ pub(crate) mod boundary;
 pub(crate) mod charge;
 mod computed;
 pub(crate) mod conditions;
+pub(crate) mod damage;
 mod elements;
 mod excavation;
 pub(crate) mod history;

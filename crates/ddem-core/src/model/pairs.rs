@@ -156,13 +156,3 @@ pub struct PairAt {
     /// Number of the joint's properties, in sorted order of the names.
     pub joint: u16,
 }
-
-/// Each joint face: pack and direction, lane, number of its first pair.
-pub(crate) fn face_places(
-    model: &Model,
-) -> impl Iterator<Item = ((usize, usize), usize, usize)> + use<'_> {
-    model.faces.iter().map(|face| {
-        let (pack, lane) = model.packs.slot(face.a as usize);
-        ((pack, face.direction as usize), lane, face.first_pair as usize)
-    })
-}

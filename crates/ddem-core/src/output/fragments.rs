@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::Snapshot;
 use crate::math::groups::Groups;
 use crate::mesh::Vec3;
-use crate::model::pairs::face_places;
+use crate::model::damage::Damage;
 
 /// Steps into which the volume of the model is cut to compare fragments: those of equal blocks differ
 /// by rounding alone.
@@ -109,7 +109,8 @@ impl Snapshot<'_> {
     fn bare_fragments(&self) -> Vec<Fragment> {
         let n = self.model.n_blocks();
         let mut groups = Groups::new(n);
-        self.held_together().for_each(|blocks| groups.join(blocks));
+        let damages = self.model.damages(&self.scratch.trial, &self.scratch.trial_contacts);
+        damages.filter(Damage::holds).for_each(|damage| groups.join(damage.blocks));
         let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
         for block in (0..n).filter(|&block| !self.model.is_removed(block)) {
             let fragment = &mut fragments[groups.lowest(block)];
@@ -121,30 +122,6 @@ impl Snapshot<'_> {
         let step = self.volume_step();
         fragments.sort_by_key(|fragment| Reverse(rank(fragment, step)));
         fragments
-    }
-
-    /// Each two blocks that a joint holds together at the time that was last measured.
-    fn held_together(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
-        let (model, breaks) = (&self.model, &self.scratch.trial);
-        let holds = |law: u16| {
-            let law = model.laws.get(usize::from(law)).and_then(Option::as_ref);
-            law.is_none_or(|law| law.bonds())
-        };
-        let faces = model.faces().iter().zip(face_places(model));
-        let bonded = faces.filter(move |(_, ((pack, d), lane, _))| {
-            let broken = breaks.get(*pack, 1 << d);
-            model.seams.get(*pack, *d).is_some_and(|seam| holds(seam.laws[*lane]))
-                && broken.is_none_or(|b| b.points.iter().any(|points| points[*lane].mode.is_none()))
-        });
-        let contacts = &self.scratch.trial_contacts;
-        let seated = model.seated.iter().filter(move |joint| {
-            contacts.bond(joint.patch.blocks).is_some_and(|(bond, _)| {
-                holds(bond.law) && bond.pairs.iter().any(|pair| pair.mode.is_none())
-            })
-        });
-        let bonded = bonded.map(|(face, _)| [face.a as usize, face.b as usize]);
-        let all = bonded.chain(seated.map(|joint| joint.patch.blocks.map(|block| block as usize)));
-        all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block)))
     }
 
     /// How much of the mass is in fragments that are no larger.

@@ -4,10 +4,8 @@ use std::ops::Range;
 
 use super::Snapshot;
 use crate::joint::breaks::Point;
-use crate::joint::contact::Release;
 use crate::law::Mode;
 use crate::mesh::Vec3;
-use crate::model::pairs::Joint;
 
 /// Mean displacement of both sides.
 pub(super) fn displacement(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
@@ -88,14 +86,8 @@ fn failed(
 
 /// 1 where a contact has taken the place of the joint.
 pub(super) fn released(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    let (model, contacts) = (snapshot.model, &snapshot.scratch.trial_contacts);
-    model.fill_pairs(range, out, |joint| {
-        let released = match model.joint(joint) {
-            Joint::Matching(face) => {
-                contacts.joints[face.a as usize][face.direction as usize] == Release::Done
-            }
-            Joint::Seated(joint) => matches!(contacts.bond(joint.patch.blocks), Some((_, None))),
-        };
+    snapshot.model.fill_pairs(range, out, |joint| {
+        let released = snapshot.damage(joint).is_released();
         move |_| [f64::from(u8::from(released))]
     });
 }

@@ -7,14 +7,15 @@ use nalgebra::Matrix3;
 
 use super::Snapshot;
 use crate::force::joint::face_forces;
-use crate::joint::breaks::{Breaks, Broken, Point};
-use crate::joint::contact::{Bond, Contacts, Patch, Seated};
+use crate::joint::breaks::{Breaks, Point};
+use crate::joint::contact::{Contacts, Seated};
 use crate::math::lanes::Lanes;
 use crate::mesh::NO_JOINT;
 use crate::mesh::Vec3;
-use crate::model::pairs::{Joint, face_places};
+use crate::model::damage::Damage;
+use crate::model::pairs::Joint;
+use crate::state::State;
 use crate::state::pass::Workspace;
-use crate::step::scratch::Scratch;
 use crate::step::{Pass, input};
 
 /// A pair as it is now, in the frame of space.
@@ -45,31 +46,6 @@ struct Forces {
     work: Workspace,
 }
 
-/// Damage of a joint.
-pub(crate) enum Damage<'a> {
-    /// Broken elements and springs of one whose faces match, and its lane; `None` while it is elements alone.
-    Matching(Option<(&'a Broken, usize)>),
-    /// Bonds and points of one whose faces do not; once a contact has taken its place there is no patch.
-    Seated(Option<(&'a Bond, Option<&'a Patch>)>),
-}
-
-impl Damage<'_> {
-    /// History of a pair and the time `[s]` at which it failed; `None` where there are elements alone.
-    pub(crate) fn point(&self, pair: usize) -> Option<(Point, f64)> {
-        match *self {
-            Self::Matching(broken) => {
-                let (broken, lane) = broken?;
-                Some((broken.points[pair][lane], broken.times[pair][lane]))
-            }
-            Self::Seated(bond) => {
-                let (bond, patch) = bond?;
-                let point = bond.point(pair, patch.map(|patch| &patch.points[pair]));
-                Some((point, bond.pairs[pair].time))
-            }
-        }
-    }
-}
-
 impl Snapshot<'_> {
     /// Traction of every pair on its first node's side `[Pa]`, shape `(n_pairs, 3)`, in global axes: `T = (F_a −
     /// F_b)/(2 A_p)` of the forces that the joint's elements and springs exert, (M1). Its product with the normal
@@ -87,14 +63,7 @@ impl Snapshot<'_> {
 
     /// Damage of a joint at the time that was last measured.
     pub(crate) fn damage(&self, joint: usize) -> Damage<'_> {
-        let Scratch { trial, trial_contacts, .. } = self.scratch;
-        match self.model.joint(joint) {
-            Joint::Matching(face) => {
-                let (pack, lane) = self.model.packs.slot(face.a as usize);
-                Damage::Matching(trial.get(pack, 1 << face.direction).map(|broken| (broken, lane)))
-            }
-            Joint::Seated(joint) => Damage::Seated(trial_contacts.bond(joint.patch.blocks)),
-        }
+        self.model.damage(joint, &self.scratch.trial, &self.scratch.trial_contacts)
     }
 
     /// By what the most loaded pair that is bonded is beyond its strength, for a relaxation.
@@ -111,25 +80,11 @@ impl Snapshot<'_> {
         most
     }
 
-    /// Whether a joint has turned about pairs that still hold, so far that it is to let go of them.
+    /// True where a joint has turned about pairs that still hold, so far that it is to let go of them.
     pub(crate) fn hinges(&self) -> bool {
-        let model = self.model;
-        let Some(surfaces) = model.searched() else { return false };
-        let bonds = |law: u16| {
-            let law = model.laws.get(usize::from(law)).and_then(Option::as_ref);
-            law.is_some_and(|law| law.bonds())
-        };
-        let matching = face_places(model).any(|((pack, d), lane, _)| {
-            let broken = self.state.breaks.get(pack, 1 << d).zip(model.seams.get(pack, d));
-            broken.is_some_and(|(broken, seam)| {
-                bonds(seam.laws[lane]) && broken.holds(lane) && broken.turned(seam, lane)
-            })
-        });
-        matching
-            || self.state.contacts.patches.iter().any(|patch| {
-                patch.bond.as_ref().is_some_and(|bond| bonds(bond.law))
-                    && patch.hinges(&surfaces.blocks)
-            })
+        let State { breaks, contacts, .. } = self.state;
+        self.model.searched().is_some()
+            && self.model.damages(breaks, contacts).any(|damage| damage.hinges(self.model))
     }
 
     fn see(

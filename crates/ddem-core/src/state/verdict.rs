@@ -1,11 +1,11 @@
 //! Which blocks have moved against each other, and how a stage ends.
 
 use crate::error::Moving;
-use crate::joint::contact::{Patch, Release};
+use crate::joint::contact::Patch;
 use crate::math::groups::Groups;
-use crate::mesh::{Face, Vec3};
+use crate::mesh::Vec3;
 use crate::model::Model;
-use crate::model::pairs::face_places;
+use crate::model::damage::Damage;
 use crate::state::State;
 use crate::state::motion::Motion;
 use crate::state::watch::{LOOK, patience};
@@ -13,34 +13,26 @@ use crate::state::watch::{LOOK, patience};
 /// Part of the motion of the block that moves most with which a block moves.
 const MOVES: f64 = 0.01;
 
+/// Blocks on both sides of the contacts whose blocks are there.
+fn contacts<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
+    let points = |patch: &&Patch| patch.bond.is_none() && !patch.points.is_empty();
+    let contacts = state.contacts.patches.iter().filter(points);
+    let blocks = contacts.map(|patch| patch.blocks.map(|block| block as usize));
+    blocks.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block)))
+}
+
 /// Each two blocks that a joint or a contact is between, bonded or not.
-fn linked(model: &Model, state: &State) -> impl Iterator<Item = [usize; 2]> {
-    let State { contacts, .. } = state;
-    let released = |face: &Face| {
-        let joints = contacts.joints.get(face.a as usize);
-        joints.is_some_and(|joints| joints[face.direction as usize] == Release::Done)
-    };
-    let joints = model.faces.iter().filter(move |face| !released(face));
-    let patches = contacts.patches.iter().filter(|patch| !patch.points.is_empty());
-    let all = joints.map(|face| [face.a, face.b]).chain(patches.map(|patch| patch.blocks));
-    let all = all.map(|blocks| blocks.map(|block| block as usize));
-    all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block)))
+fn linked<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
+    let joints = model.damages(&state.breaks, &state.contacts);
+    let joints = joints.filter(|damage| !damage.is_released()).map(|damage| damage.blocks);
+    joints.chain(contacts(model, state))
 }
 
 /// Each two blocks with failed pairs between them, or in contact, some of them twice.
-fn loose(model: &Model, state: &State) -> Vec<[u32; 2]> {
-    let State { breaks, contacts, .. } = state;
-    let broken = model.faces.iter().zip(face_places(model)).filter(|(_, ((pack, d), lane, _))| {
-        breaks.get(*pack, 1 << d).is_some_and(|broken| broken.has_failed(*lane))
-    });
-    let failed = |patch: &&Patch| match &patch.bond {
-        Some(bond) => bond.pairs.iter().any(|pair| pair.mode.is_some()),
-        None => !patch.points.is_empty(),
-    };
-    let broken = broken.map(|(face, _)| [face.a, face.b]);
-    let patches = contacts.patches.iter().filter(failed).map(|patch| patch.blocks);
-    let all = broken.chain(patches).chain(contacts.ended.iter().map(|(blocks, _)| *blocks));
-    all.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block as usize))).collect()
+fn loose<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
+    let joints = model.damages(&state.breaks, &state.contacts);
+    let failed = joints.filter(Damage::has_failed).map(|damage| damage.blocks);
+    failed.chain(contacts(model, state))
 }
 
 /// Mean displacement of each block `[m]`.
@@ -101,20 +93,16 @@ impl State {
     fn apart(&self, model: &Model) -> Vec<([usize; 2], f64)> {
         let (now, then) = (places(model, self), &self.watch.places[1]);
         let way = |block: usize| Vec3::from(now[block]) - place(then, block);
-        let apart = |blocks: [u32; 2]| {
-            let [a, b] = blocks.map(|block| block as usize);
-            ([a, b], (way(b) - way(a)).norm())
-        };
-        loose(model, self).into_iter().map(apart).collect()
+        loose(model, self).map(|[a, b]| ([a, b], (way(b) - way(a)).norm())).collect()
     }
 
     /// True where blocks that could move have been watched for long enough to be seen.
     pub(crate) fn is_known(&self, model: &Model, motion: &Motion) -> bool {
-        let edge = |blocks: [u32; 2]| {
-            let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block as usize));
+        let edge = |blocks: [usize; 2]| {
+            let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block));
             a.min(b)
         };
-        let edge = loose(model, self).into_iter().map(edge).fold(0.0, f64::max);
+        let edge = loose(model, self).map(edge).fold(0.0, f64::max);
         let gravity = model.properties.gravity.norm();
         let watched = (self.steps - self.watch.since.min(self.steps)) as f64 * motion.time_step;
         watched >= patience(edge, gravity, motion.local)

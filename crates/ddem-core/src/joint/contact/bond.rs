@@ -207,7 +207,7 @@ impl Bond {
         breaks::Point { origin, quarters: 4, mode, memory: Memory { damage, ..memory } }
     }
 
-    fn failed(&self) -> bool {
+    pub(crate) fn failed(&self) -> bool {
         self.pairs.iter().all(|pair| pair.mode.is_some())
     }
 }
