@@ -15,7 +15,7 @@ pub(crate) struct Cell {
 }
 
 /// A face of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FaceOf {
     /// The edge that it lies across.
     pub direction: usize,
@@ -24,6 +24,16 @@ pub struct FaceOf {
 }
 
 impl FaceOf {
+    /// All six faces, by their numbers.
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..6).map(Self::of_number)
+    }
+
+    /// −1 at the lower end of the edge, +1 at the upper one.
+    pub fn side(self) -> i32 {
+        if self.upper { 1 } else { -1 }
+    }
+
     /// Twice the direction, plus one at the upper side.
     pub fn number(self) -> u8 {
         2 * self.direction as u8 + u8::from(self.upper)

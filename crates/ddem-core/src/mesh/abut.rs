@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::Geometry;
 use super::lattice::NO_JOINT;
+use super::{BlockFace, Geometry};
 use crate::collide::FaceOf;
 
 /// Two faces that lie on each other, or nearly.
@@ -21,6 +21,15 @@ pub struct Abutment {
     pub gap: f64,
     /// Normal stiffness of the joint `[Pa/m]`.
     pub stiffness: f64,
+}
+
+impl Abutment {
+    /// Its two faces.
+    #[must_use]
+    pub fn sides(&self) -> [BlockFace; 2] {
+        let side = |k: usize| BlockFace { block: self.blocks[k] as usize, face: self.faces[k] };
+        [side(0), side(1)]
+    }
 }
 
 /// What a face has of the joints to others that it does not match.

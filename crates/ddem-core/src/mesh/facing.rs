@@ -1,7 +1,7 @@
 //! Faces of two blocks that lie on each other.
 
-use super::{Geometry, Vec3};
-use crate::collide::{FaceOf, overlap};
+use super::{BlockFace, Geometry, RestFace};
+use crate::collide::overlap;
 
 /// Part of a block's edge by which faces that lie on each other may miss.
 pub const MISSES: f64 = 1e-4;
@@ -9,27 +9,6 @@ pub const MISSES: f64 = 1e-4;
 const PARALLEL: f64 = 1e-8;
 /// Part of the smaller face that is over the other at least.
 pub const SLIVER: f64 = 1e-6;
-
-/// A face of a block at rest.
-#[derive(Clone, Copy, Debug)]
-pub struct RestFace {
-    /// Outward unit normal.
-    pub normal: Vec3,
-    /// Corners, in order around the face `[m]`.
-    pub corners: [Vec3; 4],
-    /// Area `[m²]`.
-    pub area: f64,
-    /// Corners of the face of its cell, up to the middle of the gaps around `[m]`.
-    pub whole: [Vec3; 4],
-}
-
-impl RestFace {
-    /// Centre of its corners `[m]`.
-    #[must_use]
-    pub fn centre(&self) -> Vec3 {
-        self.corners.iter().sum::<Vec3>() / 4.0
-    }
-}
 
 /// Overlap of two faces that look at each other.
 #[derive(Clone, Copy, Debug)]
@@ -41,32 +20,13 @@ pub struct FaceOverlap {
 }
 
 impl Geometry {
-    /// A face of a block at rest.
-    #[must_use]
-    pub fn rest_face(&self, body: usize, face: FaceOf) -> RestFace {
-        let corners = self.corners(body);
-        let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
-        let low = usize::from(face.upper) << d;
-        let corners = [0, 1 << e, (1 << e) | (1 << f), 1 << f].map(|k| corners[low | k]);
-        let out = if face.upper { 1.0 } else { -1.0 };
-        let cross = (corners[1] - corners[0]).cross(&(corners[3] - corners[0]));
-        let lattice = self.lattice(body);
-        let cell = self.bodies[body].cell.map(|c| c as usize);
-        let [a, b, c, opposite] = lattice.faces(cell, d)[usize::from(face.upper)];
-        let normal = lattice.normal(d) * out;
-        RestFace { normal, corners, area: cross.norm(), whole: [a, b, opposite, c] }
-    }
-
     /// Two faces of blocks, if they look at each other.
     #[must_use]
-    pub fn opposed(&self, bodies: [usize; 2], faces: [FaceOf; 2]) -> Option<[RestFace; 2]> {
-        let normals = [0, 1].map(|side| {
-            let out = if faces[side].upper { 1.0 } else { -1.0 };
-            self.lattice(bodies[side]).normal(faces[side].direction) * out
-        });
+    pub fn opposed(&self, faces: [BlockFace; 2]) -> Option<[RestFace; 2]> {
+        let normals = faces.map(|face| face.outward(self));
         let opposed = normals[0].dot(&normals[1]) <= 0.0
             && normals[0].cross(&normals[1]).norm_squared() <= PARALLEL;
-        opposed.then(|| [0, 1].map(|side| self.rest_face(bodies[side], faces[side])))
+        opposed.then(|| faces.map(|face| face.at_rest(self)))
     }
 
     /// Distance by which faces of two blocks that lie on each other may miss `[m]`.
@@ -93,8 +53,8 @@ impl Geometry {
         // Seen along the normal.
         let along = (own.corners[1] - own.corners[0]).normalize();
         let across = own.normal.cross(&along);
-        let flat = |corners: &[Vec3; 4]| corners.map(|x| [along.dot(&x), across.dot(&x)]);
-        let over = |a: &[Vec3; 4], b: &[Vec3; 4]| -> f64 {
+        let flat = |corners: &[super::Vec3; 4]| corners.map(|x| [along.dot(&x), across.dot(&x)]);
+        let over = |a: &[super::Vec3; 4], b: &[super::Vec3; 4]| -> f64 {
             overlap(&flat(a), &flat(b)).as_slice().iter().map(|v| v.area).sum()
         };
         let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);

@@ -298,6 +298,6 @@ impl<'a> MeshFaces<'a> {
             let level = if face.upper { n - 1 } else { 0 };
             places.iter().all(|place| place[face.direction] == level)
         };
-        (0..6).map(FaceOf::of_number).find(on).map(|face| (block, face))
+        FaceOf::all().find(on).map(|face| (block, face))
     }
 }

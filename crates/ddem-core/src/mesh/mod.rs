@@ -16,6 +16,7 @@
 
 mod abut;
 pub(crate) mod assembly;
+mod block_face;
 mod cells;
 pub(crate) mod connected;
 mod face;
@@ -31,17 +32,16 @@ pub(crate) mod properties;
 pub(crate) mod seams;
 pub(crate) mod slot;
 mod stages;
-mod surface;
 
 pub use abut::{Abutment, Abuts, abutting};
+pub use block_face::{BlockFace, RestFace, Strip};
 pub use cells::moved_to;
 pub use face::Face;
 pub use face::faces;
-pub use facing::{FaceOverlap, MISSES, RestFace, SLIVER};
+pub use facing::{FaceOverlap, MISSES, SLIVER};
 pub use hexmesh::{HexMesh, MeshBlock, MeshError, MeshFaces};
 pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
 pub use stages::Stages;
-pub use surface::{Strip, Surface};
 
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -16,9 +16,9 @@ pub use crate::mesh::properties::{
     ContactProperties, DAMPING, JointElasticity, JointProperties, Properties,
 };
 pub use crate::mesh::{
-    Abutment, Abuts, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES, MeshBlock,
-    MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Surface, Vec3, abutting,
-    bounds, bounds_of, faces, moved_to,
+    Abutment, Abuts, BlockFace, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES,
+    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Vec3,
+    abutting, bounds, bounds_of, faces, moved_to,
 };
 pub use crate::model::boundary::{
     Border, Borders, Column, Ground, NoColumn, Resistance, Side, impedance,

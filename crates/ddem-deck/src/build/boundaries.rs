@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use ddem_core::problem::{
-    Border, Borders, BoundaryHold, Course, Geometry, Ground, NoColumn, Surface, Vec3, impedance,
+    BlockFace, Border, Borders, BoundaryHold, Course, Geometry, Ground, NoColumn, Vec3, impedance,
 };
 use ddem_core::{Fault, Problem};
 
@@ -180,7 +180,7 @@ fn border(
 }
 
 /// The outer faces of deformable blocks that a boundary selects.
-fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<Surface>, Fault> {
+fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<BlockFace>, Fault> {
     let surfaces = region.surfaces(geometry);
     let place = format!("{place}.where");
     if surfaces.is_empty() {
@@ -199,7 +199,7 @@ fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<Sur
         let message = "a range cuts an oblique face askew, which cannot be taken in part";
         return Err(Fault::new(place, message));
     }
-    if surfaces.iter().any(|surface| geometry.lattice(surface.body).rigid) {
+    if surfaces.iter().any(|surface| geometry.lattice(surface.block).rigid) {
         let message = "selects faces of rigid blocks: waves go through deformable ones only";
         return Err(Fault::new(place, message).help(
             "leave the boundary out, or make the blocks along it a set with `body = \"deformable\"`",

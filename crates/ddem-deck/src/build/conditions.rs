@@ -1,8 +1,8 @@
 //! From `[[fix]]`, `[[load]]`, `[[charge]]` and `[[remove]]` to nodes.
 
 use ddem_core::problem::{
-    Charged, Conditions, Course, Fading, Fixed, Geometry, Loaded, Period, Stages, StartMotion,
-    Surface, Vec3,
+    BlockFace, Charged, Conditions, Course, Fading, Fixed, Geometry, Loaded, Period, Stages,
+    StartMotion, Vec3,
 };
 use ddem_core::{Fault, Problem};
 
@@ -150,7 +150,7 @@ fn nodal_forces(
         if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {
             return Err("a range cuts an oblique face askew, which cannot be loaded in part");
         }
-        let of = |surface: &Surface| {
+        let of = |surface: &BlockFace| {
             let traction = match (load.traction, load.pressure) {
                 (Some(traction), _) => Vec3::from(traction),
                 (None, pressure) => -surface.outward(geometry) * pressure.unwrap_or(0.0),

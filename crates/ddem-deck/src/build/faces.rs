@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ddem_core::problem::{Geometry, Surface};
+use ddem_core::problem::{BlockFace, Geometry};
 use ddem_core::{Fault, Problem};
 
 use super::at_stage;
@@ -13,14 +13,7 @@ use crate::schema::Deck;
 /// More of a face than this part of it cannot be taken by several boundaries.
 const WHOLE: f64 = 1.0 + 1e-6;
 
-/// Body, edge and side.
-type Key = (usize, usize, i32);
-
-fn key(surface: &Surface) -> Key {
-    (surface.body, surface.normal, surface.side)
-}
-
-fn shown(geometry: &Geometry, surface: &Surface) -> String {
+fn shown(geometry: &Geometry, surface: &BlockFace) -> String {
     let [x, y, z] = <[f64; 3]>::from(surface.centre(geometry)).map(|x| (x * 1e6).round() / 1e6);
     format!("({x}, {y}, {z})")
 }
@@ -28,13 +21,13 @@ fn shown(geometry: &Geometry, surface: &Surface) -> String {
 /// Faults of boundaries that have the same part of a face: their dashpots would add up.
 pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let Problem { borders, stages, .. } = problem;
-    let mut found: BTreeMap<(usize, usize), Surface> = BTreeMap::new();
+    let mut found: BTreeMap<(usize, usize), BlockFace> = BTreeMap::new();
     for stage in 0..deck.stage.len().max(1) {
-        let mut taken: BTreeMap<Key, (usize, [f64; 2])> = BTreeMap::new();
+        let mut taken: BTreeMap<BlockFace, (usize, [f64; 2])> = BTreeMap::new();
         for index in (0..borders.list.len()).filter(|&index| borders.has(index, stage)) {
             for (surface, areas) in &borders.list[index].faces {
-                let Some((before, [sum, whole])) = taken.get_mut(&key(surface)) else {
-                    taken.insert(key(surface), (index, *areas));
+                let Some((before, [sum, whole])) = taken.get_mut(surface) else {
+                    taken.insert(*surface, (index, *areas));
                     continue;
                 };
                 let [area, all] = areas;
@@ -48,7 +41,7 @@ pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
         }
     }
     let geometry_of = |index: usize| at_stage(deck, stages, deck.boundary[index].from.as_ref());
-    let fault = |((before, index), surface): ((usize, usize), Surface)| {
+    let fault = |((before, index), surface): ((usize, usize), BlockFace)| {
         let at = shown(geometry_of(index), &surface);
         let message = format!(
             "takes faces that boundary {before} has, first that at {at}: their dashpots would add up"
@@ -66,7 +59,7 @@ pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<String> {
     for (index, border) in problem.borders.list.iter().enumerate() {
         let geometry = at_stage(deck, &problem.stages, deck.boundary[index].from.as_ref());
         let faces = border.faces.iter().map(|(surface, _)| surface);
-        let within: Vec<&Surface> = faces.filter(|face| is_wall(geometry, face)).collect();
+        let within: Vec<&BlockFace> = faces.filter(|face| is_wall(geometry, face)).collect();
         if let Some(first) = within.first() {
             doubts.push(format!(
                 "boundary {index}: {} of its faces are where blocks have been removed, first that at {}: \
@@ -83,11 +76,11 @@ pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<String> {
 pub(super) fn with_areas(
     (region, everywhere): (&Region, &Region),
     geometry: &Geometry,
-    surfaces: &[Surface],
-) -> Vec<(Surface, [f64; 2])> {
-    let area = |region: &Region, surface: &Surface| {
+    surfaces: &[BlockFace],
+) -> Vec<(BlockFace, [f64; 2])> {
+    let area = |region: &Region, surface: &BlockFace| {
         region.areas(geometry, surface).iter().map(|(_, area)| area).sum()
     };
-    let areas = |surface: &Surface| [area(region, surface), area(everywhere, surface)];
+    let areas = |surface: &BlockFace| [area(region, surface), area(everywhere, surface)];
     surfaces.iter().map(|surface| (*surface, areas(surface))).collect()
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use ddem_core::Model;
-use ddem_core::problem::{Geometry, Surface, Vec3};
+use ddem_core::problem::{BlockFace, Geometry, Vec3};
 
 use super::Site;
 use crate::schema::Where;
@@ -39,11 +39,11 @@ impl Site {
         let everywhere = self.region(&Where::default());
         let surfaces = everywhere.surfaces(geometry);
         // What a node gets goes to its faces by what they ask for, so each node is looked at once.
-        let mut asks: HashMap<u32, Vec<(Surface, Vec3, f64)>> = HashMap::new();
+        let mut asks: HashMap<u32, Vec<(BlockFace, Vec3, f64)>> = HashMap::new();
         for surface in surfaces {
             for (node, area) in everywhere.areas(geometry, &surface) {
                 let x = Vec3::from(model.point(node as usize));
-                let Some(stress) = stresses[surface.body] else { continue };
+                let Some(stress) = stresses[surface.block] else { continue };
                 let force = stress.at(&x) * surface.outward(geometry) * area;
                 asks.entry(node).or_default().push((surface, force, area));
             }
@@ -137,7 +137,7 @@ impl Site {
 }
 
 /// Key of the plane of a face: the same for all faces on it that look the same way.
-fn plane_of(geometry: &Geometry, surface: &Surface) -> [i64; 4] {
+fn plane_of(geometry: &Geometry, surface: &BlockFace) -> [i64; 4] {
     let [low, high] = geometry.bounds;
     let normal = surface.outward(geometry);
     let along = normal.dot(&(surface.centre(geometry) - low)) / (high - low).norm();

@@ -14,7 +14,7 @@ use crate::law::Stiffness;
 use crate::math::leapfrog::{coefficients, local_damping};
 use crate::mesh::properties::Properties;
 use crate::mesh::slot::NodeSlot;
-use crate::mesh::{Geometry, Strip, Surface, Vec3, moved_to};
+use crate::mesh::{BlockFace, Geometry, Strip, Vec3, moved_to};
 
 /// Between two levels: tractions by difference of displacements `[Pa/m]`.
 #[derive(Clone, Copy, Debug)]
@@ -196,16 +196,16 @@ impl<'a> Ground<'a> {
     }
 
     /// Columns behind the nodes of a face, which are given with their strips.
-    pub fn stand(&mut self, surface: &Surface, strips: Vec<Strip>) -> Result<(), NoColumn> {
+    pub fn stand(&mut self, surface: &BlockFace, strips: Vec<Strip>) -> Result<(), NoColumn> {
         let geometry = self.geometry;
-        let body = surface.body;
+        let body = surface.block;
         let upright = self.upright(surface)?;
         let rock = self.rock(body);
         let outward = surface.outward(geometry);
         let impedance = resistance(&rock, &outward);
         let raised = geometry.lattice(body).axes[upright].z > 0.0;
         for (node, slant, along) in strips {
-            let second = (surface.normal + 2) % 3 == upright;
+            let second = (surface.direction() + 2) % 3 == upright;
             let [width, height] = [along[usize::from(!second)], along[usize::from(second)]];
             let width = slant * (width[0] + width[1]);
             let [low, high] = height.map(|length| width * length);
@@ -222,13 +222,13 @@ impl<'a> Ground<'a> {
     }
 
     /// The upright edge of a face, or what is wrong with it.
-    fn upright(&self, surface: &Surface) -> Result<usize, NoColumn> {
-        let axes = &self.geometry.lattice(surface.body).axes;
+    fn upright(&self, surface: &BlockFace) -> Result<usize, NoColumn> {
+        let axes = &self.geometry.lattice(surface.block).axes;
         let is_upright = |d: &usize| axes[*d].z.abs() > 1.0 - 1e-12;
         let upright = (0..3).find(is_upright);
         let level = |d: usize| axes[d].z.abs() < 1e-9;
         match upright {
-            Some(d) if d == surface.normal => Err(NoColumn::Level),
+            Some(d) if d == surface.direction() => Err(NoColumn::Level),
             Some(d) if (0..3).all(|e| e == d || level(e)) => Ok(d),
             _ => Err(NoColumn::Aslant),
         }

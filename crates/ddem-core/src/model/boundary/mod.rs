@@ -18,7 +18,7 @@ use crate::error::{Fault, RunError};
 use crate::mesh::assembly::Assembly;
 use crate::mesh::pack::Packs;
 use crate::mesh::properties::Properties;
-use crate::mesh::{Geometry, Surface, Vec3};
+use crate::mesh::{BlockFace, Geometry, Vec3};
 use crate::model::conditions::{Active, Applied};
 use crate::model::history::{Course, Function};
 use crate::model::stage::Period;
@@ -45,7 +45,7 @@ pub struct Border {
     /// Dashpots by face and node, a node as often as it has faces `[N s/m]`.
     pub dashpots: Vec<(u32, Resistance)>,
     /// Faces that it takes, how much of them and how much there is `[m²]`.
-    pub faces: Vec<(Surface, [f64; 2])>,
+    pub faces: Vec<(BlockFace, [f64; 2])>,
     /// Nodes of faces that look down.
     pub under: BTreeSet<u32>,
     /// Velocity of the wave that comes in `[m/s]`.
@@ -171,8 +171,8 @@ impl Borders {
 }
 
 /// `ρ c_P n nᵀ + ρ c_S (1 − n nᵀ)` of the block behind a face `[Pa s/m]`.
-pub fn impedance(geometry: &Geometry, properties: &Properties, surface: &Surface) -> Resistance {
-    let rock = &properties.materials[geometry.bodies[surface.body].material as usize];
+pub fn impedance(geometry: &Geometry, properties: &Properties, surface: &BlockFace) -> Resistance {
+    let rock = &properties.materials[geometry.bodies[surface.block].material as usize];
     resistance(rock, &surface.outward(geometry))
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Border, Borders, Column, Made, Moving, Push, Resistance};
 use crate::mesh::slot::NodeSlot;
-use crate::mesh::{Surface, Vec3};
+use crate::mesh::{BlockFace, Vec3};
 use crate::model::conditions::{Active, Applied, Conditions, starts};
 
 /// No fix.
@@ -199,7 +199,7 @@ impl Outside {
 
     /// The axis along which all nodes of a boundary are held that looks along it, and a fix that does so.
     pub(crate) fn held_across(&self, made: Made<'_>, border: &Border) -> Option<(usize, usize)> {
-        let along = |(surface, _): &(Surface, [f64; 2])| {
+        let along = |(surface, _): &(BlockFace, [f64; 2])| {
             let normal = surface.outward(made.geometry);
             (0..3).find(|&axis| normal[axis].abs() > 1.0 - 1e-9)
         };

@@ -10,7 +10,8 @@ use crate::mesh::grid::meeting;
 use crate::mesh::in_situ::Stress;
 use crate::mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
 use crate::mesh::{
-    Abutment, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Vec3, abutting, bounds,
+    Abutment, BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Vec3,
+    abutting, bounds,
 };
 use crate::model::boundary::Borders;
 use crate::model::conditions::{Conditions, Fixed, Loaded};
@@ -325,7 +326,8 @@ impl ProblemBuilder {
             return Err(refuse("both faces are of one block"));
         }
         let properties = &self.properties.joints[usize::from(joint)];
-        let Some(rest) = geometry.opposed(blocks, faces) else {
+        let sides = [0, 1].map(|side| BlockFace { block: blocks[side], face: faces[side] });
+        let Some(rest) = geometry.opposed(sides) else {
             return Err(refuse("the faces do not look at each other"));
         };
         let range = [-properties.thickness, f64::INFINITY];
@@ -362,8 +364,8 @@ fn touching(geometry: &Geometry) -> Vec<(usize, usize)> {
     let boxes: Vec<_> = (0..n).map(around).collect();
     let touch = |&[a, b]: &[u32; 2]| {
         let bodies = [a as usize, b as usize];
-        (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number)).any(|faces| {
-            let rest = geometry.opposed(bodies, faces);
+        BlockFace::pairs(bodies).any(|faces| {
+            let rest = geometry.opposed(faces);
             rest.is_some_and(|rest| geometry.face_overlap(bodies, &rest, [0.0; 2]).is_some())
         })
     };

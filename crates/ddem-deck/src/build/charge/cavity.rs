@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::geometry::Region;
 use super::mesh::Mesh;
-use ddem_core::problem::{ELSEWHERE, Geometry, Lattice, NONE, Surface, Vec3, moved_to};
+use ddem_core::problem::{BlockFace, ELSEWHERE, FaceOf, Geometry, Lattice, NONE, Vec3, moved_to};
 
 type Cell = [usize; 3];
 
@@ -65,9 +65,9 @@ fn body(lattice: &Lattice, cell: Cell) -> Option<usize> {
 }
 
 /// The face of a block behind a side of an empty cell.
-fn face(lattice: &Lattice, (cell, normal, side): Wall) -> Option<Surface> {
+fn face(lattice: &Lattice, (cell, normal, side): Wall) -> Option<BlockFace> {
     let body = body(lattice, beside(lattice, cell, normal, side)?)?;
-    Some(Surface { body, normal, side: -side })
+    Some(BlockFace { block: body, face: FaceOf { direction: normal, upper: side < 0 } })
 }
 
 fn empty_cells(lattice: &Lattice) -> impl Iterator<Item = Cell> + '_ {
@@ -75,17 +75,17 @@ fn empty_cells(lattice: &Lattice) -> impl Iterator<Item = Cell> + '_ {
 }
 
 /// All walls of cavities of a set.
-pub(super) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, Surface)> + '_ {
+pub(super) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, BlockFace)> + '_ {
     let sides = |cell| (0..3).flat_map(move |d| [(cell, d, -1), (cell, d, 1)]);
     let walls = empty_cells(lattice).flat_map(sides);
     walls.filter_map(|wall| Some((wall, face(lattice, wall)?)))
 }
 
 /// Whether a face of a block is a wall of a cavity.
-pub(in crate::build) fn is_wall(geometry: &Geometry, surface: &Surface) -> bool {
-    let lattice = geometry.lattice(surface.body);
-    let cell = geometry.bodies[surface.body].cell.map(|c| c as usize);
-    let next = beside(lattice, cell, surface.normal, surface.side);
+pub(in crate::build) fn is_wall(geometry: &Geometry, surface: &BlockFace) -> bool {
+    let lattice = geometry.lattice(surface.block);
+    let cell = geometry.bodies[surface.block].cell.map(|c| c as usize);
+    let next = beside(lattice, cell, surface.direction(), surface.face.side());
     next.is_some_and(|next| lattice.body[lattice.index(next)] == NONE)
 }
 
@@ -93,7 +93,7 @@ pub(in crate::build) fn is_wall(geometry: &Geometry, surface: &Surface) -> bool 
 pub(super) fn cavities(region: &Region, geometry: &Geometry) -> Vec<Cavity> {
     let mut cavities = Vec::new();
     for lattice in geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set)) {
-        let selected: BTreeMap<Wall, Surface> = walls(lattice)
+        let selected: BTreeMap<Wall, BlockFace> = walls(lattice)
             .filter(|(_, surface)| {
                 region.contains_face(&surface.centre(geometry), &surface.outward(geometry))
             })
@@ -131,7 +131,7 @@ struct Space<'a> {
     geometry: &'a Geometry,
     lattice: &'a Lattice,
     cells: BTreeSet<Cell>,
-    walls: &'a BTreeMap<Wall, Surface>,
+    walls: &'a BTreeMap<Wall, BlockFace>,
 }
 
 impl Space<'_> {
@@ -310,7 +310,7 @@ impl Space<'_> {
         let node = |k: usize| {
             let mut at = [0, 1, 2].map(|axis| if next[axis] < edge[axis] { n } else { 0 });
             at[d] = k;
-            self.geometry.node(surface.body, at) as u32
+            self.geometry.node(surface.block, at) as u32
         };
         Some((0..=n).map(node).collect())
     }
@@ -353,6 +353,6 @@ impl Space<'_> {
 }
 
 /// Centre of the joint between the faces of two blocks.
-pub(super) fn between(geometry: &Geometry, [a, b]: &[Surface; 2]) -> Vec3 {
+pub(super) fn between(geometry: &Geometry, [a, b]: &[BlockFace; 2]) -> Vec3 {
     (a.centre(geometry) + b.centre(geometry)) / 2.0
 }

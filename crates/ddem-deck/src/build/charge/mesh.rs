@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ddem_core::problem::Shell;
-use ddem_core::problem::{Geometry, Surface, Vec3};
+use ddem_core::problem::{BlockFace, Geometry, Vec3};
 
 /// A surface being built: polygons of nodes, each turned so that its normal points into the rock.
 #[derive(Debug, Default)]
@@ -34,18 +34,14 @@ impl Mesh {
     }
 
     /// All of a face of a block.
-    pub(super) fn add_wall(&mut self, geometry: &Geometry, surface: &Surface) {
-        let Surface { body, normal, side } = *surface;
-        let lattice = geometry.lattice(body);
-        let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
+    pub(super) fn add_wall(&mut self, geometry: &Geometry, surface: &BlockFace) {
+        let lattice = geometry.lattice(surface.block);
+        let d = surface.direction();
+        let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         let n = lattice.divisions;
         let outward = lattice.axes[e].cross(&lattice.axes[f]).dot(&surface.outward(geometry)) > 0.0;
-        let node = |i: usize, j: usize| {
-            let mut at = [0; 3];
-            at[normal] = if side < 0 { 0 } else { n };
-            (at[e], at[f]) = (i, j);
-            geometry.node(body, at) as u32
-        };
+        let node =
+            |i: usize, j: usize| geometry.node(surface.block, surface.step(n, [i, j])) as u32;
         let mut wall = BTreeSet::new();
         for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
             let mut quad = vec![node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];

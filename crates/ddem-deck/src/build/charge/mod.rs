@@ -14,8 +14,8 @@ use super::geometry::{Region, place};
 use crate::schema::{self, ChargeHistory, Deck};
 use ddem_core::Face;
 use ddem_core::Fault;
+use ddem_core::problem::{BlockFace, FaceOf, Geometry, Lattice, NONE, Vec3, faces};
 use ddem_core::problem::{Charge, ChargeSize, Gas, Shell};
-use ddem_core::problem::{Geometry, Lattice, NONE, Surface, Vec3, faces};
 
 /// The charge of an entry of a deck.
 pub(super) fn charge(
@@ -112,19 +112,21 @@ fn fill(
 }
 
 /// The two faces of a joint.
-fn sides(face: &Face) -> [Surface; 2] {
-    let normal = face.direction as usize;
-    let side = |body: u32, side: i32| Surface { body: body as usize, normal, side };
-    [side(face.a, 1), side(face.b, -1)]
+fn sides(face: &Face) -> [BlockFace; 2] {
+    let side = |block: u32, upper: bool| BlockFace {
+        block: block as usize,
+        face: FaceOf { direction: face.direction.into(), upper },
+    };
+    [side(face.a, true), side(face.b, false)]
 }
 
-fn selects(region: &Region, geometry: &Geometry, sides: &[Surface; 2]) -> bool {
-    region.has_set(geometry.set(sides[0].body))
+fn selects(region: &Region, geometry: &Geometry, sides: &[BlockFace; 2]) -> bool {
+    region.has_set(geometry.set(sides[0].block))
         && region.contains_face(&between(geometry, sides), &sides[0].outward(geometry))
 }
 
 /// The surface of a gas in a joint: both faces, and what is between their edges.
-fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
+fn seam(geometry: &Geometry, sides: &[BlockFace; 2]) -> (Mesh, f64, f64) {
     let [a, b] = sides;
     let mut mesh = Mesh::default();
     mesh.add_wall(geometry, a);
@@ -132,13 +134,13 @@ fn seam(geometry: &Geometry, sides: &[Surface; 2]) -> (Mesh, f64, f64) {
     mesh.add_wall(geometry, b);
     let opposite = |node: u32| {
         let (_, mut at) = geometry.locate(node as usize);
-        at[a.normal] = 0;
-        geometry.node(b.body, at) as u32
+        at[a.direction()] = 0;
+        geometry.node(b.block, at) as u32
     };
     for (p, q) in rim {
         mesh.add(vec![q, p, opposite(p), opposite(q)]);
     }
-    let reach = geometry.shortest_edge(a.body).min(geometry.shortest_edge(b.body));
+    let reach = geometry.shortest_edge(a.block).min(geometry.shortest_edge(b.block));
     (mesh, 0.0, reach)
 }
 
@@ -166,7 +168,7 @@ fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
     let cavity = in_sets.flat_map(walls);
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
     let joints = faces(geometry).into_iter().map(|face| sides(&face));
-    let joints = joints.filter(|s| region.has_set(geometry.set(s[0].body)));
+    let joints = joints.filter(|s| region.has_set(geometry.set(s[0].block)));
     let joints = joints.map(|sides| ("joint", between(geometry, &sides)));
     let far = |x: &Vec3| region.distance(x, x);
     let nearest = cavity.chain(joints).min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)));

@@ -10,8 +10,7 @@ use super::assign::in_force;
 use super::{Names, Region};
 use crate::schema::{Deck, Joint};
 use ddem_core::problem::{
-    Abutment, FaceOf, FaceOverlap, Geometry, MISSES, RestFace, SLIVER, Sets, Surface, bounds_of,
-    meeting,
+    Abutment, BlockFace, FaceOverlap, Geometry, MISSES, RestFace, SLIVER, Sets, bounds_of, meeting,
 };
 
 /// All faces of bodies of different lattices that lie on each other, sorted, with the joints of a stage; and
@@ -40,7 +39,10 @@ pub(super) fn abutments(
         geometry.bodies[a as usize].lattice != geometry.bodies[b as usize].lattice
     };
     let (seats, rules) = (Seats(geometry), Rules { joints, assigned, pairs });
-    let abut = |blocks: [u32; 2]| faces().find_map(|faces| seats.abut(blocks, faces, &rules));
+    let abut = |blocks: [u32; 2]| {
+        let mut faces = BlockFace::pairs(blocks.map(|block| block as usize));
+        faces.find_map(|faces| seats.abut(faces, &rules))
+    };
     let near = seats.near(thickest).into_iter().filter(other).filter_map(abut);
     let (joined, apart): (Vec<_>, Vec<_>) = near.partition(|(_, joined)| *joined);
     [joined, apart].map(|all| all.into_iter().map(|(abutment, _)| abutment).collect())
@@ -56,11 +58,6 @@ struct Rules<'a> {
     pairs: &'a HashMap<[u32; 2], u16>,
 }
 
-/// A face of each of two bodies.
-fn faces() -> impl Iterator<Item = [FaceOf; 2]> {
-    (0..36).map(|k| [k / 6, k % 6].map(FaceOf::of_number))
-}
-
 /// Faces of the blocks of a geometry, as they lie on each other.
 pub(in crate::build) struct Seats<'a>(pub(in crate::build) &'a Geometry);
 
@@ -68,8 +65,7 @@ impl Seats<'_> {
     /// How many joints between faces that do not match have the centre of one of the two in a region.
     pub(in crate::build) fn joins_at(&self, region: &Region) -> usize {
         let inside = |abutment: &&Abutment| {
-            let seats = [0, 1]
-                .map(|side| self.0.rest_face(abutment.blocks[side] as usize, abutment.faces[side]));
+            let seats = abutment.sides().map(|face| face.at_rest(self.0));
             seats.iter().any(|seat| region.contains_face(&seat.centre(), &seat.normal))
         };
         self.0.abutments.iter().filter(inside).count()
@@ -90,33 +86,29 @@ impl Seats<'_> {
     /// Whether other blocks abut on a part of a face, and not on all of it.
     pub(super) fn is_covered_in_part(
         &self,
-        surface: &Surface,
+        surface: &BlockFace,
         covered: &HashMap<(u32, u8), f64>,
     ) -> bool {
-        let face = FaceOf { direction: surface.normal, upper: surface.side > 0 };
-        let body = surface.body as u32;
-        let Some(&covered) = covered.get(&(body, face.number())) else { return false };
-        let [a, b, _, d] = self.0.rest_face(surface.body, face).whole;
+        let face = (surface.block as u32, surface.face.number());
+        let Some(&covered) = covered.get(&face) else { return false };
+        let [a, b, _, d] = surface.at_rest(self.0).whole;
         covered < (1.0 - SLIVER) * (b - a).cross(&(d - a)).norm()
     }
 
     /// Two faces that lie on each other, or nearly, and whether they are joined.
-    fn abut(
-        &self,
-        blocks: [u32; 2],
-        faces: [FaceOf; 2],
-        rules: &Rules<'_>,
-    ) -> Option<(Abutment, bool)> {
-        let bodies = blocks.map(|block| block as usize);
-        let seats = self.0.opposed(bodies, faces)?;
+    fn abut(&self, faces: [BlockFace; 2], rules: &Rules<'_>) -> Option<(Abutment, bool)> {
+        let seats = self.0.opposed(faces)?;
+        let bodies = faces.map(|face| face.block);
+        let blocks = bodies.map(|block| block as u32);
         let fine = usize::from(seats[1].area <= seats[0].area);
         let given = rules.pairs.get(&blocks).copied();
-        let joint = given
-            .or_else(|| self.joint_between(bodies, faces, fine, (&seats[fine], &rules.assigned)))?;
+        let joint =
+            given.or_else(|| self.joint_between(faces, fine, (&seats[fine], &rules.assigned)))?;
         let [thickness, stiffness] = rules.joints[joint as usize];
         let FaceOverlap { gap, area } =
             self.0.face_overlap(bodies, &seats, [-thickness, thickness])?;
         let joined = self.joins(bodies, &seats, (gap, thickness));
+        let faces = faces.map(|face| face.face);
         Some((Abutment { blocks, faces, joint, area, gap, stiffness }, joined))
     }
 
@@ -138,13 +130,13 @@ impl Seats<'_> {
             self.0.abutments.iter().map(|abutment| abutment.blocks).collect();
         let alone = |blocks: &[u32; 2]| {
             let bodies = blocks.map(|block| block as usize);
-            let touch = |faces: [FaceOf; 2]| {
-                let seats = self.0.opposed(bodies, faces)?;
+            let touch = |faces: [BlockFace; 2]| {
+                let seats = self.0.opposed(faces)?;
                 self.0.face_overlap(bodies, &seats, [0.0; 2])
             };
             self.0.set(bodies[0]) != self.0.set(bodies[1])
                 && !joined.contains(blocks)
-                && faces().any(|faces| touch(faces).is_some())
+                && BlockFace::pairs(bodies).any(|faces| touch(faces).is_some())
         };
         self.near(0.0).into_iter().filter(alone).collect()
     }
@@ -157,11 +149,11 @@ impl Seats<'_> {
         let across = |blocks: [u32; 2]| {
             let bodies = blocks.map(|block| block as usize);
             let most = part * self.0.misses(bodies) / MISSES;
-            let gap = |faces: [FaceOf; 2]| {
-                let seats = self.0.opposed(bodies, faces)?;
+            let gap = |faces: [BlockFace; 2]| {
+                let seats = self.0.opposed(faces)?;
                 Some(self.0.face_overlap(bodies, &seats, [0.0, most])?.gap)
             };
-            let gaps = faces().filter_map(gap).filter(|gap| *gap <= most);
+            let gaps = BlockFace::pairs(bodies).filter_map(gap).filter(|gap| *gap <= most);
             Some((blocks, gaps.reduce(f64::min)?))
         };
         let other = |&[a, b]: &[u32; 2]| self.0.set(a as usize) != self.0.set(b as usize);
@@ -184,13 +176,12 @@ impl Seats<'_> {
 
     fn joint_between(
         &self,
-        bodies: [usize; 2],
-        faces: [FaceOf; 2],
+        faces: [BlockFace; 2],
         fine: usize,
         (seat, assigned): (&RestFace, &[(Region, u16)]),
     ) -> Option<u16> {
         let centre = seat.centre();
-        let sets = bodies.map(|body| self.0.set(body));
+        let sets = faces.map(|face| self.0.set(face.block));
         let here = |(region, _): &&(Region, u16)| {
             region.contains_face(&centre, &seat.normal)
                 && sets.iter().any(|&set| region.has_set(set))
@@ -198,7 +189,7 @@ impl Seats<'_> {
         if let Some((_, joint)) = assigned.iter().rev().find(here) {
             return Some(*joint);
         }
-        let joints = [0, 1].map(|side| self.0.joint_at(bodies[side], faces[side]));
+        let joints = faces.map(|face| self.0.joint_at(face.block, face.face));
         let [Some(_), Some(_)] = joints else { return None };
         joints[if sets[0] == sets[1] { fine } else { usize::from(sets[1] > sets[0]) }]
     }

@@ -9,7 +9,7 @@
 
 use super::Region;
 use super::abut::Seats;
-use ddem_core::problem::{Geometry, Strip, Surface, Vec3};
+use ddem_core::problem::{BlockFace, FaceOf, Geometry, Strip, Vec3};
 
 impl Region {
     /// Whether a node belongs: in the ranges, and on each plane or beside a gap that it lies in.
@@ -171,11 +171,11 @@ impl Region {
 
     /// Whether a range ends on a face both of whose edges run along that axis: then the part of
     /// the face inside is no product of two lengths.
-    pub(crate) fn cuts_askew(&self, geometry: &Geometry, surface: &Surface) -> bool {
-        let lattice = geometry.lattice(surface.body);
+    pub(crate) fn cuts_askew(&self, geometry: &Geometry, surface: &BlockFace) -> bool {
+        let lattice = geometry.lattice(surface.block);
         let corners = surface.reach(geometry);
         (0..3).any(|axis| {
-            let along = |d: usize| d != surface.normal && lattice.axes[d][axis].abs() > 1e-9;
+            let along = |d: usize| d != surface.direction() && lattice.axes[d][axis].abs() > 1e-9;
             let ends_inside = self.range(axis).is_some_and(|[from, to]| {
                 let (clear, all) = (self.tolerance[axis], corners.iter().map(|x| x[axis]));
                 all.clone().any(|x| x < from - clear) || all.clone().any(|x| x > to + clear)
@@ -186,26 +186,26 @@ impl Region {
 
     /// The outer faces selected: of the orientation and on every plane given, with something of them in
     /// the ranges, and with their centre in the shapes.
-    pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<Surface> {
+    pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<BlockFace> {
         self.sides(geometry, |surface| surface.is_outer(geometry))
     }
 
     /// The faces that would be selected, but that another block abuts on a part of them.
-    pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<Surface> {
+    pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<BlockFace> {
         let seats = Seats(geometry);
         let covered = seats.covered();
         self.sides(geometry, |surface| seats.is_covered_in_part(surface, &covered))
     }
 
-    fn sides(&self, geometry: &Geometry, wanted: impl Fn(&Surface) -> bool) -> Vec<Surface> {
+    fn sides(&self, geometry: &Geometry, wanted: impl Fn(&BlockFace) -> bool) -> Vec<BlockFace> {
         let mut surfaces = Vec::new();
         for body in 0..geometry.bodies.len() {
             if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
                 continue;
             }
-            for (normal, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
-                let surface = Surface { body, normal, side };
-                let corners = surface.corners(geometry).map(|at| geometry.position(body, at));
+            for face in FaceOf::all() {
+                let surface = BlockFace { block: body, face };
+                let corners = surface.corners(geometry);
                 if corners.iter().all(|x| self.on_planes(x))
                     && self.faces(&surface.outward(geometry))
                     && self.in_shapes(&surface.centre(geometry))
@@ -230,24 +230,23 @@ impl Region {
 
     /// Tributary area of each node of a surface: half of each neighbouring element and, where the
     /// next body has its face in the same plane, half of each neighbouring gap.
-    pub(crate) fn areas(&self, geometry: &Geometry, surface: &Surface) -> Vec<(u32, f64)> {
+    pub(crate) fn areas(&self, geometry: &Geometry, surface: &BlockFace) -> Vec<(u32, f64)> {
         let area = |(node, slant, [e, f]): Strip| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
         self.strips(geometry, surface).into_iter().map(area).collect()
     }
 
     /// The lengths of which these areas are products.
-    pub(crate) fn strips(&self, geometry: &Geometry, surface: &Surface) -> Vec<Strip> {
-        let Surface { body, normal, side } = *surface;
+    pub(crate) fn strips(&self, geometry: &Geometry, surface: &BlockFace) -> Vec<Strip> {
+        let BlockFace { block: body, face } = *surface;
+        let normal = face.direction;
         let lattice = geometry.lattice(body);
         let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
         let slant = lattice.axes[e].cross(&lattice.axes[f]).norm();
-        let goes_on = |other: usize| Surface { body: other, normal, side }.is_outer(geometry);
+        let goes_on = |other: usize| BlockFace { block: other, face }.is_outer(geometry);
         let n = lattice.divisions;
         let mut strips = Vec::new();
         for (j, i) in (0..=n).flat_map(|j| (0..=n).map(move |i| (j, i))) {
-            let mut at = [0; 3];
-            at[normal] = if side < 0 { 0 } else { n };
-            (at[e], at[f]) = (i, j);
+            let at = surface.step(n, [i, j]);
             let length = |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
