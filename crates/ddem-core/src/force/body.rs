@@ -10,6 +10,7 @@ use crate::math::lanes::{
     transposed_times, zero,
 };
 use crate::mesh::in_situ::Borne;
+use crate::mesh::pack::JointLattice;
 use crate::state::pass::{Input, Output, Viscous, Workspace, half_work};
 
 /// Forces of the bodies of one pack.
@@ -34,7 +35,7 @@ pub(crate) fn body<S: Simd>(
     work.reserve(3 * shape.nodes);
     let Workspace { planes, local, g, .. } = work;
     let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
-    let borne = input.borne((index, 0));
+    let borne = input.borne(JointLattice { pack: index, offset: 0 });
     let Some(frames) = input.moved.frames else {
         force(simd, dims, &table.table, u, g, planes);
         if let Some(borne) = borne {

@@ -22,27 +22,24 @@ use crate::math::lanes::{
     times, transposed_product, transposed_times, zero,
 };
 use crate::mesh::NO_JOINT;
-use crate::mesh::seams::Seam;
-use crate::state::pass::{Face, Input, Output, Workspace, half_work};
+use crate::mesh::pack::JointLattice;
+use crate::mesh::seams::{FaceLattice, Seam};
+use crate::state::pass::{Input, Output, Workspace, half_work};
 
 /// Forces of one joint lattice of a pack: of its elements, and of the springs where it is broken.
 #[simd]
 pub(crate) fn joint<S: Simd>(
     simd: S,
     input: Input<'_>,
-    at: (usize, usize),
+    at: JointLattice,
     broken: &mut Option<Broken>,
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
-    let (index, offset) = at;
-    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[index]);
-    let n = 3 * shape.joints[offset].len();
+    let n = 3 * at.nodes(input.moved.packs);
     let face = input.face(at);
     let rotation = alone(simd, input, at, broken.as_ref(), work);
-    let fails = face.is_some_and(|face| {
-        fail(simd, input, (at, face), rotation.as_ref(), broken, out.losses, work)
-    });
+    let fails = fail(simd, input, at, rotation.as_ref(), broken, out.losses, work);
     if let Some([_, joints]) = &mut out.energy {
         let stored = half_work(simd, &work.local[..n], &work.g[..n])
             + in_place(simd, input, at, broken.as_ref(), &work.local[..n]);
@@ -53,17 +50,17 @@ pub(crate) fn joint<S: Simd>(
         let fields = (&work.local[..n], &mut work.g[..n]);
         let way = fails.then_some(&work.way[..n]);
         let bodies = rotations(simd, input.moved, at);
-        let grounds = rotation
-            .as_ref()
-            .zip(bodies.as_ref())
-            .map_or([None; LANES], |turned| grounds(simd, input, (at, face.1), turned, broken));
+        let grounds = match (&rotation, &bodies) {
+            (Some(mean), Some(bodies)) => grounds(simd, input, at, mean, bodies, broken),
+            _ => [None; LANES],
+        };
         let springs = broken.pull(face, (input.look, way, &grounds), fields, out.losses);
         if let Some([_, joints]) = &mut out.energy {
             *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
         }
-        pull = Some((face.1, springs, bodies));
+        pull = Some((face.seam, springs, bodies));
     }
-    give(simd, input, at, (rotation, pull), out, work);
+    give(simd, input, at, rotation, pull, out, work);
 }
 
 /// Forces `K u` of the elements of a joint lattice that are left.
@@ -71,10 +68,11 @@ pub(crate) fn joint<S: Simd>(
 fn elements<S: Simd>(
     simd: S,
     input: Input<'_>,
-    (index, offset): (usize, usize),
+    at: JointLattice,
     broken: Option<&Broken>,
     work: &mut Workspace,
 ) {
+    let JointLattice { pack: index, offset } = at;
     let shape = input.moved.packs.shape_of(&input.moved.packs.packs[index]);
     let n = 3 * shape.joints[offset].len();
     let dims = shape.dims(offset);
@@ -89,7 +87,7 @@ fn elements<S: Simd>(
         }
         _ => g.fill(Lanes::ZERO),
     }
-    if let Some(borne) = input.borne((index, offset)) {
+    if let Some(borne) = input.borne(at) {
         borne.add(simd, broken.map(|broken| &broken.alive[..]), g);
     }
 }
@@ -100,7 +98,7 @@ fn elements<S: Simd>(
 fn in_place<S: Simd>(
     simd: S,
     input: Input<'_>,
-    at: (usize, usize),
+    at: JointLattice,
     broken: Option<&Broken>,
     local: &[Lanes],
 ) -> f64x4<S> {
@@ -114,30 +112,31 @@ fn in_place<S: Simd>(
 fn fail<S: Simd>(
     simd: S,
     input: Input<'_>,
-    (at, face): ((usize, usize), Face<'_>),
+    at: JointLattice,
     rotation: Option<&Matrix<S>>,
     broken: &mut Option<Broken>,
     losses: &mut Losses,
     work: &mut Workspace,
 ) -> bool {
+    let Some(face) = input.face(at) else { return false };
     if input.look.failing.is_none() || (broken.is_none() && !any_fails(simd, input, face, work)) {
         return false;
     }
     let packs = input.moved.packs;
     let was_broken = broken.is_some();
     let lattice = broken.get_or_insert_with(|| {
-        let tables = input.assembly.pack_tables[at.0];
-        Broken::intact(packs, &packs.packs[at.0], tables, at.1)
+        let tables = input.assembly.pack_tables[at.pack];
+        Broken::intact(packs, &packs.packs[at.pack], tables, at.offset)
     });
-    let n = 3 * packs.shape_of(&packs.packs[at.0]).joints[at.1].len();
+    let n = 3 * at.nodes(packs);
     let before = in_place(simd, input, at, Some(lattice), &work.local[..n]);
-    let fails = lattice.fail(face, input.look, (&work.local[..n], &work.g[..n]), losses);
+    let fails = lattice.fail(face, input.look, &work.local[..n], &work.g[..n], losses);
     if fails {
         work.before[..n].copy_from_slice(&work.g[..n]);
         elements(simd, input, at, Some(lattice), work);
         last_way(simd, input, at, rotation, &mut work.way[..n]);
         let forces = [&work.before[..n], &work.g[..n]];
-        lattice.take_over(face, (&work.local[..n], &work.way[..n]), forces, losses);
+        lattice.take_over(face, &work.local[..n], &work.way[..n], forces, losses);
         let after = in_place(simd, input, at, Some(lattice), &work.local[..n]);
         losses.fracture += Lanes::from(before - after).sum();
     } else if !was_broken {
@@ -151,15 +150,15 @@ fn fail<S: Simd>(
 fn last_way<S: Simd>(
     simd: S,
     input: Input<'_>,
-    at: (usize, usize),
+    at: JointLattice,
     rotation: Option<&Matrix<S>>,
     way: &mut [Lanes],
 ) {
     let Some((v, time_step)) = input.last else { return way.fill(Lanes::ZERO) };
     let moved = Moved { u: v, frames: None, ..input.moved };
     joint_displacements(simd, moved, at, input.edges(at), way);
-    if input.moved.packs.packs[at.0].rigid {
-        to_quarters(simd, input.face(at).map(|face| face.0), way);
+    if input.moved.packs.packs[at.pack].rigid {
+        to_quarters(simd, input.face(at).map(|face| face.places), way);
     }
     for node in 0..way.len() / 3 {
         let v = scale(load_at(simd, way, 3 * node), splat(simd, time_step));
@@ -172,7 +171,7 @@ fn last_way<S: Simd>(
 fn any_fails<S: Simd>(
     simd: S,
     input: Input<'_>,
-    (places, seam): Face<'_>,
+    FaceLattice { places, seam }: FaceLattice<'_>,
     work: &mut Workspace,
 ) -> bool {
     let law = |lane: usize| input.look.laws.get(seam.laws[lane] as usize)?.as_deref();
@@ -215,12 +214,14 @@ fn any_fails<S: Simd>(
 fn grounds<S: Simd>(
     simd: S,
     input: Input<'_>,
-    ((index, offset), seam): ((usize, usize), &Seam),
-    (mean, bodies): (&Matrix<S>, &[Matrix<S>; 2]),
+    at: JointLattice,
+    mean: &Matrix<S>,
+    bodies: &[Matrix<S>; 2],
     broken: &Broken,
 ) -> [Option<Ground>; LANES] {
-    let pack = &input.moved.packs.packs[index];
-    let part = input.own_part(pack.upper[offset], index);
+    let Some(FaceLattice { seam, .. }) = input.face(at) else { return [None; LANES] };
+    let pack = &input.moved.packs.packs[at.pack];
+    let part = input.own_part(pack.upper[at.offset], at.pack);
     let stands =
         |lane: usize| part.0[lane] != 0.5 && broken.rubs(input.look.laws, seam, lane, pack.rigid);
     let stands: [bool; LANES] = std::array::from_fn(stands);
@@ -245,11 +246,13 @@ type Pulled<'a, S> = (&'a Seam, Pull, Option<[Matrix<S>; 2]>);
 fn give<S: Simd>(
     simd: S,
     input: Input<'_>,
-    (index, offset): (usize, usize),
-    (rotation, pull): (Option<Matrix<S>>, Option<Pulled<'_, S>>),
+    at: JointLattice,
+    rotation: Option<Matrix<S>>,
+    pull: Option<Pulled<'_, S>>,
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
+    let JointLattice { pack: index, offset } = at;
     let pack = &input.moved.packs.packs[index];
     let shape = input.moved.packs.shape_of(pack);
     let mut torque = zero(simd);
@@ -260,7 +263,7 @@ fn give<S: Simd>(
         }
     }
     if pack.rigid {
-        to_quarters(simd, input.face((index, offset)).map(|face| face.0), &mut work.g);
+        to_quarters(simd, input.face(at).map(|face| face.places), &mut work.g);
     }
     for (i, node) in shape.joints[offset].iter().enumerate() {
         let mut gi = load_at(simd, &work.g, 3 * i);
@@ -277,7 +280,7 @@ fn give<S: Simd>(
     }
     let Some(rotation) = rotation else { return };
     let [own, others] = match pull {
-        Some(pull) => part_torque(simd, input, (index, offset), (&rotation, torque), pull),
+        Some(pull) => part_torque(simd, input, at, &rotation, torque, pull),
         None => {
             let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
             [scale(times(&rotation, torque), part); 2]
@@ -297,8 +300,9 @@ fn give<S: Simd>(
 fn part_torque<S: Simd>(
     simd: S,
     input: Input<'_>,
-    (index, offset): (usize, usize),
-    (rotation, torque): (&Matrix<S>, Vector<S>),
+    at: JointLattice,
+    rotation: &Matrix<S>,
+    torque: Vector<S>,
     (seam, pull, bodies): Pulled<'_, S>,
 ) -> [Vector<S>; 2] {
     let (mut own, mut others) = (zero(simd), zero(simd));
@@ -309,8 +313,8 @@ fn part_torque<S: Simd>(
     }
     // The couple of slip goes to the body that is held, if one is; the whole torque if the springs turn with it.
     let couple = times(rotation, load(simd, &pull.couple));
-    let upper = input.moved.packs.packs[index].upper[offset];
-    let part = input.own_part(upper, index).load(simd);
+    let upper = input.moved.packs.packs[at.pack].upper[at.offset];
+    let part = input.own_part(upper, at.pack).load(simd);
     let more = scale(couple, part - 0.5);
     let grounded = [(own, part), (others, part * -1.0 + 1.0)]
         .map(|(on, part)| scale(sub(scale(whole, part), on), pull.grounded.load(simd)));
@@ -325,18 +329,16 @@ fn part_torque<S: Simd>(
 fn alone<S: Simd>(
     simd: S,
     input: Input<'_>,
-    at: (usize, usize),
+    at: JointLattice,
     broken: Option<&Broken>,
     work: &mut Workspace,
 ) -> Option<Matrix<S>> {
-    let (index, offset) = at;
-    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[index]);
-    let n = 3 * shape.joints[offset].len();
+    let n = 3 * at.nodes(input.moved.packs);
     work.reserve(n);
     let edges = input.edges(at);
     let rotation = joint_displacements(simd, input.moved, at, edges, &mut work.local[..n]);
-    if input.moved.packs.packs[index].rigid {
-        to_quarters(simd, input.face(at).map(|face| face.0), &mut work.local[..n]);
+    if input.moved.packs.packs[at.pack].rigid {
+        to_quarters(simd, input.face(at).map(|face| face.places), &mut work.local[..n]);
     }
     elements(simd, input, at, broken, work);
     rotation
@@ -348,13 +350,12 @@ fn alone<S: Simd>(
 pub(crate) fn face_forces<S: Simd>(
     simd: S,
     input: Input<'_>,
-    at: (usize, usize),
+    at: JointLattice,
     broken: Option<&Broken>,
     (forces, rotation): (&mut Vec<Lanes>, &mut [[Lanes; 3]; 3]),
     work: &mut Workspace,
 ) {
-    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[at.0]);
-    let n = shape.joints[at.1].len();
+    let n = at.nodes(input.moved.packs);
     forces.resize(3 * n, Lanes::ZERO);
     let turned = alone(simd, input, at, broken, work);
     for i in 0..n {
@@ -373,12 +374,11 @@ pub(crate) fn face_forces<S: Simd>(
 pub(crate) fn cell_energy<S: Simd>(
     simd: S,
     input: Input<'_>,
-    at: (usize, usize),
+    at: JointLattice,
     broken: Option<&Broken>,
     work: &mut Workspace,
 ) -> f64 {
-    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[at.0]);
-    let n = 3 * shape.joints[at.1].len();
+    let n = 3 * at.nodes(input.moved.packs);
     alone(simd, input, at, broken, work);
     let in_place = in_place(simd, input, at, broken, &work.local[..n]);
     Lanes::from(half_work(simd, &work.local[..n], &work.g[..n]) + in_place).sum()

@@ -8,7 +8,7 @@ use crate::element::corotation::{Frame, mean_rotation, minus_one};
 use crate::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, transposed_times,
 };
-use crate::mesh::pack::{Neighbours, Pack, Packs, PairPlace};
+use crate::mesh::pack::{JointLattice, Neighbours, Pack, Packs, PairPlace};
 
 /// Where the nodes are.
 #[derive(Clone, Copy)]
@@ -26,10 +26,11 @@ pub(crate) struct Moved<'a> {
 pub(crate) fn joint_displacements<S: Simd>(
     simd: S,
     moved: Moved<'_>,
-    (index, offset): (usize, usize),
+    at: JointLattice,
     edges: &[[Lanes; 3]; 3],
     local: &mut [Lanes],
 ) -> Option<Matrix<S>> {
+    let JointLattice { pack: index, offset } = at;
     let pack = &moved.packs.packs[index];
     let shape = moved.packs.shape_of(pack);
     let nodes = &shape.joints[offset];
@@ -58,8 +59,9 @@ pub(crate) fn joint_displacements<S: Simd>(
 pub(crate) fn rotations<S: Simd>(
     simd: S,
     moved: Moved<'_>,
-    (index, offset): (usize, usize),
+    at: JointLattice,
 ) -> Option<[Matrix<S>; 2]> {
+    let JointLattice { pack: index, offset } = at;
     let frames = moved.frames?;
     let other = Source::new(moved.packs, &moved.packs.packs[index], index, offset);
     let [x, y, z] = &other.rotation(frames, index);

@@ -342,3 +342,18 @@ impl Packs {
         &self.shapes[pack.shape]
     }
 }
+
+/// A joint lattice: the joints of one kind at the upper sides of the bodies of a pack.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct JointLattice {
+    pub(crate) pack: usize,
+    /// Directions across which it lies, as bits: 1, 2 and 4 are face joints, 3, 5 and 6 strips, 7 is a corner.
+    pub(crate) offset: usize,
+}
+
+impl JointLattice {
+    /// Number of its nodes.
+    pub(crate) fn nodes(self, packs: &Packs) -> usize {
+        packs.shape_of(&packs.packs[self.pack]).joints[self.offset].len()
+    }
+}

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::element::Elastic;
 use crate::law::Stiffness;
 use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::pack::{Pack, Packs};
+use crate::mesh::pack::{Pack, Packs, PairPlace};
 use crate::mesh::properties::Properties;
 use crate::mesh::{Geometry, NO_JOINT};
 
@@ -235,4 +235,11 @@ impl Moved {
 fn own_axes(normal: Vector3<f64>, along: Vector3<f64>) -> Matrix3<f64> {
     let along = (along - normal * normal.dot(&along)).normalize();
     Matrix3::from_columns(&[normal, along, normal.cross(&along)])
+}
+
+/// Pairs of a lattice of face joints, and their axes, areas and stiffnesses.
+#[derive(Clone, Copy)]
+pub(crate) struct FaceLattice<'a> {
+    pub(crate) places: &'a [PairPlace],
+    pub(crate) seam: &'a Seam,
 }

@@ -12,6 +12,7 @@ use crate::joint::contact::{Contacts, Seated};
 use crate::math::lanes::Lanes;
 use crate::mesh::NO_JOINT;
 use crate::mesh::Vec3;
+use crate::mesh::pack::JointLattice;
 use crate::model::damage::Damage;
 use crate::model::pairs::Joint;
 use crate::state::State;
@@ -136,9 +137,10 @@ impl Snapshot<'_> {
         let Some(seam) = model.seams.get(pack, d) else { return };
         let pass = Pass { linear: false, ..Pass::linear(model, &self.state.u) };
         let input = input(pass, &self.scratch.frames);
-        let broken = breaks.get(pack, 1 << d);
+        let at = JointLattice { pack, offset: 1 << d };
+        let broken = breaks.get(pack, at.offset);
         dispatch!(self.scratch.level, simd => {
-            face_forces(simd, input, (pack, 1 << d), broken, (forces, rotation), work)
+            face_forces(simd, input, at, broken, (forces, rotation), work)
         });
         let places = &model.packs.shape_of(&model.packs.packs[pack]).pairs[d];
         for &Lane { lane, at, .. } in faces {

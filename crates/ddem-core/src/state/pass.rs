@@ -8,8 +8,8 @@ use crate::joint::kinematics::Moved;
 use crate::math::lanes::{LANES, Lanes, splat};
 use crate::mesh::assembly::Assembly;
 use crate::mesh::in_situ::{Borne, InSitu};
-use crate::mesh::pack::{Neighbours, PairPlace};
-use crate::mesh::seams::{Seam, Seams};
+use crate::mesh::pack::{JointLattice, Neighbours};
+use crate::mesh::seams::{FaceLattice, Seams};
 
 /// Damping of the bodies by their stiffness, `C = β K`.
 #[derive(Clone, Copy)]
@@ -69,34 +69,33 @@ pub(crate) struct Output<'a> {
     pub(crate) losses: &'a mut Losses,
 }
 
-/// Pairs and seam of a face joint.
-pub(crate) type Face<'a> = (&'a [PairPlace], &'a Seam);
-
 impl<'a> Input<'a> {
     /// Edges of one element of a joint lattice.
-    pub(crate) fn edges(&self, at: (usize, usize)) -> &'a [[Lanes; 3]; 3] {
+    pub(crate) fn edges(&self, at: JointLattice) -> &'a [[Lanes; 3]; 3] {
+        let table = || self.assembly.pack_tables[at.pack][at.offset] as usize;
         match self.face(at) {
-            Some((_, seam)) => &seam.edges,
-            None => &self.assembly.tables[self.assembly.pack_tables[at.0][at.1] as usize].edges,
+            Some(face) => &face.seam.edges,
+            None => &self.assembly.tables[table()].edges,
         }
     }
 
     /// The stress that was there at the start, in the bodies (0) or a joint lattice of a pack.
     #[inline(always)]
-    pub(crate) fn borne(&self, (index, offset): (usize, usize)) -> Option<Borne<'a>> {
-        self.in_situ?.borne(self.moved.packs, index, offset)
+    pub(crate) fn borne(&self, at: JointLattice) -> Option<Borne<'a>> {
+        self.in_situ?.borne(self.moved.packs, at.pack, at.offset)
     }
 
     /// Pairs and seam of a joint lattice, if it is a face joint.
     #[inline(always)]
-    pub(crate) fn face(&self, (index, offset): (usize, usize)) -> Option<Face<'a>> {
+    pub(crate) fn face(&self, at: JointLattice) -> Option<FaceLattice<'a>> {
+        let JointLattice { pack, offset } = at;
         if !offset.is_power_of_two() {
             return None;
         }
         let direction = offset.trailing_zeros() as usize;
         let packs = self.moved.packs;
-        let places = &packs.shape_of(&packs.packs[index]).pairs[direction];
-        Some((places, self.seams.get(index, direction)?))
+        let places = &packs.shape_of(&packs.packs[pack]).pairs[direction];
+        Some(FaceLattice { places, seam: self.seams.get(pack, direction)? })
     }
 
     /// Part of the couple of slip that a body takes against its upper neighbour: all if it alone

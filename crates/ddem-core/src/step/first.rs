@@ -14,6 +14,7 @@ use crate::joint::kinematics::Moved;
 use crate::math::exact::Exact;
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::assembly::NO_TABLE;
+use crate::mesh::pack::JointLattice;
 use crate::mesh::parallel::{node_start, share_start, spread};
 use crate::model::Model;
 use crate::state::pass::{Input, Output, Viscous, Workspace};
@@ -163,12 +164,12 @@ fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f
     let cells = breaks.touched(packs, assembly);
     let mut work = Workspace::default();
     let mut lost = Exact::default();
-    for cells in cells.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let at = (cells[0].0, cells[0].1);
+    for cells in cells.chunk_by(|a, b| a.lattice == b.lattice) {
+        let at = cells[0].lattice;
         let input = input(pass, &scratch.frames);
         let mut energy = |breaks: &Breaks| {
             dispatch!(scratch.level, simd => {
-                cell_energy(simd, input, at, breaks.get(at.0, at.1), &mut work)
+                cell_energy(simd, input, at, breaks.get(at.pack, at.offset), &mut work)
             })
         };
         lost.add(energy(breaks));
@@ -212,7 +213,7 @@ fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Fo
         for offset in 1..8 {
             let mut broken = breaks.as_mut().and_then(|lattices| lattices[offset].take());
             if broken.as_ref().map_or(tables[offset] != NO_TABLE, Broken::acts) {
-                joint(simd, input, (pack, offset), &mut broken, &mut out, work);
+                joint(simd, input, JointLattice { pack, offset }, &mut broken, &mut out, work);
             }
             if broken.is_some() {
                 breaks.get_or_insert_with(Box::default)[offset] = broken;

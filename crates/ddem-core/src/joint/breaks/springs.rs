@@ -11,7 +11,7 @@ use crate::law::{JointLaw, Loss, Memory, Mode, Opening, Traction};
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::NO_JOINT;
 use crate::mesh::pack::PairPlace;
-use crate::mesh::seams::Seam;
+use crate::mesh::seams::{FaceLattice, Seam};
 
 /// How to look at the pairs in one pass over the joints.
 #[derive(Clone, Copy, Debug, Default)]
@@ -81,9 +81,10 @@ impl Broken {
     /// pair failed.
     pub(crate) fn fail(
         &mut self,
-        (places, seam): (&[PairPlace], &Seam),
+        FaceLattice { places, seam }: FaceLattice<'_>,
         look: Look<'_>,
-        (local, g): (&[Lanes], &[Lanes]),
+        local: &[Lanes],
+        g: &[Lanes],
         losses: &mut Losses,
     ) -> bool {
         let Some(factor) = look.failing.filter(|_| self.bonded) else { return false };
@@ -127,8 +128,9 @@ impl Broken {
     /// step.
     pub(crate) fn take_over(
         &mut self,
-        (places, seam): (&[PairPlace], &Seam),
-        (local, way): (&[Lanes], &[Lanes]),
+        FaceLattice { places, seam }: FaceLattice<'_>,
+        local: &[Lanes],
+        way: &[Lanes],
         [before, after]: [&[Lanes]; 2],
         losses: &mut Losses,
     ) {
@@ -173,7 +175,7 @@ impl Broken {
     /// `way` is that of the nodes in the last step, if pairs have just failed.
     pub(crate) fn pull(
         &mut self,
-        (places, seam): (&[PairPlace], &Seam),
+        FaceLattice { places, seam }: FaceLattice<'_>,
         (look, way, grounds): (Look<'_>, Option<&[Lanes]>, &[Option<Ground>; LANES]),
         (local, g): (&[Lanes], &mut [Lanes]),
         losses: &mut Losses,

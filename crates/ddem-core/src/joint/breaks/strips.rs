@@ -3,10 +3,15 @@
 use super::{Breaks, Broken};
 use crate::math::lanes::LANES;
 use crate::mesh::assembly::{Assembly, NO_TABLE};
-use crate::mesh::pack::Packs;
+use crate::mesh::pack::{JointLattice, Packs};
 
-/// Where a strip or corner element is: pack, offset, element, lane.
-pub(crate) type Cell = (usize, usize, usize, usize);
+/// An element of a strip or a corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Cell {
+    pub(crate) lattice: JointLattice,
+    pub(super) element: usize,
+    pub(super) lane: usize,
+}
 
 impl Breaks {
     /// Strip and corner elements around the pairs that failed since the last call, each once and
@@ -22,7 +27,7 @@ impl Breaks {
                 }
             }
         }
-        cells.retain(|&(pack, offset, element, lane)| {
+        cells.retain(|&Cell { lattice: JointLattice { pack, offset }, element, lane }| {
             let table = assembly.pack_tables[pack][offset];
             table != NO_TABLE
                 && assembly.tables[table as usize].elements[lane].is_some()
@@ -35,7 +40,7 @@ impl Breaks {
 
     /// Takes elements of one strip or corner lattice out.
     pub(crate) fn remove(&mut self, packs: &Packs, assembly: &Assembly, cells: &[Cell]) {
-        for &(pack, offset, element, lane) in cells {
+        for &Cell { lattice: JointLattice { pack, offset }, element, lane } in cells {
             let tables = assembly.pack_tables[pack];
             let lattice = self.at(pack)[offset]
                 .get_or_insert_with(|| Broken::intact(packs, &packs.packs[pack], tables, offset));
@@ -79,6 +84,7 @@ fn around(
         // Along a strip the pair touches the elements on both sides of its line.
         let along = if crossed == 1 << e { at[1] } else { at[0] };
         let elements = if offset == 7 { 0..1 } else { along.saturating_sub(1)..(along + 1).min(n) };
-        cells.extend(elements.map(|element| (owner, offset, element, lane)));
+        let lattice = JointLattice { pack: owner, offset };
+        cells.extend(elements.map(|element| Cell { lattice, element, lane }));
     }
 }

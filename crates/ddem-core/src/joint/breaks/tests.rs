@@ -8,6 +8,7 @@ use super::strips::Cell;
 use crate::element::{Elastic, ElementKind};
 use crate::math::lanes::LANES;
 use crate::mesh::assembly::NO_TABLE;
+use crate::mesh::pack::JointLattice;
 use crate::mesh::properties::Kinematics;
 use crate::model::Model;
 use crate::model::problem::*;
@@ -94,7 +95,9 @@ fn cells(model: &Model) -> Vec<(Cell, Vec<Node>)> {
                     let [x, y, z] = [at[0] + (c & 1), at[1] + (c >> 1 & 1), at[2] + (c >> 2)];
                     node(model, pack, lane, offset, x + (nx + 1) * (y + (ny + 1) * z))
                 };
-                cells.push(((pack, offset, element, lane), (0..8).map(corner).collect()));
+                let lattice = JointLattice { pack, offset };
+                let cell = Cell { lattice, element, lane };
+                cells.push((cell, (0..8).map(corner).collect()));
             }
         }
     }
