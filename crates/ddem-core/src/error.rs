@@ -103,6 +103,17 @@ pub enum RunError {
     /// The stiffness or the masses are outside what numbers can hold.
     #[error("the critical time step is not a number: density or moduli are out of all proportion")]
     NoCriticalStep,
+    /// Relaxation finds no mass for a node: rounding has taken what its joints do not hold.
+    #[error(
+        "relaxation finds no mass for node {node} of block {block}: the joints there are stiffer than the block by more \
+         than numbers can tell, or a stiffness is not a number; thicker or softer joints have masses"
+    )]
+    NoMass {
+        /// Block of the node.
+        block: usize,
+        /// The node.
+        node: usize,
+    },
     /// Values that a program gives are none that a deck could have; nothing has changed.
     #[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("; "))]
     Values {

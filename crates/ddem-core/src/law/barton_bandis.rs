@@ -39,8 +39,9 @@ impl JointLaw for BartonBandis {
         (-normal * libm::tan(self.residual_friction.to_radians())).max(0.0)
     }
 
-    fn tan_contact_friction(&self) -> f64 {
-        libm::tan(self.residual_friction.to_radians())
+    /// Failure has taken the roughness: the residual strength is proportional to the pressure.
+    fn tan_contact_friction(&self) -> Option<f64> {
+        Some(libm::tan(self.residual_friction.to_radians()))
     }
 
     fn tan_dilation(&self) -> f64 {

@@ -38,8 +38,8 @@ impl JointLaw for Between {
         self.mix(|law| law.tan_dilation())
     }
 
-    fn tan_contact_friction(&self) -> f64 {
-        self.mix(|law| law.tan_contact_friction())
+    fn contact_strength(&self, normal: f64) -> f64 {
+        self.mix(|law| law.contact_strength(normal))
     }
 
     fn softening(&self) -> Option<Softening> {

@@ -37,6 +37,7 @@
 mod barton_bandis;
 pub(crate) mod bearing;
 mod between;
+mod check;
 mod mohr_coulomb;
 mod reduced;
 pub(crate) mod response;
@@ -51,6 +52,7 @@ use serde::{Deserialize, Serialize};
 
 pub use barton_bandis::BartonBandis;
 pub(crate) use between::Between;
+pub(crate) use check::check;
 pub use mohr_coulomb::MohrCoulomb;
 pub(crate) use reduced::Reduced;
 
@@ -184,10 +186,17 @@ pub trait JointLaw: Debug + Send + Sync {
         0.0
     }
 
-    /// Tangent of the friction angle of contacts, which take the place of joints that have slid far or opened: by
-    /// default the slope of the residual strength up to a pressure of 1 MPa.
-    fn tan_contact_friction(&self) -> f64 {
-        ((self.residual(-1e6) - self.residual(0.0)) / 1e6).max(0.0)
+    /// Shear strength of two bare faces of the joint that press on each other with a normal traction `[Pa]`, not
+    /// negative, and nothing where nothing presses. Contacts have it, which take the place of joints that have slid far
+    /// or opened. By default it is the residual strength without its cohesion. Contacts do not dilate.
+    fn contact_strength(&self, normal: f64) -> f64 {
+        (self.residual(normal) - self.residual(0.0)).max(0.0)
+    }
+
+    /// Tangent of the friction angle of contacts, where [`contact_strength`](Self::contact_strength) is proportional
+    /// to the pressure: contacts then need not ask for it at every point. `None`: they ask.
+    fn tan_contact_friction(&self) -> Option<f64> {
+        None
     }
 
     /// How the strength goes from peak to residual; `None`: at once.

@@ -38,8 +38,12 @@ impl JointLaw for MohrCoulomb {
         self.tan_dilation
     }
 
-    fn tan_contact_friction(&self) -> f64 {
-        self.tan_residual_friction
+    fn contact_strength(&self, normal: f64) -> f64 {
+        (-normal * self.tan_residual_friction).max(0.0)
+    }
+
+    fn tan_contact_friction(&self) -> Option<f64> {
+        Some(self.tan_residual_friction)
     }
 
     fn softening(&self) -> Option<Softening> {

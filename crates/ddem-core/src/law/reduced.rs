@@ -31,8 +31,12 @@ impl JointLaw for Reduced {
         self.law.tan_dilation().min(friction / self.factor)
     }
 
-    fn tan_contact_friction(&self) -> f64 {
-        self.law.tan_contact_friction() / self.factor
+    fn contact_strength(&self, normal: f64) -> f64 {
+        self.law.contact_strength(normal) / self.factor
+    }
+
+    fn tan_contact_friction(&self) -> Option<f64> {
+        self.law.tan_contact_friction().map(|tan| tan / self.factor)
     }
 
     fn softening(&self) -> Option<Softening> {

@@ -44,6 +44,7 @@ pub fn faces(geometry: &Geometry) -> Vec<Face> {
             offset[direction] = 1;
             let Some(b) = geometry.neighbour(a, offset) else { continue };
             let n = lattice.divisions;
+            debug_assert!(n <= usize::from(u16::MAX), "its nodes have numbers of 32 bits");
             faces.push(Face {
                 a: a as u32,
                 b: b as u32,

@@ -5,28 +5,10 @@ use std::sync::Arc;
 use super::Model;
 use crate::error::Fault;
 use crate::joint::contact::{Skins, Surfaces};
-use crate::law::JointLaw;
+use crate::law::{self, JointLaw};
 use crate::mesh::properties::JointProperties;
 use crate::model::history::{Function, no_velocity};
 use crate::model::sliding::Sliding;
-
-/// Normal tractions at which a law is tried before it is taken `[Pa]`.
-const TRIED: [f64; 4] = [0.0, -1e3, -1e6, -1e8];
-
-/// Refuses a law of which a strength is negative or not a number: a joint would never fail, silently.
-fn check(law: &dyn JointLaw) -> Result<(), String> {
-    let at = |what, value: f64, normal: Option<f64>| match normal {
-        _ if value >= 0.0 => Ok(()),
-        Some(normal) => Err(format!("{what}({normal}) is {value}, expected 0 Pa or more")),
-        None => Err(format!("{what}() is {value}, expected 0 or more")),
-    };
-    at("tension", law.tension(), None)?;
-    at("tan_contact_friction", law.tan_contact_friction(), None)?;
-    TRIED.into_iter().try_for_each(|normal| {
-        at("peak", law.peak(normal), Some(normal))?;
-        at("residual", law.residual(normal), Some(normal))
-    })
-}
 
 impl Model {
     /// The model of the same problem before its first stage, with the laws and histories that a program has given
@@ -52,18 +34,19 @@ impl Model {
     /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
     /// of the deck: a simulation that is restored needs a model with the same laws, and warnings
     /// and reports speak of the deck's strengths. Contacts are looked for from now on, unless the deck
-    /// has `contact = false`; their friction is [`JointLaw::tan_contact_friction`], unless `[contact]` of the deck has
-    /// one.
+    /// has `contact = false`; they bear what [`JointLaw::contact_strength`] says, unless `[contact]` of the deck has a
+    /// friction.
     ///
     /// # Errors
     ///
-    /// No joint has that name; a strength of the law is negative or not a number.
+    /// No joint has that name; a strength of the law is negative or not a number, its dilation takes more than its
+    /// friction gives, or what it says of contacts or failure contradicts its strengths.
     pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
         let Some(index) = self.properties.joints.iter().position(|known| known.name == joint)
         else {
             return Err(Fault::new(format!("joints.{joint}"), "no joint has this name"));
         };
-        check(&*law).map_err(|why| Fault::new(format!("joints.{joint}"), why))?;
+        law::check(&*law).map_err(|why| Fault::new(format!("joints.{joint}"), why))?;
         self.properties.joints[index].law = Some(law.clone());
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));

@@ -31,6 +31,7 @@ impl Model {
                 laws.push(Some(Arc::new(Between { laws: [from, to], part })));
                 changes.len() - 1
             });
+            debug_assert!(own + at < usize::from(NO_JOINT), "numbers have 16 bits");
             u16::try_from(own + at).unwrap_or(new)
         };
         let mut within = |body: usize, d: usize, joint: u16| {

@@ -1,10 +1,13 @@
 //! What can be seen of contacts: [`Contact`], and the table [`CONTACT_FIELDS`] from which writers and
 //! bindings read.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::{FieldKind, Snapshot};
 use crate::joint::contact::{Patch, Placing, Point};
+use crate::law::JointLaw;
 
 /// Part of what friction can bear from which on a contact slides: all but rounding.
 const SLIDING: f64 = 1.0 - 1e-9;
@@ -139,7 +142,7 @@ impl Snapshot<'_> {
         };
         let patches =
             self.scratch.trial_contacts.patches.par_iter().filter(|patch| is_contact(patch));
-        patches.flat_map_iter(|patch| seen(patch, &placing)).collect()
+        patches.flat_map_iter(|patch| seen(patch, &placing, &self.model.laws)).collect()
     }
 
     /// How many contacts there are at the present time. Nothing moves.
@@ -164,14 +167,18 @@ impl Snapshot<'_> {
 }
 
 /// The points of a patch that press.
-fn seen(patch: &Patch, placing: &Placing<'_>) -> impl Iterator<Item = Contact> {
+fn seen(
+    patch: &Patch,
+    placing: &Placing<'_>,
+    laws: &[Option<Arc<dyn JointLaw>>],
+) -> impl Iterator<Item = Contact> {
     let normal = patch.now[0];
     let [a, b] = patch.blocks.map(|block| block as usize);
     let faces = patch.faces();
     patch.points.iter().filter(|point| bears(point)).map(move |point| {
         let at = [0, 1].map(|side| placing.position([a, b][side], faces[side], &point.spots[side]));
         let springs = point.traction;
-        let limit = -springs.normal * patch.both.tan_friction;
+        let limit = patch.both.friction.strength(laws, springs.normal);
         Contact {
             blocks: [a, b],
             // The couple of the two points acts on the block that the normal turns with.

@@ -103,7 +103,7 @@ impl Simulation {
         if memory.increments > 1 {
             self.ramp_strengths(memory.left, memory.part(), false);
         }
-        // It does not stop and asks for no history, so it does not fail.
+        // It does not stop, asks for no history and had masses: else the next step begins anew, and says why.
         let _ = self.go_on_relaxing(memory, &|| false);
     }
 

@@ -316,3 +316,14 @@ fn faces_that_no_joint_can_join_are_named() {
     let end = Where { x: Some(ddem_deck::Extent::Plane(3.0)), ..Where::default() };
     assert_eq!(end.nodes(&model).unwrap().len(), 9);
 }
+
+#[test]
+fn more_things_than_numbers_are_refused() {
+    let mut builder = ProblemBuilder::new(&row(1, 1, UPRIGHT), rock()).unwrap();
+    let last = (1..65_535).map(|_| builder.material(rock())).last();
+    assert_eq!(last, Some(65_534));
+    assert!(builder.clone().build().is_ok());
+    builder.material(rock());
+    let error = builder.build().map(|_| ()).unwrap_err();
+    assert_eq!(error.to_string(), "there are 65536 materials: 65535 are the most");
+}

@@ -43,6 +43,7 @@ mod programs;
 mod refine;
 mod resume;
 mod rigid;
+mod rubbing;
 mod said;
 mod selection;
 mod sets;

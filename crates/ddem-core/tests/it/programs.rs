@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use ddem_core::law::JointLaw;
+use ddem_core::law::{JointLaw, Softening};
 use ddem_core::{Function, Model, Relaxed, RunError, Simd, Simulation};
 use ddem_deck::*;
 
@@ -257,6 +257,120 @@ fn laws_without_a_strength_are_refused() {
         assert_eq!(refused, Err(expected));
     }
     assert!(model.set_law("seam", Arc::new(Cohesion(f64::INFINITY))).is_ok());
+}
+
+/// A law made of functions, to be spoilt one by one.
+#[derive(Clone, Copy, Debug)]
+struct Odd {
+    tension: f64,
+    peak: fn(f64) -> f64,
+    residual: fn(f64) -> f64,
+    dilation: f64,
+    contact: fn(f64) -> f64,
+    tan: Option<f64>,
+    softening: Option<Softening>,
+    sees: bool,
+}
+
+fn half(normal: f64) -> f64 {
+    (-normal * 0.5).max(0.0)
+}
+
+const SOUND: Odd = Odd {
+    tension: 1e3,
+    peak: |normal| (1e3 - normal * 0.5).max(0.0),
+    residual: half,
+    dilation: 0.5,
+    contact: half,
+    tan: Some(0.5),
+    softening: None,
+    sees: true,
+};
+
+impl JointLaw for Odd {
+    fn tension(&self) -> f64 {
+        self.tension
+    }
+
+    fn peak(&self, normal: f64) -> f64 {
+        (self.peak)(normal)
+    }
+
+    fn residual(&self, normal: f64) -> f64 {
+        (self.residual)(normal)
+    }
+
+    fn tan_dilation(&self) -> f64 {
+        self.dilation
+    }
+
+    fn contact_strength(&self, normal: f64) -> f64 {
+        (self.contact)(normal)
+    }
+
+    fn tan_contact_friction(&self) -> Option<f64> {
+        self.tan
+    }
+
+    fn softening(&self) -> Option<Softening> {
+        self.softening
+    }
+
+    fn any_failure(&self, _: &[f64], _: &[f64]) -> bool {
+        self.sees
+    }
+}
+
+/// Tension alone.
+#[derive(Debug)]
+struct Frictionless;
+
+impl JointLaw for Frictionless {
+    fn tension(&self) -> f64 {
+        1e12
+    }
+
+    fn peak(&self, _: f64) -> f64 {
+        0.0
+    }
+
+    fn residual(&self, _: f64) -> f64 {
+        0.0
+    }
+}
+
+#[test]
+fn laws_that_would_make_energy_or_never_fail_are_refused() {
+    let mut model = model(&deck([1, 1, 2], [2.0, 2.0, 1.0], 1, 0.01));
+    let softening = |opening, sliding| Some(Softening { opening, sliding });
+    let odd = [
+        (Odd { tension: f64::INFINITY, ..SOUND }, "tension() is inf"),
+        (Odd { dilation: 0.51, ..SOUND }, "sliding would make energy"),
+        (Odd { dilation: f64::NAN, ..SOUND }, "tan_dilation() is NaN"),
+        (Odd { dilation: -0.1, ..SOUND }, "tan_dilation() is -0.1"),
+        (Odd { peak: |n| 1e3 - n * 0.5 - 4.0 * n.max(0.0), ..SOUND }, "peak(500) is -1250"),
+        (Odd { residual: |n| if n < -1e9 { f64::NAN } else { half(n) }, ..SOUND }, "is NaN"),
+        (Odd { residual: |_| f64::INFINITY, ..SOUND }, "residual(0) is inf"),
+        (Odd { contact: |n| 10.0 + half(n), ..SOUND }, "bare faces have no cohesion"),
+        (Odd { contact: |n| -half(n), ..SOUND }, "contact_strength(-1) is -0.5"),
+        (Odd { tan: Some(0.6), ..SOUND }, "tan_contact_friction() says 0.6: expected the same"),
+        (Odd { tan: Some(-0.5), ..SOUND }, "tan_contact_friction() is -0.5"),
+        (Odd { softening: softening(-1e-3, 10.0), ..SOUND }, "softening() is -0.001 m"),
+        (Odd { softening: softening(1e-3, f64::NAN), ..SOUND }, "NaN J/m²"),
+        (Odd { sees: false, ..SOUND }, "any_failure() does not say so"),
+    ];
+    for (law, told) in odd {
+        let refused = model.set_law("seam", Arc::new(law)).map_err(|fault| fault.to_string());
+        assert!(
+            refused.as_ref().is_err_and(|message| message.contains(told)),
+            "{refused:?}: {told}"
+        );
+    }
+    for law in [SOUND, Odd { tan: None, ..SOUND }] {
+        assert!(model.set_law("seam", Arc::new(law)).is_ok());
+    }
+    // No failure is seen before a shear that is more than rounding.
+    assert!(model.set_law("seam", Arc::new(Frictionless)).is_ok());
 }
 
 /// Factor of safety of a slab on a held one, whose joint has friction of 35°.

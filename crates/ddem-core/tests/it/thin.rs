@@ -102,3 +102,24 @@ fn slip_that_changes_along_a_layer_is_resisted() {
         }
     }
 }
+
+/// A joint that is stiffer than its blocks by more than sixteen digits: rounding takes the blocks' own stiffness, and
+/// masses of relaxation cannot be had of what is left. It is said, and no node stays where it is.
+#[test]
+fn a_joint_beyond_all_digits_has_no_mass() {
+    let pulled = |stiffness: f64| {
+        let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
+        let springs = Joint {
+            normal_stiffness: Some(stiffness),
+            shear_stiffness: Some(stiffness),
+            ..Joint::default()
+        };
+        deck.joints = [("seam".to_owned(), springs)].into();
+        deck.fix = vec![fix(plane(0, 0.0), "xyz")];
+        deck.model.gravity = [9.81, 0.0, 0.0];
+        Simulation::new(model(&deck)).start_relaxation(1).map_err(|error| error.to_string())
+    };
+    assert_eq!(pulled(1e14), Ok(()));
+    let said = pulled(1e30);
+    assert!(said.as_ref().is_err_and(|said| said.contains("no mass for node")), "{said:?}");
+}

@@ -1,12 +1,15 @@
 //! What the pairs of points of patches exert.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
+use super::friction::{Bare, Friction};
 use super::{Contacts, Patch, Placing, Point};
 use crate::joint::breaks::{Look, Losses, Lost};
 use crate::law::bearing::Bearing;
-use crate::law::{MohrCoulomb, Opening, Stiffness};
+use crate::law::{JointLaw, MohrCoulomb, Opening, Stiffness};
 use crate::mesh::Vec3;
 
 /// Patches that one task takes.
@@ -21,7 +24,7 @@ pub(crate) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts)
             if patch.bond.is_some() {
                 lost.add(&patch.bear_as_joint(&placing, look));
             } else {
-                lost.add(&patch.act(&placing));
+                lost.add(&patch.act(&placing, look.laws));
                 deepest = deepest.max(patch.depth());
             }
             if look.relaxing {
@@ -40,14 +43,24 @@ pub(crate) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts)
 
 impl Patch {
     /// What it exerts at the present positions, and what is lost on the way there.
-    pub(super) fn act(&mut self, placing: &Placing<'_>) -> Losses {
+    pub(super) fn act(
+        &mut self,
+        placing: &Placing<'_>,
+        laws: &[Option<Arc<dyn JointLaw>>],
+    ) -> Losses {
+        match self.both.friction {
+            Friction::Angle(tan) => {
+                let dry = MohrCoulomb { tan_friction: tan, ..MohrCoulomb::default() };
+                self.act_by(&MohrCoulomb { tan_residual_friction: tan, ..dry }, placing)
+            }
+            Friction::Laws(strengths) => self.act_by(&Bare { strengths, laws }, placing),
+        }
+    }
+
+    fn act_by<L: JointLaw>(&mut self, law: &L, placing: &Placing<'_>) -> Losses {
         self.turn(placing);
         let axes = self.frame();
-        let law = MohrCoulomb {
-            tan_friction: self.both.tan_friction,
-            tan_residual_friction: self.both.tan_friction,
-            ..MohrCoulomb::default()
-        };
+        let rubs = self.both.friction.rubs();
         let [normal, shear] = self.both.stiffness;
         // Points that have been made anew have the drag of those before.
         let renewed = std::mem::take(&mut self.renewed);
@@ -67,9 +80,9 @@ impl Patch {
             let opening =
                 Opening { normal: own.x - self.both.skin, shear: Vector2::new(own.y, own.z) };
             let mut memory = point.memory();
-            let loss = bearing.act(&law, opening, &mut memory);
+            let loss = bearing.act(law, opening, &mut memory);
             // Without friction, what offsets take on their way back is none.
-            let rubbed = if self.both.tan_friction > 0.0 { loss.friction } else { 0.0 };
+            let rubbed = if rubs { loss.friction } else { 0.0 };
             losses.friction += point.area * rubbed;
             losses.contact += point.area * (loss.contact + (loss.friction - rubbed));
             losses.damping += point.area * loss.damping;

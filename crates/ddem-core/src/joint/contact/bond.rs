@@ -138,7 +138,7 @@ pub(crate) fn seated(
         start: true,
         undamped: true,
     };
-    let fitting = Fitting { placing, skins: &surfaces.skins, held: &[] };
+    let fitting = Fitting { placing, skins: &surfaces.skins, laws: &[], held: &[] };
     let bond = |abutment: &Abutment| {
         let of = |block: u32| stresses.get(block as usize).copied().flatten();
         let [a, b] = abutment.blocks.map(of);

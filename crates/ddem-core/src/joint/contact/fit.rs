@@ -5,6 +5,8 @@
 //! every area is counted once, and a corner, an edge or two crossed faces are nothing special. Two
 //! edges that cross at an angle to all faces are one pair.
 
+use std::sync::Arc;
+
 use nalgebra::{Vector2, Vector3};
 
 use super::heirs::{Handed, Known, Old};
@@ -12,7 +14,7 @@ use super::side::{Side, apart, edge_node, edge_spot, node_at};
 use super::skins::sides_of;
 use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
 use crate::collide::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
-use crate::law::{Settled, Traction};
+use crate::law::{JointLaw, Settled, Traction};
 use crate::mesh::{Abutment, Vec3};
 
 /// Part of the area of an element's face below which a point of it is nothing.
@@ -27,6 +29,7 @@ const SHORTEST: f64 = 0.01;
 pub(crate) struct Fitting<'a> {
     pub(crate) placing: Placing<'a>,
     pub(crate) skins: &'a Skins,
+    pub(crate) laws: &'a [Option<Arc<dyn JointLaw>>],
     /// Blocks that have supports.
     pub(crate) held: &'a [[bool; crate::math::lanes::LANES]],
 }
@@ -233,6 +236,9 @@ impl Fitting<'_> {
         let [a, b] = patch.blocks.map(|block| block as usize);
         let known = old.map(|old| Known::new(&self.placing, &old.patch));
         let last = if old.is_some() { 0.0 } else { 1.0 };
+        // Areas will be about as large as they were: else friction would dip with every new patch.
+        let stretch = old.map_or(1.0, |old| old.patch.both.friction.stretch());
+        patch.both.friction.set_stretch(stretch);
         let [normal_stiffness, shear_stiffness] = patch.both.stiffness;
         let [face_a, face_b] = patch.faces();
         for point in &mut patch.points {
@@ -252,7 +258,7 @@ impl Fitting<'_> {
             let Handed { offset, drag, slid, .. } = handed;
             let gap = before - offset;
             let normal = (normal_stiffness * gap).min(0.0);
-            let limit = -normal * patch.both.tan_friction;
+            let limit = patch.both.friction.strength(self.laws, normal);
             let [_, s, t] = own(handed.shear);
             let mut shear = Vector2::new(s, t);
             let sticks = Vector2::new(sx - wx * last, sy - wy * last);

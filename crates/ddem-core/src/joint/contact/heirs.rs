@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use super::fit::Fitting;
 use super::{Patch, Placing, Point};
 use crate::joint::breaks::Losses;
 use crate::law::{Settled, Traction};
@@ -19,10 +20,10 @@ pub(super) struct Old {
 
 impl Old {
     /// Follows the blocks to where they are. Also returns what is lost on the way.
-    pub(super) fn new(mut patch: Patch, placing: &Placing<'_>) -> (Self, Losses) {
+    pub(super) fn new(mut patch: Patch, fitting: &Fitting<'_>) -> (Self, Losses) {
         let opening = |point: &Point| point.gap + point.offset[1];
         let mut opened: Vec<f64> = patch.points.iter().map(opening).collect();
-        let losses = patch.act(placing);
+        let losses = patch.act(&fitting.placing, fitting.laws);
         for (way, point) in opened.iter_mut().zip(&patch.points) {
             *way = opening(point) - *way;
         }
@@ -96,6 +97,7 @@ impl Patch {
             let most = SCALE.max(self.spacing(placing).powi(2) / area);
             let scale = (before[0] / natural).clamp(1.0 / SCALE, most);
             self.points.iter_mut().filter(pressed).for_each(|point| point.area *= scale);
+            self.both.friction.set_stretch(scale);
         }
         self.cap(before, &opened);
         // Of faces that have parted nothing comes back.

@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `place` | where blocks are, points fixed to their faces |
 //! | `skins` | stiffness and friction of two faces |
+//! | `friction` | the strength that laws of joints leave to faces |
 //! | `search` | which blocks are near each other, and which of these are left to their joints |
 //! | `fit`, `side` | the pairs of points of a patch, on faces and edges |
 //! | `heirs` | what old points hand on to new ones |
@@ -26,6 +27,7 @@ mod bond;
 mod bound;
 mod doubts;
 mod fit;
+mod friction;
 mod heirs;
 mod place;
 mod release;

@@ -210,7 +210,7 @@ pub(crate) fn release(
             lost.add(load.energy[0] + load.energy[1] + account);
             let Some(mut patch) = make(blocks) else { continue };
             let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
-            patch.bear(placing, &load, sign);
+            patch.bear((placing, look.laws), &load, sign);
             lost.add(-patch.stored());
             patches.push(patch);
         }
@@ -309,7 +309,12 @@ impl Placing<'_> {
 impl Patch {
     /// Begins with a load: a pressure that goes linearly over the area so that force and moments
     /// are those of the joint, and a shear in proportion, which friction bears wherever it bore the joint's. `sign` is 1 where block a was on the joint's side a.
-    pub(super) fn bear(&mut self, placing: &Placing<'_>, load: &Load, sign: f64) {
+    pub(super) fn bear(
+        &mut self,
+        (placing, laws): (&Placing<'_>, &[Option<Arc<dyn JointLaw>>]),
+        load: &Load,
+        sign: f64,
+    ) {
         let axes = self.frame();
         let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         let (block, face) = (self.blocks[0] as usize, self.faces()[0]);
@@ -345,7 +350,7 @@ impl Patch {
             let bare = point.gap + point.offset[0];
             point.gap = wanted / stiff;
             point.offset = [bare - point.gap; 2];
-            let most = -wanted * self.both.tan_friction;
+            let most = self.both.friction.strength(laws, wanted);
             let size = shear.norm();
             let bears = if size > most { shear * (most / size) } else { shear };
             point.slip += (point.traction.shear - bears) / soft;

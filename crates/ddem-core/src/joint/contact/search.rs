@@ -39,7 +39,7 @@ pub(crate) struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     fn fitting(&self, placing: Placing<'a>) -> Fitting<'a> {
-        Fitting { placing, skins: &self.surfaces.skins, held: self.held }
+        Fitting { placing, skins: &self.surfaces.skins, laws: self.look.laws, held: self.held }
     }
 }
 
@@ -197,7 +197,7 @@ fn renew(fitting: &Fitting<'_>, ground: Ground<'_>, contacts: &mut Contacts) -> 
         if patch.bond.is_some() || !fitting.has_moved(patch) {
             return (Losses::default(), None);
         }
-        let (old, mut losses) = Old::new(std::mem::take(patch), &fitting.placing);
+        let (old, mut losses) = Old::new(std::mem::take(patch), fitting);
         let blocks = old.patch.blocks;
         let gone = Patch { blocks, ..Patch::default() };
         *patch = fitting.patch(blocks, Some(&old)).unwrap_or(gone);
@@ -244,7 +244,7 @@ fn let_loose(
     let before = patch.stored();
     let mut contact = fitting.patch(patch.blocks, None).unwrap_or_default();
     contact.blocks = patch.blocks;
-    contact.bear(&fitting.placing, &load, 1.0);
+    contact.bear((&fitting.placing, look.laws), &load, 1.0);
     let old = std::mem::replace(patch, contact);
     let ended = old.bond.map(|bond| (old.blocks, bond));
     (of_release(before - patch.stored(), look), Some(ended))

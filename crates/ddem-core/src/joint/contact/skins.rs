@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::friction::{FaceFriction, Friction};
 use super::{Contacts, Patch};
 use crate::collide::{EdgeOf, FaceOf};
 use crate::law::{Laws, Stiffness};
@@ -22,8 +23,8 @@ pub(crate) struct Skin {
     pub(crate) thickness: f64,
     /// Stiffness of this half `[Pa/m]`.
     pub(crate) stiffness: Stiffness,
-    /// Tangent of the friction angle that failure leaves, if there is one.
-    tan_friction: Option<f64>,
+    /// Friction that failure leaves, if the joint has a law.
+    friction: Option<FaceFriction>,
     /// Mass that a contact moves, for each unit of area.
     moved: Moved,
     /// Of the block `[kg/m³]`.
@@ -40,7 +41,7 @@ pub(crate) struct Both {
     /// Distance of the bodies at which they touch `[m]`.
     pub(crate) skin: f64,
     pub(crate) stiffness: [f64; 2],
-    pub(crate) tan_friction: f64,
+    pub(crate) friction: Friction,
     /// Of the dashpot along the normal `[Pa s/m]`.
     pub(crate) dashpot: f64,
 }
@@ -57,6 +58,8 @@ pub(crate) struct Skins {
     tan_friction: Option<f64>,
     /// Of faces to which neither the deck nor a joint gives any.
     tan_default: f64,
+    /// Part of the way of strengths from others before.
+    part: f64,
     damping: f64,
     /// Largest thickness `[m]`.
     pub(crate) thickest: f64,
@@ -74,11 +77,12 @@ impl Skins {
             shear: contact.shear_stiffness,
             tan_friction: contact.tan_friction,
             tan_default: libm::tan(FRICTION.to_radians()),
+            part: 1.0,
             damping: contact.damping_ratio(),
             thickest: 0.0,
             hardest: Stiffness { normal: 0.0, shear: 0.0 },
         };
-        let mut known: HashMap<[u64; 9], u32> = HashMap::new();
+        let mut known: HashMap<[u64; 10], u32> = HashMap::new();
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
                 let abuts = geometry.abutting.get(&(body as u32, face as u8)).copied();
@@ -117,8 +121,8 @@ impl Skins {
         for (of_block, old_block) in skins.of_block.iter_mut().zip(&old.of_block) {
             for (kind, old_kind) in of_block.iter_mut().zip(old_block) {
                 let (mut skin, old) = (skins.kinds[*kind as usize], old.kinds[*old_kind as usize]);
-                if let Some((new, old)) = skin.tan_friction.as_mut().zip(old.tan_friction) {
-                    *new = old + (*new - old) * part;
+                if let Some((new, old)) = skin.friction.as_mut().zip(old.friction) {
+                    *new = new.after(old, part);
                 }
                 let known = kinds.iter().position(|known| *known == skin);
                 *kind = known.unwrap_or(kinds.len()) as u32;
@@ -127,7 +131,7 @@ impl Skins {
                 }
             }
         }
-        skins.kinds = kinds;
+        (skins.kinds, skins.part) = (kinds, part);
         skins
     }
 
@@ -145,8 +149,8 @@ impl Skins {
                 normal: mean(|skin| skin.stiffness.normal),
                 shear: mean(|skin| skin.stiffness.shear),
             },
-            tan_friction: match (a.tan_friction, b.tan_friction) {
-                (Some(a), Some(b)) => Some(0.5 * (a + b)),
+            friction: match (a.friction, b.friction) {
+                (Some(a), Some(b)) => Some(a.mean(b)),
                 (a, b) => a.or(b),
             },
             moved: Moved::mean(a.moved, b.moved),
@@ -234,10 +238,8 @@ impl Skins {
         let normal = series(a.stiffness.normal, b.stiffness.normal);
         let shear = series(a.stiffness.shear, b.stiffness.shear);
         let normal = self.normal.unwrap_or(normal);
-        let tan_friction = self.tan_friction.or(match (a.tan_friction, b.tan_friction) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        });
+        let given = self.tan_friction.map(Friction::Angle);
+        let friction = given.or_else(|| Friction::of([a.friction, b.friction], self.part));
         let [of_a, of_b] = [a, b].map(|skin| skin.moved.mass(normal));
         let mass = match held {
             [true, false] => of_b,
@@ -247,7 +249,7 @@ impl Skins {
         Both {
             skin: a.thickness + b.thickness,
             stiffness: [normal, self.shear.unwrap_or(shear)],
-            tan_friction: tan_friction.unwrap_or(self.tan_default),
+            friction: friction.unwrap_or(Friction::Angle(self.tan_default)),
             dashpot: self.dashpot(normal, mass),
         }
     }
@@ -309,7 +311,6 @@ impl Skin {
         });
         let number = abuts.map(|abuts| abuts.joint).or(number).map(usize::from);
         let joint = number.map(|number| &properties.joints[number]);
-        let law = number.and_then(|number| laws.get(number)?.as_deref());
         let own = Stiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };
         let stiffness = joint.map(JointProperties::stiffness);
         let Stiffness { normal, shear } = stiffness.unwrap_or(own);
@@ -318,7 +319,7 @@ impl Skin {
         Self {
             thickness: joint.map_or(0.0, |joint| joint.thickness.min(room) / 2.0),
             stiffness: Stiffness { normal: 2.0 * normal, shear: 2.0 * shear },
-            tan_friction: law.map(|law| law.tan_contact_friction()),
+            friction: number.and_then(|number| FaceFriction::new(laws, number)),
             moved,
             density: elastic.density,
             joint: stiffness,
@@ -326,12 +327,12 @@ impl Skin {
         }
     }
 
-    fn key(&self) -> [u64; 9] {
+    fn key(&self) -> [u64; 10] {
         let Stiffness { normal, shear } = self.stiffness;
-        let friction = self.tan_friction.unwrap_or(-1.0);
+        let [tan, law] = FaceFriction::key(self.friction);
         let abuts = if self.abuts { 1.0 } else { 0.0 };
         let [layer, whole, impedance] = self.moved.numbers();
-        [self.thickness, normal, shear, friction, layer, whole, impedance, self.density, abuts]
+        [self.thickness, normal, shear, tan, law, layer, whole, impedance, self.density, abuts]
             .map(f64::to_bits)
     }
 }

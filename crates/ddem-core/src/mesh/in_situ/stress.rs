@@ -86,7 +86,9 @@ impl Stress {
         let middle = self.at(centre);
         // Over ξ, η, ζ from −1 to 1: σ = middle + Σ_d ξ_d slopes_d.
         let slopes = element.edges.map(|edge| self.along(&(edge * 0.5)));
-        let inverse = Matrix3::from_columns(&element.edges).try_inverse().unwrap_or_default();
+        // An element without volume has no forces: a run with one diverges at once.
+        let inverse = Matrix3::from_columns(&element.edges).try_inverse();
+        let inverse = inverse.unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         let normals = [0, 1, 2].map(|d| inverse.row(d).transpose() * (element.volume / 4.0));
         let forces = std::array::from_fn(|corner| {
             let sign = |d: usize| if corner >> d & 1 == 1 { 1.0 } else { -1.0 };

@@ -51,6 +51,14 @@ pub enum BuildError {
         /// Reason.
         why: String,
     },
+    /// More things than numbers of 16 bits have, one of which means none.
+    #[error("there are {count} {what}: {} are the most", u16::MAX)]
+    TooMany {
+        /// Kind of thing.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+    },
     /// A node of a rigid block that is none of its corners.
     #[error("node {node} is inside of rigid block {block}, of which only the corners are nodes")]
     InRigid {
@@ -120,16 +128,16 @@ impl ProblemBuilder {
         })
     }
 
-    /// Adds a material and gives its number.
+    /// Adds a material and gives its number. More than 65 535 are an error of [`build`](Self::build).
     pub fn material(&mut self, material: Elastic) -> u16 {
         self.properties.materials.push(material);
-        (self.properties.materials.len() - 1) as u16
+        u16::try_from(self.properties.materials.len() - 1).unwrap_or(u16::MAX)
     }
 
-    /// Adds a joint and gives its number.
+    /// Adds a joint and gives its number. More than 65 535 are an error of [`build`](Self::build).
     pub fn joint(&mut self, joint: JointProperties) -> u16 {
         self.properties.joints.push(joint);
-        (self.properties.joints.len() - 1) as u16
+        u16::try_from(self.properties.joints.len() - 1).unwrap_or(u16::MAX)
     }
 
     /// Gives a block another material.
@@ -202,6 +210,12 @@ impl ProblemBuilder {
     ///
     /// Faces that a joint cannot join; supports, loads and motions at nodes that rigid blocks do not have.
     pub fn build(self) -> Result<(Problem, Vec<Option<u32>>), BuildError> {
+        let Properties { materials, joints, .. } = &self.properties;
+        for (what, count) in [("materials", materials.len()), ("joints", joints.len())] {
+            if count > usize::from(u16::MAX) {
+                return Err(BuildError::TooMany { what, count });
+            }
+        }
         let lattice =
             |(k, block): (usize, &MeshBlock)| block.lattice(0, self.materials[k], self.rigid[k]);
         let lattices: Vec<_> = self.blocks.iter().enumerate().map(lattice).collect();

@@ -135,9 +135,10 @@ fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
 
 /// True where a patch is on faces of its blocks; where exactly may not be known in a run that has diverged.
 fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
-    let Both { skin, stiffness: [normal, shear], tan_friction, dashpot } = patch.both;
+    let Both { skin, stiffness: [normal, shear], friction, dashpot } = patch.both;
     let sizes = [f64::from(patch.limit), normal, shear].iter().all(|&size| size > 0.0);
-    let rest = [skin, tan_friction, dashpot, patch.bank].iter().all(|&x| x >= 0.0);
+    let rest =
+        [skin, dashpot, patch.bank].iter().all(|&x| x >= 0.0) && friction.is_sound(&model.laws);
     let faces = patch.faces.iter().all(|&face| face < 6) && patch.reference < 2;
     let on = |(&block, Spot { element, on }): (&u32, &Spot)| {
         let n = model.geometry.lattice(block as usize).divisions;
@@ -152,10 +153,10 @@ fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
 
 /// True where all numbers of a patch are finite, and its axes unit vectors.
 fn is_finite(patch: &Patch) -> bool {
-    let Both { skin, stiffness: [normal, shear], tan_friction, dashpot } = patch.both;
+    let Both { skin, stiffness: [normal, shear], dashpot, .. } = patch.both;
     let seen = patch.seen.map(|axis| axis.map(f64::from));
     let axes = patch.axes.iter().chain(&seen);
-    let of_both = [skin, normal, shear, tan_friction, dashpot];
+    let of_both = [skin, normal, shear, dashpot];
     let numbers = patch.apart.iter().chain(&of_both);
     let point = |point: &Point| {
         let &Point { area, slip, offset, gap, traction, drag, account, slid, settled, .. } = point;

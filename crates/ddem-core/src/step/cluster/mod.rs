@@ -114,7 +114,7 @@ impl Clusters {
                 clusters.of_pack.push(u32::MAX);
                 continue;
             }
-            let mass = InverseMass::new(around, pack);
+            let mass = InverseMass::new(around, pack)?;
             let parts = mass.partner.iter().map(|p| p.part as u64);
             let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
             let key = parts.chain(numbers).collect();
@@ -157,7 +157,7 @@ fn coupling(element: &Element) -> Coupling {
 }
 
 impl InverseMass {
-    fn new(around: Around<'_>, index: usize) -> Self {
+    fn new(around: Around<'_>, index: usize) -> Result<Self, RunError> {
         let model = around.model;
         let pack = &model.packs.packs[index];
         let n = model.packs.shape_of(pack).divisions;
@@ -165,12 +165,10 @@ impl InverseMass {
         let steps =
             (0..=n).flat_map(|k| (0..=n).flat_map(move |j| (0..=n).map(move |i| [i, j, k])));
         for at in steps {
-            let rows: [[[f64; 3]; 8]; LANES] = std::array::from_fn(|lane| {
-                if lane >= pack.filled {
-                    return [[0.0; 3]; 8];
-                }
-                inverse_row(around, pack.bodies[lane] as usize, at)
-            });
+            let mut rows = [[[0.0; 3]; 8]; LANES];
+            for (row, &body) in rows.iter_mut().zip(&pack.bodies).take(pack.filled) {
+                *row = inverse_row(around, body as usize, at)?;
+            }
             let first = mass.partner.len();
             for part in 0..8 {
                 let used = rows.iter().any(|row| row[part] != [0.0; 3]);
@@ -188,7 +186,7 @@ impl InverseMass {
             mass.start.push(mass.partner.len() as u32);
         }
         mass.share_rotations();
-        mass
+        Ok(mass)
     }
 }
 
@@ -212,7 +210,7 @@ fn partner(model: &Model, body: usize, at: [usize; 3], part: usize) -> Option<(u
 }
 
 /// The row of a node in the inverse of its cluster's block, by partner and component.
-fn inverse_row(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 8] {
+fn inverse_row(around: Around<'_>, body: usize, at: [usize; 3]) -> Result<[[f64; 3]; 8], RunError> {
     let Around { model, held, .. } = around;
     let members: [Option<(usize, [usize; 3])>; 8] =
         std::array::from_fn(|part| partner(model, body, at, part));
@@ -236,12 +234,18 @@ fn inverse_row(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 8]
             (false, same) => f64::from(u8::from(same)),
         });
         let unit = SMatrix::<f64, 8, 1>::from_fn(|p, _| f64::from(u8::from(p == 0)));
-        // A principal block of a positive definite stiffness; a lone node of a mechanism aside.
-        if let Some(solution) = matrix.cholesky().map(|factors| factors.solve(&unit)) {
-            (0..8).filter(|&p| free[p]).for_each(|p| row[p][c] = solution[p]);
+        // Nodes of blocks that are gone have no stiffness, and no mass.
+        if matrix[(0, 0)] == 0.0 {
+            continue;
         }
+        // A principal block of a positive definite stiffness, unless rounding has taken the difference.
+        let Some(solution) = matrix.cholesky().map(|factors| factors.solve(&unit)) else {
+            let node = model.geometry.node(body, at);
+            return Err(RunError::NoMass { block: body, node });
+        };
+        (0..8).filter(|&p| free[p]).for_each(|p| row[p][c] = solution[p]);
     }
-    row
+    Ok(row)
 }
 
 /// Diagonal of the stiffness at a node (r = 0) and its coupling with the partners.

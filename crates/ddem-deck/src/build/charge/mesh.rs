@@ -75,8 +75,11 @@ impl Mesh {
         start: &[Vec3],
         (volume, reach): (f64, f64),
     ) -> Shell {
-        // Every node is one of them.
-        let local = |node: &u32| nodes.binary_search(node).unwrap_or(0) as u32;
+        let local = |node: &u32| {
+            let at = nodes.binary_search(node);
+            debug_assert!(at.is_ok(), "every node is one of them");
+            at.unwrap_or_else(|next| next) as u32
+        };
         let polygons = self.polygons.iter().map(|corners| corners.iter().map(local).collect());
         let wall = |wall: &BTreeSet<u32>| wall.iter().map(local).collect();
         let walls = self.walls.iter().map(wall).collect();

@@ -29,7 +29,7 @@ pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<F
         if nodes >= MOST_NODES {
             return Err(too_many(format!("blocks[{index}]"), nodes));
         }
-        lattices.push(lattice((index, set), cuts, names));
+        lattices.push(lattice((index, set), cuts, names)?);
     }
     Ok(lattices)
 }
@@ -62,19 +62,26 @@ fn cuts(set: &BlockSet, d: usize) -> Cuts {
     }
 }
 
-fn lattice((index, set): (usize, &BlockSet), cuts: [Cuts; 3], names: &Names) -> Lattice {
+fn lattice(
+    (index, set): (usize, &BlockSet),
+    cuts: [Cuts; 3],
+    names: &Names,
+) -> Result<Lattice, Vec<Fault>> {
     let count = [0, 1, 2].map(|d| cuts[d].count as usize);
     let cells = count.iter().product();
     let (positions, lengths): (Vec<_>, Vec<_>) = cuts.iter().map(positions).unzip();
-    let own_joint = [0, 1, 2].map(|d| {
+    let mut own_joint = [NO_JOINT; 3];
+    for (d, own) in own_joint.iter_mut().enumerate() {
         let name = match &set.joint {
             Some(JointChoice::All(name)) => Some(name),
             Some(JointChoice::ByNormal { x, y, z }) => [x, y, z][d].as_ref(),
             None => None,
         };
-        name.and_then(|name| names.joint(name)).unwrap_or(NO_JOINT)
-    });
-    Lattice {
+        if let Some(name) = name {
+            *own = names.joint_of(index, name)?;
+        }
+    }
+    Ok(Lattice {
         set: index,
         refined: None,
         origin: Vec3::from(set.origin),
@@ -86,10 +93,10 @@ fn lattice((index, set): (usize, &BlockSet), cuts: [Cuts; 3], names: &Names) -> 
         cuts: positions.try_into().unwrap_or_default(),
         lengths: lengths.try_into().unwrap_or_default(),
         body: vec![0; cells],
-        material: Arc::new(vec![names.material(&set.material).unwrap_or(0); cells]),
+        material: Arc::new(vec![names.material_of(index, set)?; cells]),
         joint: own_joint.map(|joint| Arc::new(vec![joint; cells])),
         own_joint,
-    }
+    })
 }
 
 impl Region {

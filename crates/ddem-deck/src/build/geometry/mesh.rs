@@ -21,9 +21,9 @@ pub(super) fn lattices(
     mesh: &BlockMesh,
     names: &Names,
 ) -> Result<Vec<Lattice>, Vec<Fault>> {
-    let material = names.material(&set.material).unwrap_or(0);
+    let material = names.material_of(index, set)?;
     let joint = match &set.joint {
-        Some(JointChoice::All(name)) => names.joint(name),
+        Some(JointChoice::All(name)) => Some(names.joint_of(index, name)?),
         _ => None,
     };
     let lattice = |block: &MeshBlock| {

@@ -29,7 +29,7 @@ pub(super) use terrain::uncovered;
 
 use std::sync::Arc;
 
-use crate::schema::{Assign, Deck, Remove};
+use crate::schema::{Assign, BlockSet, Deck, Remove};
 use ddem_core::Fault;
 use ddem_core::problem::{Geometry, Lattice, Sets, abutting};
 
@@ -146,11 +146,27 @@ impl Names {
     }
 
     pub(in crate::build) fn material(&self, name: &str) -> Option<u16> {
-        self.materials.binary_search_by(|m| m.as_str().cmp(name)).ok().map(|i| i as u16)
+        let at = self.materials.binary_search_by(|m| m.as_str().cmp(name)).ok()?;
+        u16::try_from(at).ok()
     }
 
     pub(in crate::build) fn joint(&self, name: &str) -> Option<u16> {
-        self.joints.binary_search_by(|j| j.as_str().cmp(name)).ok().map(|i| i as u16)
+        let at = self.joints.binary_search_by(|j| j.as_str().cmp(name)).ok()?;
+        u16::try_from(at).ok()
+    }
+
+    /// Number of the material of a set.
+    fn material_of(&self, index: usize, set: &BlockSet) -> Result<u16, Vec<Fault>> {
+        let message = || format!("no material has the name `{}`", set.material);
+        let fault = || vec![Fault::new(format!("blocks[{index}].material"), message())];
+        self.material(&set.material).ok_or_else(fault)
+    }
+
+    /// Number of a joint that a set names.
+    fn joint_of(&self, index: usize, name: &str) -> Result<u16, Vec<Fault>> {
+        let message = || format!("no joint has the name `{name}`");
+        let fault = || vec![Fault::new(format!("blocks[{index}].joint"), message())];
+        self.joint(name).ok_or_else(fault)
     }
 
     pub(in crate::build) fn joint_name(&self, joint: u16) -> &str {

@@ -1,0 +1,188 @@
+//! Friction of contacts: the strength that failure leaves to the joints of the two faces.
+//!
+//! A law whose strength is proportional to the pressure is a tangent, and so are two of them. Others are asked at every
+//! point, by their numbers, so that a saved state knows them.
+
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::law::{JointLaw, Laws};
+
+/// Numbers of the law of a face: the one before and the present one, while strengths go from that to this.
+type Numbers = [u16; 2];
+
+/// Friction that the joint of a face gives it; of an edge that of the two faces beside it, in the mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FaceFriction {
+    /// Tangent of the friction angle, if there is one for all pressures.
+    pub(super) tan: Option<f64>,
+    laws: [Option<Numbers>; 2],
+}
+
+impl FaceFriction {
+    /// Of a face whose joint has a law, by its number.
+    pub(super) fn new(laws: &Laws, number: usize) -> Option<Self> {
+        let law = laws.get(number)?.as_deref()?;
+        let number = u16::try_from(number).ok()?;
+        Some(Self { tan: law.tan_contact_friction(), laws: [Some([number; 2]), None] })
+    }
+
+    /// A part of the way from another friction.
+    pub(super) fn after(self, before: Self, part: f64) -> Self {
+        let tan = self.tan.zip(before.tan).map(|(new, old)| old + (new - old) * part);
+        let numbers = before.laws[0].zip(self.laws[0]).map(|([_, old], [_, new])| [old, new]);
+        Self { tan, laws: [numbers, None] }
+    }
+
+    /// Of an edge between two faces.
+    pub(super) fn mean(self, other: Self) -> Self {
+        let tan = self.tan.zip(other.tan).map(|(a, b)| 0.5 * (a + b));
+        Self { tan, laws: [self.laws[0], other.laws[0]] }
+    }
+
+    /// Numbers that tell it from others: tangent, and law where there is no tangent.
+    pub(super) fn key(this: Option<Self>) -> [f64; 2] {
+        let Some(Self { tan, laws: [numbers, _] }) = this else { return [-1.0; 2] };
+        let number = numbers.filter(|_| tan.is_none()).map_or(-1.0, |[_, now]| f64::from(now));
+        [tan.unwrap_or(-1.0), number]
+    }
+}
+
+/// Friction of two faces in contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Friction {
+    /// Tangent of the friction angle.
+    Angle(f64),
+    /// Strengths of laws.
+    Laws(Strengths),
+}
+
+/// The smaller one of the strengths of two blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Strengths {
+    /// Laws of the faces of each block.
+    sides: [[Option<Numbers>; 2]; 2],
+    /// Part of the way from the laws before to the present ones.
+    part: f64,
+    /// Areas of the points, in parts of those on which the faces press.
+    stretch: f64,
+}
+
+impl Default for Friction {
+    fn default() -> Self {
+        Self::Angle(0.0)
+    }
+}
+
+impl Friction {
+    /// Of two faces, some of whose strengths are a part of the way from those before; `None` without a law.
+    pub(super) fn of([a, b]: [Option<FaceFriction>; 2], part: f64) -> Option<Self> {
+        let tan = match (a, b) {
+            (Some(a), Some(b)) => a.tan.zip(b.tan).map(|(a, b)| a.min(b)),
+            (a, b) => a.or(b)?.tan,
+        };
+        let sides = [a, b].map(|side| side.map_or([None; 2], |side| side.laws));
+        Some(tan.map_or(Self::Laws(Strengths { sides, part, stretch: 1.0 }), Self::Angle))
+    }
+
+    /// True where a contact bears any shear.
+    pub(super) fn rubs(&self) -> bool {
+        !matches!(self, Self::Angle(tan) if *tan <= 0.0)
+    }
+
+    /// Areas of the points are a multiple of those on which the faces press: laws go by the pressure on these.
+    pub(super) fn set_stretch(&mut self, to: f64) {
+        if let Self::Laws(strengths) = self {
+            strengths.stretch = to;
+        }
+    }
+
+    /// Areas of the points, in parts of those on which the faces press; 1 where no law asks.
+    pub(super) fn stretch(&self) -> f64 {
+        match self {
+            Self::Angle(_) => 1.0,
+            Self::Laws(strengths) => strengths.stretch,
+        }
+    }
+
+    /// Shear strength under a normal traction of at most 0 `[Pa]`.
+    pub(crate) fn strength(&self, laws: &[Option<Arc<dyn JointLaw>>], normal: f64) -> f64 {
+        match self {
+            Self::Angle(tan) => -normal * tan,
+            Self::Laws(strengths) => strengths.at(laws, normal),
+        }
+    }
+
+    /// True where its numbers are those of laws.
+    pub(crate) fn is_sound(&self, laws: &[Option<Arc<dyn JointLaw>>]) -> bool {
+        match self {
+            Self::Angle(tan) => *tan >= 0.0 && tan.is_finite(),
+            Self::Laws(Strengths { sides, part, stretch }) => {
+                let mut numbers = sides.iter().flatten().flatten().flatten().peekable();
+                let any = numbers.peek().is_some();
+                let known =
+                    |&number: &u16| laws.get(usize::from(number)).is_some_and(Option::is_some);
+                any && (0.0..=1.0).contains(part)
+                    && *stretch > 0.0
+                    && stretch.is_finite()
+                    && numbers.all(known)
+            }
+        }
+    }
+}
+
+impl Strengths {
+    /// Under a normal traction `[Pa]`.
+    fn at(&self, laws: &[Option<Arc<dyn JointLaw>>], normal: f64) -> f64 {
+        if normal >= 0.0 {
+            return 0.0;
+        }
+        // Numbers are those of laws: else the run would stop.
+        let bears = |number: u16| {
+            let law = laws.get(usize::from(number)).and_then(Option::as_deref);
+            let strength = |law: &dyn JointLaw| law.contact_strength(normal * self.stretch);
+            law.map_or(f64::NAN, |law| strength(law) / self.stretch)
+        };
+        let of_face = |[before, now]: Numbers| {
+            let new = bears(now);
+            if before == now {
+                return new;
+            }
+            let old = bears(before);
+            old + (new - old) * self.part
+        };
+        let of_side = |side: &[Option<Numbers>; 2]| match side.map(|face| face.map(of_face)) {
+            [Some(a), Some(b)] => Some(0.5 * (a + b)),
+            [a, b] => a.or(b),
+        };
+        match self.sides.each_ref().map(of_side) {
+            [Some(a), Some(b)] if b < a => b,
+            [a, b] => a.or(b).unwrap_or(f64::NAN),
+        }
+    }
+}
+
+/// The law of a contact: friction alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bare<'a> {
+    pub(super) strengths: Strengths,
+    pub(super) laws: &'a [Option<Arc<dyn JointLaw>>],
+}
+
+impl JointLaw for Bare<'_> {
+    fn tension(&self) -> f64 {
+        0.0
+    }
+
+    fn peak(&self, normal: f64) -> f64 {
+        self.residual(normal)
+    }
+
+    fn residual(&self, normal: f64) -> f64 {
+        self.strengths.at(self.laws, normal)
+    }
+}
