@@ -80,7 +80,7 @@ impl Polygon {
 
     /// Its area `[m²]`.
     #[cfg(test)]
-    pub(crate) fn area(&self) -> f64 {
+    pub(super) fn area(&self) -> f64 {
         self.as_slice().iter().map(|vertex| vertex.area).sum()
     }
 

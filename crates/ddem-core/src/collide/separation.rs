@@ -270,7 +270,7 @@ fn shapeless(a: &Cell, b: &Cell, apart: &Vector3<f64>) -> Separation {
 
 /// Distance of two cells along a unit axis from a to b, negative where they overlap along it: a
 /// lower bound of their distance `[m]`.
-pub(crate) fn distance_along(a: &Cell, b: &Cell, axis: &Vector3<f64>) -> f64 {
+pub(super) fn distance_along(a: &Cell, b: &Cell, axis: &Vector3<f64>) -> f64 {
     let half = |cell: &Cell| {
         let [x, y, z] = &cell.half;
         x.dot(axis).abs() + y.dot(axis).abs() + z.dot(axis).abs()

@@ -19,7 +19,7 @@ pub(crate) struct Frame {
     /// Mean displacement ū.
     pub(crate) mean: [Lanes; 3],
     /// `(tr(S) 1 − S)⁻¹` as xx yy zz xy yz zx.
-    pub(crate) inverse: [Lanes; 6],
+    pub(super) inverse: [Lanes; 6],
 }
 
 impl Frame {

@@ -21,7 +21,7 @@ use super::ElementKind;
 use super::hex8::{CORNERS, Stiffness};
 
 /// The three modes with two ones, in the order of the bend group.
-pub(crate) const BEND: [usize; 3] = [3, 5, 6];
+pub(super) const BEND: [usize; 3] = [3, 5, 6];
 
 /// Modal stiffness of one element `[N/m]`.
 #[derive(Clone, Debug, PartialEq)]

@@ -29,7 +29,7 @@ pub(crate) struct Moments {
 }
 
 impl Inertia {
-    pub(crate) fn gather(
+    pub(super) fn gather(
         geometry: &Geometry,
         divisions: usize,
         pack: &Pack,
@@ -56,7 +56,7 @@ impl Inertia {
     }
 
     /// Its numbers, to tell it from others.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
         let all = self.mass.iter().chain(&self.diagonal);
         all.flat_map(|lanes| lanes.0)
     }

@@ -69,7 +69,7 @@ pub(crate) struct Shape {
     /// Where the shares of each offset begin.
     pub(crate) share_start: [usize; 8],
     /// Entries in the shares: one for each touched node, then seven torques.
-    pub(crate) shares: usize,
+    pub(super) shares: usize,
 }
 
 impl Shape {
@@ -208,7 +208,7 @@ pub(crate) struct Pack {
     pub(crate) bodies: [u32; LANES],
     pub(crate) filled: usize,
     /// Index into the shapes.
-    pub(crate) shape: usize,
+    pub(super) shape: usize,
     /// First node in the nodal fields.
     pub(crate) start: usize,
     /// First entry in the shares.
@@ -226,7 +226,7 @@ pub(crate) struct Pack {
 /// All packs, and where each body is.
 #[derive(Clone, Debug)]
 pub(crate) struct Packs {
-    pub(crate) shapes: Vec<Shape>,
+    pub(super) shapes: Vec<Shape>,
     pub(crate) packs: Vec<Pack>,
     /// `LANES` × pack + lane of each body.
     slots: Vec<u32>,

@@ -79,7 +79,7 @@ impl Conditions {
     /// # Errors
     ///
     /// There is no such entry, or the support stands still.
-    pub(crate) fn set_history(
+    pub(super) fn set_history(
         &mut self,
         (section, index): (&str, usize),
         function: Arc<Function>,
@@ -99,7 +99,7 @@ impl Conditions {
     }
 
     /// Takes over the histories of the same supports, loads and charges, some of which a program may compute.
-    pub(crate) fn take_histories(&mut self, from: &Self) {
+    pub(super) fn take_histories(&mut self, from: &Self) {
         let Self { fixed, loaded, charged } = self;
         fixed.iter_mut().zip(&from.fixed).for_each(|(a, b)| a.history.clone_from(&b.history));
         loaded.iter_mut().zip(&from.loaded).for_each(|(a, b)| a.history.clone_from(&b.history));
@@ -166,7 +166,7 @@ impl Conditions {
     }
 
     /// True where a charge has gone off within a span of time before now `[s]`.
-    pub(crate) fn have_gone_off(&self, span: f64, time: f64, starts: &[f64]) -> bool {
+    pub(super) fn have_gone_off(&self, span: f64, time: f64, starts: &[f64]) -> bool {
         self.charged.iter().any(|Charged { delay, period, .. }| {
             let begun = period.from.is_none_or(|from| from < starts.len());
             begun && (0.0..span).contains(&(period.since(time, starts) - delay))
@@ -184,7 +184,7 @@ impl Conditions {
 }
 
 /// A factor, or at what time and why there is none.
-pub(crate) struct Factor(Result<f64, (f64, String)>);
+pub(super) struct Factor(Result<f64, (f64, String)>);
 
 impl Factor {
     fn of(history: &Course, since: f64) -> Self {
@@ -202,12 +202,12 @@ impl Factor {
 
 impl Period {
     /// Time since the start of the stage named in `from`, otherwise of the run.
-    pub(crate) fn since(&self, time: f64, starts: &[f64]) -> f64 {
+    pub(super) fn since(&self, time: f64, starts: &[f64]) -> f64 {
         time - self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0)
     }
 
     /// Factor of a history that counts time from the start of the stage named in `from`.
-    pub(crate) fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
+    pub(super) fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
         Factor::of(history, self.since(time, starts))
     }
 }

@@ -12,7 +12,7 @@ pub(crate) struct Damage<'a> {
     /// Its two blocks.
     pub(crate) blocks: [usize; 2],
     /// Its law; `None`: it never fails.
-    pub(crate) law: Option<&'a dyn JointLaw>,
+    pub(super) law: Option<&'a dyn JointLaw>,
     of: Of<'a>,
 }
 

@@ -85,7 +85,7 @@ impl Course {
 
 impl Course {
     /// Whether the factor may change after a time `[s]`; what a program computes is not known.
-    pub(crate) fn changes_after(&self, time: f64) -> bool {
+    pub(super) fn changes_after(&self, time: f64) -> bool {
         matches!(self, Self::Given(history) if time < history.end())
     }
 }

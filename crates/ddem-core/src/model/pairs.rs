@@ -80,7 +80,7 @@ impl Model {
     }
 
     /// Pairs of a joint between faces that do not match.
-    pub(crate) fn seats<'a>(&'a self, joint: &'a Seated) -> impl Iterator<Item = PairAt> + 'a {
+    pub(super) fn seats<'a>(&'a self, joint: &'a Seated) -> impl Iterator<Item = PairAt> + 'a {
         let (patch, number) = (&joint.patch, Joint::Seated(joint).number());
         let [a, b] = patch.blocks.map(|block| block as usize);
         let placed = self.contact.as_ref().map(|surfaces| &surfaces.blocks[..]).unwrap_or_default();

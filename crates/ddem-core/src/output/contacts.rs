@@ -164,6 +164,13 @@ impl Snapshot<'_> {
         let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(bears);
         self.state.contacts.patches.iter().filter(presses).count()
     }
+
+    /// Pairs of points in contact at the last step, and those of them that press on each other.
+    pub(crate) fn contact_points(&self) -> [usize; 2] {
+        let patches = &self.state.contacts.patches;
+        let points = || patches.iter().filter(|p| is_contact(p)).flat_map(|patch| &patch.points);
+        [points().count(), points().filter(|point| bears(point)).count()]
+    }
 }
 
 /// The points of a patch that press.

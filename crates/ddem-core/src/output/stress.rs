@@ -98,7 +98,7 @@ impl Snapshot<'_> {
 
 impl Strained<'_> {
     /// Stress at the centre of the element at lattice steps `at` `[Pa]`.
-    pub(crate) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
+    pub(super) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
         let n = self.divisions + 1;
         // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
         let mut gradient = Matrix3::zeros();

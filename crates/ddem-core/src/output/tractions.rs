@@ -20,15 +20,15 @@ use crate::state::pass::Workspace;
 use crate::step::{Pass, input};
 
 /// A pair as it is now, in the frame of space.
-pub(crate) struct Seen<'a> {
+pub(super) struct Seen<'a> {
     /// Traction on side a `[Pa]`, (M1).
-    pub(crate) traction: Vec3,
+    pub(super) traction: Vec3,
     /// The joint's own axes in space, as columns: the normal, from a to b, and two in its plane.
-    pub(crate) axes: Matrix3<f64>,
+    pub(super) axes: Matrix3<f64>,
     /// Number of the joint's law.
-    pub(crate) law: u16,
+    pub(super) law: u16,
     /// If elements around it have become springs.
-    pub(crate) point: Option<&'a Point>,
+    pub(super) point: Option<&'a Point>,
 }
 
 /// A joint whose faces match: the pack and the lane of its block a, its direction and its number.
@@ -58,12 +58,12 @@ impl Snapshot<'_> {
     }
 
     /// Calls `see` with the pairs in a range, in whatever order, at the time that was last measured.
-    pub(crate) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, Seen<'_>)) {
+    pub(super) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, Seen<'_>)) {
         self.see((&self.scratch.trial, &self.scratch.trial_contacts), pairs, see);
     }
 
     /// Damage of a joint at the time that was last measured.
-    pub(crate) fn damage(&self, joint: usize) -> Damage<'_> {
+    pub(super) fn damage(&self, joint: usize) -> Damage<'_> {
         self.model.damage(joint, &self.scratch.trial, &self.scratch.trial_contacts)
     }
 

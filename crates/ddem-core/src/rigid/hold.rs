@@ -54,7 +54,7 @@ impl Hold {
     }
 
     /// Every motion is held.
-    pub(crate) fn is_whole(&self) -> bool {
+    pub(super) fn is_whole(&self) -> bool {
         self.count == 6
     }
 

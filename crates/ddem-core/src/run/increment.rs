@@ -15,7 +15,7 @@ const DRIVEN: u32 = 10;
 
 impl Simulation {
     /// Begins an increment: strengths and supports go their part of the way.
-    pub(crate) fn begin_increment(&mut self, memory: &Memory) {
+    pub(super) fn begin_increment(&mut self, memory: &Memory) {
         if memory.increments > 1 {
             self.ramp_strengths(memory.left, memory.part(), true);
         }
@@ -24,7 +24,7 @@ impl Simulation {
 
     /// Strengths go by a part of the way from those of the stage that was left to those of the present one.
     /// Contacts are made `anew` where they have another friction now.
-    pub(crate) fn ramp_strengths(&mut self, left: usize, part: f64, anew: bool) {
+    pub(super) fn ramp_strengths(&mut self, left: usize, part: f64, anew: bool) {
         let Self { model, state, .. } = self;
         let before = model.back(left, state.stage);
         let differs = |block: u32| model.geometry.differs(&before, block as usize);
@@ -46,7 +46,7 @@ impl Simulation {
 
     /// Divides the strengths of joints, by their numbers, by a factor, and with `contacts` the friction of faces
     /// that no joint gives.
-    pub(crate) fn reduce_strengths(&mut self, joints: &[usize], contacts: bool, factor: f64) {
+    pub(super) fn reduce_strengths(&mut self, joints: &[usize], contacts: bool, factor: f64) {
         let Self { model, state, .. } = self;
         for &joint in joints {
             if let Some(law) = model.laws[joint].take() {
@@ -74,7 +74,7 @@ impl Simulation {
     }
 
     /// Ways of the fixes in one increment `[m]`.
-    pub(crate) fn ways(&self, memory: &Memory) -> Vec<[f64; 3]> {
+    pub(super) fn ways(&self, memory: &Memory) -> Vec<[f64; 3]> {
         let part = 1.0 / memory.increments as f64;
         let driven = memory.driven.map(|first| (first, self.state.stage));
         driven.map_or_else(Vec::new, |stages| self.model.conditions.ways(stages, part))

@@ -9,10 +9,10 @@ use crate::step::{Trial, balance};
 
 /// Forces and energies at the present time, until something changes.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Measured {
+pub(super) struct Measured {
     /// Changes of model, state, scratch space and motion by then; and whether nothing failed.
     revisions: Option<([u64; 4], bool)>,
-    pub(crate) sums: Sums,
+    pub(super) sums: Sums,
     /// Strain energy of bodies and joints `[J]`.
     strain: [f64; 2],
     /// Losses of the joints at the next step.
@@ -48,7 +48,7 @@ impl Simulation {
     }
 
     /// Measures unless nothing has changed since that was done.
-    pub(crate) fn measure_once(&mut self) -> Measured {
+    pub(super) fn measure_once(&mut self) -> Measured {
         if !self.is_measured() {
             self.measure();
         }
@@ -96,7 +96,7 @@ impl Simulation {
     }
 
     /// Brings everything to rest; damping takes the kinetic energy.
-    pub(crate) fn stop(&mut self) {
+    pub(super) fn stop(&mut self) {
         let before = self.energy().kinetic;
         self.state.rest();
         self.state.work.damping += before - self.energy().kinetic;

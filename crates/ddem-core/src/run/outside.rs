@@ -134,7 +134,7 @@ impl Simulation {
     }
 
     /// Charges with what is in their shells.
-    pub(crate) fn charged(&self) -> impl Iterator<Item = (&Charge, &[Fill])> {
+    pub(super) fn charged(&self) -> impl Iterator<Item = (&Charge, &[Fill])> {
         let mut fills = self.state.fills.as_slice();
         self.model.conditions.charged.iter().map(move |charged| {
             let (own, others) = fills.split_at(charged.charge.shells.len());
@@ -144,14 +144,14 @@ impl Simulation {
     }
 
     /// Displacements of the nodes that a charge pushes.
-    pub(crate) fn moved(&self, charge: &Charge) -> Vec<Vec3> {
+    pub(super) fn moved(&self, charge: &Charge) -> Vec<Vec3> {
         let u = |node: &u32| Vec3::from(self.model.get(&self.state.u, *node as usize));
         charge.nodes.iter().map(u).collect()
     }
 
     /// Gas of the charges in force pushes its walls where they are now. Returns what is in the shells by
     /// now.
-    pub(crate) fn press(&mut self) -> Vec<Fill> {
+    pub(super) fn press(&mut self) -> Vec<Fill> {
         let Self { model, state, view: StageView { active, factors, .. }, .. } = self;
         let loads = model.conditions.loaded.len();
         let mut fills = Vec::with_capacity(state.fills.len());

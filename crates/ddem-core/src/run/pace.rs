@@ -256,7 +256,7 @@ impl Simulation {
 
     /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
     /// between stages is no imbalance.
-    pub(crate) fn change_motion(&mut self, motion: Motion) {
+    pub(super) fn change_motion(&mut self, motion: Motion) {
         let before = self.mechanical_energy();
         *self.motion = motion;
         self.initial_energy += self.mechanical_energy() - before;

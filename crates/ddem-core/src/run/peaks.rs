@@ -21,7 +21,7 @@ impl Simulation {
     }
 
     /// Takes the present stresses for the peaks, where these are asked for.
-    pub(crate) fn note_stresses(&mut self) {
+    pub(super) fn note_stresses(&mut self) {
         let mut peaks = std::mem::take(&mut self.state.peaks);
         let snapshot = self.as_measured();
         peaks.note_stresses(&|block, elements| {

@@ -93,13 +93,13 @@ impl Simulation {
 
     /// Slip and damage of failed pairs and contacts are for good, as in an equilibrium: those of before
     /// `now` are what a relaxation maps from, or nothing is.
-    pub(crate) fn keep_slip(&mut self, now: bool) {
+    pub(super) fn keep_slip(&mut self, now: bool) {
         self.state.breaks.settle(now);
         self.state.contacts.settle(now);
     }
 
     /// Goes on with a relaxation that a checkpoint has kept.
-    pub(crate) fn continue_relaxation(&mut self, memory: Memory) {
+    pub(super) fn continue_relaxation(&mut self, memory: Memory) {
         if memory.increments > 1 {
             self.ramp_strengths(memory.left, memory.part(), false);
         }
@@ -155,7 +155,7 @@ impl Simulation {
     }
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
-    pub(crate) fn rest(&mut self) {
+    pub(super) fn rest(&mut self) {
         *self.motion = Motion::relaxing(&self.model.assembly);
         self.view.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
         self.view.factors.clone_from(&self.state.load_factors);
@@ -361,7 +361,7 @@ impl Simulation {
     }
 
     /// Forgets a relaxation, and what only it knows; strengths are what the deck says. Whether there was one.
-    pub(crate) fn drop_relaxation(&mut self) -> bool {
+    pub(super) fn drop_relaxation(&mut self) -> bool {
         let Some(Relaxation { memory, .. }) = self.relaxation.take() else { return false };
         if memory.increment < memory.increments {
             self.ramp_strengths(memory.left, 1.0, true);

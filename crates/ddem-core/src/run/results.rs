@@ -233,4 +233,16 @@ impl Simulation {
             + self.model.bytes()
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }
+
+    /// Pairs of points in contact: how many there are, and how many of them press on each other.
+    #[must_use]
+    pub fn contact_points(&self) -> [usize; 2] {
+        self.as_measured().contact_points()
+    }
+
+    /// Memory that contacts take `[bytes]`.
+    #[must_use]
+    pub fn contact_bytes(&self) -> usize {
+        self.state.contacts.bytes()
+    }
 }

@@ -19,7 +19,7 @@ impl Simulation {
     /// Looks at what may be rounding. At rest, or when it has not become less for some time, it is: then the
     /// tolerance cannot be reached, unless nothing is applied any more beside what was. Returns whether that
     /// is so.
-    pub(crate) fn look_at_rounding(
+    pub(super) fn look_at_rounding(
         &self,
         memory: &mut Memory,
         tolerance: f64,

@@ -66,7 +66,7 @@ impl Simulation {
     }
 
     /// The error of forces that are not finite.
-    pub(crate) fn diverged(&self) -> RunError {
+    pub(super) fn diverged(&self) -> RunError {
         let (block, node) = self.worst_node();
         RunError::Diverged { step: self.state.steps, time: self.state.time, block, node }
     }

@@ -17,8 +17,8 @@ use crate::rigid::Matter;
 #[derive(Clone, Debug)]
 pub(crate) struct Coefficients {
     pub(crate) a: Vec<Lanes>,
-    pub(crate) b: Vec<Lanes>,
-    pub(crate) c: Vec<Lanes>,
+    pub(super) b: Vec<Lanes>,
+    pub(super) c: Vec<Lanes>,
 }
 
 impl Coefficients {

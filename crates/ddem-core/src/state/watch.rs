@@ -10,7 +10,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 /// Steps from look to look.
-pub(crate) const LOOK: u64 = 200;
+pub(super) const LOOK: u64 = 200;
 /// Steps after an event within which nothing is said.
 const SOON: u64 = 1000;
 /// The same, where no stage has been near equilibrium yet.
@@ -48,7 +48,7 @@ const LEFT: f64 = 1e-3;
 
 /// Time within which blocks that speed up under a part of gravity are seen to move, for their edge `[m]`, an
 /// acceleration `[m/s²]` and the local damping of the stage `[s]`.
-pub(crate) fn patience(edge: f64, gravity: f64, local: f64) -> f64 {
+pub(super) fn patience(edge: f64, gravity: f64, local: f64) -> f64 {
     if gravity == 0.0 {
         return 0.0;
     }
@@ -86,17 +86,17 @@ pub(crate) struct Watch {
     /// Step of the last event.
     pub(crate) since: u64,
     /// Most steps from an event to where its forces were nearly in equilibrium; 0: not known.
-    pub(crate) calm: u64,
+    pub(super) calm: u64,
     /// Motion of blocks that touch as a part of an edge, the unbalanced force ratio, and motion of blocks in flight,
     /// at each look.
-    pub(crate) looks: Vec<[f64; 3]>,
+    pub(super) looks: Vec<[f64; 3]>,
     /// Mean displacement of each block at the start of the stage and at the event `[m]`.
-    pub(crate) places: [Vec<[f64; 3]>; 2],
+    pub(super) places: [Vec<[f64; 3]>; 2],
 }
 
 impl Watch {
     /// An event: what moves from now on is new. The first one of a stage begins it.
-    pub(crate) fn begin(&mut self, (step, stage): (u64, bool), places: Vec<[f64; 3]>) {
+    pub(super) fn begin(&mut self, (step, stage): (u64, bool), places: Vec<[f64; 3]>) {
         if stage || self.places[0].len() != places.len() {
             self.places[0].clone_from(&places);
         }

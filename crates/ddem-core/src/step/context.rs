@@ -18,9 +18,9 @@ pub(crate) struct Context<'a> {
     pub(crate) view: &'a StageView,
     pub(crate) motion: &'a Motion,
     /// Gravity times its factor `[m/s²]`.
-    pub(crate) gravity: [f64; 3],
+    pub(super) gravity: [f64; 3],
     /// As in [`Pass`].
-    pub(crate) undamped: bool,
+    pub(super) undamped: bool,
     /// As in [`Pass`].
     pub(crate) failing: Option<f64>,
     /// As in [`Pass`].
@@ -30,7 +30,7 @@ pub(crate) struct Context<'a> {
     /// Strain energies are asked for.
     pub(crate) energies: bool,
     /// Present time `[s]`.
-    pub(crate) time: f64,
+    pub(super) time: f64,
 }
 
 impl<'a> Context<'a> {

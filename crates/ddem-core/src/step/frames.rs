@@ -9,7 +9,7 @@ use crate::model::Model;
 use crate::rigid::Pose;
 
 /// The frame of a pack's rigid bodies in their poses.
-pub(crate) fn frame_of(poses: &[Pose; LANES]) -> Frame {
+pub(super) fn frame_of(poses: &[Pose; LANES]) -> Frame {
     let turns = poses.map(|pose| pose.turn.to_rotation_matrix());
     let mut frame = Frame::REST;
     for (i, row) in frame.rotation.iter_mut().enumerate() {
@@ -23,7 +23,7 @@ pub(crate) fn frame_of(poses: &[Pose; LANES]) -> Frame {
 
 /// The frame of a pack's bodies at displacements `u`.
 #[simd]
-pub(crate) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes]) -> Frame {
+pub(super) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes]) -> Frame {
     let n = model.packs.shape_of(&model.packs.packs[index]).divisions;
     let edges = &model.assembly.tables[model.assembly.pack_tables[index][0] as usize].edges;
     let half = 0.5 * n as f64;

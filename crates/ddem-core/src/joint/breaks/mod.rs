@@ -30,7 +30,7 @@ const TURNED: f64 = 0.5;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Point {
     /// Relative displacement at which the springs bear nothing, along the joint's own axes `[m]`.
-    pub(crate) origin: Vector3<f64>,
+    pub(super) origin: Vector3<f64>,
     /// Quarters of elements that act as springs; 0: elements alone.
     pub(crate) quarters: u8,
     /// How the pair failed; `None` while it is bonded.
@@ -42,7 +42,7 @@ pub(crate) struct Point {
 impl Point {
     /// Whether it has gone so far from its partner that its joint has turned about the others, whose
     /// spacing is given.
-    pub(crate) fn turned(&self, spacing: f64) -> bool {
+    pub(super) fn turned(&self, spacing: f64) -> bool {
         self.memory.gap.max(self.memory.slip.norm()) > TURNED * spacing
     }
 }
@@ -134,7 +134,7 @@ impl Lost {
         self.failed = [0, 1].map(|mode| self.failed[mode] + failed[mode]);
     }
 
-    pub(crate) fn merge(mut self, other: &Self) -> Self {
+    pub(super) fn merge(mut self, other: &Self) -> Self {
         self.sums.iter_mut().zip(&other.sums).for_each(|(sum, more)| sum.merge(more));
         self.failed = [0, 1].map(|mode| self.failed[mode] + other.failed[mode]);
         self
@@ -156,7 +156,7 @@ impl<'a> FromIterator<&'a Losses> for Lost {
 
 impl Losses {
     /// Adds the loss of a point that stands for an area `[m²]`.
-    pub(crate) fn add_point(&mut self, area: f64, loss: Loss) {
+    pub(super) fn add_point(&mut self, area: f64, loss: Loss) {
         self.friction += area * loss.friction;
         self.fracture += area * loss.fracture;
         self.contact += area * loss.contact;
@@ -348,7 +348,7 @@ impl Broken {
     }
 
     /// Counts which pairs are springs, and by how much, from the elements that are left.
-    pub(crate) fn count(&mut self, places: &[PairPlace], seam: &Seam) {
+    pub(super) fn count(&mut self, places: &[PairPlace], seam: &Seam) {
         let released = self.released;
         let acts = |lane: &usize| seam.joints[*lane] != NO_JOINT && !released[*lane];
         for (points, place) in self.points.iter_mut().zip(places) {

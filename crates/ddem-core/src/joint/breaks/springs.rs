@@ -118,7 +118,7 @@ impl Broken {
     }
 
     /// Elements that hold a pair are no longer alive.
-    pub(crate) fn set_failed(&mut self, places: &[PairPlace], p: usize, lane: usize) {
+    pub(super) fn set_failed(&mut self, places: &[PairPlace], p: usize, lane: usize) {
         self.fresh.push((p as u32, lane as u8));
         places[p].elements().for_each(|e| self.alive[e].0[lane] = 0.0);
     }

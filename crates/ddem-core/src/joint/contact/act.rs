@@ -16,7 +16,7 @@ use crate::mesh::Vec3;
 const TOGETHER: usize = 64;
 
 /// Forces of all patches, and what they lose.
-pub(crate) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
+pub(super) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
     let chunks = contacts.patches.par_chunks_mut(TOGETHER);
     let acting = chunks.map(|patches| {
         let (mut lost, mut deepest) = (Lost::default(), 0.0_f64);

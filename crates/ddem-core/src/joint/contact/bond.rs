@@ -43,12 +43,12 @@ pub(crate) struct Bond {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Pair {
     /// From the point on a to that on b where nothing acts, along the patch's axes `[m]`.
-    pub(crate) origin: Vector3<f64>,
+    pub(super) origin: Vector3<f64>,
     /// How it failed; `None` while it is bonded.
     pub(crate) mode: Option<Mode>,
     /// When `[s]`; of no meaning while bonded.
     pub(crate) time: f64,
-    pub(crate) damage: f64,
+    pub(super) damage: f64,
 }
 
 impl Fitting<'_> {
@@ -222,7 +222,7 @@ impl Patch {
     }
 
     /// Points that know no equilibrium take the present state for one.
-    pub(crate) fn settle(&mut self) {
+    pub(super) fn settle(&mut self) {
         let Self { points, bond, .. } = self;
         for (i, point) in points.iter_mut().enumerate().filter(|(_, p)| p.settled.is_none()) {
             let pair = bond.as_ref().map(|bond| &bond.pairs[i]);

@@ -26,17 +26,17 @@ const SHORTEST: f64 = 0.01;
 
 /// How a patch is made.
 #[derive(Clone, Copy)]
-pub(crate) struct Fitting<'a> {
-    pub(crate) placing: Placing<'a>,
-    pub(crate) skins: &'a Skins,
-    pub(crate) laws: &'a [Option<Arc<dyn JointLaw>>],
+pub(super) struct Fitting<'a> {
+    pub(super) placing: Placing<'a>,
+    pub(super) skins: &'a Skins,
+    pub(super) laws: &'a [Option<Arc<dyn JointLaw>>],
     /// Blocks that have supports.
     pub(crate) held: &'a [[bool; crate::math::lanes::LANES]],
 }
 
 impl Fitting<'_> {
     /// Distance at which two blocks get a patch `[m]`.
-    pub(crate) fn reach(&self, [a, b]: [u32; 2]) -> f64 {
+    pub(super) fn reach(&self, [a, b]: [u32; 2]) -> f64 {
         let spacing = |block: u32| self.placing.blocks[block as usize].spacing;
         REACH * spacing(a).min(spacing(b))
     }
@@ -49,7 +49,7 @@ impl Fitting<'_> {
     /// to have a patch. What is found is the same whenever it is looked for: the gap of their boxes
     /// changes no faster than they travel, and the height of one over a face of the other, which
     /// tilts, no faster than by a lever.
-    pub(crate) fn free(&self, blocks: [u32; 2]) -> f64 {
+    pub(super) fn free(&self, blocks: [u32; 2]) -> f64 {
         let skin: f64 = blocks.iter().map(|&block| self.skins.thickness(block)).sum();
         let near = self.reach(blocks) + skin;
         let [a, b] =
@@ -74,7 +74,7 @@ impl Fitting<'_> {
     }
 
     /// The patch of two blocks; `None` when they are far apart. `old` is what they had, as it is now.
-    pub(crate) fn patch(&self, blocks: [u32; 2], old: Option<&Old>) -> Option<Patch> {
+    pub(super) fn patch(&self, blocks: [u32; 2], old: Option<&Old>) -> Option<Patch> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = collide::separation(&cells[0], &cells[1]);
         let reach = self.reach(blocks);
@@ -171,7 +171,7 @@ impl Fitting<'_> {
 
     /// Whether two blocks have moved so much against each other that their points are to be made
     /// anew.
-    pub(crate) fn has_moved(&self, patch: &Patch) -> bool {
+    pub(super) fn has_moved(&self, patch: &Patch) -> bool {
         let [own, other] = patch.order().map(|block| self.placing.rotation(block));
         let apart = own.tr_mul(&self.apart(patch.blocks));
         let turned = |k: usize| (other * patch.seen[k].map(f64::from) - own * patch.axes[k]).norm();

@@ -115,7 +115,7 @@ pub(crate) struct Patch {
     /// What new points held less than those before, and may hold again `[J]`.
     pub(crate) bank: f64,
     /// The points have been made anew at the present positions: they have not moved since.
-    pub(crate) renewed: bool,
+    pub(super) renewed: bool,
 }
 
 /// All patches, the blocks that may get one, and how far joints have moved.
@@ -352,7 +352,7 @@ impl Patch {
     }
 
     /// The block that the normal turns with, and the other.
-    pub(crate) fn order(&self) -> [usize; 2] {
+    pub(super) fn order(&self) -> [usize; 2] {
         let [a, b] = self.blocks.map(|block| block as usize);
         if self.reference == 0 { [a, b] } else { [b, a] }
     }

@@ -20,16 +20,16 @@ pub(crate) struct Placed {
     /// Edges of one element `[m]`.
     steps: [Vec3; 3],
     /// Shortest edge of an element `[m]`.
-    pub(crate) spacing: f64,
+    pub(super) spacing: f64,
     /// Half of the sum of the block's edges `[m]`.
-    pub(crate) size: f64,
+    pub(super) size: f64,
     /// Elements along each edge.
     pub(crate) divisions: usize,
-    pub(crate) rigid: bool,
+    pub(super) rigid: bool,
     /// First number in a nodal field.
     first: usize,
-    pub(crate) pack: usize,
-    pub(crate) lane: usize,
+    pub(super) pack: usize,
+    pub(super) lane: usize,
 }
 
 /// A point of a face of a block, fixed to it: an element's face and bilinear coordinates there.
@@ -59,7 +59,7 @@ pub(crate) struct Placing<'a> {
     pub(crate) undamped: bool,
 }
 
-pub(crate) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
+pub(super) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
     let place = |body: usize| {
         let lattice = geometry.lattice(body);
         let cell = geometry.bodies[body].cell;
@@ -86,7 +86,7 @@ pub(crate) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
 impl Placed {
     /// Value of a nodal field at lattice steps `at`.
     #[inline(always)]
-    pub(crate) fn value(&self, field: &[Lanes], at: [usize; 3]) -> Vec3 {
+    pub(super) fn value(&self, field: &[Lanes], at: [usize; 3]) -> Vec3 {
         let n = self.divisions + 1;
         let place = self.first + 3 * (at[0] + n * (at[1] + n * at[2]));
         let node = &field[place..place + 3];
@@ -95,7 +95,7 @@ impl Placed {
 
     /// Position of the node at lattice steps `at` `[m]`.
     #[inline(always)]
-    pub(crate) fn node(&self, u: &[Lanes], at: [usize; 3]) -> Vec3 {
+    pub(super) fn node(&self, u: &[Lanes], at: [usize; 3]) -> Vec3 {
         let [x, y, z] = &self.steps;
         let along = x * at[0] as f64 + y * at[1] as f64 + z * at[2] as f64;
         self.corner + along + self.value(u, at)
@@ -107,7 +107,7 @@ impl Placed {
     }
 
     /// The parallelepiped nearest to its corners.
-    pub(crate) fn cell(&self, u: &[Lanes]) -> Cell {
+    pub(super) fn cell(&self, u: &[Lanes]) -> Cell {
         let [a, b, c, d, e, f, g, h] = self.corners(u);
         let (low, high) = ((a + b) + (c + d), (e + f) + (g + h));
         Cell {
@@ -121,7 +121,7 @@ impl Placed {
     }
 
     /// The box around its corners, wider by a margin.
-    pub(crate) fn bounds(&self, u: &[Lanes], margin: f64) -> Bounds {
+    pub(super) fn bounds(&self, u: &[Lanes], margin: f64) -> Bounds {
         let corners = self.corners(u);
         let first = [corners[0]; 2];
         let [low, high] =
@@ -189,13 +189,13 @@ impl Spot {
 
 impl Placing<'_> {
     /// Rotation of a block from its reference position.
-    pub(crate) fn rotation(&self, block: usize) -> Matrix3<f64> {
+    pub(super) fn rotation(&self, block: usize) -> Matrix3<f64> {
         let Placed { pack, lane, .. } = self.blocks[block];
         Matrix3::from_fn(|i, k| self.frames[pack].rotation[i][k].0[lane])
     }
 
     /// How far a block turned in the last step, as a vector: the mean of its edges `[rad]`.
-    pub(crate) fn turned(&self, block: usize) -> Vec3 {
+    pub(super) fn turned(&self, block: usize) -> Vec3 {
         let placed = &self.blocks[block];
         // Of a field of velocities, the half edges at rest and what they change by.
         let ways = placed.cell(self.last.0).half;
@@ -208,7 +208,7 @@ impl Placing<'_> {
     }
 
     /// Centre of a block `[m]`.
-    pub(crate) fn centre(&self, block: usize) -> Vec3 {
+    pub(super) fn centre(&self, block: usize) -> Vec3 {
         let placed = &self.blocks[block];
         let Placed { pack, lane, .. } = *placed;
         if self.small {
@@ -225,7 +225,7 @@ impl Placing<'_> {
     }
 
     /// Way of a spot in the last step `[m]`.
-    pub(crate) fn way(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
+    pub(super) fn way(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
         self.blocks[block].at(self.last.0, face, spot) * self.last.1
     }
 }

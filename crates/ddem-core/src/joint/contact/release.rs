@@ -184,7 +184,7 @@ pub(super) struct Load {
 
 /// Lets go the joints that are due. `make` makes the patch of two blocks, which begins with what the
 /// joint bore. Returns the energy that is lost on the way `[J]`, and how many pairs were still bonded.
-pub(crate) fn release(
+pub(super) fn release(
     (at, placing, look): (Places<'_>, &Placing<'_>, Look<'_>),
     breaks: &mut Breaks,
     contacts: &mut Contacts,

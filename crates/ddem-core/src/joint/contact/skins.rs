@@ -18,11 +18,11 @@ const FRICTION: f64 = 30.0;
 
 /// One face of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Skin {
+pub(super) struct Skin {
     /// Half of the joint's thickness `[m]`.
-    pub(crate) thickness: f64,
+    pub(super) thickness: f64,
     /// Stiffness of this half `[Pa/m]`.
-    pub(crate) stiffness: Stiffness,
+    pub(super) stiffness: Stiffness,
     /// Friction that failure leaves, if the joint has a law.
     friction: Option<FaceFriction>,
     /// Mass that a contact moves, for each unit of area.
@@ -62,7 +62,7 @@ pub(crate) struct Skins {
     part: f64,
     damping: f64,
     /// Largest thickness `[m]`.
-    pub(crate) thickest: f64,
+    pub(super) thickest: f64,
     /// Largest stiffnesses of a face `[Pa/m]`.
     hardest: Stiffness,
 }
@@ -135,7 +135,7 @@ impl Skins {
         skins
     }
 
-    pub(crate) fn of(&self, block: u32, face: FaceOf) -> &Skin {
+    pub(super) fn of(&self, block: u32, face: FaceOf) -> &Skin {
         &self.kinds[self.of_block[block as usize][usize::from(face.number())] as usize]
     }
 
@@ -233,7 +233,7 @@ impl Skins {
     }
 
     /// Of two faces in contact; a body that is held does not move however heavy the other is.
-    pub(crate) fn both(&self, [a, b]: [&Skin; 2], held: [bool; 2]) -> Both {
+    pub(super) fn both(&self, [a, b]: [&Skin; 2], held: [bool; 2]) -> Both {
         let series = |a: f64, b: f64| a * b / (a + b);
         let normal = series(a.stiffness.normal, b.stiffness.normal);
         let shear = series(a.stiffness.shear, b.stiffness.shear);

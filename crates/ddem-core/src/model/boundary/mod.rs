@@ -71,10 +71,10 @@ pub struct Borders {
 #[derive(Clone, Copy)]
 pub(crate) struct Made<'a> {
     /// What is where now.
-    pub(crate) geometry: &'a Geometry,
+    pub(super) geometry: &'a Geometry,
     /// What was where at the start.
-    pub(crate) start: &'a Geometry,
-    pub(crate) packs: &'a Packs,
+    pub(super) start: &'a Geometry,
+    pub(super) packs: &'a Packs,
 }
 
 impl Borders {
@@ -91,7 +91,7 @@ impl Borders {
 
     /// Takes down where the nodes are that columns stand behind, and what damping needs of the ground that they
     /// are made of, before anything is taken out.
-    pub(crate) fn note_ground(&mut self, made: Made<'_>, assembly: &Assembly) {
+    pub(super) fn note_ground(&mut self, made: Made<'_>, assembly: &Assembly) {
         let columns = self.list.iter_mut().flat_map(|border| &mut border.columns);
         columns.for_each(|column| column.note_ground(made, assembly));
     }
@@ -124,7 +124,7 @@ impl Borders {
     /// # Errors
     ///
     /// There is no such boundary, or it has no wave.
-    pub(crate) fn set_history(
+    pub(super) fn set_history(
         &mut self,
         index: usize,
         function: Arc<Function>,
@@ -136,7 +136,7 @@ impl Borders {
     }
 
     /// Takes over the histories of the same boundaries, some of which a program may compute.
-    pub(crate) fn take_histories(&mut self, from: &Self) {
+    pub(super) fn take_histories(&mut self, from: &Self) {
         let both = self.list.iter_mut().zip(&from.list);
         both.for_each(|(own, other)| own.history.clone_from(&other.history));
     }

@@ -43,11 +43,11 @@ struct Wave {
 
 /// What stands under a column.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Foot {
+pub(super) struct Foot {
     /// Dashpots below it `[Pa s/m]`, x, y and z.
-    pub(crate) impedance: Vec3,
+    pub(super) impedance: Vec3,
     /// Traction of waves at factor 1 `[Pa]`, by boundary.
-    pub(crate) waves: Vec<(usize, Vec3)>,
+    pub(super) waves: Vec<(usize, Vec3)>,
 }
 
 /// A column that stands in a stage.
@@ -55,11 +55,11 @@ pub(crate) struct Foot {
 pub(crate) struct Standing {
     pub(crate) border: usize,
     pub(crate) column: usize,
-    pub(crate) foot: Foot,
+    pub(super) foot: Foot,
     /// The fix that holds each axis of each of its nodes.
-    pub(crate) held: Vec<[Option<usize>; 3]>,
+    pub(super) held: Vec<[Option<usize>; 3]>,
     /// Levels at and beside blocks that have been taken out.
-    pub(crate) dug: Vec<bool>,
+    pub(super) dug: Vec<bool>,
 }
 
 /// What is in force in one stage.

@@ -38,7 +38,7 @@ pub(crate) struct NodalLoad {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Active {
     pub(crate) supports: Vec<Support>,
-    pub(crate) loads: Vec<NodalLoad>,
+    pub(super) loads: Vec<NodalLoad>,
     support_start: Vec<u32>,
     load_start: Vec<u32>,
     /// Bodies by pack and lane that have supports.

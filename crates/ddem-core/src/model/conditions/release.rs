@@ -22,9 +22,9 @@ pub struct Fading {
     /// They fade with time; others go at once.
     pub(crate) fades: bool,
     /// Relax stages, which take them back whatever the time.
-    pub(crate) relaxing: Vec<usize>,
+    pub(super) relaxing: Vec<usize>,
     /// When they began to `[s]`; the stage at whose start that was may begin anew.
-    pub(crate) began: f64,
+    pub(super) began: f64,
 }
 
 impl Fading {

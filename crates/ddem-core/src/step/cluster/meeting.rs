@@ -12,7 +12,7 @@ pub(crate) struct Meeting {
     /// Those on the faces without a joint.
     pub(crate) any: bool,
     /// Those in the place of joints, of which some have moved.
-    pub(crate) released: bool,
+    pub(super) released: bool,
 }
 
 impl Meeting {

@@ -31,7 +31,7 @@ pub(crate) use turning::has_turned;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Partner {
+pub(super) struct Partner {
     /// Directions that are crossed.
     part: usize,
     /// Where the partner's body is: place in [`Clusters::beside`].
@@ -42,13 +42,13 @@ pub(crate) struct Partner {
 
 /// Rows of the inverse masses of a pack's nodes.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct InverseMass {
+pub(super) struct InverseMass {
     /// First row of each node, shape `(nodes + 1)`.
-    pub(crate) start: Vec<u32>,
+    pub(super) start: Vec<u32>,
     /// Partners of each row; the first row of a node is its own.
-    pub(crate) partner: Vec<Partner>,
+    pub(super) partner: Vec<Partner>,
     /// Three components a row `[m/N]`.
-    pub(crate) rows: Vec<Lanes>,
+    pub(super) rows: Vec<Lanes>,
     /// Part of the rotation of each row's body in the mean of its cluster.
     shares: Vec<Lanes>,
 }
@@ -78,8 +78,8 @@ struct Around<'a> {
 /// Inverse masses of all packs, equal ones once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters {
-    pub(crate) classes: Vec<InverseMass>,
-    pub(crate) of_pack: Vec<u32>,
+    pub(super) classes: Vec<InverseMass>,
+    pub(super) of_pack: Vec<u32>,
     /// Of rigid bodies, pack by pack of these.
     rigid: Vec<rigid::Inverses>,
     pub(crate) meeting: Meeting,
@@ -309,7 +309,7 @@ fn spring_coupling(model: &Model, body: usize, at: [usize; 3], sum: &mut [[f64; 
 /// `M⁻¹ F` at the nodes of a pack: `f` holds the forces of all nodes, `poses` are those of its bodies
 /// where they are rigid and have turned.
 #[simd]
-pub(crate) fn accelerations<S: Simd>(
+pub(super) fn accelerations<S: Simd>(
     simd: S,
     (model, poses): (&Model, Option<&[Pose; LANES]>),
     clusters: &Clusters,

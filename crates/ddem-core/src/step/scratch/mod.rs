@@ -41,7 +41,7 @@ pub(crate) struct Scratch {
     /// Strain energies of the packs, bodies and joints `[J]`.
     energies: Vec<[Lanes; 2]>,
     /// What the joints of the packs lost in the last first pass.
-    pub(crate) losses: Vec<Losses>,
+    pub(super) losses: Vec<Losses>,
     /// Joints as the last measurement found them.
     pub(crate) trial: Breaks,
     /// Contacts as the last measurement found them.
@@ -60,20 +60,20 @@ pub(crate) struct Scratch {
 }
 
 /// Displacements, velocities and poses of a state: a step changes them, a trial only reads them.
-pub(crate) struct Motions<'a> {
-    pub(crate) u: Access<'a, Lanes>,
-    pub(crate) v: Access<'a, Lanes>,
-    pub(crate) poses: Access<'a, [Pose; LANES]>,
+pub(super) struct Motions<'a> {
+    pub(super) u: Access<'a, Lanes>,
+    pub(super) v: Access<'a, Lanes>,
+    pub(super) poses: Access<'a, [Pose; LANES]>,
 }
 
 /// Working spaces of one task.
 #[derive(Debug, Default)]
 pub(crate) struct Spaces {
-    pub(crate) elements: Workspace,
+    pub(super) elements: Workspace,
     /// Loads on one pack, or its accelerations in relaxation.
-    pub(crate) q: Vec<Lanes>,
+    pub(super) q: Vec<Lanes>,
     /// Room for a nodal field of one pack.
-    pub(crate) room: Vec<Lanes>,
+    pub(super) room: Vec<Lanes>,
 }
 
 impl Scratch {
@@ -154,7 +154,7 @@ impl Scratch {
     }
 
     /// Counts how far the bodies of the packs have gone with the velocities of the last second pass.
-    pub(crate) fn travel(&self, contacts: &mut Contacts, time_step: f64) {
+    pub(super) fn travel(&self, contacts: &mut Contacts, time_step: f64) {
         for (pack, sums) in self.sums.iter().enumerate() {
             // No component is faster: the whole is at most √3 times as fast.
             contacts.travelled(pack, sums.fastest.0.map(|v| 1.733 * time_step * v));
@@ -194,7 +194,7 @@ impl Scratch {
     }
 
     /// Borrowed for the second pass: fields, shares, and the runs of packs.
-    pub(crate) fn second<'a>(
+    pub(super) fn second<'a>(
         &'a mut self,
         view: &'a StageView,
         viscous: bool,
@@ -225,7 +225,7 @@ impl Scratch {
     }
 
     /// Borrowed for the second pass of relaxation; the forces are complete and only read.
-    pub(crate) fn relaxing<'a>(
+    pub(super) fn relaxing<'a>(
         &'a mut self,
         state: &'a mut State,
     ) -> (Relaxing<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
