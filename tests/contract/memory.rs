@@ -56,3 +56,66 @@ fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {
     println!("saved: {:.0} B a node, with {:.0} B of memory", saved / nodes, more / nodes);
     assert!(saved < 52.0 * nodes && more < 1.05 * saved, "{saved} B with {more} B");
 }
+
+/// A million nodes; with probes at places all over it, and a stage for each shaft that is dug.
+fn million(probes: usize, shafts: usize) -> String {
+    let mut text = format!(
+        "{MATTER}
+        [[blocks]]
+        size = [20.0, 20.0, 20.0]
+        count = [20, 20, 20]
+        material = 'rock'
+        joint = 'seam'
+        [[fix]]
+        where = {{ z = 0.0 }}
+        axes = 'xyz'
+        "
+    );
+    for stage in 0..=shafts {
+        text += &format!("[[stage]]\nname = 's{stage}'\nkind = 'dynamic'\nduration = 1e-3\n");
+    }
+    for shaft in 0..shafts {
+        let [x, y] = [shaft % 10 * 2, shaft / 10 * 2];
+        let place = format!("x = [{x}.0, {}.0], y = [{y}.0, {}.0], z = [10.0, 20.0]", x + 1, y + 1);
+        text += &format!("[[remove]]\nfrom = 's{}'\nwhere = {{ {place} }}\n", shaft + 1);
+    }
+    for probe in 0..probes {
+        let quantity = ["displacement", "velocity", "stress"][probe % 3];
+        let at = [17, 131, 613].map(|k| (probe * k % 997) as f64 / 997.0 * 20.0);
+        text += &format!(
+            "[[probe]]\nname = 'p{probe}'\nat = {at:?}\nquantity = '{quantity}'\nevery = 1e-4\n"
+        );
+    }
+    text
+}
+
+/// The same with 1000 probes and 100 excavations: `SLOW=1 cargo test --test contract excavations`, alone.
+#[cfg(target_os = "linux")]
+#[test]
+fn probes_and_excavations_cost_little_beside_a_million_nodes() {
+    if std::env::var_os("SLOW").is_none() {
+        eprintln!("NOT CHECKED: set SLOW=1, and run this test alone");
+        return;
+    }
+    let build = |probes: usize, shafts: usize| {
+        let deck = deck(&million(probes, shafts));
+        std::fs::write("/proc/self/clear_refs", "5").expect("a new peak");
+        let before = status("VmRSS");
+        let clock = Instant::now();
+        let session = ddem_io::run::Session::new(&deck, ddem_core::Simd::default());
+        let session = session.expect("a model");
+        let warnings = session.warnings();
+        let (seconds, peak) = (clock.elapsed().as_secs_f64(), status("VmHWM") - before);
+        println!("{probes} probes, {shafts} shafts: {seconds:.2} s, {:.0} MB", peak / 1e6);
+        assert!(warnings.is_empty(), "{warnings:?}");
+        assert_eq!(session.probes().len(), probes);
+        (session, seconds, peak)
+    };
+    // What was built first stays, so that what it leaves is not used again.
+    let (bare, _, least) = build(0, 0);
+    let (full, seconds, peak) = build(1000, 100);
+    assert_eq!(bare.simulation().model().n_nodes(), 1_000_000);
+    assert_eq!(full.simulation().model().n_nodes(), 1_000_000);
+    assert!(seconds < 10.0, "{seconds} s");
+    assert!(peak <= 2.0 * least, "{peak} B, and {least} B without probes and excavations");
+}

@@ -15,13 +15,14 @@ use toml::Value;
 use crate::away::{Pool, Watch, away, outcome, warn};
 use crate::errors::{self, model_error};
 use crate::functions::{Called, Functions};
-use crate::simulation::{Sample, Simulation};
+use crate::samples::Samples;
+use crate::simulation::Simulation;
 use crate::values::{alone, no_matter, table};
 
 /// Passes on what happens.
 pub(crate) struct Observer<'a> {
     pub(crate) watch: &'a Watch,
-    pub(crate) samples: &'a mut Vec<Sample>,
+    pub(crate) samples: &'a mut Samples,
 }
 
 impl ddem_io::run::Observer for Observer<'_> {
@@ -29,9 +30,7 @@ impl ddem_io::run::Observer for Observer<'_> {
         match event {
             Event::Progress(progress) => self.watch.progress(progress.clone()),
             Event::Warning(warning) => self.watch.warn(warning.to_owned()),
-            Event::Sample { step, time, values } => {
-                self.samples.push(Sample { step, time, values: values.to_vec() });
-            }
+            Event::Sample { step, time, values } => self.samples.push(step, time, values),
             _ => {}
         }
     }
@@ -67,7 +66,7 @@ pub(crate) fn assembled(
     for warning in session.warnings() {
         warn(py, &warning)?;
     }
-    Ok(Simulation::new(session, Vec::new(), pool, called))
+    Ok(Simulation::new(session, Samples::default(), pool, called))
 }
 
 /// Moves a deck through its stages; see [`run_deck`](crate::run_deck).
@@ -80,7 +79,7 @@ pub(crate) fn driven(
 ) -> PyResult<Simulation> {
     let bar = progress_bar(py, quiet)?;
     let (ended, stopped) = away(py, &pool, bar.as_ref(), |watch| {
-        let mut samples = Vec::new();
+        let mut samples = Samples::default();
         let mut observer = Observer { watch, samples: &mut samples };
         let outcome = ddem_io::run::run(deck, source, options, &mut observer);
         outcome.map(|outcome| (outcome, samples))

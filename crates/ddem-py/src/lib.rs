@@ -15,6 +15,7 @@ mod mesh;
 mod model;
 mod run;
 mod safety;
+mod samples;
 mod sections;
 mod simulation;
 mod values;

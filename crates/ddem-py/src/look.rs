@@ -201,9 +201,6 @@ pub(crate) fn fragment_array<'py>(
     arrays::structured(py, fragments.len(), columns)
 }
 
-/// Time, step and values of one probe.
-type Row = (f64, u64, Vec<f64>);
-
 /// The histories of the probes.
 pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyAny>> {
     let all = PyDict::new(py);
@@ -211,27 +208,18 @@ pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py,
     for (name, components) in inner.session.probes() {
         let at = first..first + components.len();
         first = at.end;
-        // Of a row where the probe was not due there is nothing.
-        let rows: Vec<Row> = inner
-            .samples
-            .iter()
-            .filter_map(|sample| {
-                let values =
-                    sample.values.get(at.clone())?.iter().copied().collect::<Option<_>>()?;
-                Some((sample.time, sample.step, values))
-            })
-            .collect();
-        let column = |value: &dyn Fn(&Row) -> f64| {
-            arrays::components(py, rows.iter().map(value).collect(), 1)
-        };
+        // All columns of a probe are due together.
+        let (steps, times) = inner.samples.times(at.start);
+        let n = steps.len();
         let mut columns = vec![
-            ("time", "f8", column(&|row| row.0)?),
-            ("step", "i8", integers(py, rows.iter().map(|row| row.1 as i64).collect())?),
+            ("time", "f8", arrays::components(py, times, 1)?),
+            ("step", "i8", integers(py, steps)?),
         ];
-        for (c, component) in components.iter().enumerate() {
-            columns.push((component, "f8", column(&|row| row.2[c])?));
+        for (column, component) in at.zip(components) {
+            let numbers = inner.samples.numbers(column);
+            columns.push((component, "f8", arrays::components(py, numbers, 1)?));
         }
-        all.set_item(name, arrays::structured(py, rows.len(), columns)?)?;
+        all.set_item(name, arrays::structured(py, n, columns)?)?;
     }
     py.import("ddem._table")?.getattr("Histories")?.call1((all,))
 }

@@ -16,6 +16,7 @@ use crate::drive::{progress_bar, read_stage, steps};
 use crate::errors;
 use crate::functions::Called;
 use crate::look;
+use crate::samples::Samples;
 
 /// A model in motion: its state, and what is done to it.
 ///
@@ -36,18 +37,11 @@ const _: () = assert!(align_of::<Simulation>() <= 16);
 /// What is moved.
 pub(crate) struct Inner {
     pub(crate) session: Session,
-    pub(crate) samples: Vec<Sample>,
+    pub(crate) samples: Samples,
     /// True while a run is under way and looks at it.
     pub(crate) running: bool,
     /// Stages of which it was said that loads or supports wait for them.
     pub(crate) awaited: BTreeSet<String>,
-}
-
-/// What probes have seen at one time.
-pub(crate) struct Sample {
-    pub(crate) step: u64,
-    pub(crate) time: f64,
-    pub(crate) values: Vec<Option<f64>>,
 }
 
 #[pymethods]
@@ -232,7 +226,7 @@ impl Simulation {
 }
 
 impl Simulation {
-    pub(crate) fn new(session: Session, samples: Vec<Sample>, pool: Pool, called: Called) -> Self {
+    pub(crate) fn new(session: Session, samples: Samples, pool: Pool, called: Called) -> Self {
         let inner = Inner { session, samples, running: false, awaited: BTreeSet::new() };
         Self { inner: Mutex::new(Box::new(inner)), pool, called }
     }

@@ -1,5 +1,7 @@
 //! Stages come into force; and what boundaries and charges do from outside.
 
+use std::collections::BTreeSet;
+
 use super::Simulation;
 use crate::error::RunError;
 use crate::mesh::Vec3;
@@ -74,14 +76,9 @@ impl Simulation {
             stiffness * each.sum::<f64>()
         };
         let alone: Vec<f64> = gases.iter().map(own).collect();
-        let meet = |i: usize, j: usize| {
-            gases[i].0.iter().any(|node| gases[j].0.binary_search(node).is_ok())
-        };
+        let meet = meeting(gases.iter().map(|(nodes, _)| &nodes[..]));
         // Gershgorin: what each has in common with the others is at most the mean of both.
-        let row = |i: usize| {
-            let all = (0..gases.len()).filter(|&j| meet(i, j));
-            all.map(|j| (alone[i] * alone[j]).sqrt()).sum::<f64>()
-        };
+        let row = |i: usize| meet[i].iter().map(|&j| (alone[i] * alone[j]).sqrt()).sum::<f64>();
         match (0..gases.len()).map(row).fold(0.0, f64::max) {
             0.0 => step,
             more => 2.0 / (4.0 / (step * step) + more).sqrt(),
@@ -244,5 +241,34 @@ impl Simulation {
         for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.view.columns.mean) {
             *v = *mean;
         }
+    }
+}
+
+/// For each of some lists of nodes those that have a node in common with it, itself included, in order.
+fn meeting<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Vec<BTreeSet<usize>> {
+    let (mut places, mut meet) = (Vec::new(), Vec::new());
+    for (list, nodes) in lists.enumerate() {
+        places.extend(nodes.iter().map(|&node| (node, list)));
+        meet.push(BTreeSet::new());
+    }
+    places.sort_unstable();
+    for at_node in places.chunk_by(|a, b| a.0 == b.0) {
+        for &(_, list) in at_node {
+            meet[list].extend(at_node.iter().map(|&(_, other)| other));
+        }
+    }
+    meet
+}
+
+#[cfg(test)]
+mod tests {
+    use super::meeting;
+
+    #[test]
+    fn lists_meet_at_the_nodes_that_they_share() {
+        let lists: [&[u32]; 5] = [&[1, 2, 3], &[7, 9], &[3, 4], &[], &[4, 9]];
+        let met: Vec<Vec<usize>> =
+            meeting(lists.into_iter()).into_iter().map(|met| met.into_iter().collect()).collect();
+        assert_eq!(met, [vec![0, 2], vec![1, 4], vec![0, 2, 4], vec![], vec![1, 2, 4]]);
     }
 }

@@ -8,6 +8,7 @@ use std::iter::zip;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector2, Vector3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Contacts, Patch, Placing, Point};
@@ -24,6 +25,8 @@ use crate::mesh::{Geometry, Vec3};
 pub(super) const LOOSE: f64 = 0.01;
 /// Part of the spacing of its pairs by which a joint that is released has slid.
 pub(super) const SLID: f64 = 0.5;
+/// Packs that one task looks at, or more.
+const PACKS: usize = 256;
 
 /// How far a joint has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -50,30 +53,42 @@ pub(crate) struct Places<'a> {
 impl Contacts {
     /// Looks how far the joints have moved: blocks of those that have come further may meet.
     pub(crate) fn look(&mut self, at: Places<'_>, laws: &Laws, breaks: &Breaks) {
-        for (index, pack) in at.packs.packs.iter().enumerate() {
-            if breaks.packs[index].is_none() {
-                continue;
-            }
-            for (d, lane) in (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane))) {
-                let Some((broken, seam)) = joint(at, breaks, (index, d), lane) else { continue };
-                let known = &mut self.joints[pack.bodies[lane] as usize][d];
-                if *known >= Release::Due {
-                    continue;
+        let joints = &self.joints;
+        let further = |index: usize| {
+            let pack = &at.packs.packs[index];
+            let all = (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane)));
+            all.filter_map(move |(d, lane)| {
+                let body = pack.bodies[lane] as usize;
+                let known = joints[body][d];
+                let (broken, seam) = joint(at, breaks, (index, d), lane)?;
+                if known >= Release::Due {
+                    return None;
                 }
-                let law = law_of(laws, seam, lane);
-                let (moved, whole) = broken.moved(law, lane);
-                // Without any strength a pair that has not failed is no better than one that has. Nor are the last two
-                // of rigid blocks: they are at the quarters of a face, and the block turns about its edge.
-                let hinges = pack.rigid && moved.open >= 2;
-                let bonded = whole && !hinges && law.is_none_or(|law| law.bonds());
-                let found = moved.release(bonded, pack.rigid, seam.spacing(lane));
-                if found > *known {
-                    *known = found;
-                    self.known = false;
-                }
-            }
-        }
+                let found = come(pack, (broken, seam), law_of(laws, seam, lane), lane);
+                (found > known).then_some((body, d, found))
+            })
+        };
+        let broken = (0..breaks.packs.len()).into_par_iter().with_min_len(PACKS);
+        let broken = broken.filter(|&index| breaks.packs[index].is_some());
+        let found: Vec<(usize, usize, Release)> = broken.flat_map_iter(further).collect();
+        self.known &= found.is_empty();
+        found.into_iter().for_each(|(body, d, release)| self.joints[body][d] = release);
     }
+}
+
+/// How far a broken joint of a pack has come.
+fn come(
+    pack: &Pack,
+    (broken, seam): (&Broken, &Seam),
+    law: Option<&dyn JointLaw>,
+    lane: usize,
+) -> Release {
+    let (moved, whole) = broken.moved(law, lane);
+    // Without any strength a pair that has not failed is no better than one that has. Nor are the last two
+    // of rigid blocks: they are at the quarters of a face, and the block turns about its edge.
+    let hinges = pack.rigid && moved.open >= 2;
+    let bonded = whole && !hinges && law.is_none_or(|law| law.bonds());
+    moved.release(bonded, pack.rigid, seam.spacing(lane))
 }
 
 /// A broken joint and its seam.

@@ -136,7 +136,8 @@ struct Space<'a> {
 
 impl Space<'_> {
     fn cavity(&self) -> Option<Cavity> {
-        let own = || self.walls.iter().filter(|(wall, _)| self.cells.contains(&wall.0));
+        let of = |&cell: &Cell| self.walls.range((cell, 0, i32::MIN)..=(cell, 2, i32::MAX));
+        let own = || self.cells.iter().flat_map(of);
         own().next()?;
         let mut mesh = Mesh::default();
         for (_, surface) in own() {

@@ -1,0 +1,46 @@
+//! Samples of probes: the numbers that were due, and no others.
+
+/// Samples of all probes since the start, column by column: memory grows with the numbers that were due, 12 bytes each,
+/// and not with the probes that were not.
+#[derive(Default)]
+pub(crate) struct Samples {
+    /// Step and time of each row `[s]`.
+    rows: Vec<(u64, f64)>,
+    columns: Vec<Column>,
+}
+
+#[derive(Default)]
+struct Column {
+    /// Row of each number.
+    rows: Vec<u32>,
+    numbers: Vec<f64>,
+}
+
+impl Samples {
+    /// Takes in a row with one number for each column, none where the probe was not due.
+    pub(crate) fn push(&mut self, step: u64, time: f64, values: &[Option<f64>]) {
+        // No memory has so many rows.
+        let Ok(row) = u32::try_from(self.rows.len()) else { return };
+        if values.len() > self.columns.len() {
+            self.columns.resize_with(values.len(), Column::default);
+        }
+        for (column, value) in self.columns.iter_mut().zip(values) {
+            if let Some(value) = value {
+                column.rows.push(row);
+                column.numbers.push(*value);
+            }
+        }
+        self.rows.push((step, time));
+    }
+
+    /// Steps and times at which a column was due `[s]`.
+    pub(crate) fn times(&self, column: usize) -> (Vec<i64>, Vec<f64>) {
+        let rows = self.columns.get(column).map_or(&[][..], |column| &column.rows);
+        rows.iter().map(|&row| self.rows[row as usize]).map(|(step, t)| (step as i64, t)).unzip()
+    }
+
+    /// Numbers of a column, at its times.
+    pub(crate) fn numbers(&self, column: usize) -> Vec<f64> {
+        self.columns.get(column).map_or_else(Vec::new, |column| column.numbers.clone())
+    }
+}
