@@ -326,7 +326,7 @@ pub(crate) fn largest_of_gases(
     let mut largest: f64 = 0.0;
     // Only what is at walls is asked for: the work does not grow with the model.
     let places = gases.iter().flat_map(|(nodes, ..)| nodes);
-    let walls: BTreeSet<usize> = places.map(|node| model.place(*node as usize).0).collect();
+    let walls: BTreeSet<usize> = places.map(|node| model.node_slot(*node as usize).pack).collect();
     scratch.f.fill(Lanes::ZERO);
     let mut way = vec![Lanes::ZERO; 3 * model.packs.nodes];
     for (nodes, k, areas) in gases {
