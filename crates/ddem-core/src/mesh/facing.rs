@@ -1,6 +1,7 @@
 //! Faces of two blocks that lie on each other.
 
-use super::{BlockFace, Geometry, RestFace};
+use super::grid::meeting;
+use super::{BlockFace, Geometry, RestFace, bounds_of};
 use crate::collide::overlap;
 
 /// Part of a block's edge by which faces that lie on each other may miss.
@@ -59,5 +60,23 @@ impl Geometry {
         };
         let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);
         some.then(|| FaceOverlap { gap, area: over(&own.whole, &other.whole) })
+    }
+
+    /// Pairs of blocks whose faces lie on each other without a gap.
+    pub(crate) fn in_touch(&self) -> Vec<(usize, usize)> {
+        let around = |body: usize| {
+            let [low, high] = bounds_of(&self.corners(body));
+            let margin = self.misses([body; 2]);
+            [low.add_scalar(-margin), high.add_scalar(margin)]
+        };
+        let boxes: Vec<_> = (0..self.bodies.len()).map(around).collect();
+        let touch = |&[a, b]: &[u32; 2]| {
+            let bodies = [a as usize, b as usize];
+            BlockFace::pairs(bodies).any(|faces| {
+                let rest = self.opposed(faces);
+                rest.is_some_and(|rest| self.face_overlap(bodies, &rest, [0.0; 2]).is_some())
+            })
+        };
+        meeting(&boxes).into_iter().filter(touch).map(|[a, b]| (a as usize, b as usize)).collect()
     }
 }

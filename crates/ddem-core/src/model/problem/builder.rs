@@ -6,7 +6,6 @@ use std::sync::Arc;
 use super::{Problem, Set, Sets, StartMotion};
 use crate::collide::FaceOf;
 use crate::element::{Elastic, ElementKind};
-use crate::mesh::grid::meeting;
 use crate::mesh::in_situ::Stress;
 use crate::mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
 use crate::mesh::{
@@ -223,7 +222,7 @@ impl ProblemBuilder {
         let mut geometry = Geometry::new(lattices, bounds);
         geometry.abutments = self.abutments(&geometry)?;
         geometry.abutting = abutting(&geometry.abutments);
-        geometry.touching = touching(&geometry);
+        geometry.touching = geometry.in_touch();
         let numbers = self.numbers(&geometry);
         let Self { properties, stages: kinds, fixed, loaded, motions, stresses, .. } = &self;
         let mut conditions =
@@ -364,26 +363,6 @@ impl ProblemBuilder {
             stiffness: properties.stiffness().normal,
         })
     }
-}
-
-/// Pairs of blocks whose faces lie on each other without a gap.
-fn touching(geometry: &Geometry) -> Vec<(usize, usize)> {
-    let n = geometry.bodies.len();
-    let around = |body: usize| {
-        let corners = geometry.corners(body);
-        let [low, high] = crate::mesh::bounds_of(&corners);
-        let margin = geometry.misses([body; 2]);
-        [low.add_scalar(-margin), high.add_scalar(margin)]
-    };
-    let boxes: Vec<_> = (0..n).map(around).collect();
-    let touch = |&[a, b]: &[u32; 2]| {
-        let bodies = [a as usize, b as usize];
-        BlockFace::pairs(bodies).any(|faces| {
-            let rest = geometry.opposed(faces);
-            rest.is_some_and(|rest| geometry.face_overlap(bodies, &rest, [0.0; 2]).is_some())
-        })
-    };
-    meeting(&boxes).into_iter().filter(touch).map(|[a, b]| (a as usize, b as usize)).collect()
 }
 
 /// One set of blocks, whose sides are those of the box around it.
