@@ -1,6 +1,6 @@
 //! Samples of probes: the numbers that were due, and no others.
 
-/// Samples of all probes since the start, column by column: memory grows with the numbers that were due, 12 bytes each,
+/// Samples of all probes since the start, column by column: memory grows with the numbers that were due, 12 bytes each and 16 for each row,
 /// and not with the probes that were not.
 #[derive(Default)]
 pub(crate) struct Samples {

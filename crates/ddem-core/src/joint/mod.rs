@@ -1,4 +1,4 @@
-//! TODO
+//! Joints that break, blocks that meet, and the frames of joints.
 
 pub(crate) mod breaks;
 pub(crate) mod contact;

@@ -1,4 +1,4 @@
-//! TODO
+//! Numbers: four side by side, exact sums, the leap-frog, groups, rules of values.
 
 pub(crate) mod exact;
 pub(crate) mod groups;
