@@ -21,20 +21,7 @@ fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {
         eprintln!("NOT CHECKED: set SLOW=1, and run this test alone");
         return;
     }
-    let text = format!(
-        "{MATTER}
-        [[blocks]]
-        size = [20.0, 20.0, 20.0]
-        count = [20, 20, 20]
-        material = 'rock'
-        joint = 'seam'
-        [[stage]]
-        name = 'fly'
-        kind = 'dynamic'
-        duration = 1.0
-        "
-    );
-    let deck = deck(&text);
+    let deck = deck(&million(0, 0));
     let before = status("VmRSS");
     let clock = Instant::now();
     let model = deck.build().expect("a model");

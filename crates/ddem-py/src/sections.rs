@@ -60,7 +60,7 @@ impl Model {
     ///     Of all contacts [Pa/m]; those of the two faces in series without them.
     /// friction : float, optional
     ///     [degrees]; without it the smaller angle that failure leaves to the joints of the two
-    ///     faces, 30 where they have none.
+    ///     faces, 30 where neither has a joint that can fail.
     /// damping : float, optional
     ///     Of contacts and failed pairs, and of the deformation of the blocks around them, as a
     ///     fraction of critical, from 0 to 1; 0.2 without it, or 0 in a model with charges.

@@ -128,7 +128,7 @@ fn bears(point: &Point) -> bool {
 }
 
 impl Snapshot<'_> {
-    /// All contacts that press at the present time, by their blocks. Nothing moves.
+    /// As [`Simulation::contacts`](crate::Simulation::contacts).
     pub(crate) fn contacts(&self) -> Vec<Contact> {
         let Some(surfaces) = &self.model.contact else { return Vec::new() };
         let placing = Placing {
@@ -145,7 +145,7 @@ impl Snapshot<'_> {
         patches.flat_map_iter(|patch| seen(patch, &placing, &self.model.laws)).collect()
     }
 
-    /// How many contacts there are at the present time. Nothing moves.
+    /// As [`Simulation::contact_counts`](crate::Simulation::contact_counts).
     pub(crate) fn contact_counts(&self) -> ContactCounts {
         let patches = &self.scratch.trial_contacts.patches;
         let mut counts = ContactCounts::default();
@@ -159,13 +159,13 @@ impl Snapshot<'_> {
         counts
     }
 
-    /// Pairs of blocks that pressed on each other at the last step: what can be had at any time.
+    /// As [`Simulation::touching_blocks`](crate::Simulation::touching_blocks).
     pub(crate) fn touching_blocks(&self) -> usize {
         let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(bears);
         self.state.contacts.patches.iter().filter(presses).count()
     }
 
-    /// Pairs of points in contact at the last step, and those of them that press on each other.
+    /// As [`Simulation::contact_points`](crate::Simulation::contact_points).
     pub(crate) fn contact_points(&self) -> [usize; 2] {
         let patches = &self.state.contacts.patches;
         let points = || patches.iter().filter(|p| is_contact(p)).flat_map(|patch| &patch.points);

@@ -70,9 +70,7 @@ pub(super) fn fragment(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [
 }
 
 impl Snapshot<'_> {
-    /// The fragments at the present time, by decreasing volume, equal ones by their lowest block. A
-    /// joint holds as long as one of its pairs is bonded; one without tensile strength and cohesion
-    /// never does, nor do contacts.
+    /// As [`Simulation::fragments`](crate::Simulation::fragments).
     pub(crate) fn fragments(&self) -> Vec<Fragment> {
         let mut fragments = self.bare_fragments();
         let mut numbers = vec![fragments.len(); self.model.n_blocks()];
@@ -94,8 +92,7 @@ impl Snapshot<'_> {
         fragments
     }
 
-    /// The number of the fragment of each block, as [`fragments`](Self::fragments) counts them; blocks
-    /// that have been taken out have the number after the last.
+    /// As [`Simulation::block_fragments`](crate::Simulation::block_fragments).
     pub(crate) fn block_fragments(&self) -> Vec<usize> {
         let fragments = self.bare_fragments();
         let mut numbers = vec![fragments.len(); self.model.n_blocks()];

@@ -25,7 +25,7 @@ pub use fragments::Fragment;
 pub use snapshot::Snapshot;
 pub use state::{ContactSummary, FragmentSummary, JointSummary, Largest, Reaction, StateSummary};
 
-/// Where a field has its values.
+/// Place of the values of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum On {
     /// At the nodes.
@@ -56,7 +56,7 @@ pub struct Field {
     pub name: &'static str,
     /// Unit, "1" for a plain number.
     pub unit: &'static str,
-    /// Where it has its values.
+    /// Place of its values.
     pub on: On,
     /// Numbers per value.
     pub components: usize,

@@ -5,15 +5,12 @@ use crate::math::exact::Exact;
 use crate::mesh::Vec3;
 
 impl Snapshot<'_> {
-    /// Momentum of the whole model at the present time, `P = Σ m v` `[kg m/s]`: over the nodes of
-    /// deformable blocks with their lumped masses, eq. (3), and over rigid blocks; zero in a
-    /// relaxation. It changes by what loads and supports do alone.
+    /// As [`Simulation::momentum`](crate::Simulation::momentum).
     pub(crate) fn momentum(&self) -> [f64; 3] {
         self.momenta()[0].into()
     }
 
-    /// Its moment about the origin `[kg m²/s]`: `Σ x × m v` over the nodes of deformable blocks, and
-    /// `x × m v + R I Rᵀ ω` of each rigid one, with its centroid x, rotation R and inertia I at rest.
+    /// As [`Simulation::angular_momentum`](crate::Simulation::angular_momentum).
     pub(crate) fn angular_momentum(&self) -> [f64; 3] {
         self.momenta()[1].into()
     }

@@ -32,8 +32,7 @@ fn stress(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64], of: fn(
 }
 
 impl Snapshot<'_> {
-    /// Largest speed of every node since the start of the run `[m/s]`, of all steps in time: the peak
-    /// particle velocity. Empty where the deck has no `peaks`.
+    /// As [`Simulation::peak_velocities`](crate::Simulation::peak_velocities).
     pub(crate) fn peak_velocities(&self) -> Vec<f64> {
         let n = if self.state.peaks.speeds.is_empty() { 0 } else { self.model.n_nodes() };
         let mut speeds = vec![0.0; n];
@@ -50,9 +49,7 @@ impl Snapshot<'_> {
         });
     }
 
-    /// Largest principal tension and compression at the centre of every element since the start of the
-    /// run, both counted from 0 up `[Pa]`: four times at least while a wave crosses an element or in every step, and in
-    /// every equilibrium. Empty where the deck has no `peaks`.
+    /// As [`Simulation::peak_stresses`](crate::Simulation::peak_stresses).
     pub(crate) fn peak_stresses(&self) -> Vec<[f64; 2]> {
         self.state.peaks.stresses.concat()
     }

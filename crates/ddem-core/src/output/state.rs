@@ -100,7 +100,7 @@ pub struct Reaction {
 }
 
 impl Snapshot<'_> {
-    /// The present state in a few numbers. Nothing moves.
+    /// As [`Simulation::state_summary`](crate::Simulation::state_summary).
     pub(crate) fn state_summary(&self, energy: Energy) -> StateSummary {
         let displacement = |snapshot: &Self, range: Range<usize>, out: &mut [f64]| {
             snapshot.model.fill_nodal(&snapshot.state.u, range, out);
@@ -162,7 +162,7 @@ impl Snapshot<'_> {
         known.map(|(joint, _)| joint).collect()
     }
 
-    /// Contacts at the present time. Nothing moves.
+    /// As [`Simulation::contact_summary`](crate::Simulation::contact_summary).
     pub(crate) fn contact_summary(&self) -> ContactSummary {
         let counts = self.contact_counts();
         let mut slide: Vec<[usize; 2]> =
@@ -177,7 +177,7 @@ impl Snapshot<'_> {
         }
     }
 
-    /// Fragments at the present time. Nothing moves.
+    /// As [`Simulation::fragment_summary`](crate::Simulation::fragment_summary).
     pub(crate) fn fragment_summary(&self) -> FragmentSummary {
         let fragments = self.fragments();
         FragmentSummary {

@@ -29,8 +29,7 @@ pub(super) fn stress(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f6
 }
 
 impl Snapshot<'_> {
-    /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
-    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block. Rigid blocks have none: 0.
+    /// As [`Simulation::stresses`](crate::Simulation::stresses).
     pub(crate) fn stresses(&self) -> Vec<[f64; 6]> {
         let n = self.model.n_elements();
         let mut stresses = vec![[0.0; 6]; n];
@@ -50,11 +49,7 @@ impl Snapshot<'_> {
         });
     }
 
-    /// Stress at the centre of the element at lattice steps `at` of a block `[Pa]`.
-    ///
-    /// # Panics
-    ///
-    /// If the model has no such block, or the block no such element.
+    /// As [`Simulation::stress`](crate::Simulation::stress).
     pub(crate) fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
         // Panics where there is no such element.
         let _ = self.model.element(block, at);
@@ -97,7 +92,7 @@ impl Snapshot<'_> {
 }
 
 impl Strained<'_> {
-    /// Stress at the centre of the element at lattice steps `at` `[Pa]`.
+    /// As [`Simulation::stress`](crate::Simulation::stress).
     pub(super) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
         let n = self.divisions + 1;
         // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).

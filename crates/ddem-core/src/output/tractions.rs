@@ -48,9 +48,7 @@ struct Forces {
 }
 
 impl Snapshot<'_> {
-    /// Traction of every pair on its first node's side `[Pa]`, shape `(n_pairs, 3)`, in global axes: `T = (F_a −
-    /// F_b)/(2 A_p)` of the forces that the joint's elements and springs exert, (M1). Its product with the normal
-    /// from a to b is positive in tension. 0 where a contact has taken the place of the joint.
+    /// As [`Simulation::tractions`](crate::Simulation::tractions), (M1).
     pub(crate) fn tractions(&self) -> Vec<[f64; 3]> {
         let mut tractions = vec![[0.0; 3]; self.model.n_pairs()];
         self.see_present(0..tractions.len(), |pair, seen| tractions[pair] = seen.traction.into());

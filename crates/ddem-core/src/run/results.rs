@@ -12,7 +12,7 @@ impl Simulation {
     /// ```
     /// # use ddem_core::{FIELDS, Simulation};
     /// # fn values(simulation: &mut Simulation) {
-    /// let mut snapshot = simulation.snapshot();
+    /// let snapshot = simulation.snapshot();
     /// for field in &FIELDS {
     ///     let n = snapshot.len(field.on);
     ///     let mut first = vec![0.0; n.min(100) * field.components];
@@ -94,7 +94,7 @@ impl Simulation {
         scratch.trial = trial;
     }
 
-    /// What accelerates every node `[N]`, shape `(n_nodes, 3)`: loads and support forces less the
+    /// Force that accelerates every node `[N]`, shape `(n_nodes, 3)`: loads and support forces less the
     /// internal ones, `F = Q + R − f`; zero in equilibrium.
     pub fn forces(&mut self) -> Vec<[f64; 3]> {
         self.measure_once();
@@ -167,7 +167,7 @@ impl Simulation {
         self.snapshot().contacts()
     }
 
-    /// How many contacts there are at the present time. Nothing moves.
+    /// Numbers of contacts at the present time. Nothing moves.
     pub fn contact_counts(&mut self) -> ContactCounts {
         self.snapshot().contact_counts()
     }
@@ -234,7 +234,7 @@ impl Simulation {
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }
 
-    /// Pairs of points in contact: how many there are, and how many of them press on each other.
+    /// Numbers of pairs of points in contact at the last step, and of those of them that press on each other.
     #[must_use]
     pub fn contact_points(&self) -> [usize; 2] {
         self.as_measured().contact_points()

@@ -1,4 +1,4 @@
-//! What a relaxation remembers from step to step.
+//! Progress of a relaxation from step to step.
 
 use std::collections::VecDeque;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Steps over which the displacements must have stopped.
 const WINDOW: usize = 50;
 
-/// What a checkpoint of a relaxation needs to go on.
+/// Progress of a relaxation, which a checkpoint keeps.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Memory {
     /// Equal parts in which loads reach their value.

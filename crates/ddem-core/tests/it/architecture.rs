@@ -90,13 +90,50 @@ fn imports_go_down() {
     assert!(wrong.is_empty(), "imports that do not go down:\n{}", wrong.join("\n"));
 }
 
-/// Names after a word at the start of a line: of the types that a file declares, or implements.
-fn declared<'a>(text: &'a str, word: &'a str) -> impl Iterator<Item = &'a str> {
-    code(text).filter_map(move |(_, line)| {
-        let mut words = line.trim_start().split(' ').skip_while(|word| word.starts_with("pub"));
-        let name = words.next().filter(|first| *first == word).and(words.next())?;
-        name.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').next()
-    })
+/// A line without its visibility, `const` and `async`.
+fn item(line: &str) -> &str {
+    let mut line = line.trim_start();
+    if let Some(rest) = line.strip_prefix("pub") {
+        let rest =
+            rest.strip_prefix('(').and_then(|rest| rest.split_once(')')).map_or(rest, |r| r.1);
+        line = rest.trim_start();
+    }
+    line.trim_start_matches("const ").trim_start_matches("async ")
+}
+
+/// Name at the start of a text.
+fn name(text: &str) -> &str {
+    let end = text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+    &text[..end.unwrap_or(text.len())]
+}
+
+/// Type that a line begins to implement methods or a trait of.
+fn implemented(line: &str) -> Option<&str> {
+    let mut rest = line.strip_prefix("impl")?;
+    let mut depth = 0;
+    if rest.starts_with('<') {
+        let ends = rest.find(|c: char| {
+            depth += i32::from(c == '<') - i32::from(c == '>');
+            depth == 0
+        });
+        rest = &rest[ends? + 1..];
+    }
+    let rest = rest.split_once(" for ").map_or(rest, |(_, of)| of);
+    Some(name(rest.trim_start_matches([' ', '&'])))
+}
+
+#[test]
+fn types_of_impl_blocks_are_found() {
+    for (line, of) in [
+        ("impl Model {", "Model"),
+        ("impl<'a> Input<'a> {", "Input"),
+        ("impl<S: Into<f64>> From<S> for Lanes {", "Lanes"),
+        ("impl<'a> FromIterator<&'a Losses> for Lost {", "Lost"),
+        ("impl std::error::Error for Fault {}", "Fault"),
+    ] {
+        assert_eq!(implemented(line), Some(of));
+    }
+    assert_eq!(item("    pub(in crate::run) const fn at("), "fn at(");
 }
 
 /// Methods of a type are in its own row.
@@ -107,22 +144,18 @@ fn no_impl_is_in_another_row() {
         |file: &str| file.split('/').next().map(|name| name.trim_end_matches(".rs").to_owned());
     let mut homes = std::collections::BTreeMap::<&str, Vec<String>>::new();
     for (file, text) in &sources {
-        for word in ["struct", "enum"] {
-            declared(text, word)
-                .for_each(|name| homes.entry(name).or_default().extend(module(file)));
+        for (_, line) in code(text) {
+            let declared =
+                ["struct ", "enum "].iter().find_map(|word| item(line).strip_prefix(word));
+            declared
+                .into_iter()
+                .for_each(|of| homes.entry(name(of)).or_default().extend(module(file)));
         }
     }
     let mut wrong = Vec::new();
     for (file, text) in &sources {
-        for (number, line) in code(text).filter(|(_, line)| line.starts_with("impl")) {
-            let Some(of) =
-                line.split_once("> ").map_or(line.strip_prefix("impl "), |(_, of)| Some(of))
-            else {
-                continue;
-            };
-            let of = of.split_once(" for ").map_or(of, |(_, of)| of);
-            let name = of.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').next();
-            let home = name.and_then(|name| homes.get(name));
+        for (number, line) in code(text) {
+            let home = implemented(line).and_then(|of| homes.get(of));
             if home.is_some_and(|home| module(file).is_some_and(|row| !home.contains(&row))) {
                 wrong.push(format!("{file}:{number}: {line}"));
             }
@@ -189,26 +222,30 @@ fn no_float_is_summed_in_the_order_of_threads() {
 }
 
 #[test]
+fn nothing_is_left_to_do() {
+    for (file, text) in sources() {
+        assert!(!text.contains("TODO") && !text.contains("FIXME"), "{file}");
+    }
+}
+
+#[test]
 fn files_are_short() {
     for (file, text) in sources() {
         assert!(text.lines().count() < 400, "{file} has {} lines", text.lines().count());
     }
 }
 
-/// Lines of each function, from its signature to its last brace.
+/// First line and number of lines of each function.
 fn functions(text: &str) -> Vec<(&str, usize)> {
     let lines: Vec<&str> = text.lines().collect();
-    let mut functions = Vec::new();
-    for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.contains("fn ")) {
+    let starts = lines.iter().enumerate().filter(|(_, line)| item(line).starts_with("fn "));
+    let length = |(at, line): (usize, &&'_ str)| {
         let indent = &line[..line.len() - line.trim_start().len()];
-        let begins = ["fn ", "pub fn ", "pub(crate) fn ", "pub(super) fn ", "const fn "];
-        if begins.iter().any(|word| line.trim_start().starts_with(word)) {
-            let ends =
-                |line: &&str| line.strip_prefix(indent).is_some_and(|rest| rest.starts_with('}'));
-            functions.push((*line, lines[at..].iter().position(ends).map_or(0, |last| last + 1)));
-        }
-    }
-    functions
+        let ends =
+            |line: &&str| line.strip_prefix(indent).is_some_and(|rest| rest.starts_with('}'));
+        lines[at..].iter().position(ends).map_or(0, |last| last + 1)
+    };
+    starts.map(|(at, line)| (*line, length((at, line)))).collect()
 }
 
 #[test]

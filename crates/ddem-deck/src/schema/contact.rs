@@ -21,7 +21,7 @@ pub struct ContactTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_stiffness: Option<f64>,
     /// Friction angle, in [0, 90) `[degrees]`; default the smaller angle that failure leaves to the
-    /// joints of the two faces, 30 where they have none.
+    /// joints of the two faces, 30 where neither has a joint that can fail.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
     /// Damping of contacts and failed pairs along the normal, and of the deformation of the blocks around them,

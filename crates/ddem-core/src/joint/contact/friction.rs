@@ -68,7 +68,8 @@ pub(crate) struct Strengths {
     sides: [[Option<Numbers>; 2]; 2],
     /// Part of the way from the laws before to the present ones.
     part: f64,
-    /// Areas of the points, in parts of those on which the faces press.
+    /// Areas of the points that pressed when they were made, in parts of those on which the faces press. Points that
+    /// press later have the areas on which they do; the law is asked at the pressure of the others there, too.
     stretch: f64,
 }
 

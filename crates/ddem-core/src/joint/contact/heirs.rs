@@ -91,14 +91,15 @@ impl Patch {
         let before = [(normal + old.patch.owed()).max(0.0), shear];
         let opened = self.opened(placing);
         let natural = self.held(&opened)[0];
+        let mut scale = 1.0;
         if natural > 0.0 {
             let pressed = |point: &&mut Point| point.gap < 0.0;
             let area: f64 = self.points.iter_mut().filter(pressed).map(|point| point.area).sum();
             let most = SCALE.max(self.spacing(placing).powi(2) / area);
-            let scale = (before[0] / natural).clamp(1.0 / SCALE, most);
+            scale = (before[0] / natural).clamp(1.0 / SCALE, most);
             self.points.iter_mut().filter(pressed).for_each(|point| point.area *= scale);
-            self.both.friction.set_stretch(scale);
         }
+        self.both.friction.set_stretch(scale);
         self.cap(before, &opened);
         // Of faces that have parted nothing comes back.
         let now = self.held(&opened)[0];

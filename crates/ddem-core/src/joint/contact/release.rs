@@ -76,7 +76,7 @@ impl Contacts {
     }
 }
 
-/// How far a broken joint of a pack has come.
+/// Stage of its release that a broken joint of a pack has come to.
 fn come(
     pack: &Pack,
     (broken, seam): (&Broken, &Seam),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::{Problem, Set, Sets, StartMotion};
 use crate::collide::FaceOf;
 use crate::element::{Elastic, ElementKind};
+use crate::law;
 use crate::mesh::in_situ::Stress;
 use crate::mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
 use crate::mesh::{
@@ -55,8 +56,16 @@ pub enum BuildError {
     TooMany {
         /// Kind of thing.
         what: &'static str,
-        /// How many there are.
+        /// Number of things.
         count: usize,
+    },
+    /// A joint has a law that no springs can have.
+    #[error("the law of joint `{joint}`: {why}")]
+    Law {
+        /// Name of the joint.
+        joint: String,
+        /// Reason.
+        why: String,
     },
     /// A node of a rigid block that is none of its corners.
     #[error("node {node} is inside of rigid block {block}, of which only the corners are nodes")]
@@ -207,13 +216,17 @@ impl ProblemBuilder {
     ///
     /// # Errors
     ///
-    /// Faces that a joint cannot join; supports, loads and motions at nodes that rigid blocks do not have.
+    /// More materials or joints than 65 535, laws that [`Model::set_law`](crate::Model::set_law) would refuse; faces that a joint cannot join; supports, loads and motions at nodes that rigid blocks do not have.
     pub fn build(self) -> Result<(Problem, Vec<Option<u32>>), BuildError> {
         let Properties { materials, joints, .. } = &self.properties;
         for (what, count) in [("materials", materials.len()), ("joints", joints.len())] {
             if count > usize::from(u16::MAX) {
                 return Err(BuildError::TooMany { what, count });
             }
+        }
+        for joint in joints {
+            let checked = joint.law.as_deref().map_or(Ok(()), law::check);
+            checked.map_err(|why| BuildError::Law { joint: joint.name.clone(), why })?;
         }
         let lattice =
             |(k, block): (usize, &MeshBlock)| block.lattice(0, self.materials[k], self.rigid[k]);
