@@ -14,8 +14,9 @@ use nalgebra::Matrix3;
 
 use crate::element::corotation::{Frame, split_torque};
 use crate::element::lattice::{force, force_left};
-use crate::joint::breaks::{Broken, Ground, Losses, Pull};
+use crate::joint::breaks::{Broken, Ground, Pull};
 use crate::joint::kinematics::{Moved, joint_displacements, rotations, to_quarters};
+use crate::joint::losses::Losses;
 use crate::law::JointLaw;
 use crate::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, dot, load, load_at, scale, splat, store_at, sub,
@@ -174,7 +175,7 @@ fn any_fails<S: Simd>(
     FaceLattice { places, seam }: FaceLattice<'_>,
     work: &mut Workspace,
 ) -> bool {
-    let law = |lane: usize| input.look.laws.get(seam.laws[lane] as usize)?.as_deref();
+    let law = |lane: usize| input.look.law(seam.laws[lane]);
     if (0..LANES).all(|lane| law(lane).is_none()) {
         return false;
     }
@@ -223,7 +224,7 @@ fn grounds<S: Simd>(
     let pack = &input.moved.packs.packs[at.pack];
     let part = input.own_part(pack.upper[at.offset], at.pack);
     let stands =
-        |lane: usize| part.0[lane] != 0.5 && broken.rubs(input.look.laws, seam, lane, pack.rigid);
+        |lane: usize| part.0[lane] != 0.5 && broken.rubs(input.look, seam, lane, pack.rigid);
     let stands: [bool; LANES] = std::array::from_fn(stands);
     if !input.look.turning || stands == [false; LANES] {
         return [None; LANES];

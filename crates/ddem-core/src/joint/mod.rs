@@ -3,3 +3,5 @@
 pub(crate) mod breaks;
 pub(crate) mod contact;
 pub(crate) mod kinematics;
+pub(crate) mod losses;
+pub(crate) mod point;

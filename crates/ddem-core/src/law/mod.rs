@@ -75,7 +75,7 @@ pub struct Opening {
 }
 
 /// Stiffness of the springs of a failed point `[Pa/m]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stiffness {
     /// k_n `[Pa/m]`.
     pub normal: f64,

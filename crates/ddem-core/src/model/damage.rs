@@ -2,25 +2,37 @@
 
 use super::Model;
 use super::pairs::Joint;
-use crate::joint::breaks::{Breaks, Broken, Point};
-use crate::joint::contact::{Bond, Contacts, Patch, Release};
+use crate::joint::breaks::{Breaks, Broken};
+use crate::joint::contact::{ContactPoint, Contacts, Release};
+use crate::joint::point::{JointPoint, turned};
 use crate::law::JointLaw;
-use crate::mesh::seams::Seam;
 
 /// Damage of a joint at one time.
 pub(crate) struct Damage<'a> {
     /// Its two blocks.
     pub(crate) blocks: [usize; 2],
     /// Its law; `None`: it never fails.
-    pub(super) law: Option<&'a dyn JointLaw>,
-    of: Of<'a>,
+    law: Option<&'a dyn JointLaw>,
+    pairs: usize,
+    points: Points<'a>,
+    /// Shortest distance of its pairs `[m]`.
+    spacing: f64,
+    /// A contact has taken its place.
+    released: bool,
 }
 
-enum Of<'a> {
-    /// Springs of the lane of one whose faces match, none while it is elements alone.
-    Matching { broken: Option<&'a Broken>, seam: Option<&'a Seam>, lane: usize, released: bool },
-    /// Springs of one whose faces do not; once a contact has taken its place there is no patch.
-    Seated(Option<(&'a Bond, Option<&'a Patch>)>),
+/// Where the pairs of a joint are.
+enum Points<'a> {
+    /// It is not there.
+    Nowhere,
+    /// Elements alone.
+    Elements,
+    /// A lane of a lattice with springs.
+    Lane(&'a Broken, usize),
+    /// Faces that do not match.
+    Patch(&'a [ContactPoint]),
+    /// The same, once a contact has taken their place.
+    Ended(&'a [JointPoint]),
 }
 
 impl Model {
@@ -31,22 +43,39 @@ impl Model {
         breaks: &'a Breaks,
         contacts: &'a Contacts,
     ) -> Damage<'a> {
-        let (of, law) = match self.joint(joint) {
+        let (points, law, spacing, released) = match self.joint(joint) {
             Joint::Matching(face) => {
                 let d = usize::from(face.direction);
                 let (pack, lane) = self.packs.slot(face.a as usize);
-                let (broken, seam) = (breaks.get(pack, 1 << d), self.seams.get(pack, d));
+                let seam = self.seams.get(pack, d);
+                let points = match (seam, breaks.get(pack, 1 << d)) {
+                    (Some(_), Some(broken)) => Points::Lane(broken, lane),
+                    (Some(_), None) => Points::Elements,
+                    (None, _) => Points::Nowhere,
+                };
                 let stages = contacts.joints.get(face.a as usize);
                 let released = stages.is_some_and(|stages| stages[d] == Release::Done);
-                (Of::Matching { broken, seam, lane, released }, seam.map(|seam| seam.laws[lane]))
+                let spacing = seam.map_or(0.0, |seam| seam.spacing(lane));
+                (points, seam.map(|seam| seam.laws[lane]), spacing, released)
             }
             Joint::Seated(joint) => {
-                let bond = contacts.bond(joint.patch.blocks);
-                (Of::Seated(bond), bond.map(|(bond, _)| bond.law))
+                let blocks = joint.patch.blocks;
+                let surfaces = self.contact.as_ref();
+                let spacing = surfaces.map_or(0.0, |surfaces| surfaces.spacing(blocks));
+                match (contacts.held(blocks), contacts.ended(blocks)) {
+                    (Some((patch, bond)), _) => {
+                        (Points::Patch(&patch.points), Some(bond.law), spacing, false)
+                    }
+                    (None, Some(ended)) => {
+                        (Points::Ended(&ended.pairs), Some(ended.bond.law), spacing, true)
+                    }
+                    (None, None) => (Points::Nowhere, None, spacing, false),
+                }
             }
         };
         let law = law.and_then(|law| self.laws.get(usize::from(law))?.as_deref());
-        Damage { blocks: self.joint(joint).blocks(), law, of }
+        let (blocks, pairs) = (self.joint(joint).blocks(), self.pairs_of(joint).len());
+        Damage { blocks, law, pairs, points, spacing, released }
     }
 
     /// Damage of all joints whose two blocks are there.
@@ -60,61 +89,45 @@ impl Model {
     }
 }
 
-impl Damage<'_> {
-    /// History of a pair and the time at which it failed `[s]`; `None` where there are elements alone.
-    pub(crate) fn point(&self, pair: usize) -> Option<(Point, f64)> {
-        match self.of {
-            Of::Matching { broken, lane, .. } => {
-                broken.map(|broken| (broken.points[pair][lane], broken.times[pair][lane]))
-            }
-            Of::Seated(bond) => {
-                let (bond, patch) = bond?;
-                let point = bond.point(pair, patch.map(|patch| &patch.points[pair]));
-                Some((point, bond.pairs[pair].time))
-            }
+impl<'a> Damage<'a> {
+    /// A pair; `None` where there are elements alone.
+    pub(crate) fn point(&self, pair: usize) -> Option<&'a JointPoint> {
+        match self.points {
+            Points::Nowhere | Points::Elements => None,
+            Points::Lane(broken, lane) => Some(&broken.points[pair][lane]),
+            Points::Patch(points) => Some(&points[pair].pair),
+            Points::Ended(pairs) => Some(&pairs[pair]),
         }
+    }
+
+    /// Its pairs; none where there are elements alone.
+    pub(crate) fn points(&self) -> impl Iterator<Item = &'a JointPoint> {
+        (0..self.pairs).filter_map(|pair| self.point(pair))
     }
 
     /// True where a pair has failed.
     pub(crate) fn has_failed(&self) -> bool {
-        match self.of {
-            Of::Matching { broken, lane, .. } => broken.is_some_and(|b| b.has_failed(lane)),
-            Of::Seated(bond) => {
-                bond.is_some_and(|(bond, _)| bond.pairs.iter().any(|pair| pair.mode.is_some()))
-            }
-        }
+        self.points().any(|point| point.failure.is_some())
     }
 
     /// True where a pair is bonded, and has a strength to hold with.
     pub(crate) fn holds(&self) -> bool {
         self.law.is_none_or(JointLaw::bonds)
-            && match self.of {
-                Of::Matching { broken, seam, lane, .. } => {
-                    seam.is_some() && broken.is_none_or(|broken| broken.holds(lane))
-                }
-                Of::Seated(bond) => bond.is_some_and(|(bond, _)| !bond.failed()),
+            && match self.points {
+                Points::Nowhere => false,
+                Points::Elements => true,
+                _ => self.points().any(|point| point.failure.is_none()),
             }
     }
 
     /// True where a contact has taken the place of the joint.
     pub(crate) fn is_released(&self) -> bool {
-        match self.of {
-            Of::Matching { released, .. } => released,
-            Of::Seated(bond) => matches!(bond, Some((_, None))),
-        }
+        self.released
     }
 
     /// True where the joint has turned about pairs that still hold, so far that it is to let go of them.
-    pub(crate) fn hinges(&self, model: &Model) -> bool {
-        self.law.is_some_and(JointLaw::bonds)
-            && match self.of {
-                Of::Matching { broken: Some(broken), seam: Some(seam), lane, .. } => {
-                    broken.holds(lane) && broken.turned(seam, lane)
-                }
-                Of::Seated(Some((_, Some(patch)))) => {
-                    model.contact.as_ref().is_some_and(|surfaces| patch.hinges(&surfaces.blocks))
-                }
-                _ => false,
-            }
+    pub(crate) fn hinges(&self) -> bool {
+        let can = self.law.is_some_and(JointLaw::bonds) && !self.released;
+        can && self.holds() && turned(self.points(), self.spacing)
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{FieldKind, Snapshot};
-use crate::joint::contact::{Patch, Placing, Point};
+use crate::joint::contact::{ContactPoint, Patch, Placing};
 use crate::law::JointLaw;
 
 /// Part of what friction can bear from which on a contact slides: all but rounding.
@@ -123,8 +123,8 @@ fn is_contact(patch: &Patch) -> bool {
 }
 
 /// Points whose faces have just parted may bear what settles their account.
-fn bears(point: &Point) -> bool {
-    point.gap < 0.0 || point.drag != [0.0; 2]
+fn bears(point: &ContactPoint) -> bool {
+    point.pair.memory.gap < 0.0 || point.pair.memory.drag != [0.0; 2]
 }
 
 impl Snapshot<'_> {
@@ -138,7 +138,6 @@ impl Snapshot<'_> {
             small: !self.model.corotational(),
             last: (&self.state.v, 0.0),
             start: true,
-            undamped: true,
         };
         let patches =
             self.scratch.trial_contacts.patches.par_iter().filter(|patch| is_contact(patch));
@@ -184,7 +183,7 @@ fn seen(
     let faces = patch.faces();
     patch.points.iter().filter(|point| bears(point)).map(move |point| {
         let at = [0, 1].map(|side| placing.position([a, b][side], faces[side], &point.spots[side]));
-        let springs = point.traction;
+        let springs = point.pair.memory.traction;
         let limit = patch.both.friction.strength(laws, springs.normal);
         Contact {
             blocks: [a, b],
@@ -192,7 +191,7 @@ fn seen(
             position: at[1 - usize::from(patch.reference)].into(),
             normal: normal.into(),
             force: patch.force(point).into(),
-            area: point.area,
+            area: point.pair.area,
             gap: normal.dot(&(at[1] - at[0])) - patch.both.skin,
             slip: point.slid,
             sliding: limit > 0.0 && springs.shear.norm() >= SLIDING * limit,

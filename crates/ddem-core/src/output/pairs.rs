@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::Snapshot;
-use crate::joint::breaks::Point;
-use crate::law::Mode;
+use crate::joint::point::Failure;
+use crate::law::{Memory, Mode};
 use crate::mesh::Vec3;
 
 /// Mean displacement of both sides.
@@ -39,31 +39,24 @@ pub(super) fn slip(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]
 
 /// Opening by slip over the roughness, and the gap beyond it.
 pub(super) fn opening(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    failed(snapshot, range, out, 0.0, |point, _| point.memory.dilation + point.memory.gap.max(0.0));
+    failed(snapshot, range, out, 0.0, |_, memory| memory.dilation + memory.gap.max(0.0));
 }
 
 pub(super) fn failure_mode(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    failed(
-        snapshot,
-        range,
-        out,
-        0.0,
-        |point, _| {
-            if point.mode == Some(Mode::Tension) { 2.0 } else { 1.0 }
-        },
-    );
+    let number = |mode| if mode == Mode::Tension { 2.0 } else { 1.0 };
+    failed(snapshot, range, out, 0.0, |failure, _| number(failure.mode));
 }
 
 pub(super) fn open(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    failed(snapshot, range, out, 0.0, |point, _| f64::from(u8::from(point.memory.gap > 0.0)));
+    failed(snapshot, range, out, 0.0, |_, memory| f64::from(u8::from(memory.gap > 0.0)));
 }
 
 pub(super) fn failure_time(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    failed(snapshot, range, out, f64::NAN, |_, time| time);
+    failed(snapshot, range, out, f64::NAN, |failure, _| failure.time);
 }
 
 pub(super) fn damage(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    failed(snapshot, range, out, 0.0, |point, _| point.memory.damage.min(1.0));
+    failed(snapshot, range, out, 0.0, |_, memory| memory.damage.min(1.0));
 }
 
 /// A number of each failed pair, and another of the bonded ones.
@@ -72,14 +65,14 @@ fn failed(
     range: Range<usize>,
     out: &mut [f64],
     bonded: f64,
-    number: impl Fn(&Point, f64) -> f64 + Sync,
+    number: impl Fn(Failure, &Memory) -> f64 + Sync,
 ) {
     let number = &number;
     snapshot.model.fill_pairs(range, out, |joint| {
         let damage = snapshot.damage(joint);
         move |pair| {
-            let failed = damage.point(pair).filter(|(point, _)| point.mode.is_some());
-            [failed.map_or(bonded, |(point, time)| number(&point, time))]
+            let number = damage.point(pair).and_then(|p| Some(number(p.failure?, &p.memory)));
+            [number.unwrap_or(bonded)]
         }
     });
 }

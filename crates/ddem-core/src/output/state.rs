@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Snapshot;
 use super::energy::Energy;
+use crate::joint::point::{Failure, JointPoint};
 use crate::law::Mode;
 use crate::mesh::Vec3;
 
@@ -149,12 +150,11 @@ impl Snapshot<'_> {
             let (pairs, damage) = (model.pairs_of(joint).len(), self.damage(joint));
             let joint = &mut joints[usize::from(model.joint(joint).number())];
             joint.pairs += pairs as u64;
-            let failed =
-                |pair| damage.point(pair).and_then(|(point, _)| Some((point.mode?, point)));
-            for (mode, point) in (0..pairs).filter_map(failed) {
-                joint.tension += u64::from(mode == Mode::Tension);
-                joint.shear += u64::from(mode != Mode::Tension);
-                joint.open += u64::from(point.memory.gap > 0.0);
+            for JointPoint { failure, memory, .. } in damage.points() {
+                let Some(Failure { mode, .. }) = failure else { continue };
+                joint.tension += u64::from(*mode == Mode::Tension);
+                joint.shear += u64::from(*mode != Mode::Tension);
+                joint.open += u64::from(memory.gap > 0.0);
             }
         }
         let known = joints.into_iter().zip(&self.model.laws);

@@ -7,8 +7,9 @@ use nalgebra::Matrix3;
 
 use super::Snapshot;
 use crate::force::joint::face_forces;
-use crate::joint::breaks::{Breaks, Point};
+use crate::joint::breaks::Breaks;
 use crate::joint::contact::{Contacts, Seated};
+use crate::joint::point::{JointPoint, joined};
 use crate::math::lanes::Lanes;
 use crate::mesh::NO_JOINT;
 use crate::mesh::Vec3;
@@ -28,7 +29,7 @@ pub(super) struct Seen<'a> {
     /// Number of the joint's law.
     pub(super) law: u16,
     /// If elements around it have become springs.
-    pub(super) point: Option<&'a Point>,
+    pub(super) point: Option<&'a JointPoint>,
 }
 
 /// A joint whose faces match: the pack and the lane of its block a, its direction and its number.
@@ -71,7 +72,7 @@ impl Snapshot<'_> {
         let all = 0..self.model.n_pairs();
         self.see((&self.state.breaks, &self.state.contacts), all, |_, seen| {
             let law = self.model.laws[seen.law as usize].as_ref();
-            if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.mode.is_none())) {
+            if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.failure.is_none())) {
                 let own = seen.axes.tr_mul(&seen.traction);
                 most = most.max(law.overload(own.x, own.yz().norm()));
             }
@@ -83,7 +84,7 @@ impl Snapshot<'_> {
     pub(crate) fn hinges(&self) -> bool {
         let State { breaks, contacts, .. } = self.state;
         self.model.searched().is_some()
-            && self.model.damages(breaks, contacts).any(|damage| damage.hinges(self.model))
+            && self.model.damages(breaks, contacts).any(|damage| damage.hinges())
     }
 
     fn see(
@@ -153,12 +154,12 @@ impl Snapshot<'_> {
                 };
                 let area = seam.quarter.0[lane] * place.elements().len() as f64;
                 let mut traction = (force(0) - force(1)) / (2.0 * area);
-                let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.quarters > 0);
+                let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.area > 0.0);
                 if let Some(point) = point {
                     let springs = point.memory.borne();
-                    let part = f64::from(point.quarters) * place.share();
-                    let own = Vec3::new(springs.normal, springs.shear.x, springs.shear.y);
-                    traction += axes * own * part;
+                    // Of its elements, each of which has a quarter there.
+                    let part = (point.area / seam.quarter.0[lane]).round() * place.share();
+                    traction += axes * joined(springs.normal, springs.shear) * part;
                 }
                 see(pair, Seen { traction, axes, law: seam.laws[lane], point });
             }
@@ -168,11 +169,11 @@ impl Snapshot<'_> {
 
 /// Calls `see` with the pairs of a joint between faces that do not match.
 fn see_seated(joint: &Seated, contacts: &Contacts, see: &mut impl FnMut(usize, Seen<'_>)) {
-    let Some((bond, Some(patch))) = contacts.bond(joint.patch.blocks) else { return };
+    let Some((patch, bond)) = contacts.held(joint.patch.blocks) else { return };
     let axes = patch.frame();
     for (i, point) in patch.points.iter().enumerate() {
-        let traction = patch.force(point) / point.area;
-        let own = bond.point(i, Some(point));
-        see(joint.first_pair + i, Seen { traction, axes, law: bond.law, point: Some(&own) });
+        let pair = &point.pair;
+        let traction = patch.force(point) / pair.area;
+        see(joint.first_pair + i, Seen { traction, axes, law: bond.law, point: Some(pair) });
     }
 }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::{Simulation, peaks};
-use crate::joint::contact::Release;
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::Geometry;
 use crate::model::conditions::{Applied, Released};
@@ -141,17 +140,14 @@ impl Simulation {
                 self.state.breaks.keep(index, offset, seam, table);
             }
         }
-        let contacts = &mut self.state.contacts;
+        let (contacts, mut ended) = (&mut self.state.contacts, Vec::new());
         for patch in &mut contacts.patches {
             if patch.blocks.iter().any(|&block| model.is_removed(block as usize)) {
+                ended.extend(patch.ended());
                 patch.points = Box::default();
-                if let Some(mut bond) = patch.bond.take() {
-                    bond.release = Release::Done;
-                    contacts.ended.push((patch.blocks, bond));
-                }
             }
         }
-        contacts.ended.sort_by_key(|(blocks, _)| *blocks);
+        contacts.end(ended);
         contacts.near.clear();
         contacts.known = false;
         contacts.renew(Vec::new());

@@ -1,7 +1,7 @@
 //! Forces and energies at the present time; nothing moves.
 
 use super::Simulation;
-use crate::joint::breaks::Losses;
+use crate::joint::losses::Losses;
 use crate::math::sums::Sums;
 use crate::output::energy::Energy;
 use crate::state::{State, Work};
@@ -40,7 +40,7 @@ impl Simulation {
         let trial = Trial { u, v, poses, breaks: &mut breaks, contacts: &mut contacts };
         let (sums, losing) = balance(context, trial, scratch);
         let mut strain = scratch.strain_energy();
-        let debt = breaks.debt(&self.model.seams) + contacts.debt();
+        let debt = breaks.debt() + contacts.debt();
         strain[1] += contacts.stored() - debt;
         (self.scratch.trial, self.scratch.trial_contacts) = (breaks, contacts);
         self.last = sums;

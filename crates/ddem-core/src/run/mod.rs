@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::error::RunError;
-use crate::joint::breaks::Losses;
+use crate::joint::losses::Losses;
 use crate::math::simd::Simd;
 use crate::math::sums::Sums;
 use crate::math::tracked::Tracked;

@@ -2,7 +2,8 @@
 
 use super::Simulation;
 use crate::error::RunError;
-use crate::joint::contact::Point;
+use crate::joint::contact::ContactPoint;
+use crate::law::Stiffness;
 use crate::mesh::Vec3;
 use crate::state::Memory;
 
@@ -89,11 +90,11 @@ impl Simulation {
             let at = Vec3::from(self.model.point(first)).abs();
             let normal = patch.now[0].abs();
             let along = normal.map(|n| (1.0 - n * n).max(0.0).sqrt());
-            let area = |point: &Point| {
-                if patch.acts(point) { point.area * point.area } else { 0.0 }
+            let area = |point: &ContactPoint| {
+                if patch.acts(point) { point.pair.area * point.pair.area } else { 0.0 }
             };
             let areas = patch.points.iter().map(area).sum::<f64>().sqrt();
-            let [stiff, shear] = patch.both.stiffness;
+            let Stiffness { normal: stiff, shear } = patch.both.stiffness;
             let force = f64::EPSILON * areas * (stiff * normal.dot(&at) + shear * along.dot(&at));
             (block, at.amax(), force)
         })

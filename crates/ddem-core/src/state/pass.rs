@@ -3,8 +3,9 @@
 use fearless_simd::{Simd, f64x4};
 
 use crate::element::lattice::Planes;
-use crate::joint::breaks::{Look, Losses};
 use crate::joint::kinematics::Moved;
+use crate::joint::losses::Losses;
+use crate::joint::point::Look;
 use crate::math::lanes::{LANES, Lanes, splat};
 use crate::mesh::assembly::Assembly;
 use crate::mesh::in_situ::{Borne, InSitu};

@@ -8,9 +8,11 @@ use fearless_simd_macros::simd;
 use crate::element::corotation::Frame;
 use crate::force::body::body;
 use crate::force::joint::{cell_energy, joint};
-use crate::joint::breaks::{Breaks, Broken, Look, Losses, Lost};
+use crate::joint::breaks::{Breaks, Broken};
 use crate::joint::contact::{Contacts, Ground, Placing, Surfaces, find, let_go};
 use crate::joint::kinematics::Moved;
+use crate::joint::losses::{Losses, Lost};
+use crate::joint::point::Look;
 use crate::math::exact::Exact;
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::assembly::NO_TABLE;
@@ -138,8 +140,7 @@ fn meeting<'a>(
     let small = !pass.model.corotational();
     let start = pass.last.is_none();
     let blocks = &surfaces.blocks;
-    let undamped = pass.undamped;
-    (ground, Placing { blocks, u: pass.u, frames, small, last: pass.way, start, undamped })
+    (ground, Placing { blocks, u: pass.u, frames, small, last: pass.way, start })
 }
 
 pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {

@@ -22,8 +22,9 @@ use std::ops::Range;
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
-use crate::joint::breaks::{Breaks, Losses};
+use crate::joint::breaks::Breaks;
 use crate::joint::contact::Contacts;
+use crate::joint::losses::Losses;
 use crate::math::lanes::Lanes;
 use crate::math::sums::Sums;
 use crate::mesh::parallel::spread;

@@ -9,43 +9,17 @@ mod strips;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::law::{Loss, Memory, Mode};
-use crate::math::exact::Exact;
+use super::point::{JointPoint, turned};
+use crate::math::exact::sum;
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::NO_JOINT;
 use crate::mesh::assembly::{Assembly, ElementPack, NO_TABLE};
 use crate::mesh::pack::{Pack, Packs, PairPlace};
 use crate::mesh::seams::{Seam, Seams};
 
-pub(crate) use springs::{Ground, Look, Pull};
-
-/// Part of the spacing of its pairs that a failed pair has slid or opened when all others of its joint
-/// fail with it: the joint has turned about them, farther than pairs of points can follow.
-const TURNED: f64 = 0.5;
-
-/// A pair of a joint that is no longer, or never was, elements alone.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Point {
-    /// Relative displacement at which the springs bear nothing, along the joint's own axes `[m]`.
-    pub(super) origin: Vector3<f64>,
-    /// Quarters of elements that act as springs; 0: elements alone.
-    pub(crate) quarters: u8,
-    /// How the pair failed; `None` while it is bonded.
-    pub(crate) mode: Option<Mode>,
-    /// Of the springs.
-    pub(crate) memory: Memory,
-}
-
-impl Point {
-    /// Whether it has gone so far from its partner that its joint has turned about the others, whose
-    /// spacing is given.
-    pub(super) fn turned(&self, spacing: f64) -> bool {
-        self.memory.gap.max(self.memory.slip.norm()) > TURNED * spacing
-    }
-}
+pub(crate) use springs::{Ground, Pull};
 
 /// A joint lattice of a pack that is not all elements.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -55,9 +29,7 @@ pub(crate) struct Broken {
     /// Whether any element is left.
     pub(crate) any_alive: bool,
     /// Pairs of a face joint by lane, in the order of [`crate::mesh::pack::Shape::pairs`].
-    pub(crate) points: Vec<[Point; LANES]>,
-    /// When they failed `[s]`; of no meaning while bonded.
-    pub(crate) times: Vec<[f64; LANES]>,
+    pub(crate) points: Vec<[JointPoint; LANES]>,
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],
     /// Whether any pair of a joint that can fail may still be bonded.
@@ -74,21 +46,6 @@ pub(crate) type PackBreaks = Option<Box<[Option<Broken>; 8]>>;
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Breaks {
     pub(crate) packs: Vec<PackBreaks>,
-}
-
-/// What the joints of one pack have lost, and how many of its pairs failed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Losses {
-    /// To friction `[J]`.
-    pub(crate) friction: f64,
-    /// To fracture `[J]`.
-    pub(crate) fracture: f64,
-    /// Where contacts come, go and change their points `[J]`.
-    pub(crate) contact: f64,
-    /// To the dashpots of contacts `[J]`.
-    pub(crate) damping: f64,
-    /// Pairs that failed in shear and in tension.
-    pub(crate) failed: [u64; 2],
 }
 
 // Measurements copy the broken joints again and again: into the memory that they have.
@@ -110,68 +67,11 @@ impl Clone for Broken {
     }
 
     fn clone_from(&mut self, source: &Self) {
-        let Self { alive, any_alive, points, times, released, bonded, fresh } = source;
+        let Self { alive, any_alive, points, released, bonded, fresh } = source;
         (self.any_alive, self.released, self.bonded) = (*any_alive, *released, *bonded);
         self.alive.clone_from(alive);
         self.points.clone_from(points);
-        self.times.clone_from(times);
         self.fresh.clone_from(fresh);
-    }
-}
-
-/// Sum of losses over packs or contacts, in whatever order.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Lost {
-    sums: [Exact; 4],
-    failed: [u64; 2],
-}
-
-impl Lost {
-    pub(crate) fn add(&mut self, more: &Losses) {
-        let Losses { friction, fracture, contact, damping, failed } = *more;
-        let each = [friction, fracture, contact, damping];
-        self.sums.iter_mut().zip(each).for_each(|(sum, more)| sum.add(more));
-        self.failed = [0, 1].map(|mode| self.failed[mode] + failed[mode]);
-    }
-
-    pub(super) fn merge(mut self, other: &Self) -> Self {
-        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, more)| sum.merge(more));
-        self.failed = [0, 1].map(|mode| self.failed[mode] + other.failed[mode]);
-        self
-    }
-
-    pub(crate) fn total(&self) -> Losses {
-        let [friction, fracture, contact, damping] = self.sums.each_ref().map(Exact::value);
-        Losses { friction, fracture, contact, damping, failed: self.failed }
-    }
-}
-
-impl<'a> FromIterator<&'a Losses> for Lost {
-    fn from_iter<T: IntoIterator<Item = &'a Losses>>(all: T) -> Self {
-        let mut lost = Self::default();
-        all.into_iter().for_each(|losses| lost.add(losses));
-        lost
-    }
-}
-
-impl Losses {
-    /// Adds the loss of a point that stands for an area `[m²]`.
-    pub(super) fn add_point(&mut self, area: f64, loss: Loss) {
-        self.friction += area * loss.friction;
-        self.fracture += area * loss.fracture;
-        self.contact += area * loss.contact;
-        self.damping += area * loss.damping;
-    }
-
-    /// Adds what others have lost.
-    pub(crate) fn add(&mut self, more: &Self) {
-        self.friction += more.friction;
-        self.fracture += more.fracture;
-        self.contact += more.contact;
-        self.damping += more.damping;
-        for (failed, more) in self.failed.iter_mut().zip(more.failed) {
-            *failed += more;
-        }
     }
 }
 
@@ -223,8 +123,7 @@ impl Breaks {
         let Some(broken) = &mut lattices[offset] else { return };
         for lane in (0..LANES).filter(|&lane| !there(lane)) {
             broken.alive.iter_mut().for_each(|alive| alive.0[lane] = 1.0);
-            broken.points.iter_mut().for_each(|points| points[lane] = Point::default());
-            broken.times.iter_mut().for_each(|times| times[lane] = 0.0);
+            broken.points.iter_mut().for_each(|points| points[lane] = JointPoint::default());
             broken.released[lane] = false;
         }
     }
@@ -239,28 +138,18 @@ impl Breaks {
     pub(crate) fn settle(&mut self, now: bool) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
         let points = lattices.flat_map(|broken| broken.points.iter_mut().flatten());
-        for point in points.filter(|point| point.mode.is_some()) {
+        for point in points.filter(|point| point.failure.is_some()) {
             point.memory.settled = None;
             if now {
-                point.memory.settle();
+                point.settle();
             }
         }
     }
 
     /// Energy that points have given and not taken: the accounts below nothing `[J]`.
-    pub(crate) fn debt(&self, seams: &Seams) -> f64 {
-        let mut debt = Exact::default();
-        for (index, d) in (0..self.packs.len()).flat_map(|index| [0, 1, 2].map(|d| (index, d))) {
-            let Some((broken, seam)) = self.get(index, 1 << d).zip(seams.get(index, d)) else {
-                continue;
-            };
-            for points in &broken.points {
-                let lanes = points.iter().enumerate();
-                let each = lanes.map(|(lane, p)| p.area(seam, lane) * p.memory.account.min(0.0));
-                each.for_each(|owed| debt.add(owed));
-            }
-        }
-        debt.value()
+    pub(crate) fn debt(&self) -> f64 {
+        let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
+        sum(lattices.flat_map(|broken| broken.points.iter().flatten()).map(JointPoint::debt))
     }
 
     /// The joint lattices of a pack.
@@ -277,8 +166,7 @@ impl Breaks {
     pub(crate) fn bytes(&self) -> usize {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
         let own = |l: &Broken| {
-            l.alive.len() * size_of::<Lanes>()
-                + l.points.len() * size_of::<([Point; LANES], [f64; LANES])>()
+            l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[JointPoint; LANES]>()
         };
         self.packs.len() * size_of::<PackBreaks>() + lattices.map(own).sum::<usize>()
     }
@@ -298,8 +186,7 @@ impl Broken {
         Self {
             alive: vec![Lanes([1.0; LANES]); elements],
             any_alive: is_there,
-            points: vec![[Point::default(); LANES]; pairs],
-            times: vec![[0.0; LANES]; pairs],
+            points: vec![[JointPoint::default(); LANES]; pairs],
             released: [false; LANES],
             bonded: true,
             fresh: Vec::new(),
@@ -310,8 +197,8 @@ impl Broken {
     pub(crate) fn fits(&self, elements: usize, pairs: usize) -> bool {
         let known =
             |&(pair, lane): &(u32, u8)| (pair as usize) < pairs && usize::from(lane) < LANES;
-        let sizes = [self.alive.len(), self.points.len(), self.times.len()];
-        sizes == [elements, pairs, pairs] && self.fresh.iter().all(known)
+        let sizes = [self.alive.len(), self.points.len()];
+        sizes == [elements, pairs] && self.fresh.iter().all(known)
     }
 
     /// Whether the lattice exerts any force.
@@ -319,32 +206,25 @@ impl Broken {
         self.any_alive || !self.points.is_empty()
     }
 
-    /// Whether a lane's joint has turned so far that it lets go of the pairs that are still bonded.
-    pub(crate) fn turned(&self, seam: &Seam, lane: usize) -> bool {
-        let mut failed =
-            self.points.iter().map(|points| &points[lane]).filter(|p| p.mode.is_some());
-        !self.released[lane] && failed.any(|point| point.turned(seam.spacing(lane)))
+    /// Pairs of a lane's joint.
+    pub(crate) fn lane(&self, lane: usize) -> impl Iterator<Item = &JointPoint> {
+        self.points.iter().map(move |points| &points[lane])
+    }
+
+    /// True where a lane's joint has turned so far that it lets go of the pairs that are still bonded.
+    fn turned(&self, seam: &Seam, lane: usize) -> bool {
+        !self.released[lane] && turned(self.lane(lane), seam.spacing(lane))
     }
 
     /// True where a pair of a lane's joint has failed and its springs are there.
     pub(crate) fn slides(&self, lane: usize) -> bool {
-        !self.released[lane] && self.has_failed(lane)
-    }
-
-    /// True where any pair of a lane's joint has failed; also after its release.
-    pub(crate) fn has_failed(&self, lane: usize) -> bool {
-        self.points.iter().any(|points| points[lane].mode.is_some())
-    }
-
-    /// Whether any pair of a lane's joint is bonded.
-    pub(crate) fn holds(&self, lane: usize) -> bool {
-        self.points.iter().any(|points| points[lane].mode.is_none())
+        !self.released[lane] && self.lane(lane).any(|point| point.failure.is_some())
     }
 
     /// Takes the springs of a lane's joint out, for good.
     pub(crate) fn let_go(&mut self, lane: usize) {
         self.released[lane] = true;
-        self.points.iter_mut().for_each(|points| points[lane].quarters = 0);
+        self.points.iter_mut().for_each(|points| points[lane].let_go());
     }
 
     /// Counts which pairs are springs, and by how much, from the elements that are left.
@@ -354,7 +234,7 @@ impl Broken {
         for (points, place) in self.points.iter_mut().zip(places) {
             for lane in (0..LANES).filter(acts) {
                 let gone = place.elements().filter(|&e| self.alive[e].0[lane] == 0.0);
-                points[lane].quarters = gone.count() as u8;
+                points[lane].area = seam.quarter.0[lane] * gone.count() as f64;
             }
         }
         self.any_alive = (0..LANES).any(|lane| {

@@ -1,15 +1,14 @@
 //! What the pairs of points of patches exert.
 
-use std::sync::Arc;
-
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
 use super::friction::{Bare, Friction};
-use super::{Contacts, Patch, Placing, Point};
-use crate::joint::breaks::{Look, Losses, Lost};
+use super::{ContactPoint, Contacts, Patch, Placing};
+use crate::joint::losses::{Losses, Lost};
+use crate::joint::point::Look;
 use crate::law::bearing::Bearing;
-use crate::law::{JointLaw, MohrCoulomb, Opening, Stiffness};
+use crate::law::{JointLaw, Loss, Memory, MohrCoulomb};
 use crate::mesh::Vec3;
 
 /// Patches that one task takes.
@@ -21,10 +20,8 @@ pub(super) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts)
     let acting = chunks.map(|patches| {
         let (mut lost, mut deepest) = (Lost::default(), 0.0_f64);
         for patch in patches {
-            if patch.bond.is_some() {
-                lost.add(&patch.bear_as_joint(&placing, look));
-            } else {
-                lost.add(&patch.act(&placing, look.laws));
+            lost.add(&patch.act(&placing, look));
+            if patch.bond.is_none() {
                 deepest = deepest.max(patch.depth());
             }
             if look.relaxing {
@@ -43,57 +40,60 @@ pub(super) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts)
 
 impl Patch {
     /// What it exerts at the present positions, and what is lost on the way there.
-    pub(super) fn act(
-        &mut self,
-        placing: &Placing<'_>,
-        laws: &[Option<Arc<dyn JointLaw>>],
-    ) -> Losses {
+    pub(super) fn act(&mut self, placing: &Placing<'_>, look: Look<'_>) -> Losses {
+        if let Some(bond) = self.bond {
+            if self.pairs().all(|pair| pair.failure.is_some()) {
+                self.turn_with_larger(placing);
+            }
+            return self.act_by(look.law(bond.law), placing, look);
+        }
         match self.both.friction {
             Friction::Angle(tan) => {
                 let dry = MohrCoulomb { tan_friction: tan, ..MohrCoulomb::default() };
-                self.act_by(&MohrCoulomb { tan_residual_friction: tan, ..dry }, placing)
+                let dry = MohrCoulomb { tan_residual_friction: tan, ..dry };
+                self.act_by(Some(&dry), placing, look)
             }
-            Friction::Laws(strengths) => self.act_by(&Bare { strengths, laws }, placing),
+            Friction::Laws(strengths) => {
+                self.act_by(Some(&Bare { strengths, laws: look.laws }), placing, look)
+            }
         }
     }
 
-    fn act_by<L: JointLaw>(&mut self, law: &L, placing: &Placing<'_>) -> Losses {
+    fn act_by<L: JointLaw + ?Sized>(
+        &mut self,
+        law: Option<&L>,
+        placing: &Placing<'_>,
+        look: Look<'_>,
+    ) -> Losses {
         self.turn(placing);
         let axes = self.frame();
+        let mut bearing = look.bearing(self.both.stiffness, self.both.dashpot);
+        if std::mem::take(&mut self.renewed) {
+            // Points that have been made anew have the drag of those before.
+            bearing.time_step = None;
+        }
+        let (is_joint, turned) = (self.bond.is_some(), look.turning && self.turned(placing));
+        let (blocks, faces, spacing) = (self.blocks, self.faces(), self.spacing(placing));
         let rubs = self.both.friction.rubs();
-        let [normal, shear] = self.both.stiffness;
-        // Points that have been made anew have the drag of those before.
-        let renewed = std::mem::take(&mut self.renewed);
-        let time_step = (!renewed && !placing.start).then_some(placing.last.1);
-        let stiffness = Stiffness { normal, shear };
-        let dashpot = if placing.undamped { 0.0 } else { self.both.dashpot };
-        let bearing = Bearing { stiffness, dashpot, time_step };
-        let [a, b] = self.blocks.map(|block| block as usize);
-        let [face_a, face_b] = self.faces();
-        let spacing = self.spacing(placing);
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
             let point = &mut self.points[i];
-            let [x, y] = point.spots;
-            let apart = placing.position(b, face_b, &y) - placing.position(a, face_a, &x);
+            let apart = placing.apart(blocks, faces, &point.spots);
             let own = axes.tr_mul(&apart);
-            let opening =
-                Opening { normal: own.x - self.both.skin, shear: Vector2::new(own.y, own.z) };
-            let mut memory = point.memory();
-            let loss = bearing.act(law, opening, &mut memory);
-            // Without friction, what offsets take on their way back is none.
-            let rubbed = if rubs { loss.friction } else { 0.0 };
-            losses.friction += point.area * rubbed;
-            losses.contact += point.area * (loss.contact + (loss.friction - rubbed));
-            losses.damping += point.area * loss.damping;
-            let slipped = (memory.slip - point.slip).norm();
-            // In a relaxation, straight from the last equilibrium.
-            let from = memory.settled.map_or(point.slip, |settled| settled.slip);
-            let slid =
-                |gap: f64, slip: Vector2<f64>| if gap < 0.0 { (slip - from).norm() } else { 0.0 };
-            point.slid += slid(memory.gap, memory.slip) - slid(point.gap, point.slip);
-            point.set(&memory);
-            point.ease((slipped, loss.friction), (opening.normal, normal), spacing);
+            let loss = if is_joint {
+                let pair = &mut point.pair;
+                let elastic = pair.elastic(bearing.stiffness, own);
+                let fails =
+                    law.is_some_and(|law| pair.fail(law, look, elastic, turned, &mut losses));
+                let way = fails.then(|| {
+                    pair.begin(elastic, own.x - pair.origin.x);
+                    axes.tr_mul(&placing.parted(blocks, faces, &point.spots))
+                });
+                pair.act(law.filter(|_| pair.failure.is_some()), &bearing, own, way)
+            } else {
+                point.rub(law, &bearing, own, rubs, spacing)
+            };
+            losses.add_point(point.pair.area, loss);
             couple += apart.cross(&self.force(&self.points[i]));
         }
         self.couple = couple;
@@ -101,26 +101,49 @@ impl Patch {
     }
 }
 
-impl Point {
-    /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
-    /// part, and while they slide over each other as far as friction pays for it.
-    fn ease(
+impl ContactPoint {
+    /// Tractions of a contact where its sides are `apart` `[m]`; returns what is lost `[J/m²]`.
+    fn rub<L: JointLaw + ?Sized>(
         &mut self,
-        (slipped, friction): (f64, f64),
-        (gap, stiffness): (f64, f64),
+        law: Option<&L>,
+        bearing: &Bearing,
+        apart: Vec3,
+        rubs: bool,
         spacing: f64,
-    ) {
-        let offset = &mut self.offset[0];
+    ) -> Loss {
+        let before = self.pair.memory;
+        let mut loss = self.pair.act(law, bearing, apart, None);
+        let memory = &mut self.pair.memory;
+        let slipped = (memory.slip - before.slip).norm();
+        // In a relaxation, straight from the last equilibrium.
+        let from = memory.settled.map_or(before.slip, |settled| settled.slip);
+        let slid =
+            |gap: f64, slip: Vector2<f64>| if gap < 0.0 { (slip - from).norm() } else { 0.0 };
+        self.slid += slid(memory.gap, memory.slip) - slid(before.gap, before.slip);
+        // Over half an element.
+        let part = (slipped / (0.5 * spacing)).min(1.0);
+        let gap = apart.x - self.pair.origin.x;
+        self.ease(bearing.stiffness.normal, gap, part, loss.friction);
+        if !rubs {
+            // What offsets take on their way back is no friction.
+            loss.contact += std::mem::take(&mut loss.friction);
+        }
+        loss
+    }
+
+    /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
+    /// part, and by a part while they slide over each other, as far as friction pays for it.
+    fn ease(&mut self, stiffness: f64, gap: f64, part: f64, friction: f64) {
+        let Memory { dilation: offset, gap: pressed, traction, .. } = &mut self.pair.memory;
         if *offset == 0.0 {
             return;
         }
-        if self.gap > 0.0 {
+        if *pressed > 0.0 {
             *offset = if *offset < 0.0 { offset.max(gap.min(0.0)) } else { 0.0 };
             return;
         }
-        // Over half an element.
-        let back = *offset * (slipped / (0.5 * spacing)).min(1.0);
-        let pressure = -self.traction.normal;
+        let back = *offset * part;
+        let pressure = -traction.normal;
         // What the springs take on the way back, as they are pressed more and more.
         let taken = |back: f64| -back * pressure + 0.5 * stiffness * back * back;
         if back > 0.0 || taken(back) <= friction {

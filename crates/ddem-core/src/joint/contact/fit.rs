@@ -5,16 +5,15 @@
 //! every area is counted once, and a corner, an edge or two crossed faces are nothing special. Two
 //! edges that cross at an angle to all faces are one pair.
 
-use std::sync::Arc;
-
 use nalgebra::{Vector2, Vector3};
 
 use super::heirs::{Handed, Known, Old};
 use super::side::{Side, apart, edge_node, edge_spot, node_at};
 use super::skins::sides_of;
-use super::{Both, Patch, Placed, Placing, Point, REACH, Skins, Spot};
+use super::{Both, ContactPoint, Patch, Placed, Placing, REACH, Skins, Spot};
 use crate::collide::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
-use crate::law::{JointLaw, Settled, Traction};
+use crate::joint::point::{JointPoint, Look};
+use crate::law::{Memory, Settled, Traction};
 use crate::mesh::{Abutment, Vec3};
 
 /// Part of the area of an element's face below which a point of it is nothing.
@@ -29,7 +28,7 @@ const SHORTEST: f64 = 0.01;
 pub(super) struct Fitting<'a> {
     pub(super) placing: Placing<'a>,
     pub(super) skins: &'a Skins,
-    pub(super) laws: &'a [Option<Arc<dyn JointLaw>>],
+    pub(super) look: Look<'a>,
     /// Blocks that have supports.
     pub(crate) held: &'a [[bool; crate::math::lanes::LANES]],
 }
@@ -221,65 +220,78 @@ impl Fitting<'_> {
                 .map(|i| placed.node(self.placing.u, edge_node(placed, edges[side], i)))
         });
         let along = collide::nearest(ends[0], ends[1]);
-        let mut point = Point { area: f64::INFINITY, ..Point::default() };
+        let (mut spots, mut least) = ([Spot::default(); 2], f64::INFINITY);
         for side in 0..2 {
             let placed = &self.placing.blocks[patch.blocks[side] as usize];
-            point.spots[side] = edge_spot(placed, edges[side], along[side]);
+            spots[side] = edge_spot(placed, edges[side], along[side]);
             let area = sides_of(edges[side]).map(|face| placed.element_area(face));
-            point.area = point.area.min(0.25 * 0.5 * (area[0] + area[1]));
+            least = least.min(0.25 * 0.5 * (area[0] + area[1]));
         }
-        patch.points = [point].into();
+        patch.points = [ContactPoint::new(spots, least)].into();
     }
 
     /// What the points remember: of the old ones near them, or nothing.
     fn remember(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&Old>) {
-        let [a, b] = patch.blocks.map(|block| block as usize);
         let known = old.map(|old| Known::new(&self.placing, &old.patch));
         let last = if old.is_some() { 0.0 } else { 1.0 };
         // Areas will be about as large as they were: else friction would dip with every new patch.
         let stretch = old.map_or(1.0, |old| old.patch.both.friction.stretch());
         patch.both.friction.set_stretch(stretch);
-        let [normal_stiffness, shear_stiffness] = patch.both.stiffness;
-        let [face_a, face_b] = patch.faces();
-        for point in &mut patch.points {
-            let at = |block, face, spot| {
-                (self.placing.position(block, face, spot), self.placing.way(block, face, spot))
-            };
-            let ((x, way_a), (y, way_b)) =
-                (at(a, face_a, &point.spots[0]), at(b, face_b, &point.spots[1]));
+        let Both { skin, stiffness, .. } = patch.both;
+        let (blocks, faces) = (patch.blocks, patch.faces());
+        for ContactPoint { spots, pair, slid } in &mut patch.points {
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
-            let ([gap, sx, sy], [opened, wx, wy]) = (own(y - x), own(way_b - way_a));
+            let x = self.placing.position(blocks[0] as usize, faces[0], &spots[0]);
+            let [gap, sx, sy] = own(self.placing.apart(blocks, faces, spots));
+            let [opened, wx, wy] = own(self.placing.parted(blocks, faces, spots));
             // What is new begins as it would have been a step ago: the last way is part of what comes.
-            let before = gap - patch.both.skin - opened * last;
+            let before = gap - skin - opened * last;
             let handed = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
                 // Blocks that overlap when they meet do not spring apart.
                 Handed { offset: before.min(0.0), ..Handed::default() }
             });
-            let Handed { offset, drag, slid, .. } = handed;
+            let Handed { offset, drag, .. } = handed;
             let gap = before - offset;
-            let normal = (normal_stiffness * gap).min(0.0);
-            let limit = patch.both.friction.strength(self.laws, normal);
+            let normal = (stiffness.normal * gap).min(0.0);
+            let limit = patch.both.friction.strength(self.look.laws, normal);
             let [_, s, t] = own(handed.shear);
             let mut shear = Vector2::new(s, t);
             let sticks = Vector2::new(sx - wx * last, sy - wy * last);
             let settled = handed.settled.map(|(settled, since)| {
                 let [_, s, t] = own(since);
-                let slip = sticks - shear / shear_stiffness - Vector2::new(s, t);
+                let slip = sticks - shear / stiffness.shear - Vector2::new(s, t);
                 Settled { slip, ..settled }
             });
             let size = shear.norm();
             if size > limit {
                 shear *= limit / size;
             }
-            let slip = sticks - shear / shear_stiffness;
-            let traction = Traction { normal, shear };
-            let offset = [offset; 2];
-            *point = Point { slip, offset, gap, traction, drag, slid, settled, ..*point };
+            let slip = sticks - shear / stiffness.shear;
+            pair.origin.x = skin;
+            pair.memory = Memory {
+                slip,
+                dilation: offset,
+                lifted: offset,
+                damage: 1.0,
+                gap,
+                traction: Traction { normal, shear },
+                drag,
+                account: 0.0,
+                settled,
+            };
+            *slid = handed.slid;
         }
         if let Some(old) = old {
             patch.hold(&self.placing, old);
             patch.renewed = true;
         }
+    }
+}
+
+impl ContactPoint {
+    /// At two spots, for an area `[m²]`, with nothing to remember.
+    fn new(spots: [Spot; 2], area: f64) -> Self {
+        Self { spots, pair: JointPoint { area, ..JointPoint::default() }, slid: 0.0 }
     }
 }
 
@@ -294,7 +306,7 @@ struct Over<'a> {
     fine: usize,
     /// The point at each node of the finer one, if there is one yet.
     at_node: Vec<usize>,
-    points: Vec<Point>,
+    points: Vec<ContactPoint>,
 }
 
 impl Over<'_> {
@@ -334,7 +346,7 @@ impl Over<'_> {
         }
         let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
         if let Some(known) = node.map(|node| self.at_node[node]).filter(|&p| p != usize::MAX) {
-            self.points[known].area += vertex.area;
+            self.points[known].pair.area += vertex.area;
             return Some(known as u32);
         }
         if let Some(node) = node {
@@ -342,7 +354,7 @@ impl Over<'_> {
         }
         let mut spots = [Spot::new([i, k], vertex.on); 2];
         spots[1 - self.fine] = coarse.spot(vertex.at);
-        self.points.push(Point { spots, area: vertex.area, ..Point::default() });
+        self.points.push(ContactPoint::new(spots, vertex.area));
         Some(self.points.len() as u32 - 1)
     }
 }

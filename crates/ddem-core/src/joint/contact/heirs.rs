@@ -3,9 +3,10 @@
 use nalgebra::Vector2;
 
 use super::fit::Fitting;
-use super::{Patch, Placing, Point};
-use crate::joint::breaks::Losses;
-use crate::law::{Settled, Traction};
+use super::{ContactPoint, Patch, Placing};
+use crate::joint::losses::Losses;
+use crate::joint::point::JointPoint;
+use crate::law::{Memory, Settled, Traction};
 use crate::mesh::Vec3;
 
 /// Part by which pressed areas may differ from those of the overlap, up or down, so that the energy stays.
@@ -21,11 +22,11 @@ pub(super) struct Old {
 impl Old {
     /// Follows the blocks to where they are. Also returns what is lost on the way.
     pub(super) fn new(mut patch: Patch, fitting: &Fitting<'_>) -> (Self, Losses) {
-        let opening = |point: &Point| point.gap + point.offset[1];
-        let mut opened: Vec<f64> = patch.points.iter().map(opening).collect();
-        let losses = patch.act(&fitting.placing, fitting.laws);
-        for (way, point) in opened.iter_mut().zip(&patch.points) {
-            *way = opening(point) - *way;
+        let opening = |pair: &JointPoint| pair.memory.gap + pair.memory.lifted;
+        let mut opened: Vec<f64> = patch.pairs().map(opening).collect();
+        let losses = patch.act(&fitting.placing, fitting.look);
+        for (way, pair) in opened.iter_mut().zip(patch.pairs()) {
+            *way = opening(pair) - *way;
         }
         let held = patch.held(&opened);
         (Self { patch, held }, losses)
@@ -40,7 +41,7 @@ impl Old {
 impl Patch {
     /// Energy in the bank and on the accounts of the points `[J]`.
     pub(super) fn owed(&self) -> f64 {
-        let accounts = self.points.iter().map(|point| point.area * point.account);
+        let accounts = self.pairs().map(|pair| pair.area * pair.memory.account);
         self.bank + accounts.sum::<f64>()
     }
 
@@ -52,11 +53,9 @@ impl Patch {
         let normal = self.now[0];
         let turn = placing.turned(self.order()[0]);
         let before = normal - turn.cross(&(normal - turn.cross(&normal) * 0.5));
-        let opened = |point: &Point| {
-            let at = |k: usize| (self.blocks[k] as usize, self.faces()[k], &point.spots[k]);
-            let ((a, face_a, x), (b, face_b, y)) = (at(0), at(1));
-            let apart = placing.position(b, face_b, y) - placing.position(a, face_a, x);
-            let way = placing.way(b, face_b, y) - placing.way(a, face_a, x);
+        let opened = |point: &ContactPoint| {
+            let apart = placing.apart(self.blocks, self.faces(), &point.spots);
+            let way = placing.parted(self.blocks, self.faces(), &point.spots);
             normal.dot(&apart) - before.dot(&(apart - way))
         };
         self.points.iter().map(opened).collect()
@@ -66,11 +65,11 @@ impl Patch {
     /// keeps along the normal is half the traction now times the gap a step ago.
     pub(super) fn held(&self, opened: &[f64]) -> [f64; 2] {
         let mut held = [0.0; 2];
-        for (k, point) in self.points.iter().enumerate() {
-            let Point { area, gap, traction: Traction { normal, shear }, .. } = point;
+        for (k, JointPoint { area, memory, .. }) in self.pairs().enumerate() {
+            let Memory { gap, traction: Traction { normal, shear }, .. } = memory;
             let before = gap - opened.get(k).copied().unwrap_or(0.0);
             held[0] += 0.5 * area * normal * before;
-            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness[1];
+            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness.shear;
         }
         held
     }
@@ -93,11 +92,12 @@ impl Patch {
         let natural = self.held(&opened)[0];
         let mut scale = 1.0;
         if natural > 0.0 {
-            let pressed = |point: &&mut Point| point.gap < 0.0;
-            let area: f64 = self.points.iter_mut().filter(pressed).map(|point| point.area).sum();
+            let pressed = |pair: &JointPoint| pair.memory.gap < 0.0;
+            let area: f64 = self.pairs().filter(|p| pressed(p)).map(|pair| pair.area).sum();
             let most = SCALE.max(self.spacing(placing).powi(2) / area);
             scale = (before[0] / natural).clamp(1.0 / SCALE, most);
-            self.points.iter_mut().filter(pressed).for_each(|point| point.area *= scale);
+            let pairs = self.points.iter_mut().map(|point| &mut point.pair);
+            pairs.filter(|pair| pressed(pair)).for_each(|pair| pair.area *= scale);
         }
         self.both.friction.set_stretch(scale);
         self.cap(before, &opened);
@@ -122,12 +122,14 @@ impl Patch {
         if press == 1.0 && shear == 1.0 {
             return;
         }
-        let soft = self.both.stiffness[1];
-        for Point { gap, offset, slip, traction, .. } in &mut self.points {
+        let soft = self.both.stiffness.shear;
+        for point in &mut self.points {
+            let Memory { gap, dilation, lifted, slip, traction, .. } = &mut point.pair.memory;
             if *gap < 0.0 {
                 let less = (1.0 - press) * *gap;
                 *gap -= less;
-                *offset = [offset[0] + less; 2];
+                *dilation += less;
+                *lifted = *dilation;
                 traction.normal *= press;
             }
             // Friction may bear no more than before of what is pressed less.
@@ -162,12 +164,12 @@ impl Known {
         let axes = old.frame();
         let a = old.blocks[0] as usize;
         let face = old.faces()[0];
-        let hand = |point: &Point| {
+        let hand = |&ContactPoint { spots, pair, slid }: &ContactPoint| {
             let in_space = |v: Vector2<f64>| axes * Vec3::new(0.0, v.x, v.y);
-            let shear = in_space(point.traction.shear);
-            let x = placing.position(a, face, &point.spots[0]);
-            let Point { drag, slid, offset: [offset, _], .. } = *point;
-            let settled = point.settled.map(|last| (last, in_space(point.slip - last.slip)));
+            let x = placing.position(a, face, &spots[0]);
+            let Memory { drag, dilation: offset, traction, slip, settled, .. } = pair.memory;
+            let shear = in_space(traction.shear);
+            let settled = settled.map(|last| (last, in_space(slip - last.slip)));
             (x, Handed { offset, shear, drag, slid, settled })
         };
         Self { points: old.points.iter().map(hand).collect(), near: old.spacing(placing) }

@@ -36,10 +36,11 @@ mod side;
 mod skins;
 mod surfaces;
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
+use super::point::JointPoint;
 use crate::collide::FaceOf;
-use crate::law::{Memory, Settled, Traction};
+use crate::law::Traction;
 use crate::math::exact::sum;
 use crate::math::lanes::Lanes;
 use crate::mesh::Vec3;
@@ -51,7 +52,7 @@ pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};
 
 use act::act;
-pub(crate) use bond::{Bond, Seated, at_nodes, seated};
+pub(crate) use bond::{Bond, Ended, Seated, at_nodes, seated};
 use release::release;
 use serde::{Deserialize, Serialize};
 pub(crate) use skins::{Both, Skins};
@@ -62,27 +63,12 @@ pub(crate) use surfaces::Surfaces;
 const REACH: f64 = 0.02;
 /// Two points that face each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Point {
+pub(crate) struct ContactPoint {
     /// On blocks a and b.
     pub(crate) spots: [Spot; 2],
-    /// Area that they stand for `[m²]`.
-    pub(crate) area: f64,
-    /// Slip s of b against a `[m]`.
-    pub(crate) slip: Vector2<f64>,
-    /// Distance at which the springs bear nothing `[m]`, and the one that is in the gap.
-    pub(crate) offset: [f64; 2],
-    /// Distance less that, negative where the points press on each other `[m]`.
-    pub(crate) gap: f64,
-    /// Of the springs `[Pa]`.
-    pub(crate) traction: Traction,
-    /// Normal tractions at the last step, of the dashpot and of what settles the account `[Pa]`.
-    pub(crate) drag: [f64; 2],
-    /// Energy taken so far beyond what the springs hold and what is lost `[J/m²]`.
-    pub(crate) account: f64,
+    pub(crate) pair: JointPoint,
     /// Way that it has slid since the blocks met, or it took the place of a joint `[m]`.
     pub(crate) slid: f64,
-    /// At the last equilibrium of a relaxation.
-    pub(crate) settled: Option<Settled>,
 }
 
 /// Two blocks that are near each other.
@@ -106,9 +92,9 @@ pub(crate) struct Patch {
     pub(crate) apart: Vec3,
     pub(crate) both: Both,
     /// None: the patch is of no more use.
-    pub(crate) points: Box<[Point]>,
-    /// What holds the points, where they are those of a joint.
-    pub(crate) bond: Option<Box<Bond>>,
+    pub(crate) points: Box<[ContactPoint]>,
+    /// The joint that the points are of, if they are.
+    pub(crate) bond: Option<Bond>,
     /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
     /// a distance, and does the work of turning them `[N m]`.
     pub(crate) couple: Vec3,
@@ -131,7 +117,7 @@ pub(crate) struct Contacts {
     /// Of the joint at the upper side of each block along each direction.
     pub(crate) joints: Vec<[Release; 3]>,
     /// Joints between faces that do not match that have become contacts, sorted by their blocks.
-    pub(crate) ended: Vec<([u32; 2], Box<Bond>)>,
+    pub(crate) ended: Vec<Ended>,
     /// How far points are in each other, at most `[m]`.
     pub(crate) deepest: f64,
     /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
@@ -161,21 +147,29 @@ impl Contacts {
         entries.map(|&entry| (&self.patches[entry as usize / 2], entry as usize % 2))
     }
 
-    /// The joint of two blocks whose faces do not match, and its points as long as it holds them.
-    pub(crate) fn bond(&self, blocks: [u32; 2]) -> Option<(&Bond, Option<&Patch>)> {
-        let patch = self.place(blocks).ok().map(|at| &self.patches[at]);
-        if let Some((patch, bond)) = patch.and_then(|patch| Some((patch, patch.bond.as_ref()?))) {
-            return Some((bond, Some(patch)));
-        }
-        let at = self.ended.binary_search_by_key(&blocks, |(blocks, _)| *blocks).ok()?;
-        Some((&self.ended[at].1, None))
+    /// The patch of a joint of two blocks whose faces do not match, as long as it holds them.
+    pub(crate) fn held(&self, blocks: [u32; 2]) -> Option<(&Patch, Bond)> {
+        let patch = &self.patches[self.place(blocks).ok()?];
+        Some((patch, patch.bond?))
+    }
+
+    /// A joint of two blocks whose faces do not match, once a contact has taken its place.
+    pub(crate) fn ended(&self, blocks: [u32; 2]) -> Option<&Ended> {
+        let at = self.ended.binary_search_by_key(&blocks, |ended| ended.blocks).ok()?;
+        Some(&self.ended[at])
     }
 
     /// All joints between faces that do not match, with their blocks.
     pub(crate) fn bonds_mut(&mut self) -> impl Iterator<Item = ([u32; 2], &mut Bond)> {
         let Self { patches, ended, .. } = self;
-        let held = patches.iter_mut().filter_map(|p| Some((p.blocks, p.bond.as_deref_mut()?)));
-        held.chain(ended.iter_mut().map(|(blocks, bond)| (*blocks, &mut **bond)))
+        let held = patches.iter_mut().filter_map(|p| Some((p.blocks, p.bond.as_mut()?)));
+        held.chain(ended.iter_mut().map(|ended| (ended.blocks, &mut ended.bond)))
+    }
+
+    /// Takes in joints that have ended.
+    pub(crate) fn end(&mut self, ended: impl IntoIterator<Item = Ended>) {
+        self.ended.extend(ended);
+        self.ended.sort_by_key(|ended| ended.blocks);
     }
 
     /// Place of the patch of two blocks, or where it would be.
@@ -198,7 +192,7 @@ impl Contacts {
     /// Takes the present state of all points for an equilibrium, or forgets the last one.
     pub(crate) fn settle(&mut self, now: bool) {
         for patch in &mut self.patches {
-            patch.points.iter_mut().for_each(|point| point.settled = None);
+            patch.points.iter_mut().for_each(|point| point.pair.memory.settled = None);
             if now {
                 patch.settle();
             }
@@ -241,14 +235,13 @@ impl Contacts {
 
     /// Energy that points have given and not taken: the accounts below nothing `[J]`.
     pub(crate) fn debt(&self) -> f64 {
-        let points = self.patches.iter().flat_map(|patch| &patch.points);
-        sum(points.map(|point| point.area * point.account.min(0.0)))
+        sum(self.patches.iter().flat_map(Patch::pairs).map(JointPoint::debt))
     }
 
     /// Memory in use `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
         let points: usize = self.patches.iter().map(|patch| patch.points.len()).sum();
-        points * size_of::<Point>()
+        points * size_of::<ContactPoint>()
             + self.patches.len() * (size_of::<Patch>() + 8)
             + size_of_val(&self.near[..])
             + size_of_val(&self.travel[..])
@@ -278,38 +271,21 @@ impl Clone for Contacts {
 
 impl Clone for Patch {
     fn clone(&self) -> Self {
-        Self { points: self.points.clone(), bond: self.bond.clone(), ..*self }
+        Self { points: self.points.clone(), ..*self }
     }
 
     /// Into the memory that is there.
     fn clone_from(&mut self, from: &Self) {
         let mut points = std::mem::take(&mut self.points);
         points.clone_from(&from.points);
-        let mut bond = self.bond.take();
-        bond.clone_from(&from.bond);
-        *self = Self { points, bond, ..*from };
+        *self = Self { points, ..*from };
     }
 }
 
-impl Point {
-    /// As the law of a failed joint knows it.
-    fn memory(&self) -> Memory {
-        let &Self {
-            slip, offset: [dilation, lifted], gap, traction, drag, account, settled, ..
-        } = self;
-        Memory { slip, dilation, lifted, damage: 1.0, gap, traction, drag, account, settled }
-    }
-
-    /// Takes what a law has left.
-    fn set(&mut self, memory: &Memory) {
-        let &Memory { slip, dilation, lifted, gap, traction, drag, account, .. } = memory;
-        (self.slip, self.offset, self.gap) = (slip, [dilation, lifted], gap);
-        (self.traction, self.drag, self.account) = (traction, drag, account);
-    }
-
+impl ContactPoint {
     /// How deep it is in the other, whether it is pressed or not `[m]`.
     fn depth(&self) -> f64 {
-        -(self.gap + self.offset[1])
+        -(self.pair.memory.gap + self.pair.memory.lifted)
     }
 }
 
@@ -328,21 +304,32 @@ impl Patch {
 
     /// How far points are in each other, at most `[m]`.
     pub(crate) fn depth(&self) -> f64 {
-        self.points.iter().map(Point::depth).fold(0.0, f64::max)
+        self.points.iter().map(ContactPoint::depth).fold(0.0, f64::max)
     }
 
-    /// Whether a point exerts anything.
-    pub(crate) fn acts(&self, point: &Point) -> bool {
-        point.gap <= 0.0 || point.drag != [0.0; 2] || self.bond.is_some()
+    /// Pairs of points.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = &JointPoint> {
+        self.points.iter().map(|point| &point.pair)
+    }
+
+    /// True where a point exerts anything.
+    pub(crate) fn acts(&self, point: &ContactPoint) -> bool {
+        let memory = &point.pair.memory;
+        memory.gap <= 0.0 || memory.drag != [0.0; 2] || self.bond.is_some()
     }
 
     /// Force of a point on block a `[N]`.
     #[inline(always)]
-    pub(crate) fn force(&self, point: &Point) -> Vec3 {
+    pub(crate) fn force(&self, point: &ContactPoint) -> Vec3 {
         let [normal, along] = &self.now;
-        let Traction { normal: press, shear } = point.memory().borne();
+        let Traction { normal: press, shear } = point.pair.memory.borne();
         let across = normal.cross(along);
-        (normal * press + along * shear.x + across * shear.y) * point.area
+        (normal * press + along * shear.x + across * shear.y) * point.pair.area
+    }
+
+    /// Area of all points `[m²]`.
+    fn area(&self) -> f64 {
+        self.pairs().map(|pair| pair.area).sum()
     }
 
     /// Faces of a and b that the points are on.
@@ -358,14 +345,26 @@ impl Patch {
     }
 
     /// Turns the axes with the reference block.
-    pub(crate) fn turn(&mut self, placing: &Placing<'_>) {
-        let rotation = placing.rotation(self.order()[0]);
-        self.now = self.axes.map(|axis| rotation * axis);
+    fn turn(&mut self, placing: &Placing<'_>) {
+        self.now = self.present_axes(placing);
     }
 
-    /// Columns: the normal and two tangents, in space.
-    pub(crate) fn frame(&self) -> Matrix3<f64> {
-        let [normal, along] = self.now;
-        Matrix3::from_columns(&[normal, along, normal.cross(&along)])
+    fn present_axes(&self, placing: &Placing<'_>) -> [Vec3; 2] {
+        let rotation = placing.rotation(self.order()[0]);
+        self.axes.map(|axis| rotation * axis)
     }
+
+    /// Columns: the normal and two tangents, in space, where the axes were turned last.
+    pub(crate) fn frame(&self) -> Matrix3<f64> {
+        columns(self.now)
+    }
+
+    /// The same where the reference block is now.
+    fn present_frame(&self, placing: &Placing<'_>) -> Matrix3<f64> {
+        columns(self.present_axes(placing))
+    }
+}
+
+fn columns([normal, along]: [Vec3; 2]) -> Matrix3<f64> {
+    Matrix3::from_columns(&[normal, along, normal.cross(&along)])
 }

@@ -55,8 +55,6 @@ pub(crate) struct Placing<'a> {
     pub(crate) last: (&'a [Lanes], f64),
     /// Nothing has moved since the last look: the first half step of a stage.
     pub(crate) start: bool,
-    /// As in [`Look`](crate::joint::breaks::Look).
-    pub(crate) undamped: bool,
 }
 
 pub(super) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
@@ -222,6 +220,20 @@ impl Placing<'_> {
     pub(crate) fn position(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
         let placed = &self.blocks[block];
         placed.rest(face, spot) + placed.at(self.u, face, spot)
+    }
+
+    /// From a spot on one block to that on another `[m]`.
+    #[inline(always)]
+    pub(crate) fn apart(&self, blocks: [u32; 2], faces: [FaceOf; 2], spots: &[Spot; 2]) -> Vec3 {
+        let [x, y] =
+            [0, 1].map(|side| self.position(blocks[side] as usize, faces[side], &spots[side]));
+        y - x
+    }
+
+    /// What that changed by in the last step `[m]`.
+    pub(super) fn parted(&self, blocks: [u32; 2], faces: [FaceOf; 2], spots: &[Spot; 2]) -> Vec3 {
+        let [x, y] = [0, 1].map(|side| self.way(blocks[side] as usize, faces[side], &spots[side]));
+        y - x
     }
 
     /// Way of a spot in the last step `[m]`.

@@ -4,16 +4,14 @@
 //! joint all of whose pairs have failed is released: its springs are gone, and the two blocks are a
 //! contact like any other, which begins with the force that the joint bore.
 
-use std::iter::zip;
-use std::sync::Arc;
-
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Contacts, Patch, Placing, Point};
-use crate::joint::breaks::{self, Breaks, Broken, Look};
-use crate::law::{JointLaw, Laws, Mode, Traction};
+use super::{ContactPoint, Contacts, Patch, Placing};
+use crate::joint::breaks::{Breaks, Broken};
+use crate::joint::point::{Failure, JointPoint, Look, joined};
+use crate::law::{JointLaw, Laws, Mode, Stiffness, Traction};
 use crate::math::exact::Exact;
 use crate::mesh::NO_JOINT;
 use crate::mesh::pack::{Pack, Packs};
@@ -64,7 +62,8 @@ impl Contacts {
                 if known >= Release::Due {
                     return None;
                 }
-                let found = come(pack, (broken, seam), law_of(laws, seam, lane), lane);
+                let law = laws.get(usize::from(seam.laws[lane])).and_then(Option::as_deref);
+                let found = come(pack, (broken, seam), law, lane);
                 (found > known).then_some((body, d, found))
             })
         };
@@ -83,7 +82,7 @@ fn come(
     law: Option<&dyn JointLaw>,
     lane: usize,
 ) -> Release {
-    let (moved, whole) = broken.moved(law, lane);
+    let (moved, whole) = Moved::of(broken.lane(lane), law);
     // Without any strength a pair that has not failed is no better than one that has. Nor are the last two
     // of rigid blocks: they are at the quarters of a face, and the block turns about its edge.
     let hinges = pack.rigid && moved.open >= 2;
@@ -102,15 +101,6 @@ fn joint<'a>(
     Some((breaks.get(index, 1 << d)?, seam))
 }
 
-/// Law of a lane's joint, if it has one.
-fn law_of<'a>(
-    laws: &'a [Option<Arc<dyn JointLaw>>],
-    seam: &Seam,
-    lane: usize,
-) -> Option<&'a dyn JointLaw> {
-    laws.get(usize::from(seam.laws[lane]))?.as_deref()
-}
-
 /// How far the failed pairs of a joint have moved.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Moved {
@@ -125,12 +115,24 @@ pub(super) struct Moved {
 }
 
 impl Moved {
-    /// Takes in a failed pair with its slip and gap `[m]`.
-    pub(super) fn add(&mut self, slip: f64, gap: f64, softens: bool) {
-        self.slid = self.slid.max(slip);
-        self.opened = self.opened.max(gap);
-        self.open += usize::from(gap > 0.0);
-        self.softens |= softens && gap > 0.0;
+    /// Of the failed ones of some pairs, and whether there are others.
+    pub(super) fn of<'a>(
+        pairs: impl Iterator<Item = &'a JointPoint>,
+        law: Option<&dyn JointLaw>,
+    ) -> (Self, bool) {
+        let softens = law.is_some_and(|law| law.softening().is_some());
+        let (mut moved, mut whole) = (Self::default(), false);
+        for JointPoint { failure, memory, .. } in pairs {
+            if failure.is_none() {
+                whole = true;
+                continue;
+            }
+            moved.slid = moved.slid.max(memory.slip.norm());
+            moved.opened = moved.opened.max(memory.gap);
+            moved.open += usize::from(memory.gap > 0.0);
+            moved.softens |= softens && memory.damage < 1.0 && memory.gap > 0.0;
+        }
+        (moved, whole)
     }
 
     /// True where a contact must take the place of the joint. Pairs of rigid blocks are not at the corners on which
@@ -158,30 +160,9 @@ impl Moved {
 impl Broken {
     /// True where all pairs of a lane's joint have failed, and none has slid or opened so far that the joint is
     /// released.
-    pub(crate) fn rubs(
-        &self,
-        laws: &[Option<Arc<dyn JointLaw>>],
-        seam: &Seam,
-        lane: usize,
-        rigid: bool,
-    ) -> bool {
-        let (moved, whole) = self.moved(law_of(laws, seam, lane), lane);
+    pub(crate) fn rubs(&self, look: Look<'_>, seam: &Seam, lane: usize, rigid: bool) -> bool {
+        let (moved, whole) = Moved::of(self.lane(lane), look.law(seam.laws[lane]));
         !whole && !moved.is_far(rigid, seam.spacing(lane))
-    }
-
-    /// How far the failed pairs of a lane have moved, and whether there are others.
-    fn moved(&self, law: Option<&dyn JointLaw>, lane: usize) -> (Moved, bool) {
-        let softens = law.is_some_and(|law| law.softening().is_some());
-        let (mut moved, mut whole) = (Moved::default(), false);
-        for breaks::Point { mode, memory, .. } in self.points.iter().map(|points| &points[lane]) {
-            match mode {
-                Some(_) => {
-                    moved.add(memory.slip.norm(), memory.gap, softens && memory.damage < 1.0)
-                }
-                None => whole = true,
-            }
-        }
-        (moved, whole)
     }
 }
 
@@ -225,7 +206,7 @@ pub(super) fn release(
             lost.add(load.energy[0] + load.energy[1] + account);
             let Some(mut patch) = make(blocks) else { continue };
             let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
-            patch.bear((placing, look.laws), &load, sign);
+            patch.bear(placing, look, &load, sign);
             lost.add(-patch.stored());
             patches.push(patch);
         }
@@ -246,18 +227,17 @@ fn fail_with_others(
     (index, d): (usize, usize),
     lane: usize,
 ) -> u64 {
-    let law = at.seams.get(index, d).and_then(|seam| law_of(look.laws, seam, lane));
+    let law = at.seams.get(index, d).and_then(|seam| look.law(seam.laws[lane]));
     let Some(broken) = breaks.at(index)[1 << d].as_mut() else { return 0 };
     if law.is_none_or(|law| !law.bonds()) {
         return 0;
     }
     let mut failed = 0;
-    for (points, times) in zip(&mut broken.points, &mut broken.times) {
-        if points[lane].mode.is_none() {
-            (points[lane].mode, times[lane]) = (Some(Mode::Shear), look.time);
-            failed += 1;
-        }
-    }
+    let bonded = broken.points.iter_mut().filter(|points| points[lane].failure.is_none());
+    bonded.for_each(|points| {
+        points[lane].failure = Some(Failure { mode: Mode::Shear, time: look.time });
+        failed += 1;
+    });
     failed
 }
 
@@ -276,19 +256,15 @@ fn let_go(
     let (mut energy, mut account, mut whole) = ([0.0; 2], 0.0, 0.0);
     let broken = breaks.at(index)[1 << d].as_mut()?;
     let n = at.packs.shape_of(pack).divisions;
-    for (p, points) in broken.points.iter_mut().enumerate() {
-        let breaks::Point { quarters, memory, .. } = &mut points[lane];
-        let area = seam.quarter.0[lane] * f64::from(*quarters);
+    for (p, &JointPoint { area, memory, .. }) in broken.lane(lane).enumerate() {
         let (traction, borne) = (memory.traction, memory.borne());
-        let pull = axes * Vec3::new(borne.normal, borne.shear.x, borne.shear.y) * area;
+        let pull = axes * joined(borne.normal, borne.shear) * area;
         force += pull;
         moment += (placing.pair((body, pack.rigid), d, p, n) - about).cross(&pull);
         energy[0] += area * 0.5 * traction.normal * memory.gap;
         energy[1] += area * 0.5 * traction.shear.norm_squared() / seam.stiffness(lane).shear;
         account += area * memory.account;
         whole += area;
-        memory.traction = Traction::default();
-        (memory.drag, memory.account) = ([0.0; 2], 0.0);
     }
     broken.let_go(lane);
     Some((Load { energy, area: whole, force, moment, about }, account))
@@ -324,30 +300,25 @@ impl Placing<'_> {
 impl Patch {
     /// Begins with a load: a pressure that goes linearly over the area so that force and moments
     /// are those of the joint, and a shear in proportion, which friction bears wherever it bore the joint's. `sign` is 1 where block a was on the joint's side a.
-    pub(super) fn bear(
-        &mut self,
-        (placing, laws): (&Placing<'_>, &[Option<Arc<dyn JointLaw>>]),
-        load: &Load,
-        sign: f64,
-    ) {
+    pub(super) fn bear(&mut self, placing: &Placing<'_>, look: Look<'_>, load: &Load, sign: f64) {
         let axes = self.frame();
         let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         let (block, face) = (self.blocks[0] as usize, self.faces()[0]);
-        let area: f64 = self.points.iter().map(|point| point.area).sum();
+        let area = self.area();
         if area <= 0.0 {
             return;
         }
         // About the middle of the area, so that shear in its plane has no moment that tilts.
-        let place = |p: &Point| placing.position(block, face, &p.spots[0]);
-        let middle: Vec3 = self.points.iter().map(|p| place(p) * (p.area / area)).sum();
+        let place = |p: &ContactPoint| placing.position(block, face, &p.spots[0]);
+        let middle: Vec3 = self.points.iter().map(|p| place(p) * (p.pair.area / area)).sum();
         let places: Vec<Vec3> = self.points.iter().map(|p| place(p) - middle).collect();
         let force = load.force * sign;
         let moment = load.moment * sign - (middle - load.about).cross(&force);
         // Σ A p (1, y, z) is given, y and z along the tangents: p = α + β y + γ z.
         let mut matrix = Matrix3::zeros();
-        for (point, x) in self.points.iter().zip(&places) {
+        for (pair, x) in self.pairs().zip(&places) {
             let basis = Vector3::new(1.0, s.dot(x), t.dot(x));
-            matrix += basis * basis.transpose() * point.area;
+            matrix += basis * basis.transpose() * pair.area;
         }
         // Moment of a traction p n at y s + z t: p (z s − y t), with s × n = −t and t × n = s.
         let given = Vector3::new(normal.dot(&force), -t.dot(&moment), s.dot(&moment));
@@ -355,21 +326,22 @@ impl Patch {
         let even = Vector3::new(given.x / area, 0.0, 0.0);
         let field = matrix.try_inverse().map_or(even, |inverse| inverse * given);
         let wanted = |x: &Vec3| field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
-        let normal: f64 = self.points.iter().zip(&places).map(|(p, x)| p.area * wanted(x)).sum();
+        let normal: f64 = self.pairs().zip(&places).map(|(p, x)| p.area * wanted(x)).sum();
         let shear = Vector2::new(s.dot(&force), t.dot(&force));
-        let [stiff, soft] = self.both.stiffness;
+        let Stiffness { normal: stiff, shear: soft } = self.both.stiffness;
         for (point, x) in self.points.iter_mut().zip(&places) {
             let wanted = wanted(x);
             let shear = if normal < 0.0 { shear * (wanted / normal) } else { Vector2::zeros() };
             // The gap as it was is where the springs bear what is wanted.
-            let bare = point.gap + point.offset[0];
-            point.gap = wanted / stiff;
-            point.offset = [bare - point.gap; 2];
-            let most = self.both.friction.strength(laws, wanted);
+            let memory = &mut point.pair.memory;
+            let bare = memory.gap + memory.dilation;
+            memory.gap = wanted / stiff;
+            (memory.dilation, memory.lifted) = (bare - memory.gap, bare - memory.gap);
+            let most = self.both.friction.strength(look.laws, wanted);
             let size = shear.norm();
             let bears = if size > most { shear * (most / size) } else { shear };
-            point.slip += (point.traction.shear - bears) / soft;
-            point.traction = Traction { normal: wanted, shear: bears };
+            memory.slip += (memory.traction.shear - bears) / soft;
+            memory.traction = Traction { normal: wanted, shear: bears };
         }
         // The same force on a smaller area holds more energy; softer springs do not.
         self.cap(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);

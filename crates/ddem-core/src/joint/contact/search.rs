@@ -9,8 +9,10 @@ use serde::{Deserialize, Serialize};
 use super::fit::Fitting;
 use super::heirs::Old;
 use super::release::{Places, Release};
-use super::{Bond, Contacts, Patch, Placed, Placing, Surfaces, act, release};
-use crate::joint::breaks::{Breaks, Look, Losses, Lost};
+use super::{Contacts, Ended, Patch, Placed, Placing, Surfaces, act, release};
+use crate::joint::breaks::Breaks;
+use crate::joint::losses::{Losses, Lost};
+use crate::joint::point::Look;
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::Geometry;
 use crate::mesh::grid;
@@ -39,7 +41,7 @@ pub(crate) struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     fn fitting(&self, placing: Placing<'a>) -> Fitting<'a> {
-        Fitting { placing, skins: &self.surfaces.skins, laws: self.look.laws, held: self.held }
+        Fitting { placing, skins: &self.surfaces.skins, look: self.look, held: self.held }
     }
 }
 
@@ -192,7 +194,7 @@ pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Cont
 fn renew(fitting: &Fitting<'_>, ground: Ground<'_>, contacts: &mut Contacts) -> Losses {
     let each = |patch: &mut Patch| -> (Losses, Option<Loosened>) {
         if patch.bond.is_some() && ground.surfaces.search {
-            return let_loose(fitting, ground.look, patch);
+            return let_loose(fitting, patch);
         }
         if patch.bond.is_some() || !fitting.has_moved(patch) {
             return (Losses::default(), None);
@@ -212,23 +214,19 @@ fn renew(fitting: &Fitting<'_>, ground: Ground<'_>, contacts: &mut Contacts) -> 
         if let Some(ended) = loosened {
             // Blocks of joints that have come further may meet others.
             contacts.known = false;
-            contacts.ended.extend(ended);
+            contacts.end(ended);
         }
     }
-    contacts.ended.sort_by_key(|(blocks, _)| *blocks);
     losses.total()
 }
 
 /// A joint that has come further: with what is left of it where it has ended.
-type Loosened = Option<([u32; 2], Box<Bond>)>;
+type Loosened = Option<Ended>;
 
 /// Makes a contact of a joint between faces that do not match, once it has failed and moved. Returns what
 /// is lost on the way, and the joint if it has come further.
-fn let_loose(
-    fitting: &Fitting<'_>,
-    look: Look<'_>,
-    patch: &mut Patch,
-) -> (Losses, Option<Loosened>) {
+fn let_loose(fitting: &Fitting<'_>, patch: &mut Patch) -> (Losses, Option<Loosened>) {
+    let look = fitting.look;
     let found = patch.moved(&fitting.placing, look);
     let Some(bond) = patch.bond.as_mut().filter(|bond| found > Some(bond.release)) else {
         return (Losses::default(), None);
@@ -237,16 +235,14 @@ fn let_loose(
         bond.release = release;
         return (Losses::default(), Some(None));
     }
-    bond.release = Release::Done;
     // Its axes are those of the last step, which a run that has just been resumed does not know.
     patch.turn(&fitting.placing);
     let load = patch.load(&fitting.placing);
     let before = patch.stored();
     let mut contact = fitting.patch(patch.blocks, None).unwrap_or_default();
     contact.blocks = patch.blocks;
-    contact.bear((&fitting.placing, look.laws), &load, 1.0);
-    let old = std::mem::replace(patch, contact);
-    let ended = old.bond.map(|bond| (old.blocks, bond));
+    contact.bear(&fitting.placing, look, &load, 1.0);
+    let ended = std::mem::replace(patch, contact).ended();
     (of_release(before - patch.stored(), look), Some(ended))
 }
 

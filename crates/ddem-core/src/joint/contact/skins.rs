@@ -40,7 +40,7 @@ pub(super) struct Skin {
 pub(crate) struct Both {
     /// Distance of the bodies at which they touch `[m]`.
     pub(crate) skin: f64,
-    pub(crate) stiffness: [f64; 2],
+    pub(crate) stiffness: Stiffness,
     pub(crate) friction: Friction,
     /// Of the dashpot along the normal `[Pa s/m]`.
     pub(crate) dashpot: f64,
@@ -169,8 +169,10 @@ impl Skins {
 
     /// Least and largest stiffness of contacts of two equal faces, along the normal (0) or across (1).
     pub(super) fn range(&self, direction: usize) -> [f64; 2] {
-        let each =
-            self.kinds.iter().map(|kind| self.both([kind; 2], [false; 2]).stiffness[direction]);
+        let each = self.kinds.iter().map(|kind| {
+            let Stiffness { normal, shear } = self.both([kind; 2], [false; 2]).stiffness;
+            [normal, shear][direction]
+        });
         each.fold([f64::INFINITY, 0.0], |[least, most], k| [k.min(least), k.max(most)])
     }
 
@@ -178,7 +180,7 @@ impl Skins {
     /// density and the stiffness: `ρ g h / k` of its height h.
     pub(super) fn sinks(&self, gravity: f64, much: f64) -> Option<[f64; 3]> {
         let each = self.kinds.iter().map(|kind| {
-            let stiffness = self.both([kind; 2], [false; 2]).stiffness[0];
+            let stiffness = self.both([kind; 2], [false; 2]).stiffness.normal;
             [kind.density * gravity / stiffness, kind.density, stiffness]
         });
         each.max_by(|a, b| a[0].total_cmp(&b[0])).filter(|worst| worst[0] > much)
@@ -248,7 +250,7 @@ impl Skins {
         };
         Both {
             skin: a.thickness + b.thickness,
-            stiffness: [normal, self.shear.unwrap_or(shear)],
+            stiffness: Stiffness { normal, shear: self.shear.unwrap_or(shear) },
             friction: friction.unwrap_or(Friction::Angle(self.tan_default)),
             dashpot: self.dashpot(normal, mass),
         }

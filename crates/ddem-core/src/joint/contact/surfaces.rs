@@ -53,4 +53,8 @@ impl Surfaces {
             search: properties.contact.search,
         }
     }
+    /// Shortest edge of an element of two blocks `[m]`.
+    pub(crate) fn spacing(&self, [a, b]: [u32; 2]) -> f64 {
+        self.blocks[a as usize].spacing.min(self.blocks[b as usize].spacing)
+    }
 }

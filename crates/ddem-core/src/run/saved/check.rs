@@ -2,7 +2,9 @@
 
 use super::{RestoreError, Run};
 use crate::joint::breaks::Breaks;
-use crate::joint::contact::{Bond, Both, Contacts, Near, Patch, Point, Release, Spot};
+use crate::joint::contact::{Both, ContactPoint, Contacts, Ended, Near, Patch, Release, Spot};
+use crate::joint::point::JointPoint;
+use crate::law::{Memory, Stiffness};
 use crate::math::lanes::Lanes;
 use crate::mesh::assembly::NO_TABLE;
 use crate::model::Model;
@@ -135,7 +137,7 @@ fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
 
 /// True where a patch is on faces of its blocks; where exactly may not be known in a run that has diverged.
 fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
-    let Both { skin, stiffness: [normal, shear], friction, dashpot } = patch.both;
+    let Both { skin, stiffness: Stiffness { normal, shear }, friction, dashpot } = patch.both;
     let sizes = [f64::from(patch.limit), normal, shear].iter().all(|&size| size > 0.0);
     let rest =
         [skin, dashpot, patch.bank].iter().all(|&x| x >= 0.0) && friction.is_sound(&model.laws);
@@ -145,25 +147,27 @@ fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
         element.iter().all(|&i| usize::from(i) < n)
             && (diverged || on.iter().all(|on| (0.0..=1.0).contains(on)))
     };
-    let point = |point: &Point| {
-        patch.blocks.iter().zip(&point.spots).all(on) && (diverged || point.area >= 0.0)
+    let point = |point: &ContactPoint| {
+        patch.blocks.iter().zip(&point.spots).all(on) && (diverged || point.pair.area >= 0.0)
     };
     sizes && rest && faces && patch.points.iter().all(point)
 }
 
 /// True where all numbers of a patch are finite, and its axes unit vectors.
 fn is_finite(patch: &Patch) -> bool {
-    let Both { skin, stiffness: [normal, shear], dashpot, .. } = patch.both;
+    let Both { skin, stiffness: Stiffness { normal, shear }, dashpot, .. } = patch.both;
     let seen = patch.seen.map(|axis| axis.map(f64::from));
     let axes = patch.axes.iter().chain(&seen);
     let of_both = [skin, normal, shear, dashpot];
     let numbers = patch.apart.iter().chain(&of_both);
-    let point = |point: &Point| {
-        let &Point { area, slip, offset, gap, traction, drag, account, slid, settled, .. } = point;
-        let held = [area, slip.x, slip.y, gap, account, slid, traction.normal];
-        let more = [traction.shear.x, traction.shear.y, offset[0], offset[1], drag[0], drag[1]];
+    let point = |&ContactPoint { pair: JointPoint { area, origin, memory, .. }, slid, .. }: &_| {
+        let Memory { slip, dilation, lifted, damage, gap, traction, drag, account, settled } =
+            memory;
+        let held = [area, slip.x, slip.y, gap, account, slid, traction.normal, damage, lifted];
+        let more = [traction.shear.x, traction.shear.y, dilation, drag[0], drag[1]];
         let settled = settled.map(|s| [s.slip.x, s.slip.y, s.dilation, s.damage, s.gap]);
-        held.iter().chain(&more).chain(settled.iter().flatten()).all(|x| x.is_finite())
+        let all = held.iter().chain(&more).chain(&origin).chain(settled.iter().flatten());
+        all.into_iter().all(|x| x.is_finite())
     };
     axes.into_iter().all(|axis| (axis.norm_squared() - 1.0).abs() <= 1e-6)
         && numbers.chain([&f64::from(patch.limit), &patch.bank]).all(|x| x.is_finite())
@@ -173,18 +177,18 @@ fn is_finite(patch: &Patch) -> bool {
 /// Joints between faces that do not match hold as many points as at the start, or have ended.
 fn bonds(model: &Model, contacts: &Contacts) -> Checked {
     let held = contacts.patches.iter().filter_map(|patch| {
-        let bond = patch.bond.as_ref()?;
-        let fits = patch.points.len() == bond.pairs.len() && bond.release < Release::Due;
-        Some((patch.blocks, &**bond, fits))
+        let bond = patch.bond?;
+        Some((patch.blocks, bond, patch.points.len(), bond.release < Release::Due))
     });
-    let ended = contacts.ended.iter();
-    let ended = ended.map(|(blocks, bond)| (*blocks, &**bond, bond.release == Release::Done));
-    let mut bonds: Vec<([u32; 2], &Bond, bool)> = held.chain(ended).collect();
+    let ended = contacts.ended.iter().map(|&Ended { blocks, bond, ref pairs }| {
+        (blocks, bond, pairs.len(), bond.release == Release::Done)
+    });
+    let mut bonds: Vec<_> = held.chain(ended).collect();
     bonds.sort_by_key(|(blocks, ..)| *blocks);
-    let sorted = contacts.ended.is_sorted_by(|a, b| a.0 < b.0);
+    let sorted = contacts.ended.is_sorted_by(|a, b| a.blocks < b.blocks);
     let same = bonds.len() == model.seated.len()
-        && bonds.iter().zip(&model.seated).all(|((blocks, bond, fits), seated)| {
-            let pairs = bond.pairs.len() == seated.patch.points.len();
+        && bonds.iter().zip(&model.seated).all(|((blocks, bond, pairs, fits), seated)| {
+            let pairs = *pairs == seated.patch.points.len();
             let joint = usize::from(bond.joint) < model.properties.joints.len();
             *fits && pairs && joint && *blocks == seated.patch.blocks
         });

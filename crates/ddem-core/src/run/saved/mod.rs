@@ -15,7 +15,7 @@ use crate::state::motion::Motion;
 use crate::state::{Memory, State};
 
 /// Number of the encoding: another one where anything in it has other fields.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// State of a simulation without its model, as bytes: to be kept, and given to [`Simulation::restore`].
 #[derive(Clone, Debug, PartialEq, Eq)]

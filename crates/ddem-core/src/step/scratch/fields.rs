@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::Spaces;
 use crate::element::corotation::Frame;
-use crate::joint::breaks::{Losses, PackBreaks};
+use crate::joint::breaks::PackBreaks;
+use crate::joint::losses::Losses;
 use crate::math::lanes::{LANES, Lanes};
 use crate::math::sums::Sums;
 use crate::mesh::pack::Packs;

@@ -1,0 +1,75 @@
+//! Energy that joints and contacts lose.
+
+use crate::law::Loss;
+use crate::math::exact::Exact;
+
+/// Losses of the joints of one pack or of contacts, and how many pairs failed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Losses {
+    /// To friction `[J]`.
+    pub(crate) friction: f64,
+    /// To fracture `[J]`.
+    pub(crate) fracture: f64,
+    /// Where contacts come, go and change their points `[J]`.
+    pub(crate) contact: f64,
+    /// To the dashpots of contacts `[J]`.
+    pub(crate) damping: f64,
+    /// Pairs that failed in shear and in tension.
+    pub(crate) failed: [u64; 2],
+}
+
+/// Sum of losses over packs or contacts, in whatever order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lost {
+    sums: [Exact; 4],
+    failed: [u64; 2],
+}
+
+impl Lost {
+    pub(crate) fn add(&mut self, more: &Losses) {
+        let Losses { friction, fracture, contact, damping, failed } = *more;
+        let each = [friction, fracture, contact, damping];
+        self.sums.iter_mut().zip(each).for_each(|(sum, more)| sum.add(more));
+        self.failed = [0, 1].map(|mode| self.failed[mode] + failed[mode]);
+    }
+
+    pub(super) fn merge(mut self, other: &Self) -> Self {
+        self.sums.iter_mut().zip(&other.sums).for_each(|(sum, more)| sum.merge(more));
+        self.failed = [0, 1].map(|mode| self.failed[mode] + other.failed[mode]);
+        self
+    }
+
+    pub(crate) fn total(&self) -> Losses {
+        let [friction, fracture, contact, damping] = self.sums.each_ref().map(Exact::value);
+        Losses { friction, fracture, contact, damping, failed: self.failed }
+    }
+}
+
+impl<'a> FromIterator<&'a Losses> for Lost {
+    fn from_iter<T: IntoIterator<Item = &'a Losses>>(all: T) -> Self {
+        let mut lost = Self::default();
+        all.into_iter().for_each(|losses| lost.add(losses));
+        lost
+    }
+}
+
+impl Losses {
+    /// Adds the loss of a point that stands for an area `[m²]`.
+    pub(super) fn add_point(&mut self, area: f64, loss: Loss) {
+        self.friction += area * loss.friction;
+        self.fracture += area * loss.fracture;
+        self.contact += area * loss.contact;
+        self.damping += area * loss.damping;
+    }
+
+    /// Adds what others have lost.
+    pub(crate) fn add(&mut self, more: &Self) {
+        self.friction += more.friction;
+        self.fracture += more.fracture;
+        self.contact += more.contact;
+        self.damping += more.damping;
+        for (failed, more) in self.failed.iter_mut().zip(more.failed) {
+            *failed += more;
+        }
+    }
+}
