@@ -188,8 +188,7 @@ impl Assembly {
 fn rigid_matter(geometry: &Geometry, pack: &Pack, nodes: &mut [[f64; 4]]) -> [Matter; LANES] {
     let matter = |body: u32| {
         let body = body as usize;
-        let (lattice, cell) = (geometry.lattice(body), geometry.bodies[body].cell);
-        let edges = [0, 1, 2].map(|d| lattice.axes[d] * lattice.spacing(d, cell[d] as usize));
+        let edges = geometry.element_edges(body);
         let first = geometry.bodies[body].first_node as usize;
         let mut sum = [0.0; 4];
         for node in &nodes[first..first + 8] {
@@ -290,11 +289,9 @@ fn scatter_springs(
     let Some(seam) = seams.get(index, d) else { return };
     let pack = &packs.packs[index];
     let shape = packs.shape_of(pack);
-    let mut offset = [0; 3];
-    offset[d] = 1;
     for lane in (0..pack.filled).filter(|&lane| seam.springs[lane]) {
         let a = pack.bodies[lane] as usize;
-        let Some(b) = geometry.neighbour(a, offset) else { continue };
+        let Some(b) = geometry.above(a, d) else { continue };
         let first = [a, b].map(|body| geometry.bodies[body].first_node as usize);
         for place in &shape.pairs[d] {
             for (side, first) in place.sides.iter().zip(first) {

@@ -53,18 +53,9 @@ impl BlockFace {
     /// Lattice steps of the face's corners, in order around it.
     #[must_use]
     pub fn steps(&self, geometry: &Geometry) -> [[usize; 3]; 4] {
-        let n = geometry.lattice(self.block).divisions;
-        [(0, 0), (n, 0), (n, n), (0, n)].map(|(i, k)| self.step(n, [i, k]))
-    }
-
-    /// Lattice steps of a point of the face, by its steps along the next two directions.
-    #[must_use]
-    pub fn step(&self, divisions: usize, [i, k]: [usize; 2]) -> [usize; 3] {
-        let d = self.face.direction;
-        let mut at = [0; 3];
-        at[d] = if self.face.upper { divisions } else { 0 };
-        (at[(d + 1) % 3], at[(d + 2) % 3]) = (i, k);
-        at
+        let topology = geometry.topology(self.block);
+        let n = topology.divisions();
+        [[0, 0], [n, 0], [n, n], [0, n]].map(|at| topology.on_face(self.face, at))
     }
 
     /// Corners, in order around the face `[m]`.
@@ -124,9 +115,7 @@ impl BlockFace {
     /// True where no block and no joint is on the other side.
     #[must_use]
     pub fn is_outer(&self, geometry: &Geometry) -> bool {
-        let mut offset = [0; 3];
-        offset[self.face.direction] = self.face.side();
-        geometry.neighbour(self.block, offset).is_none()
+        geometry.beyond(self.block, self.face).is_none()
             && !geometry.abutting.contains_key(&(self.block as u32, self.face.number()))
     }
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::{Geometry, Lattice, Vec3};
+use crate::collide::FaceOf;
 
 /// The cell, or node, with another number along an axis.
 ///
@@ -42,7 +43,7 @@ impl Lattice {
 impl Geometry {
     /// The facing node across the gap along d, when this node is on that side of its body.
     pub fn partner(&self, body: usize, at: [usize; 3], d: usize) -> Option<(usize, [usize; 3])> {
-        let n = self.lattice(body).divisions;
+        let n = self.topology(body).divisions();
         let side = match at[d] {
             0 => -1,
             i if i == n => 1,
@@ -59,21 +60,15 @@ impl Geometry {
         d: usize,
         side: i32,
     ) -> Option<(usize, [usize; 3])> {
-        let n = self.lattice(body).divisions;
+        let n = self.topology(body).divisions();
         let in_body = if side < 0 { at[d] > 0 } else { at[d] < n };
         if in_body {
             let next = if side < 0 { at[d] - 1 } else { at[d] + 1 };
             return Some((body, moved_to(at, d, next)));
         }
-        let mut offset = [0; 3];
-        offset[d] = side;
+        let face = FaceOf { direction: d, upper: side > 0 };
         let next = if side < 0 { n } else { 0 };
-        Some((self.neighbour(body, offset)?, moved_to(at, d, next)))
-    }
-
-    /// Element size of a block along an edge `[m]`.
-    pub fn spacing(&self, body: usize, d: usize) -> f64 {
-        self.lattice(body).spacing(d, self.bodies[body].cell[d] as usize)
+        Some((self.beyond(body, face)?, moved_to(at, d, next)))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Joints between two blocks.
 
 use super::Geometry;
+use crate::collide::FaceOf;
 
 /// One joint between two blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +23,7 @@ pub struct Face {
 impl Face {
     /// The joint that is there.
     pub fn at(&self, geometry: &Geometry) -> u16 {
-        let cell = geometry.bodies[self.a as usize].cell.map(|c| c as usize);
-        geometry.lattice(self.a as usize).joint_above(cell, self.direction.into())
+        geometry.joint_above(self.a as usize, self.direction.into())
     }
 
     /// One more than the number of its last pair.
@@ -37,18 +37,14 @@ pub fn faces(geometry: &Geometry) -> Vec<Face> {
     let mut faces = Vec::new();
     let mut first_pair = 0;
     for a in 0..geometry.bodies.len() {
-        let lattice = geometry.lattice(a);
-        let cell = geometry.bodies[a].cell.map(|c| c as usize);
         for direction in 0..3 {
-            let mut offset = [0; 3];
-            offset[direction] = 1;
-            let Some(b) = geometry.neighbour(a, offset) else { continue };
-            let n = lattice.divisions;
+            let Some(b) = geometry.above(a, direction) else { continue };
+            let n = geometry.topology(a).divisions();
             debug_assert!(n <= usize::from(u16::MAX), "its nodes have numbers of 32 bits");
             faces.push(Face {
                 a: a as u32,
                 b: b as u32,
-                joint: lattice.joint_above(cell, direction),
+                joint: geometry.joint_above(a, direction),
                 direction: direction as u8,
                 divisions: n as u16,
                 first_pair,
@@ -107,13 +103,8 @@ impl Face {
 
     /// Area `A_p` of each pair `[m²]`: a quarter of each joint element that it belongs to.
     pub fn areas(&self, geometry: &Geometry) -> impl Iterator<Item = f64> + use<> {
-        let (lattice, d) = (geometry.lattice(self.a as usize), self.direction as usize);
-        let cell = geometry.bodies[self.a as usize].cell;
-        let quarter = lattice.joint_area(cell.map(|c| c as usize), d) / 4.0;
-        let n = self.divisions as usize;
-        self.steps().map(move |at| {
-            let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
-            quarter * f64::from(1u32 << inner)
-        })
+        let (a, face) = (self.a as usize, FaceOf { direction: self.direction.into(), upper: true });
+        let (quarter, topology) = (geometry.joint_quarter(a, face.direction), geometry.topology(a));
+        self.steps().map(move |at| quarter * topology.quads_at(face, at) as f64)
     }
 }

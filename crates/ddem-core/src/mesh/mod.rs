@@ -17,6 +17,7 @@
 mod abut;
 pub(crate) mod assembly;
 mod block_face;
+mod blocks;
 mod cells;
 pub(crate) mod connected;
 mod face;
@@ -32,6 +33,8 @@ pub(crate) mod properties;
 pub(crate) mod seams;
 pub(crate) mod slot;
 mod stages;
+mod surface_point;
+mod topology;
 
 pub use abut::{Abutment, Abuts, abutting};
 pub use block_face::{BlockFace, RestFace, Strip};
@@ -42,6 +45,8 @@ pub use facing::{FaceOverlap, MISSES, SLIVER};
 pub use hexmesh::{HexMesh, MeshBlock, MeshError, MeshFaces};
 pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
 pub use stages::Stages;
+pub(crate) use surface_point::SurfacePoint;
+pub use topology::Topology;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -132,7 +137,7 @@ impl Geometry {
                     material: lattice.material[cell],
                 });
                 self.n_nodes += nodes;
-                self.n_elements += lattice.divisions.pow(3);
+                self.n_elements += Topology::lattice(lattice.divisions).elements();
             }
         }
     }
@@ -227,8 +232,7 @@ impl Geometry {
     pub fn locate(&self, node: usize) -> (usize, [usize; 3]) {
         let body = self.block_of(node);
         let local = node - self.bodies[body].first_node as usize;
-        let n = self.lattice(body).divisions + 1;
-        (body, [local % n, local / n % n, local / (n * n)])
+        (body, self.topology(body).steps(local))
     }
 
     /// Centre of a body's cell, the joints around it included `[m]`.
@@ -239,47 +243,29 @@ impl Geometry {
     /// How far a point lies inside a body, as a part of its edges (negative: outside), and the element
     /// that is nearest to it.
     pub fn inside(&self, body: usize, x: &Vec3) -> (f64, [usize; 3]) {
-        let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
-        let n = lattice.divisions as f64;
+        let n = self.topology(body).divisions() as f64;
+        let from = self.position(body, [0; 3]);
         let (mut inside, mut element) = (f64::INFINITY, [0; 3]);
-        for d in 0..3 {
-            let normal = lattice.normal(d);
-            let from = self.position(body, [0; 3]);
-            let along = (x - from).dot(&normal) / normal.dot(&lattice.axes[d]);
-            let part = along / (n * lattice.spacing(d, cell[d] as usize));
+        for (d, element) in element.iter_mut().enumerate() {
+            let normal = self.normal(body, d);
+            let along = (x - from).dot(&normal) / normal.dot(&self.axes(body)[d]);
+            let part = along / (n * self.spacing(body, d));
             inside = inside.min(part.min(1.0 - part));
             // On a face between two elements the lower one.
-            element[d] = ((part * n - ON_FACE).ceil() - 1.0).clamp(0.0, n - 1.0) as usize;
+            *element = ((part * n - ON_FACE).ceil() - 1.0).clamp(0.0, n - 1.0) as usize;
         }
         (inside, element)
     }
 
     /// Corners of a body, numbered by bits `[m]`.
     pub fn corners(&self, body: usize) -> [Vec3; 8] {
-        let n = self.lattice(body).divisions;
-        std::array::from_fn(|k| {
-            self.position(body, [0, 1, 2].map(|d| if k >> d & 1 == 1 { n } else { 0 }))
-        })
-    }
-
-    /// Shortest edge of a body `[m]`.
-    pub fn shortest_edge(&self, body: usize) -> f64 {
-        let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
-        let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
-        edge(0).min(edge(1)).min(edge(2))
-    }
-
-    /// Longest edge of a body `[m]`.
-    pub fn longest_edge(&self, body: usize) -> f64 {
-        let (lattice, cell) = (self.lattice(body), self.bodies[body].cell);
-        let edge = |d: usize| lattice.spacing(d, cell[d] as usize) * lattice.divisions as f64;
-        edge(0).max(edge(1)).max(edge(2))
+        let topology = self.topology(body);
+        topology.corners().map(|node| self.position(body, topology.steps(node)))
     }
 
     /// Number of the node at lattice steps `at` of a body.
     pub fn node(&self, body: usize, at: [usize; 3]) -> usize {
-        let n = self.lattice(body).divisions + 1;
-        self.bodies[body].first_node as usize + at[0] + n * (at[1] + n * at[2])
+        self.bodies[body].first_node as usize + self.topology(body).node(at)
     }
 
     /// Reference position of the node at lattice steps `at` of a body `[m]`.

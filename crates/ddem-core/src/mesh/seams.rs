@@ -103,26 +103,25 @@ impl Seam {
             stiffness: [Lanes::ZERO; 2],
             dashpot: Lanes::ZERO,
         };
-        let mut offset = [0; 3];
-        offset[d] = 1;
         for lane in 0..pack.filled {
             let body = pack.bodies[lane] as usize;
-            let Some(other) = geometry.neighbour(body, offset) else { continue };
-            let cell = geometry.bodies[body].cell.map(|c| c as usize);
-            let joint = lattice.joint_above(cell, d);
+            let Some(other) = geometry.above(body, d) else { continue };
+            let joint = geometry.joint_above(body, d);
             let found = &properties.joints[usize::from(joint)];
             // Between rigid blocks every joint is springs (§8).
             (seam.joints[lane], seam.springs[lane]) =
                 (joint, found.layer().is_none() || lattice.rigid);
             seam.laws[lane] = law(body, d, joint);
             let edges = [0, 1, 2].map(|e| {
-                let gap = lattice.gaps[d][cell[d] + 1];
-                lattice.axes[e] * if e == d { gap } else { lattice.spacing(e, cell[e]) }
+                let across = e == d;
+                let size =
+                    if across { geometry.gap_above(body, d) } else { geometry.spacing(body, e) };
+                lattice.axes[e] * size
             });
             for (lanes, edge) in seam.edges.iter_mut().zip(&edges) {
                 (0..3).for_each(|c| lanes[c].0[lane] = edge[c]);
             }
-            let quarter = lattice.joint_area(cell, d) / 4.0;
+            let quarter = geometry.joint_quarter(body, d);
             seam.quarter.0[lane] = quarter;
             seam.per_quarter.0[lane] = 1.0 / quarter;
             let Stiffness { normal, shear } = found.stiffness();
@@ -197,11 +196,9 @@ pub(crate) struct Moved {
 impl Moved {
     /// At the faces of a body across a direction.
     pub(crate) fn new(geometry: &Geometry, (body, d): (usize, usize), elastic: &Elastic) -> Self {
-        let lattice = geometry.lattice(body);
-        let cell = geometry.bodies[body].cell[d] as usize;
-        let height = lattice.spacing(d, cell) * lattice.normal(d).dot(&lattice.axes[d]);
-        let whole = elastic.density * height * lattice.divisions as f64;
-        let layer = if lattice.rigid { whole } else { 0.5 * elastic.density * height };
+        let height = geometry.height(body, d);
+        let whole = elastic.density * height * geometry.topology(body).divisions() as f64;
+        let layer = if geometry.is_rigid(body) { whole } else { 0.5 * elastic.density * height };
         Self { range: [layer, whole], impedance: (elastic.density * elastic.p_modulus()).sqrt() }
     }
 

@@ -29,7 +29,7 @@ impl Model {
     pub fn elements_of(&self, block: usize) -> Range<usize> {
         self.geometry.has_block(block);
         let first = self.geometry.bodies[block].first_element as usize;
-        first..first + self.geometry.lattice(block).divisions.pow(3)
+        first..first + self.geometry.topology(block).elements()
     }
 
     /// Number of the element at lattice steps `at` of a block.
@@ -39,12 +39,13 @@ impl Model {
     /// If the model has no such block, or the block no such element.
     #[must_use]
     pub fn element(&self, block: usize, at: [usize; 3]) -> usize {
-        let (elements, n) = (self.elements_of(block), self.geometry.lattice(block).divisions);
+        let (elements, topology) = (self.elements_of(block), self.geometry.topology(block));
+        let n = topology.divisions();
         assert!(
             at.iter().all(|&step| step < n),
             "block {block} has no element at {at:?}: it has {n} along each edge, from 0"
         );
-        elements.start + at[0] + n * (at[1] + n * at[2])
+        elements.start + topology.element(at)
     }
 
     /// The elements that have one of some nodes, as block and lattice steps.
@@ -56,16 +57,10 @@ impl Model {
     pub fn elements_at(&self, nodes: &[u32]) -> Vec<(usize, [usize; 3])> {
         let mut elements = Vec::new();
         for &node in nodes {
-            let (block, at) = self.geometry.locate(node as usize);
-            let n = self.geometry.lattice(block).divisions;
-            for corner in 0..8 {
-                let lower = [0, 1, 2].map(|d| at[d].checked_sub(corner >> d & 1));
-                if let [Some(x), Some(y), Some(z)] = lower
-                    && [x, y, z].iter().all(|&i| i < n)
-                {
-                    elements.push((block, [x, y, z]));
-                }
-            }
+            let block = self.geometry.block_of(node as usize);
+            let (topology, first) = (self.geometry.topology(block), self.nodes_of(block).start);
+            let around = topology.elements_at(node as usize - first);
+            elements.extend(around.map(|element| (block, topology.element_steps(element))));
         }
         elements.sort_unstable();
         elements.dedup();

@@ -52,10 +52,7 @@ fn extents(geometry: &Geometry, groups: &[usize], n_groups: usize) -> Vec<(Vec3,
     let nothing = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
     let mut bounds = vec![nothing; n_groups];
     for (body, &group) in groups.iter().enumerate() {
-        let n = geometry.lattice(body).divisions;
-        for corner in 0..8 {
-            let at = [0, 1, 2].map(|d| if corner >> d & 1 == 1 { n } else { 0 });
-            let x = geometry.position(body, at);
+        for x in geometry.corners(body) {
             bounds[group] = (bounds[group].0.inf(&x), bounds[group].1.sup(&x));
         }
     }

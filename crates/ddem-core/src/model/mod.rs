@@ -223,24 +223,9 @@ impl Model {
     /// If the model has no such block.
     pub fn hexes(&self, block: usize) -> impl Iterator<Item = [u32; 8]> + '_ {
         self.geometry.has_block(block);
-        let n = self.geometry.lattice(block).divisions;
-        let cells =
-            (0..n).flat_map(move |k| (0..n).flat_map(move |j| (0..n).map(move |i| [i, j, k])));
-        cells.map(move |[i, j, k]| {
-            let node = |a: usize, b: usize, c: usize| {
-                self.geometry.node(block, [i + a, j + b, k + c]) as u32
-            };
-            [
-                node(0, 0, 0),
-                node(1, 0, 0),
-                node(1, 1, 0),
-                node(0, 1, 0),
-                node(0, 0, 1),
-                node(1, 0, 1),
-                node(1, 1, 1),
-                node(0, 1, 1),
-            ]
-        })
+        let (topology, first) = (self.geometry.topology(block), self.nodes_of(block).start as u32);
+        let hexes = (0..topology.elements()).map(move |element| topology.hex(element));
+        hexes.map(move |hex| hex.map(|node| first + node as u32))
     }
 
     /// Name of the set of a block in messages.
@@ -257,7 +242,7 @@ impl Model {
     #[must_use]
     pub fn is_rigid(&self, block: usize) -> bool {
         self.geometry.has_block(block);
-        self.geometry.lattice(block).rigid
+        self.geometry.is_rigid(block)
     }
 
     /// Number of a block's material, in sorted order of the names.
@@ -296,7 +281,7 @@ impl Model {
     /// Nodes of a block.
     pub(crate) fn nodes_of(&self, block: usize) -> Range<usize> {
         let first = self.geometry.bodies[block].first_node as usize;
-        first..first + (self.geometry.lattice(block).divisions + 1).pow(3)
+        first..first + self.geometry.topology(block).nodes()
     }
 
     /// Memory of everything whose size grows with the model `[bytes]`.

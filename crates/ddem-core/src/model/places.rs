@@ -63,9 +63,9 @@ impl Model {
             if distance > nearest + tie {
                 break;
             }
-            let n = self.geometry.lattice(block).divisions + 1;
+            let topology = self.geometry.topology(block);
             for (local, node) in self.nodes_of(block).enumerate() {
-                let at = [local % n, local / n % n, local / (n * n)];
+                let at = topology.steps(local);
                 let distance = (self.geometry.position(block, at) - place).norm();
                 nearest = nearest.min(distance);
                 if distance <= nearest + tie {

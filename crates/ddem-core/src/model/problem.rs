@@ -17,8 +17,8 @@ pub use crate::mesh::properties::{
 };
 pub use crate::mesh::{
     Abutment, Abuts, BlockFace, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES,
-    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Vec3,
-    abutting, bounds, bounds_of, faces, moved_to,
+    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Topology,
+    Vec3, abutting, bounds, bounds_of, faces, moved_to,
 };
 pub use crate::model::boundary::{
     Border, Borders, Column, Ground, NoColumn, Resistance, Side, impedance,

@@ -34,10 +34,8 @@ impl Model {
             debug_assert!(own + at < usize::from(NO_JOINT), "numbers have 16 bits");
             u16::try_from(own + at).unwrap_or(new)
         };
-        let mut within = |body: usize, d: usize, joint: u16| {
-            let cell = before.bodies[body].cell.map(|c| c as usize);
-            law(before.lattice(body).joint_above(cell, d), joint)
-        };
+        let mut within =
+            |body: usize, d: usize, joint: u16| law(before.joint_above(body, d), joint);
         let seams = Seams::new(properties, geometry, packs, &mut within);
         let between = geometry.abutments.iter().map(|abutment| {
             let old = before.joint_of(abutment.blocks).unwrap_or(NO_JOINT);

@@ -89,12 +89,5 @@ impl Sliding {
 
 /// Angular frequency of waves as long as the longest edge of a block, `2π c_P/L` `[1/s]`.
 fn slowest(geometry: &Geometry, (body, elastic): (usize, &Elastic)) -> f64 {
-    let lattice = geometry.lattice(body);
-    let cell = geometry.bodies[body].cell;
-    let edge = |d: usize| {
-        let element = lattice.axes[d].norm() * lattice.spacing(d, cell[d] as usize);
-        element * lattice.divisions as f64
-    };
-    let speed = (elastic.p_modulus() / elastic.density).sqrt();
-    std::f64::consts::TAU * speed / edge(0).max(edge(1)).max(edge(2))
+    std::f64::consts::TAU * elastic.p_speed() / geometry.longest_edge(body)
 }

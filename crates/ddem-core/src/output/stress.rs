@@ -7,14 +7,14 @@ use nalgebra::Matrix3;
 use super::Snapshot;
 use crate::element::{Elastic, principal};
 use crate::math::lanes::Lanes;
-use crate::mesh::Vec3;
 use crate::mesh::in_situ::Stress;
+use crate::mesh::{Topology, Vec3};
 
 /// Origin of the stresses of one block.
 pub(crate) struct Strained<'a> {
     u: &'a [Lanes],
     lane: usize,
-    divisions: usize,
+    topology: Topology,
     elastic: &'a Elastic,
     /// Of the matrix whose columns are the edges of an element.
     inverse: Matrix3<f64>,
@@ -40,11 +40,10 @@ impl Snapshot<'_> {
     /// Stresses of a range of elements `[Pa]`.
     fn fill_stresses(&self, range: Range<usize>, out: &mut [f64]) {
         self.model.fill_elements(range, out, |block| {
-            let (strained, n) =
-                (self.strained(block), self.model.geometry.lattice(block).divisions);
+            let (strained, topology) = (self.strained(block), self.model.geometry.topology(block));
             move |e| {
-                let at = [e % n, e / n % n, e / (n * n)];
-                strained.as_ref().map_or([0.0; 6], |block| block.stress(at))
+                let stress = |block: &Strained<'_>| block.stress(topology.element_steps(e));
+                strained.as_ref().map_or([0.0; 6], stress)
             }
         });
     }
@@ -70,7 +69,7 @@ impl Snapshot<'_> {
         Some(Strained {
             u: &self.state.u[nodes],
             lane,
-            divisions: model.geometry.lattice(block).divisions,
+            topology: model.geometry.topology(block),
             elastic: &element.elastic,
             inverse: Matrix3::from_columns(&element.edges).try_inverse()?,
             rotation: self.rotation(pack, lane),
@@ -94,12 +93,10 @@ impl Snapshot<'_> {
 impl Strained<'_> {
     /// As [`Simulation::stress`](crate::Simulation::stress).
     pub(super) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
-        let n = self.divisions + 1;
         // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
         let mut gradient = Matrix3::zeros();
         for corner in 0..8 {
-            let [i, j, k] = [0, 1, 2].map(|d| at[d] + (corner >> d & 1));
-            let node = 3 * (i + n * (j + n * k));
+            let node = 3 * self.topology.node([0, 1, 2].map(|d| at[d] + (corner >> d & 1)));
             let u = Vec3::from([0, 1, 2].map(|c| self.u[node + c].0[self.lane]));
             for d in 0..3 {
                 let sign = if corner >> d & 1 == 1 { 0.25 } else { -0.25 };
@@ -126,12 +123,11 @@ impl Strained<'_> {
     /// The least and the largest principal stress there `[Pa]`, a third of the work of all of them:
     /// they do not care how the block has turned.
     pub(crate) fn range(&self, at: [usize; 3]) -> [f64; 2] {
-        let n = self.divisions + 1;
-        let first = at[0] + n * (at[1] + n * at[2]);
+        let first = self.topology.node(at);
         let mut differences = [[0.0; 3]; 3];
         for corner in 0..8 {
             let [i, j, k] = [0, 1, 2].map(|d| corner >> d & 1);
-            let node = 3 * (first + i + n * (j + n * k));
+            let node = 3 * (first + self.topology.node([i, j, k]));
             for (c, u) in self.u[node..node + 3].iter().map(|u| u.0[self.lane]).enumerate() {
                 differences[0][c] += if i == 1 { u } else { -u };
                 differences[1][c] += if j == 1 { u } else { -u };

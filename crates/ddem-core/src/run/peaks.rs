@@ -26,9 +26,9 @@ impl Simulation {
         let snapshot = self.as_measured();
         peaks.note_stresses(&|block, elements| {
             let Some(strained) = snapshot.strained(block) else { return };
-            let n = self.model.geometry.lattice(block).divisions;
+            let topology = self.model.geometry.topology(block);
             for (e, [tension, compression]) in elements.iter_mut().enumerate() {
-                let [least, most] = strained.range([e % n, e / n % n, e / (n * n)]);
+                let [least, most] = strained.range(topology.element_steps(e));
                 *tension = tension.max(most);
                 *compression = compression.max(-least);
             }
@@ -41,7 +41,7 @@ impl Simulation {
 pub(super) fn look(model: &Model) -> Option<f64> {
     let speeds: Vec<f64> = model.properties.materials.iter().map(Elastic::p_speed).collect();
     let crossing = |block: usize| {
-        let divisions = model.geometry.lattice(block).divisions as f64;
+        let divisions = model.geometry.topology(block).divisions() as f64;
         let edge = model.geometry.shortest_edge(block) / divisions;
         edge / speeds[usize::from(model.material(block))]
     };

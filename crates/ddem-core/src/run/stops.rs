@@ -1,6 +1,7 @@
 //! What a run stops at.
 
 use super::Simulation;
+use crate::collide::FaceOf;
 use crate::error::{Moving, RunError};
 use crate::joint::contact::Contacts;
 use crate::math::sums::Sums;
@@ -165,9 +166,8 @@ impl Simulation {
     /// The stiffest joint beside a block and its thickness `[m]`, 0 if it is springs.
     pub(super) fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
         let Model { geometry, packs, seams, properties, .. } = &*self.model;
-        let below = |d: usize| [0, 1, 2].map(|e| -i32::from(e == d));
-        let owners =
-            (0..3).flat_map(|d| [(Some(block), d), (geometry.neighbour(block, below(d)), d)]);
+        let below = |direction| geometry.beyond(block, FaceOf { direction, upper: false });
+        let owners = (0..3).flat_map(|d| [(Some(block), d), (below(d), d)]);
         let stiffest = owners.filter_map(|(owner, d)| {
             let (pack, lane) = packs.slot(owner?);
             let seam = seams.get(pack, d)?;

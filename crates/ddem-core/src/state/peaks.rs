@@ -25,7 +25,7 @@ impl Peaks {
         if !model.properties.peaks {
             return Self::default();
         }
-        let elements = |block| model.geometry.lattice(block).divisions.pow(3);
+        let elements = |block| model.geometry.topology(block).elements();
         Self {
             speeds: vec![Lanes::ZERO; model.packs.nodes],
             stresses: (0..model.n_blocks()).map(|block| vec![[0.0; 2]; elements(block)]).collect(),

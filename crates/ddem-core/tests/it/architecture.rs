@@ -175,6 +175,31 @@ fn every_module_is_there() {
     }
 }
 
+/// Lattices are made in `mesh/`. Above, blocks have a `Topology`, edges, faces and
+/// neighbours beyond these, so that blocks of other shapes need no other code there.
+#[test]
+fn nothing_above_the_mesh_knows_lattices() {
+    // Strips and corners lie between blocks that meet at edges: joints of lattices, the fast case.
+    let strips = ["step/cluster/mod.rs", "model/boundary/beside.rs"];
+    // Re-exports, and the builder that makes lattices of one block.
+    let builders = ["model/problem.rs", "model/problem/builder.rs", "joint/breaks/tests.rs"];
+    let above = &ROWS[..ROWS.iter().position(|row| row.contains(&"mesh")).unwrap_or(0)];
+    let is_above = |file: &str| above.concat().contains(&file.split('/').next().unwrap_or(file));
+    for (file, text) in sources().iter().filter(|(file, _)| is_above(file)) {
+        for (number, line) in code(text) {
+            let words = |of: &str| line.split(|c: char| !c.is_alphanumeric()).any(|w| w == of);
+            let lattice = words("Lattice") || line.contains(".lattice(");
+            let cells = [".lattices", ".cell.", ".cell["].iter().any(|word| line.contains(word));
+            assert!(
+                builders.contains(&&file[..]) || !(lattice || cells),
+                "{file}:{number}: {line}"
+            );
+            let known = strips.contains(&&file[..]) || !line.contains(".neighbour(");
+            assert!(known, "{file}:{number}: {line}");
+        }
+    }
+}
+
 #[test]
 fn no_force_knows_another() {
     for (file, text) in sources().iter().filter(|(file, _)| file.starts_with("force/")) {

@@ -199,7 +199,7 @@ fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<Blo
         let message = "a range cuts an oblique face askew, which cannot be taken in part";
         return Err(Fault::new(place, message));
     }
-    if surfaces.iter().any(|surface| geometry.lattice(surface.block).rigid) {
+    if surfaces.iter().any(|surface| geometry.is_rigid(surface.block)) {
         let message = "selects faces of rigid blocks: waves go through deformable ones only";
         return Err(Fault::new(place, message).help(
             "leave the boundary out, or make the blocks along it a set with `body = \"deformable\"`",

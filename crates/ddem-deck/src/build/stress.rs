@@ -54,7 +54,7 @@ pub(super) fn stresses(deck: &Deck, problem: &Problem) -> Result<Vec<Option<Stre
         let place = format!("initial[{index}].where");
         if blocks.is_empty() {
             faults.push(nothing(place, "no block"));
-        } else if let Some(&rigid) = blocks.iter().find(|&&block| geometry.lattice(block).rigid) {
+        } else if let Some(&rigid) = blocks.iter().find(|&&block| geometry.is_rigid(block)) {
             let set = deck.set_name(geometry.set(rigid));
             let message = format!("block {rigid} of set `{set}` is rigid: it has no stress");
             let help = "select deformable blocks only, as in `where = { set = … }`";

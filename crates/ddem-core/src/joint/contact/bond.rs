@@ -126,8 +126,7 @@ pub(crate) fn seated(
         let of = |block: u32| stresses.get(block as usize).copied().flatten();
         let [a, b] = abutment.blocks.map(of);
         // A rigid block has no stress, and bears that of the other.
-        let [rigid_a, rigid_b] =
-            abutment.blocks.map(|block| geometry.lattice(block as usize).rigid);
+        let [rigid_a, rigid_b] = abutment.blocks.map(|block| geometry.is_rigid(block as usize));
         let both = [if rigid_a { b } else { a }, if rigid_b { a } else { b }];
         fitting.bond(abutment, joints[usize::from(abutment.joint)], both)
     };
@@ -229,7 +228,7 @@ impl Patch {
     pub(super) fn turn_with_larger(&mut self, placing: &Placing<'_>) {
         let area = |side: usize| {
             let placed = &placing.blocks[self.blocks[side] as usize];
-            placed.element_area(self.faces()[side]) * (placed.divisions as f64).powi(2)
+            placed.element_area(self.faces()[side]) * (placed.topology.divisions() as f64).powi(2)
         };
         let own = usize::from(self.reference);
         if area(1 - own) <= LARGER * area(own) {

@@ -23,8 +23,7 @@ pub(crate) fn bound(
 ) -> [f64; 2] {
     let mut most = [0.0_f64; 2];
     for body in 0..geometry.bodies.len() {
-        let lattice = geometry.lattice(body);
-        if lattice.rigid {
+        if geometry.is_rigid(body) {
             let (pack, lane) = packs.slot(body);
             let matter = &assembly.rigid[packs.packs[pack].rigid_start][lane];
             most[1] = most[1].max(2.0 * rigid(skins, body as u32, matter));
@@ -42,10 +41,6 @@ pub(crate) fn bound(
 pub(crate) fn outer(skins: &Skins, body: usize, face: FaceOf) -> [f64; 2] {
     let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
     [2.0 * normal, 2.0 * shear]
-}
-
-pub(crate) fn faces() -> impl Iterator<Item = FaceOf> {
-    (0..6).map(FaceOf::of_number)
 }
 
 /// What contacts, and dashpots that work with velocities half a step old, add at most to the nodes of deformable
@@ -78,10 +73,10 @@ impl Added {
                 continue;
             }
             let faces = each_face(skins, geometry, body);
-            let n = packs.shape_of(pack).divisions;
-            for node in 0..(n + 1).pow(3) {
-                let [i, j, k] = [node % (n + 1), node / (n + 1) % (n + 1), node / (n + 1).pow(2)];
-                let at = [i, j, k].map(|i| (i == 0 || i == n).then_some(i == n));
+            let topology = geometry.topology(body);
+            let n = topology.divisions();
+            for node in 0..topology.nodes() {
+                let at = topology.steps(node).map(|i| (i == 0 || i == n).then_some(i == n));
                 let [square, rate] = on_node(&faces, at);
                 squares[pack.start + node].0[lane] = if contacts { square } else { 0.0 };
                 rates[pack.start + node].0[lane] = ratio * rate;
@@ -163,10 +158,7 @@ fn on_node(faces: &[OnFace; 6], at: [Option<bool>; 3]) -> [f64; 2] {
 
 /// Area over mass of a node on a face, twice for the other block, `A/m = 2/(ρ h)` `[m²/kg]`.
 fn per_mass(skins: &Skins, geometry: &Geometry, (body, face): (usize, FaceOf)) -> f64 {
-    let (lattice, d) = (geometry.lattice(body), face.direction);
-    let cell = geometry.bodies[body].cell[d] as usize;
-    let height = lattice.spacing(d, cell) * lattice.normal(d).dot(&lattice.axes[d]);
-    4.0 / (skins.density(body as u32, face) * height)
+    4.0 / (skins.density(body as u32, face) * geometry.height(body, face.direction))
 }
 
 /// All faces in contact, or in their joint where that is stiffer, at their corners.
@@ -174,7 +166,7 @@ fn rigid(skins: &Skins, body: u32, matter: &Matter) -> f64 {
     let mut sum = Matrix6::zeros();
     let mass = matter.mass.sqrt();
     let root = matter.inverse_root();
-    for face in faces() {
+    for face in FaceOf::all() {
         let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
         let cross = matter.half[e].cross(&matter.half[f]);
         let normal = cross.try_normalize(0.0).unwrap_or_default();

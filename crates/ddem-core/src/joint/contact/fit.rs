@@ -10,11 +10,11 @@ use nalgebra::{Vector2, Vector3};
 use super::heirs::{Handed, Known, Old};
 use super::side::{Side, apart, edge_node, edge_spot, node_at};
 use super::skins::sides_of;
-use super::{Both, ContactPoint, Patch, Placed, Placing, REACH, Skins, Spot};
+use super::{Both, ContactPoint, Patch, Placed, Placing, REACH, Skins};
 use crate::collide::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
 use crate::joint::point::{JointPoint, Look};
 use crate::law::{Memory, Settled, Traction};
-use crate::mesh::{Abutment, Vec3};
+use crate::mesh::{Abutment, SurfacePoint, Vec3};
 
 /// Part of the area of an element's face below which a point of it is nothing.
 const NOTHING: f64 = 1e-9;
@@ -188,7 +188,7 @@ impl Fitting<'_> {
             .map(|side| Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame));
         let fine = usize::from(sides[1].element < sides[0].element);
         let (fine_side, coarse) = (&sides[fine], &sides[1 - fine]);
-        let (n, m) = (fine_side.placed.divisions, coarse.placed.divisions);
+        let (n, m) = (fine_side.placed.topology.divisions(), coarse.placed.topology.divisions());
         let at_node = vec![usize::MAX; (n + 1) * (n + 1)];
         let mut over = Over { sides: [fine_side, coarse], fine, at_node, points: Vec::new() };
         for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
@@ -216,11 +216,11 @@ impl Fitting<'_> {
     fn edges(&self, patch: &mut Patch, edges: [EdgeOf; 2]) {
         let ends = [0, 1].map(|side| {
             let placed = &self.placing.blocks[patch.blocks[side] as usize];
-            [0, placed.divisions]
+            [0, placed.topology.divisions()]
                 .map(|i| placed.node(self.placing.u, edge_node(placed, edges[side], i)))
         });
         let along = collide::nearest(ends[0], ends[1]);
-        let (mut spots, mut least) = ([Spot::default(); 2], f64::INFINITY);
+        let (mut spots, mut least) = ([SurfacePoint::default(); 2], f64::INFINITY);
         for side in 0..2 {
             let placed = &self.placing.blocks[patch.blocks[side] as usize];
             spots[side] = edge_spot(placed, edges[side], along[side]);
@@ -290,7 +290,7 @@ impl Fitting<'_> {
 
 impl ContactPoint {
     /// At two spots, for an area `[m²]`, with nothing to remember.
-    fn new(spots: [Spot; 2], area: f64) -> Self {
+    fn new(spots: [SurfacePoint; 2], area: f64) -> Self {
         Self { spots, pair: JointPoint { area, ..JointPoint::default() }, slid: 0.0 }
     }
 }
@@ -340,7 +340,7 @@ impl Over<'_> {
     /// Adds a point of an element, or its area to that at the same node. Returns its number.
     fn put(&mut self, [i, k]: [usize; 2], vertex: &Vertex) -> Option<u32> {
         let [fine, coarse] = self.sides;
-        let n = fine.placed.divisions;
+        let n = fine.placed.topology.divisions();
         if vertex.area <= NOTHING * fine.element {
             return None;
         }
@@ -352,7 +352,7 @@ impl Over<'_> {
         if let Some(node) = node {
             self.at_node[node] = self.points.len();
         }
-        let mut spots = [Spot::new([i, k], vertex.on); 2];
+        let mut spots = [SurfacePoint::new([i, k], vertex.on); 2];
         spots[1 - self.fine] = coarse.spot(vertex.at);
         self.points.push(ContactPoint::new(spots, vertex.area));
         Some(self.points.len() as u32 - 1)

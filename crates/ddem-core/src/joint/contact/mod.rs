@@ -43,11 +43,11 @@ use crate::collide::FaceOf;
 use crate::law::Traction;
 use crate::math::exact::sum;
 use crate::math::lanes::Lanes;
-use crate::mesh::Vec3;
+use crate::mesh::{SurfacePoint, Vec3};
 
-pub(crate) use bound::{Added, bound, faces, outer};
+pub(crate) use bound::{Added, bound, outer};
 pub use doubts::ContactDoubt;
-pub(crate) use place::{Placed, Placing, Spot};
+pub(crate) use place::{Placed, Placing};
 pub(crate) use release::{Places, Release};
 pub(crate) use search::{Ground, Near, find, let_go};
 
@@ -65,7 +65,7 @@ const REACH: f64 = 0.02;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ContactPoint {
     /// On blocks a and b.
-    pub(crate) spots: [Spot; 2],
+    pub(crate) spots: [SurfacePoint; 2],
     pub(crate) pair: JointPoint,
     /// Way that it has slid since the blocks met, or it took the place of a joint `[m]`.
     pub(crate) slid: f64,

@@ -1,14 +1,13 @@
 //! Where blocks and the points of their faces are.
 
 use nalgebra::Matrix3;
-use serde::{Deserialize, Serialize};
 
 use crate::collide::{Cell, FaceOf};
 use crate::element::corotation::Frame;
 use crate::math::lanes::Lanes;
 use crate::mesh::grid::Bounds;
 use crate::mesh::pack::Packs;
-use crate::mesh::{Geometry, Vec3};
+use crate::mesh::{Geometry, SurfacePoint, Topology, Vec3};
 
 /// A block: its nodes at rest, and where these are in nodal fields.
 #[derive(Clone, Debug)]
@@ -23,22 +22,12 @@ pub(crate) struct Placed {
     pub(super) spacing: f64,
     /// Half of the sum of the block's edges `[m]`.
     pub(super) size: f64,
-    /// Elements along each edge.
-    pub(crate) divisions: usize,
+    pub(crate) topology: Topology,
     pub(super) rigid: bool,
     /// First number in a nodal field.
     first: usize,
     pub(super) pack: usize,
     pub(super) lane: usize,
-}
-
-/// A point of a face of a block, fixed to it: an element's face and bilinear coordinates there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Spot {
-    /// Element along the next two directions, cyclically.
-    pub(crate) element: [u16; 2],
-    /// Where in the element's face, each from 0 to 1.
-    pub(crate) on: [f32; 2],
 }
 
 /// Where everything is: nodal displacements and the frames of the packs.
@@ -59,20 +48,20 @@ pub(crate) struct Placing<'a> {
 
 pub(super) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
     let place = |body: usize| {
-        let lattice = geometry.lattice(body);
-        let cell = geometry.bodies[body].cell;
+        let topology = geometry.topology(body);
+        let divisions = topology.divisions() as f64;
         let (pack, lane) = packs.slot(body);
-        let steps = [0, 1, 2].map(|d| lattice.axes[d] * lattice.spacing(d, cell[d] as usize));
+        let steps = geometry.element_edges(body);
         let corner = geometry.position(body, [0; 3]);
         let edges = steps.map(|step| step.norm());
         Placed {
             corner,
-            middle: corner + (steps[0] + steps[1] + steps[2]) * (0.5 * lattice.divisions as f64),
+            middle: corner + (steps[0] + steps[1] + steps[2]) * (0.5 * divisions),
             spacing: edges[0].min(edges[1]).min(edges[2]),
-            size: 0.5 * lattice.divisions as f64 * (edges[0] + edges[1] + edges[2]),
+            size: 0.5 * divisions * (edges[0] + edges[1] + edges[2]),
             steps,
-            divisions: lattice.divisions,
-            rigid: lattice.rigid,
+            topology,
+            rigid: geometry.is_rigid(body),
             first: 3 * packs.packs[pack].start,
             pack,
             lane,
@@ -85,8 +74,7 @@ impl Placed {
     /// Value of a nodal field at lattice steps `at`.
     #[inline(always)]
     pub(super) fn value(&self, field: &[Lanes], at: [usize; 3]) -> Vec3 {
-        let n = self.divisions + 1;
-        let place = self.first + 3 * (at[0] + n * (at[1] + n * at[2]));
+        let place = self.first + 3 * self.topology.node(at);
         let node = &field[place..place + 3];
         Vec3::new(node[0].0[self.lane], node[1].0[self.lane], node[2].0[self.lane])
     }
@@ -100,8 +88,7 @@ impl Placed {
     }
 
     fn corners(&self, u: &[Lanes]) -> [Vec3; 8] {
-        let end = |corner: usize, d: usize| if corner >> d & 1 == 1 { self.divisions } else { 0 };
-        std::array::from_fn(|corner| self.node(u, [0, 1, 2].map(|d| end(corner, d))))
+        self.topology.corners().map(|node| self.node(u, self.topology.steps(node)))
     }
 
     /// The parallelepiped nearest to its corners.
@@ -127,25 +114,17 @@ impl Placed {
         [low.add_scalar(-margin), high.add_scalar(margin)]
     }
 
-    /// The four nodes that make a spot, numbered as in the block's nodal fields, and their weights.
+    /// Nodes that make a point of a face, numbered as in the block, and their weights.
     #[inline(always)]
-    pub(crate) fn shares(&self, face: FaceOf, spot: &Spot) -> [(usize, f64); 4] {
-        let n = self.divisions;
-        let strides = [1, n + 1, (n + 1) * (n + 1)];
-        let d = face.direction;
-        let [next, last] = [strides[(d + 1) % 3], strides[(d + 2) % 3]];
-        let [i, k] = spot.element.map(usize::from);
-        let first = if face.upper { n * strides[d] } else { 0 } + i * next + k * last;
-        let nodes = [first, first + next, first + next + last, first + last];
-        let weights = crate::collide::weights(spot.on.map(f64::from));
-        std::array::from_fn(|k| (nodes[k], weights[k]))
+    pub(crate) fn shares(&self, face: FaceOf, point: &SurfacePoint) -> [(usize, f64); 4] {
+        point.shares(self.topology, face)
     }
 
-    /// Value of a nodal field at a spot.
+    /// Value of a nodal field at a point.
     #[inline(always)]
-    fn at(&self, field: &[Lanes], face: FaceOf, spot: &Spot) -> Vec3 {
+    fn at(&self, field: &[Lanes], face: FaceOf, point: &SurfacePoint) -> Vec3 {
         let mut sum = Vec3::zeros();
-        for (node, weight) in self.shares(face, spot) {
+        for (node, weight) in self.shares(face, point) {
             let node = &field[self.first + 3 * node..][..3];
             let value = Vec3::new(node[0].0[self.lane], node[1].0[self.lane], node[2].0[self.lane]);
             sum += value * weight;
@@ -153,21 +132,21 @@ impl Placed {
         sum
     }
 
-    /// Position of a spot at rest `[m]`, and the node that has most of it, numbered as in the block.
-    pub(crate) fn seat(&self, face: FaceOf, spot: &Spot) -> (Vec3, usize) {
-        let shares = self.shares(face, spot);
+    /// Position of a point at rest `[m]`, and the node that has most of it, numbered as in the block.
+    pub(crate) fn seat(&self, face: FaceOf, point: &SurfacePoint) -> (Vec3, usize) {
+        let shares = self.shares(face, point);
         let most = shares
             .iter()
             .fold(shares[0], |most, &share| if share.1 > most.1 { share } else { most });
-        (self.rest(face, spot), most.0)
+        (self.rest(face, point), most.0)
     }
 
-    /// Position of a spot at rest `[m]`.
+    /// Position of a point at rest `[m]`.
     #[inline(always)]
-    fn rest(&self, face: FaceOf, spot: &Spot) -> Vec3 {
+    fn rest(&self, face: FaceOf, point: &SurfacePoint) -> Vec3 {
         let d = face.direction;
-        let along = |k: usize| f64::from(spot.element[k]) + f64::from(spot.on[k]);
-        let up = if face.upper { self.divisions as f64 } else { 0.0 };
+        let along = |k: usize| f64::from(point.element[k]) + f64::from(point.on[k]);
+        let up = if face.upper { self.topology.divisions() as f64 } else { 0.0 };
         let [x, y, z] = [0, 1, 2].map(|k| self.steps[(d + k) % 3]);
         self.corner + (x * up + y * along(0) + z * along(1))
     }
@@ -176,12 +155,6 @@ impl Placed {
     pub(crate) fn element_area(&self, face: FaceOf) -> f64 {
         let d = face.direction;
         self.steps[(d + 1) % 3].cross(&self.steps[(d + 2) % 3]).norm()
-    }
-}
-
-impl Spot {
-    pub(crate) fn new(element: [usize; 2], on: [f64; 2]) -> Self {
-        Self { element: element.map(|i| i as u16), on: on.map(|x| x as f32) }
     }
 }
 
@@ -199,7 +172,7 @@ impl Placing<'_> {
         let ways = placed.cell(self.last.0).half;
         let edges = placed.cell(self.u).half;
         let turn = |d: usize| {
-            let way = ways[d] - placed.steps[d] * (0.5 * placed.divisions as f64);
+            let way = ways[d] - placed.steps[d] * (0.5 * placed.topology.divisions() as f64);
             edges[d].cross(&way) / edges[d].norm_squared()
         };
         (turn(0) + turn(1) + turn(2)) * (0.5 * self.last.1)
@@ -215,29 +188,39 @@ impl Placing<'_> {
         placed.middle + Vec3::from(self.frames[pack].mean.map(|c| c.0[lane]))
     }
 
-    /// Position of a spot `[m]`.
+    /// Position of a point `[m]`.
     #[inline(always)]
-    pub(crate) fn position(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
+    pub(crate) fn position(&self, block: usize, face: FaceOf, point: &SurfacePoint) -> Vec3 {
         let placed = &self.blocks[block];
-        placed.rest(face, spot) + placed.at(self.u, face, spot)
+        placed.rest(face, point) + placed.at(self.u, face, point)
     }
 
-    /// From a spot on one block to that on another `[m]`.
+    /// From a point on one block to that on another `[m]`.
     #[inline(always)]
-    pub(crate) fn apart(&self, blocks: [u32; 2], faces: [FaceOf; 2], spots: &[Spot; 2]) -> Vec3 {
+    pub(crate) fn apart(
+        &self,
+        blocks: [u32; 2],
+        faces: [FaceOf; 2],
+        spots: &[SurfacePoint; 2],
+    ) -> Vec3 {
         let [x, y] =
             [0, 1].map(|side| self.position(blocks[side] as usize, faces[side], &spots[side]));
         y - x
     }
 
     /// What that changed by in the last step `[m]`.
-    pub(super) fn parted(&self, blocks: [u32; 2], faces: [FaceOf; 2], spots: &[Spot; 2]) -> Vec3 {
+    pub(super) fn parted(
+        &self,
+        blocks: [u32; 2],
+        faces: [FaceOf; 2],
+        spots: &[SurfacePoint; 2],
+    ) -> Vec3 {
         let [x, y] = [0, 1].map(|side| self.way(blocks[side] as usize, faces[side], &spots[side]));
         y - x
     }
 
-    /// Way of a spot in the last step `[m]`.
-    pub(super) fn way(&self, block: usize, face: FaceOf, spot: &Spot) -> Vec3 {
-        self.blocks[block].at(self.last.0, face, spot) * self.last.1
+    /// Way of a point in the last step `[m]`.
+    pub(super) fn way(&self, block: usize, face: FaceOf, point: &SurfacePoint) -> Vec3 {
+        self.blocks[block].at(self.last.0, face, point) * self.last.1
     }
 }

@@ -196,9 +196,7 @@ pub(super) fn release(
             }
             contacts.joints[body][d] = Release::Done;
             any = true;
-            let mut offset = [0; 3];
-            offset[d] = 1;
-            let Some(other) = at.geometry.neighbour(body, offset) else { continue };
+            let Some(other) = at.geometry.above(body, d) else { continue };
             failed += fail_with_others((at, look), breaks, (index, d), lane);
             let gone = let_go((at, placing), breaks, (index, d), (pack, lane, other));
             let Some((load, account)) = gone else { continue };

@@ -10,6 +10,7 @@ use super::fit::Fitting;
 use super::heirs::Old;
 use super::release::{Places, Release};
 use super::{Contacts, Ended, Patch, Placed, Placing, Surfaces, act, release};
+use crate::collide::FaceOf;
 use crate::joint::breaks::Breaks;
 use crate::joint::losses::{Losses, Lost};
 use crate::joint::point::Look;
@@ -254,9 +255,8 @@ impl Contacts {
         if geometry.is_gone(a) || geometry.is_gone(b) {
             return true;
         }
-        let (body_a, body_b) = (&geometry.bodies[a], &geometry.bodies[b]);
-        if body_a.lattice == body_b.lattice {
-            return in_lattice(geometry, &self.joints, [a, b]);
+        if let Some(step) = geometry.steps_between(a, b) {
+            return in_lattice(geometry, &self.joints, [a, b], step);
         }
         // Across faces that do not match, by way of one block.
         let of_a: Vec<usize> = self.held_by(geometry, a).collect();
@@ -273,22 +273,22 @@ impl Contacts {
             patch.bond.as_ref().is_some_and(|bond| bond.release == Release::Holds)
         });
         let others = bonds.map(|(patch, side)| patch.blocks[1 - side] as usize);
-        let ways = (0..6).filter_map(move |k| {
-            let (d, step) = (k / 2, if k % 2 == 0 { -1 } else { 1 });
-            let mut offset = [0; 3];
-            offset[d] = step;
-            let next = geometry.neighbour(block, offset)?;
-            let owner = if step > 0 { block } else { next };
-            (self.joints[owner][d] == Release::Holds).then_some(next)
+        let ways = FaceOf::all().filter_map(move |face| {
+            let next = geometry.beyond(block, face)?;
+            let owner = if face.upper { block } else { next };
+            (self.joints[owner][face.direction] == Release::Holds).then_some(next)
         });
         others.chain(ways)
     }
 }
 
 /// The same of two blocks of one lattice.
-fn in_lattice(geometry: &Geometry, joints: &[[Release; 3]], [a, b]: [usize; 2]) -> bool {
-    let (body_a, body_b) = (&geometry.bodies[a], &geometry.bodies[b]);
-    let step = [0, 1, 2].map(|d| i64::from(body_b.cell[d]) - i64::from(body_a.cell[d]));
+fn in_lattice(
+    geometry: &Geometry,
+    joints: &[[Release; 3]],
+    [a, b]: [usize; 2],
+    step: [i64; 3],
+) -> bool {
     if step.iter().any(|step| step.abs() > 1) {
         return false;
     }
@@ -313,10 +313,9 @@ fn connected(
     }
     (0..ways.len()).any(|first| {
         let d = ways[first];
-        let mut offset = [0; 3];
-        offset[d] = step[d] as i32;
-        let Some(next) = geometry.neighbour(from, offset) else { return false };
-        let owner = if step[d] > 0 { from } else { next };
+        let face = FaceOf { direction: d, upper: step[d] > 0 };
+        let Some(next) = geometry.beyond(from, face) else { return false };
+        let owner = if face.upper { from } else { next };
         let rest: Vec<usize> = ways.iter().copied().filter(|&way| way != d).collect();
         joints[owner][d] == Release::Holds && connected(geometry, joints, next, (&rest, step))
     })

@@ -1,8 +1,8 @@
 //! Faces and edges as a patch sees them: along the normal, in its plane.
 
-use super::{Placed, Placing, Spot};
+use super::{Placed, Placing};
 use crate::collide::{self, EdgeOf, FaceOf};
-use crate::mesh::Vec3;
+use crate::mesh::{SurfacePoint, Vec3};
 
 /// One side of a face contact, seen along the normal.
 pub(super) struct Side<'a> {
@@ -22,13 +22,10 @@ impl<'a> Side<'a> {
         frame: &[Vec3; 3],
     ) -> Self {
         let placed = &placing.blocks[block];
-        let n = placed.divisions;
+        let n = placed.topology.divisions();
         let mut nodes = Vec::with_capacity((n + 1) * (n + 1));
         for (k, i) in (0..=n).flat_map(|k| (0..=n).map(move |i| (k, i))) {
-            let mut at = [0; 3];
-            at[face.direction] = if face.upper { n } else { 0 };
-            (at[(face.direction + 1) % 3], at[(face.direction + 2) % 3]) = (i, k);
-            let x = placed.node(placing.u, at);
+            let x = placed.node(placing.u, placed.topology.on_face(face, [i, k]));
             nodes.push([frame[1].dot(&x), frame[2].dot(&x)]);
         }
         let m = n + 1;
@@ -37,13 +34,13 @@ impl<'a> Side<'a> {
     }
 
     pub(super) fn quad(&self, [i, k]: [usize; 2]) -> [[f64; 2]; 4] {
-        let m = self.placed.divisions + 1;
+        let m = self.placed.topology.divisions() + 1;
         [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]].map(|[i, k]| self.nodes[i + m * k])
     }
 
     /// The spot over a point of the plane.
-    pub(super) fn spot(&self, at: [f64; 2]) -> Spot {
-        let n = self.placed.divisions;
+    pub(super) fn spot(&self, at: [f64; 2]) -> SurfacePoint {
+        let n = self.placed.topology.divisions();
         let whole = collide::bilinear(&self.outline, at);
         let mut element = whole.map(|x| ((x * n as f64) as usize).min(n - 1));
         let mut on = collide::bilinear(&self.quad(element), at);
@@ -58,7 +55,7 @@ impl<'a> Side<'a> {
             }
             on = collide::bilinear(&self.quad(element), at);
         }
-        Spot::new(element, on.map(|x| x.clamp(0.0, 1.0)))
+        SurfacePoint::new(element, on.map(|x| x.clamp(0.0, 1.0)))
     }
 }
 
@@ -85,17 +82,17 @@ pub(super) fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
     let mut at = [0; 3];
     at[edge.direction] = i;
     for (next, upper) in edge.upper.into_iter().enumerate() {
-        at[(edge.direction + 1 + next) % 3] = if upper { placed.divisions } else { 0 };
+        at[(edge.direction + 1 + next) % 3] = if upper { placed.topology.divisions() } else { 0 };
     }
     at
 }
 
 /// The spot at a part of an edge, on the face beside it that lies across its next direction.
-pub(super) fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> Spot {
-    let n = placed.divisions;
+pub(super) fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> SurfacePoint {
+    let n = placed.topology.divisions();
     let along = part * n as f64;
     let i = (along as usize).min(n - 1);
     // Across direction d + 1, the face's own directions are d + 2 and d.
     let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };
-    Spot::new([k, i], [on, along - i as f64])
+    SurfacePoint::new([k, i], [on, along - i as f64])
 }

@@ -299,18 +299,12 @@ impl Skin {
         abuts: Option<Abuts>,
     ) -> Self {
         let (d, upper) = (face / 2, face % 2 == 1);
-        let lattice = geometry.lattice(body);
-        let cell = geometry.bodies[body].cell.map(|c| c as usize);
         let elastic = &properties.materials[usize::from(geometry.bodies[body].material)];
-        let height = lattice.spacing(d, cell[d]) * lattice.normal(d).dot(&lattice.axes[d]);
+        let height = geometry.height(body, d);
         let moved = Moved::new(geometry, (body, d), elastic);
-        let mut offset = [0; 3];
-        offset[d] = if upper { 1 } else { -1 };
-        let number = geometry.neighbour(body, offset).map(|other| {
-            let owner = if upper { body } else { other };
-            let cell = geometry.bodies[owner].cell.map(|c| c as usize);
-            lattice.joint_above(cell, d)
-        });
+        let number = geometry
+            .beyond(body, FaceOf { direction: d, upper })
+            .map(|other| geometry.joint_above(if upper { body } else { other }, d));
         let number = abuts.map(|abuts| abuts.joint).or(number).map(usize::from);
         let joint = number.map(|number| &properties.joints[number]);
         let own = Stiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };

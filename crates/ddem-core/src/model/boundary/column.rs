@@ -203,7 +203,7 @@ impl<'a> Ground<'a> {
         let rock = self.rock(body);
         let outward = surface.outward(geometry);
         let impedance = resistance(&rock, &outward);
-        let raised = geometry.lattice(body).axes[upright].z > 0.0;
+        let raised = geometry.axes(body)[upright].z > 0.0;
         for (node, slant, along) in strips {
             let second = (surface.direction() + 2) % 3 == upright;
             let [width, height] = [along[usize::from(!second)], along[usize::from(second)]];
@@ -223,7 +223,7 @@ impl<'a> Ground<'a> {
 
     /// The upright edge of a face, or what is wrong with it.
     fn upright(&self, surface: &BlockFace) -> Result<usize, NoColumn> {
-        let axes = &self.geometry.lattice(surface.block).axes;
+        let axes = self.geometry.axes(surface.block);
         let is_upright = |d: &usize| axes[*d].z.abs() > 1.0 - 1e-12;
         let upright = (0..3).find(is_upright);
         let level = |d: usize| axes[d].z.abs() < 1e-9;
@@ -242,15 +242,11 @@ impl<'a> Ground<'a> {
     fn column(&mut self, node: u32, upright: usize, raised: bool) -> Result<usize, NoColumn> {
         let (geometry, start) = (self.geometry, self.start);
         let (mut body, at) = geometry.locate(node as usize);
-        let down = |up: i32| {
-            let mut offset = [0; 3];
-            offset[upright] = if raised { up } else { -up };
-            offset
-        };
-        while let Some(below) = start.neighbour(body, down(-1)) {
+        let upwards = |up: bool| FaceOf { direction: upright, upper: raised == up };
+        while let Some(below) = start.beyond(body, upwards(false)) {
             body = below;
         }
-        let n = geometry.lattice(body).divisions;
+        let n = geometry.topology(body).divisions();
         let on = |body: usize, level: usize| {
             let level = if raised { level } else { n - level };
             geometry.node(body, moved_to(at, upright, level)) as u32
@@ -259,12 +255,11 @@ impl<'a> Ground<'a> {
             return Ok(column);
         }
         let goes_on = |body: usize, up: bool| {
-            let face = FaceOf { direction: upright, upper: raised == up };
-            geometry.abutting.contains_key(&(body as u32, face.number()))
+            geometry.abutting.contains_key(&(body as u32, upwards(up).number()))
         };
         let (foot, lowest) = (on(body, 0), self.rock(body));
         let levels = |body: usize| (0..=n).map(move |level| (body, level));
-        let (bodies, segments) = self.stack(body, upright, &down);
+        let (bodies, segments) = self.stack(body, upwards(true));
         let nodes: Vec<u32> =
             bodies.iter().flat_map(|&body| levels(body)).map(|(b, level)| on(b, level)).collect();
         let top = bodies.last().copied().unwrap_or(body);
@@ -279,27 +274,21 @@ impl<'a> Ground<'a> {
     }
 
     /// The bodies of a column from the lowest one up, and what is between its levels.
-    fn stack(
-        &self,
-        lowest: usize,
-        upright: usize,
-        down: &dyn Fn(i32) -> [i32; 3],
-    ) -> (Vec<usize>, Vec<Segment>) {
+    fn stack(&self, lowest: usize, top: FaceOf) -> (Vec<usize>, Vec<Segment>) {
         let (geometry, start) = (self.geometry, self.start);
-        let raised = down(1)[upright] > 0;
+        let upright = top.direction;
         let (mut bodies, mut segments, mut end) = (Vec::new(), Vec::new(), (0, 0));
         let mut body = lowest;
         loop {
             bodies.push(body);
-            let lattice = geometry.lattice(body);
-            let length = lattice.spacing(upright, geometry.bodies[body].cell[upright] as usize);
+            let length = geometry.spacing(body, upright);
             let layer = |_| Segment::layer(&self.rock(body), length);
-            segments.extend((0..lattice.divisions).map(layer));
+            segments.extend((0..geometry.topology(body).divisions()).map(layer));
             if !geometry.is_gone(body) {
                 end = (bodies.len(), segments.len());
             }
-            let Some(above) = start.neighbour(body, down(1)) else { break };
-            segments.push(self.joint(if raised { body } else { above }, upright));
+            let Some(above) = start.beyond(body, top) else { break };
+            segments.push(self.joint(if top.upper { body } else { above }, upright));
             body = above;
         }
         // It ends where nothing of the model is left above.
@@ -311,11 +300,8 @@ impl<'a> Ground<'a> {
     /// The joint at the upper end of a body along an edge.
     fn joint(&self, body: usize, d: usize) -> Segment {
         let (geometry, properties) = (self.geometry, self.properties);
-        let lattice = geometry.lattice(body);
-        let cell = geometry.bodies[body].cell.map(|c| c as usize);
-        let joint = usize::from(lattice.joint_above(cell, d));
-        let gap = lattice.gaps[d][cell[d] + 1];
-        let joint = &properties.joints[joint];
+        let gap = geometry.gap_above(body, d);
+        let joint = &properties.joints[usize::from(geometry.joint_above(body, d))];
         if let Some(layer) = joint.layer().filter(|_| gap > 0.0) {
             return Segment { block: false, ..Segment::layer(layer, gap) };
         }

@@ -10,8 +10,8 @@ use crate::law;
 use crate::mesh::in_situ::Stress;
 use crate::mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
 use crate::mesh::{
-    Abutment, BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Vec3,
-    abutting, bounds,
+    Abutment, BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Topology,
+    Vec3, abutting, bounds,
 };
 use crate::model::boundary::Borders;
 use crate::model::conditions::{Conditions, Fixed, Loaded};
@@ -284,10 +284,10 @@ impl ProblemBuilder {
     fn numbers(&self, geometry: &Geometry) -> Vec<Option<u32>> {
         let mut numbers = vec![None; self.n_nodes];
         for (block, found) in self.blocks.iter().enumerate() {
-            let (n, m) = (found.divisions + 1, geometry.lattice(block).divisions);
-            let step = found.divisions / m;
+            let topology = Topology::lattice(found.divisions);
+            let step = found.divisions / geometry.topology(block).divisions();
             for (local, &node) in found.nodes.iter().enumerate() {
-                let at = [local % n, local / n % n, local / (n * n)];
+                let at = topology.steps(local);
                 if at.iter().all(|i| i.is_multiple_of(step)) {
                     let at = at.map(|i| i / step);
                     numbers[node as usize] = Some(geometry.node(block, at) as u32);

@@ -2,10 +2,11 @@
 
 use super::{RestoreError, Run};
 use crate::joint::breaks::Breaks;
-use crate::joint::contact::{Both, ContactPoint, Contacts, Ended, Near, Patch, Release, Spot};
+use crate::joint::contact::{Both, ContactPoint, Contacts, Ended, Near, Patch, Release};
 use crate::joint::point::JointPoint;
 use crate::law::{Memory, Stiffness};
 use crate::math::lanes::Lanes;
+use crate::mesh::SurfacePoint;
 use crate::mesh::assembly::NO_TABLE;
 use crate::model::Model;
 use crate::model::conditions::Applied;
@@ -82,7 +83,7 @@ pub(super) fn state(model: &Model, state: &State) -> Checked {
 fn peaks(model: &Model, peaks: &Peaks) -> Checked {
     let [nodes, blocks] =
         if model.properties.peaks { [model.packs.nodes, model.n_blocks()] } else { [0; 2] };
-    let elements = (0..blocks).map(|block| model.geometry.lattice(block).divisions.pow(3));
+    let elements = (0..blocks).map(|block| model.geometry.topology(block).elements());
     let fits = peaks.speeds.len() == nodes && peaks.stresses.iter().map(Vec::len).eq(elements);
     expect(fits, "its peaks are more or fewer")
 }
@@ -142,8 +143,8 @@ fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
     let rest =
         [skin, dashpot, patch.bank].iter().all(|&x| x >= 0.0) && friction.is_sound(&model.laws);
     let faces = patch.faces.iter().all(|&face| face < 6) && patch.reference < 2;
-    let on = |(&block, Spot { element, on }): (&u32, &Spot)| {
-        let n = model.geometry.lattice(block as usize).divisions;
+    let on = |(&block, SurfacePoint { element, on }): (&u32, &SurfacePoint)| {
+        let n = model.geometry.topology(block as usize).divisions();
         element.iter().all(|&i| usize::from(i) < n)
             && (diverged || on.iter().all(|on| (0.0..=1.0).contains(on)))
     };

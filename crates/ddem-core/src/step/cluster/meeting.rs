@@ -2,7 +2,7 @@
 
 use super::Around;
 use crate::collide::FaceOf;
-use crate::joint::contact::{Contacts, Release, Skins, Surfaces, faces, outer};
+use crate::joint::contact::{Contacts, Release, Skins, Surfaces, outer};
 use crate::law::Stiffness;
 use crate::model::Model;
 
@@ -45,15 +45,12 @@ pub(super) fn contact_diagonal(
     sum: &mut [f64; 3],
 ) {
     let placed = &surfaces.blocks[body];
-    let lattice = around.model.geometry.lattice(body);
-    let n = placed.divisions;
-    let on = |face: &FaceOf| at[face.direction] == if face.upper { n } else { 0 };
-    for face in faces().filter(on) {
-        let d = face.direction;
-        let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
-        let area = placed.element_area(face) / 4.0 * f64::from(1u32 << inner);
+    let geometry = &around.model.geometry;
+    let topology = geometry.topology(body);
+    for face in FaceOf::all().filter(|&face| topology.is_on(face, at)) {
+        let area = placed.element_area(face) / 4.0 * topology.quads_at(face, at) as f64;
         let [stiff, shear] = of_contacts(&surfaces.skins, body, face, around.meeting.released);
-        let normal = lattice.normal(d);
+        let normal = geometry.normal(body, face.direction);
         for c in 0..3 {
             sum[c] += area * (shear + (stiff - shear) * normal[c] * normal[c]);
         }

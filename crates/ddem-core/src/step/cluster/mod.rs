@@ -15,6 +15,7 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use nalgebra::SMatrix;
 
+use crate::collide::FaceOf;
 use crate::element::corotation::Frame;
 use crate::error::RunError;
 use crate::joint::contact::Surfaces;
@@ -197,7 +198,7 @@ fn across(at: [usize; 3], part: usize, n: usize) -> [usize; 3] {
 
 /// The body and the step of a node's partner, if the node lies at those gaps and it exists.
 fn partner(model: &Model, body: usize, at: [usize; 3], part: usize) -> Option<(usize, [usize; 3])> {
-    let n = model.geometry.lattice(body).divisions;
+    let n = model.geometry.topology(body).divisions();
     let mut offset = [0; 3];
     for d in (0..3).filter(|d| part & (1 << d) != 0) {
         offset[d] = match at[d] {
@@ -251,7 +252,7 @@ fn inverse_row(around: Around<'_>, body: usize, at: [usize; 3]) -> Result<[[f64;
 /// Diagonal of the stiffness at a node (r = 0) and its coupling with the partners.
 fn node_coupling(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 8] {
     let Around { model, couplings, .. } = around;
-    let n = model.geometry.lattice(body).divisions;
+    let n = model.geometry.topology(body).divisions();
     let mut sum = [[0.0; 3]; 8];
     // The cell in each octant: bit set on the upper side of the node.
     for octant in 0..8 {
@@ -288,17 +289,15 @@ fn node_coupling(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 
 
 /// Adds the springs of joints that are springs from the start.
 fn spring_coupling(model: &Model, body: usize, at: [usize; 3], sum: &mut [[f64; 3]; 8]) {
-    let n = model.geometry.lattice(body).divisions;
-    for d in (0..3).filter(|&d| at[d] == 0 || at[d] == n) {
-        let mut below = [0; 3];
-        below[d] = -i32::from(at[d] == 0);
-        let Some(owner) = model.geometry.neighbour(body, below) else { continue };
+    let topology = model.geometry.topology(body);
+    for face in FaceOf::all().filter(|&face| topology.is_on(face, at)) {
+        let below = if face.upper { Some(body) } else { model.geometry.beyond(body, face) };
+        let (d, Some(owner)) = (face.direction, below) else { continue };
         let (pack, lane) = model.packs.slot(owner);
         let Some(seam) = model.seams.get(pack, d).filter(|seam| seam.springs[lane]) else {
             continue;
         };
-        let inner = (0..3).filter(|&e| e != d && at[e] > 0 && at[e] < n).count();
-        let quarters = f64::from(1u32 << inner);
+        let quarters = topology.quads_at(face, at) as f64;
         for (c, k) in seam.diagonal(lane).into_iter().enumerate() {
             sum[0][c] += quarters * k;
             sum[1 << d][c] -= quarters * k;

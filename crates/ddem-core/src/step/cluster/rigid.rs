@@ -4,7 +4,8 @@
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
 use super::Around;
-use crate::joint::contact::{Skins, faces};
+use crate::collide::FaceOf;
+use crate::joint::contact::Skins;
 use crate::math::lanes::{LANES, Lanes};
 use crate::mesh::Vec3;
 use crate::mesh::pack::Pack;
@@ -42,15 +43,12 @@ pub(super) fn inverses(around: Around<'_>, index: usize) -> Inverses {
 /// Stiffness of a body's joints, its neighbours standing still.
 fn stiffness(around: Around<'_>, body: usize, size: f64) -> Matrix6<f64> {
     let model = around.model;
-    let lattice = model.geometry.lattice(body);
-    let cell = model.geometry.bodies[body].cell.map(|c| c as usize);
-    let half = [0, 1, 2].map(|d| lattice.axes[d] * (0.5 * lattice.spacing(d, cell[d])));
+    let half = model.geometry.element_edges(body).map(|edge| edge * 0.5);
     let mut sum = Matrix6::zeros();
-    for (d, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
-        let mut offset = [0; 3];
-        offset[d] = side;
-        let Some(other) = model.geometry.neighbour(body, offset) else { continue };
-        let owner = if side < 0 { other } else { body };
+    for face in FaceOf::all() {
+        let (d, side) = (face.direction, face.side());
+        let Some(other) = model.geometry.beyond(body, face) else { continue };
+        let owner = if face.upper { body } else { other };
         let (pack, lane) = model.packs.slot(owner);
         let Some(seam) = model.seams.get(pack, d) else { continue };
         let k = seam.matrix(lane);
@@ -74,7 +72,7 @@ fn add_contacts(
     body: usize,
     (half, size): (&[Vec3; 3], f64),
 ) {
-    for face in faces() {
+    for face in FaceOf::all() {
         let d = face.direction;
         let (e, f) = (half[(d + 1) % 3], half[(d + 2) % 3]);
         let area = e.cross(&f);

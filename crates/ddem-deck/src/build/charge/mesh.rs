@@ -38,13 +38,14 @@ impl Mesh {
         let lattice = geometry.lattice(surface.block);
         let d = surface.direction();
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
-        let n = lattice.divisions;
+        let topology = geometry.topology(surface.block);
+        let n = topology.divisions();
+        let first = geometry.bodies[surface.block].first_node;
         let outward = lattice.axes[e].cross(&lattice.axes[f]).dot(&surface.outward(geometry)) > 0.0;
-        let node =
-            |i: usize, j: usize| geometry.node(surface.block, surface.step(n, [i, j])) as u32;
         let mut wall = BTreeSet::new();
         for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
-            let mut quad = vec![node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
+            let quad = topology.quad(surface.face, [i, j]);
+            let mut quad = quad.map(|node| first + node as u32).to_vec();
             wall.extend(&quad);
             if outward {
                 quad.reverse();

@@ -62,7 +62,7 @@ pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fa
             let [x, y, z] = <[f64; 3]>::from(x).map(|x| format!("{x:.digits$}"));
             format!("[{x}, {y}, {z}]")
         };
-        help += &if geometry.lattice(body).rigid {
+        help += &if geometry.is_rigid(body) {
             let centre = show(geometry.centre(body));
             format!(
                 "; ranges take rigid blocks as a whole, by their centroid: the nearest, block {body}, has \

@@ -16,7 +16,7 @@ impl Region {
     pub(crate) fn has_node(&self, geometry: &Geometry, body: usize, at: [usize; 3]) -> bool {
         let x = geometry.position(body, at);
         // A rigid block is taken as a whole, by its centroid.
-        let whole = geometry.lattice(body).rigid;
+        let whole = geometry.is_rigid(body);
         let place = if whole { geometry.centre(body) } else { x };
         self.has_set(geometry.set(body))
             && self.in_ranges(&place)
@@ -40,10 +40,9 @@ impl Region {
             if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
                 continue;
             }
-            let n = geometry.lattice(body).divisions + 1;
-            for local in 0..n * n * n {
-                let at = [local % n, local / n % n, local / (n * n)];
-                if self.has_node(geometry, body, at) {
+            let topology = geometry.topology(body);
+            for local in 0..topology.nodes() {
+                if self.has_node(geometry, body, topology.steps(local)) {
                     nodes.push(geometry.bodies[body].first_node + local as u32);
                 }
             }
@@ -243,10 +242,10 @@ impl Region {
         let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
         let slant = lattice.axes[e].cross(&lattice.axes[f]).norm();
         let goes_on = |other: usize| BlockFace { block: other, face }.is_outer(geometry);
-        let n = lattice.divisions;
+        let topology = geometry.topology(body);
         let mut strips = Vec::new();
-        for (j, i) in (0..=n).flat_map(|j| (0..=n).map(move |i| (j, i))) {
-            let at = surface.step(n, [i, j]);
+        for (j, i) in topology.lines().flat_map(|j| topology.lines().map(move |i| (j, i))) {
+            let at = topology.on_face(face, [i, j]);
             let length = |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
