@@ -147,7 +147,8 @@ pub(crate) fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Ma
 /// do the work that turning the frame does, however much the bodies are turned against each other.
 ///
 /// With `Q_k = R_k Rᵀ` and `S = Σ Q_k` turning the bodies by `α_k` turns the frame by
-/// `(tr(S) 1 − S)⁻¹ Σ (tr(Q_k) 1 − Q_k) α_k`; for equal rotations that is half of each.
+/// `(tr(S) 1 − S)⁻¹ Σ (tr(Q_k) 1 − Q_k) α_k`; for equal rotations that is half of each. Bodies that are turned upside down
+/// against each other, long after their joint has gone, have no mean rotation: where there is no torque, there are no parts.
 #[inline(always)]
 pub(crate) fn split_torque<S: Simd>(
     simd: S,
@@ -161,7 +162,10 @@ pub(crate) fn split_torque<S: Simd>(
     for (row, more) in sum.iter_mut().zip(&parts[1]) {
         *row = add(*row, *more);
     }
+    let nothing = splat(simd, 0.0);
+    let some = dot(torque, torque).simd_gt(nothing);
     let inner = symmetric_times(inverse_symmetric(simd, trace_minus(&sum)), torque);
+    let inner = inner.map(|x| some.select(x, nothing));
     parts.map(|q| {
         let trace = q[0][0] + q[1][1] + q[2][2];
         sub(scale(inner, trace), transposed_times(&q, inner))

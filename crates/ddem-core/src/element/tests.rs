@@ -2,13 +2,14 @@ use fearless_simd::{Level, dispatch};
 use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
 
 use super::Elastic;
+use super::corotation::{mean_rotation, split_torque};
 use super::hex8::{self, Stiffness};
 use super::lattice::{Planes, force};
 use super::modal::Modal;
 use super::principal;
 use super::table::Table;
 use crate::element::ElementKind;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, add, splat, zero};
 
 fn material() -> Elastic {
     Elastic::new(2400.0, 18e9, 0.27)
@@ -155,4 +156,19 @@ fn principal_stresses_are_those_that_were_turned() {
             assert!(error <= 3e-7 * scale, "{most} {middle} {least} by {turn}: {found:?}");
         }
     }
+}
+
+/// Two blocks that lie on their top and bottom are turned by π against each other, whatever their heading: their mean is
+/// no rotation.
+#[test]
+fn a_frame_without_torque_gives_none_to_bodies_turned_upside_down() {
+    dispatch!(Level::new(), simd => {
+        let matrix = |rows: [[f64; 3]; 3]| rows.map(|row| row.map(|x| splat(simd, x)));
+        let upright = matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let flipped = matrix([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]);
+        let sum = [0, 1, 2].map(|i| add(upright[i], flipped[i]));
+        let frame = mean_rotation(simd, &sum, 2.0);
+        let parts = split_torque(simd, [upright, flipped], &frame, zero(simd));
+        assert!(parts.iter().flatten().all(|x| Lanes::from(*x).0 == [0.0; 4]));
+    });
 }
