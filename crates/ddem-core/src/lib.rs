@@ -12,28 +12,22 @@
 #![warn(clippy::print_stdout)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
-pub mod element;
-pub mod law;
-
-mod collide;
 mod error;
 mod force;
 mod joint;
-mod math;
-mod mesh;
 mod model;
 mod output;
-mod rigid;
 mod run;
 mod state;
 mod step;
 
-pub use element::ElementKind;
+pub use ddem_mechanics::element::{self, ElementKind};
+pub use ddem_mechanics::law;
+pub use ddem_mechanics::math::simd::Simd;
+pub use ddem_mesh::Face;
+pub use ddem_mesh::properties::Kinematics;
 pub use error::{Fault, ModelError, Moving, RunError};
 pub use joint::contact::ContactDoubt;
-pub use math::simd::Simd;
-pub use mesh::Face;
-pub use mesh::properties::Kinematics;
 pub use model::Model;
 pub use model::charge::{ChargeSize, ChargeState};
 pub use model::history::{Duvall, Function, History, Triangle};

@@ -3,15 +3,15 @@
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
-use crate::element::lattice::force;
 use crate::joint::kinematics::turn;
-use crate::math::lanes::{
+use crate::state::pass::{Input, Output, Viscous, Workspace, half_work};
+use ddem_mechanics::element::lattice::force;
+use ddem_mechanics::math::lanes::{
     Lanes, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, sub, times,
     transposed_times, zero,
 };
-use crate::mesh::in_situ::Borne;
-use crate::mesh::pack::JointLattice;
-use crate::state::pass::{Input, Output, Viscous, Workspace, half_work};
+use ddem_mesh::in_situ::Borne;
+use ddem_mesh::pack::JointLattice;
 
 /// Forces of the bodies of one pack.
 #[simd]

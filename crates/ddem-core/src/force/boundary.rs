@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::math::lanes::Lanes;
-use crate::math::leapfrog::local_damping;
 use crate::model::boundary::{Dashpot, Push};
 use crate::state::motion::{Coefficients, Motion};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::leapfrog::local_damping;
 
 /// Dashpots of one pack, and the forces that come in at them.
 #[derive(Clone, Copy)]

@@ -1,7 +1,7 @@
 //! §9: what the contacts of a pack's bodies do to their nodes.
 
 use crate::joint::contact::{Contacts, Placed};
-use crate::math::lanes::{LANES, Lanes};
+use ddem_mechanics::math::lanes::{LANES, Lanes};
 
 /// Adds the forces of all contacts to the forces of a pack, and their couples to its torques. Patches
 /// and points in order, so that every node has one order of summation.

@@ -3,14 +3,14 @@
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use crate::element::corotation::Frame;
-use crate::math::lanes::{
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::lanes::{
     Lanes, Vector, add, cross, dot, inverse_symmetric, load, load_at, scale, splat, store_at, sub,
     symmetric_times, times, zero,
 };
-use crate::mesh::assembly::Assembly;
-use crate::mesh::inertia::Moments;
-use crate::mesh::pack::Packs;
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::inertia::Moments;
+use ddem_mesh::pack::Packs;
 
 /// Forces `α M (v − v̄)` of four bodies against the deformation in their velocities: v̄ is the translation and the spin
 /// that have their momentum and moment of momentum. Taken from `f` and left in `drag`. Returns their torque about

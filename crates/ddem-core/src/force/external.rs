@@ -3,8 +3,8 @@
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use crate::math::lanes::{Lanes, add, load_at, scale, splat, store_at};
 use crate::model::conditions::NodalLoad;
+use ddem_mechanics::math::lanes::{Lanes, add, load_at, scale, splat, store_at};
 
 /// Loads on one pack: gravity times its factor `[m/s²]`, nodal loads and their factors.
 #[derive(Clone, Copy)]

@@ -12,20 +12,20 @@ use fearless_simd::{Select, Simd, SimdBase, f64x4};
 use fearless_simd_macros::simd;
 use nalgebra::Matrix3;
 
-use crate::element::corotation::{Frame, split_torque};
-use crate::element::lattice::{force, force_left};
 use crate::joint::breaks::{Broken, Ground, Pull};
 use crate::joint::kinematics::{Moved, joint_displacements, rotations, to_quarters};
 use crate::joint::losses::Losses;
-use crate::law::JointLaw;
-use crate::math::lanes::{
+use crate::state::pass::{Input, Output, Workspace, half_work};
+use ddem_mechanics::element::corotation::{Frame, split_torque};
+use ddem_mechanics::element::lattice::{force, force_left};
+use ddem_mechanics::law::JointLaw;
+use ddem_mechanics::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, dot, load, load_at, scale, splat, store_at, sub,
     times, transposed_product, transposed_times, zero,
 };
-use crate::mesh::NO_JOINT;
-use crate::mesh::pack::JointLattice;
-use crate::mesh::seams::{FaceLattice, Seam};
-use crate::state::pass::{Input, Output, Workspace, half_work};
+use ddem_mesh::NO_JOINT;
+use ddem_mesh::pack::JointLattice;
+use ddem_mesh::seams::{FaceLattice, Seam};
 
 /// Forces of one joint lattice of a pack: of its elements, and of the springs where it is broken.
 #[simd]

@@ -1,9 +1,9 @@
 //! §8: from forces on the corners of rigid bodies to their six degrees of freedom, and back.
 
-use crate::math::lanes::Lanes;
-use crate::mesh::Vec3;
 use crate::model::conditions::Support;
-use crate::rigid::{Gait, Hold, Matter, Pose, Wrench};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::rigid::{Gait, Hold, Matter, Pose, Wrench};
+use ddem_mesh::Vec3;
 
 /// One body of a pack: its matter, its pose, its lane.
 #[derive(Clone, Copy)]

@@ -4,10 +4,10 @@
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use crate::element::corotation::{Frame, torque_forces};
-use crate::math::lanes::{Lanes, Vector, add, load, load_at, scale, splat, store_at, sub};
-use crate::mesh::assembly::Assembly;
-use crate::mesh::pack::{Packs, Shape};
+use ddem_mechanics::element::corotation::{Frame, torque_forces};
+use ddem_mechanics::math::lanes::{Lanes, Vector, add, load, load_at, scale, splat, store_at, sub};
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::pack::{Packs, Shape};
 
 /// Collects what the owners of the joints at the lower sides left for a pack: forces into `f`,
 /// torques into `torque`. Offsets in order, so that every node has one order of summation.

@@ -1,8 +1,8 @@
 //! Fixed and driven nodes: the force that makes a node move as prescribed.
 
-use crate::math::lanes::Lanes;
 use crate::model::conditions::Support;
 use crate::state::motion::{Coefficients, Motion};
+use ddem_mechanics::math::lanes::Lanes;
 
 /// Supports of one pack.
 #[derive(Clone, Copy)]

@@ -4,11 +4,11 @@
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use crate::element::corotation::{Frame, mean_rotation, minus_one};
-use crate::math::lanes::{
+use ddem_mechanics::element::corotation::{Frame, mean_rotation, minus_one};
+use ddem_mechanics::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, transposed_times,
 };
-use crate::mesh::pack::{JointLattice, Neighbours, Pack, Packs, PairPlace};
+use ddem_mesh::pack::{JointLattice, Neighbours, Pack, Packs, PairPlace};
 
 /// Where the nodes are.
 #[derive(Clone, Copy)]

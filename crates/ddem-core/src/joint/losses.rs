@@ -1,7 +1,7 @@
 //! Energy that joints and contacts lose.
 
-use crate::law::Loss;
-use crate::math::exact::Exact;
+use ddem_mechanics::law::Loss;
+use ddem_mechanics::math::exact::Exact;
 
 /// Losses of the joints of one pack or of contacts, and how many pairs failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -6,8 +6,8 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::losses::Losses;
-use crate::law::bearing::Bearing;
-use crate::law::{JointLaw, Loss, Memory, Mode, Opening, Stiffness, Traction};
+use ddem_mechanics::law::bearing::Bearing;
+use ddem_mechanics::law::{JointLaw, Loss, Memory, Mode, Opening, Stiffness, Traction};
 
 /// Part of the spacing of its pairs that a failed pair has slid or opened when all others of its joint
 /// fail with it: the joint has turned about them, farther than pairs of points can follow.
@@ -104,6 +104,7 @@ impl JointPoint {
 
     /// Tractions of the springs where the sides are `apart`, by a law or, without one, elastic; returns what is lost
     /// `[J/m²]`. `way` is how the sides moved in the last step, of a pair that has just failed.
+    #[inline(always)]
     pub(crate) fn act<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,

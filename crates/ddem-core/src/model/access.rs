@@ -6,10 +6,10 @@ use std::sync::Arc;
 use super::Model;
 use crate::error::Fault;
 use crate::joint::contact::ContactDoubt;
-use crate::mesh::Geometry;
 use crate::model::charge::ChargeSize;
 use crate::model::conditions::Conditions;
 use crate::model::problem::Problem;
+use ddem_mesh::Geometry;
 
 impl Model {
     /// The problem that it was made from.

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::Model;
 use crate::error::Fault;
 use crate::joint::contact::{Skins, Surfaces};
-use crate::law::{self, JointLaw};
-use crate::mesh::properties::JointProperties;
 use crate::model::history::{Function, no_velocity};
 use crate::model::sliding::Sliding;
+use ddem_mechanics::law::{self, JointLaw};
+use ddem_mesh::properties::JointProperties;
 
 impl Model {
     /// The model of the same problem before its first stage, with the laws and histories that a program has given
@@ -57,7 +57,7 @@ impl Model {
         if !self.properties.contact.given && self.can_fail() {
             let new = || Surfaces::new(&self.properties, &self.laws, &self.geometry, &self.packs);
             let mut surfaces = self.contact.take().unwrap_or_else(new);
-            surfaces.open &= !crate::mesh::connected::is_connected(&self.geometry);
+            surfaces.open &= !ddem_mesh::connected::is_connected(&self.geometry);
             surfaces.search = true;
             self.properties.contact.search = true;
             self.contact = Some(surfaces);

@@ -9,10 +9,10 @@ pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
 use std::sync::Arc;
 
 use crate::error::{Fault, RunError};
-use crate::mesh::Vec3;
 use crate::model::charge::Charge;
 use crate::model::history::{Course, Function};
 use crate::model::stage::Period;
+use ddem_mesh::Vec3;
 
 pub use release::Fading;
 pub(crate) use release::Released;

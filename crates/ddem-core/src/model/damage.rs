@@ -5,7 +5,7 @@ use super::pairs::Joint;
 use crate::joint::breaks::{Breaks, Broken};
 use crate::joint::contact::{ContactPoint, Contacts, Release};
 use crate::joint::point::{JointPoint, turned};
-use crate::law::JointLaw;
+use ddem_mechanics::law::JointLaw;
 
 /// Damage of a joint at one time.
 pub(crate) struct Damage<'a> {

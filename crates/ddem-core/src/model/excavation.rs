@@ -5,12 +5,12 @@ use std::sync::Arc;
 use super::Model;
 use super::meeting::at_bonds;
 use crate::joint::contact::Surfaces;
-use crate::mesh::Geometry;
-use crate::mesh::assembly::Assembly;
-use crate::mesh::in_situ::InSitu;
-use crate::mesh::seams::Seams;
 use crate::model::conditions::{Fading, Loaded, Released};
 use crate::model::sliding::Sliding;
+use ddem_mesh::Geometry;
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::in_situ::InSitu;
+use ddem_mesh::seams::Seams;
 
 impl Model {
     /// What changes on the way from one stage to another: blocks that are taken out, joints, materials.

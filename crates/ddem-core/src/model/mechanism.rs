@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::mesh::connected::connected;
-use crate::mesh::{Geometry, Vec3};
 use crate::model::conditions::Active;
+use ddem_mesh::connected::connected;
+use ddem_mesh::{Geometry, Vec3};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 

@@ -2,8 +2,8 @@
 
 use super::Model;
 use crate::joint::contact::{Contacts, Seated, Surfaces, at_nodes};
-use crate::mesh::Geometry;
-use crate::mesh::properties::{JointProperties, Properties};
+use ddem_mesh::Geometry;
+use ddem_mesh::properties::{JointProperties, Properties};
 
 /// Mass and stiffness that joints between faces that do not match have at nodes.
 pub(super) fn at_bonds(

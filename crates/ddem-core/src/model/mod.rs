@@ -16,6 +16,7 @@ mod places;
 pub mod problem;
 mod ramp;
 mod ranges;
+pub(crate) mod rules;
 pub(crate) mod sliding;
 pub(crate) mod stage;
 
@@ -25,22 +26,22 @@ use std::sync::{Arc, OnceLock};
 use meeting::at_bonds;
 use places::Boxes;
 
-use crate::element::Elastic;
 use crate::joint::breaks::Breaks;
 use crate::joint::contact::{Places, Seated, Surfaces, seated};
-use crate::law::Laws;
-use crate::math::lanes::Lanes;
-use crate::mesh::assembly::{Assembly, NO_TABLE};
-use crate::mesh::in_situ::InSitu;
-use crate::mesh::pack::Packs;
-use crate::mesh::properties::{Kinematics, Properties};
-use crate::mesh::seams::{Seam, Seams};
-use crate::mesh::slot::NodeSlot;
-use crate::mesh::{Face, Geometry, Stages, faces};
 use crate::model::boundary::{Borders, Made};
 use crate::model::conditions::{Active, Applied, Conditions};
 use crate::model::problem::Problem;
 use crate::model::sliding::Sliding;
+use ddem_mechanics::element::Elastic;
+use ddem_mechanics::law::Laws;
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mesh::assembly::{Assembly, NO_TABLE};
+use ddem_mesh::in_situ::InSitu;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::properties::{Kinematics, Properties};
+use ddem_mesh::seams::{Seam, Seams};
+use ddem_mesh::slot::NodeSlot;
+use ddem_mesh::{Face, Geometry, Stages, faces};
 
 /// Times that waves of a charge cross the model, on its diagonal, before joints and contacts are damped again.
 const CROSSINGS: f64 = 10.0;
@@ -288,11 +289,11 @@ impl Model {
     pub(crate) fn bytes(&self) -> usize {
         let tables: usize = self.assembly.tables.iter().map(|table| table.bytes()).sum();
         let inertia: usize = self.assembly.inertia.iter().map(|i| i.bytes()).sum();
-        self.packs.packs.len() * (size_of::<crate::mesh::pack::Pack>() + 36)
+        self.packs.packs.len() * (size_of::<ddem_mesh::pack::Pack>() + 36)
             + self.geometry.bodies.len() * size_of::<u32>()
             + self.stages.bytes()
             + self.faces.len() * size_of::<Face>()
-            + self.assembly.elements.len() * size_of::<crate::mesh::assembly::Element>()
+            + self.assembly.elements.len() * size_of::<ddem_mesh::assembly::Element>()
             + tables
             + inertia
             + self.in_situ.as_ref().map_or(0, InSitu::bytes)

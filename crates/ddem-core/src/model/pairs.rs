@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use crate::joint::contact::Seated;
-use crate::mesh::Face;
 use crate::model::Model;
+use ddem_mesh::Face;
 
 impl Model {
     /// All joints between two blocks of one lattice, whose faces match. Those of faces that do not are

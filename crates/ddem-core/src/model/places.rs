@@ -6,7 +6,7 @@ use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{PointDistance, RTree};
 
 use super::Model;
-use crate::mesh::{Geometry, ON_FACE, Vec3, bounds_of};
+use ddem_mesh::{Geometry, ON_FACE, Vec3, bounds_of};
 
 /// Part of its longest edge by which the box around a block is larger than the block.
 const MARGIN: f64 = 1e-8;

@@ -8,18 +8,6 @@ mod builder;
 
 pub use builder::{BuildError, ProblemBuilder};
 
-pub use crate::collide::FaceOf;
-pub use crate::math::rules::{Faults, Rule, shown};
-pub use crate::mesh::grid::meeting;
-pub use crate::mesh::in_situ::Stress;
-pub use crate::mesh::properties::{
-    ContactProperties, DAMPING, JointElasticity, JointProperties, Properties,
-};
-pub use crate::mesh::{
-    Abutment, Abuts, BlockFace, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES,
-    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Topology,
-    Vec3, abutting, bounds, bounds_of, faces, moved_to,
-};
 pub use crate::model::boundary::{
     Border, Borders, Column, Ground, NoColumn, Resistance, Side, impedance,
 };
@@ -27,13 +15,25 @@ pub use crate::model::charge::{Charge, ChargeSize, Gas, Shell};
 pub use crate::model::conditions::{Charged, Conditions, Fading, Fixed, Loaded};
 pub use crate::model::history::{Course, no_velocity};
 pub use crate::model::mechanism::FreeMotion;
+pub use crate::model::rules::{Faults, Rule, shown};
 pub use crate::model::stage::Period;
+pub use ddem_mechanics::collide::FaceOf;
+pub use ddem_mesh::grid::meeting;
+pub use ddem_mesh::in_situ::Stress;
+pub use ddem_mesh::properties::{
+    ContactProperties, DAMPING, JointElasticity, JointProperties, Properties,
+};
+pub use ddem_mesh::{
+    Abutment, Abuts, BlockFace, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES,
+    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Topology,
+    Vec3, abutting, bounds, bounds_of, faces, moved_to,
+};
 
-use crate::mesh::pack::Packs;
 use crate::model::boundary::{Made, Outside};
 use crate::model::conditions::{Active, Applied};
 use crate::model::mechanism::free_motion;
 use crate::model::stage::StageKind;
+use ddem_mesh::pack::Packs;
 
 /// Everything that a model is made from.
 #[derive(Clone, Debug)]

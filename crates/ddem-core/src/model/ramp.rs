@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::Model;
 use crate::joint::contact::Skins;
-use crate::law::Between;
-use crate::mesh::Geometry;
-use crate::mesh::NO_JOINT;
-use crate::mesh::seams::Seams;
+use ddem_mechanics::law::Between;
+use ddem_mesh::Geometry;
+use ddem_mesh::NO_JOINT;
+use ddem_mesh::seams::Seams;
 
 impl Model {
     /// Gives joints that are others than `before` strengths that are a part of the way from those to their

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::math::lanes::Lanes;
 use crate::model::Model;
+use ddem_mechanics::math::lanes::Lanes;
 
 /// Values below which a range is not worth waking a thread for.
 const FEWEST: usize = 4096;

@@ -5,14 +5,14 @@
 //! `f −= α m (v − v̄)`, v̄ the rigid part of the motion, with `α = 2 ζ ω`, `ω = 2π c_P/L`, so that waves as long
 //! as the longest edge L have the damping ratio ζ of the dashpots.
 
-use crate::element::Elastic;
 use crate::joint::breaks::Breaks;
 use crate::joint::contact::{Contacts, Surfaces};
-use crate::law::Laws;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::Geometry;
-use crate::mesh::assembly::Assembly;
-use crate::mesh::pack::Packs;
+use ddem_mechanics::element::Elastic;
+use ddem_mechanics::law::Laws;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mesh::Geometry;
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::pack::Packs;
 
 /// Damping of the blocks that slide.
 #[derive(Clone, Debug, Default)]

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::error::{Fault, RunError};
-use crate::math::rules::{Faults, Rule};
+use crate::model::rules::{Faults, Rule};
 
 /// Kind of a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

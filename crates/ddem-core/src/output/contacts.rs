@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{FieldKind, Snapshot};
 use crate::joint::contact::{ContactPoint, Patch, Placing};
-use crate::law::JointLaw;
+use ddem_mechanics::law::JointLaw;
 
 /// Part of what friction can bear from which on a contact slides: all but rounding.
 const SLIDING: f64 = 1.0 - 1e-9;

@@ -4,9 +4,9 @@ use std::cmp::Reverse;
 use std::ops::Range;
 
 use super::Snapshot;
-use crate::math::groups::Groups;
-use crate::mesh::Vec3;
 use crate::model::damage::Damage;
+use ddem_mechanics::math::groups::Groups;
+use ddem_mesh::Vec3;
 
 /// Steps into which the volume of the model is cut to compare fragments: those of equal blocks differ
 /// by rounding alone.

@@ -1,8 +1,8 @@
 //! Momentum and its moment.
 
 use super::Snapshot;
-use crate::math::exact::Exact;
-use crate::mesh::Vec3;
+use ddem_mechanics::math::exact::Exact;
+use ddem_mesh::Vec3;
 
 impl Snapshot<'_> {
     /// As [`Simulation::momentum`](crate::Simulation::momentum).

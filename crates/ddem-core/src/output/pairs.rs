@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::Snapshot;
 use crate::joint::point::Failure;
-use crate::law::{Memory, Mode};
-use crate::mesh::Vec3;
+use ddem_mechanics::law::{Memory, Mode};
+use ddem_mesh::Vec3;
 
 /// Mean displacement of both sides.
 pub(super) fn displacement(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {

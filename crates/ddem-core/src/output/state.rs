@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::Snapshot;
 use super::energy::Energy;
 use crate::joint::point::{Failure, JointPoint};
-use crate::law::Mode;
-use crate::mesh::Vec3;
+use ddem_mechanics::law::Mode;
+use ddem_mesh::Vec3;
 
 /// Nodes that are looked at at once.
 const PIECE: usize = 65_536;

@@ -5,10 +5,10 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 
 use super::Snapshot;
-use crate::element::{Elastic, principal};
-use crate::math::lanes::Lanes;
-use crate::mesh::in_situ::Stress;
-use crate::mesh::{Topology, Vec3};
+use ddem_mechanics::element::{Elastic, principal};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mesh::in_situ::Stress;
+use ddem_mesh::{Topology, Vec3};
 
 /// Origin of the stresses of one block.
 pub(crate) struct Strained<'a> {

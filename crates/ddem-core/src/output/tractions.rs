@@ -10,15 +10,15 @@ use crate::force::joint::face_forces;
 use crate::joint::breaks::Breaks;
 use crate::joint::contact::{Contacts, Seated};
 use crate::joint::point::{JointPoint, joined};
-use crate::math::lanes::Lanes;
-use crate::mesh::NO_JOINT;
-use crate::mesh::Vec3;
-use crate::mesh::pack::JointLattice;
 use crate::model::damage::Damage;
 use crate::model::pairs::Joint;
 use crate::state::State;
 use crate::state::pass::Workspace;
 use crate::step::{Pass, input};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mesh::NO_JOINT;
+use ddem_mesh::Vec3;
+use ddem_mesh::pack::JointLattice;
 
 /// A pair as it is now, in the frame of space.
 pub(super) struct Seen<'a> {

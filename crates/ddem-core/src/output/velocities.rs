@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use super::Snapshot;
-use crate::math::lanes::Lanes;
-use crate::math::leapfrog::local_damping;
-use crate::mesh::parallel::node_start;
-use crate::rigid::Pose;
 use crate::step::{Poses, carry, present};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::leapfrog::local_damping;
+use ddem_mechanics::rigid::Pose;
+use ddem_mesh::parallel::node_start;
 
 impl Snapshot<'_> {
     /// Velocities of a range of nodes `[m/s]`; zero in a relaxation.

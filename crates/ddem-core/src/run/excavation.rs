@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::{Simulation, peaks};
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::Geometry;
 use crate::model::conditions::{Applied, Released};
-use crate::rigid::{Matter, Pose};
 use crate::state::motion::Motion;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::{Matter, Pose};
+use ddem_mesh::Geometry;
 
 impl Simulation {
     /// Takes out what goes on the way from one stage to another, one excavation after the other, so that

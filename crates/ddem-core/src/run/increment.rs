@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::Simulation;
 use crate::joint::contact::Skins;
-use crate::law::Reduced;
-use crate::math::lanes::Lanes;
 use crate::model::Model;
 use crate::state::Memory;
 use crate::step::shift;
+use ddem_mechanics::law::Reduced;
+use ddem_mechanics::math::lanes::Lanes;
 
 /// Increments of relaxations that drive supports.
 const DRIVEN: u32 = 10;

@@ -2,10 +2,10 @@
 
 use super::Simulation;
 use crate::joint::losses::Losses;
-use crate::math::sums::Sums;
 use crate::output::energy::Energy;
 use crate::state::{State, Work};
 use crate::step::{Trial, balance};
+use ddem_mechanics::math::sums::Sums;
 
 /// Forces and energies at the present time, until something changes.
 #[derive(Clone, Copy, Debug, Default)]

@@ -22,9 +22,6 @@ use std::sync::atomic::AtomicBool;
 
 use crate::error::RunError;
 use crate::joint::losses::Losses;
-use crate::math::simd::Simd;
-use crate::math::sums::Sums;
-use crate::math::tracked::Tracked;
 use crate::model::Model;
 use crate::model::conditions::Applied;
 use crate::model::mechanism::{FreeMotion, free_motion};
@@ -36,6 +33,9 @@ use crate::state::watch::FAR;
 use crate::step::cluster::Relaxation;
 use crate::step::scratch::Scratch;
 use crate::step::{Context, step};
+use ddem_mechanics::math::simd::Simd;
+use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::math::tracked::Tracked;
 
 use measure::Measured;
 

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use super::Simulation;
 use crate::error::RunError;
-use crate::mesh::Vec3;
-use crate::mesh::slot::NodeSlot;
 use crate::model::Model;
 use crate::model::boundary::{Column, Moving, Pace};
 use crate::model::charge::{Charge, ChargeState, Fill};
 use crate::state::view::StageView;
 use crate::state::{Fresh, State};
+use ddem_mesh::Vec3;
+use ddem_mesh::slot::NodeSlot;
 
 /// Part of its volume at the start with which a cavity is narrower than it was.
 const NARROW: f64 = 0.999;

@@ -6,11 +6,11 @@ use std::sync::atomic::Ordering;
 use super::Simulation;
 use crate::error::RunError;
 use crate::joint::contact::{Added, Skins, bound};
-use crate::math::lanes::Lanes;
-use crate::math::sums::Sums;
 use crate::model::stage::{Damping, TimeStep, allow_motion};
 use crate::state::motion::Motion;
 use crate::step::timestep::largest_eigenvalue;
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::sums::Sums;
 
 /// Part of the critical step that `"auto"` takes (§6).
 const SAFETY: f64 = 0.9;
@@ -93,7 +93,7 @@ impl Simulation {
         if let Some(step) = self.critical_steps[usize::from(broken)] {
             return Ok(step);
         }
-        let mass = |inertia: &crate::mesh::inertia::Inertia, at: usize, lane: usize| {
+        let mass = |inertia: &ddem_mesh::inertia::Inertia, at: usize, lane: usize| {
             inertia.mass[at / 3].0[lane]
         };
         let model = &*self.model;

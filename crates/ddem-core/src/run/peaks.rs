@@ -1,8 +1,8 @@
 //! What peaks see of a run, and when.
 
 use super::Simulation;
-use crate::element::Elastic;
 use crate::model::Model;
+use ddem_mechanics::element::Elastic;
 
 /// Part of the time in which a compression wave crosses the smallest element, between two looks at
 /// the stresses: of a wave as long as ten elements they miss 0.3 % of the peak.

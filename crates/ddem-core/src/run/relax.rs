@@ -11,8 +11,6 @@ use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
 use crate::error::RunError;
-use crate::math::lanes::Lanes;
-use crate::math::sums::Sums;
 use crate::model::stage::allow_tolerance;
 use crate::run::{LOOKS, Simulation};
 use crate::state::motion::Motion;
@@ -20,6 +18,8 @@ use crate::state::{Memory, State};
 use crate::step::cluster::{Clusters, Meeting, Relaxation, has_turned};
 use crate::step::timestep::{largest_clustered, largest_of_gases};
 use crate::step::{Trial, advance_relaxing, balance};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::sums::Sums;
 
 /// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
 const LARGEST: f64 = 3.6;

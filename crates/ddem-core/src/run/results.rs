@@ -1,10 +1,10 @@
 //! Results at the present time: what [`Snapshot`] sees, measured first where it has to be.
 
 use super::Simulation;
-use crate::math::lanes::Lanes;
 use crate::output::{
     Contact, ContactCounts, ContactSummary, Fragment, FragmentSummary, Snapshot, StateSummary,
 };
+use ddem_mechanics::math::lanes::Lanes;
 
 impl Simulation {
     /// Fields at the present time. Nothing moves.

@@ -3,9 +3,9 @@
 use super::Simulation;
 use crate::error::RunError;
 use crate::joint::contact::ContactPoint;
-use crate::law::Stiffness;
-use crate::mesh::Vec3;
 use crate::state::Memory;
+use ddem_mechanics::law::Stiffness;
+use ddem_mesh::Vec3;
 
 /// What is out of balance is rounding up to this many times that of the displacements: a force is the sum of
 /// several products with them. One half to three are seen.

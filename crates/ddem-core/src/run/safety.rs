@@ -9,12 +9,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::RunError;
-use crate::math::simd::Simd;
 use crate::model::stage::Search;
 use crate::run::Simulation;
 use crate::run::relax::Relaxed;
 use crate::run::saved::Saved;
 use crate::state::watch::Verdict;
+use ddem_mechanics::math::simd::Simd;
 
 /// Strengths fall by no more than this factor at once: what many pairs that fail together set free makes others
 /// fail that would hold.

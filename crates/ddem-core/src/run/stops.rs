@@ -1,14 +1,14 @@
 //! What a run stops at.
 
 use super::Simulation;
-use crate::collide::FaceOf;
 use crate::error::{Moving, RunError};
 use crate::joint::contact::Contacts;
-use crate::math::sums::Sums;
-use crate::mesh::Vec3;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::watch::Verdict;
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::math::sums::Sums;
+use ddem_mesh::Vec3;
 
 impl Simulation {
     /// Verdict on the dynamic stage that was started, if it ended now: at rest where forces are balanced, no

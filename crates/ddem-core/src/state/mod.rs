@@ -14,13 +14,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::joint::breaks::Breaks;
 use crate::joint::contact::Contacts;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::Vec3;
 use crate::model::Model;
 use crate::model::charge::Fill;
 use crate::model::conditions::{Applied, Released};
-use crate::rigid::{Matter, Pose};
 use crate::state::watch::Watch;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::{Matter, Pose};
+use ddem_mesh::Vec3;
 
 pub(crate) use peaks::Peaks;
 pub(crate) use relaxation::Memory;

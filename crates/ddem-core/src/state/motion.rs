@@ -6,12 +6,12 @@
 
 use fearless_simd::{Simd, f64x4};
 
-use crate::math::lanes::{Lanes, splat};
-use crate::math::leapfrog::{before_local_damping, coefficients, local_damping};
-use crate::mesh::assembly::Assembly;
-use crate::mesh::inertia::Inertia;
 use crate::model::stage::Damping;
-use crate::rigid::Matter;
+use ddem_mechanics::math::lanes::{Lanes, splat};
+use ddem_mechanics::math::leapfrog::{before_local_damping, coefficients, local_damping};
+use ddem_mechanics::rigid::Matter;
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::inertia::Inertia;
 
 /// `a`, `b` and the damping `c` of the nodes of equal packs, three a node.
 #[derive(Clone, Debug)]

@@ -2,15 +2,15 @@
 
 use fearless_simd::{Simd, f64x4};
 
-use crate::element::lattice::Planes;
 use crate::joint::kinematics::Moved;
 use crate::joint::losses::Losses;
 use crate::joint::point::Look;
-use crate::math::lanes::{LANES, Lanes, splat};
-use crate::mesh::assembly::Assembly;
-use crate::mesh::in_situ::{Borne, InSitu};
-use crate::mesh::pack::{JointLattice, Neighbours};
-use crate::mesh::seams::{FaceLattice, Seams};
+use ddem_mechanics::element::lattice::Planes;
+use ddem_mechanics::math::lanes::{LANES, Lanes, splat};
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::in_situ::{Borne, InSitu};
+use ddem_mesh::pack::{JointLattice, Neighbours};
+use ddem_mesh::seams::{FaceLattice, Seams};
 
 /// Damping of the bodies by their stiffness, `C = β K`.
 #[derive(Clone, Copy)]

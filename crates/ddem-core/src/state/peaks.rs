@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::math::lanes::Lanes;
 use crate::model::Model;
+use ddem_mechanics::math::lanes::Lanes;
 
 /// Nodes below which a part is not worth waking a thread for.
 const FEWEST: usize = 2000;

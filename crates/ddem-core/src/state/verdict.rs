@@ -2,13 +2,13 @@
 
 use crate::error::Moving;
 use crate::joint::contact::Patch;
-use crate::math::groups::Groups;
-use crate::mesh::Vec3;
 use crate::model::Model;
 use crate::model::damage::Damage;
 use crate::state::State;
 use crate::state::motion::Motion;
 use crate::state::watch::{LOOK, patience};
+use ddem_mechanics::math::groups::Groups;
+use ddem_mesh::Vec3;
 
 /// Part of the motion of the block that moves most with which a block moves.
 const MOVES: f64 = 0.01;

@@ -1,10 +1,10 @@
 //! All that follows from model, state and stage, and acts in the next step.
 
-use crate::math::lanes::Lanes;
 use crate::model::Model;
 use crate::model::boundary::{Moving, Outside, Push};
 use crate::model::conditions::Active;
 use crate::state::State;
+use ddem_mechanics::math::lanes::Lanes;
 
 /// Supports, loads and boundaries in force, and their values at the present time.
 #[derive(Debug)]

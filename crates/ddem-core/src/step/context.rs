@@ -3,13 +3,13 @@
 use super::first::Pass;
 use crate::force::boundary::Dashpots;
 use crate::force::support::Supports;
-use crate::math::lanes::Lanes;
-use crate::mesh::pack::Pack;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::motion::{Coefficients, Motion};
 use crate::state::pass::Viscous;
 use crate::state::view::StageView;
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mesh::pack::Pack;
 
 /// Model, conditions and settings of a step.
 #[derive(Clone, Copy, Debug)]

@@ -2,9 +2,9 @@
 
 use super::rigid::{follow, held_ways};
 use super::{Context, PackContext};
-use crate::math::lanes::LANES;
-use crate::mesh::parallel::node_start;
 use crate::state::State;
+use ddem_mechanics::math::lanes::LANES;
+use ddem_mesh::parallel::node_start;
 
 /// Moves what is held by the ways `[m]` that the context has as velocities of its supports; of a rigid block
 /// what its supports have in common. Velocities, zero before, are these ways then.

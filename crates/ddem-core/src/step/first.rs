@@ -5,7 +5,6 @@ use std::ops::Range;
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
-use crate::element::corotation::Frame;
 use crate::force::body::body;
 use crate::force::joint::{cell_energy, joint};
 use crate::joint::breaks::{Breaks, Broken};
@@ -13,14 +12,15 @@ use crate::joint::contact::{Contacts, Ground, Placing, Surfaces, find, let_go};
 use crate::joint::kinematics::Moved;
 use crate::joint::losses::{Losses, Lost};
 use crate::joint::point::Look;
-use crate::math::exact::Exact;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::assembly::NO_TABLE;
-use crate::mesh::pack::JointLattice;
-use crate::mesh::parallel::{node_start, share_start, spread};
 use crate::model::Model;
 use crate::state::pass::{Input, Output, Viscous, Workspace};
 use crate::step::scratch::{Forces, Scratch};
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::exact::Exact;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mesh::assembly::NO_TABLE;
+use ddem_mesh::pack::JointLattice;
+use ddem_mesh::parallel::{node_start, share_start, spread};
 
 /// What the first pass looks at.
 #[derive(Clone, Copy)]

@@ -3,10 +3,10 @@
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use crate::element::corotation::{Frame, fit};
-use crate::math::lanes::{LANES, Lanes, add, load_at, scale, splat, zero};
 use crate::model::Model;
-use crate::rigid::Pose;
+use ddem_mechanics::element::corotation::{Frame, fit};
+use ddem_mechanics::math::lanes::{LANES, Lanes, add, load_at, scale, splat, zero};
+use ddem_mechanics::rigid::Pose;
 
 /// The frame of a pack's rigid bodies in their poses.
 pub(super) fn frame_of(poses: &[Pose; LANES]) -> Frame {

@@ -25,11 +25,11 @@ use fearless_simd_macros::simd;
 use crate::joint::breaks::Breaks;
 use crate::joint::contact::Contacts;
 use crate::joint::losses::Losses;
-use crate::math::lanes::Lanes;
-use crate::math::sums::Sums;
-use crate::mesh::parallel::spread;
 use crate::state::State;
 use crate::step::scratch::{Access, Motions, Scratch, Second};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::sums::Sums;
+use ddem_mesh::parallel::spread;
 
 pub(crate) use context::Context;
 use context::PackContext;

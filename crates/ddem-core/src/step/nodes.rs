@@ -6,11 +6,11 @@ use fearless_simd_macros::simd;
 use super::{Others, PackContext};
 use crate::force::external::{self, External};
 use crate::force::{contact, shares};
-use crate::math::lanes::{Lanes, load, splat};
-use crate::math::sums::{Sums, Tally};
 use crate::state::motion::{advanced, local_of_four};
 use crate::step::frames::fit_pack;
 use crate::step::scratch::{Access, Part};
+use ddem_mechanics::math::lanes::{Lanes, load, splat};
+use ddem_mechanics::math::sums::{Sums, Tally};
 
 /// Forces from others: of the joints at the lower sides, of contacts, and what the derivative of R adds.
 #[simd]

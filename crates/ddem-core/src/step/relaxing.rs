@@ -6,14 +6,14 @@ use fearless_simd::{Simd, SimdBase, dispatch};
 use fearless_simd_macros::simd;
 
 use super::rigid::follow;
-use crate::math::lanes::{Lanes, splat};
-use crate::math::sums::{Sums, Tally};
-use crate::mesh::parallel::{node_start, rigid_start, spread};
 use crate::model::Model;
 use crate::state::State;
 use crate::step::cluster::{self, Clusters};
 use crate::step::frames::{fit_pack, frame_of};
 use crate::step::scratch::{Relaxing, Scratch};
+use ddem_mechanics::math::lanes::{Lanes, splat};
+use ddem_mechanics::math::sums::{Sums, Tally};
+use ddem_mesh::parallel::{node_start, rigid_start, spread};
 
 /// Second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, M coupled across the gaps.
 /// Leaves `Σ F·v⁺` and `Σ v⁺·v⁺` in the sums.

@@ -6,13 +6,13 @@
 use super::{Context, PackContext};
 use crate::force::rigid::{Member, at};
 use crate::force::support::Supports;
-use crate::math::lanes::{LANES, Lanes};
-use crate::math::leapfrog::local_damping;
-use crate::math::sums::Sums;
 use crate::model::Model;
-use crate::rigid::{Gait, Hold, Pose, Wrench};
 use crate::step::frames::frame_of;
 use crate::step::scratch::{Access, Part};
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::math::leapfrog::local_damping;
+use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::rigid::{Gait, Hold, Pose, Wrench};
 
 /// Poses of the bodies of a pack.
 pub(crate) type Poses = [Pose; LANES];

@@ -7,9 +7,9 @@ use fearless_simd_macros::simd;
 
 use super::PackContext;
 use crate::force::{damping, shares};
-use crate::math::lanes::{Lanes, load, splat};
 use crate::state::motion::advanced;
 use crate::step::scratch::Part;
+use ddem_mechanics::math::lanes::{Lanes, load, splat};
 
 /// Slows the deformation of the bodies of a pack: `f −= α/(1 + α h) M (v* − v̄*)` with the `v*` that (M2) gives under
 /// the forces of all others, so that `α M (v⁺ − v̄⁺)` is what acts.

@@ -11,16 +11,16 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::error::RunError;
 use crate::joint::breaks::Breaks;
-use crate::math::exact::Exact;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::Vec3;
-use crate::mesh::inertia::Inertia;
-use crate::mesh::pack::Pack;
-use crate::mesh::parallel::node_start;
 use crate::model::Model;
 use crate::step::cluster::{Clusters, accelerations};
 use crate::step::scratch::Scratch;
 use crate::step::{Pass, internal_forces};
+use ddem_mechanics::math::exact::Exact;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mesh::Vec3;
+use ddem_mesh::inertia::Inertia;
+use ddem_mesh::pack::Pack;
+use ddem_mesh::parallel::node_start;
 
 /// Most products with K.
 const MOST_STEPS: usize = 120;

@@ -20,22 +20,28 @@ const LOWEST: [&str; 1] = ["error"];
 /// Names of the lowest row at the top of the crate.
 const RE_EXPORTED: [&str; 5] = ["Fault", "ModelError", "Moving", "RunError", "debug_as_display"];
 
-fn src() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+/// Crates of the method, and the row that the files of one that is a row begin with.
+const CRATES: [(&str, &str); 3] =
+    [("ddem-core", ""), ("ddem-mesh", "mesh/"), ("ddem-mechanics", "")];
+
+fn src(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name).join("src")
 }
 
-/// Path below `src` and text of every source file but tests.
+/// Path below `src` and text of every source file of the method but tests.
 pub(crate) fn sources() -> Vec<(String, String)> {
-    let (mut folders, mut sources) = (vec![src()], Vec::new());
-    while let Some(folder) = folders.pop() {
+    let mut folders: Vec<_> =
+        CRATES.iter().map(|&(name, row)| (src(name), src(name), row)).collect();
+    let mut sources = Vec::new();
+    while let Some((folder, root, row)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{error}")) {
             let path = entry.unwrap_or_else(|error| panic!("{error}")).path();
             if path.is_dir() {
-                folders.push(path);
+                folders.push((path, root.clone(), row));
             } else if path.file_name().is_some_and(|name| name != "tests.rs") {
                 let text = std::fs::read_to_string(&path).unwrap_or_default();
-                let name = path.strip_prefix(src()).unwrap_or(&path).to_string_lossy();
-                sources.push((name.replace('\\', "/"), text));
+                let name = path.strip_prefix(&root).unwrap_or(&path).to_string_lossy();
+                sources.push((format!("{row}{}", name.replace('\\', "/")), text));
             }
         }
     }
@@ -56,13 +62,17 @@ fn row(module: &str) -> Option<usize> {
     row.or_else(|| lowest.then_some(ROWS.len()))
 }
 
-/// Modules of the crate that a line names.
-fn named(line: &str) -> impl Iterator<Item = &str> {
-    line.match_indices("crate::").map(|(at, found)| {
+/// Modules that a line of a module names. Inside of `mesh` these are its own.
+fn named<'a>(module: &str, line: &'a str) -> impl Iterator<Item = &'a str> {
+    let own = if module == "mesh" { None } else { Some("crate::") };
+    let mesh = line.contains("ddem_mesh").then_some("mesh");
+    let all = own.into_iter().chain(["ddem_mechanics::"]);
+    let named = all.flat_map(|path| line.match_indices(path)).map(|(at, found)| {
         let rest = &line[at + found.len()..];
         let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
         &rest[..end.unwrap_or(rest.len())]
-    })
+    });
+    named.chain(mesh)
 }
 
 #[test]
@@ -78,7 +88,7 @@ fn imports_go_down() {
             continue;
         };
         for (number, line) in code(&text) {
-            for used in named(line).filter(|used| *used != module) {
+            for used in named(module, line).filter(|used| *used != module) {
                 match row(used) {
                     Some(to) if to > from => {}
                     Some(_) => wrong.push(format!("{file}:{number}: {module} -> {used}")),

@@ -12,12 +12,12 @@ mod tests;
 use serde::{Deserialize, Serialize};
 
 use super::point::{JointPoint, turned};
-use crate::math::exact::sum;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::NO_JOINT;
-use crate::mesh::assembly::{Assembly, ElementPack, NO_TABLE};
-use crate::mesh::pack::{Pack, Packs, PairPlace};
-use crate::mesh::seams::{Seam, Seams};
+use ddem_mechanics::math::exact::sum;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mesh::NO_JOINT;
+use ddem_mesh::assembly::{Assembly, ElementPack, NO_TABLE};
+use ddem_mesh::pack::{Pack, Packs, PairPlace};
+use ddem_mesh::seams::{Seam, Seams};
 
 pub(crate) use springs::{Ground, Pull};
 
@@ -28,7 +28,7 @@ pub(crate) struct Broken {
     pub(crate) alive: Vec<Lanes>,
     /// Whether any element is left.
     pub(crate) any_alive: bool,
-    /// Pairs of a face joint by lane, in the order of [`crate::mesh::pack::Shape::pairs`].
+    /// Pairs of a face joint by lane, in the order of [`ddem_mesh::pack::Shape::pairs`].
     pub(crate) points: Vec<[JointPoint; LANES]>,
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],

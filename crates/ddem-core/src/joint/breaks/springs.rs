@@ -5,11 +5,11 @@ use nalgebra::{Matrix3, Vector3};
 use super::Broken;
 use crate::joint::losses::Losses;
 use crate::joint::point::{JointPoint, Look, joined, split};
-use crate::law::Traction;
-use crate::law::response::stored;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::pack::PairPlace;
-use crate::mesh::seams::{FaceLattice, Seam};
+use ddem_mechanics::law::Traction;
+use ddem_mechanics::law::response::stored;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mesh::pack::PairPlace;
+use ddem_mesh::seams::{FaceLattice, Seam};
 
 /// What the springs of a joint lattice do together.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,9 +1,9 @@
 //! Strips and corners that touch a failed pair are gone.
 
 use super::{Breaks, Broken};
-use crate::math::lanes::LANES;
-use crate::mesh::assembly::{Assembly, NO_TABLE};
-use crate::mesh::pack::{JointLattice, Packs};
+use ddem_mechanics::math::lanes::LANES;
+use ddem_mesh::assembly::{Assembly, NO_TABLE};
+use ddem_mesh::pack::{JointLattice, Packs};
 
 /// An element of a strip or a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

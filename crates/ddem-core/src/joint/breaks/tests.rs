@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use super::Broken;
 use super::strips::Cell;
-use crate::element::{Elastic, ElementKind};
-use crate::math::lanes::LANES;
-use crate::mesh::assembly::NO_TABLE;
-use crate::mesh::pack::JointLattice;
-use crate::mesh::properties::Kinematics;
 use crate::model::Model;
 use crate::model::problem::*;
+use ddem_mechanics::element::{Elastic, ElementKind};
+use ddem_mechanics::math::lanes::LANES;
+use ddem_mesh::assembly::NO_TABLE;
+use ddem_mesh::pack::JointLattice;
+use ddem_mesh::properties::Kinematics;
 
 /// Pack, lane and local number of a node.
 type Node = (usize, usize, usize);

@@ -7,9 +7,9 @@ use super::friction::{Bare, Friction};
 use super::{ContactPoint, Contacts, Patch, Placing};
 use crate::joint::losses::{Losses, Lost};
 use crate::joint::point::Look;
-use crate::law::bearing::Bearing;
-use crate::law::{JointLaw, Loss, Memory, MohrCoulomb};
-use crate::mesh::Vec3;
+use ddem_mechanics::law::bearing::Bearing;
+use ddem_mechanics::law::{JointLaw, Loss, Memory, MohrCoulomb};
+use ddem_mesh::Vec3;
 
 /// Patches that one task takes.
 const TOGETHER: usize = 64;
@@ -103,6 +103,7 @@ impl Patch {
 
 impl ContactPoint {
     /// Tractions of a contact where its sides are `apart` `[m]`; returns what is lost `[J/m²]`.
+    #[inline(always)]
     fn rub<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,
@@ -111,15 +112,15 @@ impl ContactPoint {
         rubs: bool,
         spacing: f64,
     ) -> Loss {
-        let before = self.pair.memory;
+        let Memory { slip: slip_before, gap: gap_before, .. } = self.pair.memory;
         let mut loss = self.pair.act(law, bearing, apart, None);
         let memory = &mut self.pair.memory;
-        let slipped = (memory.slip - before.slip).norm();
+        let slipped = (memory.slip - slip_before).norm();
         // In a relaxation, straight from the last equilibrium.
-        let from = memory.settled.map_or(before.slip, |settled| settled.slip);
+        let from = memory.settled.map_or(slip_before, |settled| settled.slip);
         let slid =
             |gap: f64, slip: Vector2<f64>| if gap < 0.0 { (slip - from).norm() } else { 0.0 };
-        self.slid += slid(memory.gap, memory.slip) - slid(before.gap, before.slip);
+        self.slid += slid(memory.gap, memory.slip) - slid(gap_before, slip_before);
         // Over half an element.
         let part = (slipped / (0.5 * spacing)).min(1.0);
         let gap = apart.x - self.pair.origin.x;

@@ -10,14 +10,14 @@ use serde::{Deserialize, Serialize};
 use super::fit::Fitting;
 use super::release::{Load, Moved, Release};
 use super::{Both, ContactPoint, Patch, Placed, Placing, Surfaces};
-use crate::element::corotation::Frame;
 use crate::joint::point::{JointPoint, Look, turned};
-use crate::law::{Mode, Stiffness};
-use crate::math::lanes::Lanes;
-use crate::mesh::in_situ::{Stress, between};
-use crate::mesh::pack::Packs;
-use crate::mesh::properties::{JointProperties, Properties};
-use crate::mesh::{Abutment, Geometry, Vec3};
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::law::{Mode, Stiffness};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mesh::in_situ::{Stress, between};
+use ddem_mesh::pack::Packs;
+use ddem_mesh::properties::{JointProperties, Properties};
+use ddem_mesh::{Abutment, Geometry, Vec3};
 
 /// Ratio of the areas of two faces above which one is the ground of the other.
 const LARGER: f64 = 1.01;

@@ -7,13 +7,13 @@
 use nalgebra::{Matrix3, Matrix6};
 
 use super::Skins;
-use crate::collide::FaceOf;
-use crate::law::Stiffness;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::assembly::Assembly;
-use crate::mesh::pack::Packs;
-use crate::mesh::{Geometry, Vec3};
-use crate::rigid::Matter;
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::law::Stiffness;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::Matter;
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::{Geometry, Vec3};
 
 /// Most that contacts add to the square of the largest angular frequency of deformable blocks, and
 /// the square of that of rigid ones with all their joints and contacts `[1/s²]`.

@@ -1,10 +1,10 @@
 //! Contacts that are allowed but perhaps not meant: far stiffer or softer than the blocks.
 
 use super::{Skins, Surfaces, bound};
-use crate::mesh::Geometry;
-use crate::mesh::assembly::Assembly;
-use crate::mesh::pack::Packs;
-use crate::mesh::properties::Properties;
+use ddem_mesh::Geometry;
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::properties::Properties;
 
 /// Times the blocks' own stiffness above which a given one only shortens the step.
 const STIFF: f64 = 100.0;

@@ -11,10 +11,10 @@ use super::heirs::{Handed, Known, Old};
 use super::side::{Side, apart, edge_node, edge_spot, node_at};
 use super::skins::sides_of;
 use super::{Both, ContactPoint, Patch, Placed, Placing, REACH, Skins};
-use crate::collide::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
 use crate::joint::point::{JointPoint, Look};
-use crate::law::{Memory, Settled, Traction};
-use crate::mesh::{Abutment, SurfacePoint, Vec3};
+use ddem_mechanics::collide::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
+use ddem_mechanics::law::{Memory, Settled, Traction};
+use ddem_mesh::{Abutment, SurfacePoint, Vec3};
 
 /// Part of the area of an element's face below which a point of it is nothing.
 const NOTHING: f64 = 1e-9;
@@ -30,7 +30,7 @@ pub(super) struct Fitting<'a> {
     pub(super) skins: &'a Skins,
     pub(super) look: Look<'a>,
     /// Blocks that have supports.
-    pub(crate) held: &'a [[bool; crate::math::lanes::LANES]],
+    pub(crate) held: &'a [[bool; ddem_mechanics::math::lanes::LANES]],
 }
 
 impl Fitting<'_> {

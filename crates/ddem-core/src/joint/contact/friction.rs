@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::law::{JointLaw, Laws};
+use ddem_mechanics::law::{JointLaw, Laws};
 
 /// Numbers of the law of a face: the one before and the present one, while strengths go from that to this.
 type Numbers = [u16; 2];

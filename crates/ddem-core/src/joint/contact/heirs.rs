@@ -6,8 +6,8 @@ use super::fit::Fitting;
 use super::{ContactPoint, Patch, Placing};
 use crate::joint::losses::Losses;
 use crate::joint::point::JointPoint;
-use crate::law::{Memory, Settled, Traction};
-use crate::mesh::Vec3;
+use ddem_mechanics::law::{Memory, Settled, Traction};
+use ddem_mesh::Vec3;
 
 /// Part by which pressed areas may differ from those of the overlap, up or down, so that the energy stays.
 const SCALE: f64 = 1.25;

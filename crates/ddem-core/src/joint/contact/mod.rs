@@ -39,11 +39,11 @@ mod surfaces;
 use nalgebra::{Matrix3, Vector3};
 
 use super::point::JointPoint;
-use crate::collide::FaceOf;
-use crate::law::Traction;
-use crate::math::exact::sum;
-use crate::math::lanes::Lanes;
-use crate::mesh::{SurfacePoint, Vec3};
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::law::Traction;
+use ddem_mechanics::math::exact::sum;
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mesh::{SurfacePoint, Vec3};
 
 pub(crate) use bound::{Added, bound, outer};
 pub use doubts::ContactDoubt;

@@ -2,12 +2,12 @@
 
 use nalgebra::Matrix3;
 
-use crate::collide::{Cell, FaceOf};
-use crate::element::corotation::Frame;
-use crate::math::lanes::Lanes;
-use crate::mesh::grid::Bounds;
-use crate::mesh::pack::Packs;
-use crate::mesh::{Geometry, SurfacePoint, Topology, Vec3};
+use ddem_mechanics::collide::{Cell, FaceOf};
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mesh::grid::Bounds;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::{Geometry, SurfacePoint, Topology, Vec3};
 
 /// A block: its nodes at rest, and where these are in nodal fields.
 #[derive(Clone, Debug)]
@@ -87,8 +87,10 @@ impl Placed {
         self.corner + along + self.value(u, at)
     }
 
+    #[inline]
     fn corners(&self, u: &[Lanes]) -> [Vec3; 8] {
-        self.topology.corners().map(|node| self.node(u, self.topology.steps(node)))
+        let corners = self.topology.corners();
+        std::array::from_fn(|corner| self.node(u, corners[corner]))
     }
 
     /// The parallelepiped nearest to its corners.
@@ -203,9 +205,8 @@ impl Placing<'_> {
         faces: [FaceOf; 2],
         spots: &[SurfacePoint; 2],
     ) -> Vec3 {
-        let [x, y] =
-            [0, 1].map(|side| self.position(blocks[side] as usize, faces[side], &spots[side]));
-        y - x
+        self.position(blocks[1] as usize, faces[1], &spots[1])
+            - self.position(blocks[0] as usize, faces[0], &spots[0])
     }
 
     /// What that changed by in the last step `[m]`.
@@ -215,8 +216,8 @@ impl Placing<'_> {
         faces: [FaceOf; 2],
         spots: &[SurfacePoint; 2],
     ) -> Vec3 {
-        let [x, y] = [0, 1].map(|side| self.way(blocks[side] as usize, faces[side], &spots[side]));
-        y - x
+        self.way(blocks[1] as usize, faces[1], &spots[1])
+            - self.way(blocks[0] as usize, faces[0], &spots[0])
     }
 
     /// Way of a point in the last step `[m]`.

@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 use super::{ContactPoint, Contacts, Patch, Placing};
 use crate::joint::breaks::{Breaks, Broken};
 use crate::joint::point::{Failure, JointPoint, Look, joined};
-use crate::law::{JointLaw, Laws, Mode, Stiffness, Traction};
-use crate::math::exact::Exact;
-use crate::mesh::NO_JOINT;
-use crate::mesh::pack::{Pack, Packs};
-use crate::mesh::seams::{Seam, Seams};
-use crate::mesh::{Geometry, Vec3};
+use ddem_mechanics::law::{JointLaw, Laws, Mode, Stiffness, Traction};
+use ddem_mechanics::math::exact::Exact;
+use ddem_mesh::NO_JOINT;
+use ddem_mesh::pack::{Pack, Packs};
+use ddem_mesh::seams::{Seam, Seams};
+use ddem_mesh::{Geometry, Vec3};
 
 /// Part of the spacing of its pairs by which a joint has moved when the blocks around are no longer
 /// held in place by it.

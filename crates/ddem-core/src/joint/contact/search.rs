@@ -10,13 +10,13 @@ use super::fit::Fitting;
 use super::heirs::Old;
 use super::release::{Places, Release};
 use super::{Contacts, Ended, Patch, Placed, Placing, Surfaces, act, release};
-use crate::collide::FaceOf;
 use crate::joint::breaks::Breaks;
 use crate::joint::losses::{Losses, Lost};
 use crate::joint::point::Look;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::Geometry;
-use crate::mesh::grid;
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mesh::Geometry;
+use ddem_mesh::grid;
 
 /// Part of their reach after which two blocks that are just beyond it are looked at again.
 const SOON: f64 = 0.01;

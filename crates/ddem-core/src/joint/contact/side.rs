@@ -1,8 +1,8 @@
 //! Faces and edges as a patch sees them: along the normal, in its plane.
 
 use super::{Placed, Placing};
-use crate::collide::{self, EdgeOf, FaceOf};
-use crate::mesh::{SurfacePoint, Vec3};
+use ddem_mechanics::collide::{self, EdgeOf, FaceOf};
+use ddem_mesh::{SurfacePoint, Vec3};
 
 /// One side of a face contact, seen along the normal.
 pub(super) struct Side<'a> {

@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::friction::{FaceFriction, Friction};
 use super::{Contacts, Patch};
-use crate::collide::{EdgeOf, FaceOf};
-use crate::law::{Laws, Stiffness};
-use crate::mesh::properties::{JointProperties, Properties};
-use crate::mesh::seams::Moved;
-use crate::mesh::{Abuts, Geometry};
+use ddem_mechanics::collide::{EdgeOf, FaceOf};
+use ddem_mechanics::law::{Laws, Stiffness};
+use ddem_mesh::properties::{JointProperties, Properties};
+use ddem_mesh::seams::Moved;
+use ddem_mesh::{Abuts, Geometry};
 
 /// Friction angle where neither the deck nor a joint says one `[degrees]`.
 const FRICTION: f64 = 30.0;

@@ -2,11 +2,11 @@
 
 use super::place::{Placed, placed};
 use super::skins::Skins;
-use crate::law::Laws;
-use crate::mesh::Geometry;
-use crate::mesh::connected::is_connected;
-use crate::mesh::pack::Packs;
-use crate::mesh::properties::Properties;
+use ddem_mechanics::law::Laws;
+use ddem_mesh::Geometry;
+use ddem_mesh::connected::is_connected;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::properties::Properties;
 
 /// Margin of the boxes in the search, as a part of the edges of the blocks.
 const MARGIN: f64 = 0.1;

@@ -3,10 +3,10 @@
 
 use super::outside::held;
 use super::{Column, Made};
-use crate::mesh::assembly::Assembly;
-use crate::mesh::inertia::Inertia;
-use crate::mesh::slot::NodeSlot;
 use crate::model::conditions::{Active, Conditions};
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::inertia::Inertia;
+use ddem_mesh::slot::NodeSlot;
 
 impl Column {
     /// Fixes that hold the axes of the nodes it stands behind.

@@ -8,13 +8,13 @@ use std::collections::BTreeMap;
 
 use super::outside::Standing;
 use super::{Push, Resistance, resistance};
-use crate::collide::FaceOf;
-use crate::element::Elastic;
-use crate::law::Stiffness;
-use crate::math::leapfrog::{coefficients, local_damping};
-use crate::mesh::properties::Properties;
-use crate::mesh::slot::NodeSlot;
-use crate::mesh::{BlockFace, Geometry, Strip, Vec3, moved_to};
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::element::Elastic;
+use ddem_mechanics::law::Stiffness;
+use ddem_mechanics::math::leapfrog::{coefficients, local_damping};
+use ddem_mesh::properties::Properties;
+use ddem_mesh::slot::NodeSlot;
+use ddem_mesh::{BlockFace, Geometry, Strip, Vec3, moved_to};
 
 /// Between two levels: tractions by difference of displacements `[Pa/m]`.
 #[derive(Clone, Copy, Debug)]

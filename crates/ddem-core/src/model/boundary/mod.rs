@@ -13,15 +13,15 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::element::Elastic;
 use crate::error::{Fault, RunError};
-use crate::mesh::assembly::Assembly;
-use crate::mesh::pack::Packs;
-use crate::mesh::properties::Properties;
-use crate::mesh::{BlockFace, Geometry, Vec3};
 use crate::model::conditions::{Active, Applied};
 use crate::model::history::{Course, Function};
 use crate::model::stage::Period;
+use ddem_mechanics::element::Elastic;
+use ddem_mesh::assembly::Assembly;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::properties::Properties;
+use ddem_mesh::{BlockFace, Geometry, Vec3};
 
 pub use column::{Column, Ground, NoColumn, Side};
 pub(crate) use column::{Moving, Pace};

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::{Border, Borders, Column, Made, Moving, Push, Resistance};
-use crate::mesh::slot::NodeSlot;
-use crate::mesh::{BlockFace, Vec3};
 use crate::model::conditions::{Active, Applied, Conditions, starts};
+use ddem_mesh::slot::NodeSlot;
+use ddem_mesh::{BlockFace, Vec3};
 
 /// No fix.
 const FREE: u32 = u32::MAX;

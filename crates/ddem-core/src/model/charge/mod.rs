@@ -11,7 +11,7 @@ pub use self::shell::Shell;
 pub use self::size::ChargeSize;
 use serde::{Deserialize, Serialize};
 
-use crate::mesh::Vec3;
+use ddem_mesh::Vec3;
 
 /// The gas in one shell of a charge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

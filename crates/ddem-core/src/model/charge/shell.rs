@@ -1,6 +1,6 @@
 //! The surface of a gas: facets between nodes, their present areas, and the volume within.
 
-use crate::mesh::Vec3;
+use ddem_mesh::Vec3;
 
 /// The surface of a gas, or of a part of it that is apart from the others.
 #[derive(Clone, Debug)]

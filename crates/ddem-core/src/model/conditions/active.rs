@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::Conditions;
-use crate::math::lanes::LANES;
-use crate::mesh::Geometry;
-use crate::mesh::pack::Packs;
-use crate::mesh::slot::NodeSlot;
+use ddem_mechanics::math::lanes::LANES;
+use ddem_mesh::Geometry;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::slot::NodeSlot;
 
 /// One supported degree of freedom.
 #[derive(Clone, Copy, Debug)]

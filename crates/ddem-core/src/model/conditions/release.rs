@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Applied, Conditions, Factor, Loaded};
-use crate::mesh::Vec3;
+use ddem_mesh::Vec3;
 
 /// Forces of removed blocks that fade.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

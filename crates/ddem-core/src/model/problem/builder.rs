@@ -4,19 +4,19 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Problem, Set, Sets, StartMotion};
-use crate::collide::FaceOf;
-use crate::element::{Elastic, ElementKind};
-use crate::law;
-use crate::mesh::in_situ::Stress;
-use crate::mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
-use crate::mesh::{
-    Abutment, BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Topology,
-    Vec3, abutting, bounds,
-};
 use crate::model::boundary::Borders;
 use crate::model::conditions::{Conditions, Fixed, Loaded};
 use crate::model::history::Course;
 use crate::model::stage::{Period, StageKind};
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::element::{Elastic, ElementKind};
+use ddem_mechanics::law;
+use ddem_mesh::in_situ::Stress;
+use ddem_mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
+use ddem_mesh::{
+    Abutment, BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Topology,
+    Vec3, abutting, bounds,
+};
 
 /// Fault of a problem that is built from arrays.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

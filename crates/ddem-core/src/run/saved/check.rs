@@ -4,14 +4,14 @@ use super::{RestoreError, Run};
 use crate::joint::breaks::Breaks;
 use crate::joint::contact::{Both, ContactPoint, Contacts, Ended, Near, Patch, Release};
 use crate::joint::point::JointPoint;
-use crate::law::{Memory, Stiffness};
-use crate::math::lanes::Lanes;
-use crate::mesh::SurfacePoint;
-use crate::mesh::assembly::NO_TABLE;
 use crate::model::Model;
 use crate::model::conditions::Applied;
-use crate::rigid::Pose;
 use crate::state::{Peaks, State};
+use ddem_mechanics::law::{Memory, Stiffness};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::rigid::Pose;
+use ddem_mesh::SurfacePoint;
+use ddem_mesh::assembly::NO_TABLE;
 
 /// More steps than any run takes: what is beyond is no count of steps.
 const MOST_STEPS: u64 = 1 << 53;

@@ -7,12 +7,12 @@ mod check;
 
 use serde::{Deserialize, Serialize};
 
-use crate::math::simd::Simd;
 use crate::model::Model;
 use crate::model::stage::Damping;
 use crate::run::Simulation;
 use crate::state::motion::Motion;
 use crate::state::{Memory, State};
+use ddem_mechanics::math::simd::Simd;
 
 /// Number of the encoding: another one where anything in it has other fields.
 const FORMAT: u32 = 3;

@@ -1,10 +1,10 @@
 //! Contacts in the masses of a relaxation.
 
 use super::Around;
-use crate::collide::FaceOf;
 use crate::joint::contact::{Contacts, Release, Skins, Surfaces, outer};
-use crate::law::Stiffness;
 use crate::model::Model;
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::law::Stiffness;
 
 /// What contacts masses are to reckon with: it follows from the state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

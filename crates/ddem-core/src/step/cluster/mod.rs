@@ -15,16 +15,16 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use nalgebra::SMatrix;
 
-use crate::collide::FaceOf;
-use crate::element::corotation::Frame;
 use crate::error::RunError;
 use crate::joint::contact::Surfaces;
-use crate::math::lanes::{LANES, Lanes, load_at, store_at, zero};
-use crate::mesh::assembly::{Element, NO_TABLE};
-use crate::mesh::pack::Neighbours;
 use crate::model::Model;
-use crate::rigid::Pose;
 use crate::state::Memory;
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::lanes::{LANES, Lanes, load_at, store_at, zero};
+use ddem_mechanics::rigid::Pose;
+use ddem_mesh::assembly::{Element, NO_TABLE};
+use ddem_mesh::pack::Neighbours;
 
 pub(crate) use meeting::Meeting;
 use meeting::contact_diagonal;

@@ -4,13 +4,13 @@
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
 use super::Around;
-use crate::collide::FaceOf;
 use crate::joint::contact::Skins;
-use crate::math::lanes::{LANES, Lanes};
-use crate::mesh::Vec3;
-use crate::mesh::pack::Pack;
 use crate::model::Model;
-use crate::rigid::{Hold, Pose};
+use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::{Hold, Pose};
+use ddem_mesh::Vec3;
+use ddem_mesh::pack::Pack;
 
 /// Part of the largest stiffness below which a motion is free.
 const NOTHING: f64 = 1e-10;

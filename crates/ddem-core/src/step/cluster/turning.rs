@@ -8,13 +8,13 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
 use super::{Clusters, InverseMass};
-use crate::element::corotation::{Frame, mean_rotation};
-use crate::law::Stiffness;
-use crate::math::lanes::{
+use crate::model::Model;
+use ddem_mechanics::element::corotation::{Frame, mean_rotation};
+use ddem_mechanics::law::Stiffness;
+use ddem_mechanics::math::lanes::{
     LANES, Lanes, add, load, load_at, scale, splat, store_at, times, transposed_times, zero,
 };
-use crate::mesh::properties::JointProperties;
-use crate::model::Model;
+use ddem_mesh::properties::JointProperties;
 
 /// Part of a stiffness by which blocks may turn it until masses turn with them: 1.1 is the limit of
 /// stability.
@@ -101,7 +101,7 @@ pub(super) fn accelerations<S: Simd>(
 }
 
 #[inline(always)]
-fn zero_matrix<S: Simd>(simd: S) -> crate::math::lanes::Matrix<S> {
+fn zero_matrix<S: Simd>(simd: S) -> ddem_mechanics::math::lanes::Matrix<S> {
     [zero(simd), zero(simd), zero(simd)]
 }
 

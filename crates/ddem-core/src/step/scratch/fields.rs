@@ -3,16 +3,16 @@
 use std::ops::Range;
 
 use super::Spaces;
-use crate::element::corotation::Frame;
 use crate::joint::breaks::PackBreaks;
 use crate::joint::losses::Losses;
-use crate::math::lanes::{LANES, Lanes};
-use crate::math::sums::Sums;
-use crate::mesh::pack::Packs;
-use crate::mesh::parallel::{Split, node_start, rigid_start, share_start};
 use crate::model::boundary::Outside;
 use crate::model::conditions::Active;
-use crate::rigid::Pose;
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::rigid::Pose;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::parallel::{Split, node_start, rigid_start, share_start};
 
 /// A field of the second pass: a step changes it, a trial only reads it.
 #[derive(Debug)]

@@ -6,22 +6,22 @@ use std::ops::Range;
 
 use fearless_simd::{Level, dispatch};
 
-use crate::element::corotation::Frame;
 use crate::force::rigid::Member;
 use crate::force::shares::{collect, spread_torque};
 use crate::joint::breaks::Breaks;
 use crate::joint::contact::Contacts;
 use crate::joint::losses::Losses;
-use crate::math::exact::sum;
-use crate::math::lanes::{LANES, Lanes, load};
-use crate::math::sums::Sums;
-use crate::mesh::parallel::{node_start, runs};
 use crate::model::Model;
-use crate::rigid::Pose;
 use crate::state::State;
 use crate::state::pass::Workspace;
 use crate::state::view::StageView;
 use crate::step::frames::{fit_pack, frame_of};
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::exact::sum;
+use ddem_mechanics::math::lanes::{LANES, Lanes, load};
+use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::rigid::Pose;
+use ddem_mesh::parallel::{node_start, runs};
 
 use fields::Bodies;
 pub(crate) use fields::{Access, Forces, Part, Relaxing, Second};

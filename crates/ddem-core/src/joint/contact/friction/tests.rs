@@ -1,7 +1,7 @@
 //! Friction of two faces against its definition.
 
 use super::*;
-use crate::law::{MohrCoulomb, Reduced};
+use ddem_mechanics::law::{MohrCoulomb, Reduced};
 
 /// `√(p · 1 MPa)`: a strength that no angle gives.
 #[derive(Debug)]

@@ -1,0 +1,80 @@
+//! The numbers of four elements side by side, for [`lattice`](super::lattice).
+
+use super::modal::Modal;
+use crate::math::lanes::{LANES, Lanes};
+
+/// The tables of four elements, one per lane.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Table {
+    /// All four are boxes along the coordinate axes.
+    Box(Box<BoxTable>),
+    /// Any parallelepipeds.
+    Oblique(Box<ObliqueTable>),
+}
+
+/// What is not zero, and not there by symmetry, for a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxTable {
+    /// Normal strains: xx yy zz xy yz zx of a symmetric 3×3.
+    pub(super) normal: [Lanes; 6],
+    /// Shear strains in the planes xy, zx, yz: 11, 22, 12 of a symmetric 2×2 each.
+    pub(super) shear: [[Lanes; 3]; 3],
+    /// Bending, linear in ξ, η, ζ: 11, 22, 12 of a symmetric 2×2 each.
+    pub(super) bend: [[Lanes; 3]; 3],
+    /// Twisting: (ξη, z), (ξζ, y), (ηζ, x), as xx yy zz xy yz zx.
+    pub(super) twist: [Lanes; 6],
+    /// Mode ξηζ.
+    pub(super) hour: [Lanes; 3],
+}
+
+/// Everything, for a parallelepiped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObliqueTable {
+    pub(super) strain: [[Lanes; 9]; 9],
+    pub(super) bend: [[Lanes; 9]; 9],
+    pub(super) hour: [[Lanes; 3]; 3],
+}
+
+impl Table {
+    /// Puts four modal stiffnesses side by side; `None` is a lane without an element.
+    pub fn new(lanes: [Option<&Modal>; LANES], is_box: bool) -> Self {
+        let pick = |f: &dyn Fn(&Modal) -> f64| Lanes(lanes.map(|m| m.map_or(0.0, f)));
+        let strain = |r: usize, c: usize| pick(&|m| m.strain[(r, c)]);
+        let bend = |r: usize, c: usize| pick(&|m| m.bend[(r, c)]);
+        let hour = |r: usize, c: usize| pick(&|m| m.hour[(r, c)]);
+        if !is_box {
+            let square = |f: &dyn Fn(usize, usize) -> Lanes| {
+                std::array::from_fn(|r| std::array::from_fn(|c| f(r, c)))
+            };
+            return Self::Oblique(Box::new(ObliqueTable {
+                strain: square(&strain),
+                bend: square(&bend),
+                hour: std::array::from_fn(|r| std::array::from_fn(|c| hour(r, c))),
+            }));
+        }
+        // Indices: strain 3 i + α; bend 3 (0 ξη, 1 ξζ, 2 ηζ) + i.
+        let three = |f: &dyn Fn(usize, usize) -> Lanes, at: [usize; 3]| {
+            let [a, b, c] = at;
+            [f(a, a), f(b, b), f(c, c), f(a, b), f(b, c), f(c, a)]
+        };
+        let two =
+            |f: &dyn Fn(usize, usize) -> Lanes, a: usize, b: usize| [f(a, a), f(b, b), f(a, b)];
+        Self::Box(Box::new(BoxTable {
+            normal: three(&strain, [0, 4, 8]),
+            shear: [two(&strain, 3, 1), two(&strain, 6, 2), two(&strain, 7, 5)],
+            bend: [two(&bend, 1, 5), two(&bend, 0, 8), two(&bend, 3, 7)],
+            twist: three(&bend, [2, 4, 6]),
+            hour: [hour(0, 0), hour(1, 1), hour(2, 2)],
+        }))
+    }
+}
+
+impl Table {
+    /// Memory on the heap `[bytes]`.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Box(_) => size_of::<BoxTable>(),
+            Self::Oblique(_) => size_of::<ObliqueTable>(),
+        }
+    }
+}

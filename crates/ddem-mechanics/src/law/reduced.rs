@@ -1,0 +1,47 @@
+//! Strengths divided by a factor.
+
+use std::sync::Arc;
+
+use super::{JointLaw, Softening};
+
+/// A law whose strengths are those of another one divided by a factor: cohesion, tension and the tangents of
+/// the friction angles; dilation stays, but is no steeper than the friction that is left.
+#[derive(Clone, Debug)]
+pub struct Reduced {
+    /// Law with the full strengths.
+    pub law: Arc<dyn JointLaw>,
+    /// Divisor of the strengths.
+    pub factor: f64,
+}
+
+impl JointLaw for Reduced {
+    fn tension(&self) -> f64 {
+        self.law.tension() / self.factor
+    }
+
+    fn peak(&self, normal: f64) -> f64 {
+        self.law.peak(normal) / self.factor
+    }
+
+    fn residual(&self, normal: f64) -> f64 {
+        self.law.residual(normal) / self.factor
+    }
+
+    fn tan_dilation(&self) -> f64 {
+        // The slope of the strength where little presses.
+        let friction = self.law.residual(-1.0) - self.law.residual(0.0);
+        self.law.tan_dilation().min(friction / self.factor)
+    }
+
+    fn contact_strength(&self, normal: f64) -> f64 {
+        self.law.contact_strength(normal) / self.factor
+    }
+
+    fn tan_contact_friction(&self) -> Option<f64> {
+        self.law.tan_contact_friction().map(|tan| tan / self.factor)
+    }
+
+    fn softening(&self) -> Option<Softening> {
+        self.law.softening()
+    }
+}

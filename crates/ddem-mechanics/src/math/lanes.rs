@@ -1,0 +1,198 @@
+//! Four numbers side by side, one per body of a pack, and small vectors of them.
+//!
+//! Memory holds [`Lanes`]; registers hold `f64x4` of the instruction set the run has chosen.
+//! Every operation is one IEEE operation per lane, never fused, so that all instruction sets
+//! give the same bits.
+
+use fearless_simd::{Simd, SimdFrom, f64x4};
+use serde::{Deserialize, Serialize};
+
+/// Bodies side by side in a pack.
+pub const LANES: usize = 4;
+
+/// One number for each body of a pack.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[repr(C, align(32))]
+pub struct Lanes(pub [f64; LANES]);
+
+impl Lanes {
+    /// Four zeros.
+    pub const ZERO: Self = Self([0.0; LANES]);
+
+    /// The four numbers in a register.
+    #[inline(always)]
+    pub fn load<S: Simd>(self, simd: S) -> f64x4<S> {
+        f64x4::simd_from(simd, self.0)
+    }
+
+    /// The four numbers of a register.
+    #[inline(always)]
+    pub fn from<S: Simd>(value: f64x4<S>) -> Self {
+        Self(value.into())
+    }
+
+    /// Sum over the lanes, always in the same order.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        (self.0[0] + self.0[1]) + (self.0[2] + self.0[3])
+    }
+}
+
+/// A vector for each lane.
+pub type Vector<S> = [f64x4<S>; 3];
+/// A matrix for each lane, row by row.
+pub type Matrix<S> = [[f64x4<S>; 3]; 3];
+
+/// One number four times.
+#[inline(always)]
+pub fn splat<S: Simd>(simd: S, value: f64) -> f64x4<S> {
+    f64x4::simd_from(simd, value)
+}
+
+/// Four vectors in registers.
+#[inline(always)]
+pub fn load<S: Simd>(simd: S, v: &[Lanes; 3]) -> Vector<S> {
+    [v[0].load(simd), v[1].load(simd), v[2].load(simd)]
+}
+
+/// The vector of three components that starts at `at`.
+#[inline(always)]
+pub fn load_at<S: Simd>(simd: S, field: &[Lanes], at: usize) -> Vector<S> {
+    let [x, y, z] = &field[at..at + 3] else { unreachable!() };
+    [x.load(simd), y.load(simd), z.load(simd)]
+}
+
+/// Stores four vectors at a place of a field.
+#[inline(always)]
+pub fn store_at<S: Simd>(field: &mut [Lanes], at: usize, v: Vector<S>) {
+    let [x, y, z] = &mut field[at..at + 3] else { unreachable!() };
+    (*x, *y, *z) = (Lanes::from(v[0]), Lanes::from(v[1]), Lanes::from(v[2]));
+}
+
+/// Four zero vectors.
+#[inline(always)]
+pub fn zero<S: Simd>(simd: S) -> Vector<S> {
+    [splat(simd, 0.0); 3]
+}
+
+/// Sums `a + b`.
+#[inline(always)]
+pub fn add<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// Differences `a − b`.
+#[inline(always)]
+pub fn sub<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Products `a s` with numbers.
+#[inline(always)]
+pub fn scale<S: Simd>(a: Vector<S>, s: f64x4<S>) -> Vector<S> {
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
+/// Scalar products `a · b`.
+#[inline(always)]
+pub fn dot<S: Simd>(a: Vector<S>, b: Vector<S>) -> f64x4<S> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Vector products `a × b`.
+#[inline(always)]
+pub fn cross<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// `M v`.
+#[inline(always)]
+pub fn times<S: Simd>(m: &Matrix<S>, v: Vector<S>) -> Vector<S> {
+    [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
+}
+
+/// `Mᵀ v`.
+#[inline(always)]
+pub fn transposed_times<S: Simd>(m: &Matrix<S>, v: Vector<S>) -> Vector<S> {
+    [
+        m[0][0] * v[0] + m[1][0] * v[1] + m[2][0] * v[2],
+        m[0][1] * v[0] + m[1][1] * v[1] + m[2][1] * v[2],
+        m[0][2] * v[0] + m[1][2] * v[1] + m[2][2] * v[2],
+    ]
+}
+
+/// `A B`.
+#[inline(always)]
+pub fn product<S: Simd>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
+    let mut out = *a;
+    for (out, a) in out.iter_mut().zip(a) {
+        *out = add(add(scale(b[0], a[0]), scale(b[1], a[1])), scale(b[2], a[2]));
+    }
+    out
+}
+
+/// `Aᵀ B`.
+#[inline(always)]
+pub fn transposed_product<S: Simd>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
+    product(&transpose(a), b)
+}
+
+/// Transposed matrices.
+#[inline(always)]
+pub fn transpose<S: Simd>(a: &Matrix<S>) -> Matrix<S> {
+    [[a[0][0], a[1][0], a[2][0]], [a[0][1], a[1][1], a[2][1]], [a[0][2], a[1][2], a[2][2]]]
+}
+
+/// Inverse of a symmetric matrix given and returned as xx yy zz xy yz zx.
+#[inline(always)]
+pub fn inverse_symmetric<S: Simd>(simd: S, a: [f64x4<S>; 6]) -> [f64x4<S>; 6] {
+    let [xx, yy, zz, xy, yz, zx] = a;
+    let c_xx = yy * zz - yz * yz;
+    let c_xy = yz * zx - xy * zz;
+    let c_zx = xy * yz - yy * zx;
+    let scale = splat(simd, 1.0) / (xx * c_xx + xy * c_xy + zx * c_zx);
+    [
+        c_xx * scale,
+        (xx * zz - zx * zx) * scale,
+        (xx * yy - xy * xy) * scale,
+        c_xy * scale,
+        (xy * zx - xx * yz) * scale,
+        c_zx * scale,
+    ]
+}
+
+/// Product of a symmetric matrix, given as xx yy zz xy yz zx, and a vector.
+#[inline(always)]
+pub fn symmetric_times<S: Simd>(a: [f64x4<S>; 6], v: Vector<S>) -> Vector<S> {
+    let [xx, yy, zz, xy, yz, zx] = a;
+    [
+        xx * v[0] + xy * v[1] + zx * v[2],
+        xy * v[0] + yy * v[1] + yz * v[2],
+        zx * v[0] + yz * v[1] + zz * v[2],
+    ]
+}
+
+/// Sum of a vector over the nodes of bodies with some elements along each edge: by rows, planes of rows, and all
+/// planes, so that chains of additions are short and the same wherever they are made.
+#[inline(always)]
+pub fn over_nodes<S: Simd>(
+    simd: S,
+    divisions: usize,
+    mut of: impl FnMut(usize) -> Vector<S>,
+) -> Vector<S> {
+    let mut sum = zero(simd);
+    let mut node = 0;
+    for _ in 0..=divisions {
+        let mut plane = zero(simd);
+        for _ in 0..=divisions {
+            let mut row = zero(simd);
+            for _ in 0..=divisions {
+                row = add(row, of(node));
+                node += 1;
+            }
+            plane = add(plane, row);
+        }
+        sum = add(sum, plane);
+    }
+    sum
+}

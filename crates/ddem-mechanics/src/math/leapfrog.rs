@@ -1,0 +1,21 @@
+//! §6: (M2) of one degree of freedom, be it of a node, a rigid block or a free-field column.
+
+/// `a` and `b` of `v⁺ = a v⁻ + b F`, `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)`, from `m/h` and the damping c.
+#[inline]
+pub fn coefficients(per_interval: f64, c: f64) -> [f64; 2] {
+    let below = per_interval + 0.5 * c;
+    [(per_interval - 0.5 * c) / below, 1.0 / below]
+}
+
+/// Cundall's local damping `α |F| sign v`, against the motion; none without motion.
+#[inline(always)]
+pub fn local_damping(alpha: f64, force: f64, v: f64) -> f64 {
+    if v == 0.0 { 0.0 } else { alpha * force.abs() * v.signum() }
+}
+
+/// The force of which local damping leaves this much.
+#[inline]
+pub fn before_local_damping(alpha: f64, left: f64, v: f64) -> f64 {
+    let with = if v == 0.0 { 0.0 } else { v.signum() * left.signum() };
+    left / (1.0 - alpha * with)
+}

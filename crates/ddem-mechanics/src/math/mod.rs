@@ -1,0 +1,9 @@
+//! Numbers: four side by side, exact sums, the leap-frog, groups.
+
+pub mod exact;
+pub mod groups;
+pub mod lanes;
+pub mod leapfrog;
+pub mod simd;
+pub mod sums;
+pub mod tracked;

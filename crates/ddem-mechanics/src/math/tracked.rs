@@ -1,0 +1,50 @@
+//! A value that counts its changes: what was derived from it is known to be out of date.
+
+use std::ops::{Deref, DerefMut};
+
+/// A value and the number of times that it was lent to be changed.
+#[derive(Clone, Debug)]
+pub struct Tracked<T> {
+    value: T,
+    revision: u64,
+}
+
+impl<T> Tracked<T> {
+    /// A value that nothing has changed yet.
+    pub fn new(value: T) -> Self {
+        Self { value, revision: 0 }
+    }
+
+    /// Number of changes so far.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+}
+
+impl<T> Deref for Tracked<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.value
+    }
+}
+
+impl<T> DerefMut for Tracked<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        self.revision += 1;
+        &mut self.value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_changes_count() {
+        let mut numbers = Tracked::new(vec![1, 2]);
+        assert_eq!((numbers.len(), numbers.revision()), (2, 0));
+        numbers.push(3);
+        assert_eq!((numbers.len(), numbers.revision()), (3, 1));
+    }
+}

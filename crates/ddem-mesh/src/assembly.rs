@@ -1,0 +1,337 @@
+//! From blocks to tables: the elements of bodies and joint cells, lumped masses, eq. (3), and the
+//! diagonal of the assembled stiffness, eq. (8) and eq. (11).
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use crate::Geometry;
+use crate::inertia::Inertia;
+use crate::pack::{Pack, Packs};
+use crate::properties::Properties;
+use crate::seams::Seams;
+use ddem_mechanics::element::Elastic;
+use ddem_mechanics::element::ElementKind;
+use ddem_mechanics::element::modal::Modal;
+use ddem_mechanics::element::table::Table;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::Matter;
+
+/// No table: none of the four lanes has such a cell.
+pub const NO_TABLE: u32 = u32::MAX;
+
+/// One parallelepiped of one material, shared by all that are equal.
+#[derive(Clone, Debug)]
+pub struct Element {
+    /// Edge vectors `[m]`.
+    pub edges: [Vector3<f64>; 3],
+    /// Volume `[m³]`.
+    pub volume: f64,
+    /// Elastic constants and density.
+    pub elastic: Elastic,
+    /// Stiffness by modes.
+    pub modal: Modal,
+    /// Diagonal of the stiffness by node (x fastest) and component `[N/m]`.
+    diagonal: [[f64; 3]; 8],
+}
+
+/// Four elements side by side.
+#[derive(Clone, Debug)]
+pub struct ElementPack {
+    /// Edge vectors of one element.
+    pub edges: [[Lanes; 3]; 3],
+    /// Stiffness of the four.
+    pub table: Table,
+    /// Element of each lane.
+    pub elements: [Option<u32>; LANES],
+}
+
+/// Everything that equal packs share.
+#[derive(Clone, Debug, Default)]
+pub struct Assembly {
+    /// Elements, each once.
+    pub elements: Vec<Element>,
+    /// Four elements side by side, each combination once.
+    pub tables: Vec<ElementPack>,
+    /// Masses of packs, each combination once.
+    pub inertia: Vec<Inertia>,
+    /// Tables of each pack: its bodies (0) and its joint lattices (1…7).
+    pub pack_tables: Vec<[u32; 8]>,
+    /// Inertia of each pack.
+    pub pack_inertia: Vec<u32>,
+    /// Matter of the rigid bodies, pack by pack of these; lanes without a body repeat the first.
+    pub rigid: Vec<[Matter; LANES]>,
+    element_index: HashMap<(ElementKind, [u64; 12]), u32>,
+    table_index: HashMap<[Option<u32>; LANES], u32>,
+}
+
+impl Assembly {
+    /// Tables; masses are there after [`assemble`](Self::assemble).
+    pub fn new(geometry: &Geometry, packs: &Packs, properties: &Properties) -> Self {
+        let mut assembly = Self::default();
+        for pack in &packs.packs {
+            let is_box = geometry.lattice(pack.bodies[0] as usize).is_box();
+            let tables = std::array::from_fn(|offset| {
+                let lanes = std::array::from_fn(|lane| {
+                    let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
+                    assembly.cell(geometry, properties, body, offset)
+                });
+                assembly.table(lanes, is_box)
+            });
+            assembly.pack_tables.push(tables);
+        }
+        assembly
+    }
+
+    /// The element of a body (offset 0) or of its joint lattice at an offset, if it exists.
+    fn cell(
+        &mut self,
+        geometry: &Geometry,
+        properties: &Properties,
+        body: usize,
+        offset: usize,
+    ) -> Option<u32> {
+        let lattice = geometry.lattice(body);
+        let cell = geometry.bodies[body].cell.map(|c| c as usize);
+        // Incompatible modes in a layer would cancel the shear of slip that varies along it.
+        let (elastic, kind) = if offset == 0 {
+            (properties.materials[geometry.bodies[body].material as usize], properties.element)
+        } else {
+            (*joint_material(geometry, properties, body, offset)?, ElementKind::Standard)
+        };
+        let length = |d: usize| {
+            if offset & (1 << d) == 0 {
+                lattice.spacing(d, cell[d])
+            } else {
+                lattice.gaps[d][cell[d] + 1]
+            }
+        };
+        let edges = [0, 1, 2].map(|d| lattice.axes[d] * length(d));
+        Some(self.element(edges, elastic, kind))
+    }
+
+    fn element(&mut self, edges: [Vector3<f64>; 3], elastic: Elastic, kind: ElementKind) -> u32 {
+        let mut key = [0; 12];
+        let constants = [elastic.lambda, elastic.shear, elastic.density];
+        let numbers = edges.iter().flat_map(|e| e.iter()).chain(&constants);
+        key.iter_mut().zip(numbers).for_each(|(k, x)| *k = x.to_bits());
+        let elements = &mut self.elements;
+        *self.element_index.entry((kind, key)).or_insert_with(|| {
+            elements.push(Element::new(edges, elastic, kind));
+            elements.len() as u32 - 1
+        })
+    }
+
+    fn table(&mut self, lanes: [Option<u32>; LANES], is_box: bool) -> u32 {
+        let Some(first) = lanes.iter().flatten().next() else { return NO_TABLE };
+        if let Some(&table) = self.table_index.get(&lanes) {
+            return table;
+        }
+        let of = |lane: usize| lanes[lane].map(|e| &self.elements[e as usize]);
+        let table = Table::new(std::array::from_fn(|l| of(l).map(|e| &e.modal)), is_box);
+        // Lanes without an element take the edges of one that exists: any that are not flat do.
+        let shape = |lane: usize| of(lane).unwrap_or(&self.elements[*first as usize]);
+        let edges = std::array::from_fn(|d| {
+            std::array::from_fn(|k| Lanes(std::array::from_fn(|lane| shape(lane).edges[d][k])))
+        });
+        self.tables.push(ElementPack { edges, table, elements: lanes });
+        self.table_index.insert(lanes, self.tables.len() as u32 - 1);
+        self.tables.len() as u32 - 1
+    }
+
+    /// The joints of rigid bodies are springs: of their layers there is the mass, and no elements.
+    fn take_joints_out(&mut self, packs: &Packs) {
+        for (tables, _) in self.pack_tables.iter_mut().zip(&packs.packs).filter(|(_, p)| p.rigid) {
+            tables[1..].fill(NO_TABLE);
+        }
+    }
+
+    /// Sums mass and stiffness over the elements at each node; `bonds` has those of joints between
+    /// faces that do not match, by node.
+    pub fn assemble(
+        &mut self,
+        geometry: &Geometry,
+        packs: &Packs,
+        seams: &Seams,
+        bonds: &[(usize, [f64; 4])],
+    ) {
+        // Mass and the three numbers of the diagonal of each node.
+        let mut nodes = vec![[0.0; 4]; geometry.n_nodes];
+        for (pack, tables) in packs.packs.iter().zip(&self.pack_tables) {
+            let offsets = (0..8).filter(|&offset| tables[offset] != NO_TABLE);
+            for (offset, lane) in offsets.flat_map(|o| (0..pack.filled).map(move |l| (o, l))) {
+                let table = &self.tables[tables[offset] as usize];
+                let gone = geometry.is_gone(pack.bodies[lane] as usize);
+                if let Some(element) = table.elements[lane].filter(|_| !gone) {
+                    let element = &self.elements[element as usize];
+                    scatter(geometry, packs, pack, (offset, lane), element, &mut nodes);
+                }
+            }
+        }
+        for at in 0..3 * packs.packs.len() {
+            scatter_springs(geometry, packs, seams, (at / 3, at % 3), &mut nodes);
+        }
+        for (node, more) in bonds {
+            (0..4).for_each(|k| nodes[*node][k] += more[k]);
+        }
+        for pack in packs.packs.iter().filter(|pack| pack.rigid) {
+            self.rigid.push(rigid_matter(geometry, pack, &mut nodes));
+        }
+        let mut index = HashMap::new();
+        for pack in &packs.packs {
+            let inertia = Inertia::gather(geometry, packs.shape_of(pack).divisions, pack, &nodes);
+            let key: Vec<u64> = inertia.numbers().map(f64::to_bits).collect();
+            let list = &mut self.inertia;
+            self.pack_inertia.push(*index.entry(key).or_insert_with(|| {
+                list.push(inertia);
+                list.len() as u32 - 1
+            }));
+        }
+        self.take_joints_out(packs);
+    }
+}
+
+/// Matter of the rigid bodies of a pack. Corners share the mass equally, so that the centroid is the
+/// centre of mass.
+fn rigid_matter(geometry: &Geometry, pack: &Pack, nodes: &mut [[f64; 4]]) -> [Matter; LANES] {
+    let matter = |body: u32| {
+        let body = body as usize;
+        let edges = geometry.element_edges(body);
+        let first = geometry.bodies[body].first_node as usize;
+        let mut sum = [0.0; 4];
+        for node in &nodes[first..first + 8] {
+            (0..4).for_each(|k| sum[k] += node[k]);
+        }
+        // One that is gone never moves, whatever its mass.
+        let mass = if geometry.is_gone(body) { 1.0 } else { sum[0] };
+        Matter::new(mass, edges, Vector3::new(sum[1], sum[2], sum[3]))
+    };
+    let matter = pack.bodies.map(matter);
+    let there = pack.bodies[..pack.filled].iter().zip(&matter);
+    for (&body, matter) in there.filter(|(body, _)| !geometry.is_gone(**body as usize)) {
+        let first = geometry.bodies[body as usize].first_node as usize;
+        nodes[first..first + 8].iter_mut().for_each(|node| node[0] = matter.mass / 8.0);
+    }
+    matter
+}
+
+/// Elastic constants of a joint lattice: of its joint, or where several meet of the most
+/// compliant one. `None` unless every block around is there and every joint is a continuum.
+fn joint_material<'a>(
+    geometry: &Geometry,
+    properties: &'a Properties,
+    body: usize,
+    offset: usize,
+) -> Option<&'a Elastic> {
+    let lattice = geometry.lattice(body);
+    let cell = geometry.bodies[body].cell.map(|c| c as usize);
+    let parts = || (0..8).filter(|part| part & !offset == 0);
+    let step = |part: usize| [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
+    if !parts().all(|part| geometry.neighbour(body, step(part)).is_some()) {
+        return None;
+    }
+    let mut softest: Option<&Elastic> = None;
+    for part in parts() {
+        let step = step(part);
+        let at = [0, 1, 2].map(|d| cell[d] + step[d] as usize);
+        for d in (0..3).filter(|d| offset & (1 << d) != 0 && part & (1 << d) == 0) {
+            let joint = properties.joints[usize::from(lattice.joint_above(at, d))].layer()?;
+            if lattice.gaps[d][cell[d] + 1] <= 0.0 {
+                return None;
+            }
+            if softest.is_none_or(|s| joint.p_modulus() < s.p_modulus()) {
+                softest = Some(joint);
+            }
+        }
+    }
+    softest
+}
+
+/// Adds the element of one lane's lattice to all nodes of that lattice.
+fn scatter(
+    geometry: &Geometry,
+    packs: &Packs,
+    pack: &Pack,
+    (offset, lane): (usize, usize),
+    element: &Element,
+    nodes: &mut [[f64; 4]],
+) {
+    let shape = packs.shape_of(pack);
+    let dims = shape.dims(offset);
+    let body = pack.bodies[lane] as usize;
+    let first: [usize; 8] = std::array::from_fn(|part| {
+        let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
+        let there = if part & !offset == 0 { geometry.neighbour(body, step) } else { None };
+        there.map_or(0, |b| geometry.bodies[b].first_node as usize)
+    });
+    let [nx, ny, nz] = dims.map(|n| n + 1);
+    let cells = (0..dims[2])
+        .flat_map(|k| (0..dims[1]).flat_map(move |j| (0..dims[0]).map(move |i| [i, j, k])));
+    let mass = element.elastic.density * element.volume / 8.0;
+    debug_assert!(offset == 0 || shape.joints[offset].len() == nx * ny * nz);
+    for [i, j, k] in cells {
+        for corner in 0..8 {
+            let at = i + (corner & 1) + nx * (j + (corner >> 1 & 1) + ny * (k + (corner >> 2)));
+            let node = match shape.joints[offset].get(at) {
+                Some(node) => first[node.offset] + node.local,
+                None => first[0] + at,
+            };
+            let sums = &mut nodes[node];
+            sums[0] += mass;
+            for c in (0..3).filter(|_| !pack.rigid) {
+                sums[1 + c] += element.diagonal[corner][c];
+            }
+        }
+    }
+}
+
+/// Adds the springs of the joints of a pack across direction d, where they are springs from the
+/// start.
+fn scatter_springs(
+    geometry: &Geometry,
+    packs: &Packs,
+    seams: &Seams,
+    (index, d): (usize, usize),
+    nodes: &mut [[f64; 4]],
+) {
+    let Some(seam) = seams.get(index, d) else { return };
+    let pack = &packs.packs[index];
+    let shape = packs.shape_of(pack);
+    for lane in (0..pack.filled).filter(|&lane| seam.springs[lane]) {
+        let a = pack.bodies[lane] as usize;
+        let Some(b) = geometry.above(a, d) else { continue };
+        let first = [a, b].map(|body| geometry.bodies[body].first_node as usize);
+        for place in &shape.pairs[d] {
+            for (side, first) in place.sides.iter().zip(first) {
+                let sums = &mut nodes[first + shape.joints[1 << d][*side].local];
+                for (c, k) in seam.diagonal(lane).into_iter().enumerate() {
+                    sums[1 + c] += k * place.elements().len() as f64;
+                }
+            }
+        }
+    }
+}
+
+impl Element {
+    fn new(edges: [Vector3<f64>; 3], elastic: Elastic, kind: ElementKind) -> Self {
+        let modal = Modal::new(&edges, &elastic, kind);
+        let dense = modal.dense();
+        // VTK order to x fastest.
+        const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
+        let rows = VTK.map(|a| [0, 1, 2].map(|c| 3 * a + c));
+        Self {
+            edges,
+            volume: edges[0].cross(&edges[1]).dot(&edges[2]).abs(),
+            elastic,
+            modal,
+            diagonal: rows.map(|row| row.map(|r| dense[(r, r)])),
+        }
+    }
+}
+
+impl ElementPack {
+    /// Memory in use `[bytes]`.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.table.bytes()
+    }
+}

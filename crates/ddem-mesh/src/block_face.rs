@@ -1,0 +1,121 @@
+//! Faces of blocks.
+
+use super::{Geometry, Vec3};
+use ddem_mechanics::collide::FaceOf;
+
+/// A node of a face, the sine of the angle between the face's edges, and the node's lengths along the two
+/// edges after the normal, towards their lower and upper ends `[m]`.
+pub type Strip = (u32, f64, [[f64; 2]; 2]);
+
+/// A face of a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct BlockFace {
+    /// Number of the block.
+    pub block: usize,
+    /// Face of its cell.
+    pub face: FaceOf,
+}
+
+/// Place of a face in the reference position.
+#[derive(Clone, Copy, Debug)]
+pub struct RestFace {
+    /// Outward unit normal.
+    pub normal: Vec3,
+    /// Corners, in order around the face `[m]`.
+    pub corners: [Vec3; 4],
+    /// Area `[m²]`.
+    pub area: f64,
+    /// Corners of the face of its cell, up to the middle of the gaps around `[m]`.
+    pub whole: [Vec3; 4],
+}
+
+impl RestFace {
+    /// Centre of its corners `[m]`.
+    #[must_use]
+    pub fn centre(&self) -> Vec3 {
+        self.corners.iter().sum::<Vec3>() / 4.0
+    }
+}
+
+impl BlockFace {
+    /// A face of each of two blocks: all pairs.
+    pub fn pairs(blocks: [usize; 2]) -> impl Iterator<Item = [Self; 2]> {
+        let faces = |block| FaceOf::all().map(move |face| Self { block, face });
+        faces(blocks[0]).flat_map(move |first| faces(blocks[1]).map(move |second| [first, second]))
+    }
+
+    /// Direction of the block's lattice that the face lies across.
+    #[must_use]
+    pub fn direction(&self) -> usize {
+        self.face.direction
+    }
+
+    /// Lattice steps of the face's corners, in order around it.
+    #[must_use]
+    pub fn steps(&self, geometry: &Geometry) -> [[usize; 3]; 4] {
+        let topology = geometry.topology(self.block);
+        let n = topology.divisions();
+        [[0, 0], [n, 0], [n, n], [0, n]].map(|at| topology.on_face(self.face, at))
+    }
+
+    /// Corners, in order around the face `[m]`.
+    #[must_use]
+    pub fn corners(&self, geometry: &Geometry) -> [Vec3; 4] {
+        self.steps(geometry).map(|at| geometry.position(self.block, at))
+    }
+
+    /// Place of the face in the reference position.
+    #[must_use]
+    pub fn at_rest(&self, geometry: &Geometry) -> RestFace {
+        let lattice = geometry.lattice(self.block);
+        let cell = geometry.bodies[self.block].cell.map(|c| c as usize);
+        let faces = lattice.faces(cell, self.face.direction);
+        let [a, b, c, opposite] = faces[usize::from(self.face.upper)];
+        RestFace {
+            normal: self.outward(geometry),
+            corners: self.corners(geometry),
+            area: self.area(geometry),
+            whole: [a, b, opposite, c],
+        }
+    }
+
+    /// Centre of the face `[m]`.
+    #[must_use]
+    pub fn centre(&self, geometry: &Geometry) -> Vec3 {
+        self.corners(geometry).iter().sum::<Vec3>() / 4.0
+    }
+
+    /// Area of the face `[m²]`.
+    #[must_use]
+    pub fn area(&self, geometry: &Geometry) -> f64 {
+        let [a, b, _, d] = self.corners(geometry);
+        (b - a).cross(&(d - a)).norm()
+    }
+
+    /// Outward unit normal.
+    #[must_use]
+    pub fn outward(&self, geometry: &Geometry) -> Vec3 {
+        let normal = geometry.lattice(self.block).normal(self.face.direction);
+        normal * f64::from(self.face.side())
+    }
+
+    /// Corners, moved across the gaps beside the face, over which its nodes have areas too.
+    #[must_use]
+    pub fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
+        self.steps(geometry).map(|at| {
+            let x = geometry.position(self.block, at);
+            let beside = (0..3).filter(|&d| d != self.face.direction).filter_map(|d| {
+                let (other, step) = geometry.partner(self.block, at, d)?;
+                Some(geometry.position(other, step) - x)
+            });
+            x + beside.sum::<Vec3>()
+        })
+    }
+
+    /// True where no block and no joint is on the other side.
+    #[must_use]
+    pub fn is_outer(&self, geometry: &Geometry) -> bool {
+        geometry.beyond(self.block, self.face).is_none()
+            && !geometry.abutting.contains_key(&(self.block as u32, self.face.number()))
+    }
+}

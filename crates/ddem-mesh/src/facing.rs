@@ -1,0 +1,82 @@
+//! Faces of two blocks that lie on each other.
+
+use super::grid::meeting;
+use super::{BlockFace, Geometry, RestFace, bounds_of};
+use ddem_mechanics::collide::overlap;
+
+/// Part of a block's edge by which faces that lie on each other may miss.
+pub const MISSES: f64 = 1e-4;
+/// Square of the sine of the angle between faces that lie on each other, at most.
+const PARALLEL: f64 = 1e-8;
+/// Part of the smaller face that is over the other at least.
+pub const SLIVER: f64 = 1e-6;
+
+/// Overlap of two faces that look at each other.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceOverlap {
+    /// Distance of the faces, negative where they are in each other `[m]`.
+    pub gap: f64,
+    /// Area of their cells' faces that lie on each other, gaps around included `[m²]`.
+    pub area: f64,
+}
+
+impl Geometry {
+    /// Two faces of blocks, if they look at each other.
+    #[must_use]
+    pub fn opposed(&self, faces: [BlockFace; 2]) -> Option<[RestFace; 2]> {
+        let normals = faces.map(|face| face.outward(self));
+        let opposed = normals[0].dot(&normals[1]) <= 0.0
+            && normals[0].cross(&normals[1]).norm_squared() <= PARALLEL;
+        opposed.then(|| faces.map(|face| face.at_rest(self)))
+    }
+
+    /// Distance by which faces of two blocks that lie on each other may miss `[m]`.
+    #[must_use]
+    pub fn misses(&self, bodies: [usize; 2]) -> f64 {
+        let edges = bodies.map(|body| self.shortest_edge(body));
+        MISSES * edges.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Overlap of two faces whose distance is in a range.
+    #[must_use]
+    pub fn face_overlap(
+        &self,
+        bodies: [usize; 2],
+        faces: &[RestFace; 2],
+        [least, most]: [f64; 2],
+    ) -> Option<FaceOverlap> {
+        let [own, other] = faces;
+        let gap = (other.centre() - own.centre()).dot(&own.normal);
+        let misses = self.misses(bodies);
+        if gap < least - misses || gap > most + misses {
+            return None;
+        }
+        // Seen along the normal.
+        let along = (own.corners[1] - own.corners[0]).normalize();
+        let across = own.normal.cross(&along);
+        let flat = |corners: &[super::Vec3; 4]| corners.map(|x| [along.dot(&x), across.dot(&x)]);
+        let over = |a: &[super::Vec3; 4], b: &[super::Vec3; 4]| -> f64 {
+            overlap(&flat(a), &flat(b)).as_slice().iter().map(|v| v.area).sum()
+        };
+        let some = over(&own.corners, &other.corners) > SLIVER * own.area.min(other.area);
+        some.then(|| FaceOverlap { gap, area: over(&own.whole, &other.whole) })
+    }
+
+    /// Pairs of blocks whose faces lie on each other without a gap.
+    pub fn in_touch(&self) -> Vec<(usize, usize)> {
+        let around = |body: usize| {
+            let [low, high] = bounds_of(&self.corners(body));
+            let margin = self.misses([body; 2]);
+            [low.add_scalar(-margin), high.add_scalar(margin)]
+        };
+        let boxes: Vec<_> = (0..self.bodies.len()).map(around).collect();
+        let touch = |&[a, b]: &[u32; 2]| {
+            let bodies = [a as usize, b as usize];
+            BlockFace::pairs(bodies).any(|faces| {
+                let rest = self.opposed(faces);
+                rest.is_some_and(|rest| self.face_overlap(bodies, &rest, [0.0; 2]).is_some())
+            })
+        };
+        meeting(&boxes).into_iter().filter(touch).map(|[a, b]| (a as usize, b as usize)).collect()
+    }
+}

@@ -1,0 +1,308 @@
+//! §12: the stress that is in place at the start.
+//!
+//! A stress `σ⁰(X)`, linear in the reference position, is part of the stress of an element,
+//! `σ = R (σ⁰ + C:ε) Rᵀ`. Its nodal forces `∫ Bᵀσ⁰ dV` are exact for linear stress and stay the same
+//! in the frame of the block, so that they are added to `K ũ` before it is turned. The energy is
+//! that of the whole stress, `½ ∫ σ:C⁻¹:σ dV = ½ ũ·Kũ + ũ·∫Bᵀσ⁰ dV + ½ ∫ σ⁰:C⁻¹:σ⁰ dV`.
+
+mod stress;
+
+use std::collections::HashMap;
+
+use fearless_simd::{Simd, f64x4};
+
+use crate::NO_JOINT;
+use crate::assembly::{Assembly, NO_TABLE};
+use crate::pack::{Pack, Packs};
+use crate::seams::Seam;
+use crate::{Geometry, Vec3};
+use ddem_mechanics::math::lanes::{Lanes, splat};
+
+pub use stress::Stress;
+pub use stress::between;
+
+/// What the stress does in one lattice of elements of a pack.
+#[derive(Debug)]
+struct Field {
+    /// `∫ Bᵀσ⁰ dV` at its nodes `[N]`.
+    forces: Vec<Lanes>,
+    /// `½ ∫ σ⁰:C⁻¹:σ⁰ dV` `[J]`.
+    energy: Lanes,
+    /// Both of each element, where elements can fail.
+    elements: Vec<([[Lanes; 3]; 8], Lanes)>,
+}
+
+/// No stress in a lattice.
+const NO_FIELD: u32 = u32::MAX;
+
+/// The stress in all blocks and joints; equal lattices share theirs.
+#[derive(Debug)]
+pub struct InSitu {
+    blocks: Vec<Option<Stress>>,
+    fields: Vec<Field>,
+    of_pack: Vec<[u32; 8]>,
+}
+
+/// A lattice of elements that bears the stress.
+#[derive(Clone, Copy, Debug)]
+pub struct Borne<'a> {
+    field: &'a Field,
+    dims: [usize; 3],
+}
+
+impl InSitu {
+    /// `None` where no block has a stress.
+    pub fn new(
+        blocks: Vec<Option<Stress>>,
+        geometry: &Geometry,
+        packs: &Packs,
+        assembly: &Assembly,
+    ) -> Option<Self> {
+        blocks.iter().find(|stress| stress.is_some())?;
+        let mut in_situ = Self { blocks, fields: Vec::new(), of_pack: Vec::new() };
+        let mut known = HashMap::new();
+        for index in 0..packs.packs.len() {
+            let of_pack = std::array::from_fn(|offset| {
+                let Some(field) = in_situ.field((geometry, packs, assembly), (index, offset))
+                else {
+                    return NO_FIELD;
+                };
+                let fields = &mut in_situ.fields;
+                *known.entry(field.key()).or_insert_with(|| {
+                    fields.push(field);
+                    fields.len() as u32 - 1
+                })
+            });
+            in_situ.of_pack.push(of_pack);
+        }
+        Some(in_situ)
+    }
+
+    /// The stress in each block that is there.
+    pub fn without(self, geometry: &Geometry) -> Vec<Option<Stress>> {
+        let there =
+            |(block, stress): (usize, Option<Stress>)| stress.filter(|_| !geometry.is_gone(block));
+        self.blocks.into_iter().enumerate().map(there).collect()
+    }
+
+    /// Stress of a block, if it has one.
+    pub fn of(&self, block: usize) -> Option<Stress> {
+        self.blocks[block]
+    }
+
+    /// What is borne by the bodies (0) or a joint lattice of a pack.
+    #[inline(always)]
+    pub fn borne(&self, packs: &Packs, pack: usize, offset: usize) -> Option<Borne<'_>> {
+        let field = self.fields.get(self.of_pack[pack][offset] as usize)?;
+        Some(Borne { field, dims: packs.shape_of(&packs.packs[pack]).dims(offset) })
+    }
+
+    /// Memory in use `[bytes]`.
+    pub fn bytes(&self) -> usize {
+        let of = |field: &Field| {
+            field.forces.len() * size_of::<Lanes>() + size_of_val(&field.elements[..])
+        };
+        size_of_val(&self.blocks[..])
+            + size_of_val(&self.of_pack[..])
+            + self.fields.iter().map(of).sum::<usize>()
+    }
+
+    /// Stress of a joint lattice, or of a body: the mean of the blocks around.
+    fn around(&self, geometry: &Geometry, body: usize, offset: usize) -> Option<Stress> {
+        let parts = (0..8).filter(|part| part & !offset == 0);
+        let step = |part: usize| [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
+        let bodies = parts.filter_map(|part| geometry.neighbour(body, step(part)));
+        Stress::mean(&bodies.map(|body| self.blocks[body]).collect::<Vec<_>>())
+    }
+
+    fn field(
+        &self,
+        (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
+        (index, offset): (usize, usize),
+    ) -> Option<Field> {
+        let table = assembly.pack_tables[index][offset];
+        let pack = &packs.packs[index];
+        // The joints of rigid bodies are springs.
+        if table == NO_TABLE || (pack.rigid && offset != 0) {
+            return None;
+        }
+        let shape = packs.shape_of(pack);
+        let dims = shape.dims(offset);
+        let nodes = if offset == 0 { shape.nodes } else { shape.joints[offset].len() };
+        let mut field =
+            Field { forces: vec![Lanes::ZERO; 3 * nodes], energy: Lanes::ZERO, elements: vec![] };
+        let mut any = false;
+        if offset != 0 {
+            field.elements.resize(dims.iter().product(), Default::default());
+        }
+        for lane in 0..pack.filled {
+            let element = assembly.tables[table as usize].elements[lane];
+            let body = pack.bodies[lane] as usize;
+            let stress = self.around(geometry, body, offset).filter(|_| element.is_some());
+            let (Some(stress), Some(element)) = (stress, element) else { continue };
+            any = true;
+            let element = &assembly.elements[element as usize];
+            let nodes = positions(geometry, packs, pack, (lane, offset));
+            field.fill(lane, dims, &nodes, |centre| stress.act(centre, element));
+        }
+        any.then_some(field)
+    }
+
+    /// Traction of a pair at the start, along the joint's own axes, in a joint that is springs then
+    /// `[Pa]`: what the faces of the blocks ask for.
+    pub fn tractions(
+        &self,
+        (geometry, packs): (&Geometry, &Packs),
+        (index, d): (usize, usize),
+        (seam, lane): (&Seam, usize),
+    ) -> Vec<Vec3> {
+        let pack = &packs.packs[index];
+        let body = pack.bodies[lane] as usize;
+        let places = &packs.shape_of(pack).pairs[d];
+        let mut tractions = vec![Vec3::zeros(); places.len()];
+        let stress = self.around(geometry, body, 1 << d).filter(|_| seam.joints[lane] != NO_JOINT);
+        let Some(stress) = stress else { return tractions };
+        let nodes = positions(geometry, packs, pack, (lane, 1 << d));
+        let dims = packs.shape_of(pack).dims(1 << d);
+        let mut corners = vec![Vec::with_capacity(4); dims.iter().product()];
+        for place in places {
+            let middle = (nodes[place.sides[0]] + nodes[place.sides[1]]) * 0.5;
+            place.elements().for_each(|e| corners[e].push(middle));
+        }
+        let normal: Vec3 = seam.axes.column(0).into();
+        for (place, traction) in places.iter().zip(&mut tractions) {
+            let middle = (nodes[place.sides[0]] + nodes[place.sides[1]]) * 0.5;
+            for e in place.elements() {
+                let centre = corners[e].iter().sum::<Vec3>() / 4.0;
+                // ∫ N σ dA over a quarter of its area: a third of the way out from the centre.
+                let there = centre + (middle - centre) / 3.0;
+                *traction += seam.axes.tr_mul(&(stress.at(&there) * normal)) * place.share();
+            }
+        }
+        tractions
+    }
+}
+
+/// Reference positions of the nodes of a lattice of elements in one lane, x fastest.
+fn positions(
+    geometry: &Geometry,
+    packs: &Packs,
+    pack: &Pack,
+    (lane, offset): (usize, usize),
+) -> Vec<Vec3> {
+    let body = pack.bodies[lane] as usize;
+    let shape = packs.shape_of(pack);
+    let n = shape.divisions + 1;
+    let at = |body: usize, local: usize| {
+        geometry.position(body, [local % n, local / n % n, local / (n * n)])
+    };
+    if offset == 0 {
+        return (0..shape.nodes).map(|local| at(body, local)).collect();
+    }
+    let nodes = shape.joints[offset].iter();
+    let there = |part: usize| {
+        let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
+        geometry.neighbour(body, step).unwrap_or(body)
+    };
+    nodes.map(|node| at(there(node.offset), node.local)).collect()
+}
+
+/// Number of a corner of element `[i, j, k]` among the nodes of a lattice.
+#[inline(always)]
+fn corner_node([nx, ny, _]: [usize; 3], [i, j, k]: [usize; 3], corner: usize) -> usize {
+    let [x, y, z] = [i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2)];
+    x + (nx + 1) * (y + (ny + 1) * z)
+}
+
+/// Elements of a lattice, x fastest.
+#[inline(always)]
+fn cells([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
+}
+
+impl Field {
+    fn fill(
+        &mut self,
+        lane: usize,
+        dims: [usize; 3],
+        nodes: &[Vec3],
+        act: impl Fn(&Vec3) -> ([Vec3; 8], f64),
+    ) {
+        for (e, cell) in cells(dims).enumerate() {
+            let corners: [usize; 8] = std::array::from_fn(|c| corner_node(dims, cell, c));
+            let centre = corners.iter().map(|&node| nodes[node]).sum::<Vec3>() / 8.0;
+            let (forces, energy) = act(&centre);
+            self.energy.0[lane] += energy;
+            for (corner, (&node, force)) in corners.iter().zip(&forces).enumerate() {
+                for c in 0..3 {
+                    self.forces[3 * node + c].0[lane] += force[c];
+                    if let Some((element, _)) = self.elements.get_mut(e) {
+                        element[corner][c].0[lane] = force[c];
+                    }
+                }
+            }
+            if let Some((_, own)) = self.elements.get_mut(e) {
+                own.0[lane] = energy;
+            }
+        }
+    }
+
+    /// The same for equal lattices.
+    fn key(&self) -> Vec<u64> {
+        let own = self
+            .elements
+            .iter()
+            .flat_map(|(forces, energy)| forces.iter().flatten().chain(std::iter::once(energy)));
+        let lanes = self.forces.iter().chain([&self.energy]).chain(own);
+        let sizes = [self.forces.len() as u64, self.elements.len() as u64];
+        sizes.into_iter().chain(lanes.flat_map(|lanes| lanes.0.map(f64::to_bits))).collect()
+    }
+}
+
+impl Borne<'_> {
+    /// Adds the nodal forces of the elements that are left to `g`.
+    #[inline(always)]
+    pub fn add<S: Simd>(self, simd: S, alive: Option<&[Lanes]>, g: &mut [Lanes]) {
+        let Some(alive) = alive else {
+            for (g, force) in g.iter_mut().zip(&self.field.forces) {
+                *g = Lanes::from(g.load(simd) + force.load(simd));
+            }
+            return;
+        };
+        for ((cell, alive), (forces, _)) in cells(self.dims).zip(alive).zip(&self.field.elements) {
+            let alive = alive.load(simd);
+            for (corner, force) in forces.iter().enumerate() {
+                let node = corner_node(self.dims, cell, corner);
+                for (g, force) in g[3 * node..3 * node + 3].iter_mut().zip(force) {
+                    *g = Lanes::from(g.load(simd) + force.load(simd) * alive);
+                }
+            }
+        }
+    }
+
+    /// What the energy of the elements that are left is beyond `½ Σ u·g`, with `g` as
+    /// [`add`](Self::add) leaves it `[J]`.
+    #[inline(always)]
+    pub fn energy<S: Simd>(self, simd: S, alive: Option<&[Lanes]>, u: &[Lanes]) -> f64x4<S> {
+        let mut work = splat(simd, 0.0);
+        let Some(alive) = alive else {
+            for (u, force) in u.iter().zip(&self.field.forces) {
+                work += u.load(simd) * force.load(simd);
+            }
+            return work * 0.5 + self.field.energy.load(simd);
+        };
+        let mut stored = splat(simd, 0.0);
+        for ((cell, alive), (forces, own)) in cells(self.dims).zip(alive).zip(&self.field.elements)
+        {
+            let alive = alive.load(simd);
+            stored += own.load(simd) * alive;
+            for (corner, force) in forces.iter().enumerate() {
+                let node = corner_node(self.dims, cell, corner);
+                for (u, force) in u[3 * node..3 * node + 3].iter().zip(force) {
+                    work += u.load(simd) * (force.load(simd) * alive);
+                }
+            }
+        }
+        work * 0.5 + stored
+    }
+}

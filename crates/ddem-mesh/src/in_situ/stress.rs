@@ -1,0 +1,119 @@
+//! The stress of a block, and what it does in an element.
+
+use nalgebra::Matrix3;
+
+use crate::Vec3;
+use crate::assembly::Element;
+use ddem_mechanics::element::Elastic;
+
+/// A stress xx yy zz xy yz zx that is linear in the position.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stress {
+    /// At the origin `[Pa]`.
+    pub origin: [f64; 6],
+    /// For each metre along x, y and z `[Pa/m]`.
+    pub gradient: [[f64; 6]; 3],
+}
+
+/// Traction at the points between two faces that do not match, where they are at rest, on the block
+/// that `normal` leaves `[Pa]`: what both faces ask for. The quadrilaterals are the common parts that have
+/// points at their corners alone.
+pub fn between(
+    both: [Option<Stress>; 2],
+    normal: &Vec3,
+    (points, quads): (&[Vec3], &[[u32; 4]]),
+) -> Option<Vec<Vec3>> {
+    let stress = Stress::mean(&both)?;
+    let mut sums = vec![(0.0, Vec3::zeros()); points.len()];
+    for quad in quads {
+        // The last corner of a triangle is there twice.
+        let corners = if quad[2] == quad[3] { &quad[..3] } else { &quad[..] };
+        let at = |corner: &u32| points[*corner as usize];
+        let centre = corners.iter().map(at).sum::<Vec3>() / corners.len() as f64;
+        let [a, b, c] = [0, 1, 2].map(|k| at(&corners[k]));
+        let area = (b - a).cross(&(c - a)).norm();
+        for corner in corners {
+            // ∫ N σ dA over the part, N linear in a triangle and bilinear in a parallelogram.
+            let there = centre + (at(corner) - centre) / (7 - corners.len()) as f64;
+            let (weight, sum) = &mut sums[*corner as usize];
+            *weight += area;
+            *sum += stress.at(&there) * normal * area;
+        }
+    }
+    let mean = |(point, (weight, sum)): (&Vec3, (f64, Vec3))| {
+        if weight > 0.0 { sum / weight } else { stress.at(point) * normal }
+    };
+    Some(points.iter().zip(sums).map(mean).collect())
+}
+
+impl Stress {
+    /// Stress at a point `[Pa]`.
+    pub fn at(&self, x: &Vec3) -> Matrix3<f64> {
+        matrix(&self.origin) + self.along(x)
+    }
+
+    /// What it changes by along a vector.
+    fn along(&self, x: &Vec3) -> Matrix3<f64> {
+        let [a, b, c] = self.gradient.each_ref().map(matrix);
+        a * x.x + b * x.y + c * x.z
+    }
+
+    /// `∂σ_ij/∂x_j`, what bears a weight `[N/m³]`.
+    pub fn divergence(&self) -> Vec3 {
+        let [x, y, z] = &self.gradient;
+        let [xx, yy, zz, xy, yz, zx] = [0, 1, 2, 3, 4, 5];
+        Vec3::new(x[xx] + y[xy] + z[zx], x[xy] + y[yy] + z[yz], x[zx] + y[yz] + z[zz])
+    }
+
+    /// Mean of several stresses.
+    pub(super) fn mean(of: &[Option<Self>]) -> Option<Self> {
+        let first = *of.first()?;
+        if of.iter().all(|stress| *stress == first) {
+            return first;
+        }
+        let mut mean = Self::default();
+        let part = 1.0 / of.len() as f64;
+        for stress in of.iter().flatten() {
+            let pairs = mean.origin.iter_mut().zip(&stress.origin);
+            let slopes = mean.gradient.iter_mut().flatten().zip(stress.gradient.iter().flatten());
+            pairs.chain(slopes).for_each(|(sum, x)| *sum += part * x);
+        }
+        Some(mean)
+    }
+
+    /// `∫ Bᵀσ⁰ dV` at the corners of an element, x fastest, and `½ ∫ σ⁰:C⁻¹:σ⁰ dV`.
+    pub(super) fn act(&self, centre: &Vec3, element: &Element) -> ([Vec3; 8], f64) {
+        let middle = self.at(centre);
+        // Over ξ, η, ζ from −1 to 1: σ = middle + Σ_d ξ_d slopes_d.
+        let slopes = element.edges.map(|edge| self.along(&(edge * 0.5)));
+        // An element without volume has no forces: a run with one diverges at once.
+        let inverse = Matrix3::from_columns(&element.edges).try_inverse();
+        let inverse = inverse.unwrap_or_else(|| Matrix3::repeat(f64::NAN));
+        let normals = [0, 1, 2].map(|d| inverse.row(d).transpose() * (element.volume / 4.0));
+        let forces = std::array::from_fn(|corner| {
+            let sign = |d: usize| if corner >> d & 1 == 1 { 1.0 } else { -1.0 };
+            let mut force = Vec3::zeros();
+            for (d, normal) in normals.iter().enumerate() {
+                let [e, f] = [(d + 1) % 3, (d + 2) % 3];
+                let across = slopes[e] * (sign(e) / 3.0) + slopes[f] * (sign(f) / 3.0);
+                force += (middle + across) * normal * sign(d);
+            }
+            force
+        });
+        let density = |stress: &Matrix3<f64>| energy_density(&element.elastic, stress);
+        let varying = slopes.iter().map(density).sum::<f64>() / 3.0;
+        (forces, element.volume * (density(&middle) + varying))
+    }
+}
+
+/// `½ σ:C⁻¹:σ` `[J/m³]`.
+fn energy_density(elastic: &Elastic, stress: &Matrix3<f64>) -> f64 {
+    let &Elastic { lambda, shear, .. } = elastic;
+    let trace = stress.trace();
+    let square = stress.norm_squared() - lambda / (3.0 * lambda + 2.0 * shear) * trace * trace;
+    square / (4.0 * shear)
+}
+
+fn matrix(&[xx, yy, zz, xy, yz, zx]: &[f64; 6]) -> Matrix3<f64> {
+    Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz)
+}

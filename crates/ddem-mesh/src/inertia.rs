@@ -1,0 +1,98 @@
+//! Masses of the nodes of a pack.
+
+use crate::Geometry;
+use crate::pack::Pack;
+use ddem_mechanics::math::lanes::Lanes;
+
+/// Mass and stiffness diagonal of the nodes of one pack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inertia {
+    /// Mass of each node `[kg]`.
+    pub mass: Vec<Lanes>,
+    /// Diagonal of the assembled stiffness, three a node `[N/m]`.
+    pub diagonal: Vec<Lanes>,
+    /// Moments of the mass of each body.
+    pub moments: Moments,
+}
+
+/// Moments of the mass of four bodies, with the numbers of elements from the centre as coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moments {
+    /// Inverse of the mass; 1 where there is none `[1/kg]`.
+    pub per_mass: Lanes,
+    /// Centre of mass.
+    pub centre: [Lanes; 3],
+    /// Second moments about it, xx yy zz xy yz zx `[kg]`.
+    pub second: [Lanes; 6],
+    /// 1 where there is no mass, else 0: no body in the lane, or one that is excavated.
+    pub empty: Lanes,
+}
+
+impl Inertia {
+    pub(super) fn gather(
+        geometry: &Geometry,
+        divisions: usize,
+        pack: &Pack,
+        nodes: &[[f64; 4]],
+    ) -> Self {
+        let n = (divisions + 1).pow(3);
+        // Lanes without a body have no mass, and so never move.
+        let first = |lane: usize| {
+            let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
+            Some(geometry.bodies[body].first_node as usize)
+        };
+        let pick = |local: usize, k: usize| {
+            let of = |lane: usize| first(lane).map_or(0.0, |first| nodes[first + local][k]);
+            Lanes(std::array::from_fn(of))
+        };
+        let mass: Vec<Lanes> = (0..n).map(|local| pick(local, 0)).collect();
+        let diagonal = (0..n).flat_map(|local| [1, 2, 3].map(|c| pick(local, c))).collect();
+        let moments = Moments::new(divisions, &mass);
+        Self { mass, diagonal, moments }
+    }
+
+    /// Memory in use `[bytes]`.
+    pub fn bytes(&self) -> usize {
+        size_of::<Moments>() + (self.mass.len() + self.diagonal.len()) * size_of::<Lanes>()
+    }
+
+    /// Its numbers, to tell it from others.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
+        let all = self.mass.iter().chain(&self.diagonal);
+        all.flat_map(|lanes| lanes.0)
+    }
+}
+
+impl Moments {
+    fn new(divisions: usize, mass: &[Lanes]) -> Self {
+        let mut moments = Self {
+            per_mass: Lanes::ZERO,
+            centre: [Lanes::ZERO; 3],
+            second: [Lanes::ZERO; 6],
+            empty: Lanes::ZERO,
+        };
+        let (side, half) = (divisions + 1, 0.5 * divisions as f64);
+        for lane in 0..mass[0].0.len() {
+            let nodes = || {
+                mass.iter().enumerate().map(|(node, mass)| {
+                    let index = [node % side, node / side % side, node / side / side];
+                    (mass.0[lane], index.map(|i| i as f64 - half))
+                })
+            };
+            let whole: f64 = nodes().map(|(mass, _)| mass).sum();
+            if whole == 0.0 {
+                (moments.per_mass.0[lane], moments.empty.0[lane]) = (1.0, 1.0);
+                continue;
+            }
+            moments.per_mass.0[lane] = 1.0 / whole;
+            let centre = [0, 1, 2].map(|d| nodes().map(|(m, x)| m * x[d]).sum::<f64>() / whole);
+            (0..3).for_each(|d| moments.centre[d].0[lane] = centre[d]);
+            for (mass, x) in nodes() {
+                let x = [0, 1, 2].map(|d| x[d] - centre[d]);
+                (0..3).for_each(|d| moments.second[d].0[lane] += mass * x[d] * x[d]);
+                (0..3).for_each(|d| moments.second[3 + d].0[lane] += mass * x[d] * x[(d + 1) % 3]);
+            }
+        }
+        moments
+    }
+}

@@ -1,0 +1,276 @@
+//! §1: what is where.
+//!
+//! Each block set is a tensor-product [`Lattice`] cut by joint planes. A cell's body is moved
+//! inward by half the thickness at every plane, never at the outer faces, so that bodies, face
+//! joints, strips and corners tile the region exactly:
+//!
+//! ```text
+//!   body 0          body 1          plan view; t = thickness
+//!  +-------+ |t| +-------+ |t|
+//!  |       | |f| |       | |f|     f  face joint, between two bodies
+//!  +-------+ +-+ +-------+ +-+
+//!  ---- f ---|s|---- f ----|s|     s  strip, where two planes cross
+//!  +-------+ +-+ +-------+ +-+     c  corner, where three cross
+//!  |       | | | |       | | |
+//! ```
+
+mod abut;
+pub mod assembly;
+mod block_face;
+mod blocks;
+mod cells;
+pub mod connected;
+mod face;
+mod facing;
+pub mod grid;
+mod hexmesh;
+pub mod in_situ;
+pub mod inertia;
+mod lattice;
+pub mod pack;
+pub mod parallel;
+pub mod properties;
+pub mod seams;
+pub mod slot;
+mod stages;
+mod surface_point;
+mod topology;
+
+pub use abut::{Abutment, Abuts, abutting};
+pub use block_face::{BlockFace, RestFace, Strip};
+pub use cells::moved_to;
+pub use face::Face;
+pub use face::faces;
+pub use facing::{FaceOverlap, MISSES, SLIVER};
+pub use hexmesh::{HexMesh, MeshBlock, MeshError, MeshFaces};
+pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
+pub use stages::Stages;
+pub use surface_point::SurfacePoint;
+pub use topology::Topology;
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+/// Part of an edge within which a point lies on a face.
+pub const ON_FACE: f64 = 1e-9;
+
+/// A vector of three components.
+pub type Vec3 = Vector3<f64>;
+
+/// One block.
+#[derive(Clone, Copy, Debug)]
+pub struct Body {
+    /// Its lattice.
+    pub lattice: u32,
+    /// Its cell there.
+    pub cell: [u32; 3],
+    /// Number of its first node; its nodes are contiguous, x fastest.
+    pub first_node: u32,
+    /// Number of its first element; its elements are contiguous, x fastest.
+    pub first_element: u32,
+    /// Its material.
+    pub material: u16,
+}
+
+/// All blocks, in the order of the deck, and in a set with x fastest.
+#[derive(Clone, Debug)]
+pub struct Geometry {
+    /// Lattices.
+    pub lattices: Vec<Lattice>,
+    /// Blocks.
+    pub bodies: Arc<Vec<Body>>,
+    /// Number of nodes.
+    pub n_nodes: usize,
+    /// Number of elements.
+    pub n_elements: usize,
+    /// Faces of different lattices that lie on each other, with the joint between them.
+    pub abutments: Vec<Abutment>,
+    /// Faces of different sets that are nearer than their joint is thick, and not joined.
+    pub apart: Arc<Vec<Abutment>>,
+    /// The joint at each face, by block and number, that one of these has.
+    pub abutting: HashMap<(u32, u8), Abuts>,
+    /// Corners of the box around all sets of blocks `[m]`.
+    pub bounds: [Vec3; 2],
+    /// Lattices that have no gap between them.
+    pub touching: Vec<(usize, usize)>,
+}
+
+impl Geometry {
+    /// Blocks in the cells of lattices, with numbers for them and their nodes, and no joints between lattices yet.
+    #[must_use]
+    pub fn new(lattices: Vec<Lattice>, bounds: [Vec3; 2]) -> Self {
+        let mut geometry = Self {
+            lattices,
+            bodies: Arc::default(),
+            n_nodes: 0,
+            n_elements: 0,
+            abutments: Vec::new(),
+            apart: Arc::default(),
+            abutting: HashMap::new(),
+            bounds,
+            touching: Vec::new(),
+        };
+        geometry.number();
+        geometry
+    }
+
+    fn number(&mut self) {
+        let bodies = Arc::make_mut(&mut self.bodies);
+        for (index, lattice) in self.lattices.iter_mut().enumerate() {
+            let nodes = lattice.nodes_per_body();
+            let [nx, ny, nz] = lattice.count;
+            for (z, y, x) in
+                (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| (z, y, x))))
+            {
+                let cell = lattice.index([x, y, z]);
+                if !lattice.has_body(cell) {
+                    continue;
+                }
+                lattice.body[cell] = bodies.len() as u32;
+                bodies.push(Body {
+                    lattice: index as u32,
+                    cell: [x as u32, y as u32, z as u32],
+                    first_node: self.n_nodes as u32,
+                    first_element: self.n_elements as u32,
+                    material: lattice.material[cell],
+                });
+                self.n_nodes += nodes;
+                self.n_elements += Topology::lattice(lattice.divisions).elements();
+            }
+        }
+    }
+
+    /// Takes blocks out: they keep their numbers, and are nobody's neighbours.
+    pub fn take_out(&mut self, blocks: &[usize]) {
+        for &block in blocks {
+            let Body { lattice, cell, .. } = self.bodies[block];
+            let lattice = &mut self.lattices[lattice as usize];
+            let index = lattice.index(cell.map(|c| c as usize));
+            lattice.body[index] = NONE;
+        }
+        let mut abutments = std::mem::take(&mut self.abutments);
+        abutments.retain(|abutment| !abutment.blocks.iter().any(|&b| self.is_gone(b as usize)));
+        self.abutting = abutting(&abutments);
+        self.abutments = abutments;
+    }
+
+    /// Whether a block has been taken out.
+    pub fn is_gone(&self, block: usize) -> bool {
+        let cell = self.bodies[block].cell.map(|c| c as usize);
+        let lattice = self.lattice(block);
+        lattice.body[lattice.index(cell)] == NONE
+    }
+
+    /// Memory besides what another geometry has, too `[bytes]`.
+    pub fn bytes(&self, other: Option<&Self>) -> usize {
+        let lattices = self.lattices.iter().enumerate();
+        let shared = other.is_some_and(|other| Arc::ptr_eq(&self.bodies, &other.bodies));
+        lattices.map(|(k, own)| own.bytes(other.map(|other| &other.lattices[k]))).sum::<usize>()
+            + if shared { 0 } else { size_of_val(&self.bodies[..]) }
+            + size_of_val(&self.abutments[..])
+            + self.abutting.capacity() * (size_of::<((u32, u8), Abuts)>() + 1)
+    }
+
+    /// The block set of a body.
+    pub fn set(&self, body: usize) -> usize {
+        self.lattice(body).set
+    }
+
+    /// Lattice of a block.
+    pub fn lattice(&self, body: usize) -> &Lattice {
+        &self.lattices[self.bodies[body].lattice as usize]
+    }
+
+    /// The body at an offset of −1, 0 or 1 cells from a body.
+    pub fn neighbour(&self, body: usize, offset: [i32; 3]) -> Option<usize> {
+        if self.is_gone(body) {
+            return None;
+        }
+        let lattice = self.lattice(body);
+        let mut cell = [0; 3];
+        for d in 0..3 {
+            let at = i64::from(self.bodies[body].cell[d]) + i64::from(offset[d]);
+            if at < 0 || at >= lattice.count[d] as i64 {
+                return None;
+            }
+            cell[d] = at as usize;
+        }
+        match lattice.body[lattice.index(cell)] {
+            NONE | ELSEWHERE => None,
+            body => Some(body as usize),
+        }
+    }
+
+    /// Panics where there is no such node: the answer to a wrong number would be a wrong place.
+    #[track_caller]
+    pub fn has_node(&self, node: usize) {
+        let n = self.n_nodes;
+        assert!(node < n, "there is no node {node}: the model has {n} nodes, from 0");
+    }
+
+    /// Panics where there is no such block.
+    #[track_caller]
+    pub fn has_block(&self, block: usize) {
+        let n = self.bodies.len();
+        assert!(block < n, "there is no block {block}: the model has {n} blocks, from 0");
+    }
+
+    /// Block of a node.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such node.
+    pub fn block_of(&self, node: usize) -> usize {
+        self.has_node(node);
+        self.bodies.partition_point(|b| b.first_node as usize <= node) - 1
+    }
+
+    /// The body that has a node, and the node's lattice steps in it.
+    #[track_caller]
+    pub fn locate(&self, node: usize) -> (usize, [usize; 3]) {
+        let body = self.block_of(node);
+        let local = node - self.bodies[body].first_node as usize;
+        (body, self.topology(body).steps(local))
+    }
+
+    /// Centre of a body's cell, the joints around it included `[m]`.
+    pub fn centre(&self, body: usize) -> Vec3 {
+        self.lattice(body).centre(self.bodies[body].cell.map(|c| c as usize))
+    }
+
+    /// How far a point lies inside a body, as a part of its edges (negative: outside), and the element
+    /// that is nearest to it.
+    pub fn inside(&self, body: usize, x: &Vec3) -> (f64, [usize; 3]) {
+        let n = self.topology(body).divisions() as f64;
+        let from = self.position(body, [0; 3]);
+        let (mut inside, mut element) = (f64::INFINITY, [0; 3]);
+        for (d, element) in element.iter_mut().enumerate() {
+            let normal = self.normal(body, d);
+            let along = (x - from).dot(&normal) / normal.dot(&self.axes(body)[d]);
+            let part = along / (n * self.spacing(body, d));
+            inside = inside.min(part.min(1.0 - part));
+            // On a face between two elements the lower one.
+            *element = ((part * n - ON_FACE).ceil() - 1.0).clamp(0.0, n - 1.0) as usize;
+        }
+        (inside, element)
+    }
+
+    /// Corners of a body, numbered by bits `[m]`.
+    pub fn corners(&self, body: usize) -> [Vec3; 8] {
+        self.topology(body).corners().map(|at| self.position(body, at))
+    }
+
+    /// Number of the node at lattice steps `at` of a body.
+    pub fn node(&self, body: usize, at: [usize; 3]) -> usize {
+        self.bodies[body].first_node as usize + self.topology(body).node(at)
+    }
+
+    /// Reference position of the node at lattice steps `at` of a body `[m]`.
+    pub fn position(&self, body: usize, at: [usize; 3]) -> Vec3 {
+        let lattice = self.lattice(body);
+        let cell = self.bodies[body].cell;
+        lattice.point([0, 1, 2].map(|d| lattice.line(d, cell[d] as usize, at[d])))
+    }
+}

@@ -1,0 +1,66 @@
+//! Work on packs in parallel, by ownership: a task owns the fields of a run of packs.
+//!
+//! The runs are fixed with the model, never with the number of threads, and no task adds to
+//! what another owns: threads cannot change a bit.
+
+use std::ops::Range;
+
+use crate::pack::Packs;
+
+/// Most runs that a model is cut into: enough for many cores, few enough to cost nothing.
+const MOST_RUNS: usize = 64;
+/// Nodes below which a run is not worth waking a thread for.
+const FEWEST_NODES: usize = 1000;
+
+/// Runs of packs of about equal work.
+pub fn runs(packs: &Packs) -> Vec<Range<usize>> {
+    let count =
+        (packs.nodes * ddem_mechanics::math::lanes::LANES / FEWEST_NODES).clamp(1, MOST_RUNS);
+    let n = packs.packs.len();
+    let count = count.min(n);
+    (0..count).map(|i| n * i / count..n * (i + 1) / count).collect()
+}
+
+/// Fields that can be cut between two packs.
+pub trait Split: Sized + Send {
+    /// What belongs to the packs before `at`, and the rest. Fields begin at pack `first`;
+    /// `low_runs` runs end before `at`.
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self);
+}
+
+/// Calls `op` with each run, its number, and its part of the fields.
+pub fn spread<T: Split>(
+    packs: &Packs,
+    runs: &[Range<usize>],
+    fields: T,
+    op: &(impl Fn(Range<usize>, T) + Sync),
+) {
+    match runs {
+        [] => {}
+        [run] => op(run.clone(), fields),
+        _ => {
+            let (low, high) = runs.split_at(runs.len() / 2);
+            let (first, at) = (low[0].start, high[0].start);
+            let (fields_low, fields_high) = fields.split(packs, first, at, low.len());
+            rayon::join(
+                || spread(packs, low, fields_low, op),
+                || spread(packs, high, fields_high, op),
+            );
+        }
+    }
+}
+
+/// First number of a pack in a field of three components a node; one past the end is allowed.
+pub fn node_start(packs: &Packs, pack: usize) -> usize {
+    3 * packs.packs.get(pack).map_or(packs.nodes, |p| p.start)
+}
+
+/// Packs of rigid bodies before a pack; one past the end is allowed.
+pub fn rigid_start(packs: &Packs, pack: usize) -> usize {
+    packs.packs.get(pack).map_or(packs.rigid, |p| p.rigid_start)
+}
+
+/// First number of a pack in the shares; one past the end is allowed.
+pub fn share_start(packs: &Packs, pack: usize) -> usize {
+    3 * packs.packs.get(pack).map_or(packs.shares, |p| p.share_start)
+}

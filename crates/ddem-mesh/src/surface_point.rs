@@ -1,0 +1,30 @@
+//! Points of the faces of blocks.
+
+use serde::{Deserialize, Serialize};
+
+use super::Topology;
+use ddem_mechanics::collide::{FaceOf, weights};
+
+/// A point of a face of a block, fixed to it: an element of the face and bilinear coordinates there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SurfacePoint {
+    /// Element along the next two directions, cyclically.
+    pub element: [u16; 2],
+    /// Coordinates in the element, each from 0 to 1.
+    pub on: [f32; 2],
+}
+
+impl SurfacePoint {
+    /// Point of an element of a face, by its coordinates there.
+    pub fn new(element: [usize; 2], on: [f64; 2]) -> Self {
+        Self { element: element.map(|i| i as u16), on: on.map(|x| x as f32) }
+    }
+
+    /// Nodes that make the point, numbered as in the block, and their weights.
+    #[inline(always)]
+    pub fn shares(&self, topology: Topology, face: FaceOf) -> [(usize, f64); 4] {
+        let nodes = topology.quad(face, self.element.map(usize::from));
+        let weights = weights(self.on.map(f64::from));
+        std::array::from_fn(|k| (nodes[k], weights[k]))
+    }
+}
