@@ -26,11 +26,11 @@
 //!     }
 //! }
 //!
-//! # fn use_it(mut model: ddem_core::Model) -> Result<(), ddem_core::Fault> {
-//! model.set_law("seam", Arc::new(Patton { tan_teeth: 1.2, cohesion: 2e5, tan_friction: 0.6 }))?;
-//! # Ok(())
-//! # }
+//! let teeth = Patton { tan_teeth: 1.2, cohesion: 2e5, tan_friction: 0.6 };
+//! assert_eq!(teeth.peak(-1e5), 1.2e5);
 //! ```
+//!
+//! `Model::set_law` of `ddem-core` gives it to a joint.
 //!
 //! Tension and opening are positive; the normal points from side a to side b.
 
