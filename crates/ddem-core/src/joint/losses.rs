@@ -26,7 +26,7 @@ pub(crate) struct Lost {
 }
 
 impl Lost {
-    pub(crate) fn add(&mut self, more: &Losses) {
+    pub(super) fn add(&mut self, more: &Losses) {
         let Losses { friction, fracture, contact, damping, failed } = *more;
         let each = [friction, fracture, contact, damping];
         self.sums.iter_mut().zip(each).for_each(|(sum, more)| sum.add(more));

@@ -60,7 +60,7 @@ impl<'a> Look<'a> {
     }
 
     /// Springs and dashpot of failed pairs.
-    pub(crate) fn bearing(&self, stiffness: Stiffness, dashpot: f64) -> Bearing {
+    pub(super) fn bearing(&self, stiffness: Stiffness, dashpot: f64) -> Bearing {
         let dashpot = if self.undamped { 0.0 } else { dashpot };
         Bearing { stiffness, dashpot, time_step: self.time_step }
     }
@@ -68,7 +68,7 @@ impl<'a> Look<'a> {
 
 impl JointPoint {
     /// Mode in which a bonded pair fails under a traction; in shear, too, if its joint has `turned`.
-    pub(crate) fn fails<L: JointLaw + ?Sized>(
+    pub(super) fn fails<L: JointLaw + ?Sized>(
         &self,
         law: &L,
         look: Look<'_>,
@@ -81,7 +81,7 @@ impl JointPoint {
     }
 
     /// Lets a bonded pair fail under a traction. Returns true if it fails now.
-    pub(crate) fn fail<L: JointLaw + ?Sized>(
+    pub(super) fn fail<L: JointLaw + ?Sized>(
         &mut self,
         law: &L,
         look: Look<'_>,
@@ -98,14 +98,14 @@ impl JointPoint {
     }
 
     /// The law begins where the springs bear a traction over a gap `[m]`.
-    pub(crate) fn begin(&mut self, traction: Traction, gap: f64) {
+    pub(super) fn begin(&mut self, traction: Traction, gap: f64) {
         self.memory = Memory { traction, gap, ..Memory::default() };
     }
 
     /// Tractions of the springs where the sides are `apart`, by a law or, without one, elastic; returns what is lost
     /// `[J/m²]`. `way` is how the sides moved in the last step, of a pair that has just failed.
     #[inline(always)]
-    pub(crate) fn act<L: JointLaw + ?Sized>(
+    pub(super) fn act<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,
         bearing: &Bearing,
@@ -127,12 +127,12 @@ impl JointPoint {
     }
 
     /// Elastic tractions where the sides are `apart` `[Pa]`.
-    pub(crate) fn elastic(&self, stiffness: Stiffness, apart: Vector3<f64>) -> Traction {
+    pub(super) fn elastic(&self, stiffness: Stiffness, apart: Vector3<f64>) -> Traction {
         elastic(stiffness, apart - self.origin)
     }
 
     /// Takes the present state for an equilibrium, if it knows none.
-    pub(crate) fn settle(&mut self) {
+    pub(super) fn settle(&mut self) {
         if self.memory.settled.is_none() {
             self.memory.settle();
         }
@@ -146,7 +146,7 @@ impl JointPoint {
     }
 
     /// Energy that it has given and not taken: its account below nothing `[J]`.
-    pub(crate) fn debt(&self) -> f64 {
+    pub(super) fn debt(&self) -> f64 {
         self.area * self.memory.account.min(0.0)
     }
 }
@@ -163,7 +163,7 @@ fn elastic(stiffness: Stiffness, own: Vector3<f64>) -> Traction {
 }
 
 /// Parts of a vector along the joint's own axes: along the normal and in the plane.
-pub(crate) fn split(v: Vector3<f64>) -> Traction {
+pub(super) fn split(v: Vector3<f64>) -> Traction {
     Traction { normal: v.x, shear: v.yz() }
 }
 

@@ -58,7 +58,7 @@ impl Simulation {
     }
 
     /// Looks at the sums of a step, or of a measurement, and at the contacts there.
-    pub(crate) fn check(&self, sums: Sums, contacts: &Contacts) -> Result<(), RunError> {
+    pub(super) fn check(&self, sums: Sums, contacts: &Contacts) -> Result<(), RunError> {
         if sums.free.is_finite() {
             self.check_speed(sums)?;
             return self.check_depth(contacts);

@@ -207,7 +207,7 @@ impl Broken {
     }
 
     /// Pairs of a lane's joint.
-    pub(crate) fn lane(&self, lane: usize) -> impl Iterator<Item = &JointPoint> {
+    pub(super) fn lane(&self, lane: usize) -> impl Iterator<Item = &JointPoint> {
         self.points.iter().map(move |points| &points[lane])
     }
 

@@ -30,7 +30,7 @@ pub(super) struct Fitting<'a> {
     pub(super) skins: &'a Skins,
     pub(super) look: Look<'a>,
     /// Blocks that have supports.
-    pub(crate) held: &'a [[bool; ddem_mechanics::math::lanes::LANES]],
+    pub(super) held: &'a [[bool; ddem_mechanics::math::lanes::LANES]],
 }
 
 impl Fitting<'_> {

@@ -308,7 +308,7 @@ impl Patch {
     }
 
     /// Pairs of points.
-    pub(crate) fn pairs(&self) -> impl Iterator<Item = &JointPoint> {
+    pub(super) fn pairs(&self) -> impl Iterator<Item = &JointPoint> {
         self.points.iter().map(|point| &point.pair)
     }
 

@@ -22,7 +22,7 @@ pub(crate) struct Placed {
     pub(super) spacing: f64,
     /// Half of the sum of the block's edges `[m]`.
     pub(super) size: f64,
-    pub(crate) topology: Topology,
+    pub(super) topology: Topology,
     pub(super) rigid: bool,
     /// First number in a nodal field.
     first: usize,
@@ -199,7 +199,7 @@ impl Placing<'_> {
 
     /// From a point on one block to that on another `[m]`.
     #[inline(always)]
-    pub(crate) fn apart(
+    pub(super) fn apart(
         &self,
         blocks: [u32; 2],
         faces: [FaceOf; 2],
