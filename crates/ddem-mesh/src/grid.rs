@@ -4,6 +4,7 @@
 mod tests;
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 /// An axis-aligned box: its low and its high corner `[m]`.
 pub type Bounds = [Vector3<f64>; 2];
@@ -34,12 +35,11 @@ pub fn meeting(boxes: &[Bounds]) -> Vec<[u32; 2]> {
         let cells = boxes[i as usize].map(|corner| cell(&corner, &edges));
         if count(&cells) <= LARGE { small.push((i, cells)) } else { large.push(i) }
     }
-    let mut pairs = Vec::new();
-    in_cells(boxes, &small, &mut pairs);
+    let mut pairs = in_cells(boxes, &small);
     if !large.is_empty() {
         sweep(boxes, small.iter().map(|(i, _)| *i).collect(), large, &mut pairs);
     }
-    pairs.sort_unstable();
+    pairs.par_sort_unstable();
     pairs
 }
 
@@ -94,7 +94,7 @@ fn key(cell: [i64; 3]) -> u64 {
 
 /// Pairs of boxes of which neither is large: they share the cell of the low corner of what they
 /// have in common, and are found there.
-fn in_cells(boxes: &[Bounds], small: &[(u32, Cells)], pairs: &mut Vec<[u32; 2]>) {
+fn in_cells(boxes: &[Bounds], small: &[(u32, Cells)]) -> Vec<[u32; 2]> {
     let mut entries: Vec<(u64, u32)> = Vec::with_capacity(4 * small.len());
     for (at, (_, [low, high])) in small.iter().enumerate() {
         for x in low[0]..=high[0] {
@@ -103,11 +103,12 @@ fn in_cells(boxes: &[Bounds], small: &[(u32, Cells)], pairs: &mut Vec<[u32; 2]>)
             }
         }
     }
-    entries.sort_unstable();
-    for group in entries.chunk_by(|a, b| a.0 == b.0) {
-        for (k, &(here, at)) in group.iter().enumerate() {
+    entries.par_sort_unstable();
+    let in_cell = |cell: &[(u64, u32)]| {
+        let mut pairs = Vec::new();
+        for (k, &(here, at)) in cell.iter().enumerate() {
             let (i, [low, _]) = small[at as usize];
-            for &(_, other) in &group[k + 1..] {
+            for &(_, other) in &cell[k + 1..] {
                 let (j, [other_low, _]) = small[other as usize];
                 let first = [0, 1, 2].map(|d| low[d].max(other_low[d]));
                 if meet(&boxes[i as usize], &boxes[j as usize]) && key(first) == here {
@@ -115,7 +116,10 @@ fn in_cells(boxes: &[Bounds], small: &[(u32, Cells)], pairs: &mut Vec<[u32; 2]>)
                 }
             }
         }
-    }
+        pairs
+    };
+    let cells = entries.par_chunk_by(|a, b| a.0 == b.0);
+    cells.flat_map_iter(in_cell).collect()
 }
 
 /// Pairs of large boxes with each other and with small ones, sorted along the axis on which the

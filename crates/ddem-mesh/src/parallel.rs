@@ -6,18 +6,19 @@
 use std::ops::Range;
 
 use crate::pack::Packs;
+use ddem_mechanics::math::lanes::LANES;
 
-/// Most runs that a model is cut into: enough for many cores, few enough to cost nothing.
-const MOST_RUNS: usize = 64;
 /// Nodes below which a run is not worth waking a thread for.
 const FEWEST_NODES: usize = 1000;
+/// Runs of a model of middle size: enough for many cores, few enough to cost nothing.
+const RUNS: usize = 64;
+/// Nodes of a run in large models: waking a thread costs nothing beside them.
+const MANY_NODES: usize = 16_000;
 
 /// Runs of packs of about equal work.
 pub fn runs(packs: &Packs) -> Vec<Range<usize>> {
-    let count =
-        (packs.nodes * ddem_mechanics::math::lanes::LANES / FEWEST_NODES).clamp(1, MOST_RUNS);
-    let n = packs.packs.len();
-    let count = count.min(n);
+    let (n, nodes) = (packs.packs.len(), packs.nodes * LANES);
+    let count = (nodes / FEWEST_NODES).clamp(1, RUNS).max(nodes / MANY_NODES).min(n);
     (0..count).map(|i| n * i / count..n * (i + 1) / count).collect()
 }
 

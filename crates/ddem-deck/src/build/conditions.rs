@@ -7,7 +7,7 @@ use ddem_core::problem::{
 use ddem_core::{Fault, Problem};
 
 use super::at_stage;
-use super::charge::charge;
+use super::charge::{Holes, charge};
 use super::geometry::{Region, no_node, nothing};
 use crate::schema::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind, Where};
 
@@ -96,9 +96,15 @@ fn charges(
     let region = |r: &Where| Region::new(r, sets);
     let mut charged = Vec::new();
     let mut doubts = Vec::new();
+    let mut holes: Vec<Holes<'_>> = Vec::new();
     for (index, entry) in deck.charge.iter().enumerate() {
         let geometry = at_stage(deck, stages, entry.from.as_ref());
-        match charge(index, deck, &region(&entry.region), geometry) {
+        let known = holes.iter().position(|holes| std::ptr::eq(holes.geometry, geometry));
+        let at = known.unwrap_or_else(|| {
+            holes.push(Holes::new(geometry));
+            holes.len() - 1
+        });
+        match charge(index, deck, &region(&entry.region), &holes[at]) {
             Ok((charge, doubtful)) => {
                 doubts.push(doubtful);
                 charged.push(Charged {

@@ -82,7 +82,8 @@ impl Contacts {
             |block: &Placed| block.bounds(placing.u, margin + 0.5 * super::REACH * block.spacing);
         let boxes: Vec<_> = placing.blocks.par_iter().map(bounds).collect();
         let near = grid::meeting(&boxes)
-            .into_iter()
+            .into_par_iter()
+            .with_min_len(TOGETHER)
             .filter(|&blocks| self.place(blocks).is_err() && !self.joined(places.geometry, blocks));
         let left = |blocks: [u32; 2]| {
             let known = self.near.binary_search_by_key(&blocks, |near| near.blocks);
@@ -292,31 +293,25 @@ fn in_lattice(
     if step.iter().any(|step| step.abs() > 1) {
         return false;
     }
-    let ways: Vec<usize> = (0..3).filter(|&d| step[d] != 0).collect();
-    if let [d] = ways[..] {
+    let mut ways = (0..3).filter(|&d| step[d] != 0);
+    if let (Some(d), None) = (ways.next(), ways.next()) {
         let owner = if step[d] > 0 { a } else { b };
         return joints[owner][d] < Release::Done;
     }
-    connected(geometry, joints, a, (&ways, step))
+    connected(geometry, joints, a, step)
 }
 
 /// Whether a block is connected with the one some steps away, one direction after the other, by joints
 /// that hold.
-fn connected(
-    geometry: &Geometry,
-    joints: &[[Release; 3]],
-    from: usize,
-    (ways, step): (&[usize], [i64; 3]),
-) -> bool {
-    if ways.is_empty() {
+fn connected(geometry: &Geometry, joints: &[[Release; 3]], from: usize, step: [i64; 3]) -> bool {
+    if step == [0; 3] {
         return true;
     }
-    (0..ways.len()).any(|first| {
-        let d = ways[first];
+    (0..3).filter(|&d| step[d] != 0).any(|d| {
         let face = FaceOf { direction: d, upper: step[d] > 0 };
         let Some(next) = geometry.beyond(from, face) else { return false };
         let owner = if face.upper { from } else { next };
-        let rest: Vec<usize> = ways.iter().copied().filter(|&way| way != d).collect();
-        joints[owner][d] == Release::Holds && connected(geometry, joints, next, (&rest, step))
+        let rest = [0, 1, 2].map(|e| if e == d { 0 } else { step[e] });
+        joints[owner][d] == Release::Holds && connected(geometry, joints, next, rest)
     })
 }

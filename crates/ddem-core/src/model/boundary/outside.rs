@@ -69,6 +69,8 @@ pub(crate) struct Outside {
     start: Vec<u32>,
     waves: Vec<Wave>,
     pub(crate) standing: Vec<Standing>,
+    /// Sides of the boundaries with columns: boundary, number there, dashpot.
+    sides: Vec<[usize; 3]>,
     /// Dashpot of each node.
     by_node: BTreeMap<u32, usize>,
 }
@@ -131,6 +133,11 @@ impl Outside {
                     dug: standing.dug(made),
                 });
             }
+            let sides = if border.columns.is_empty() { &[][..] } else { &border.sides };
+            for (number, side) in sides.iter().enumerate() {
+                let dashpot = outside.by_node.get(&side.node);
+                outside.sides.extend(dashpot.map(|&dashpot| [index, number, dashpot]));
+            }
         }
         outside
     }
@@ -157,17 +164,11 @@ impl Outside {
         for wave in &self.waves {
             pushes[wave.dashpot].wave += wave.force * factors[wave.border];
         }
-        for (index, border) in borders.list.iter().enumerate() {
-            if !self.standing.iter().any(|standing| standing.border == index) {
-                continue;
-            }
-            for side in &border.sides {
-                let Some(&dashpot) = self.by_node.get(&side.node) else { continue };
-                let push = columns.push(side);
-                let sum = &mut pushes[dashpot];
-                sum.force += push.force;
-                sum.wave += push.wave;
-            }
+        for &[border, side, dashpot] in &self.sides {
+            let push = columns.push(&borders.list[border].sides[side]);
+            let sum = &mut pushes[dashpot];
+            sum.force += push.force;
+            sum.wave += push.wave;
         }
         pushes
     }

@@ -14,6 +14,7 @@ use std::collections::HashMap;
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 use nalgebra::SMatrix;
+use rayon::prelude::*;
 
 use crate::error::RunError;
 use crate::joint::contact::Surfaces;
@@ -61,6 +62,9 @@ pub(crate) struct Relaxation {
     pub(crate) clusters: Clusters,
 }
 
+/// Packs whose masses are made together.
+const TOGETHER: usize = 1024;
+
 /// `K[(a, c), (a ^ r, c)]` of one element: by corner a, partner bits r, component c.
 type Coupling = [[[f64; 3]; 8]; 8];
 
@@ -74,6 +78,21 @@ struct Around<'a> {
     /// Where blocks may meet.
     surfaces: Option<&'a Surfaces>,
     meeting: Meeting,
+}
+
+/// Inverse masses of one pack.
+enum Masses {
+    Deformable(InverseMass),
+    Rigid(rigid::Inverses),
+}
+
+impl Masses {
+    fn new(around: Around<'_>, pack: usize) -> Result<Self, RunError> {
+        if around.model.packs.packs[pack].rigid {
+            return Ok(Self::Rigid(rigid::inverses(around, pack)));
+        }
+        InverseMass::new(around, pack).map(Self::Deformable)
+    }
 }
 
 /// Inverse masses of all packs, equal ones once.
@@ -103,29 +122,40 @@ impl Clusters {
         let surfaces = model.contact.as_ref().filter(|_| meeting.any);
         let around = Around { model, couplings: &couplings, held, surfaces, meeting };
         let packs = 0..model.packs.packs.len();
-        let beside = packs.map(|pack| beside(model, pack)).collect();
+        let beside = packs.into_par_iter().map(|pack| beside(model, pack)).collect();
         let mut clusters = Self { meeting, beside, ..Self::default() };
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
-        for pack in 0..model.packs.packs.len() {
+        let packs: Vec<usize> = (0..model.packs.packs.len()).collect();
+        for packs in packs.chunks(TOGETHER) {
             if stop() {
                 return Err(RunError::Stopped);
             }
-            if model.packs.packs[pack].rigid {
-                clusters.rigid.push(rigid::inverses(around, pack));
-                clusters.of_pack.push(u32::MAX);
-                continue;
+            // Many at a time, of which equal ones are then left out: memory stays small.
+            let made = packs.par_iter().map(|&pack| Masses::new(around, pack));
+            for masses in made.collect::<Result<Vec<_>, _>>()? {
+                clusters.take(masses, &mut known);
             }
-            let mass = InverseMass::new(around, pack)?;
-            let parts = mass.partner.iter().map(|p| p.part as u64);
-            let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
-            let key = parts.chain(numbers).collect();
-            let classes = &mut clusters.classes;
-            clusters.of_pack.push(*known.entry(key).or_insert_with(|| {
-                classes.push(mass);
-                classes.len() as u32 - 1
-            }));
         }
         Ok(clusters)
+    }
+
+    fn take(&mut self, masses: Masses, known: &mut HashMap<Vec<u64>, u32>) {
+        match masses {
+            Masses::Rigid(inverses) => {
+                self.rigid.push(inverses);
+                self.of_pack.push(u32::MAX);
+            }
+            Masses::Deformable(mass) => {
+                let parts = mass.partner.iter().map(|p| p.part as u64);
+                let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
+                let key = parts.chain(numbers).collect();
+                let classes = &mut self.classes;
+                self.of_pack.push(*known.entry(key).or_insert_with(|| {
+                    classes.push(mass);
+                    classes.len() as u32 - 1
+                }));
+            }
+        }
     }
 
     /// Multiplies all inverse masses.

@@ -12,7 +12,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::geometry::Region;
 use super::mesh::Mesh;
-use ddem_core::problem::{BlockFace, ELSEWHERE, FaceOf, Geometry, Lattice, NONE, Vec3, moved_to};
+use ddem_core::problem::{
+    BlockFace, ELSEWHERE, FaceOf, Geometry, Lattice, NONE, Vec3, bounds_of, moved_to,
+};
 
 type Cell = [usize; 3];
 
@@ -70,14 +72,53 @@ fn face(lattice: &Lattice, (cell, normal, side): Wall) -> Option<BlockFace> {
     Some(BlockFace { block: body, face: FaceOf { direction: normal, upper: side < 0 } })
 }
 
-fn empty_cells(lattice: &Lattice) -> impl Iterator<Item = Cell> + '_ {
-    (0..lattice.body.len()).filter(|&i| lattice.body[i] == NONE).map(|i| lattice.cell(i))
+/// Part of the size of a lattice by which the box around it is wider: more than rounding.
+const MARGIN: f64 = 1e-6;
+
+/// Empty cells of the lattices of a geometry, found once for all charges there.
+pub(in crate::build) struct Holes<'a> {
+    pub(in crate::build) geometry: &'a Geometry,
+    /// Of each lattice.
+    empty: Vec<Vec<Cell>>,
+    /// Boxes around the lattices `[m]`.
+    boxes: Vec<[Vec3; 2]>,
 }
 
-/// All walls of cavities of a set.
-pub(super) fn walls(lattice: &Lattice) -> impl Iterator<Item = (Wall, BlockFace)> + '_ {
+impl<'a> Holes<'a> {
+    pub(in crate::build) fn new(geometry: &'a Geometry) -> Self {
+        let empty = |lattice: &Lattice| {
+            let cells = (0..lattice.body.len()).filter(|&i| lattice.body[i] == NONE);
+            cells.map(|i| lattice.cell(i)).collect()
+        };
+        let around = |lattice: &Lattice| {
+            let [low, high] = bounds_of(&lattice.corners());
+            let margin = MARGIN * (high - low).norm();
+            [low.add_scalar(-margin), high.add_scalar(margin)]
+        };
+        let lattices = || geometry.lattices.iter();
+        let (empty, boxes) = (lattices().map(empty).collect(), lattices().map(around).collect());
+        Self { geometry, empty, boxes }
+    }
+
+    /// Lattices of the sets of a region, with their empty cells.
+    pub(super) fn of(&self, region: &Region) -> impl Iterator<Item = (&'a Lattice, &[Cell])> {
+        let all = self.geometry.lattices.iter().zip(&self.empty);
+        all.filter(|(lattice, _)| region.has_set(lattice.set)).map(|(of, cells)| (of, &cells[..]))
+    }
+
+    /// Lattices that may have a point.
+    fn near(&self, x: Vec3) -> impl Iterator<Item = &'a Lattice> {
+        let within =
+            move |[low, high]: &[Vec3; 2]| (0..3).all(|d| low[d] <= x[d] && x[d] <= high[d]);
+        let all = self.geometry.lattices.iter().zip(&self.boxes);
+        all.filter(move |(_, bounds)| within(bounds)).map(|(lattice, _)| lattice)
+    }
+}
+
+/// Walls of cavities with these empty cells.
+pub(super) fn walls(lattice: &Lattice, empty: &[Cell]) -> impl Iterator<Item = (Wall, BlockFace)> {
     let sides = |cell| (0..3).flat_map(move |d| [(cell, d, -1), (cell, d, 1)]);
-    let walls = empty_cells(lattice).flat_map(sides);
+    let walls = empty.iter().copied().flat_map(sides);
     walls.filter_map(|wall| Some((wall, face(lattice, wall)?)))
 }
 
@@ -90,23 +131,21 @@ pub(in crate::build) fn is_wall(geometry: &Geometry, surface: &BlockFace) -> boo
 }
 
 /// The cavities of which a region selects walls.
-pub(super) fn cavities(region: &Region, geometry: &Geometry) -> Vec<Cavity> {
-    let mut cavities = Vec::new();
-    for lattice in geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set)) {
-        let selected: BTreeMap<Wall, BlockFace> = walls(lattice)
+pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
+    let (mut cavities, geometry) = (Vec::new(), holes.geometry);
+    for (lattice, empty) in holes.of(region) {
+        let selected: BTreeMap<Wall, BlockFace> = walls(lattice, empty)
             .filter(|(_, surface)| {
                 region.contains_face(&surface.centre(geometry), &surface.outward(geometry))
             })
             .collect();
         let mut cells: BTreeSet<Cell> = selected.keys().map(|wall| wall.0).collect();
         if !cells.is_empty() {
-            cells.extend(
-                empty_cells(lattice).filter(|cell| region.in_ranges(&lattice.centre(*cell))),
-            );
+            cells.extend(empty.iter().filter(|cell| region.in_ranges(&lattice.centre(**cell))));
         }
         while let Some(cell) = cells.first().copied() {
             let part = connected(lattice, &mut cells, cell);
-            let space = Space { geometry, lattice, cells: part, walls: &selected };
+            let space = Space { holes, geometry, lattice, cells: part, walls: &selected };
             cavities.extend(space.cavity());
         }
     }
@@ -128,6 +167,7 @@ fn connected(lattice: &Lattice, cells: &mut BTreeSet<Cell>, first: Cell) -> BTre
 
 /// Cells that are connected, and their walls.
 struct Space<'a> {
+    holes: &'a Holes<'a>,
     geometry: &'a Geometry,
     lattice: &'a Lattice,
     cells: BTreeSet<Cell>,
@@ -216,7 +256,7 @@ impl Space<'_> {
                 _ => Some(End::Set(lattice.set)),
             }
         };
-        self.geometry.lattices.iter().filter_map(at).max().unwrap_or(End::Open)
+        self.holes.near(*x).filter_map(at).max().unwrap_or(End::Open)
     }
 
     /// Blocks of other sets whose centre is in one of the cells.

@@ -6,7 +6,7 @@ mod mesh;
 
 use std::collections::BTreeSet;
 
-pub(super) use self::cavity::is_wall;
+pub(super) use self::cavity::{Holes, is_wall};
 use self::cavity::{between, cavities, walls};
 use self::mesh::Mesh;
 use super::geometry::abut::Seats;
@@ -14,7 +14,7 @@ use super::geometry::{Region, place};
 use crate::schema::{self, ChargeHistory, Deck};
 use ddem_core::Face;
 use ddem_core::Fault;
-use ddem_core::problem::{BlockFace, FaceOf, Geometry, Lattice, NONE, Vec3, faces};
+use ddem_core::problem::{BlockFace, FaceOf, Geometry, Lattice, Vec3, faces};
 use ddem_core::problem::{Charge, ChargeSize, Gas, Shell};
 
 /// The charge of an entry of a deck.
@@ -22,9 +22,9 @@ pub(super) fn charge(
     index: usize,
     deck: &Deck,
     region: &Region,
-    geometry: &Geometry,
+    holes: &Holes<'_>,
 ) -> Result<(Charge, Vec<String>), Fault> {
-    let cavities = cavities(region, geometry);
+    let (cavities, geometry) = (cavities(region, holes), holes.geometry);
     let mut doubts = doubts::of_cavities(&cavities, deck, geometry);
     let mut size = ChargeSize {
         walls: cavities.iter().map(|cavity| cavity.walls[0]).sum(),
@@ -43,7 +43,7 @@ pub(super) fn charge(
         parts.extend(inside.iter().map(|sides| seam(geometry, sides)));
     }
     if parts.is_empty() {
-        return Err(no_face(index, region, geometry));
+        return Err(no_face(index, region, holes));
     }
     let all: BTreeSet<u32> = parts.iter().flat_map(|(mesh, ..)| mesh.nodes()).collect();
     let nodes: Vec<u32> = all.into_iter().collect();
@@ -145,7 +145,8 @@ fn seam(geometry: &Geometry, sides: &[BlockFace; 2]) -> (Mesh, f64, f64) {
 }
 
 /// A charge that pushes nothing, and what would be nearest.
-fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
+fn no_face(index: usize, region: &Region, holes: &Holes<'_>) -> Fault {
+    let geometry = holes.geometry;
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";
     let fault = Fault::new(format!("charge[{index}].where"), what);
     if Seats(geometry).joins_at(region) > 0 {
@@ -154,18 +155,17 @@ fn no_face(index: usize, region: &Region, geometry: &Geometry) -> Fault {
              both sides alike",
         );
     }
-    let in_sets = geometry.lattices.iter().filter(|lattice| region.has_set(lattice.set));
-    let hole = |lattice: &&Lattice| {
-        let taken = (0..lattice.body.len()).filter(|&at| lattice.body[at] == NONE);
-        taken.map(|at| lattice.centre(lattice.cell(at))).any(|x| region.contains(&x))
+    let hole = |(lattice, empty): (&Lattice, &[[usize; 3]])| {
+        let taken = empty.iter().any(|cell| region.contains(&lattice.centre(*cell)));
+        taken && walls(lattice, empty).next().is_none()
     };
-    if in_sets.clone().any(|lattice| hole(&lattice) && walls(lattice).next().is_none()) {
+    if holes.of(region).any(hole) {
         return fault.help(
             "there is a cavity, but gas does not push faces that do not match: `[[refine]]` a block more on \
              all sides of it, so that the blocks around it are split as it is",
         );
     }
-    let cavity = in_sets.flat_map(walls);
+    let cavity = holes.of(region).flat_map(|(lattice, empty)| walls(lattice, empty));
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
     let joints = faces(geometry).into_iter().map(|face| sides(&face));
     let joints = joints.filter(|s| region.has_set(geometry.set(s[0].block)));
