@@ -3,8 +3,8 @@
 use ddem_core::Simulation;
 use ddem_deck::*;
 
-use crate::charges::*;
 use crate::decks::*;
+use crate::hollows::*;
 
 #[test]
 fn charges_that_cannot_be() {

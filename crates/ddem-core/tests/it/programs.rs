@@ -8,8 +8,8 @@ use ddem_core::law::{JointLaw, Softening};
 use ddem_core::{Function, Model, Relaxed, RunError, Simd, Simulation};
 use ddem_deck::*;
 
-use crate::charges::{everywhere, gas, hollow};
 use crate::decks::*;
+use crate::hollows::{everywhere, gas, hollow};
 
 /// A pillar of three blocks on a rough floor, and a push at its top.
 fn pillar(history: Option<History>) -> Deck {

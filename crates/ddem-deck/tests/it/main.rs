@@ -1,8 +1,23 @@
 //! Decks in, results out.
 
+#![allow(clippy::disallowed_methods, clippy::print_stdout)]
+
 mod bad_decks;
+mod bad_input;
 mod files;
 mod good_decks;
+mod places;
+mod said;
+mod selection;
+mod sets;
+
+// Shared with the tests of the method, which use more of them.
+#[allow(dead_code)]
+#[path = "../../../ddem-core/tests/it/decks.rs"]
+mod decks;
+#[allow(dead_code)]
+#[path = "../../../ddem-core/tests/it/hollows.rs"]
+mod hollows;
 
 /// A deck with every key that this version has.
 const GOOD: &str = include_str!("decks/good.toml");

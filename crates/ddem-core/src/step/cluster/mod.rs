@@ -83,13 +83,13 @@ struct Around<'a> {
 /// Inverse masses of one pack.
 enum Masses {
     Deformable(InverseMass),
-    Rigid(rigid::Inverses),
+    Rigid(Box<rigid::Inverses>),
 }
 
 impl Masses {
     fn new(around: Around<'_>, pack: usize) -> Result<Self, RunError> {
         if around.model.packs.packs[pack].rigid {
-            return Ok(Self::Rigid(rigid::inverses(around, pack)));
+            return Ok(Self::Rigid(Box::new(rigid::inverses(around, pack))));
         }
         InverseMass::new(around, pack).map(Self::Deformable)
     }
@@ -142,7 +142,7 @@ impl Clusters {
     fn take(&mut self, masses: Masses, known: &mut HashMap<Vec<u64>, u32>) {
         match masses {
             Masses::Rigid(inverses) => {
-                self.rigid.push(inverses);
+                self.rigid.push(*inverses);
                 self.of_pack.push(u32::MAX);
             }
             Masses::Deformable(mass) => {

@@ -2,8 +2,8 @@
 
 use ddem_deck::*;
 
-use crate::charges::*;
 use crate::decks::*;
+use crate::hollows::*;
 
 fn within(from: [f64; 3], to: [f64; 3]) -> Where {
     let [x, y, z] = [0, 1, 2].map(|k| Some(Extent::Range([from[k], to[k]])));
