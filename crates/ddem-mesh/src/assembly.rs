@@ -164,12 +164,12 @@ impl Assembly {
                 let gone = geometry.is_gone(pack.bodies[lane] as usize);
                 if let Some(element) = table.elements[lane].filter(|_| !gone) {
                     let element = &self.elements[element as usize];
-                    scatter(geometry, packs, pack, (offset, lane), element, &mut nodes);
+                    scatter(geometry, packs, pack, offset, lane, element, &mut nodes);
                 }
             }
         }
         for at in 0..3 * packs.packs.len() {
-            scatter_springs(geometry, packs, seams, (at / 3, at % 3), &mut nodes);
+            scatter_springs(geometry, packs, seams, at / 3, at % 3, &mut nodes);
         }
         for (node, more) in bonds {
             (0..4).for_each(|k| nodes[*node][k] += more[k]);
@@ -252,7 +252,8 @@ fn scatter(
     geometry: &Geometry,
     packs: &Packs,
     pack: &Pack,
-    (offset, lane): (usize, usize),
+    offset: usize,
+    lane: usize,
     element: &Element,
     nodes: &mut [[f64; 4]],
 ) {
@@ -291,7 +292,8 @@ fn scatter_springs(
     geometry: &Geometry,
     packs: &Packs,
     seams: &Seams,
-    (index, d): (usize, usize),
+    index: usize,
+    d: usize,
     nodes: &mut [[f64; 4]],
 ) {
     let Some(seam) = seams.get(index, d) else { return };

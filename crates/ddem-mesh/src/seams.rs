@@ -60,7 +60,7 @@ impl Seams {
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in &packs.packs {
             let of_pack = [0, 1, 2].map(|d| {
-                let seam = Seam::new(properties, geometry, (pack, d), law);
+                let seam = Seam::new(properties, geometry, pack, d, law);
                 if seam.joints == [NO_JOINT; LANES] {
                     return NO_SEAM;
                 }
@@ -86,7 +86,8 @@ impl Seam {
     fn new(
         properties: &Properties,
         geometry: &Geometry,
-        (pack, d): (&Pack, usize),
+        pack: &Pack,
+        d: usize,
         law: &mut dyn FnMut(usize, usize, u16) -> u16,
     ) -> Self {
         let lattice = geometry.lattice(pack.bodies[0] as usize);
@@ -127,7 +128,7 @@ impl Seam {
             let Stiffness { normal, shear } = found.stiffness();
             let [a, b] = [body, other].map(|body| {
                 let elastic = &properties.materials[usize::from(geometry.bodies[body].material)];
-                Moved::new(geometry, (body, d), elastic).mass(normal)
+                Moved::new(geometry, body, d, elastic).mass(normal)
             });
             seam.dashpot.0[lane] =
                 2.0 * properties.contact.damping_ratio() * (normal * a * b / (a + b)).sqrt();
@@ -196,7 +197,7 @@ pub struct Moved {
 
 impl Moved {
     /// At the faces of a body across a direction.
-    pub fn new(geometry: &Geometry, (body, d): (usize, usize), elastic: &Elastic) -> Self {
+    pub fn new(geometry: &Geometry, body: usize, d: usize, elastic: &Elastic) -> Self {
         let height = geometry.height(body, d);
         let whole = elastic.density * height * geometry.topology(body).divisions() as f64;
         let layer = if geometry.is_rigid(body) { whole } else { 0.5 * elastic.density * height };

@@ -81,7 +81,7 @@ fn resist<S: Simd>(
     work: &mut Workspace,
 ) {
     let (Some(viscous), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else { return };
-    let torque = stiffness_damping(simd, input, (index, viscous), drag, work);
+    let torque = stiffness_damping(simd, input, index, viscous, drag, work);
     for (f, drag) in out.f.iter_mut().zip(&*drag) {
         *f = Lanes::from(f.load(simd) - drag.load(simd));
     }
@@ -96,7 +96,8 @@ fn resist<S: Simd>(
 fn stiffness_damping<S: Simd>(
     simd: S,
     input: Input<'_>,
-    (index, viscous): (usize, Viscous<'_>),
+    index: usize,
+    viscous: Viscous<'_>,
     drag: &mut [Lanes],
     work: &mut Workspace,
 ) -> Vector<S> {

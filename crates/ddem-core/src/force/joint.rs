@@ -84,7 +84,7 @@ fn elements<S: Simd>(
     match (table, broken) {
         (Some(table), None) => force(simd, dims, table, local, g, planes),
         (Some(table), Some(broken)) if broken.any_alive => {
-            force_left(simd, dims, (table, &broken.alive), local, g, planes);
+            force_left(simd, dims, table, &broken.alive, local, g, planes);
         }
         _ => g.fill(Lanes::ZERO),
     }
@@ -353,7 +353,8 @@ pub(crate) fn face_forces<S: Simd>(
     input: Input<'_>,
     at: JointLattice,
     broken: Option<&Broken>,
-    (forces, rotation): (&mut Vec<Lanes>, &mut [[Lanes; 3]; 3]),
+    forces: &mut Vec<Lanes>,
+    rotation: &mut [[Lanes; 3]; 3],
     work: &mut Workspace,
 ) {
     let n = at.nodes(input.moved.packs);

@@ -121,7 +121,7 @@ impl JointPoint {
         let opening = Opening { normal: own.x, shear: own.yz() };
         let mut loss = bearing.act(law, opening, &mut self.memory);
         if let Some(way) = way {
-            bearing.break_off((bore, way), &mut loss, &mut self.memory);
+            bearing.break_off(bore, way, &mut loss, &mut self.memory);
         }
         loss
     }

@@ -75,7 +75,7 @@ impl Model {
     ///
     /// There is no such load.
     pub fn set_load_history(&mut self, load: usize, function: Arc<Function>) -> Result<(), Fault> {
-        self.conditions.set_history(("load", load), function)?;
+        self.conditions.set_history("load", load, function)?;
         self.computed.push(format!("load[{load}].history"));
         Ok(())
     }
@@ -91,7 +91,7 @@ impl Model {
         charge: usize,
         function: Arc<Function>,
     ) -> Result<(), Fault> {
-        self.conditions.set_history(("charge", charge), function)?;
+        self.conditions.set_history("charge", charge, function)?;
         self.computed.push(format!("charge[{charge}].history"));
         Ok(())
     }
@@ -106,7 +106,7 @@ impl Model {
         if self.conditions.fixed.get(fix).is_some_and(|fix| fix.velocity.is_none()) {
             return Err(no_velocity(&format!("fix[{fix}]")));
         }
-        self.conditions.set_history(("fix", fix), function)?;
+        self.conditions.set_history("fix", fix, function)?;
         self.computed.push(format!("fix[{fix}].history"));
         Ok(())
     }

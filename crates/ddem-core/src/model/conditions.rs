@@ -81,7 +81,8 @@ impl Conditions {
     /// There is no such entry, or the support stands still.
     pub(super) fn set_history(
         &mut self,
-        (section, index): (&str, usize),
+        section: &str,
+        index: usize,
         function: Arc<Function>,
     ) -> Result<(), Fault> {
         let course = match section {

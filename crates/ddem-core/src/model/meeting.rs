@@ -15,7 +15,7 @@ pub(super) fn at_bonds(
         [joint.thickness, joint.layer().map_or(0.0, |layer| layer.density)]
     };
     let layers: Vec<[f64; 2]> = properties.joints.iter().map(numbers).collect();
-    contact.map_or_else(Vec::new, |contact| at_nodes(seated, (&contact.blocks, geometry), &layers))
+    contact.map_or_else(Vec::new, |contact| at_nodes(seated, &contact.blocks, geometry, &layers))
 }
 
 impl Model {

@@ -139,7 +139,7 @@ impl Problem {
         let made = Made { geometry, start, packs: &packs };
         let none = Applied::default();
         let active = Active::new(&self.conditions, geometry, &packs, stage, &none);
-        let outside = Outside::new(&self.borders, made, (&self.conditions, stage, &active), &none);
+        let outside = Outside::new(&self.borders, made, &self.conditions, stage, &active, &none);
         let point = |node: u32| {
             let (body, at) = geometry.locate(node as usize);
             geometry.position(body, at).into()

@@ -42,7 +42,7 @@ impl Sliding {
                 let table = &assembly.tables[assembly.pack_tables[index][0] as usize];
                 let Some(element) = table.elements[lane] else { continue };
                 let elastic = &assembly.elements[element as usize].elastic;
-                rates.0[lane] = 2.0 * ratio * slowest(geometry, (body, elastic));
+                rates.0[lane] = 2.0 * ratio * slowest(geometry, body, elastic);
             }
             sliding.rates.push(rates);
         }
@@ -88,6 +88,6 @@ impl Sliding {
 }
 
 /// Angular frequency of waves as long as the longest edge of a block, `2π c_P/L` `[1/s]`.
-fn slowest(geometry: &Geometry, (body, elastic): (usize, &Elastic)) -> f64 {
+fn slowest(geometry: &Geometry, body: usize, elastic: &Elastic) -> f64 {
     std::f64::consts::TAU * elastic.p_speed() / geometry.longest_edge(body)
 }

@@ -58,7 +58,7 @@ impl Snapshot<'_> {
 
     /// Calls `see` with the pairs in a range, in whatever order, at the time that was last measured.
     pub(super) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, Seen<'_>)) {
-        self.see((&self.scratch.trial, &self.scratch.trial_contacts), pairs, see);
+        self.see(&self.scratch.trial, &self.scratch.trial_contacts, pairs, see);
     }
 
     /// Damage of a joint at the time that was last measured.
@@ -70,7 +70,7 @@ impl Snapshot<'_> {
     pub(crate) fn overload(&self) -> f64 {
         let mut most: f64 = 1.0;
         let all = 0..self.model.n_pairs();
-        self.see((&self.state.breaks, &self.state.contacts), all, |_, seen| {
+        self.see(&self.state.breaks, &self.state.contacts, all, |_, seen| {
             let law = self.model.laws[seen.law as usize].as_ref();
             if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.failure.is_none())) {
                 let own = seen.axes.tr_mul(&seen.traction);
@@ -89,7 +89,8 @@ impl Snapshot<'_> {
 
     fn see(
         &self,
-        (breaks, contacts): (&Breaks, &Contacts),
+        breaks: &Breaks,
+        contacts: &Contacts,
         pairs: Range<usize>,
         mut see: impl FnMut(usize, Seen<'_>),
     ) {
@@ -139,7 +140,7 @@ impl Snapshot<'_> {
         let at = JointLattice { pack, offset: 1 << d };
         let broken = breaks.get(pack, at.offset);
         dispatch!(self.scratch.level, simd => {
-            face_forces(simd, input, at, broken, (forces, rotation), work)
+            face_forces(simd, input, at, broken, forces, rotation, work)
         });
         let places = &model.packs.shape_of(&model.packs.packs[pack]).pairs[d];
         for &Lane { lane, at, .. } in faces {

@@ -164,7 +164,7 @@ impl Simulation {
     #[must_use]
     pub fn idle_loads(&self) -> Vec<usize> {
         let State { stage, time, stage_starts, .. } = &*self.state;
-        self.model.conditions.idle((*stage, *time), stage_starts, self.model.n_loads())
+        self.model.conditions.idle(*stage, *time, stage_starts, self.model.n_loads())
     }
 
     /// The stage of the deck whose supports and loads are in force.

@@ -221,7 +221,7 @@ impl Simulation {
         let mut moving = Moving::new(columns.len());
         for standing in &self.view.outside.standing {
             let column = &borders.list[standing.border].columns[standing.column];
-            column.step(standing, &pace, (&u, &v), &mut moving);
+            column.step(standing, &pace, &u, &v, &mut moving);
         }
         self.view.pushes = self.view.outside.pushes(borders, &factors, &moving);
         self.view.columns = moving;

@@ -113,7 +113,7 @@ impl Simulation {
     ) -> Result<(), RunError> {
         let saved = self.save();
         let tried = factors.into_par_iter().map(|factor| {
-            let tried = self.trial((search, &saved), factor);
+            let tried = self.trial(search, &saved, factor);
             tried.inspect(|(trial, _)| tell(trial))
         });
         for tried in tried.collect::<Vec<_>>() {
@@ -161,7 +161,8 @@ impl Simulation {
     /// Relaxes a copy with strengths divided by a factor, in parts.
     fn trial(
         &self,
-        (search, saved): (&Search, &Saved),
+        search: &Search,
+        saved: &Saved,
         factor: f64,
     ) -> Result<(Trial, Self), RunError> {
         let mut trial = self.back_to(saved)?;

@@ -38,8 +38,8 @@ impl Simulation {
     fn loads_change(&self) -> bool {
         let State { stage, time, stage_starts, .. } = &*self.state;
         let Model { conditions, borders, .. } = &*self.model;
-        conditions.change_after((*stage, *time), stage_starts)
-            || borders.change_after((*stage, *time), stage_starts)
+        conditions.change_after(*stage, *time, stage_starts)
+            || borders.change_after(*stage, *time, stage_starts)
     }
 
     /// The error of a stage in which blocks move on against each other, with those that have moved so far.

@@ -50,7 +50,7 @@ impl State {
     /// Starts the motion of neighbours anew: a stage begins, or an increment, or pairs have failed.
     pub(crate) fn watch_anew(&mut self, model: &Model, stage: bool) {
         let places = places(model, self);
-        self.watch.begin((self.steps, stage), places);
+        self.watch.begin(self.steps, stage, places);
     }
 
     /// Notes how far blocks have moved against each other since, where it is time to.

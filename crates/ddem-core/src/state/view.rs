@@ -27,8 +27,9 @@ impl StageView {
     /// Everything at rest.
     pub(crate) fn new(model: &Model, state: &State) -> Self {
         let active = model.active(state.stage, &state.applied);
-        let now = (&model.conditions, state.stage, &active);
-        let outside = Outside::new(&model.borders, model.made(), now, &state.kept);
+        let Model { borders, conditions, .. } = model;
+        let made = model.made();
+        let outside = Outside::new(borders, made, conditions, state.stage, &active, &state.kept);
         Self {
             pushes: outside.kept(),
             active,

@@ -96,7 +96,7 @@ pub(crate) struct Watch {
 
 impl Watch {
     /// An event: what moves from now on is new. The first one of a stage begins it.
-    pub(super) fn begin(&mut self, (step, stage): (u64, bool), places: Vec<[f64; 3]>) {
+    pub(super) fn begin(&mut self, step: u64, stage: bool, places: Vec<[f64; 3]>) {
         if stage || self.places[0].len() != places.len() {
             self.places[0].clone_from(&places);
         }

@@ -22,7 +22,7 @@ pub(crate) fn shift(context: Context<'_>, state: &mut State) {
         if pack.rigid {
             let poses = &mut state.poses[pack.rigid_start];
             held_ways(&own, poses, ways);
-            follow(context.model, index, poses, (u, ways));
+            follow(context.model, index, poses, u, ways);
         } else {
             for support in supports {
                 let at = support.at as usize - 3 * pack.start;

@@ -26,7 +26,7 @@ pub(crate) fn advance_relaxing(
 ) -> Sums {
     let (fields, f, runs, level) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
-        dispatch!(level, simd => run_relaxing(simd, (model, clusters), [a, b], f, &run, &mut fields));
+        dispatch!(level, simd => run_relaxing(simd, model, clusters, [a, b], f, &run, &mut fields));
     });
     scratch.travel(&mut state.contacts, 1.0);
     Sums::total(&scratch.sums)
@@ -35,7 +35,8 @@ pub(crate) fn advance_relaxing(
 #[simd]
 fn run_relaxing<S: Simd>(
     simd: S,
-    (model, clusters): (&Model, &Clusters),
+    model: &Model,
+    clusters: &Clusters,
     [a, b]: [f64; 2],
     f: &[Lanes],
     run: &Range<usize>,
@@ -53,7 +54,7 @@ fn run_relaxing<S: Simd>(
         q.resize(q.len().max(u.len()), Lanes::ZERO);
         let pack = &packs.packs[index];
         let poses = pack.rigid.then(|| &fields.poses[pack.rigid_start - first_rigid]);
-        cluster::accelerations(simd, (model, poses), clusters, index, f, &mut q[..u.len()]);
+        cluster::accelerations(simd, model, poses, clusters, index, f, &mut q[..u.len()]);
         let divisions = packs.shape_of(pack).divisions;
         let row = 3 * (divisions + 1);
         let mut tally = Tally::new(simd, divisions);
@@ -73,7 +74,7 @@ fn run_relaxing<S: Simd>(
         fields.sums[index - run.start] = sums;
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
-            follow(model, index, poses, (u, v));
+            follow(model, index, poses, u, v);
             fields.frames[index - run.start] = frame_of(poses);
         } else if model.corotational() {
             fields.frames[index - run.start] = fit_pack(simd, model, index, u);

@@ -226,12 +226,7 @@ pub(crate) fn carry(model: &Model, index: usize, poses: &Poses, v: &mut [Lanes])
 
 /// In relaxation the bodies of a pack go as their corners do, whose velocities `v` are the ways of
 /// this step; the corners are put where that takes them.
-pub(super) fn follow(
-    model: &Model,
-    index: usize,
-    poses: &mut Poses,
-    (u, v): (&mut [Lanes], &[Lanes]),
-) {
+pub(super) fn follow(model: &Model, index: usize, poses: &mut Poses, u: &mut [Lanes], v: &[Lanes]) {
     let pack = &model.packs.packs[index];
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
         let matter = &model.assembly.rigid[pack.rigid_start][lane];

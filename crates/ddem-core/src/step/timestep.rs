@@ -288,7 +288,7 @@ pub(crate) fn largest_clustered(
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             let mut next = vec![Lanes::ZERO; range.len()];
             dispatch!(scratch.level, simd => {
-                accelerations(simd, (model, None), clusters, pack, &scratch.f, &mut next)
+                accelerations(simd, model, None, clusters, pack, &scratch.f, &mut next)
             });
             let mut own = [0.0; 2];
             for (at, next) in range.zip(next) {
@@ -337,7 +337,7 @@ pub(crate) fn largest_of_gases(
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             way[range.clone()].fill(Lanes::ZERO);
             dispatch!(scratch.level, simd => {
-                accelerations(simd, (model, None), clusters, pack, &scratch.f, &mut way[range.clone()])
+                accelerations(simd, model, None, clusters, pack, &scratch.f, &mut way[range.clone()])
             });
         }
         let with = |(nodes, other, areas): &(Vec<u32>, f64, Vec<Vec3>)| {

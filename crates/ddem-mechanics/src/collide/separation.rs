@@ -197,7 +197,7 @@ pub fn separation(a: &Cell, b: &Cell) -> Separation {
         second
     };
     if let Some((distance, normal, [i, j])) =
-        crossed([&of_a, &of_b], &across, &apart, (best, &normal), equal)
+        crossed([&of_a, &of_b], &across, &apart, best, &normal, equal)
     {
         let meeting = Meeting::Edges([of_a.edge(i, &normal), of_b.edge(j, &-normal)]);
         let margin = distance - second(&normal);
@@ -219,7 +219,8 @@ fn crossed(
     [a, b]: [&Faces<'_>; 2],
     across: &[[[f64; 3]; 3]; 2],
     apart: &Vector3<f64>,
-    (best, face): (f64, &Vector3<f64>),
+    best: f64,
+    face: &Vector3<f64>,
     equal: f64,
 ) -> Option<(f64, Vector3<f64>, [usize; 2])> {
     let (mut beat, mut found) = (best + equal, None);

@@ -58,15 +58,16 @@ pub fn force<S: Simd>(
 pub fn force_left<S: Simd>(
     simd: S,
     dims: [usize; 3],
-    (table, alive): (&Table, &[Lanes]),
+    table: &Table,
+    alive: &[Lanes],
     u: &[Lanes],
     g: &mut [Lanes],
     planes: &mut Planes,
 ) {
     planes.reserve(dims);
     match table {
-        Table::Box(table) => force_box_left(simd, dims, (table, alive), u, g, planes),
-        Table::Oblique(table) => force_oblique_left(simd, dims, (table, alive), u, g, planes),
+        Table::Box(table) => force_box_left(simd, dims, table, alive, u, g, planes),
+        Table::Oblique(table) => force_oblique_left(simd, dims, table, alive, u, g, planes),
     }
 }
 
@@ -88,7 +89,8 @@ fn force_box<S: Simd>(
 fn force_box_left<S: Simd>(
     simd: S,
     dims: [usize; 3],
-    (table, alive): (&BoxTable, &[Lanes]),
+    table: &BoxTable,
+    alive: &[Lanes],
     u: &[Lanes],
     g: &mut [Lanes],
     planes: &mut Planes,
@@ -117,7 +119,8 @@ fn force_oblique<S: Simd>(
 fn force_oblique_left<S: Simd>(
     simd: S,
     dims: [usize; 3],
-    (table, alive): (&ObliqueTable, &[Lanes]),
+    table: &ObliqueTable,
+    alive: &[Lanes],
     u: &[Lanes],
     g: &mut [Lanes],
     planes: &mut Planes,

@@ -58,14 +58,15 @@ impl Bearing {
             loss.damping = std::mem::take(&mut memory.account);
             return loss;
         }
-        loss.damping = self.resist((way, time_step), last, memory);
+        loss.damping = self.resist(way, time_step, last, memory);
         loss
     }
 
     /// Drag after a way along the normal, with that of the last step; returns what the dashpot takes on it.
     fn resist(
         &self,
-        (way, time_step): (f64, f64),
+        way: f64,
+        time_step: f64,
         [dashpot, settling]: [f64; 2],
         memory: &mut Memory,
     ) -> f64 {
@@ -98,7 +99,8 @@ impl Bearing {
     /// `[m]`, along the normal and both tangents. What it would gain so it owes.
     pub fn break_off(
         &self,
-        (bore, way): (Traction, Vector3<f64>),
+        bore: Traction,
+        way: Vector3<f64>,
         loss: &mut Loss,
         memory: &mut Memory,
     ) {

@@ -63,8 +63,7 @@ impl InSitu {
         let mut known = HashMap::new();
         for index in 0..packs.packs.len() {
             let of_pack = std::array::from_fn(|offset| {
-                let Some(field) = in_situ.field((geometry, packs, assembly), (index, offset))
-                else {
+                let Some(field) = in_situ.field(geometry, packs, assembly, index, offset) else {
                     return NO_FIELD;
                 };
                 let fields = &mut in_situ.fields;
@@ -117,8 +116,11 @@ impl InSitu {
 
     fn field(
         &self,
-        (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
-        (index, offset): (usize, usize),
+        geometry: &Geometry,
+        packs: &Packs,
+        assembly: &Assembly,
+        index: usize,
+        offset: usize,
     ) -> Option<Field> {
         let table = assembly.pack_tables[index][offset];
         let pack = &packs.packs[index];
@@ -142,7 +144,7 @@ impl InSitu {
             let (Some(stress), Some(element)) = (stress, element) else { continue };
             any = true;
             let element = &assembly.elements[element as usize];
-            let nodes = positions(geometry, packs, pack, (lane, offset));
+            let nodes = positions(geometry, packs, pack, lane, offset);
             field.fill(lane, dims, &nodes, |centre| stress.act(centre, element));
         }
         any.then_some(field)
@@ -162,7 +164,7 @@ impl InSitu {
         let mut tractions = vec![Vec3::zeros(); places.len()];
         let stress = self.around(geometry, body, 1 << d).filter(|_| seam.joints[lane] != NO_JOINT);
         let Some(stress) = stress else { return tractions };
-        let nodes = positions(geometry, packs, pack, (lane, 1 << d));
+        let nodes = positions(geometry, packs, pack, lane, 1 << d);
         let dims = packs.shape_of(pack).dims(1 << d);
         let mut corners = vec![Vec::with_capacity(4); dims.iter().product()];
         for place in places {
@@ -188,7 +190,8 @@ fn positions(
     geometry: &Geometry,
     packs: &Packs,
     pack: &Pack,
-    (lane, offset): (usize, usize),
+    lane: usize,
+    offset: usize,
 ) -> Vec<Vec3> {
     let body = pack.bodies[lane] as usize;
     let shape = packs.shape_of(pack);

@@ -21,7 +21,8 @@ pub struct Stress {
 pub fn between(
     both: [Option<Stress>; 2],
     normal: &Vec3,
-    (points, quads): (&[Vec3], &[[u32; 4]]),
+    points: &[Vec3],
+    quads: &[[u32; 4]],
 ) -> Option<Vec<Vec3>> {
     let stress = Stress::mean(&both)?;
     let mut sums = vec![(0.0, Vec3::zeros()); points.len()];

@@ -23,7 +23,7 @@ impl Breaks {
             for d in 0..3 {
                 let Some(lattice) = &mut lattices[1 << d] else { continue };
                 for (pair, lane) in lattice.fresh.drain(..) {
-                    around(packs, (index, d), pair as usize, lane as usize, &mut cells);
+                    around(packs, index, d, pair as usize, lane as usize, &mut cells);
                 }
             }
         }
@@ -54,13 +54,7 @@ impl Breaks {
 }
 
 /// Cells across the joint of direction `d` that hold both nodes of a pair.
-fn around(
-    packs: &Packs,
-    (index, d): (usize, usize),
-    pair: usize,
-    lane: usize,
-    cells: &mut Vec<Cell>,
-) {
+fn around(packs: &Packs, index: usize, d: usize, pair: usize, lane: usize, cells: &mut Vec<Cell>) {
     let pack = &packs.packs[index];
     let n = packs.shape_of(pack).divisions;
     let [e, f] = [(d + 1) % 3, (d + 2) % 3];

@@ -75,7 +75,7 @@ impl Fitting<'_> {
             (at(0) + at(1)) / 2.0
         };
         let points: Vec<Vec3> = patch.points.iter().map(middle).collect();
-        let tractions = between(both, &patch.now[0], (&points, &summed)).unwrap_or_default();
+        let tractions = between(both, &patch.now[0], &points, &summed).unwrap_or_default();
         for (point, traction) in patch.points.iter_mut().zip(tractions) {
             let own = axes.tr_mul(&traction);
             point.pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
@@ -143,7 +143,8 @@ pub(crate) fn seated(
 /// the density `[kg/m³]` of each joint: half of what there is room for goes to each side.
 pub(crate) fn at_nodes(
     seated: &[Seated],
-    (blocks, geometry): (&[Placed], &Geometry),
+    blocks: &[Placed],
+    geometry: &Geometry,
     layers: &[[f64; 2]],
 ) -> Vec<(usize, [f64; 4])> {
     let mut at_nodes = Vec::new();

@@ -132,7 +132,7 @@ struct OnFace {
 fn each_face(skins: &Skins, geometry: &Geometry, body: usize) -> [OnFace; 6] {
     [0, 1, 2, 3, 4, 5].map(|number| {
         let face = FaceOf::of_number(number);
-        let per_mass = per_mass(skins, geometry, (body, face));
+        let per_mass = per_mass(skins, geometry, body, face);
         let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
         let stiffest = skins.stiffest(body as u32, face).normal;
         let moved = skins.moved(body as u32, face, stiffest);
@@ -157,7 +157,7 @@ fn on_node(faces: &[OnFace; 6], at: [Option<bool>; 3]) -> [f64; 2] {
 }
 
 /// Area over mass of a node on a face, twice for the other block, `A/m = 2/(ρ h)` `[m²/kg]`.
-fn per_mass(skins: &Skins, geometry: &Geometry, (body, face): (usize, FaceOf)) -> f64 {
+fn per_mass(skins: &Skins, geometry: &Geometry, body: usize, face: FaceOf) -> f64 {
     4.0 / (skins.density(body as u32, face) * geometry.height(body, face.direction))
 }
 

@@ -58,12 +58,12 @@ impl Contacts {
             all.filter_map(move |(d, lane)| {
                 let body = pack.bodies[lane] as usize;
                 let known = joints[body][d];
-                let (broken, seam) = joint(at, breaks, (index, d), lane)?;
+                let (broken, seam) = joint(at, breaks, index, d, lane)?;
                 if known >= Release::Due {
                     return None;
                 }
                 let law = laws.get(usize::from(seam.laws[lane])).and_then(Option::as_deref);
-                let found = come(pack, (broken, seam), law, lane);
+                let found = come(pack, broken, seam, law, lane);
                 (found > known).then_some((body, d, found))
             })
         };
@@ -78,7 +78,8 @@ impl Contacts {
 /// Stage of its release that a broken joint of a pack has come to.
 fn come(
     pack: &Pack,
-    (broken, seam): (&Broken, &Seam),
+    broken: &Broken,
+    seam: &Seam,
     law: Option<&dyn JointLaw>,
     lane: usize,
 ) -> Release {
@@ -94,7 +95,8 @@ fn come(
 fn joint<'a>(
     at: Places<'a>,
     breaks: &'a Breaks,
-    (index, d): (usize, usize),
+    index: usize,
+    d: usize,
     lane: usize,
 ) -> Option<(&'a Broken, &'a Seam)> {
     let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
@@ -197,7 +199,7 @@ pub(super) fn release(
             contacts.joints[body][d] = Release::Done;
             any = true;
             let Some(other) = at.geometry.above(body, d) else { continue };
-            failed += fail_with_others((at, look), breaks, (index, d), lane);
+            failed += fail_with_others(at, look, breaks, index, d, lane);
             let gone = let_go((at, placing), breaks, (index, d), (pack, lane, other));
             let Some((load, account)) = gone else { continue };
             let blocks = [body.min(other) as u32, body.max(other) as u32];
@@ -220,9 +222,11 @@ pub(super) fn release(
 
 /// Pairs of a joint that is released, and that are bonded, fail with the others. Returns how many.
 fn fail_with_others(
-    (at, look): (Places<'_>, Look<'_>),
+    at: Places<'_>,
+    look: Look<'_>,
     breaks: &mut Breaks,
-    (index, d): (usize, usize),
+    index: usize,
+    d: usize,
     lane: usize,
 ) -> u64 {
     let law = at.seams.get(index, d).and_then(|seam| look.law(seam.laws[lane]));
@@ -258,7 +262,7 @@ fn let_go(
         let (traction, borne) = (memory.traction, memory.borne());
         let pull = axes * joined(borne.normal, borne.shear) * area;
         force += pull;
-        moment += (placing.pair((body, pack.rigid), d, p, n) - about).cross(&pull);
+        moment += (placing.pair(body, pack.rigid, d, p, n) - about).cross(&pull);
         energy[0] += area * 0.5 * traction.normal * memory.gap;
         energy[1] += area * 0.5 * traction.shear.norm_squared() / seam.stiffness(lane).shear;
         account += area * memory.account;
@@ -276,7 +280,7 @@ impl Placing<'_> {
     }
 
     /// Where pair `p` of the joint at the upper side of a block along d is.
-    fn pair(&self, (block, rigid): (usize, bool), d: usize, p: usize, n: usize) -> Vec3 {
+    fn pair(&self, block: usize, rigid: bool, d: usize, p: usize, n: usize) -> Vec3 {
         let placed = &self.blocks[block];
         let mut at = [0; 3];
         at[d] = n;

@@ -86,7 +86,7 @@ impl Skins {
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
                 let abuts = geometry.abutting.get(&(body as u32, face as u8)).copied();
-                let skin = Skin::new((properties, laws, geometry), (body, face), abuts);
+                let skin = Skin::new(properties, laws, geometry, body, face, abuts);
                 skins.thickest = skins.thickest.max(skin.thickness);
                 let Stiffness { normal, shear } = skin.stiffness;
                 skins.hardest.normal = skins.hardest.normal.max(normal);
@@ -294,14 +294,17 @@ pub(super) fn sides_of(edge: EdgeOf) -> [FaceOf; 2] {
 
 impl Skin {
     fn new(
-        (properties, laws, geometry): (&Properties, &Laws, &Geometry),
-        (body, face): (usize, usize),
+        properties: &Properties,
+        laws: &Laws,
+        geometry: &Geometry,
+        body: usize,
+        face: usize,
         abuts: Option<Abuts>,
     ) -> Self {
         let (d, upper) = (face / 2, face % 2 == 1);
         let elastic = &properties.materials[usize::from(geometry.bodies[body].material)];
         let height = geometry.height(body, d);
-        let moved = Moved::new(geometry, (body, d), elastic);
+        let moved = Moved::new(geometry, body, d, elastic);
         let number = geometry
             .beyond(body, FaceOf { direction: d, upper })
             .map(|other| geometry.joint_above(if upper { body } else { other }, d));

@@ -116,7 +116,8 @@ impl Column {
         &self,
         standing: &Standing,
         pace: &Pace<'_>,
-        (u, v): (&[Vec3], &[Vec3]),
+        u: &[Vec3],
+        v: &[Vec3],
         moving: &mut Moving,
     ) {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];

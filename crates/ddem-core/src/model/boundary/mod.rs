@@ -111,7 +111,7 @@ impl Borders {
     }
 
     /// Whether any wave may change after a time.
-    pub(crate) fn change_after(&self, (stage, time): (usize, f64), starts: &[f64]) -> bool {
+    pub(crate) fn change_after(&self, stage: usize, time: f64, starts: &[f64]) -> bool {
         let changes = |border: &Border| {
             let since = border.period.since(time, starts);
             border.period.has(stage) && border.history.changes_after(since)

@@ -89,7 +89,9 @@ impl Outside {
     pub(crate) fn new(
         borders: &Borders,
         made: Made<'_>,
-        (conditions, stage, active): (&Conditions, usize, &Active),
+        conditions: &Conditions,
+        stage: usize,
+        active: &Active,
         kept: &Applied,
     ) -> Self {
         let here = || borders.list.iter().enumerate().filter(|(_, b)| b.period.has(stage));

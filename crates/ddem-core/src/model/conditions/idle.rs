@@ -21,7 +21,8 @@ impl Conditions {
     /// Loads in force at a time whose history is 0 then.
     pub(crate) fn idle(
         &self,
-        (stage, time): (usize, f64),
+        stage: usize,
+        time: f64,
         starts: &[f64],
         n_loads: usize,
     ) -> Vec<usize> {
@@ -35,7 +36,7 @@ impl Conditions {
     }
 
     /// Whether anything in force may change after a time: a load, a charge, or a support that is driven.
-    pub(crate) fn change_after(&self, (stage, time): (usize, f64), starts: &[f64]) -> bool {
+    pub(crate) fn change_after(&self, stage: usize, time: f64, starts: &[f64]) -> bool {
         let load = |load: &Loaded| load.acts(stage) && load.changes_after(time, starts);
         let charge = |charged: &Charged| {
             let since = charged.period.since(time, starts) - charged.delay;

@@ -41,7 +41,8 @@ pub(super) fn of_contacts(skins: &Skins, body: usize, face: FaceOf, released: bo
 pub(super) fn contact_diagonal(
     around: &Around<'_>,
     surfaces: &Surfaces,
-    (body, at): (usize, [usize; 3]),
+    body: usize,
+    at: [usize; 3],
     sum: &mut [f64; 3],
 ) {
     let placed = &surfaces.blocks[body];

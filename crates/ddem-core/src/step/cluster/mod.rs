@@ -312,7 +312,7 @@ fn node_coupling(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 
     }
     spring_coupling(model, body, at, &mut sum);
     if let Some(surfaces) = around.surfaces {
-        contact_diagonal(&around, surfaces, (body, at), &mut sum[0]);
+        contact_diagonal(&around, surfaces, body, at, &mut sum[0]);
     }
     sum
 }
@@ -340,7 +340,8 @@ fn spring_coupling(model: &Model, body: usize, at: [usize; 3], sum: &mut [[f64; 
 #[simd]
 pub(super) fn accelerations<S: Simd>(
     simd: S,
-    (model, poses): (&Model, Option<&[Pose; LANES]>),
+    model: &Model,
+    poses: Option<&[Pose; LANES]>,
     clusters: &Clusters,
     index: usize,
     f: &[Lanes],
@@ -350,10 +351,10 @@ pub(super) fn accelerations<S: Simd>(
     let pack = &packs.packs[index];
     if pack.rigid {
         let inverses = &clusters.rigid[pack.rigid_start];
-        return rigid::accelerations((model, poses), inverses, index, f, out);
+        return rigid::accelerations(model, poses, inverses, index, f, out);
     }
     if !clusters.turned.is_empty() {
-        return turning::accelerations(simd, (model, &clusters.turned), clusters, index, f, out);
+        return turning::accelerations(simd, model, &clusters.turned, clusters, index, f, out);
     }
     let class = &clusters.classes[clusters.of_pack[index] as usize];
     for node in 0..out.len() / 3 {

@@ -59,7 +59,7 @@ fn stiffness(around: Around<'_>, body: usize, size: f64) -> Matrix6<f64> {
         }
     }
     if let Some(surfaces) = around.surfaces {
-        add_contacts(&mut sum, (&surfaces.skins, around.meeting.released), body, (&half, size));
+        add_contacts(&mut sum, &surfaces.skins, around.meeting.released, body, &half, size);
     }
     sum
 }
@@ -68,9 +68,11 @@ fn stiffness(around: Around<'_>, body: usize, size: f64) -> Matrix6<f64> {
 /// whose points are at the quarters.
 fn add_contacts(
     sum: &mut Matrix6<f64>,
-    (skins, released): (&Skins, bool),
+    skins: &Skins,
+    released: bool,
     body: usize,
-    (half, size): (&[Vec3; 3], f64),
+    half: &[Vec3; 3],
+    size: f64,
 ) {
     for face in FaceOf::all() {
         let d = face.direction;
@@ -108,7 +110,8 @@ fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
 
 /// `M⁻¹ F` at the corners of the rigid bodies of a pack; masses turn with the bodies.
 pub(super) fn accelerations(
-    (model, poses): (&Model, Option<&[Pose; LANES]>),
+    model: &Model,
+    poses: Option<&[Pose; LANES]>,
     inverses: &Inverses,
     index: usize,
     f: &[Lanes],

@@ -48,7 +48,8 @@ impl InverseMass {
 #[simd]
 pub(super) fn accelerations<S: Simd>(
     simd: S,
-    (model, turned): (&Model, &[Frame]),
+    model: &Model,
+    turned: &[Frame],
     clusters: &Clusters,
     index: usize,
     f: &[Lanes],
