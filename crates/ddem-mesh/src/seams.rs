@@ -148,6 +148,11 @@ impl Seam {
         flags.chain(laws).chain([u64::from(self.rigid)]).chain(numbers.map(f64::to_bits)).collect()
     }
 
+    /// Direction across the joint.
+    pub fn direction(&self) -> usize {
+        self.direction
+    }
+
     /// From side a to side b at rest `[m]`.
     pub fn gap(&self) -> &[Lanes; 3] {
         &self.edges[self.direction]

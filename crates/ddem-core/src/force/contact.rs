@@ -7,7 +7,8 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 /// and points in order, so that every node has one order of summation.
 pub(crate) fn collect(
     contacts: &Contacts,
-    (placed, bodies): (&[Placed], &[u32]),
+    placed: &[Placed],
+    bodies: &[u32],
     f: &mut [Lanes],
     torque: &mut [Lanes; 3],
 ) {

@@ -12,17 +12,30 @@ use ddem_mesh::assembly::Assembly;
 use ddem_mesh::inertia::Moments;
 use ddem_mesh::pack::Packs;
 
+/// Four bodies that slide.
+#[derive(Clone, Copy)]
+pub(crate) struct Sliding<'a> {
+    pub(crate) packs: &'a Packs,
+    pub(crate) assembly: &'a Assembly,
+    /// Number of their pack.
+    pub(crate) index: usize,
+    /// `None` for small displacements.
+    pub(crate) frame: Option<&'a Frame>,
+    /// α of each `[1/s]`.
+    pub(crate) alpha: Lanes,
+}
+
 /// Forces `α M (v − v̄)` of four bodies against the deformation in their velocities: v̄ is the translation and the spin
 /// that have their momentum and moment of momentum. Taken from `f` and left in `drag`. Returns their torque about
 /// the nodes where they are `[N m]`.
 #[simd]
 pub(crate) fn damp<S: Simd>(
     simd: S,
-    (packs, assembly): (&Packs, &Assembly),
-    index: usize,
-    frame: Option<&Frame>,
-    (alpha, u, v): (Lanes, &[Lanes], &[Lanes]),
-    (f, drag): (&mut [Lanes], &mut [Lanes]),
+    Sliding { packs, assembly, index, frame, alpha }: Sliding<'_>,
+    u: &[Lanes],
+    v: &[Lanes],
+    f: &mut [Lanes],
+    drag: &mut [Lanes],
 ) -> [Lanes; 3] {
     let shape = packs.shape_of(&packs.packs[index]);
     let inertia = &assembly.inertia[assembly.pack_inertia[index] as usize];

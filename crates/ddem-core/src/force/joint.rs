@@ -12,7 +12,7 @@ use fearless_simd::{Select, Simd, SimdBase, f64x4};
 use fearless_simd_macros::simd;
 use nalgebra::Matrix3;
 
-use crate::joint::breaks::{Broken, Ground, Pull};
+use crate::joint::breaks::{Broken, Ground, Pull, Sides};
 use crate::joint::kinematics::{Moved, joint_displacements, rotations, to_quarters};
 use crate::joint::losses::Losses;
 use crate::state::pass::{Input, Output, Workspace, half_work};
@@ -48,14 +48,14 @@ pub(crate) fn joint<S: Simd>(
     }
     let mut pull = None;
     if let (Some(face), Some(broken)) = (face, broken) {
-        let fields = (&work.local[..n], &mut work.g[..n]);
         let way = fails.then_some(&work.way[..n]);
         let bodies = rotations(simd, input.moved, at);
         let grounds = match (&rotation, &bodies) {
             (Some(mean), Some(bodies)) => grounds(simd, input, at, mean, bodies, broken),
             _ => [None; LANES],
         };
-        let springs = broken.pull(face, (input.look, way, &grounds), fields, out.losses);
+        let sides = Sides { local: &work.local[..n], way, grounds: &grounds };
+        let springs = broken.pull(face, input.look, sides, &mut work.g[..n], out.losses);
         if let Some([_, joints]) = &mut out.energy {
             *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
         }

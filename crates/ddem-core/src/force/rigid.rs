@@ -68,18 +68,24 @@ impl Member<'_> {
         Hold::new(self.matter.size(), asked)
     }
 
-    /// Reactions of its supports under a wrench `[N]`, and the wrench with them. Relaxation has no
-    /// velocities: its supports rest.
+    /// Velocities after a step under a wrench without supports; from rest in a relaxation, which has none.
+    pub(crate) fn free(&self, gait: &Gait, wrench: &Wrench, rests: bool) -> Wrench {
+        let Self { matter, pose, .. } = *self;
+        let start = if rests { Pose { turn: pose.turn, ..Pose::default() } } else { *pose };
+        start.pushed(matter, gait, wrench).twist(matter)
+    }
+
+    /// Reactions of its supports to the velocities that it would have without them `[N]`; returns their wrench.
     pub(crate) fn react(
         &self,
-        (hold, gait, rests): (&Hold, &Gait, bool),
-        wrench: Wrench,
-        (supports, first): (&[Support], usize),
+        hold: &Hold,
+        gait: &Gait,
+        free: Wrench,
+        supports: &[Support],
+        first: usize,
         reactions: &mut [f64],
     ) -> Wrench {
         let Self { matter, pose, lane } = *self;
-        let start = if rests { Pose { turn: pose.turn, ..Pose::default() } } else { *pose };
-        let free = start.pushed(matter, gait, &wrench).twist(matter);
         let answer = hold.answer(matter, gait, &pose.turn, free);
         for (support, reaction) in supports.iter().zip(reactions) {
             if usize::from(support.lane) == lane {
@@ -87,7 +93,7 @@ impl Member<'_> {
                 *reaction = hold.reaction(answer, arm, usize::from(support.axis));
             }
         }
-        Wrench { linear: wrench.linear + answer.linear, angular: wrench.angular + answer.angular }
+        answer
     }
 }
 

@@ -60,7 +60,8 @@ pub(crate) fn collect<S: Simd>(
 #[simd]
 pub(crate) fn spread_torque<S: Simd>(
     simd: S,
-    (packs, assembly): (&Packs, &Assembly),
+    packs: &Packs,
+    assembly: &Assembly,
     index: usize,
     frame: &Frame,
     torque: Vector<S>,

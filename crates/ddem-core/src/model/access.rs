@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::Model;
 use crate::error::Fault;
-use crate::joint::contact::ContactDoubt;
+use crate::joint::contact::{ContactDoubt, Surfaces};
 use crate::model::charge::ChargeSize;
 use crate::model::conditions::Conditions;
 use crate::model::problem::Problem;
@@ -45,9 +45,10 @@ impl Model {
     /// Stiffnesses of contacts far from those of the blocks.
     #[must_use]
     pub fn contact_doubts(&self) -> Vec<ContactDoubt> {
-        let of = (&*self.geometry, &self.packs, &self.assembly);
+        let Self { geometry, packs, assembly, properties, .. } = self;
         let contact = self.contact.iter().filter(|contact| contact.search);
-        contact.flat_map(|contact| contact.doubts(&self.properties, of)).collect()
+        let doubts = |contact: &Surfaces| contact.doubts(properties, geometry, packs, assembly);
+        contact.flat_map(doubts).collect()
     }
 
     /// The fault of a stage, given by its place, that looks for a factor of safety where nothing can fail.

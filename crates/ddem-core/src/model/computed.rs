@@ -50,9 +50,9 @@ impl Model {
         self.properties.joints[index].law = Some(law.clone());
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));
-        let can = (&self.laws, self.contact.as_ref());
-        let of = (&*self.geometry, &self.packs, &self.assembly);
-        self.sliding = Sliding::new(can, self.properties.contact.damping_ratio(), of);
+        let Self { laws, contact, geometry, packs, assembly, properties, .. } = &*self;
+        let ratio = properties.contact.damping_ratio();
+        self.sliding = Sliding::new(laws, contact.as_ref(), ratio, geometry, packs, assembly);
         // Blocks whose joints can fail now may meet, unless the deck says that none do.
         if !self.properties.contact.given && self.can_fail() {
             let new = || Surfaces::new(&self.properties, &self.laws, &self.geometry, &self.packs);

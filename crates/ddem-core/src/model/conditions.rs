@@ -6,6 +6,7 @@ mod release;
 
 pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::error::{Fault, RunError};
@@ -157,8 +158,8 @@ impl Conditions {
 
     /// Way that each fix goes in a part of the displacement that it is driven to `[m]`: those that come into
     /// force in one of the stages from the first to the last.
-    pub(crate) fn ways(&self, (first, last): (usize, usize), part: f64) -> Vec<[f64; 3]> {
-        let begins = |fix: &Fixed| (first..=last).contains(&fix.period.from.unwrap_or(0));
+    pub(crate) fn ways(&self, stages: RangeInclusive<usize>, part: f64) -> Vec<[f64; 3]> {
+        let begins = |fix: &Fixed| stages.contains(&fix.period.from.unwrap_or(0));
         let way = |fix: &Fixed| match begins(fix) {
             true => fix.displacement.map(|u| u * part),
             false => [0.0; 3],

@@ -88,15 +88,11 @@ impl Model {
             *surfaces = Surfaces::new(properties, &self.laws, geometry, packs);
         }
         self.assembly = Assembly::new(geometry, packs, properties);
-        let met = (self.contact.as_ref(), &self.seated[..]);
-        let bonds = at_bonds(properties, geometry, met);
+        let contact = self.contact.as_ref();
+        let bonds = at_bonds(properties, geometry, contact, &self.seated);
         self.assembly.assemble(geometry, packs, &self.seams, &bonds);
-        let can = (&self.laws, self.contact.as_ref());
-        self.sliding = Sliding::new(
-            can,
-            properties.contact.damping_ratio(),
-            (geometry, packs, &self.assembly),
-        );
+        let ratio = properties.contact.damping_ratio();
+        self.sliding = Sliding::new(&self.laws, contact, ratio, geometry, packs, &self.assembly);
         if let Some(in_situ) = self.in_situ.take() {
             let blocks = in_situ.without(geometry);
             self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);

@@ -9,7 +9,8 @@ use ddem_mesh::properties::{JointProperties, Properties};
 pub(super) fn at_bonds(
     properties: &Properties,
     geometry: &Geometry,
-    (contact, seated): (Option<&Surfaces>, &[Seated]),
+    contact: Option<&Surfaces>,
+    seated: &[Seated],
 ) -> Vec<(usize, [f64; 4])> {
     let numbers = |joint: &JointProperties| {
         [joint.thickness, joint.layer().map_or(0.0, |layer| layer.density)]

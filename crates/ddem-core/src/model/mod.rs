@@ -90,13 +90,13 @@ impl Model {
         let meets = properties.contact.search || !geometry.abutments.is_empty();
         let contact = meets.then(|| Surfaces::new(&properties, &laws, &geometry, &packs));
         let first = faces.last().map_or(0, Face::end);
-        let (all, start) = ((&properties, &*geometry, &packs), (first, &stresses[..]));
-        let seated = contact.as_ref().map_or_else(Vec::new, |contact| seated(contact, all, start));
-        let bonds = at_bonds(&properties, &geometry, (contact.as_ref(), &seated));
+        let seated = contact.as_ref().map_or_else(Vec::new, |contact| {
+            seated(contact, &properties, &geometry, &packs, first, stresses)
+        });
+        let bonds = at_bonds(&properties, &geometry, contact.as_ref(), &seated);
         assembly.assemble(&geometry, &packs, &seams, &bonds);
-        let can = (&laws, contact.as_ref());
-        let sliding =
-            Sliding::new(can, properties.contact.damping_ratio(), (&geometry, &packs, &assembly));
+        let ratio = properties.contact.damping_ratio();
+        let sliding = Sliding::new(&laws, contact.as_ref(), ratio, &geometry, &packs, &assembly);
         let made = Made { geometry: &geometry, start: &geometry, packs: &packs };
         borders.note_ground(made, &assembly);
         let in_situ = InSitu::new(stresses.clone(), &geometry, &packs, &assembly);
@@ -148,8 +148,8 @@ impl Model {
         for (index, d) in (0..self.packs.packs.len()).flat_map(|i| [0, 1, 2].map(|d| (i, d))) {
             let Some(seam) = self.seams.get(index, d) else { continue };
             for lane in (0..self.packs.packs[index].filled).filter(|&lane| seam.springs[lane]) {
-                let of = (&*self.geometry, &self.packs);
-                let tractions = in_situ.tractions(of, (index, d), (seam, lane));
+                let Self { geometry, packs, .. } = self;
+                let tractions = in_situ.tractions(geometry, packs, index, seam, lane);
                 if let Some(broken) = &mut breaks.at(index)[1 << d] {
                     broken.bear(seam, lane, &tractions);
                 }

@@ -43,7 +43,7 @@ impl Model {
         });
         let between = between.collect();
         if let Some(surfaces) = contact {
-            surfaces.skins = Skins::between((properties, laws, geometry), before, part);
+            surfaces.skins = Skins::between(properties, laws, geometry, before, part);
         }
         self.seams = seams;
         between

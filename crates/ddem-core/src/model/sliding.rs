@@ -26,9 +26,12 @@ pub(crate) struct Sliding {
 impl Sliding {
     /// Damping of a model whose joints can fail, or whose blocks can meet; nothing otherwise.
     pub(crate) fn new(
-        (laws, contact): (&Laws, Option<&Surfaces>),
+        laws: &Laws,
+        contact: Option<&Surfaces>,
         ratio: f64,
-        (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
+        geometry: &Geometry,
+        packs: &Packs,
+        assembly: &Assembly,
     ) -> Self {
         let can = contact.is_some() || laws.iter().any(Option::is_some);
         if !can || ratio == 0.0 {
@@ -53,7 +56,9 @@ impl Sliding {
     pub(crate) fn rates(
         &self,
         packs: &Packs,
-        (failed, breaks, contacts): (bool, &Breaks, &Contacts),
+        failed: bool,
+        breaks: &Breaks,
+        contacts: &Contacts,
         rates: &mut Vec<Lanes>,
     ) {
         rates.clear();

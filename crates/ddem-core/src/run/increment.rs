@@ -68,7 +68,7 @@ impl Simulation {
     /// joints that fail under all of a way at once have another history.
     #[must_use]
     pub fn default_increments(&self) -> u32 {
-        let driven = self.state.fresh.map(|fresh| (fresh.first, self.state.stage));
+        let driven = self.state.fresh.map(|fresh| fresh.first..=self.state.stage);
         let ways = driven.map(|stages| self.model.conditions.ways(stages, 1.0)).unwrap_or_default();
         if ways.iter().flatten().any(|way| *way != 0.0) { DRIVEN } else { 1 }
     }
@@ -76,7 +76,7 @@ impl Simulation {
     /// Ways of the fixes in one increment `[m]`.
     pub(super) fn ways(&self, memory: &Memory) -> Vec<[f64; 3]> {
         let part = 1.0 / memory.increments as f64;
-        let driven = memory.driven.map(|first| (first, self.state.stage));
+        let driven = memory.driven.map(|first| first..=self.state.stage);
         driven.map_or_else(Vec::new, |stages| self.model.conditions.ways(stages, part))
     }
 

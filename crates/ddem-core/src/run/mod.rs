@@ -342,8 +342,8 @@ impl Simulation {
         view.sliding.clear();
         if !motion.fictitious && !model.is_shaken(state.time, &state.stage_starts) {
             let failed = state.failed != [0; 2];
-            let joints = (failed, &state.breaks, &state.contacts);
-            model.sliding.rates(&model.packs, joints, &mut view.sliding);
+            let State { breaks, contacts, .. } = &**state;
+            model.sliding.rates(&model.packs, failed, breaks, contacts, &mut view.sliding);
         }
         (Context::new(model, state, view, motion, *holds), state, scratch)
     }

@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use super::Simulation;
 use crate::error::RunError;
 use crate::joint::contact::{Added, Skins, bound};
+use crate::model::Model;
 use crate::model::stage::{Damping, TimeStep, allow_motion};
 use crate::state::motion::Motion;
 use crate::step::timestep::largest_eigenvalue;
@@ -100,11 +101,11 @@ impl Simulation {
         let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
         // One set of blocks whose joints all hold has neither contacts nor dashpots.
         let ratio = if broken || surfaces.is_some() { model.sliding.ratio } else { 0.0 };
-        let of = (&*model.geometry, &model.packs, &model.assembly);
+        let Model { geometry, packs, assembly, .. } = model;
         let own = || Skins::new(&model.properties, &model.laws, &model.geometry);
         let skins = surfaces.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.skins));
         let added = (surfaces.is_some() || ratio > 0.0)
-            .then(|| Added::new(&skins, of, (surfaces.is_some(), ratio)));
+            .then(|| Added::new(&skins, geometry, packs, assembly, surfaces.is_some(), ratio));
         let mut breaks = model.tangent(broken);
         let stop = || self.stop.load(Ordering::Relaxed);
         let squares = added.as_ref().map_or(&[][..], |added| &added.squares);
@@ -113,7 +114,8 @@ impl Simulation {
         let deformable = added.map_or(2.0 / largest.sqrt(), |added| added.critical_step(largest));
         // Rigid blocks without any joint have no stiffness: they step as if they met others.
         let met = surfaces.is_some() || largest == 0.0;
-        let fastest = largest.max(if met { bound(&skins, of)[1] } else { 0.0 });
+        let fastest =
+            largest.max(if met { bound(&skins, geometry, packs, assembly)[1] } else { 0.0 });
         let damped = if model.packs.rigid > 0 { ratio } else { 0.0 };
         let rigid = 2.0 / fastest.sqrt() * ((1.0 + damped * damped).sqrt() - damped);
         let step = self.with_gas(deformable.min(rigid));

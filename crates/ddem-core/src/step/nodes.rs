@@ -6,6 +6,7 @@ use fearless_simd_macros::simd;
 use super::{Others, PackContext};
 use crate::force::external::{self, External};
 use crate::force::{contact, shares};
+use crate::model::Model;
 use crate::state::motion::{advanced, local_of_four};
 use crate::step::frames::fit_pack;
 use crate::step::scratch::{Access, Part};
@@ -23,13 +24,13 @@ pub(super) fn collect<S: Simd>(
     let (model, index) = (pack.step.model, pack.index);
     shares::collect(simd, &model.packs, index, others.shares, part.f, part.torque);
     if let Some(surfaces) = &model.contact {
-        let own = (&surfaces.blocks[..], &pack.pack.bodies[..pack.pack.filled]);
-        contact::collect(others.contacts, own, part.f, part.torque);
+        let bodies = &pack.pack.bodies[..pack.pack.filled];
+        contact::collect(others.contacts, &surfaces.blocks, bodies, part.f, part.torque);
     }
     if model.corotational() && !pack.is_rigid() {
-        let (torque, of) = (load(simd, part.torque), (&model.packs, &model.assembly));
-        let frame = &part.bodies.frames.get()[0];
-        shares::spread_torque(simd, of, index, frame, torque, part.f);
+        let torque = load(simd, part.torque);
+        let (frame, Model { packs, assembly, .. }) = (&part.bodies.frames.get()[0], model);
+        shares::spread_torque(simd, packs, assembly, index, frame, torque, part.f);
     }
 }
 

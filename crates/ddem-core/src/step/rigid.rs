@@ -58,8 +58,11 @@ pub(super) fn react(pack: &PackContext<'_>, part: &mut Part<'_>) {
         let mut wrench = member.resultant(part.f);
         wrench.angular += at(&*part.torque, 0, lane);
         if let Some(hold) = pack.hold(&member) {
-            let how = (&hold, &pack.gait(&member), pack.step.motion.fictitious);
-            wrench = member.react(how, wrench, (list, first), part.reactions);
+            let gait = pack.gait(&member);
+            let free = member.free(&gait, &wrench, pack.step.motion.fictitious);
+            let answer = member.react(&hold, &gait, free, list, first, part.reactions);
+            wrench.linear += answer.linear;
+            wrench.angular += answer.angular;
         }
         member.set_forces(wrench, part.f);
     }

@@ -7,6 +7,7 @@ use fearless_simd_macros::simd;
 
 use super::PackContext;
 use crate::force::{damping, shares};
+use crate::model::Model;
 use crate::state::motion::advanced;
 use crate::step::scratch::Part;
 use ddem_mechanics::math::lanes::{Lanes, load, splat};
@@ -27,14 +28,16 @@ pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Par
     pack.supports.enforce(room);
     let alpha = alpha.load(simd);
     let rate = alpha / (alpha * motion.interval + splat(simd, 1.0));
-    let whose = (&model.packs, &model.assembly);
-    let turning = model.corotational().then_some(&bodies.frames.get()[0]);
+    let Model { packs, assembly, .. } = model;
+    let frame = model.corotational().then_some(&bodies.frames.get()[0]);
     if motion.stiffness == 0.0 {
         viscous.fill(Lanes::ZERO);
     }
-    let motions = (Lanes::from(rate), bodies.u.get(), &room[..]);
-    let torque = damping::damp(simd, whose, pack.index, turning, motions, (f, viscous));
-    if let Some(frame) = turning {
-        shares::spread_torque(simd, whose, pack.index, frame, load(simd, &torque), f);
+    let (index, alpha) = (pack.index, Lanes::from(rate));
+    let slides = damping::Sliding { packs, assembly, index, frame, alpha };
+    let torque = damping::damp(simd, slides, bodies.u.get(), room, f, viscous);
+    if let Some(frame) = frame {
+        let torque = load(simd, &torque);
+        shares::spread_torque(simd, packs, assembly, index, frame, torque, f);
     }
 }

@@ -291,3 +291,30 @@ fn functions_are_short() {
         }
     }
 }
+
+/// Parameters of a function, from its first line on.
+fn parameters(text: &str) -> &str {
+    let Some(open) = text.find('(') else { return "" };
+    let mut depth = 0;
+    let close = text[open..].find(|c: char| {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        depth == 0
+    });
+    &text[open..open + close.unwrap_or(0)]
+}
+
+#[test]
+fn no_arguments_are_packed_into_tuples() {
+    let packed = |parameters: &str| {
+        let before = parameters.match_indices("): (").map(|(at, _)| &parameters[..at]);
+        before.filter_map(|text| text.rsplit('(').next()).any(|pattern| pattern.contains(','))
+    };
+    assert!(packed("((a, b): (&A, &B), c: u8") && !packed("(a: u8, [b, c]: [u8; 2]"));
+    for (file, text) in sources() {
+        let starts = text.match_indices("fn ").map(|(at, _)| &text[at..]);
+        for from in starts {
+            let found = parameters(from);
+            assert!(!packed(found), "{file}: {}{found}", from.lines().next().unwrap_or_default());
+        }
+    }
+}

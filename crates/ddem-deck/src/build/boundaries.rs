@@ -156,7 +156,7 @@ fn border(
         sides: Vec::new(),
     };
     if entry.kind == BoundaryKind::FreeField {
-        let mut ground = Ground::new((geometry, start), properties, first);
+        let mut ground = Ground::new(geometry, start, properties, first);
         for surface in &surfaces {
             let strips = region.strips(geometry, surface);
             ground.stand(surface, strips).map_err(|why| no_column(why, &place))?;

@@ -154,10 +154,13 @@ impl InSitu {
     /// `[Pa]`: what the faces of the blocks ask for.
     pub fn tractions(
         &self,
-        (geometry, packs): (&Geometry, &Packs),
-        (index, d): (usize, usize),
-        (seam, lane): (&Seam, usize),
+        geometry: &Geometry,
+        packs: &Packs,
+        index: usize,
+        seam: &Seam,
+        lane: usize,
     ) -> Vec<Vec3> {
+        let d = seam.direction();
         let pack = &packs.packs[index];
         let body = pack.bodies[lane] as usize;
         let places = &packs.shape_of(pack).pairs[d];

@@ -19,7 +19,7 @@ use ddem_mesh::assembly::{Assembly, ElementPack, NO_TABLE};
 use ddem_mesh::pack::{Pack, Packs, PairPlace};
 use ddem_mesh::seams::{Seam, Seams};
 
-pub(crate) use springs::{Ground, Pull};
+pub(crate) use springs::{Ground, Pull, Sides};
 
 /// A joint lattice of a pack that is not all elements.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -24,6 +24,17 @@ pub(crate) struct Pull {
     pub(crate) grounded: Lanes,
 }
 
+/// Motion of both sides of a joint lattice.
+#[derive(Clone, Copy)]
+pub(crate) struct Sides<'a> {
+    /// Displacements of the nodes in the joint's frame `[m]`.
+    pub(crate) local: &'a [Lanes],
+    /// Way of the nodes in the last step, if pairs have just failed `[m]`.
+    pub(crate) way: Option<&'a [Lanes]>,
+    /// Ground of each lane that the springs turn with, if there is one.
+    pub(crate) grounds: &'a [Option<Ground>; LANES],
+}
+
 /// The frame of a ground with which the springs of a lane turn, from the joint's mean frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ground {
@@ -145,12 +156,12 @@ impl Broken {
     }
 
     /// Adds the forces of the springs to `g`, the forces `K u` of the elements that are left.
-    /// `way` is that of the nodes in the last step, if pairs have just failed.
     pub(crate) fn pull(
         &mut self,
         FaceLattice { places, seam }: FaceLattice<'_>,
-        (look, way, grounds): (Look<'_>, Option<&[Lanes]>, &[Option<Ground>; LANES]),
-        (local, g): (&[Lanes], &mut [Lanes]),
+        look: Look<'_>,
+        Sides { local, way, grounds }: Sides<'_>,
+        g: &mut [Lanes],
         losses: &mut Losses,
     ) -> Pull {
         let grounded = Lanes(grounds.map(|ground| f64::from(u8::from(ground.is_some()))));

@@ -108,8 +108,11 @@ impl Seated {
 /// All joints between faces that do not match; their pairs come after `first` others.
 pub(crate) fn seated(
     surfaces: &Surfaces,
-    (properties, geometry, packs): (&Properties, &Geometry, &Packs),
-    (first, stresses): (usize, &[Option<Stress>]),
+    properties: &Properties,
+    geometry: &Geometry,
+    packs: &Packs,
+    first: usize,
+    stresses: &[Option<Stress>],
 ) -> Vec<Seated> {
     let joints: Vec<Stiffness> = properties.joints.iter().map(JointProperties::stiffness).collect();
     let still = vec![Lanes::ZERO; 3 * packs.nodes];

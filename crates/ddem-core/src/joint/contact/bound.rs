@@ -19,7 +19,9 @@ use ddem_mesh::{Geometry, Vec3};
 /// the square of that of rigid ones with all their joints and contacts `[1/s²]`.
 pub(crate) fn bound(
     skins: &Skins,
-    (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
+    geometry: &Geometry,
+    packs: &Packs,
+    assembly: &Assembly,
 ) -> [f64; 2] {
     let mut most = [0.0_f64; 2];
     for body in 0..geometry.bodies.len() {
@@ -61,8 +63,11 @@ impl Added {
     /// Of contacts, if there can be any, and of dashpots with a damping ratio.
     pub(crate) fn new(
         skins: &Skins,
-        (geometry, packs, assembly): (&Geometry, &Packs, &Assembly),
-        (contacts, ratio): (bool, f64),
+        geometry: &Geometry,
+        packs: &Packs,
+        assembly: &Assembly,
+        contacts: bool,
+        ratio: f64,
     ) -> Self {
         let mut squares = vec![Lanes::ZERO; packs.nodes];
         let mut rates = squares.clone();

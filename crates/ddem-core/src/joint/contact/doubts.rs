@@ -15,9 +15,6 @@ const SOFT: f64 = 1e-3;
 /// Part of its edge by which a block may sink in under its own weight.
 const SINKS: f64 = 0.01;
 
-/// What is fixed in a model.
-type Fixed<'a> = (&'a Geometry, &'a Packs, &'a Assembly);
-
 /// A stiffness of contacts far from that of the blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactDoubt {
@@ -56,7 +53,18 @@ pub enum ContactDoubt {
 
 impl Surfaces {
     /// Stiffnesses of contacts far from those of the blocks.
-    pub(crate) fn doubts(&self, properties: &Properties, of: Fixed<'_>) -> Vec<ContactDoubt> {
+    pub(crate) fn doubts(
+        &self,
+        properties: &Properties,
+        geometry: &Geometry,
+        packs: &Packs,
+        assembly: &Assembly,
+    ) -> Vec<ContactDoubt> {
+        // Longest step that undamped contacts leave, whatever the blocks are.
+        let longest_step = |skins: &Skins| {
+            let [more, rigid] = bound(skins, geometry, packs, assembly);
+            2.0 / more.max(rigid).sqrt()
+        };
         let contact = &properties.contact;
         let mut doubts = Vec::new();
         let sinks = self.skins.sinks(properties.gravity.norm(), SINKS);
@@ -69,7 +77,7 @@ impl Surfaces {
             let [least, most] = bare.range(direction);
             let own = if given > most { most } else { least };
             let times = given / own;
-            let [step, without] = [&self.skins, &bare].map(|skins| longest_step(skins, of));
+            let [step, without] = [&self.skins, &bare].map(longest_step);
             if times > STIFF || (times > 1.0 && step < SHORT * without) {
                 doubts.push(ContactDoubt::Stiff { shear, given, own, step, without });
             } else if times < SOFT && (shear || sinks.is_none()) {
@@ -84,10 +92,4 @@ impl Surfaces {
         doubts.extend(sinks);
         doubts
     }
-}
-
-/// Longest step that undamped contacts leave, whatever the blocks are `[s]`.
-fn longest_step(skins: &Skins, of: Fixed<'_>) -> f64 {
-    let [more, rigid] = bound(skins, of);
-    2.0 / more.max(rigid).sqrt()
 }

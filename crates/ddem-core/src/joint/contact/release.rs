@@ -183,7 +183,9 @@ pub(super) struct Load {
 /// Lets go the joints that are due. `make` makes the patch of two blocks, which begins with what the
 /// joint bore. Returns the energy that is lost on the way `[J]`, and how many pairs were still bonded.
 pub(super) fn release(
-    (at, placing, look): (Places<'_>, &Placing<'_>, Look<'_>),
+    at: Places<'_>,
+    placing: &Placing<'_>,
+    look: Look<'_>,
     breaks: &mut Breaks,
     contacts: &mut Contacts,
     make: &dyn Fn([u32; 2]) -> Option<Patch>,
@@ -200,7 +202,7 @@ pub(super) fn release(
             any = true;
             let Some(other) = at.geometry.above(body, d) else { continue };
             failed += fail_with_others(at, look, breaks, index, d, lane);
-            let gone = let_go((at, placing), breaks, (index, d), (pack, lane, other));
+            let gone = let_go(at, placing, breaks, index, d, lane);
             let Some((load, account)) = gone else { continue };
             let blocks = [body.min(other) as u32, body.max(other) as u32];
             lost.add(load.energy[0] + load.energy[1] + account);
@@ -245,13 +247,17 @@ fn fail_with_others(
 
 /// Takes the springs of a joint out and returns what they bore, and what was on their accounts `[J]`.
 fn let_go(
-    (at, placing): (Places<'_>, &Placing<'_>),
+    at: Places<'_>,
+    placing: &Placing<'_>,
     breaks: &mut Breaks,
-    (index, d): (usize, usize),
-    (pack, lane, other): (&Pack, usize, usize),
+    index: usize,
+    d: usize,
+    lane: usize,
 ) -> Option<(Load, f64)> {
     let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
+    let pack = &at.packs.packs[index];
     let body = pack.bodies[lane] as usize;
+    let other = at.geometry.above(body, d)?;
     let axes = placing.between(body, other) * seam.axes;
     let about = (placing.centre(body) + placing.centre(other)) / 2.0;
     let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());

@@ -166,8 +166,7 @@ pub(crate) fn let_go(
     let fitting = ground.fitting(placing);
     let make = |blocks: [u32; 2]| fitting.patch(blocks, None);
     contacts.known = false;
-    let at = (ground.places, &placing, ground.look);
-    let (lost, failed) = release(at, breaks, contacts, &make);
+    let (lost, failed) = release(ground.places, &placing, ground.look, breaks, contacts, &make);
     Losses { failed: [failed, 0], ..of_release(lost, ground.look) }
 }
 

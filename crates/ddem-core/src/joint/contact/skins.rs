@@ -109,7 +109,9 @@ impl Skins {
 
     /// Of faces whose friction is a part of the way from that of `before`.
     pub(crate) fn between(
-        (properties, laws, now): (&Properties, &Laws, &Geometry),
+        properties: &Properties,
+        laws: &Laws,
+        now: &Geometry,
         before: &Geometry,
         part: f64,
     ) -> Self {

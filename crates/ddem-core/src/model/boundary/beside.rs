@@ -13,7 +13,9 @@ impl Column {
     pub(super) fn held(
         &self,
         made: Made<'_>,
-        (conditions, stage, active): (&Conditions, usize, &Active),
+        conditions: &Conditions,
+        stage: usize,
+        active: &Active,
     ) -> Vec<[Option<usize>; 3]> {
         let of = |node: &u32| {
             let gone = made.geometry.is_gone(made.geometry.block_of(*node as usize));

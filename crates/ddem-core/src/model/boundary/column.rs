@@ -183,7 +183,8 @@ pub struct Ground<'a> {
 impl<'a> Ground<'a> {
     /// Nothing yet; `first` is the first free place among the levels of all columns.
     pub fn new(
-        (geometry, start): (&'a Geometry, &'a Geometry),
+        geometry: &'a Geometry,
+        start: &'a Geometry,
         properties: &'a Properties,
         first: &'a mut usize,
     ) -> Self {

@@ -131,7 +131,7 @@ impl Outside {
                     border: index,
                     column,
                     foot: foot(borders, stage, standing),
-                    held: standing.held(made, (conditions, stage, active)),
+                    held: standing.held(made, conditions, stage, active),
                     dug: standing.dug(made),
                 });
             }

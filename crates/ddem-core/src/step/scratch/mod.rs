@@ -146,9 +146,10 @@ impl Scratch {
                     Member { matter, pose, lane }.add_torque(torque, f);
                 }
             } else if model.corotational() && !linear {
-                let (at, frame) = ((packs, &model.assembly), &self.frames[index]);
+                let frame = &self.frames[index];
                 dispatch!(self.level, simd => {
-                    spread_torque(simd, at, index, frame, load(simd, torque), f)
+                    let torque = load(simd, torque);
+                    spread_torque(simd, packs, &model.assembly, index, frame, torque, f)
                 });
             }
         }
