@@ -14,20 +14,19 @@
 
 mod error;
 mod force;
-mod joint;
 mod model;
 mod output;
 mod run;
 mod state;
 mod step;
 
+pub use ddem_joint::contact::ContactDoubt;
 pub use ddem_mechanics::element::{self, ElementKind};
 pub use ddem_mechanics::law;
 pub use ddem_mechanics::math::simd::Simd;
 pub use ddem_mesh::Face;
 pub use ddem_mesh::properties::Kinematics;
 pub use error::{Fault, ModelError, Moving, RunError};
-pub use joint::contact::ContactDoubt;
 pub use model::Model;
 pub use model::charge::{ChargeSize, ChargeState};
 pub use model::history::{Duvall, Function, History, Triangle};

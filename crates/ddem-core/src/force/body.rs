@@ -3,8 +3,8 @@
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
-use crate::joint::kinematics::turn;
 use crate::state::pass::{Input, Output, Viscous, Workspace, half_work};
+use ddem_joint::kinematics::turn;
 use ddem_mechanics::element::lattice::force;
 use ddem_mechanics::math::lanes::{
     Lanes, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, sub, times,

@@ -1,6 +1,6 @@
 //! §9: what the contacts of a pack's bodies do to their nodes.
 
-use crate::joint::contact::{Contacts, Placed};
+use ddem_joint::contact::{Contacts, Placed};
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 
 /// Adds the forces of all contacts to the forces of a pack, and their couples to its torques. Patches

@@ -12,10 +12,10 @@ use fearless_simd::{Select, Simd, SimdBase, f64x4};
 use fearless_simd_macros::simd;
 use nalgebra::Matrix3;
 
-use crate::joint::breaks::{Broken, Ground, Pull, Sides};
-use crate::joint::kinematics::{Moved, joint_displacements, rotations, to_quarters};
-use crate::joint::losses::Losses;
 use crate::state::pass::{Input, Output, Workspace, half_work};
+use ddem_joint::breaks::{Broken, Ground, Pull, Sides};
+use ddem_joint::kinematics::{Moved, joint_displacements, rotations, to_quarters};
+use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::{Frame, split_torque};
 use ddem_mechanics::element::lattice::{force, force_left};
 use ddem_mechanics::law::JointLaw;

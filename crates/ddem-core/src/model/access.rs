@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::Model;
 use crate::error::Fault;
-use crate::joint::contact::{ContactDoubt, Surfaces};
 use crate::model::charge::ChargeSize;
 use crate::model::conditions::Conditions;
 use crate::model::problem::Problem;
+use ddem_joint::contact::{ContactDoubt, Surfaces};
 use ddem_mesh::Geometry;
 
 impl Model {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::Model;
 use crate::error::Fault;
-use crate::joint::contact::{Skins, Surfaces};
 use crate::model::history::{Function, no_velocity};
 use crate::model::sliding::Sliding;
+use ddem_joint::contact::{Skins, Surfaces};
 use ddem_mechanics::law::{self, JointLaw};
 use ddem_mesh::properties::JointProperties;
 

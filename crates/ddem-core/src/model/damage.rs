@@ -2,9 +2,9 @@
 
 use super::Model;
 use super::pairs::Joint;
-use crate::joint::breaks::{Breaks, Broken};
-use crate::joint::contact::{ContactPoint, Contacts, Release};
-use crate::joint::point::{JointPoint, turned};
+use ddem_joint::breaks::{Breaks, Broken};
+use ddem_joint::contact::{ContactPoint, Contacts, Release};
+use ddem_joint::point::{JointPoint, turned};
 use ddem_mechanics::law::JointLaw;
 
 /// Damage of a joint at one time.

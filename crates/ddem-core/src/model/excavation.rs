@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::Model;
 use super::meeting::at_bonds;
-use crate::joint::contact::Surfaces;
 use crate::model::conditions::{Fading, Loaded, Released};
 use crate::model::sliding::Sliding;
+use ddem_joint::contact::Surfaces;
 use ddem_mesh::Geometry;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::in_situ::InSitu;

@@ -1,7 +1,7 @@
 //! Where blocks of a model may meet.
 
 use super::Model;
-use crate::joint::contact::{Contacts, Seated, Surfaces, at_nodes};
+use ddem_joint::contact::{Contacts, Seated, Surfaces, at_nodes};
 use ddem_mesh::Geometry;
 use ddem_mesh::properties::{JointProperties, Properties};
 

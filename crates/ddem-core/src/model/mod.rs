@@ -26,12 +26,12 @@ use std::sync::{Arc, OnceLock};
 use meeting::at_bonds;
 use places::Boxes;
 
-use crate::joint::breaks::Breaks;
-use crate::joint::contact::{Places, Seated, Surfaces, seated};
 use crate::model::boundary::{Borders, Made};
 use crate::model::conditions::{Active, Applied, Conditions};
 use crate::model::problem::Problem;
 use crate::model::sliding::Sliding;
+use ddem_joint::breaks::Breaks;
+use ddem_joint::contact::{Places, Seated, Surfaces, seated};
 use ddem_mechanics::element::Elastic;
 use ddem_mechanics::law::Laws;
 use ddem_mechanics::math::lanes::Lanes;

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::joint::contact::Seated;
 use crate::model::Model;
+use ddem_joint::contact::Seated;
 use ddem_mesh::Face;
 
 impl Model {

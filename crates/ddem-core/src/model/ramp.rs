@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Model;
-use crate::joint::contact::Skins;
+use ddem_joint::contact::Skins;
 use ddem_mechanics::law::Between;
 use ddem_mesh::Geometry;
 use ddem_mesh::NO_JOINT;

@@ -5,8 +5,8 @@
 //! `f −= α m (v − v̄)`, v̄ the rigid part of the motion, with `α = 2 ζ ω`, `ω = 2π c_P/L`, so that waves as long
 //! as the longest edge L have the damping ratio ζ of the dashpots.
 
-use crate::joint::breaks::Breaks;
-use crate::joint::contact::{Contacts, Surfaces};
+use ddem_joint::breaks::Breaks;
+use ddem_joint::contact::{Contacts, Surfaces};
 use ddem_mechanics::element::Elastic;
 use ddem_mechanics::law::Laws;
 use ddem_mechanics::math::lanes::{LANES, Lanes};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{FieldKind, Snapshot};
-use crate::joint::contact::{ContactPoint, Patch, Placing};
+use ddem_joint::contact::{ContactPoint, Patch, Placing};
 use ddem_mechanics::law::JointLaw;
 
 /// Part of what friction can bear from which on a contact slides: all but rounding.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Snapshot;
-use crate::joint::point::Failure;
+use ddem_joint::point::Failure;
 use ddem_mechanics::law::{Memory, Mode};
 use ddem_mesh::Vec3;
 

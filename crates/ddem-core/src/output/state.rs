@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Snapshot;
 use super::energy::Energy;
-use crate::joint::point::{Failure, JointPoint};
+use ddem_joint::point::{Failure, JointPoint};
 use ddem_mechanics::law::Mode;
 use ddem_mesh::Vec3;
 

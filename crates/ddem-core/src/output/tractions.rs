@@ -7,14 +7,14 @@ use nalgebra::Matrix3;
 
 use super::Snapshot;
 use crate::force::joint::face_forces;
-use crate::joint::breaks::Breaks;
-use crate::joint::contact::{Contacts, Seated};
-use crate::joint::point::{JointPoint, joined};
 use crate::model::damage::Damage;
 use crate::model::pairs::Joint;
 use crate::state::State;
 use crate::state::pass::Workspace;
 use crate::step::{Pass, input};
+use ddem_joint::breaks::Breaks;
+use ddem_joint::contact::{Contacts, Seated};
+use ddem_joint::point::{JointPoint, joined};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::NO_JOINT;
 use ddem_mesh::Vec3;

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::Simulation;
-use crate::joint::contact::Skins;
 use crate::model::Model;
 use crate::state::Memory;
 use crate::step::shift;
+use ddem_joint::contact::Skins;
 use ddem_mechanics::law::Reduced;
 use ddem_mechanics::math::lanes::Lanes;
 

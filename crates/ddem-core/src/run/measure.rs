@@ -1,10 +1,10 @@
 //! Forces and energies at the present time; nothing moves.
 
 use super::Simulation;
-use crate::joint::losses::Losses;
 use crate::output::energy::Energy;
 use crate::state::{State, Work};
 use crate::step::{Trial, balance};
+use ddem_joint::losses::Losses;
 use ddem_mechanics::math::sums::Sums;
 
 /// Forces and energies at the present time, until something changes.

@@ -21,7 +21,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::error::RunError;
-use crate::joint::losses::Losses;
 use crate::model::Model;
 use crate::model::conditions::Applied;
 use crate::model::mechanism::{FreeMotion, free_motion};
@@ -33,6 +32,7 @@ use crate::state::watch::FAR;
 use crate::step::cluster::Relaxation;
 use crate::step::scratch::Scratch;
 use crate::step::{Context, step};
+use ddem_joint::losses::Losses;
 use ddem_mechanics::math::simd::Simd;
 use ddem_mechanics::math::sums::Sums;
 use ddem_mechanics::math::tracked::Tracked;

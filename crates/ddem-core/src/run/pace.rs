@@ -5,11 +5,11 @@ use std::sync::atomic::Ordering;
 
 use super::Simulation;
 use crate::error::RunError;
-use crate::joint::contact::{Added, Skins, bound};
 use crate::model::Model;
 use crate::model::stage::{Damping, TimeStep, allow_motion};
 use crate::state::motion::Motion;
 use crate::step::timestep::largest_eigenvalue;
+use ddem_joint::contact::{Added, Skins, bound};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::Sums;
 

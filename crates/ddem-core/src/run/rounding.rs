@@ -2,8 +2,8 @@
 
 use super::Simulation;
 use crate::error::RunError;
-use crate::joint::contact::ContactPoint;
 use crate::state::Memory;
+use ddem_joint::contact::ContactPoint;
 use ddem_mechanics::law::Stiffness;
 use ddem_mesh::Vec3;
 

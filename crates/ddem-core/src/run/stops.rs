@@ -2,10 +2,10 @@
 
 use super::Simulation;
 use crate::error::{Moving, RunError};
-use crate::joint::contact::Contacts;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::watch::Verdict;
+use ddem_joint::contact::Contacts;
 use ddem_mechanics::collide::FaceOf;
 use ddem_mechanics::math::sums::Sums;
 use ddem_mesh::Vec3;

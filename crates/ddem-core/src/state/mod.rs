@@ -12,12 +12,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::joint::breaks::Breaks;
-use crate::joint::contact::Contacts;
 use crate::model::Model;
 use crate::model::charge::Fill;
 use crate::model::conditions::{Applied, Released};
 use crate::state::watch::Watch;
+use ddem_joint::breaks::Breaks;
+use ddem_joint::contact::Contacts;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::{Matter, Pose};
 use ddem_mesh::Vec3;

@@ -2,9 +2,9 @@
 
 use fearless_simd::{Simd, f64x4};
 
-use crate::joint::kinematics::Moved;
-use crate::joint::losses::Losses;
-use crate::joint::point::Look;
+use ddem_joint::kinematics::Moved;
+use ddem_joint::losses::Losses;
+use ddem_joint::point::Look;
 use ddem_mechanics::element::lattice::Planes;
 use ddem_mechanics::math::lanes::{LANES, Lanes, splat};
 use ddem_mesh::assembly::Assembly;

@@ -1,12 +1,12 @@
 //! Which blocks have moved against each other, and how a stage ends.
 
 use crate::error::Moving;
-use crate::joint::contact::Patch;
 use crate::model::Model;
 use crate::model::damage::Damage;
 use crate::state::State;
 use crate::state::motion::Motion;
 use crate::state::watch::{LOOK, patience};
+use ddem_joint::contact::Patch;
 use ddem_mechanics::math::groups::Groups;
 use ddem_mesh::Vec3;
 

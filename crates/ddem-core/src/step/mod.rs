@@ -15,6 +15,8 @@ mod relaxing;
 mod rigid;
 pub(crate) mod scratch;
 mod sliding;
+#[cfg(test)]
+mod tests;
 pub(crate) mod timestep;
 
 use std::ops::Range;
@@ -22,11 +24,11 @@ use std::ops::Range;
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
-use crate::joint::breaks::Breaks;
-use crate::joint::contact::Contacts;
-use crate::joint::losses::Losses;
 use crate::state::State;
 use crate::step::scratch::{Access, Motions, Scratch, Second};
+use ddem_joint::breaks::Breaks;
+use ddem_joint::contact::Contacts;
+use ddem_joint::losses::Losses;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::Sums;
 use ddem_mesh::parallel::spread;

@@ -10,11 +10,11 @@ use fearless_simd::dispatch;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::error::RunError;
-use crate::joint::breaks::Breaks;
 use crate::model::Model;
 use crate::step::cluster::{Clusters, accelerations};
 use crate::step::scratch::Scratch;
 use crate::step::{Pass, internal_forces};
+use ddem_joint::breaks::Breaks;
 use ddem_mechanics::math::exact::Exact;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::Vec3;

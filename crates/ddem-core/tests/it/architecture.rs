@@ -21,8 +21,8 @@ const LOWEST: [&str; 1] = ["error"];
 const RE_EXPORTED: [&str; 5] = ["Fault", "ModelError", "Moving", "RunError", "debug_as_display"];
 
 /// Crates of the method, and the row that the files of one that is a row begin with.
-const CRATES: [(&str, &str); 3] =
-    [("ddem-core", ""), ("ddem-mesh", "mesh/"), ("ddem-mechanics", "")];
+const CRATES: [(&str, &str); 4] =
+    [("ddem-core", ""), ("ddem-joint", "joint/"), ("ddem-mesh", "mesh/"), ("ddem-mechanics", "")];
 
 fn src(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name).join("src")
@@ -62,17 +62,18 @@ fn row(module: &str) -> Option<usize> {
     row.or_else(|| lowest.then_some(ROWS.len()))
 }
 
-/// Modules that a line of a module names. Inside of `mesh` these are its own.
+/// Modules that a line of a module names. Inside of crates that are a row these are its own.
 fn named<'a>(module: &str, line: &'a str) -> impl Iterator<Item = &'a str> {
-    let own = if module == "mesh" { None } else { Some("crate::") };
-    let mesh = line.contains("ddem_mesh").then_some("mesh");
+    let own = if ["joint", "mesh"].contains(&module) { None } else { Some("crate::") };
+    let rows = [("ddem_joint", "joint"), ("ddem_mesh", "mesh")];
+    let rows = rows.into_iter().filter(|(name, _)| line.contains(name)).map(|(_, row)| row);
     let all = own.into_iter().chain(["ddem_mechanics::"]);
     let named = all.flat_map(|path| line.match_indices(path)).map(|(at, found)| {
         let rest = &line[at + found.len()..];
         let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
         &rest[..end.unwrap_or(rest.len())]
     });
-    named.chain(mesh)
+    named.chain(rows)
 }
 
 #[test]
@@ -192,7 +193,7 @@ fn nothing_above_the_mesh_knows_lattices() {
     // Strips and corners lie between blocks that meet at edges: joints of lattices, the fast case.
     let strips = ["step/cluster/mod.rs", "model/boundary/beside.rs"];
     // Re-exports, and the builder that makes lattices of one block.
-    let builders = ["model/problem.rs", "model/problem/builder.rs", "joint/breaks/tests.rs"];
+    let builders = ["model/problem.rs", "model/problem/builder.rs", "step/tests.rs"];
     let above = &ROWS[..ROWS.iter().position(|row| row.contains(&"mesh")).unwrap_or(0)];
     let is_above = |file: &str| above.concat().contains(&file.split('/').next().unwrap_or(file));
     for (file, text) in sources().iter().filter(|(file, _)| is_above(file)) {

@@ -1,12 +1,12 @@
 //! What must hold of a state so that nothing reaches beyond its arrays, whatever bytes it was made from.
 
 use super::{RestoreError, Run};
-use crate::joint::breaks::Breaks;
-use crate::joint::contact::{Both, ContactPoint, Contacts, Ended, Near, Patch, Release};
-use crate::joint::point::JointPoint;
 use crate::model::Model;
 use crate::model::conditions::Applied;
 use crate::state::{Peaks, State};
+use ddem_joint::breaks::Breaks;
+use ddem_joint::contact::{Both, ContactPoint, Contacts, Ended, Near, Patch, Release};
+use ddem_joint::point::JointPoint;
 use ddem_mechanics::law::{Memory, Stiffness};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::rigid::Pose;

@@ -1,8 +1,8 @@
 //! Contacts in the masses of a relaxation.
 
 use super::Around;
-use crate::joint::contact::{Contacts, Release, Skins, Surfaces, outer};
 use crate::model::Model;
+use ddem_joint::contact::{Contacts, Release, Skins, Surfaces, outer};
 use ddem_mechanics::collide::FaceOf;
 use ddem_mechanics::law::Stiffness;
 

@@ -17,9 +17,9 @@ use nalgebra::SMatrix;
 use rayon::prelude::*;
 
 use crate::error::RunError;
-use crate::joint::contact::Surfaces;
 use crate::model::Model;
 use crate::state::Memory;
+use ddem_joint::contact::Surfaces;
 use ddem_mechanics::collide::FaceOf;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes, load_at, store_at, zero};

@@ -4,8 +4,8 @@
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
 use super::Around;
-use crate::joint::contact::Skins;
 use crate::model::Model;
+use ddem_joint::contact::Skins;
 use ddem_mechanics::collide::FaceOf;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::{Hold, Pose};

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use super::Spaces;
-use crate::joint::breaks::PackBreaks;
-use crate::joint::losses::Losses;
 use crate::model::boundary::Outside;
 use crate::model::conditions::Active;
+use ddem_joint::breaks::PackBreaks;
+use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::math::sums::Sums;

@@ -8,14 +8,14 @@ use fearless_simd::{Level, dispatch};
 
 use crate::force::rigid::Member;
 use crate::force::shares::{collect, spread_torque};
-use crate::joint::breaks::Breaks;
-use crate::joint::contact::Contacts;
-use crate::joint::losses::Losses;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::pass::Workspace;
 use crate::state::view::StageView;
 use crate::step::frames::{fit_pack, frame_of};
+use ddem_joint::breaks::Breaks;
+use ddem_joint::contact::Contacts;
+use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes, load};

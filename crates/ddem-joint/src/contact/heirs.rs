@@ -4,8 +4,8 @@ use nalgebra::Vector2;
 
 use super::fit::Fitting;
 use super::{ContactPoint, Patch, Placing};
-use crate::joint::losses::Losses;
-use crate::joint::point::JointPoint;
+use crate::losses::Losses;
+use crate::point::JointPoint;
 use ddem_mechanics::law::{Memory, Settled, Traction};
 use ddem_mesh::Vec3;
 

@@ -45,81 +45,84 @@ use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::{SurfacePoint, Vec3};
 
-pub(crate) use bound::{Added, bound, outer};
+pub use bound::{Added, bound, outer};
 pub use doubts::ContactDoubt;
-pub(crate) use place::{Placed, Placing};
-pub(crate) use release::{Places, Release};
-pub(crate) use search::{Ground, Near, find, let_go};
+pub use place::{Placed, Placing};
+pub use release::{Places, Release};
+pub use search::{Ground, Near, find, let_go};
 
 use act::act;
-pub(crate) use bond::{Bond, Ended, Seated, at_nodes, seated};
+pub use bond::{Bond, Ended, Seated, at_nodes, seated};
 use release::release;
 use serde::{Deserialize, Serialize};
-pub(crate) use skins::{Both, Skins};
-pub(crate) use surfaces::Surfaces;
+pub use skins::{Both, Skins};
+pub use surfaces::Surfaces;
 
 /// Part of an element by which two blocks move against each other before their patch is made anew,
 /// and the distance at which they get one.
 const REACH: f64 = 0.02;
 /// Two points that face each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct ContactPoint {
+pub struct ContactPoint {
     /// On blocks a and b.
-    pub(crate) spots: [SurfacePoint; 2],
-    pub(crate) pair: JointPoint,
+    pub spots: [SurfacePoint; 2],
+    /// The springs between the two.
+    pub pair: JointPoint,
     /// Way that it has slid since the blocks met, or it took the place of a joint `[m]`.
-    pub(crate) slid: f64,
+    pub slid: f64,
 }
 
 /// Two blocks that are near each other.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Patch {
+pub struct Patch {
     /// a and b, the lower number first.
-    pub(crate) blocks: [u32; 2],
+    pub blocks: [u32; 2],
     /// Numbers of the faces of a and b that the points are on.
-    pub(crate) faces: [u8; 2],
+    pub faces: [u8; 2],
     /// Which of them, 0 or 1, the normal turns with.
-    pub(crate) reference: u8,
+    pub reference: u8,
     /// Motion after which the points are made anew `[m]`.
-    pub(crate) limit: f32,
+    pub limit: f32,
     /// Unit normal from a to b, and a tangent, in the reference block's frame at rest.
-    pub(crate) axes: [Vec3; 2],
+    pub axes: [Vec3; 2],
     /// The same in space.
-    pub(crate) now: [Vec3; 2],
+    pub now: [Vec3; 2],
     /// The same in the other's frame, when the points were made.
-    pub(crate) seen: [Vector3<f32>; 2],
+    pub seen: [Vector3<f32>; 2],
     /// From the centre of a to that of b in the reference block's frame, then `[m]`.
-    pub(crate) apart: Vec3,
-    pub(crate) both: Both,
+    pub apart: Vec3,
+    /// Stiffness and friction of the two faces.
+    pub both: Both,
     /// None: the patch is of no more use.
-    pub(crate) points: Box<[ContactPoint]>,
+    pub points: Box<[ContactPoint]>,
     /// The joint that the points are of, if they are.
-    pub(crate) bond: Option<Bond>,
+    pub bond: Option<Bond>,
     /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
     /// a distance, and does the work of turning them `[N m]`.
-    pub(crate) couple: Vec3,
+    pub couple: Vec3,
     /// What new points held less than those before, and may hold again `[J]`.
-    pub(crate) bank: f64,
+    pub bank: f64,
     /// The points have been made anew at the present positions: they have not moved since.
     pub(super) renewed: bool,
 }
 
 /// All patches, the blocks that may get one, and how far joints have moved.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Contacts {
-    pub(crate) patches: Vec<Patch>,
+pub struct Contacts {
+    /// Patches, sorted by their blocks.
+    pub patches: Vec<Patch>,
     /// Pairs of blocks without a patch that are not far from each other, sorted.
-    pub(crate) near: Vec<Near>,
+    pub near: Vec<Near>,
     /// Whether these are all that there are.
-    pub(crate) known: bool,
+    pub known: bool,
     /// How far the bodies of each pack have gone since they were looked for, at most `[m]`.
-    pub(crate) travel: Vec<Lanes>,
+    pub travel: Vec<Lanes>,
     /// Of the joint at the upper side of each block along each direction.
-    pub(crate) joints: Vec<[Release; 3]>,
+    pub joints: Vec<[Release; 3]>,
     /// Joints between faces that do not match that have become contacts, sorted by their blocks.
-    pub(crate) ended: Vec<Ended>,
+    pub ended: Vec<Ended>,
     /// How far points are in each other, at most `[m]`.
-    pub(crate) deepest: f64,
+    pub deepest: f64,
     /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
     #[serde(skip)]
     starts: Vec<u32>,
@@ -130,7 +133,7 @@ pub(crate) struct Contacts {
 
 impl Contacts {
     /// None, for a number of blocks in packs.
-    pub(crate) fn new(blocks: usize, packs: usize) -> Self {
+    pub fn new(blocks: usize, packs: usize) -> Self {
         let joints = vec![[Release::default(); 3]; blocks];
         let mut contacts = Self { joints, travel: vec![Lanes::ZERO; packs], ..Self::default() };
         contacts.index();
@@ -138,7 +141,8 @@ impl Contacts {
     }
 
     /// Patches of a block, and which of its two blocks, 0 or 1, it is.
-    pub(crate) fn of(&self, block: usize) -> impl Iterator<Item = (&Patch, usize)> {
+    #[inline]
+    pub fn of(&self, block: usize) -> impl Iterator<Item = (&Patch, usize)> {
         let (from, to) = match self.starts.get(block..block + 2) {
             Some(&[from, to]) => (from as usize, to as usize),
             _ => (0, 0),
@@ -148,37 +152,37 @@ impl Contacts {
     }
 
     /// The patch of a joint of two blocks whose faces do not match, as long as it holds them.
-    pub(crate) fn held(&self, blocks: [u32; 2]) -> Option<(&Patch, Bond)> {
+    pub fn held(&self, blocks: [u32; 2]) -> Option<(&Patch, Bond)> {
         let patch = &self.patches[self.place(blocks).ok()?];
         Some((patch, patch.bond?))
     }
 
     /// A joint of two blocks whose faces do not match, once a contact has taken its place.
-    pub(crate) fn ended(&self, blocks: [u32; 2]) -> Option<&Ended> {
+    pub fn ended(&self, blocks: [u32; 2]) -> Option<&Ended> {
         let at = self.ended.binary_search_by_key(&blocks, |ended| ended.blocks).ok()?;
         Some(&self.ended[at])
     }
 
     /// All joints between faces that do not match, with their blocks.
-    pub(crate) fn bonds_mut(&mut self) -> impl Iterator<Item = ([u32; 2], &mut Bond)> {
+    pub fn bonds_mut(&mut self) -> impl Iterator<Item = ([u32; 2], &mut Bond)> {
         let Self { patches, ended, .. } = self;
         let held = patches.iter_mut().filter_map(|p| Some((p.blocks, p.bond.as_mut()?)));
         held.chain(ended.iter_mut().map(|ended| (ended.blocks, &mut ended.bond)))
     }
 
     /// Takes in joints that have ended.
-    pub(crate) fn end(&mut self, ended: impl IntoIterator<Item = Ended>) {
+    pub fn end(&mut self, ended: impl IntoIterator<Item = Ended>) {
         self.ended.extend(ended);
         self.ended.sort_by_key(|ended| ended.blocks);
     }
 
     /// Place of the patch of two blocks, or where it would be.
-    pub(crate) fn place(&self, blocks: [u32; 2]) -> Result<usize, usize> {
+    pub fn place(&self, blocks: [u32; 2]) -> Result<usize, usize> {
         self.patches.binary_search_by_key(&blocks, |patch| patch.blocks)
     }
 
     /// Adds patches, and drops those without points.
-    pub(crate) fn renew(&mut self, more: Vec<Patch>) {
+    pub fn renew(&mut self, more: Vec<Patch>) {
         let before = self.patches.len();
         self.patches.retain(|patch| !patch.points.is_empty());
         if self.patches.len() == before && more.is_empty() {
@@ -190,7 +194,7 @@ impl Contacts {
     }
 
     /// Takes the present state of all points for an equilibrium, or forgets the last one.
-    pub(crate) fn settle(&mut self, now: bool) {
+    pub fn settle(&mut self, now: bool) {
         for patch in &mut self.patches {
             patch.points.iter_mut().for_each(|point| point.pair.memory.settled = None);
             if now {
@@ -200,7 +204,7 @@ impl Contacts {
     }
 
     /// Forgets all patches but joints: blocks have been put elsewhere.
-    pub(crate) fn part(&mut self) {
+    pub fn part(&mut self) {
         self.patches.retain(|patch| patch.bond.is_some());
         self.near.clear();
         self.known = false;
@@ -208,7 +212,7 @@ impl Contacts {
     }
 
     /// Finds the patches of each block.
-    pub(crate) fn index(&mut self) {
+    pub fn index(&mut self) {
         let blocks = self.joints.len();
         let mut counts = vec![0_u32; blocks + 1];
         let each = || {
@@ -229,17 +233,17 @@ impl Contacts {
     }
 
     /// Energy in all springs `[J]`.
-    pub(crate) fn stored(&self) -> f64 {
+    pub fn stored(&self) -> f64 {
         sum(self.patches.iter().map(Patch::stored))
     }
 
     /// Energy that points have given and not taken: the accounts below nothing `[J]`.
-    pub(crate) fn debt(&self) -> f64 {
+    pub fn debt(&self) -> f64 {
         sum(self.patches.iter().flat_map(Patch::pairs).map(JointPoint::debt))
     }
 
     /// Memory in use `[bytes]`.
-    pub(crate) fn bytes(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         let points: usize = self.patches.iter().map(|patch| patch.points.len()).sum();
         points * size_of::<ContactPoint>()
             + self.patches.len() * (size_of::<Patch>() + 8)
@@ -303,7 +307,7 @@ impl Patch {
     }
 
     /// How far points are in each other, at most `[m]`.
-    pub(crate) fn depth(&self) -> f64 {
+    pub fn depth(&self) -> f64 {
         self.points.iter().map(ContactPoint::depth).fold(0.0, f64::max)
     }
 
@@ -313,14 +317,15 @@ impl Patch {
     }
 
     /// True where a point exerts anything.
-    pub(crate) fn acts(&self, point: &ContactPoint) -> bool {
+    #[inline]
+    pub fn acts(&self, point: &ContactPoint) -> bool {
         let memory = &point.pair.memory;
         memory.gap <= 0.0 || memory.drag != [0.0; 2] || self.bond.is_some()
     }
 
     /// Force of a point on block a `[N]`.
     #[inline(always)]
-    pub(crate) fn force(&self, point: &ContactPoint) -> Vec3 {
+    pub fn force(&self, point: &ContactPoint) -> Vec3 {
         let [normal, along] = &self.now;
         let Traction { normal: press, shear } = point.pair.memory.borne();
         let across = normal.cross(along);
@@ -334,7 +339,7 @@ impl Patch {
 
     /// Faces of a and b that the points are on.
     #[inline(always)]
-    pub(crate) fn faces(&self) -> [FaceOf; 2] {
+    pub fn faces(&self) -> [FaceOf; 2] {
         self.faces.map(FaceOf::of_number)
     }
 
@@ -355,7 +360,7 @@ impl Patch {
     }
 
     /// Columns: the normal and two tangents, in space, where the axes were turned last.
-    pub(crate) fn frame(&self) -> Matrix3<f64> {
+    pub fn frame(&self) -> Matrix3<f64> {
         columns(self.now)
     }
 

@@ -7,16 +7,19 @@ use ddem_mesh::pack::{JointLattice, Packs};
 
 /// An element of a strip or a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Cell {
-    pub(crate) lattice: JointLattice,
-    pub(super) element: usize,
-    pub(super) lane: usize,
+pub struct Cell {
+    /// Lattice of the strip or corner.
+    pub lattice: JointLattice,
+    /// Number of the element there.
+    pub element: usize,
+    /// Lane of the pack.
+    pub lane: usize,
 }
 
 impl Breaks {
     /// Strip and corner elements around the pairs that failed since the last call, each once and
     /// in order; the elements are still alive.
-    pub(crate) fn touched(&mut self, packs: &Packs, assembly: &Assembly) -> Vec<Cell> {
+    pub fn touched(&mut self, packs: &Packs, assembly: &Assembly) -> Vec<Cell> {
         let mut cells = Vec::new();
         for (index, lattices) in self.packs.iter_mut().enumerate() {
             let Some(lattices) = lattices else { continue };
@@ -39,7 +42,7 @@ impl Breaks {
     }
 
     /// Takes elements of one strip or corner lattice out.
-    pub(crate) fn remove(&mut self, packs: &Packs, assembly: &Assembly, cells: &[Cell]) {
+    pub fn remove(&mut self, packs: &Packs, assembly: &Assembly, cells: &[Cell]) {
         for &Cell { lattice: JointLattice { pack, offset }, element, lane } in cells {
             let tables = assembly.pack_tables[pack];
             let lattice = self.at(pack)[offset]

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::fit::Fitting;
 use super::release::{Load, Moved, Release};
 use super::{Both, ContactPoint, Patch, Placed, Placing, Surfaces};
-use crate::joint::point::{JointPoint, Look, turned};
+use crate::point::{JointPoint, Look, turned};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::law::{Mode, Stiffness};
 use ddem_mechanics::math::lanes::Lanes;
@@ -24,22 +24,25 @@ const LARGER: f64 = 1.01;
 
 /// The joint whose pairs the points of a patch are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Bond {
+pub struct Bond {
     /// Number of the joint's properties.
-    pub(crate) joint: u16,
+    pub joint: u16,
     /// Number of its law: that of the joint, but while its strengths change by parts.
     #[serde(skip)]
-    pub(crate) law: u16,
-    pub(crate) release: Release,
+    pub law: u16,
+    /// How far the joint has come.
+    pub release: Release,
 }
 
 /// A joint between faces that do not match once a contact has taken its place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Ended {
-    pub(crate) blocks: [u32; 2],
-    pub(crate) bond: Bond,
+pub struct Ended {
+    /// Its blocks, the lower number first.
+    pub blocks: [u32; 2],
+    /// Numbers of the joint.
+    pub bond: Bond,
     /// Its pairs as they were last.
-    pub(crate) pairs: Box<[JointPoint]>,
+    pub pairs: Box<[JointPoint]>,
 }
 
 impl Fitting<'_> {
@@ -88,25 +91,26 @@ impl Fitting<'_> {
 
 /// A joint between faces that do not match, at rest.
 #[derive(Clone, Debug)]
-pub(crate) struct Seated {
-    pub(crate) patch: Patch,
+pub struct Seated {
+    /// Its points.
+    pub patch: Patch,
     /// Its pairs around each part of it.
-    pub(crate) quads: Vec<[u32; 4]>,
+    pub quads: Vec<[u32; 4]>,
     /// Number of its first pair.
-    pub(crate) first_pair: usize,
+    pub first_pair: usize,
     /// Distance of the two faces `[m]`.
     gap: f64,
 }
 
 impl Seated {
     /// One more than the number of its last pair.
-    pub(crate) fn end(&self) -> usize {
+    pub fn end(&self) -> usize {
         self.first_pair + self.patch.points.len()
     }
 }
 
 /// All joints between faces that do not match; their pairs come after `first` others.
-pub(crate) fn seated(
+pub fn seated(
     surfaces: &Surfaces,
     properties: &Properties,
     geometry: &Geometry,
@@ -144,7 +148,7 @@ pub(crate) fn seated(
 
 /// Mass `[kg]` and diagonal of the stiffness `[N/m]` that joints have at nodes. `layers` are the thickness `[m]` and
 /// the density `[kg/m³]` of each joint: half of what there is room for goes to each side.
-pub(crate) fn at_nodes(
+pub fn at_nodes(
     seated: &[Seated],
     blocks: &[Placed],
     geometry: &Geometry,
@@ -183,7 +187,7 @@ fn quads_of(corners: &[u32]) -> impl Iterator<Item = [u32; 4]> {
 
 impl Patch {
     /// True where its points can slide: it is a contact that bears anything, or a joint with a failed pair.
-    pub(crate) fn slides(&self) -> bool {
+    pub fn slides(&self) -> bool {
         match &self.bond {
             Some(_) => self.pairs().any(|pair| pair.failure.is_some()),
             None => self.points.iter().any(|point| self.acts(point)),
@@ -199,7 +203,7 @@ impl Patch {
     }
 
     /// The joint that it is no longer, if it was one.
-    pub(crate) fn ended(&mut self) -> Option<Ended> {
+    pub fn ended(&mut self) -> Option<Ended> {
         let bond = Bond { release: Release::Done, ..self.bond.take()? };
         let mut pairs: Box<[JointPoint]> = self.pairs().copied().collect();
         pairs.iter_mut().for_each(JointPoint::let_go);

@@ -13,28 +13,26 @@ const MARGIN: f64 = 0.1;
 
 /// The faces of all blocks: what is fixed about contacts.
 #[derive(Debug)]
-pub(crate) struct Surfaces {
-    pub(crate) skins: Skins,
-    pub(crate) blocks: Vec<Placed>,
+pub struct Surfaces {
+    /// Stiffness and friction of all faces.
+    pub skins: Skins,
+    /// Blocks at rest.
+    pub blocks: Vec<Placed>,
     /// Shortest edge of a block `[m]`.
-    pub(crate) shortest: f64,
+    pub shortest: f64,
     /// Distance that blocks may go before their boxes are sorted anew `[m]`.
     pub(super) margin: f64,
     /// Blocks may meet before any joint has failed.
-    pub(crate) open: bool,
+    pub open: bool,
     /// There are joints between faces that do not match.
-    pub(crate) joins: bool,
+    pub joins: bool,
     /// Contacts are looked for.
-    pub(crate) search: bool,
+    pub search: bool,
 }
 
 impl Surfaces {
-    pub(crate) fn new(
-        properties: &Properties,
-        laws: &Laws,
-        geometry: &Geometry,
-        packs: &Packs,
-    ) -> Self {
+    /// Of the blocks of a model.
+    pub fn new(properties: &Properties, laws: &Laws, geometry: &Geometry, packs: &Packs) -> Self {
         let mut edges: Vec<f64> =
             (0..geometry.bodies.len()).map(|body| geometry.shortest_edge(body)).collect();
         edges.sort_unstable_by(f64::total_cmp);
@@ -54,7 +52,7 @@ impl Surfaces {
         }
     }
     /// Shortest edge of an element of two blocks `[m]`.
-    pub(crate) fn spacing(&self, [a, b]: [u32; 2]) -> f64 {
+    pub fn spacing(&self, [a, b]: [u32; 2]) -> f64 {
         self.blocks[a as usize].spacing.min(self.blocks[b as usize].spacing)
     }
 }

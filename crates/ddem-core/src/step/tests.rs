@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::Broken;
-use super::strips::Cell;
 use crate::model::Model;
 use crate::model::problem::*;
+use ddem_joint::breaks::Broken;
+use ddem_joint::breaks::strips::Cell;
 use ddem_mechanics::element::{Elastic, ElementKind};
 use ddem_mechanics::math::lanes::LANES;
 use ddem_mesh::assembly::NO_TABLE;

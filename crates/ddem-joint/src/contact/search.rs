@@ -10,9 +10,9 @@ use super::fit::Fitting;
 use super::heirs::Old;
 use super::release::{Places, Release};
 use super::{Contacts, Ended, Patch, Placed, Placing, Surfaces, act, release};
-use crate::joint::breaks::Breaks;
-use crate::joint::losses::{Losses, Lost};
-use crate::joint::point::Look;
+use crate::breaks::Breaks;
+use crate::losses::{Losses, Lost};
+use crate::point::Look;
 use ddem_mechanics::collide::FaceOf;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::Geometry;
@@ -25,19 +25,24 @@ const TOGETHER: usize = 256;
 
 /// Two blocks that may meet and have no patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Near {
-    pub(crate) blocks: [u32; 2],
+pub struct Near {
+    /// The two blocks, the lower number first.
+    pub blocks: [u32; 2],
     /// Travel of both together before which they need not be looked at `[m]`.
-    pub(crate) until: f64,
+    pub until: f64,
 }
 
 /// What is fixed in a search.
 #[derive(Clone, Copy)]
-pub(crate) struct Ground<'a> {
-    pub(crate) places: Places<'a>,
-    pub(crate) surfaces: &'a Surfaces,
-    pub(crate) held: &'a [[bool; LANES]],
-    pub(crate) look: Look<'a>,
+pub struct Ground<'a> {
+    /// Blocks and their joints.
+    pub places: Places<'a>,
+    /// Faces of all blocks.
+    pub surfaces: &'a Surfaces,
+    /// Blocks that have supports, by pack.
+    pub held: &'a [[bool; LANES]],
+    /// How pairs are looked at.
+    pub look: Look<'a>,
 }
 
 impl<'a> Ground<'a> {
@@ -48,14 +53,14 @@ impl<'a> Ground<'a> {
 
 impl Contacts {
     /// How many pairs of joints between faces that do not match would fail now, in shear and in tension.
-    pub(crate) fn failing(&self, placing: &Placing<'_>, look: Look<'_>) -> [u64; 2] {
+    pub fn failing(&self, placing: &Placing<'_>, look: Look<'_>) -> [u64; 2] {
         let patches = self.patches.par_iter().with_min_len(TOGETHER);
         let failing: Vec<[u64; 2]> = patches.map(|patch| patch.failing(placing, look)).collect();
         failing.iter().fold([0; 2], |sum, more| [sum[0] + more[0], sum[1] + more[1]])
     }
 
     /// Counts how far the bodies of a pack have gone `[m]`.
-    pub(crate) fn travelled(&mut self, pack: usize, way: [f64; LANES]) {
+    pub fn travelled(&mut self, pack: usize, way: [f64; LANES]) {
         if let Some(travel) = self.travel.get_mut(pack) {
             (0..LANES).for_each(|lane| travel.0[lane] += way[lane]);
         }
@@ -154,7 +159,7 @@ impl Contacts {
 }
 
 /// Before joints act: those that are due are let go. Returns what is lost on the way.
-pub(crate) fn let_go(
+pub fn let_go(
     ground: Ground<'_>,
     placing: Placing<'_>,
     breaks: &mut Breaks,
@@ -181,7 +186,7 @@ fn of_release(lost: f64, look: Look<'_>) -> Losses {
 }
 
 /// Contacts at the present positions: patches are made, renewed and dropped; then what they exert.
-pub(crate) fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
+pub fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Contacts) -> Losses {
     let fitting = ground.fitting(placing);
     contacts.sort(&ground, &placing);
     let mut losses = renew(&fitting, ground, contacts);

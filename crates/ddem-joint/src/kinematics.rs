@@ -12,18 +12,19 @@ use ddem_mesh::pack::{JointLattice, Neighbours, Pack, Packs, PairPlace};
 
 /// Where the nodes are.
 #[derive(Clone, Copy)]
-pub(crate) struct Moved<'a> {
-    pub(crate) packs: &'a Packs,
+pub struct Moved<'a> {
+    /// Packs of the blocks.
+    pub packs: &'a Packs,
     /// Displacements `[m]`.
-    pub(crate) u: &'a [Lanes],
+    pub u: &'a [Lanes],
     /// Frames of the packs; `None` for small displacements.
-    pub(crate) frames: Option<&'a [Frame]>,
+    pub frames: Option<&'a [Frame]>,
 }
 
 /// Local displacements of the nodes of a joint lattice, and its rotation if there is one.
 /// `edges` are those of one of its elements.
 #[simd]
-pub(crate) fn joint_displacements<S: Simd>(
+pub fn joint_displacements<S: Simd>(
     simd: S,
     moved: Moved<'_>,
     at: JointLattice,
@@ -56,11 +57,7 @@ pub(crate) fn joint_displacements<S: Simd>(
 
 /// Rotations of the two bodies of a face joint.
 #[inline(always)]
-pub(crate) fn rotations<S: Simd>(
-    simd: S,
-    moved: Moved<'_>,
-    at: JointLattice,
-) -> Option<[Matrix<S>; 2]> {
+pub fn rotations<S: Simd>(simd: S, moved: Moved<'_>, at: JointLattice) -> Option<[Matrix<S>; 2]> {
     let JointLattice { pack: index, offset } = at;
     let frames = moved.frames?;
     let other = Source::new(moved.packs, &moved.packs.packs[index], index, offset);
@@ -71,7 +68,7 @@ pub(crate) fn rotations<S: Simd>(
 /// Turns displacements of a lattice into those seen from a turned frame, up to a constant:
 /// `ũ = Rᵀ(u − ū) + (Rᵀ − 1) X`.
 #[inline(always)]
-pub(crate) fn turn<S: Simd>(
+pub fn turn<S: Simd>(
     simd: S,
     rotation: &Matrix<S>,
     mean: Vector<S>,
@@ -172,7 +169,7 @@ impl Source {
 /// the corners become those of these points; forces on these points become those on the corners,
 /// by the same weights, 9/16, 3/16, 3/16 and 1/16.
 #[simd]
-pub(crate) fn to_quarters<S: Simd>(simd: S, places: Option<&[PairPlace]>, field: &mut [Lanes]) {
+pub fn to_quarters<S: Simd>(simd: S, places: Option<&[PairPlace]>, field: &mut [Lanes]) {
     let Some(places) = places else { return };
     for side in 0..2 {
         let corner: [usize; 4] = std::array::from_fn(|p| 3 * places[p].sides[side]);

@@ -54,7 +54,7 @@ impl FaceFriction {
 
 /// Friction of two faces in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) enum Friction {
+pub enum Friction {
     /// Tangent of the friction angle.
     Angle(f64),
     /// Strengths of laws.
@@ -63,7 +63,7 @@ pub(crate) enum Friction {
 
 /// The smaller one of the strengths of two blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Strengths {
+pub struct Strengths {
     /// Laws of the faces of each block.
     sides: [[Option<Numbers>; 2]; 2],
     /// Part of the way from the laws before to the present ones.
@@ -111,7 +111,7 @@ impl Friction {
     }
 
     /// Shear strength under a normal traction of at most 0 `[Pa]`.
-    pub(crate) fn strength(&self, laws: &[Option<Arc<dyn JointLaw>>], normal: f64) -> f64 {
+    pub fn strength(&self, laws: &[Option<Arc<dyn JointLaw>>], normal: f64) -> f64 {
         match self {
             Self::Angle(tan) => -normal * tan,
             Self::Laws(strengths) => strengths.at(laws, normal),
@@ -119,7 +119,7 @@ impl Friction {
     }
 
     /// True where its numbers are those of laws.
-    pub(crate) fn is_sound(&self, laws: &[Option<Arc<dyn JointLaw>>]) -> bool {
+    pub fn is_sound(&self, laws: &[Option<Arc<dyn JointLaw>>]) -> bool {
         match self {
             Self::Angle(tan) => *tan >= 0.0 && tan.is_finite(),
             Self::Laws(Strengths { sides, part, stretch }) => {

@@ -37,18 +37,20 @@ pub(super) struct Skin {
 
 /// What two faces in contact have together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Both {
+pub struct Both {
     /// Distance of the bodies at which they touch `[m]`.
-    pub(crate) skin: f64,
-    pub(crate) stiffness: Stiffness,
-    pub(crate) friction: Friction,
+    pub skin: f64,
+    /// Stiffness of both in series `[Pa/m]`.
+    pub stiffness: Stiffness,
+    /// Friction of the weaker one.
+    pub friction: Friction,
     /// Of the dashpot along the normal `[Pa s/m]`.
-    pub(crate) dashpot: f64,
+    pub dashpot: f64,
 }
 
 /// The skins of all blocks.
 #[derive(Clone, Debug)]
-pub(crate) struct Skins {
+pub struct Skins {
     kinds: Vec<Skin>,
     /// By block and face, twice the direction plus one at the upper side.
     of_block: Vec<[u32; 6]>,
@@ -68,7 +70,8 @@ pub(crate) struct Skins {
 }
 
 impl Skins {
-    pub(crate) fn new(properties: &Properties, laws: &Laws, geometry: &Geometry) -> Self {
+    /// Of all faces, from their joints and materials.
+    pub fn new(properties: &Properties, laws: &Laws, geometry: &Geometry) -> Self {
         let contact = &properties.contact;
         let mut skins = Self {
             kinds: Vec::new(),
@@ -102,13 +105,13 @@ impl Skins {
     }
 
     /// Divides the friction that no joint gives.
-    pub(crate) fn divide_friction(&mut self, factor: f64) {
+    pub fn divide_friction(&mut self, factor: f64) {
         self.tan_friction = self.tan_friction.map(|tan| tan / factor);
         self.tan_default /= factor;
     }
 
     /// Of faces whose friction is a part of the way from that of `before`.
-    pub(crate) fn between(
+    pub fn between(
         properties: &Properties,
         laws: &Laws,
         now: &Geometry,
@@ -199,7 +202,7 @@ impl Skins {
     }
 
     /// Stiffness of a contact or of the joint of a face, whichever is larger `[Pa/m]`.
-    pub(crate) fn stiffest(&self, block: u32, face: FaceOf) -> Stiffness {
+    pub fn stiffest(&self, block: u32, face: FaceOf) -> Stiffness {
         let skin = self.of(block, face);
         let Stiffness { normal, shear } = self.hardest(skin);
         let joint = skin.joint.unwrap_or(Stiffness { normal: 0.0, shear: 0.0 });
@@ -275,13 +278,13 @@ impl Skins {
 impl Contacts {
     /// Supports have come or gone on some blocks: their contacts are made anew, as dashpots have another
     /// mass now.
-    pub(crate) fn hold_anew(&mut self, changed: impl Fn(usize) -> bool) {
+    pub fn hold_anew(&mut self, changed: impl Fn(usize) -> bool) {
         let damped = |patch: &Patch| patch.both.dashpot > 0.0;
         self.make_anew(|patch| damped(patch) && patch.blocks.iter().any(|&b| changed(b as usize)));
     }
 
     /// Contacts are made anew: as if the blocks had moved by more than they are valid for.
-    pub(crate) fn make_anew(&mut self, chosen: impl Fn(&Patch) -> bool) {
+    pub fn make_anew(&mut self, chosen: impl Fn(&Patch) -> bool) {
         for patch in self.patches.iter_mut().filter(|patch| chosen(patch)) {
             patch.apart.x += 3.0 * f64::from(patch.limit);
         }

@@ -53,7 +53,7 @@ pub enum ContactDoubt {
 
 impl Surfaces {
     /// Stiffnesses of contacts far from those of the blocks.
-    pub(crate) fn doubts(
+    pub fn doubts(
         &self,
         properties: &Properties,
         geometry: &Geometry,

@@ -5,9 +5,7 @@
 //! failed, or that is springs from the start, is a [`Broken`].
 
 mod springs;
-mod strips;
-#[cfg(test)]
-mod tests;
+pub mod strips;
 
 use serde::{Deserialize, Serialize};
 
@@ -19,17 +17,17 @@ use ddem_mesh::assembly::{Assembly, ElementPack, NO_TABLE};
 use ddem_mesh::pack::{Pack, Packs, PairPlace};
 use ddem_mesh::seams::{Seam, Seams};
 
-pub(crate) use springs::{Ground, Pull, Sides};
+pub use springs::{Ground, Pull, Sides};
 
 /// A joint lattice of a pack that is not all elements.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Broken {
+pub struct Broken {
     /// 1 where an element is left, 0 where not, by element and lane.
-    pub(crate) alive: Vec<Lanes>,
+    pub alive: Vec<Lanes>,
     /// Whether any element is left.
-    pub(crate) any_alive: bool,
+    pub any_alive: bool,
     /// Pairs of a face joint by lane, in the order of [`ddem_mesh::pack::Shape::pairs`].
-    pub(crate) points: Vec<[JointPoint; LANES]>,
+    pub points: Vec<[JointPoint; LANES]>,
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],
     /// Whether any pair of a joint that can fail may still be bonded.
@@ -40,12 +38,13 @@ pub(crate) struct Broken {
 }
 
 /// The broken joint lattices of a pack by offset.
-pub(crate) type PackBreaks = Option<Box<[Option<Broken>; 8]>>;
+pub type PackBreaks = Option<Box<[Option<Broken>; 8]>>;
 
 /// The broken joints of all packs.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Breaks {
-    pub(crate) packs: Vec<PackBreaks>,
+pub struct Breaks {
+    /// Of each pack.
+    pub packs: Vec<PackBreaks>,
 }
 
 // Measurements copy the broken joints again and again: into the memory that they have.
@@ -77,7 +76,7 @@ impl Clone for Broken {
 
 impl Breaks {
     /// With every joint that `broken` selects turned to springs, all its pairs bonded.
-    pub(crate) fn with(
+    pub fn with(
         packs: &Packs,
         assembly: &Assembly,
         seams: &Seams,
@@ -105,7 +104,7 @@ impl Breaks {
 
     /// Forgets the joints of a lattice that are no longer there: those without a seam, and strips and
     /// corners without an element.
-    pub(crate) fn keep(
+    pub fn keep(
         &mut self,
         pack: usize,
         offset: usize,
@@ -129,13 +128,13 @@ impl Breaks {
     }
 
     /// Strengths have changed: pairs that are bonded may fail where none could.
-    pub(crate) fn look_again(&mut self) {
+    pub fn look_again(&mut self) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
         lattices.for_each(|broken| broken.bonded = true);
     }
 
     /// Takes the present state of all failed pairs for an equilibrium, or forgets the last one.
-    pub(crate) fn settle(&mut self, now: bool) {
+    pub fn settle(&mut self, now: bool) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
         let points = lattices.flat_map(|broken| broken.points.iter_mut().flatten());
         for point in points.filter(|point| point.failure.is_some()) {
@@ -147,23 +146,23 @@ impl Breaks {
     }
 
     /// Energy that points have given and not taken: the accounts below nothing `[J]`.
-    pub(crate) fn debt(&self) -> f64 {
+    pub fn debt(&self) -> f64 {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
         sum(lattices.flat_map(|broken| broken.points.iter().flatten()).map(JointPoint::debt))
     }
 
     /// The joint lattices of a pack.
-    pub(crate) fn at(&mut self, pack: usize) -> &mut [Option<Broken>; 8] {
+    pub fn at(&mut self, pack: usize) -> &mut [Option<Broken>; 8] {
         self.packs[pack].get_or_insert_with(Box::default)
     }
 
     /// A broken joint lattice.
-    pub(crate) fn get(&self, pack: usize, offset: usize) -> Option<&Broken> {
+    pub fn get(&self, pack: usize, offset: usize) -> Option<&Broken> {
         self.packs[pack].as_ref()?[offset].as_ref()
     }
 
     /// Memory in use `[bytes]`.
-    pub(crate) fn bytes(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
         let own = |l: &Broken| {
             l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[JointPoint; LANES]>()
@@ -174,7 +173,7 @@ impl Breaks {
 
 impl Broken {
     /// A joint lattice all of whose elements are left.
-    pub(crate) fn intact(packs: &Packs, pack: &Pack, tables: [u32; 8], offset: usize) -> Self {
+    pub fn intact(packs: &Packs, pack: &Pack, tables: [u32; 8], offset: usize) -> Self {
         let shape = packs.shape_of(pack);
         let elements = shape.dims(offset).iter().product();
         let is_there = tables[offset] != NO_TABLE;
@@ -194,7 +193,7 @@ impl Broken {
     }
 
     /// True where it has so many elements and pairs, and knows of no others.
-    pub(crate) fn fits(&self, elements: usize, pairs: usize) -> bool {
+    pub fn fits(&self, elements: usize, pairs: usize) -> bool {
         let known =
             |&(pair, lane): &(u32, u8)| (pair as usize) < pairs && usize::from(lane) < LANES;
         let sizes = [self.alive.len(), self.points.len()];
@@ -202,7 +201,7 @@ impl Broken {
     }
 
     /// Whether the lattice exerts any force.
-    pub(crate) fn acts(&self) -> bool {
+    pub fn acts(&self) -> bool {
         self.any_alive || !self.points.is_empty()
     }
 
@@ -217,12 +216,12 @@ impl Broken {
     }
 
     /// True where a pair of a lane's joint has failed and its springs are there.
-    pub(crate) fn slides(&self, lane: usize) -> bool {
+    pub fn slides(&self, lane: usize) -> bool {
         !self.released[lane] && self.lane(lane).any(|point| point.failure.is_some())
     }
 
     /// Takes the springs of a lane's joint out, for good.
-    pub(crate) fn let_go(&mut self, lane: usize) {
+    pub fn let_go(&mut self, lane: usize) {
         self.released[lane] = true;
         self.points.iter_mut().for_each(|points| points[lane].let_go());
     }

@@ -17,12 +17,7 @@ use ddem_mesh::{Geometry, Vec3};
 
 /// Most that contacts add to the square of the largest angular frequency of deformable blocks, and
 /// the square of that of rigid ones with all their joints and contacts `[1/s²]`.
-pub(crate) fn bound(
-    skins: &Skins,
-    geometry: &Geometry,
-    packs: &Packs,
-    assembly: &Assembly,
-) -> [f64; 2] {
+pub fn bound(skins: &Skins, geometry: &Geometry, packs: &Packs, assembly: &Assembly) -> [f64; 2] {
     let mut most = [0.0_f64; 2];
     for body in 0..geometry.bodies.len() {
         if geometry.is_rigid(body) {
@@ -40,7 +35,7 @@ pub(crate) fn bound(
 
 /// Stiffness of contacts on a face of a block for each unit of area, where no joint is, twice for the
 /// other block `[Pa/m]`: along the normal and across.
-pub(crate) fn outer(skins: &Skins, body: usize, face: FaceOf) -> [f64; 2] {
+pub fn outer(skins: &Skins, body: usize, face: FaceOf) -> [f64; 2] {
     let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
     [2.0 * normal, 2.0 * shear]
 }
@@ -50,9 +45,9 @@ pub(crate) fn outer(skins: &Skins, body: usize, face: FaceOf) -> [f64; 2] {
 ///
 /// A step is stable where `M − Δt C/2 − Δt² K/4` has no negative eigenvalue. For the step `g` that is expected the
 /// dashpots are springs of stiffness `2 C/g`.
-pub(crate) struct Added {
+pub struct Added {
     /// Of each node, for its mass `[1/s²]`.
-    pub(crate) squares: Vec<Lanes>,
+    pub squares: Vec<Lanes>,
     /// Step that is expected `[s]`.
     expected: f64,
     /// Largest of half the dampings of nodes, for their mass `[1/s]`.
@@ -61,7 +56,7 @@ pub(crate) struct Added {
 
 impl Added {
     /// Of contacts, if there can be any, and of dashpots with a damping ratio.
-    pub(crate) fn new(
+    pub fn new(
         skins: &Skins,
         geometry: &Geometry,
         packs: &Packs,
@@ -107,7 +102,7 @@ impl Added {
     }
 
     /// Critical step, from the largest eigenvalue of `M⁻¹ K` with these additions `[s]`.
-    pub(crate) fn critical_step(&self, largest: f64) -> f64 {
+    pub fn critical_step(&self, largest: f64) -> f64 {
         let step = 2.0 / largest.sqrt();
         if self.dashpots == 0.0 || step >= self.expected {
             // The dashpots are less of it than was expected.

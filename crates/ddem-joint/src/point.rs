@@ -15,47 +15,49 @@ const TURNED: f64 = 0.5;
 
 /// A pair of points that a joint holds, or held, or that two blocks in contact have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct JointPoint {
+pub struct JointPoint {
     /// Area that its springs stand for `[m²]`; 0 where elements bear all, and once a contact does.
-    pub(crate) area: f64,
+    pub area: f64,
     /// From the point on side a to that on side b where the springs bear nothing, along the joint's own axes `[m]`.
-    pub(crate) origin: Vector3<f64>,
+    pub origin: Vector3<f64>,
     /// `None` while it is bonded; points of contacts never were.
-    pub(crate) failure: Option<Failure>,
+    pub failure: Option<Failure>,
     /// Of the springs.
-    pub(crate) memory: Memory,
+    pub memory: Memory,
 }
 
 /// Failure of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Failure {
-    pub(crate) mode: Mode,
+pub struct Failure {
+    /// In shear or in tension.
+    pub mode: Mode,
     /// When it failed `[s]`.
-    pub(crate) time: f64,
+    pub time: f64,
 }
 
 /// How to look at the pairs in one pass over the joints.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Look<'a> {
+pub struct Look<'a> {
     /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
-    pub(crate) failing: Option<f64>,
+    pub failing: Option<f64>,
     /// Whether joints that have turned about the pairs that hold let go of these: a contact takes over.
-    pub(crate) turning: bool,
+    pub turning: bool,
     /// Slip goes on from the last equilibrium, not from the last step.
-    pub(crate) relaxing: bool,
+    pub relaxing: bool,
     /// Failed pairs and contacts have no dashpots now.
-    pub(crate) undamped: bool,
+    pub undamped: bool,
     /// Present time `[s]`.
-    pub(crate) time: f64,
+    pub time: f64,
     /// Time since the last look, 0 in relaxation, none in the first half step of a stage `[s]`.
-    pub(crate) time_step: Option<f64>,
+    pub time_step: Option<f64>,
     /// Laws of the joints.
-    pub(crate) laws: &'a [Option<Arc<dyn JointLaw>>],
+    pub laws: &'a [Option<Arc<dyn JointLaw>>],
 }
 
 impl<'a> Look<'a> {
     /// A law by its number; `None`: the joint never fails.
-    pub(crate) fn law(&self, number: u16) -> Option<&'a dyn JointLaw> {
+    #[inline]
+    pub fn law(&self, number: u16) -> Option<&'a dyn JointLaw> {
         self.laws.get(usize::from(number))?.as_deref()
     }
 
@@ -139,7 +141,7 @@ impl JointPoint {
     }
 
     /// Takes the springs out, for good. How far it has slid and opened stays.
-    pub(crate) fn let_go(&mut self) {
+    pub fn let_go(&mut self) {
         self.area = 0.0;
         self.memory.traction = Traction::default();
         (self.memory.drag, self.memory.account) = ([0.0; 2], 0.0);
@@ -153,7 +155,7 @@ impl JointPoint {
 
 /// True where one of the failed pairs of a joint has gone so far from its partner that the joint has turned about
 /// the others, whose spacing is given `[m]`.
-pub(crate) fn turned<'a>(points: impl IntoIterator<Item = &'a JointPoint>, spacing: f64) -> bool {
+pub fn turned<'a>(points: impl IntoIterator<Item = &'a JointPoint>, spacing: f64) -> bool {
     let mut failed = points.into_iter().filter(|point| point.failure.is_some());
     failed.any(|JointPoint { memory, .. }| memory.gap.max(memory.slip.norm()) > TURNED * spacing)
 }
@@ -168,6 +170,6 @@ pub(super) fn split(v: Vector3<f64>) -> Traction {
 }
 
 /// The inverse of [`split`].
-pub(crate) fn joined(normal: f64, shear: Vector2<f64>) -> Vector3<f64> {
+pub fn joined(normal: f64, shear: Vector2<f64>) -> Vector3<f64> {
     Vector3::new(normal, shear.x, shear.y)
 }

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::friction::{Bare, Friction};
 use super::{ContactPoint, Contacts, Patch, Placing};
-use crate::joint::losses::{Losses, Lost};
-use crate::joint::point::Look;
+use crate::losses::{Losses, Lost};
+use crate::point::Look;
 use ddem_mechanics::law::bearing::Bearing;
 use ddem_mechanics::law::{JointLaw, Loss, Memory, MohrCoulomb};
 use ddem_mesh::Vec3;

@@ -11,7 +11,7 @@ use ddem_mesh::{Geometry, SurfacePoint, Topology, Vec3};
 
 /// A block: its nodes at rest, and where these are in nodal fields.
 #[derive(Clone, Debug)]
-pub(crate) struct Placed {
+pub struct Placed {
     /// The lowest node at rest `[m]`.
     corner: Vec3,
     /// The centre at rest `[m]`.
@@ -32,18 +32,19 @@ pub(crate) struct Placed {
 
 /// Where everything is: nodal displacements and the frames of the packs.
 #[derive(Clone, Copy)]
-pub(crate) struct Placing<'a> {
-    pub(crate) blocks: &'a [Placed],
+pub struct Placing<'a> {
+    /// Blocks at rest.
+    pub blocks: &'a [Placed],
     /// Displacements `[m]`.
-    pub(crate) u: &'a [Lanes],
+    pub u: &'a [Lanes],
     /// Those of rigid bodies always, of others where they turn.
-    pub(crate) frames: &'a [Frame],
+    pub frames: &'a [Frame],
     /// Small displacements: deformable bodies have no frames.
-    pub(crate) small: bool,
+    pub small: bool,
     /// Velocities of the last half step and its time step `[m/s, s]`.
-    pub(crate) last: (&'a [Lanes], f64),
+    pub last: (&'a [Lanes], f64),
     /// Nothing has moved since the last look: the first half step of a stage.
-    pub(crate) start: bool,
+    pub start: bool,
 }
 
 pub(super) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
@@ -118,7 +119,7 @@ impl Placed {
 
     /// Nodes that make a point of a face, numbered as in the block, and their weights.
     #[inline(always)]
-    pub(crate) fn shares(&self, face: FaceOf, point: &SurfacePoint) -> [(usize, f64); 4] {
+    pub fn shares(&self, face: FaceOf, point: &SurfacePoint) -> [(usize, f64); 4] {
         point.shares(self.topology, face)
     }
 
@@ -135,7 +136,7 @@ impl Placed {
     }
 
     /// Position of a point at rest `[m]`, and the node that has most of it, numbered as in the block.
-    pub(crate) fn seat(&self, face: FaceOf, point: &SurfacePoint) -> (Vec3, usize) {
+    pub fn seat(&self, face: FaceOf, point: &SurfacePoint) -> (Vec3, usize) {
         let shares = self.shares(face, point);
         let most = shares
             .iter()
@@ -154,7 +155,7 @@ impl Placed {
     }
 
     /// Area of the face of one element at rest `[m²]`.
-    pub(crate) fn element_area(&self, face: FaceOf) -> f64 {
+    pub fn element_area(&self, face: FaceOf) -> f64 {
         let d = face.direction;
         self.steps[(d + 1) % 3].cross(&self.steps[(d + 2) % 3]).norm()
     }
@@ -192,7 +193,7 @@ impl Placing<'_> {
 
     /// Position of a point `[m]`.
     #[inline(always)]
-    pub(crate) fn position(&self, block: usize, face: FaceOf, point: &SurfacePoint) -> Vec3 {
+    pub fn position(&self, block: usize, face: FaceOf, point: &SurfacePoint) -> Vec3 {
         let placed = &self.blocks[block];
         placed.rest(face, point) + placed.at(self.u, face, point)
     }

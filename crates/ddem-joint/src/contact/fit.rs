@@ -11,7 +11,7 @@ use super::heirs::{Handed, Known, Old};
 use super::side::{Side, apart, edge_node, edge_spot, node_at};
 use super::skins::sides_of;
 use super::{Both, ContactPoint, Patch, Placed, Placing, REACH, Skins};
-use crate::joint::point::{JointPoint, Look};
+use crate::point::{JointPoint, Look};
 use ddem_mechanics::collide::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
 use ddem_mechanics::law::{Memory, Settled, Traction};
 use ddem_mesh::{Abutment, SurfacePoint, Vec3};

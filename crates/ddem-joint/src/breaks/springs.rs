@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Broken;
-use crate::joint::losses::Losses;
-use crate::joint::point::{JointPoint, Look, joined, split};
+use crate::losses::Losses;
+use crate::point::{JointPoint, Look, joined, split};
 use ddem_mechanics::law::Traction;
 use ddem_mechanics::law::response::stored;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
@@ -13,31 +13,31 @@ use ddem_mesh::seams::{FaceLattice, Seam};
 
 /// What the springs of a joint lattice do together.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Pull {
+pub struct Pull {
     /// Force on side a, from side b, in the joint's frame `[N]`.
-    pub(crate) force: [Lanes; 3],
+    pub force: [Lanes; 3],
     /// `Σ s × F` of the slips, in the joint's frame `[N m]`.
-    pub(crate) couple: [Lanes; 3],
+    pub couple: [Lanes; 3],
     /// Energy in the springs `[J]`.
-    pub(crate) stored: Lanes,
+    pub stored: Lanes,
     /// 1 where the springs turn with the ground, 0 where with both bodies.
-    pub(crate) grounded: Lanes,
+    pub grounded: Lanes,
 }
 
 /// Motion of both sides of a joint lattice.
 #[derive(Clone, Copy)]
-pub(crate) struct Sides<'a> {
+pub struct Sides<'a> {
     /// Displacements of the nodes in the joint's frame `[m]`.
-    pub(crate) local: &'a [Lanes],
+    pub local: &'a [Lanes],
     /// Way of the nodes in the last step, if pairs have just failed `[m]`.
-    pub(crate) way: Option<&'a [Lanes]>,
+    pub way: Option<&'a [Lanes]>,
     /// Ground of each lane that the springs turn with, if there is one.
-    pub(crate) grounds: &'a [Option<Ground>; LANES],
+    pub grounds: &'a [Option<Ground>; LANES],
 }
 
 /// The frame of a ground with which the springs of a lane turn, from the joint's mean frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ground {
+pub struct Ground {
     /// Axes of the springs, as columns, in the mean frame.
     axes: Matrix3<f64>,
     /// Turns openings along the joint's own axes to those along the springs'.
@@ -48,7 +48,7 @@ pub(crate) struct Ground {
 
 impl Ground {
     /// Of a ground that is turned so against the mean frame.
-    pub(crate) fn new(turned: &Matrix3<f64>, seam: &Seam, lane: usize) -> Self {
+    pub fn new(turned: &Matrix3<f64>, seam: &Seam, lane: usize) -> Self {
         let axes = turned * seam.axes;
         let gap = lane_of(seam.gap(), lane);
         let shift = axes.tr_mul(&gap) - seam.axes.tr_mul(&gap);
@@ -58,7 +58,7 @@ impl Ground {
 
 impl Broken {
     /// The springs of a lane bear tractions, along the joint's own axes, where nothing has moved.
-    pub(crate) fn bear(&mut self, seam: &Seam, lane: usize, tractions: &[Vector3<f64>]) {
+    pub fn bear(&mut self, seam: &Seam, lane: usize, tractions: &[Vector3<f64>]) {
         let k = seam.stiffness(lane);
         for (points, &traction) in self.points.iter_mut().zip(tractions) {
             let traction = split(traction);
@@ -69,7 +69,7 @@ impl Broken {
     /// Lets pairs fail under the forces `g` that the elements exert (`K u`) and those of the
     /// springs. Elements that hold a failed pair are no longer alive then. Returns whether any
     /// pair failed.
-    pub(crate) fn fail(
+    pub fn fail(
         &mut self,
         FaceLattice { places, seam }: FaceLattice<'_>,
         look: Look<'_>,
@@ -103,14 +103,14 @@ impl Broken {
     }
 
     /// Elements that hold a pair are no longer alive.
-    pub(super) fn set_failed(&mut self, places: &[PairPlace], p: usize, lane: usize) {
+    pub fn set_failed(&mut self, places: &[PairPlace], p: usize, lane: usize) {
         self.fresh.push((p as u32, lane as u8));
         places[p].elements().for_each(|e| self.alive[e].0[lane] = 0.0);
     }
 
     /// Hands the forces of elements that are gone over to springs, without a jump at any pair:
     /// `forces` are those with them and without; `way` is that of the nodes in the last step.
-    pub(crate) fn take_over(
+    pub fn take_over(
         &mut self,
         FaceLattice { places, seam }: FaceLattice<'_>,
         local: &[Lanes],
@@ -156,7 +156,7 @@ impl Broken {
     }
 
     /// Adds the forces of the springs to `g`, the forces `K u` of the elements that are left.
-    pub(crate) fn pull(
+    pub fn pull(
         &mut self,
         FaceLattice { places, seam }: FaceLattice<'_>,
         look: Look<'_>,

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{ContactPoint, Contacts, Patch, Placing};
-use crate::joint::breaks::{Breaks, Broken};
-use crate::joint::point::{Failure, JointPoint, Look, joined};
+use crate::breaks::{Breaks, Broken};
+use crate::point::{Failure, JointPoint, Look, joined};
 use ddem_mechanics::law::{JointLaw, Laws, Mode, Stiffness, Traction};
 use ddem_mechanics::math::exact::Exact;
 use ddem_mesh::NO_JOINT;
@@ -28,7 +28,7 @@ const PACKS: usize = 256;
 
 /// How far a joint has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub(crate) enum Release {
+pub enum Release {
     /// Its blocks are where they were.
     #[default]
     Holds,
@@ -42,15 +42,18 @@ pub(crate) enum Release {
 
 /// Where joints are.
 #[derive(Clone, Copy)]
-pub(crate) struct Places<'a> {
-    pub(crate) geometry: &'a Geometry,
-    pub(crate) packs: &'a Packs,
-    pub(crate) seams: &'a Seams,
+pub struct Places<'a> {
+    /// Blocks.
+    pub geometry: &'a Geometry,
+    /// Packs of the blocks.
+    pub packs: &'a Packs,
+    /// Areas and stiffnesses of the joints.
+    pub seams: &'a Seams,
 }
 
 impl Contacts {
     /// Looks how far the joints have moved: blocks of those that have come further may meet.
-    pub(crate) fn look(&mut self, at: Places<'_>, laws: &Laws, breaks: &Breaks) {
+    pub fn look(&mut self, at: Places<'_>, laws: &Laws, breaks: &Breaks) {
         let joints = &self.joints;
         let further = |index: usize| {
             let pack = &at.packs.packs[index];
@@ -162,7 +165,7 @@ impl Moved {
 impl Broken {
     /// True where all pairs of a lane's joint have failed, and none has slid or opened so far that the joint is
     /// released.
-    pub(crate) fn rubs(&self, look: Look<'_>, seam: &Seam, lane: usize, rigid: bool) -> bool {
+    pub fn rubs(&self, look: Look<'_>, seam: &Seam, lane: usize, rigid: bool) -> bool {
         let (moved, whole) = Moved::of(self.lane(lane), look.law(seam.laws[lane]));
         !whole && !moved.is_far(rigid, seam.spacing(lane))
     }

@@ -5,22 +5,22 @@ use ddem_mechanics::math::exact::Exact;
 
 /// Losses of the joints of one pack or of contacts, and how many pairs failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Losses {
+pub struct Losses {
     /// To friction `[J]`.
-    pub(crate) friction: f64,
+    pub friction: f64,
     /// To fracture `[J]`.
-    pub(crate) fracture: f64,
+    pub fracture: f64,
     /// Where contacts come, go and change their points `[J]`.
-    pub(crate) contact: f64,
+    pub contact: f64,
     /// To the dashpots of contacts `[J]`.
-    pub(crate) damping: f64,
+    pub damping: f64,
     /// Pairs that failed in shear and in tension.
-    pub(crate) failed: [u64; 2],
+    pub failed: [u64; 2],
 }
 
 /// Sum of losses over packs or contacts, in whatever order.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lost {
+pub struct Lost {
     sums: [Exact; 4],
     failed: [u64; 2],
 }
@@ -39,7 +39,8 @@ impl Lost {
         self
     }
 
-    pub(crate) fn total(&self) -> Losses {
+    /// The sum.
+    pub fn total(&self) -> Losses {
         let [friction, fracture, contact, damping] = self.sums.each_ref().map(Exact::value);
         Losses { friction, fracture, contact, damping, failed: self.failed }
     }
@@ -63,7 +64,7 @@ impl Losses {
     }
 
     /// Adds what others have lost.
-    pub(crate) fn add(&mut self, more: &Self) {
+    pub fn add(&mut self, more: &Self) {
         self.friction += more.friction;
         self.fracture += more.fracture;
         self.contact += more.contact;
