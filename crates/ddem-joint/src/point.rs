@@ -169,7 +169,7 @@ pub(super) fn split(v: Vector3<f64>) -> Traction {
     Traction { normal: v.x, shear: v.yz() }
 }
 
-/// The inverse of [`split`].
+/// A vector along the joint's own axes from its part along the normal and that in the plane.
 pub fn joined(normal: f64, shear: Vector2<f64>) -> Vector3<f64> {
     Vector3::new(normal, shear.x, shear.y)
 }
