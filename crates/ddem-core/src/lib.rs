@@ -1,12 +1,12 @@
-//! The deformable block discrete element method: geometry, elements, joints, the step.
+//! The deformable block discrete element method: models, the step, relaxation, results.
 //!
 //! A [`Problem`] is the input as plain data, a [`Model`] is made of it, a [`Simulation`] moves it. The crate `ddem-deck`
 //! makes problems from decks, a [`ProblemBuilder`](problem::ProblemBuilder) from arrays.
 //! [`FIELDS`] lists what can be seen. No file, no clock and no environment is touched here.
 //!
 //! To read the method in the source, begin with `step/mod.rs`: one explicit step in its order. Then
-//! `force/body.rs`, `force/joint.rs` and `element/lattice.rs`, the elastic forces; `law/`, what a
-//! joint bears, and `joint/breaks/`, what becomes of it; `mesh/pack.rs`, how four bodies lie side by side;
+//! `force/body.rs` and `force/joint.rs`, the elastic forces, with `element/lattice.rs` of `ddem-mechanics`; `law/` there, what a
+//! joint bears; `breaks/` of `ddem-joint`, what becomes of it; `pack.rs` of `ddem-mesh`, how four bodies lie side by side;
 //! `run/relax.rs`, static equilibrium. `docs/method.md` has the theory.
 
 #![warn(clippy::print_stdout)]
