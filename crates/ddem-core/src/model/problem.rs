@@ -25,8 +25,8 @@ pub use ddem_mesh::properties::{
 };
 pub use ddem_mesh::{
     Abutment, Abuts, BlockFace, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES,
-    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Topology,
-    Vec3, abutting, bounds, bounds_of, faces, moved_to,
+    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, Pages, RestFace, SLIVER, Stages, Strip,
+    Topology, Vec3, bounds, bounds_of, faces, moved_to,
 };
 
 use crate::model::boundary::{Made, Outside};

@@ -133,7 +133,7 @@ impl Site {
         let geometry = self.at_stage(None);
         let sets = |[a, b]: [u32; 2]| [a, b].map(|block| geometry.set(block as usize));
         let joined: HashSet<[usize; 2]> =
-            geometry.abutments.iter().map(|abutment| sets(abutment.blocks)).collect();
+            geometry.joined().map(|abutment| sets(abutment.blocks)).collect();
         let touching = geometry.touching.iter().copied();
         let touching: BTreeSet<[usize; 2]> =
             touching.map(|(i, j)| [i, j].map(|at| geometry.lattices[at].set)).collect();

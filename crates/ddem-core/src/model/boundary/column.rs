@@ -256,9 +256,7 @@ impl<'a> Ground<'a> {
         if let Some(&column) = self.by_foot.get(&on(body, 0)) {
             return Ok(column);
         }
-        let goes_on = |body: usize, up: bool| {
-            geometry.abutting.contains_key(&(body as u32, upwards(up).number()))
-        };
+        let goes_on = |body: usize, up: bool| geometry.abuts(body, upwards(up).number()).is_some();
         let (foot, lowest) = (on(body, 0), self.rock(body));
         let levels = |body: usize| (0..=n).map(move |level| (body, level));
         let (bodies, segments) = self.stack(body, upwards(true));
