@@ -46,7 +46,7 @@ impl Site {
         warnings.extend(self.crowded(model));
         warnings.extend(self.blasts_at_rest(model));
         warnings.extend(self.far_probes(model));
-        warnings.extend(super::boundaries::doubts(&self.deck, &self.problem));
+        warnings.extend(super::boundaries::doubts(&self.deck, &self.problem, &self.holds));
         warnings.extend(model.contact_doubts().into_iter().map(contact_doubt));
         let used = model.joint_numbers().collect();
         warnings.extend(crate::check::doubts(&self.deck, &used));
