@@ -259,8 +259,7 @@ impl Contacts {
             return in_lattice(geometry, &self.joints, [a, b], step);
         }
         // Across faces that do not match, by way of one block.
-        let of_a: Vec<usize> = self.held_by(geometry, a).collect();
-        !of_a.is_empty() && self.held_by(geometry, b).any(|block| of_a.contains(&block))
+        self.held_by(geometry, a).any(|of_a| self.held_by(geometry, b).any(|of_b| of_a == of_b))
     }
 
     /// Blocks that a joint which has not moved holds at a block.
