@@ -209,7 +209,7 @@ fn charges_push_the_joints_of_a_search_by_hand() {
         range(2, 0.8, 1.3),
         range(0, -10.0, 10.0),
     ];
-    let mut deck = with_axes(deck([5, 4, 3], [5.0, 4.0, 3.0], 1, 0.05), OBLIQUE);
+    let mut deck = with_axes(deck([20, 16, 12], [5.0, 4.0, 3.0], 1, 0.01), OBLIQUE);
     let charge = |region: &Where| Charge {
         region: region.clone(),
         pressure: Some(1e6),
