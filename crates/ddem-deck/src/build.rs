@@ -14,7 +14,7 @@ mod unbalanced;
 
 use std::sync::Arc;
 
-use ddem_core::problem::{Borders, Conditions, Geometry, Stages};
+use ddem_core::problem::{Borders, BoundaryHold, Conditions, Geometry, Stages};
 use ddem_core::{Fault, Model, ModelError, Problem};
 
 use geometry::{Cut, Names, Region};
@@ -31,6 +31,8 @@ pub struct Site {
     taken: Vec<Selection>,
     /// Doubts about each charge.
     charges: Vec<Vec<String>>,
+    /// Supports at boundaries in each stage.
+    holds: Vec<Vec<BoundaryHold>>,
 }
 
 impl Deck {
@@ -95,11 +97,12 @@ impl Site {
         (problem.conditions, charges) = conditions::conditions(deck, &problem)?;
         sound(mechanism::check(deck, &problem))?;
         problem.borders = boundaries::borders(deck, &problem)?;
-        sound(boundaries::idle(deck, &problem))?;
+        let holds = problem.boundary_holds();
+        sound(boundaries::idle(deck, &problem, &holds))?;
         problem.stresses = stress::stresses(deck, &problem)?;
         sound(stress::met(deck, &problem))?;
         problem.motions = conditions::motions(deck, &problem);
-        Ok(Self { deck: deck.clone(), problem: Arc::new(problem), taken, charges })
+        Ok(Self { deck: deck.clone(), problem: Arc::new(problem), taken, charges, holds })
     }
 
     fn region(&self, region: &Where) -> Region {

@@ -16,6 +16,8 @@ mod units;
 
 pub(crate) use doubts::doubts;
 
+use std::collections::HashSet;
+
 use ddem_core::Fault;
 use ddem_core::problem::{Faults, Rule, shown};
 
@@ -45,7 +47,7 @@ trait NameFaults {
         &mut self,
         place: impl Into<String>,
         name: &str,
-        known: impl IntoIterator<Item = &'a str>,
+        known: impl Iterator<Item = &'a str> + Clone,
         of: (&str, &str),
     );
 
@@ -58,17 +60,16 @@ impl NameFaults for Faults {
         &mut self,
         place: impl Into<String>,
         name: &str,
-        known: impl IntoIterator<Item = &'a str>,
+        known: impl Iterator<Item = &'a str> + Clone,
         (kind, header): (&str, &str),
     ) {
-        let known: Vec<&str> = known.into_iter().collect();
-        if known.contains(&name) {
+        if known.clone().any(|known| known == name) {
             return;
         }
-        let help = if known.is_empty() {
+        let help = if known.clone().next().is_none() {
             format!("the deck has no {kind} with a name; `{header}` makes one")
         } else {
-            let near = names::nearest(name, known.iter().copied())
+            let near = names::nearest(name, known.clone())
                 .map(|near| format!("did you mean `{near}`? "))
                 .unwrap_or_default();
             format!("{near}{kind}s of this deck: {}", names::list(known))
@@ -77,14 +78,12 @@ impl NameFaults for Faults {
     }
 
     fn unique<'a>(&mut self, kind: &str, names: impl IntoIterator<Item = (String, &'a str)>) {
-        let mut seen: Vec<&str> = Vec::new();
+        let mut seen: HashSet<&str> = HashSet::new();
         for (place, name) in names {
             if name.is_empty() {
                 self.add(place, format!("the name of a {kind} is empty"));
-            } else if seen.contains(&name) {
+            } else if !seen.insert(name) {
                 self.add(place, format!("there is another {kind} named `{name}`"));
-            } else {
-                seen.push(name);
             }
         }
     }

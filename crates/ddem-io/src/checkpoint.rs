@@ -9,10 +9,11 @@
 //!
 //! Each is bytes with checksums. What they mean is the business of whoever saves them.
 
+use std::io::{self, Write};
 use std::path::Path;
 
 use hdf5::types::FixedAscii;
-use hdf5::{File, OpenMode, Result};
+use hdf5::{Dataset, File, OpenMode, Result};
 
 use crate::hdf::{scalar_attribute, with_file, word_attribute};
 use crate::output_error::OutputError;
@@ -50,12 +51,29 @@ pub fn save(
     run: &[u8],
     state: &[u8],
 ) -> std::result::Result<(), OutputError> {
+    stream(path, deck, run, state.len(), |out| out.write_all(state))
+}
+
+/// The same with a state of so many bytes that is written part by part, and never in memory as a whole.
+///
+/// # Errors
+///
+/// The file cannot be written.
+pub fn stream(
+    path: impl AsRef<Path>,
+    deck: &str,
+    run: &[u8],
+    size: usize,
+    state: impl Fn(&mut dyn Write) -> io::Result<()>,
+) -> std::result::Result<(), OutputError> {
     let path = path.as_ref();
     let fill = |file: &File| -> Result<()> {
         word_attribute(file, "format", FORMAT)?;
         scalar_attribute(file, "version", &VERSION)?;
-        let parts = [("deck", deck.as_bytes()), ("run", run), ("state", state)];
-        parts.into_iter().try_for_each(|(name, bytes)| store(file, name, bytes))
+        for (name, bytes) in [("deck", deck.as_bytes()), ("run", run)] {
+            store(file, name, bytes.len(), &|out: &mut dyn Write| out.write_all(bytes))?;
+        }
+        store(file, "state", size, &state)
     };
     replace(path, |part| {
         with_file(part, OpenMode::Create, "saving", |file| {
@@ -109,12 +127,49 @@ fn read(file: &File, size: u64) -> Result<Checkpoint> {
     Ok(Checkpoint { deck, run: fetch(file, "run", size)?, state: fetch(file, "state", size)? })
 }
 
-fn store(file: &File, name: &str, bytes: &[u8]) -> Result<()> {
-    let builder = file.new_dataset::<u8>().chunk(bytes.len().clamp(1, CHUNK)).fletcher32();
-    let dataset = builder.shape(bytes.len()).create(name)?;
-    if !bytes.is_empty() {
-        dataset.write_raw(bytes)?;
+/// Bytes on their way into a dataset.
+struct Parts<'a> {
+    dataset: &'a Dataset,
+    /// Bytes that are not in the file yet.
+    part: Vec<u8>,
+    /// Number of those that are.
+    at: usize,
+    error: Option<hdf5::Error>,
+}
+
+impl Write for Parts<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let taken = bytes.len().min(CHUNK - self.part.len());
+        self.part.extend_from_slice(&bytes[..taken]);
+        if self.part.len() == CHUNK {
+            self.flush()?;
+        }
+        Ok(taken)
     }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let end = self.at + self.part.len();
+        if end > self.at {
+            let written = self.dataset.write_slice(&self.part[..], self.at..end);
+            self.error = written.err();
+            self.at = end;
+            self.part.clear();
+        }
+        if self.error.is_some() { Err(io::ErrorKind::Other.into()) } else { Ok(()) }
+    }
+}
+
+type Source<'a> = &'a dyn Fn(&mut dyn Write) -> io::Result<()>;
+
+fn store(file: &File, name: &str, size: usize, bytes: Source<'_>) -> Result<()> {
+    let builder = file.new_dataset::<u8>().chunk(size.clamp(1, CHUNK)).fletcher32();
+    let dataset = builder.shape(size).create(name)?;
+    let mut parts = Parts { dataset: &dataset, part: Vec::new(), at: 0, error: None };
+    let written = bytes(&mut parts).and_then(|()| parts.flush());
+    if let Some(error) = parts.error {
+        return Err(error);
+    }
+    written.map_err(|error| hdf5::Error::from(error.to_string()))?;
     // Dropping a dataset writes what HDF5 still buffers, and cannot tell that the disk is full.
     dataset.flush()
 }

@@ -116,6 +116,6 @@ impl BlockFace {
     #[must_use]
     pub fn is_outer(&self, geometry: &Geometry) -> bool {
         geometry.beyond(self.block, self.face).is_none()
-            && !geometry.abutting.contains_key(&(self.block as u32, self.face.number()))
+            && geometry.abuts(self.block, self.face.number()).is_none()
     }
 }

@@ -21,7 +21,7 @@ pub fn connected(geometry: &Geometry, contacts: bool) -> Vec<usize> {
         let neighbours = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|at| geometry.neighbour(block, at));
         neighbours.into_iter().flatten().for_each(|neighbour| groups.join([block, neighbour]));
     }
-    for abutment in &geometry.abutments {
+    for abutment in geometry.joined() {
         groups.join(abutment.blocks.map(|block| block as usize));
     }
     if contacts {

@@ -4,11 +4,14 @@
 mod tests;
 
 use nalgebra::Vector3;
+use rayon::iter::Either;
 use rayon::prelude::*;
 
 /// An axis-aligned box: its low and its high corner `[m]`.
 pub type Bounds = [Vector3<f64>; 2];
 
+/// Boxes that one task looks at.
+const TOGETHER: usize = 1024;
 /// Boxes over more cells than this are swept against all.
 const LARGE: u64 = 64;
 /// Cells are longer along an axis than the median box by this factor: a box is in fewer of them,
@@ -27,14 +30,14 @@ pub fn meeting(boxes: &[Bounds]) -> Vec<[u32; 2]> {
     let sound = |[low, high]: &Bounds| {
         (0..3).all(|d| low[d].is_finite() && high[d].is_finite() && low[d] <= high[d])
     };
-    let sound: Vec<u32> =
-        (0..boxes.len()).filter(|&i| sound(&boxes[i])).map(|i| i as u32).collect();
+    let all = (0..boxes.len()).into_par_iter().with_min_len(TOGETHER);
+    let sound: Vec<u32> = all.filter(|&i| sound(&boxes[i])).map(|i| i as u32).collect();
     let edges = edges(boxes, &sound);
-    let (mut small, mut large) = (Vec::with_capacity(sound.len()), Vec::new());
-    for i in sound {
+    let each = sound.into_par_iter().with_min_len(TOGETHER);
+    let (small, large): (Vec<_>, Vec<_>) = each.partition_map(|i| {
         let cells = boxes[i as usize].map(|corner| cell(&corner, &edges));
-        if count(&cells) <= LARGE { small.push((i, cells)) } else { large.push(i) }
-    }
+        if count(&cells) <= LARGE { Either::Left((i, cells)) } else { Either::Right(i) }
+    });
     let mut pairs = in_cells(boxes, &small);
     if !large.is_empty() {
         sweep(boxes, small.iter().map(|(i, _)| *i).collect(), large, &mut pairs);
@@ -50,16 +53,17 @@ fn meet(a: &Bounds, b: &Bounds) -> bool {
 
 /// Edges of the cells, from the medians of those of the boxes.
 fn edges(boxes: &[Bounds], sound: &[u32]) -> [f64; 3] {
-    let mut lengths = Vec::with_capacity(sound.len());
-    let medians = [0, 1, 2].map(|d| {
-        lengths.clear();
-        lengths.extend(sound.iter().map(|&i| boxes[i as usize][1][d] - boxes[i as usize][0][d]));
-        let middle = lengths.len() / 2;
+    let median = |d: usize| {
+        let length = |&i: &u32| boxes[i as usize][1][d] - boxes[i as usize][0][d];
+        let mut lengths: Vec<f64> = sound.iter().map(length).collect();
         if lengths.is_empty() {
             return 0.0;
         }
+        let middle = lengths.len() / 2;
         *lengths.select_nth_unstable_by(middle, f64::total_cmp).1
-    });
+    };
+    let (x, (y, z)) = rayon::join(|| median(0), || rayon::join(|| median(1), || median(2)));
+    let medians = [x, y, z];
     let longest = medians.into_iter().fold(0.0, f64::max);
     let longest = if longest > 0.0 { longest } else { spacing(boxes, sound) };
     medians.map(|median| (ROOM * median).max(FLATTEST * longest).max(f64::MIN_POSITIVE))
@@ -95,31 +99,27 @@ fn key(cell: [i64; 3]) -> u64 {
 /// Pairs of boxes of which neither is large: they share the cell of the low corner of what they
 /// have in common, and are found there.
 fn in_cells(boxes: &[Bounds], small: &[(u32, Cells)]) -> Vec<[u32; 2]> {
-    let mut entries: Vec<(u64, u32)> = Vec::with_capacity(4 * small.len());
-    for (at, (_, [low, high])) in small.iter().enumerate() {
-        for x in low[0]..=high[0] {
-            for y in low[1]..=high[1] {
-                entries.extend((low[2]..=high[2]).map(|z| (key([x, y, z]), at as u32)));
-            }
-        }
-    }
-    entries.par_sort_unstable();
-    let in_cell = |cell: &[(u64, u32)]| {
-        let mut pairs = Vec::new();
-        for (k, &(here, at)) in cell.iter().enumerate() {
-            let (i, [low, _]) = small[at as usize];
-            for &(_, other) in &cell[k + 1..] {
-                let (j, [other_low, _]) = small[other as usize];
-                let first = [0, 1, 2].map(|d| low[d].max(other_low[d]));
-                if meet(&boxes[i as usize], &boxes[j as usize]) && key(first) == here {
-                    pairs.push([i, j]);
-                }
-            }
-        }
-        pairs
+    let cells = |(at, (_, [low, high])): (usize, &(u32, Cells))| {
+        let [x, y, z] = [0, 1, 2].map(|d| low[d]..=high[d]);
+        let rows = x.flat_map(move |x| y.clone().map(move |y| [x, y]));
+        rows.flat_map(move |[x, y]| z.clone().map(move |z| (key([x, y, z]), at as u32)))
     };
-    let cells = entries.par_chunk_by(|a, b| a.0 == b.0);
-    cells.flat_map_iter(in_cell).collect()
+    let each = small.par_iter().with_min_len(TOGETHER).enumerate();
+    let mut entries: Vec<(u64, u32)> = each.flat_map_iter(cells).collect();
+    entries.par_sort_unstable();
+    let pair = |here: u64, [at, other]: [u32; 2]| {
+        let ((i, [low, _]), (j, [other_low, _])) = (small[at as usize], small[other as usize]);
+        let first = [0, 1, 2].map(|d| low[d].max(other_low[d]));
+        let here = meet(&boxes[i as usize], &boxes[j as usize]) && key(first) == here;
+        here.then_some([i, j])
+    };
+    let pairs = entries.par_chunk_by(|a, b| a.0 == b.0).flat_map_iter(|cell| {
+        let each = cell.iter().enumerate();
+        each.flat_map(move |(k, &(here, at))| {
+            cell[k + 1..].iter().filter_map(move |&(_, other)| pair(here, [at, other]))
+        })
+    });
+    pairs.collect()
 }
 
 /// Pairs of large boxes with each other and with small ones, sorted along the axis on which the

@@ -254,7 +254,7 @@ impl MeshBlock {
             cuts: lengths.map(|length| vec![0.0, length]),
             lengths: lengths.map(|length| vec![length]),
             gaps: [0; 3].map(|_| vec![0.0; 2]),
-            body: vec![0],
+            body: vec![0].into(),
             material: vec![material].into(),
             joint: [0; 3].map(|_| vec![NO_JOINT].into()),
             own_joint: [NO_JOINT; 3],

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::Vec3;
+use super::{Pages, Vec3};
 
 /// No body: there is nothing.
 pub const NONE: u32 = u32::MAX;
@@ -35,7 +35,7 @@ pub struct Lattice {
     /// Width of the gap at each cut along the edge, shape `(count + 1)` `[m]`.
     pub gaps: [Vec<f64>; 3],
     /// Body in each cell, or [`NONE`] or [`ELSEWHERE`]; x fastest.
-    pub body: Vec<u32>,
+    pub body: Pages,
     /// Material of each cell.
     pub material: Arc<Vec<u16>>,
     /// Joint at the upper side of each cell, by the direction of its normal.
@@ -144,7 +144,7 @@ impl Lattice {
         let own = own.filter(|cells| !known.iter().any(|other| Arc::ptr_eq(cells, other)));
         numbers.map(|numbers| size_of_val(&numbers[..])).sum::<usize>()
             + own.map(|cells| size_of_val(&cells[..])).sum::<usize>()
-            + size_of_val(&self.body[..])
+            + self.body.bytes(other.map(|other| &other.body))
     }
 
     /// Shortest edge of a cell `[m]`.
@@ -173,6 +173,6 @@ pub fn bounds_of(points: &[Vec3]) -> [Vec3; 2] {
 }
 
 /// Corners of the box around all lattices.
-pub fn bounds(lattices: &[Lattice]) -> [Vec3; 2] {
-    bounds_of(&lattices.iter().flat_map(Lattice::corners).collect::<Vec<_>>())
+pub fn bounds(lattices: &[Arc<Lattice>]) -> [Vec3; 2] {
+    bounds_of(&lattices.iter().flat_map(|lattice| lattice.corners()).collect::<Vec<_>>())
 }

@@ -28,6 +28,7 @@ pub mod in_situ;
 pub mod inertia;
 mod lattice;
 pub mod pack;
+mod pages;
 pub mod parallel;
 pub mod properties;
 pub mod seams;
@@ -36,7 +37,7 @@ mod stages;
 mod surface_point;
 mod topology;
 
-pub use abut::{Abutment, Abuts, abutting};
+pub use abut::{Abutment, Abuts};
 pub use block_face::{BlockFace, RestFace, Strip};
 pub use cells::moved_to;
 pub use face::Face;
@@ -44,11 +45,11 @@ pub use face::faces;
 pub use facing::{FaceOverlap, MISSES, SLIVER};
 pub use hexmesh::{HexMesh, MeshBlock, MeshError, MeshFaces};
 pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
+pub use pages::Pages;
 pub use stages::Stages;
 pub use surface_point::SurfacePoint;
 pub use topology::Topology;
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -78,39 +79,40 @@ pub struct Body {
 #[derive(Clone, Debug)]
 pub struct Geometry {
     /// Lattices.
-    pub lattices: Vec<Lattice>,
+    pub lattices: Vec<Arc<Lattice>>,
     /// Blocks.
     pub bodies: Arc<Vec<Body>>,
     /// Number of nodes.
     pub n_nodes: usize,
     /// Number of elements.
     pub n_elements: usize,
-    /// Faces of different lattices that lie on each other, with the joint between them.
-    pub abutments: Vec<Abutment>,
+    /// Faces of different lattices that lie on each other, with the joint between them, by their blocks: those
+    /// of blocks that have been taken out since, too.
+    pub abutments: Arc<Vec<Abutment>>,
+    /// Places there by block and number of the face, in order.
+    abutting: Arc<Vec<(u32, u8, u32)>>,
     /// Faces of different sets that are nearer than their joint is thick, and not joined.
     pub apart: Arc<Vec<Abutment>>,
-    /// The joint at each face, by block and number, that one of these has.
-    pub abutting: HashMap<(u32, u8), Abuts>,
     /// Corners of the box around all sets of blocks `[m]`.
     pub bounds: [Vec3; 2],
     /// Lattices that have no gap between them.
-    pub touching: Vec<(usize, usize)>,
+    pub touching: Arc<Vec<(usize, usize)>>,
 }
 
 impl Geometry {
     /// Blocks in the cells of lattices, with numbers for them and their nodes, and no joints between lattices yet.
     #[must_use]
-    pub fn new(lattices: Vec<Lattice>, bounds: [Vec3; 2]) -> Self {
+    pub fn new(lattices: Vec<Arc<Lattice>>, bounds: [Vec3; 2]) -> Self {
         let mut geometry = Self {
             lattices,
             bodies: Arc::default(),
             n_nodes: 0,
             n_elements: 0,
-            abutments: Vec::new(),
+            abutments: Arc::default(),
+            abutting: Arc::default(),
             apart: Arc::default(),
-            abutting: HashMap::new(),
             bounds,
-            touching: Vec::new(),
+            touching: Arc::default(),
         };
         geometry.number();
         geometry
@@ -118,7 +120,7 @@ impl Geometry {
 
     fn number(&mut self) {
         let bodies = Arc::make_mut(&mut self.bodies);
-        for (index, lattice) in self.lattices.iter_mut().enumerate() {
+        for (index, lattice) in self.lattices.iter_mut().map(Arc::make_mut).enumerate() {
             let nodes = lattice.nodes_per_body();
             let [nx, ny, nz] = lattice.count;
             for (z, y, x) in
@@ -146,14 +148,10 @@ impl Geometry {
     pub fn take_out(&mut self, blocks: &[usize]) {
         for &block in blocks {
             let Body { lattice, cell, .. } = self.bodies[block];
-            let lattice = &mut self.lattices[lattice as usize];
+            let lattice = Arc::make_mut(&mut self.lattices[lattice as usize]);
             let index = lattice.index(cell.map(|c| c as usize));
             lattice.body[index] = NONE;
         }
-        let mut abutments = std::mem::take(&mut self.abutments);
-        abutments.retain(|abutment| !abutment.blocks.iter().any(|&b| self.is_gone(b as usize)));
-        self.abutting = abutting(&abutments);
-        self.abutments = abutments;
     }
 
     /// Whether a block has been taken out.
@@ -165,12 +163,17 @@ impl Geometry {
 
     /// Memory besides what another geometry has, too `[bytes]`.
     pub fn bytes(&self, other: Option<&Self>) -> usize {
-        let lattices = self.lattices.iter().enumerate();
-        let shared = other.is_some_and(|other| Arc::ptr_eq(&self.bodies, &other.bodies));
-        lattices.map(|(k, own)| own.bytes(other.map(|other| &other.lattices[k]))).sum::<usize>()
-            + if shared { 0 } else { size_of_val(&self.bodies[..]) }
-            + size_of_val(&self.abutments[..])
-            + self.abutting.capacity() * (size_of::<((u32, u8), Abuts)>() + 1)
+        let known = |k: usize| other.map(|other| &other.lattices[k]);
+        let own = self.lattices.iter().enumerate();
+        let own = own.filter(|(k, own)| known(*k).is_none_or(|other| !Arc::ptr_eq(own, other)));
+        let shared = |so: fn(&Self, &Self) -> bool| other.is_some_and(|other| so(self, other));
+        let bodies = shared(|own, other| Arc::ptr_eq(&own.bodies, &other.bodies));
+        let abutments = shared(|own, other| Arc::ptr_eq(&own.abutments, &other.abutments));
+        own.map(|(k, own)| size_of::<Lattice>() + own.bytes(known(k).map(|l| &**l))).sum::<usize>()
+            + size_of_val(&self.lattices[..])
+            + if bodies { 0 } else { size_of_val(&self.bodies[..]) }
+            + if abutments { 0 } else { size_of_val(&self.abutments[..]) }
+            + if abutments { 0 } else { size_of_val(&self.abutting[..]) }
     }
 
     /// The block set of a body.

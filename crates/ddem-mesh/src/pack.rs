@@ -13,6 +13,8 @@
 //! the neighbours' nodes that they touch and one for the torque; the neighbours collect it later.
 //! So every number is written by one task and summed in one order.
 
+use std::sync::Arc;
+
 use crate::{Geometry, Lattice, moved_to};
 use ddem_mechanics::math::lanes::LANES;
 
@@ -258,7 +260,7 @@ impl Packs {
         let mut first = 0;
         while first < geometry.lattices.len() {
             let end = first + packs.alike(&geometry.lattices[first..]);
-            let bodies = geometry.lattices[first..end].iter().flat_map(in_order);
+            let bodies = geometry.lattices[first..end].iter().flat_map(|lattice| in_order(lattice));
             packs.add(&geometry.lattices[first], bodies.collect());
             first = end;
         }
@@ -267,10 +269,11 @@ impl Packs {
     }
 
     /// Number of the first lattices whose blocks lie side by side in packs: of single blocks as many as are alike.
-    fn alike(&self, lattices: &[Lattice]) -> usize {
+    fn alike(&self, lattices: &[Arc<Lattice>]) -> usize {
         let kind = |lattice: &Lattice| (lattice.divisions, lattice.rigid, lattice.is_box());
         let first = &lattices[0];
-        let like = |lattice: &&Lattice| lattice.body.len() == 1 && kind(lattice) == kind(first);
+        let like =
+            |lattice: &&Arc<Lattice>| lattice.body.len() == 1 && kind(lattice) == kind(first);
         lattices.iter().take_while(like).count().max(1)
     }
 

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use crate::pack::Packs;
-use ddem_mechanics::math::lanes::LANES;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
 
 /// Nodes below which a run is not worth waking a thread for.
 const FEWEST_NODES: usize = 1000;
@@ -49,6 +49,43 @@ pub fn spread<T: Split>(
             );
         }
     }
+}
+
+/// Calls `op` with each pack, its parts of some nodal fields and its own value.
+pub fn each_pack<const N: usize, T: Send>(
+    packs: &Packs,
+    fields: [&mut [Lanes]; N],
+    own: &mut [T],
+    op: impl Fn(usize, [&mut [Lanes]; N], &mut T) + Sync,
+) {
+    spread(packs, &runs(packs), Nodal { fields, own }, &|run, mut nodal| {
+        for (pack, own) in run.zip(nodal.own) {
+            let nodes = node_start(packs, pack + 1) - node_start(packs, pack);
+            op(pack, nodal.fields.each_mut().map(|field| cut(field, nodes)), own);
+        }
+    });
+}
+
+/// Nodal fields, and a value of each pack.
+struct Nodal<'a, const N: usize, T> {
+    fields: [&'a mut [Lanes]; N],
+    own: &'a mut [T],
+}
+
+impl<const N: usize, T: Send> Split for Nodal<'_, N, T> {
+    fn split(mut self, packs: &Packs, first: usize, at: usize, _: usize) -> (Self, Self) {
+        let nodes = node_start(packs, at) - node_start(packs, first);
+        let fields = self.fields.each_mut().map(|field| cut(field, nodes));
+        (Self { fields, own: cut(&mut self.own, at - first) }, self)
+    }
+}
+
+/// Takes the first values of a field, or all that there are.
+pub fn cut<'a, T>(field: &mut &'a mut [T], at: usize) -> &'a mut [T] {
+    let all = std::mem::take(field);
+    let (low, high) = all.split_at_mut(at.min(all.len()));
+    *field = high;
+    low
 }
 
 /// First number of a pack in a field of three components a node; one past the end is allowed.

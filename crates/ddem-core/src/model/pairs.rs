@@ -16,7 +16,7 @@ impl Model {
 
     /// Number of the properties of each joint between two blocks.
     pub fn joint_numbers(&self) -> impl Iterator<Item = u16> + '_ {
-        let abutting = self.geometry.abutments.iter().map(|abutment| abutment.joint);
+        let abutting = self.geometry.joined().map(|abutment| abutment.joint);
         self.faces.iter().map(|face| face.joint).chain(abutting)
     }
 

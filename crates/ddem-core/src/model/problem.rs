@@ -25,9 +25,13 @@ pub use ddem_mesh::properties::{
 };
 pub use ddem_mesh::{
     Abutment, Abuts, BlockFace, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES,
-    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, RestFace, SLIVER, Stages, Strip, Topology,
-    Vec3, abutting, bounds, bounds_of, faces, moved_to,
+    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, Pages, RestFace, SLIVER, Stages, Strip,
+    Topology, Vec3, bounds, bounds_of, faces, moved_to,
 };
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
 
 use crate::model::boundary::{Made, Outside};
 use crate::model::conditions::{Active, Applied};
@@ -126,19 +130,44 @@ impl Problem {
         free_motion(geometry, &active, self.properties.contact.search)
     }
 
-    /// Supports at each boundary that is in force in a stage.
+    /// Whether a stage has the blocks, the supports and the boundaries of the one before.
     #[must_use]
-    pub fn boundary_holds(&self, stage: usize) -> Vec<BoundaryHold> {
+    pub fn goes_on(&self, stage: usize) -> bool {
+        let Some(before) = stage.checked_sub(1) else { return false };
+        let borders = self.borders.list.iter().map(|border| &border.period);
+        let mut periods = self.conditions.fixed.iter().map(|fix| &fix.period).chain(borders);
+        Arc::ptr_eq(self.stages.at(before), self.stages.at(stage))
+            && periods.all(|period| period.has(before) == period.has(stage))
+    }
+
+    /// Supports at each boundary that is in force in a stage, for each stage.
+    #[must_use]
+    pub fn boundary_holds(&self) -> Vec<Vec<BoundaryHold>> {
+        let stages = 0..self.n_stages();
+        if self.borders.list.is_empty() {
+            return stages.map(|_| Vec::new()).collect();
+        }
+        let packs = Packs::new(self.stages.at(0));
+        let others = stages
+            .into_par_iter()
+            .map(|stage| (!self.goes_on(stage)).then(|| self.boundary_holds_in(stage, &packs)));
+        let mut holds: Vec<Vec<BoundaryHold>> = Vec::new();
+        for other in others.collect::<Vec<_>>() {
+            holds.push(other.or_else(|| holds.last().cloned()).unwrap_or_default());
+        }
+        holds
+    }
+
+    fn boundary_holds_in(&self, stage: usize, packs: &Packs) -> Vec<BoundaryHold> {
         let here = (0..self.borders.list.len()).filter(|&index| self.borders.has(index, stage));
         let here: Vec<usize> = here.collect();
         if here.is_empty() {
             return Vec::new();
         }
         let (geometry, start) = (&**self.stages.at(stage), &**self.stages.at(0));
-        let packs = Packs::new(start);
-        let made = Made { geometry, start, packs: &packs };
+        let made = Made { geometry, start, packs };
         let none = Applied::default();
-        let active = Active::new(&self.conditions, geometry, &packs, stage, &none);
+        let active = Active::new(&self.conditions, geometry, packs, stage, &none);
         let outside = Outside::new(&self.borders, made, &self.conditions, stage, &active, &none);
         let point = |node: u32| {
             let (body, at) = geometry.locate(node as usize);

@@ -37,7 +37,7 @@ impl Model {
         let mut within =
             |body: usize, d: usize, joint: u16| law(before.joint_above(body, d), joint);
         let seams = Seams::new(properties, geometry, packs, &mut within);
-        let between = geometry.abutments.iter().map(|abutment| {
+        let between = geometry.joined().map(|abutment| {
             let old = before.joint_of(abutment.blocks).unwrap_or(NO_JOINT);
             (abutment.blocks, law(old, abutment.joint))
         });

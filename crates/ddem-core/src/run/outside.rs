@@ -2,11 +2,13 @@
 
 use std::collections::BTreeSet;
 
+use rayon::prelude::*;
+
 use super::Simulation;
 use crate::error::RunError;
 use crate::model::Model;
 use crate::model::boundary::{Column, Moving, Pace};
-use crate::model::charge::{Charge, ChargeState, Fill};
+use crate::model::charge::{Charge, ChargeState, Fill, Push};
 use crate::state::view::StageView;
 use crate::state::{Fresh, State};
 use ddem_mesh::Vec3;
@@ -149,26 +151,27 @@ impl Simulation {
     /// Gas of the charges in force pushes its walls where they are now. Returns what is in the shells by
     /// now.
     pub(super) fn press(&mut self) -> Vec<Fill> {
-        let Self { model, state, view: StageView { active, factors, .. }, .. } = self;
-        let loads = model.conditions.loaded.len();
-        let mut fills = Vec::with_capacity(state.fills.len());
-        for (index, charged) in model.conditions.charged.iter().enumerate() {
-            let charge = &charged.charge;
-            let before = &state.fills[fills.len()..][..charge.shells.len()];
-            if factors.get(loads + index).is_none_or(|factor| *factor == 0.0) {
-                fills.extend(before);
-                continue;
-            }
-            let u = |node: &u32| Vec3::from(model.get(&state.u, *node as usize));
-            let u: Vec<Vec3> = charge.nodes.iter().map(u).collect();
-            let push = charge.push(&u, before);
-            for (node, force) in charge.nodes.iter().zip(push.forces) {
+        let loads = self.model.conditions.loaded.len();
+        let acts = |load: usize| self.view.factors.get(load).is_some_and(|factor| *factor != 0.0);
+        let charged: Vec<_> = self.charged().collect();
+        let each = charged.par_iter().enumerate().map(|(index, (charge, before))| {
+            acts(loads + index).then(|| charge.push(&self.moved(charge), before))
+        });
+        let each: Vec<Option<Push>> = each.collect();
+        let mut fills = Vec::with_capacity(self.state.fills.len());
+        for (push, (_, before)) in each.iter().zip(charged) {
+            fills.extend(push.as_ref().map_or(before, |push| &push.fills));
+        }
+        let Self { model, view: StageView { active, .. }, .. } = self;
+        let pushes = model.conditions.charged.iter().zip(each).enumerate();
+        for (index, (charged, push)) in pushes {
+            let Some(push) = push else { continue };
+            for (node, force) in charged.charge.nodes.iter().zip(push.forces) {
                 let slot = model.node_slot(*node as usize);
                 if let Some(present) = active.force_mut(slot, (loads + index) as u32) {
                     *present = force.into();
                 }
             }
-            fills.extend(push.fills);
         }
         fills
     }
@@ -217,13 +220,14 @@ impl Simulation {
             velocities: &self.view.velocities,
             rates: &rates,
         };
-        let (u, v): (Vec<Vec3>, Vec<Vec3>) = columns.iter().map(|[u, v]| (*u, *v)).unzip();
-        let mut moving = Moving::new(columns.len());
+        let mut moving = std::mem::take(&mut self.view.columns);
+        moving.clear(columns.len());
         for standing in &self.view.outside.standing {
             let column = &borders.list[standing.border].columns[standing.column];
-            column.step(standing, &pace, &u, &v, &mut moving);
+            column.step(standing, &pace, columns, &mut moving);
         }
-        self.view.pushes = self.view.outside.pushes(borders, &factors, &moving);
+        let StageView { outside, pushes, .. } = &mut self.view;
+        outside.push(borders, &factors, &moving, pushes);
         self.view.columns = moving;
         Ok(())
     }

@@ -159,7 +159,7 @@ impl Simulation {
         *self.motion = Motion::relaxing(&self.model.assembly);
         self.view.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
         self.view.factors.clone_from(&self.state.load_factors);
-        self.view.pushes = self.view.outside.kept();
+        self.view.pushes = self.view.outside.kept().collect();
     }
 
     /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is

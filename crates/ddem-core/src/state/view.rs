@@ -31,7 +31,7 @@ impl StageView {
         let made = model.made();
         let outside = Outside::new(borders, made, conditions, state.stage, &active, &state.kept);
         Self {
-            pushes: outside.kept(),
+            pushes: outside.kept().collect(),
             active,
             outside,
             columns: Moving::default(),

@@ -38,7 +38,7 @@ fn model(count: [usize; 3], divisions: usize, gone: Option<[usize; 3]>) -> Model
         cuts: count.map(|n| (0..=n).map(|at| at as f64).collect()),
         lengths: count.map(|n| vec![1.0; n]),
         gaps: count.map(|n| (0..=n).map(|at| inner(at, n)).collect()),
-        body: vec![0; cells],
+        body: vec![0; cells].into(),
         material: Arc::new(vec![0; cells]),
         joint: [0; 3].map(|joint| Arc::new(vec![joint; cells])),
         own_joint: [0; 3],
@@ -48,7 +48,7 @@ fn model(count: [usize; 3], divisions: usize, gone: Option<[usize; 3]>) -> Model
         lattice.body[at] = NONE;
     }
     let bounds = [Vec3::zeros(), Vec3::from(count.map(|n| n as f64))];
-    let geometry = Geometry::new(vec![lattice], bounds);
+    let geometry = Geometry::new(vec![Arc::new(lattice)], bounds);
     Model::new(Arc::new(Problem {
         properties: Properties {
             gravity: Vec3::zeros(),

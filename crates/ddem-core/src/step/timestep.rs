@@ -5,6 +5,7 @@
 //! are left out: they can only lower it.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use fearless_simd::dispatch;
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -15,12 +16,12 @@ use crate::step::cluster::{Clusters, accelerations};
 use crate::step::scratch::Scratch;
 use crate::step::{Pass, internal_forces};
 use ddem_joint::breaks::Breaks;
-use ddem_mechanics::math::exact::Exact;
+use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::Vec3;
 use ddem_mesh::inertia::Inertia;
 use ddem_mesh::pack::Pack;
-use ddem_mesh::parallel::node_start;
+use ddem_mesh::parallel::{each_pack, node_start};
 
 /// Most products with K.
 const MOST_STEPS: usize = 120;
@@ -66,13 +67,16 @@ pub(crate) fn largest_eigenvalue(
             break;
         }
         beside.push(beta);
-        for (w, q) in before.iter_mut().zip(&mut q) {
-            for lane in 0..LANES {
-                let next = w.0[lane] / beta;
-                w.0[lane] = q.0[lane];
-                q.0[lane] = next;
+        over_packs(model, [&mut before, &mut q], |_, _, [w, q]| {
+            for (w, q) in w.iter_mut().zip(q) {
+                for lane in 0..LANES {
+                    let next = w.0[lane] / beta;
+                    w.0[lane] = q.0[lane];
+                    q.0[lane] = next;
+                }
             }
-        }
+            0.0
+        });
     }
     Ok(values.last().copied().unwrap_or(0.0))
 }
@@ -94,65 +98,65 @@ impl Operator<'_> {
 
     /// `M^{-½} q`: displacements, of which K gives forces.
     fn scale(&self, q: &[Lanes], scaled: &mut [Lanes]) {
-        for_each_pack(self.model, |pack, range| {
+        over_packs(self.model, [scaled], |pack, range, [scaled]| {
             if self.model.packs.packs[pack].rigid {
-                return self.bodies.corners(
-                    self.model,
-                    pack,
-                    &q[range.clone()],
-                    &mut scaled[range],
-                );
-            }
-            for (at, r) in range.zip(self.root(pack)) {
-                for lane in 0..LANES {
-                    scaled[at].0[lane] = q[at].0[lane] * r.0[lane];
+                self.bodies.corners(self.model, pack, &q[range], scaled);
+            } else {
+                for ((scaled, q), r) in scaled.iter_mut().zip(&q[range]).zip(self.root(pack)) {
+                    (0..LANES).for_each(|lane| scaled.0[lane] = q.0[lane] * r.0[lane]);
                 }
             }
+            0.0
         });
     }
 
     /// `w = A q − β q₋` in the place of `q₋`, from the forces −f, and `w·q`.
     fn product(&self, q: &[Lanes], f: &mut [Lanes], beta: f64, before: &mut [Lanes]) -> f64 {
-        let mut alpha = Exact::default();
-        for_each_pack(self.model, |pack, range| {
+        over_packs(self.model, [f, before], |pack, range, [f, before]| {
             let mut own = 0.0;
             if self.model.packs.packs[pack].rigid {
-                self.bodies.resultants(self.model, pack, &mut f[range.clone()]);
+                self.bodies.resultants(self.model, pack, f);
             }
-            for (at, r) in range.zip(self.root(pack)) {
+            for (i, (at, r)) in range.zip(self.root(pack)).enumerate() {
                 for lane in 0..LANES {
                     let more = self.added.get(at / 3).map_or(0.0, |more| more.0[lane]);
-                    let product = more * q[at].0[lane] - f[at].0[lane] * r.0[lane];
-                    before[at].0[lane] = product - beta * before[at].0[lane];
-                    own += before[at].0[lane] * q[at].0[lane];
+                    let product = more * q[at].0[lane] - f[i].0[lane] * r.0[lane];
+                    before[i].0[lane] = product - beta * before[i].0[lane];
+                    own += before[i].0[lane] * q[at].0[lane];
                 }
             }
-            alpha.add(own);
-        });
-        alpha.value()
+            own
+        })
     }
 }
 
 /// Takes `α q` from `w`; returns the length of the rest.
 fn take_part(model: &Model, alpha: f64, q: &[Lanes], w: &mut [Lanes]) -> f64 {
-    let mut norm = Exact::default();
-    for_each_pack(model, |_, range| {
+    let square = over_packs(model, [w], |_, range, [w]| {
         let mut own = 0.0;
-        for (w, q) in w[range.clone()].iter_mut().zip(&q[range]) {
+        for (w, q) in w.iter_mut().zip(&q[range]) {
             for lane in 0..LANES {
                 w.0[lane] -= alpha * q.0[lane];
                 own += w.0[lane] * w.0[lane];
             }
         }
-        norm.add(own);
+        own
     });
-    norm.value().sqrt()
+    square.sqrt()
 }
 
-fn for_each_pack(model: &Model, mut f: impl FnMut(usize, std::ops::Range<usize>)) {
-    for pack in 0..model.packs.packs.len() {
-        f(pack, node_start(&model.packs, pack)..node_start(&model.packs, pack + 1));
-    }
+/// Exact sum of what `op` returns for each pack, its places in a nodal field, and its parts of some.
+fn over_packs<const N: usize>(
+    model: &Model,
+    fields: [&mut [Lanes]; N],
+    op: impl Fn(usize, Range<usize>, [&mut [Lanes]; N]) -> f64 + Sync,
+) -> f64 {
+    let packs = &model.packs;
+    let mut sums = vec![0.0; packs.packs.len()];
+    each_pack(packs, fields, &mut sums, |pack, fields, sum| {
+        *sum = op(pack, node_start(packs, pack)..node_start(packs, pack + 1), fields);
+    });
+    sum(sums)
 }
 
 /// Rigid bodies have six numbers each, in the first places of their corners: shift and turn, scaled
@@ -222,24 +226,23 @@ fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) ->
 /// A unit vector that favours no mode: numbers from a fixed sequence for each pack, none where no body is.
 fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut q = vec![Lanes::ZERO; n];
-    let mut norm = Exact::default();
-    for_each_pack(model, |pack, range| {
+    let square = over_packs(model, [&mut q], |pack, _, [q]| {
         let Pack { rigid, filled, .. } = model.packs.packs[pack];
         let mut seed = 0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(2 * pack as u64 + 1);
         let mut own = 0.0;
-        for at in range.take(if rigid { 6 } else { usize::MAX }) {
+        for q in q.iter_mut().take(if rigid { 6 } else { usize::MAX }) {
             for lane in 0..filled {
                 seed ^= seed << 13;
                 seed ^= seed >> 7;
                 seed ^= seed << 17;
                 let x = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
-                q[at].0[lane] = x;
+                q.0[lane] = x;
                 own += x * x;
             }
         }
-        norm.add(own);
+        own
     });
-    let norm = norm.value().sqrt();
+    let norm = square.sqrt();
     q.iter_mut().for_each(|q| q.0.iter_mut().for_each(|x| *x /= norm));
     q
 }
@@ -272,7 +275,8 @@ pub(crate) fn largest_clustered(
     const MOST_STEPS: usize = 200;
     const GROWS: f64 = 1.05;
     let n = 3 * model.packs.nodes;
-    let mut x = start(model, n);
+    let (mut x, mut next) = (start(model, n), vec![Lanes::ZERO; n]);
+    let mut sums = vec![[0.0; 3]; model.packs.packs.len()];
     let (mut largest, mut growth) = (0.0, 0.0);
     for step in 0..MOST_STEPS {
         if step >= STEPS && growth <= GROWS * largest {
@@ -283,27 +287,23 @@ pub(crate) fn largest_clustered(
         }
         internal_forces(Pass::linear(model, &x), breaks, scratch);
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
-        let (mut above, mut below, mut size) = (Exact::default(), Exact::default(), 0.0_f64);
-        for pack in 0..model.packs.packs.len() {
-            let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
-            let mut next = vec![Lanes::ZERO; range.len()];
-            dispatch!(scratch.level, simd => {
-                accelerations(simd, model, None, clusters, pack, &scratch.f, &mut next)
-            });
-            let mut own = [0.0; 2];
-            for (at, next) in range.zip(next) {
+        let (f, level) = (&scratch.f, scratch.level);
+        each_pack(&model.packs, [&mut x, &mut next], &mut sums, |pack, [x, next], sums| {
+            dispatch!(level, simd => accelerations(simd, model, None, clusters, pack, f, next));
+            *sums = [0.0; 3];
+            let f = &f[node_start(&model.packs, pack)..];
+            for ((f, x), next) in f.iter().zip(x).zip(next) {
                 for lane in 0..LANES {
-                    let (y, m) = (-scratch.f[at].0[lane], -next.0[lane]);
-                    own[0] += y * m;
-                    own[1] += y * x[at].0[lane];
-                    size = size.max(m.abs());
-                    x[at].0[lane] = m;
+                    let (y, m) = (-f.0[lane], -next.0[lane]);
+                    sums[0] += y * m;
+                    sums[1] += y * x.0[lane];
+                    sums[2] = f64::max(sums[2], m.abs());
+                    x.0[lane] = m;
                 }
             }
-            above.add(own[0]);
-            below.add(own[1]);
-        }
-        let (above, below) = (above.value(), below.value());
+        });
+        let [above, below] = [0, 1].map(|part| sum(sums.iter().map(|sums| sums[part])));
+        let size = sums.iter().map(|sums| sums[2]).fold(0.0, f64::max);
         if below <= 0.0 {
             break;
         }

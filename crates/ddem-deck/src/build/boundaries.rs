@@ -26,12 +26,12 @@ pub(super) fn borders(deck: &Deck, problem: &Problem) -> Result<Borders, Vec<Fau
 }
 
 /// Faults of boundaries all of whose nodes are held, and of columns that stand on nothing.
-pub(super) fn idle(deck: &Deck, problem: &Problem) -> Vec<Fault> {
+pub(super) fn idle(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) -> Vec<Fault> {
     let mut faults = twice(deck, problem);
     let known = faults.len();
-    for stage in 0..problem.n_stages() {
+    for (stage, holds) in holds.iter().enumerate() {
         let name = deck.stage.get(stage).map_or("", |stage| &stage.name);
-        for hold in problem.boundary_holds(stage) {
+        for hold in holds {
             let index = hold.boundary;
             if hold.nodes > 0 && hold.held == hold.nodes {
                 faults.push(
@@ -41,7 +41,7 @@ pub(super) fn idle(deck: &Deck, problem: &Problem) -> Vec<Fault> {
                             "all {} nodes of this boundary are held in all directions in stage \
                              `{name}`, by {}: no dashpot there can move",
                             hold.nodes,
-                            names(&hold)
+                            names(hold)
                         ),
                     )
                     .help(
@@ -71,13 +71,13 @@ pub(super) fn idle(deck: &Deck, problem: &Problem) -> Vec<Fault> {
 }
 
 /// Warnings about boundaries that are held in part.
-pub(super) fn doubts(deck: &Deck, problem: &Problem) -> Vec<String> {
+pub(super) fn doubts(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) -> Vec<String> {
     let mut doubts = in_cavities(deck, problem);
     let mut held: Vec<Option<String>> = vec![None; problem.borders.list.len()];
-    for stage in 0..problem.n_stages() {
-        for hold in problem.boundary_holds(stage) {
+    for (stage, holds) in holds.iter().enumerate() {
+        for hold in holds {
             let known = &mut held[hold.boundary];
-            *known = known.take().or_else(|| doubt(deck, problem, stage, &hold));
+            *known = known.take().or_else(|| doubt(deck, problem, stage, hold));
         }
     }
     doubts.extend(held.into_iter().flatten());

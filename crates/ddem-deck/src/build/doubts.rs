@@ -46,7 +46,7 @@ impl Site {
         warnings.extend(self.crowded(model));
         warnings.extend(self.blasts_at_rest(model));
         warnings.extend(self.far_probes(model));
-        warnings.extend(super::boundaries::doubts(&self.deck, &self.problem));
+        warnings.extend(super::boundaries::doubts(&self.deck, &self.problem, &self.holds));
         warnings.extend(model.contact_doubts().into_iter().map(contact_doubt));
         let used = model.joint_numbers().collect();
         warnings.extend(crate::check::doubts(&self.deck, &used));
@@ -133,7 +133,7 @@ impl Site {
         let geometry = self.at_stage(None);
         let sets = |[a, b]: [u32; 2]| [a, b].map(|block| geometry.set(block as usize));
         let joined: HashSet<[usize; 2]> =
-            geometry.abutments.iter().map(|abutment| sets(abutment.blocks)).collect();
+            geometry.joined().map(|abutment| sets(abutment.blocks)).collect();
         let touching = geometry.touching.iter().copied();
         let touching: BTreeSet<[usize; 2]> =
             touching.map(|(i, j)| [i, j].map(|at| geometry.lattices[at].set)).collect();

@@ -5,17 +5,22 @@ use ddem_core::{Fault, Problem, Simulation};
 
 use super::Site;
 use super::geometry::interface::ajar;
-use crate::schema::{Deck, Stage, StageKind};
+use crate::schema::{Deck, StageKind};
 
 /// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
 pub(super) fn check(deck: &Deck, problem: &Problem) -> Vec<Fault> {
-    let relax = deck.stage.iter().enumerate().filter(|(_, stage)| stage.kind == StageKind::Relax);
-    let found = |(stage, entry): (usize, &Stage)| {
-        let motion = problem.free_motion(stage)?;
-        let whose = format!("of relax stage `{}`", entry.name);
-        Some(fault(deck, problem.stages.at(stage), &motion, (stage, &whose)))
-    };
-    relax.filter_map(found).collect()
+    let (mut faults, mut known) = (Vec::new(), None);
+    for (stage, entry) in deck.stage.iter().enumerate() {
+        known = known.filter(|_| problem.goes_on(stage));
+        if entry.kind != StageKind::Relax {
+            continue;
+        }
+        if let Some(motion) = known.get_or_insert_with(|| problem.free_motion(stage)) {
+            let whose = format!("of relax stage `{}`", entry.name);
+            faults.push(fault(deck, problem.stages.at(stage), motion, (stage, &whose)));
+        }
+    }
+    faults
 }
 
 impl Site {

@@ -16,8 +16,7 @@ impl Where {
     /// does not cover what is selected. The place of the fault begins with `where`.
     pub fn nodes(&self, model: &Model) -> Result<Vec<u32>, Fault> {
         let sets = &model.problem().sets;
-        let names: Vec<Option<&str>> = sets.list.iter().map(|set| set.name.as_deref()).collect();
-        let mut faults = self.check(&names);
+        let mut faults = self.check(&sets.list);
         if faults.is_empty() {
             faults = uncovered(("where", self), sets, &model.geometry().lattices);
         }

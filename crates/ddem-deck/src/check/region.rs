@@ -2,6 +2,7 @@
 
 use super::{Faults, NameFaults, Rule, shown};
 use crate::schema::{Deck, Extent, Heights, Plane, Sheet, Triangles, Where};
+use ddem_core::problem::Set;
 
 /// Kind of things that a part of space is to select.
 #[derive(Clone, Copy, PartialEq)]
@@ -13,8 +14,9 @@ pub(super) enum Of {
 }
 
 impl Where {
-    /// Faults of a part of a model with sets of these names; places begin with `where`.
-    pub(crate) fn check(&self, sets: &[Option<&str>]) -> Vec<ddem_core::Fault> {
+    /// Faults of a part of a model with these sets; places begin with `where`.
+    pub(crate) fn check(&self, sets: &[Set]) -> Vec<ddem_core::Fault> {
+        let sets = sets.iter().map(|set| set.name.as_deref());
         let mut faults = Faults(Vec::new());
         in_sets(sets, "where", (self, Of::Nodes), &mut faults);
         faults.0
@@ -23,12 +25,17 @@ impl Where {
 
 /// A part of space of a deck.
 pub(super) fn region(deck: &Deck, at: &str, region: (&Where, Of), faults: &mut Faults) {
-    let sets: Vec<Option<&str>> = deck.blocks.iter().map(|set| set.name.as_deref()).collect();
-    in_sets(&sets, at, region, faults);
+    let sets = deck.blocks.iter().map(|set| set.name.as_deref());
+    in_sets(sets, at, region, faults);
 }
 
 /// A part of the space of sets with these names.
-fn in_sets(sets: &[Option<&str>], at: &str, (region, of): (&Where, Of), faults: &mut Faults) {
+fn in_sets<'a>(
+    sets: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
+    at: &str,
+    (region, of): (&Where, Of),
+    faults: &mut Faults,
+) {
     for (axis, extent) in [("x", region.x), ("y", region.y), ("z", region.z)] {
         along(&format!("{at}.{axis}"), axis, extent, faults);
     }
@@ -58,8 +65,12 @@ fn in_sets(sets: &[Option<&str>], at: &str, (region, of): (&Where, Of), faults: 
     }
     orientation(at, region, of, faults);
     if let Some(set) = &region.set {
-        let known = sets.iter().copied().flatten();
-        faults.reference(format!("{at}.set"), set, known, ("set", "name = …` in `[[blocks]]"));
+        faults.reference(
+            format!("{at}.set"),
+            set,
+            sets.flatten(),
+            ("set", "name = …` in `[[blocks]]"),
+        );
     } else if region.side.is_some() && sets.len() > 1 {
         let sets = sets.len();
         let message = format!("`side` is that of one set, and the deck has {sets}");

@@ -1,6 +1,6 @@
 //! `where`: planes in gaps, ranges, spheres and sets.
 
-use ddem_deck::{BlockSet, Extent, Remove, Sphere, Where};
+use ddem_deck::{BlockSet, Charge, Extent, Remove, Sphere, Where};
 
 use crate::decks::*;
 
@@ -194,4 +194,48 @@ fn a_selection_of_nothing_says_what_is_nearest() {
     };
     let node = help(range(0, 2.2, 2.3));
     assert!(node.ends_with("the nearest node is at [2.0000, 0.0000, 0.0000]"), "{node}");
+}
+
+#[test]
+fn charges_push_the_joints_of_a_search_by_hand() {
+    let ball = |centre: [f64; 3], radius: f64| Where {
+        sphere: Some(Sphere { centre, radius }),
+        ..Where::default()
+    };
+    let regions = [
+        ball([1.5, 1.0, 1.0], 0.9),
+        ball([3.2, 2.1, 0.4], 1.3),
+        Where { x: Some(Extent::Range([0.9, 2.2])), ..ball([2.0, 1.5, 1.0], 1.1) },
+        range(2, 0.8, 1.3),
+        range(0, -10.0, 10.0),
+    ];
+    let mut deck = with_axes(deck([20, 16, 12], [5.0, 4.0, 3.0], 1, 0.01), OBLIQUE);
+    let charge = |region: &Where| Charge {
+        region: region.clone(),
+        pressure: Some(1e6),
+        ..Charge::default()
+    };
+    deck.charge = regions.iter().map(charge).collect();
+    let model = model(&deck);
+    let centre = |face: &ddem_core::Face| {
+        let pairs: Vec<_> = face.pairs(model.geometry()).flatten().collect();
+        let sum = |k: usize| pairs.iter().map(|&n| model.point(n as usize)[k]).sum::<f64>();
+        [0, 1, 2].map(|k| sum(k) / pairs.len() as f64)
+    };
+    let centres: Vec<[f64; 3]> = model.faces().iter().map(centre).collect();
+    let inside = |region: &Where, x: &[f64; 3]| {
+        let ranges = [region.x, region.y, region.z].into_iter().zip(x).all(|(extent, &x)| {
+            let Some(Extent::Range([from, to])) = extent else { return true };
+            from <= x && x <= to
+        });
+        ranges
+            && region.sphere.is_none_or(|ball| {
+                let off = [0, 1, 2].map(|k| (x[k] - ball.centre[k]).powi(2));
+                off.iter().sum::<f64>().sqrt() <= ball.radius
+            })
+    };
+    let count = |region: &Where| centres.iter().filter(|x| inside(region, x)).count();
+    let joints: Vec<usize> = model.charges().iter().map(|size| size.joints).collect();
+    assert_eq!(joints, regions.iter().map(count).collect::<Vec<_>>());
+    assert!(joints.iter().all(|&joints| joints > 0) && joints[0] < joints[4], "{joints:?}");
 }

@@ -85,7 +85,7 @@ pub(super) fn save(
     };
     let run = postcard::to_stdvec(&progress);
     let run = run.map_err(|e| OutputError::mismatch(path, e.to_string()))?;
-    checkpoint::save(path, text, &run, simulation.save().bytes())
+    checkpoint::stream(path, text, &run, simulation.saved_size(), |out| simulation.save_to(out))
 }
 
 /// A checkpoint, before the model is built from its deck.

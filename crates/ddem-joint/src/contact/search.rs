@@ -198,22 +198,22 @@ pub fn find(ground: Ground<'_>, placing: Placing<'_>, contacts: &mut Contacts) -
 /// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
 /// are first; what these and the bank keep then and the new ones do not is lost.
 fn renew(fitting: &Fitting<'_>, ground: Ground<'_>, contacts: &mut Contacts) -> Losses {
-    let each = |patch: &mut Patch| -> (Losses, Option<Loosened>) {
+    let each = |patch: &mut Patch| -> Option<(Losses, Option<Loosened>)> {
         if patch.bond.is_some() && ground.surfaces.search {
-            return let_loose(fitting, patch);
+            return let_loose(fitting, patch).map(|(losses, loosened)| (losses, Some(loosened)));
         }
         if patch.bond.is_some() || !fitting.has_moved(patch) {
-            return (Losses::default(), None);
+            return None;
         }
         let (old, mut losses) = Old::new(std::mem::take(patch), fitting);
         let blocks = old.patch.blocks;
         let gone = Patch { blocks, ..Patch::default() };
         *patch = fitting.patch(blocks, Some(&old)).unwrap_or(gone);
         losses.contact += old.kept() - patch.kept(&fitting.placing);
-        (losses, None)
+        Some((losses, None))
     };
     let patches = &mut contacts.patches;
-    let lost: Vec<_> = patches.par_iter_mut().with_min_len(TOGETHER).map(each).collect();
+    let lost: Vec<_> = patches.par_iter_mut().with_min_len(TOGETHER).filter_map(each).collect();
     let mut losses = Lost::default();
     for (lost, loosened) in lost {
         losses.add(&lost);
@@ -230,16 +230,14 @@ fn renew(fitting: &Fitting<'_>, ground: Ground<'_>, contacts: &mut Contacts) -> 
 type Loosened = Option<Ended>;
 
 /// Makes a contact of a joint between faces that do not match, once it has failed and moved. Returns what
-/// is lost on the way, and the joint if it has come further.
-fn let_loose(fitting: &Fitting<'_>, patch: &mut Patch) -> (Losses, Option<Loosened>) {
+/// is lost on the way, and the joint; nothing where it has not come further.
+fn let_loose(fitting: &Fitting<'_>, patch: &mut Patch) -> Option<(Losses, Loosened)> {
     let look = fitting.look;
     let found = patch.moved(&fitting.placing, look);
-    let Some(bond) = patch.bond.as_mut().filter(|bond| found > Some(bond.release)) else {
-        return (Losses::default(), None);
-    };
+    let bond = patch.bond.as_mut().filter(|bond| found > Some(bond.release))?;
     if let Some(release) = found.filter(|&release| release < Release::Due) {
         bond.release = release;
-        return (Losses::default(), Some(None));
+        return Some((Losses::default(), None));
     }
     // Its axes are those of the last step, which a run that has just been resumed does not know.
     patch.turn(&fitting.placing);
@@ -249,7 +247,7 @@ fn let_loose(fitting: &Fitting<'_>, patch: &mut Patch) -> (Losses, Option<Loosen
     contact.blocks = patch.blocks;
     contact.bear(&fitting.placing, look, &load, 1.0);
     let ended = std::mem::replace(patch, contact).ended();
-    (of_release(before - patch.stored(), look), Some(ended))
+    Some((of_release(before - patch.stored(), look), ended))
 }
 
 impl Contacts {
@@ -264,8 +262,7 @@ impl Contacts {
             return in_lattice(geometry, &self.joints, [a, b], step);
         }
         // Across faces that do not match, by way of one block.
-        let of_a: Vec<usize> = self.held_by(geometry, a).collect();
-        !of_a.is_empty() && self.held_by(geometry, b).any(|block| of_a.contains(&block))
+        self.held_by(geometry, a).any(|of_a| self.held_by(geometry, b).any(|of_b| of_a == of_b))
     }
 
     /// Blocks that a joint which has not moved holds at a block.

@@ -88,7 +88,7 @@ impl Skins {
         let mut known: HashMap<[u64; 10], u32> = HashMap::new();
         for body in 0..geometry.bodies.len() {
             let faces = std::array::from_fn(|face| {
-                let abuts = geometry.abutting.get(&(body as u32, face as u8)).copied();
+                let abuts = geometry.abuts(body, face as u8);
                 let skin = Skin::new(properties, laws, geometry, body, face, abuts);
                 skins.thickest = skins.thickest.max(skin.thickness);
                 let Stiffness { normal, shear } = skin.stiffness;

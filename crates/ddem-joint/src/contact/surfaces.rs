@@ -47,7 +47,7 @@ impl Surfaces {
             shortest,
             margin: MARGIN * median,
             open,
-            joins: !geometry.abutments.is_empty(),
+            joins: geometry.joined().next().is_some(),
             search: properties.contact.search,
         }
     }

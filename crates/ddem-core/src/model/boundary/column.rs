@@ -71,6 +71,8 @@ pub(crate) struct Moving {
     /// Shear along x and y and normal traction across upright planes, in the segment above each level
     /// `[Pa]`.
     above: Vec<Vec3>,
+    /// Forces of the segments on each level by area `[Pa]`.
+    forces: Vec<Vec3>,
 }
 
 /// How a column steps.
@@ -92,9 +94,12 @@ pub(crate) struct Pace<'a> {
 }
 
 impl Moving {
-    pub(crate) fn new(levels: usize) -> Self {
-        let zero = vec![Vec3::zeros(); levels];
-        Self { ahead: zero.clone(), mean: zero.clone(), above: zero }
+    /// Nothing moves.
+    pub(crate) fn clear(&mut self, levels: usize) {
+        for field in [&mut self.ahead, &mut self.mean, &mut self.above, &mut self.forces] {
+            field.clear();
+            field.resize(levels, Vec3::zeros());
+        }
     }
 
     /// What a column does to a node of a side that stands still.
@@ -111,38 +116,38 @@ impl Moving {
 }
 
 impl Column {
-    /// One step, (M2), from displacements and velocities of all columns.
+    /// One step, (M2), from displacement and velocity of each level of all columns.
     pub(crate) fn step(
         &self,
         standing: &Standing,
         pace: &Pace<'_>,
-        u: &[Vec3],
-        v: &[Vec3],
+        levels: &[[Vec3; 2]],
         moving: &mut Moving,
     ) {
-        let mut forces = vec![Vec3::zeros(); self.nodes.len()];
         for (i, segment) in self.segments.iter().enumerate() {
             let at = self.first + i;
-            let mut stretch = u[at + 1] - u[at];
+            let ([u, v], [next_u, next_v]) = (levels[at], levels[at + 1]);
+            let mut stretch = next_u - u;
             if segment.block {
-                stretch += (v[at + 1] - v[at]) * pace.stiffness;
+                stretch += (next_v - v) * pace.stiffness;
             }
             let [across, along] = segment.across;
             moving.above[at] = stretch.component_mul(&Vec3::new(along, along, across));
             let Segment { normal, shear, .. } = *segment;
             let traction = stretch.component_mul(&Vec3::new(shear, shear, normal));
-            forces[i] += traction;
-            forces[i + 1] -= traction;
+            moving.forces[at] += traction;
+            moving.forces[at + 1] -= traction;
         }
         let waves = standing.foot.waves.iter();
         let wave: Vec3 = waves.map(|(border, wave)| wave * pace.factors[*border]).sum();
-        for (i, force) in forces.into_iter().enumerate() {
+        for i in 0..self.nodes.len() {
             let at = self.first + i;
+            let force = moving.forces[at];
             let rates = (pace.rates)(self, i, standing.dug[i]);
             let zero = (Vec3::zeros(), Vec3::zeros());
             let (dashpot, wave) = if i == 0 { (standing.foot.impedance, wave) } else { zero };
             for k in 0..3 {
-                let now = v[at][k];
+                let now = levels[at][1][k];
                 let force = force[k] - local_damping(pace.local, force[k], now) + wave[k];
                 let (m, c) = (self.mass[i], rates[k] * self.mass[i] + dashpot[k]);
                 let [a, b] = coefficients(m / pace.interval, c);
@@ -256,9 +261,7 @@ impl<'a> Ground<'a> {
         if let Some(&column) = self.by_foot.get(&on(body, 0)) {
             return Ok(column);
         }
-        let goes_on = |body: usize, up: bool| {
-            geometry.abutting.contains_key(&(body as u32, upwards(up).number()))
-        };
+        let goes_on = |body: usize, up: bool| geometry.abuts(body, upwards(up).number()).is_some();
         let (foot, lowest) = (on(body, 0), self.rock(body));
         let levels = |body: usize| (0..=n).map(move |level| (body, level));
         let (bodies, segments) = self.stack(body, upwards(true));

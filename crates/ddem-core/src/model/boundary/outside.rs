@@ -155,14 +155,21 @@ impl Outside {
     }
 
     /// What acts on the nodes where nothing moves.
-    pub(crate) fn kept(&self) -> Vec<Push> {
+    pub(crate) fn kept(&self) -> impl Iterator<Item = Push> {
         let kept = |dashpot: &Dashpot| Push { force: dashpot.kept, wave: Vec3::zeros() };
-        self.dashpots.iter().map(kept).collect()
+        self.dashpots.iter().map(kept)
     }
 
     /// The same in motion, with the factors of waves and columns as they move.
-    pub(crate) fn pushes(&self, borders: &Borders, factors: &[f64], columns: &Moving) -> Vec<Push> {
-        let mut pushes = self.kept();
+    pub(crate) fn push(
+        &self,
+        borders: &Borders,
+        factors: &[f64],
+        columns: &Moving,
+        pushes: &mut Vec<Push>,
+    ) {
+        pushes.clear();
+        pushes.extend(self.kept());
         for wave in &self.waves {
             pushes[wave.dashpot].wave += wave.force * factors[wave.border];
         }
@@ -172,7 +179,6 @@ impl Outside {
             sum.force += push.force;
             sum.wave += push.wave;
         }
-        pushes
     }
 
     pub(crate) fn clamped(&self, made: Made<'_>, border: &Border) -> Clamped {

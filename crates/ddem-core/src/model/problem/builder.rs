@@ -15,7 +15,7 @@ use ddem_mesh::in_situ::Stress;
 use ddem_mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
 use ddem_mesh::{
     Abutment, BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Topology,
-    Vec3, abutting, bounds,
+    Vec3, bounds,
 };
 
 /// Fault of a problem that is built from arrays.
@@ -228,14 +228,14 @@ impl ProblemBuilder {
             let checked = joint.law.as_deref().map_or(Ok(()), law::check);
             checked.map_err(|why| BuildError::Law { joint: joint.name.clone(), why })?;
         }
-        let lattice =
-            |(k, block): (usize, &MeshBlock)| block.lattice(0, self.materials[k], self.rigid[k]);
+        let lattice = |(k, block): (usize, &MeshBlock)| {
+            Arc::new(block.lattice(0, self.materials[k], self.rigid[k]))
+        };
         let lattices: Vec<_> = self.blocks.iter().enumerate().map(lattice).collect();
         let bounds = bounds(&lattices);
         let mut geometry = Geometry::new(lattices, bounds);
-        geometry.abutments = self.abutments(&geometry)?;
-        geometry.abutting = abutting(&geometry.abutments);
-        geometry.touching = geometry.in_touch();
+        geometry.join(self.abutments(&geometry)?);
+        geometry.touching = Arc::new(geometry.in_touch());
         let numbers = self.numbers(&geometry);
         let Self { properties, stages: kinds, fixed, loaded, motions, stresses, .. } = &self;
         let mut conditions =

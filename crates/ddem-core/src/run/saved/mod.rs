@@ -5,6 +5,8 @@
 
 mod check;
 
+use std::io::{self, Write};
+
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
@@ -129,17 +131,37 @@ impl From<Vec<u8>> for Saved {
     }
 }
 
-/// A value as bytes.
-fn encode(value: &impl Serialize) -> postcard::Result<Vec<u8>> {
-    // A vector that grows would be copied and end up too long.
-    let size = postcard::serialize_with_flavor(value, postcard::ser_flavors::Size::default())?;
-    postcard::to_io(value, Vec::with_capacity(size))
-}
+/// All that is saved: format, numbers of the model, state.
+type Whole<'a> = (u32, [u64; 9], Image<&'a State>);
 
 impl Simulation {
     /// The present state.
     #[must_use]
     pub fn save(&self) -> Saved {
+        // A vector that grows would be copied and end up too long.
+        let mut bytes = Vec::with_capacity(self.saved_size());
+        let written = self.save_to(&mut bytes);
+        written.unwrap_or_else(|error| unreachable!("memory takes all: {error}"));
+        Saved { bytes }
+    }
+
+    /// Number of bytes of the present state.
+    #[must_use]
+    pub fn saved_size(&self) -> usize {
+        let size = postcard::ser_flavors::Size::default();
+        postcard::serialize_with_flavor(&self.whole(), size).unwrap_or_default()
+    }
+
+    /// Writes the bytes of the present state, without a copy of it in memory.
+    ///
+    /// # Errors
+    ///
+    /// `out` does not take them.
+    pub fn save_to(&self, out: impl Write) -> io::Result<()> {
+        postcard::to_io(&self.whole(), out).map(|_| ()).map_err(io::Error::other)
+    }
+
+    fn whole(&self) -> Whole<'_> {
         let run = Run {
             damping: self.damping,
             time_step: self.motion.time_step,
@@ -150,8 +172,7 @@ impl Simulation {
             relaxation: self.relaxation.as_ref().map(|relaxation| relaxation.memory.clone()),
         };
         let model = counts(&self.model).map(|(_, count)| count as u64);
-        let encoded = encode(&(FORMAT, model, Image { state: &*self.state, run }));
-        Saved { bytes: encoded.unwrap_or_else(|error| unreachable!("memory takes all: {error}")) }
+        (FORMAT, model, Image { state: &*self.state, run })
     }
 
     /// A simulation that goes on from a saved state, bit for bit.

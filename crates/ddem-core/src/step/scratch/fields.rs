@@ -12,7 +12,7 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::math::sums::Sums;
 use ddem_mechanics::rigid::Pose;
 use ddem_mesh::pack::Packs;
-use ddem_mesh::parallel::{Split, node_start, rigid_start, share_start};
+use ddem_mesh::parallel::{Split, cut, node_start, rigid_start, share_start};
 
 /// A field of the second pass: a step changes it, a trial only reads it.
 #[derive(Debug)]
@@ -55,14 +55,6 @@ impl<T> Access<'_, T> {
             }
         }
     }
-}
-
-/// Takes the first values of a field, or all that there are.
-fn cut<'a, T>(field: &mut &'a mut [T], at: usize) -> &'a mut [T] {
-    let all = std::mem::take(field);
-    let (low, high) = all.split_at_mut(at.min(all.len()));
-    *field = high;
-    low
 }
 
 /// Motion of the bodies of a run of packs.

@@ -21,7 +21,7 @@ use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes, load};
 use ddem_mechanics::math::sums::Sums;
 use ddem_mechanics::rigid::Pose;
-use ddem_mesh::parallel::{node_start, runs};
+use ddem_mesh::parallel::{each_pack, node_start, runs};
 
 use fields::Bodies;
 pub(crate) use fields::{Access, Forces, Part, Relaxing, Second};
@@ -133,11 +133,10 @@ impl Scratch {
 
     /// Adds what the joints at the lower sides of each pack do to the forces of the pack.
     pub(crate) fn collect(&mut self, model: &Model, poses: &[[Pose; LANES]], linear: bool) {
-        let packs = &model.packs;
-        for index in 0..packs.packs.len() {
-            let f = &mut self.f[node_start(packs, index)..node_start(packs, index + 1)];
-            let (shares, torque) = (&self.shares, &mut self.torques[index]);
-            dispatch!(self.level, simd => collect(simd, packs, index, shares, f, torque));
+        let (packs, level) = (&model.packs, self.level);
+        let Self { f, shares, torques, frames, .. } = self;
+        each_pack(packs, [f], torques, |index, [f], torque| {
+            dispatch!(level, simd => collect(simd, packs, index, shares, f, torque));
             let pack = &packs.packs[index];
             if pack.rigid && !linear {
                 let poses = poses[pack.rigid_start].iter().take(pack.filled);
@@ -146,13 +145,13 @@ impl Scratch {
                     Member { matter, pose, lane }.add_torque(torque, f);
                 }
             } else if model.corotational() && !linear {
-                let frame = &self.frames[index];
-                dispatch!(self.level, simd => {
+                let frame = &frames[index];
+                dispatch!(level, simd => {
                     let torque = load(simd, torque);
                     spread_torque(simd, packs, &model.assembly, index, frame, torque, f)
                 });
             }
-        }
+        });
     }
 
     /// Counts how far the bodies of the packs have gone with the velocities of the last second pass.

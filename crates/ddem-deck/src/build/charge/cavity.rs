@@ -11,19 +11,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::geometry::Region;
+use super::holes::{Cell, Holes, Wall, beside, bodies, face, walls};
 use super::mesh::Mesh;
 use ddem_core::problem::{
-    BlockFace, ELSEWHERE, FaceOf, Geometry, Lattice, NONE, Vec3, bounds_of, moved_to,
+    BlockFace, ELSEWHERE, Geometry, Lattice, NONE, Vec3, bounds_of, moved_to,
 };
-
-type Cell = [usize; 3];
 
 /// How far behind a side of a cell it is looked for what is there, by its edge.
 const BEYOND: [f64; 3] = [1e-3, 1e-2, 5e-2];
-
-/// A wall, by the cell of the cavity that it looks into, the direction of its normal, and the side of
-/// the cell.
-pub(super) type Wall = (Cell, usize, i32);
 
 /// One cavity.
 pub(super) struct Cavity {
@@ -55,86 +50,11 @@ pub(super) enum End {
     Set(usize),
 }
 
-/// The cell on a side of a cell, if the lattice has it.
-fn beside(lattice: &Lattice, cell: Cell, d: usize, side: i32) -> Option<Cell> {
-    let next = cell[d].checked_add_signed(side as isize).filter(|next| *next < lattice.count[d])?;
-    Some(moved_to(cell, d, next))
-}
-
-fn body(lattice: &Lattice, cell: Cell) -> Option<usize> {
-    let index = lattice.index(cell);
-    lattice.has_body(index).then(|| lattice.body[index] as usize)
-}
-
-/// The face of a block behind a side of an empty cell.
-fn face(lattice: &Lattice, (cell, normal, side): Wall) -> Option<BlockFace> {
-    let body = body(lattice, beside(lattice, cell, normal, side)?)?;
-    Some(BlockFace { block: body, face: FaceOf { direction: normal, upper: side < 0 } })
-}
-
-/// Part of the size of a lattice by which the box around it is wider: more than rounding.
-const MARGIN: f64 = 1e-6;
-
-/// Empty cells of the lattices of a geometry, found once for all charges there.
-pub(in crate::build) struct Holes<'a> {
-    pub(in crate::build) geometry: &'a Geometry,
-    /// Of each lattice.
-    empty: Vec<Vec<Cell>>,
-    /// Boxes around the lattices `[m]`.
-    boxes: Vec<[Vec3; 2]>,
-}
-
-impl<'a> Holes<'a> {
-    pub(in crate::build) fn new(geometry: &'a Geometry) -> Self {
-        let empty = |lattice: &Lattice| {
-            let cells = (0..lattice.body.len()).filter(|&i| lattice.body[i] == NONE);
-            cells.map(|i| lattice.cell(i)).collect()
-        };
-        let around = |lattice: &Lattice| {
-            let [low, high] = bounds_of(&lattice.corners());
-            let margin = MARGIN * (high - low).norm();
-            [low.add_scalar(-margin), high.add_scalar(margin)]
-        };
-        let lattices = || geometry.lattices.iter();
-        let (empty, boxes) = (lattices().map(empty).collect(), lattices().map(around).collect());
-        Self { geometry, empty, boxes }
-    }
-
-    /// Lattices of the sets of a region, with their empty cells.
-    pub(super) fn of(&self, region: &Region) -> impl Iterator<Item = (&'a Lattice, &[Cell])> {
-        let all = self.geometry.lattices.iter().zip(&self.empty);
-        all.filter(|(lattice, _)| region.has_set(lattice.set)).map(|(of, cells)| (of, &cells[..]))
-    }
-
-    /// Lattices that may have a point.
-    fn near(&self, x: Vec3) -> impl Iterator<Item = &'a Lattice> {
-        let within =
-            move |[low, high]: &[Vec3; 2]| (0..3).all(|d| low[d] <= x[d] && x[d] <= high[d]);
-        let all = self.geometry.lattices.iter().zip(&self.boxes);
-        all.filter(move |(_, bounds)| within(bounds)).map(|(lattice, _)| lattice)
-    }
-}
-
-/// Walls of cavities with these empty cells.
-pub(super) fn walls(lattice: &Lattice, empty: &[Cell]) -> impl Iterator<Item = (Wall, BlockFace)> {
-    let sides = |cell| (0..3).flat_map(move |d| [(cell, d, -1), (cell, d, 1)]);
-    let walls = empty.iter().copied().flat_map(sides);
-    walls.filter_map(|wall| Some((wall, face(lattice, wall)?)))
-}
-
-/// Whether a face of a block is a wall of a cavity.
-pub(in crate::build) fn is_wall(geometry: &Geometry, surface: &BlockFace) -> bool {
-    let lattice = geometry.lattice(surface.block);
-    let cell = geometry.bodies[surface.block].cell.map(|c| c as usize);
-    let next = beside(lattice, cell, surface.direction(), surface.face.side());
-    next.is_some_and(|next| lattice.body[lattice.index(next)] == NONE)
-}
-
 /// The cavities of which a region selects walls.
 pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
     let (mut cavities, geometry) = (Vec::new(), holes.geometry);
-    for (lattice, empty) in holes.of(region) {
-        let selected: BTreeMap<Wall, BlockFace> = walls(lattice, empty)
+    for (lattice, empty) in holes.empty_near(region) {
+        let selected: BTreeMap<Wall, BlockFace> = walls(lattice, &empty)
             .filter(|(_, surface)| {
                 region.contains_face(&surface.centre(geometry), &surface.outward(geometry))
             })
@@ -145,11 +65,23 @@ pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
         }
         while let Some(cell) = cells.first().copied() {
             let part = connected(lattice, &mut cells, cell);
-            let space = Space { holes, geometry, lattice, cells: part, walls: &selected };
+            let corners = corners(lattice, &part);
+            let [low, high] = bounds_of(&corners);
+            let wide = Vec3::repeat(BEYOND[2] * (high - low).sum());
+            let around = holes.meeting([low - wide, high + wide]);
+            let space = Space { around, geometry, lattice, cells: part, corners, walls: &selected };
             cavities.extend(space.cavity());
         }
     }
     cavities
+}
+
+/// Corners of what is around some cells, along the edges of the lattice.
+fn corners(lattice: &Lattice, cells: &BTreeSet<Cell>) -> [Vec3; 8] {
+    let ends = |d: usize, end: usize| cells.iter().map(move |cell| cell[d] + end);
+    let from = [0, 1, 2].map(|d| ends(d, 0).min().unwrap_or(0));
+    let to = [0, 1, 2].map(|d| ends(d, 1).max().unwrap_or(0));
+    lattice.corners_of(from, to)
 }
 
 /// Takes what is connected with a cell out of a set of cells.
@@ -167,10 +99,13 @@ fn connected(lattice: &Lattice, cells: &mut BTreeSet<Cell>, first: Cell) -> BTre
 
 /// Cells that are connected, and their walls.
 struct Space<'a> {
-    holes: &'a Holes<'a>,
+    /// Lattices whose boxes are near the cells.
+    around: Vec<&'a Lattice>,
     geometry: &'a Geometry,
     lattice: &'a Lattice,
     cells: BTreeSet<Cell>,
+    /// Corners of what is around all of the cells, along the edges of the lattice.
+    corners: [Vec3; 8],
     walls: &'a BTreeMap<Wall, BlockFace>,
 }
 
@@ -256,37 +191,20 @@ impl Space<'_> {
                 _ => Some(End::Set(lattice.set)),
             }
         };
-        self.holes.near(*x).filter_map(at).max().unwrap_or(End::Open)
+        self.around.iter().copied().filter_map(at).max().unwrap_or(End::Open)
     }
 
     /// Blocks of other sets whose centre is in one of the cells.
     fn within(&self) -> Vec<usize> {
         let Self { geometry, lattice, .. } = self;
-        let corners: Vec<Vec3> = self.corners().collect();
         let here = |x: &Vec3| lattice.cell_at(x).is_some_and(|c| self.cells.contains(&c));
         let mut blocks = Vec::new();
-        for other in geometry.lattices.iter().filter(|other| other.set != lattice.set) {
-            // There may be many blocks, and many cavities: those around this one are looked at.
-            let [x, y, z] = other.cells_among(&corners);
-            let cells = z.flat_map(|k| y.clone().map(move |j| (j, k)));
-            let cells = cells.flat_map(|(j, k)| x.clone().map(move |i| [i, j, k]));
-            let there = cells.filter_map(|cell| body(other, cell));
-            blocks.extend(there.filter(|&block| here(&geometry.centre(block))));
+        for other in self.around.iter().filter(|other| other.set != lattice.set) {
+            let near = bodies(other, other.cells_among(&self.corners));
+            blocks.extend(near.filter(|&block| here(&geometry.centre(block))));
         }
         blocks.sort_unstable();
         blocks
-    }
-
-    /// Corners of what is around all of the cells, along the edges of the lattice.
-    fn corners(&self) -> impl Iterator<Item = Vec3> {
-        let cuts = &self.lattice.cuts;
-        let end = |d: usize| {
-            let cells = self.cells.iter().map(|cell| cell[d]);
-            let (first, last) = cells.fold((usize::MAX, 0), |(a, b), c| (a.min(c), b.max(c)));
-            [cuts[d][first], cuts[d][last + 1]]
-        };
-        let ends = [0, 1, 2].map(end);
-        (0..8).map(move |i| self.lattice.point([0, 1, 2].map(|d| ends[d][i >> d & 1])))
     }
 
     /// Volume of the cells, up to the walls, and their shortest extent.

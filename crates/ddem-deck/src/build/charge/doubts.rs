@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::super::geometry::abut::Seats;
 use super::super::geometry::{Region, place};
 use super::cavity::{Cavity, End};
+use super::holes::Holes;
 use crate::schema::Deck;
 use ddem_core::problem::{Geometry, Vec3};
 
@@ -64,8 +65,8 @@ fn ended(end: End, at: Vec3, deck: &Deck) -> String {
 }
 
 /// Of a charge in so many joints that match.
-pub(super) fn of_joints(joints: usize, region: &Region, geometry: &Geometry) -> Vec<String> {
-    let mut doubts = Vec::new();
+pub(super) fn of_joints(joints: usize, region: &Region, holes: &Holes<'_>) -> Vec<String> {
+    let (mut doubts, geometry) = (Vec::new(), holes.geometry);
     let others = Seats(geometry).joins_at(region);
     if others > 0 {
         doubts.push(format!(
@@ -77,12 +78,10 @@ pub(super) fn of_joints(joints: usize, region: &Region, geometry: &Geometry) -> 
     let hole = region.is_round() && region.planes() == 0;
     let inside = |&block: &usize| {
         let (centre, edge) = (geometry.centre(block), geometry.shortest_edge(block));
-        !geometry.is_gone(block)
-            && region.has_set(geometry.set(block))
-            && region.in_ranges(&centre)
+        region.in_ranges(&centre)
             && region.off_middle(&centre).is_some_and(|[off, r]| off < 0.25 * edge && r <= edge)
     };
-    if hole && let Some(block) = (0..geometry.bodies.len()).find(inside) {
+    if hole && let Some(block) = holes.blocks_near(region).find(inside) {
         doubts.push(format!(
             "it pushes {joints} joints apart, for there is no cavity: the block at {} has not been taken \
              out; was a `[[remove]]` forgotten?",

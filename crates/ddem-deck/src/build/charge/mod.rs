@@ -2,19 +2,20 @@
 
 mod cavity;
 mod doubts;
+mod holes;
 mod mesh;
 
 use std::collections::BTreeSet;
 
-pub(super) use self::cavity::{Holes, is_wall};
-use self::cavity::{between, cavities, walls};
+use self::cavity::{between, cavities};
+use self::holes::walls;
+pub(super) use self::holes::{Holes, is_wall};
 use self::mesh::Mesh;
 use super::geometry::abut::Seats;
 use super::geometry::{Region, place};
 use crate::schema::{self, ChargeHistory, Deck};
-use ddem_core::Face;
 use ddem_core::Fault;
-use ddem_core::problem::{BlockFace, FaceOf, Geometry, Lattice, Vec3, faces};
+use ddem_core::problem::{BlockFace, FaceOf, Geometry, Lattice, Vec3};
 use ddem_core::problem::{Charge, ChargeSize, Gas, Shell};
 
 /// The charge of an entry of a deck.
@@ -35,9 +36,10 @@ pub(super) fn charge(
         cavities.into_iter().map(|cavity| (cavity.mesh, cavity.volume, cavity.reach)).collect();
     let in_cavity = !parts.is_empty();
     if !in_cavity {
-        let joints = faces(geometry).into_iter().map(|face| sides(&face));
+        let near = holes.blocks_near(region);
+        let joints = near.flat_map(|block| joints_of(geometry, block));
         let inside: Vec<_> = joints.filter(|s| selects(region, geometry, s)).collect();
-        doubts.extend(doubts::of_joints(inside.len(), region, geometry));
+        doubts.extend(doubts::of_joints(inside.len(), region, holes));
         size.joints = inside.len();
         size.area = inside.iter().map(|sides| sides[0].area(geometry)).sum();
         parts.extend(inside.iter().map(|sides| seam(geometry, sides)));
@@ -111,13 +113,12 @@ fn fill(
     Ok(None)
 }
 
-/// The two faces of a joint.
-fn sides(face: &Face) -> [BlockFace; 2] {
-    let side = |block: u32, upper: bool| BlockFace {
-        block: block as usize,
-        face: FaceOf { direction: face.direction.into(), upper },
-    };
-    [side(face.a, true), side(face.b, false)]
+/// The two faces of each joint at the upper sides of a block.
+fn joints_of(geometry: &Geometry, block: usize) -> impl Iterator<Item = [BlockFace; 2]> {
+    (0..3).filter_map(move |direction| {
+        let side = |(block, upper)| BlockFace { block, face: FaceOf { direction, upper } };
+        Some([(block, true), (geometry.above(block, direction)?, false)].map(side))
+    })
 }
 
 fn selects(region: &Region, geometry: &Geometry, sides: &[BlockFace; 2]) -> bool {
@@ -167,7 +168,7 @@ fn no_face(index: usize, region: &Region, holes: &Holes<'_>) -> Fault {
     }
     let cavity = holes.of(region).flat_map(|(lattice, empty)| walls(lattice, empty));
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
-    let joints = faces(geometry).into_iter().map(|face| sides(&face));
+    let joints = (0..geometry.bodies.len()).flat_map(|block| joints_of(geometry, block));
     let joints = joints.filter(|s| region.has_set(geometry.set(s[0].block)));
     let joints = joints.map(|sides| ("joint", between(geometry, &sides)));
     let far = |x: &Vec3| region.distance(x, x);

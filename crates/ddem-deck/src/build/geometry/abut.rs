@@ -68,13 +68,13 @@ impl Seats<'_> {
             let seats = abutment.sides().map(|face| face.at_rest(self.0));
             seats.iter().any(|seat| region.contains_face(&seat.centre(), &seat.normal))
         };
-        self.0.abutments.iter().filter(inside).count()
+        self.0.joined().filter(inside).count()
     }
 
     /// Areas on which other blocks abut, by block and number of the face `[m²]`.
     pub(super) fn covered(&self) -> HashMap<(u32, u8), f64> {
         let mut covered = HashMap::new();
-        for abutment in &self.0.abutments {
+        for abutment in self.0.joined() {
             for side in 0..2 {
                 let face = (abutment.blocks[side], abutment.faces[side].number());
                 *covered.entry(face).or_insert(0.0) += abutment.area;
@@ -126,8 +126,7 @@ impl Seats<'_> {
 
     /// Blocks of two sets whose faces touch without a joint between them.
     pub(in crate::build) fn unjoined(&self) -> Vec<[u32; 2]> {
-        let joined: BTreeSet<[u32; 2]> =
-            self.0.abutments.iter().map(|abutment| abutment.blocks).collect();
+        let joined: BTreeSet<[u32; 2]> = self.0.joined().map(|abutment| abutment.blocks).collect();
         let alone = |blocks: &[u32; 2]| {
             let bodies = blocks.map(|block| block as usize);
             let touch = |faces: [BlockFace; 2]| {

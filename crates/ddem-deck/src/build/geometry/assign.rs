@@ -9,7 +9,7 @@ use super::{Names, Region};
 use crate::schema::names::segment;
 use crate::schema::{Assign, Deck, Joint};
 use ddem_core::Fault;
-use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets, abutting};
+use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets};
 
 /// The entries in force in a stage, with their numbers.
 pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize, &Assign)> {
@@ -28,7 +28,7 @@ pub(super) fn changes(deck: &Deck, stage: usize) -> bool {
 /// Gives lattices the joints and materials that are in force in a stage. Returns the entries that found
 /// neither a joint nor a block in them.
 pub(super) fn assign(
-    lattices: &mut [Lattice],
+    lattices: &mut [Arc<Lattice>],
     (deck, names): (&Deck, &Names),
     stage: usize,
     region: &dyn Fn(&Assign) -> Region,
@@ -38,6 +38,7 @@ pub(super) fn assign(
         let region = region(entry);
         let mut found = false;
         for lattice in lattices.iter_mut().filter(|lattice| region.has_set(lattice.set)) {
+            let lattice = Arc::make_mut(lattice);
             if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
                 found |= region.assign_joint(lattice, joint);
             }
@@ -56,7 +57,7 @@ pub(super) fn assign(
 /// which have none assigned yet.
 pub(super) fn assign_anew(
     geometry: &mut Geometry,
-    mut lattices: Vec<Lattice>,
+    mut lattices: Vec<Arc<Lattice>>,
     (deck, names, sets): (&Deck, &Names, &Sets),
     stage: usize,
 ) -> Vec<Fault> {
@@ -65,11 +66,15 @@ pub(super) fn assign_anew(
     let before = geometry.clone();
     let mut other_materials = false;
     for (own, new) in geometry.lattices.iter_mut().zip(lattices) {
-        for (own, new) in own.joint.iter_mut().zip(new.joint).filter(|(own, new)| *own != new) {
-            *own = new;
+        if own.joint == new.joint && own.material == new.material {
+            continue;
+        }
+        let own = Arc::make_mut(own);
+        for (own, new) in own.joint.iter_mut().zip(&new.joint).filter(|(own, new)| own != new) {
+            own.clone_from(new);
         }
         if own.material != new.material {
-            (own.material, other_materials) = (new.material, true);
+            (own.material, other_materials) = (new.material.clone(), true);
         }
     }
     if other_materials {
@@ -83,11 +88,11 @@ pub(super) fn assign_anew(
         Err(faults) => return faults,
     };
     let pairs = pairs.into_iter().map(|(blocks, (joint, _))| (blocks, joint)).collect();
-    let [joined, apart] = abutments(geometry, (deck, names, stage), sets, &pairs);
-    (geometry.abutments, geometry.apart) = (joined, Arc::new(apart));
+    let [mut joined, apart] = abutments(geometry, (deck, names, stage), sets, &pairs);
     // Joints do not come, nor back, in a run: what is in contact stays so.
-    geometry.abutments.retain(|abutment| before.joint_of(abutment.blocks).is_some());
-    geometry.abutting = abutting(&geometry.abutments);
+    joined.retain(|abutment| before.joint_of(abutment.blocks).is_some());
+    geometry.join(joined);
+    geometry.apart = Arc::new(apart);
     let mut faults = unused_faults(geometry, deck, &unused, &region);
     faults.extend(changed(geometry, &before, (deck, names), stage));
     faults
@@ -133,7 +138,7 @@ fn changed(
         (0..3).flat_map(|d| old.joint[d].iter().copied().zip(new.joint[d].iter().copied()))
     });
     let number = |geometry: &Geometry, blocks| geometry.joint_of(blocks).unwrap_or(NO_JOINT);
-    let blocks = geometry.abutments.iter().chain(&before.abutments).map(|a| a.blocks);
+    let blocks = geometry.joined().chain(before.joined()).map(|a| a.blocks);
     let between = blocks.map(|blocks| (number(before, blocks), number(geometry, blocks)));
     let joint = |number: u16| deck.joints.values().nth(number.into());
     let (old, new) = inside.chain(between).find(|&(old, new)| {

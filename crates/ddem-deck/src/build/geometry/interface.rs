@@ -51,7 +51,7 @@ fn sets(geometry: &Geometry, blocks: [u32; 2]) -> Sets {
 /// Sets that touch: those that joints join, and where contacts are found those that they do not.
 pub(in crate::build) fn interfaces(geometry: &Geometry, deck: &Deck) -> Vec<Interface> {
     let mut faces: BTreeMap<(Sets, Option<u16>), usize> = BTreeMap::new();
-    let joined = geometry.abutments.iter().map(|a| (sets(geometry, a.blocks), Some(a.joint)));
+    let joined = geometry.joined().map(|a| (sets(geometry, a.blocks), Some(a.joint)));
     let contacts = if deck.finds_contacts() { Seats(geometry).unjoined() } else { Vec::new() };
     let contacts = contacts.into_iter().map(|blocks| (sets(geometry, blocks), None));
     for place in joined.filter(|([a, b], _)| a != b).chain(contacts) {
@@ -102,7 +102,7 @@ fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
     if deck.blocks.len() < 2 {
         return Vec::new();
     }
-    let all = geometry.abutments.iter().chain(&*geometry.apart).map(|abutment| abutment.blocks);
+    let all = geometry.joined().chain(&*geometry.apart).map(|abutment| abutment.blocks);
     let known: BTreeSet<Sets> =
         all.chain(Seats(geometry).unjoined()).map(|blocks| sets(geometry, blocks)).collect();
     let mut gaps: BTreeMap<Sets, (f64, usize)> = BTreeMap::new();

@@ -14,7 +14,7 @@ use ddem_core::problem::{Lattice, NO_JOINT, NONE, Vec3};
 pub(super) const MOST_NODES: f64 = u32::MAX as f64;
 
 /// The lattices of all sets, before `assign` and `remove`.
-pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<Fault>> {
+pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Arc<Lattice>>, Vec<Fault>> {
     let mut lattices = Vec::new();
     let mut nodes = 0.0;
     for (index, set) in deck.blocks.iter().enumerate() {
@@ -29,7 +29,7 @@ pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Lattice>, Vec<F
         if nodes >= MOST_NODES {
             return Err(too_many(format!("blocks[{index}]"), nodes));
         }
-        lattices.push(lattice((index, set), cuts, names)?);
+        lattices.push(Arc::new(lattice((index, set), cuts, names)?));
     }
     Ok(lattices)
 }
@@ -92,7 +92,7 @@ fn lattice(
         gaps: count.map(|n| vec![0.0; n + 1]),
         cuts: positions.try_into().unwrap_or_default(),
         lengths: lengths.try_into().unwrap_or_default(),
-        body: vec![0; cells],
+        body: vec![0; cells].into(),
         material: Arc::new(vec![names.material_of(index, set)?; cells]),
         joint: own_joint.map(|joint| Arc::new(vec![joint; cells])),
         own_joint,

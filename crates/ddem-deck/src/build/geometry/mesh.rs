@@ -1,6 +1,7 @@
 //! Sets of blocks that are given as hexahedra.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use ddem_core::Fault;
 use ddem_core::problem::{Geometry, HexMesh, Lattice, MeshBlock, MeshFaces};
@@ -20,7 +21,7 @@ pub(super) fn lattices(
     (index, set): (usize, &BlockSet),
     mesh: &BlockMesh,
     names: &Names,
-) -> Result<Vec<Lattice>, Vec<Fault>> {
+) -> Result<Vec<Arc<Lattice>>, Vec<Fault>> {
     let material = names.material_of(index, set)?;
     let joint = match &set.joint {
         Some(JointChoice::All(name)) => Some(names.joint_of(index, name)?),
@@ -32,7 +33,7 @@ pub(super) fn lattices(
             lattice.joint = [0; 3].map(|_| vec![joint].into());
             lattice.own_joint = [joint; 3];
         }
-        lattice
+        Arc::new(lattice)
     };
     let blocks = blocks(index, mesh).map_err(|fault| vec![fault])?;
     Ok(blocks.iter().map(lattice).collect())

@@ -31,7 +31,7 @@ use std::sync::Arc;
 
 use crate::schema::{Assign, BlockSet, Deck, Remove};
 use ddem_core::Fault;
-use ddem_core::problem::{Geometry, Lattice, Sets, abutting};
+use ddem_core::problem::{Geometry, Lattice, Sets};
 
 /// Geometry of a deck at the start, and what its parts of space refer to.
 pub(in crate::build) struct Cut {
@@ -57,7 +57,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
         let what = (format!("remove[{index}]"), format!("remove {index}"));
         taken.extend(Selection::new(what, &region, &sets, &lattices));
         let mut found = false;
-        for lattice in &mut lattices {
+        for lattice in lattices.iter_mut().map(Arc::make_mut) {
             found |= region.has_set(lattice.set) && region.remove(lattice);
         }
         if !found {
@@ -65,7 +65,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
             faults.push(no_block(fault, &region, &lattices));
         }
     }
-    for lattice in &mut lattices {
+    for lattice in lattices.iter_mut().map(Arc::make_mut) {
         // Parts that are too small are so along all edges.
         let most = if lattice.refined.is_some() { 1 } else { usize::MAX };
         faults.extend(lattice::open_gaps(lattice, deck, names).into_iter().take(most));
@@ -81,12 +81,12 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     if geometry.bodies.is_empty() {
         return Err(vec![Fault::new("remove", "every block is taken out: nothing is left")]);
     }
-    geometry.touching = overlap::touching(&geometry.lattices);
+    geometry.touching = Arc::new(overlap::touching(&geometry.lattices));
     let given = mesh::joints(&geometry, deck, names)?;
     let pairs = given.iter().map(|(blocks, (joint, _))| (*blocks, *joint)).collect();
     let [joined, apart] = abut::abutments(&geometry, (deck, names, 0), &sets, &pairs);
-    (geometry.abutments, geometry.apart) = (joined, Arc::new(apart));
-    geometry.abutting = abutting(&geometry.abutments);
+    geometry.join(joined);
+    geometry.apart = Arc::new(apart);
     let mut faults = assign::unused_faults(&geometry, deck, &unused, &of);
     faults.extend(mesh::apart(&geometry, given));
     if !faults.is_empty() {
@@ -110,7 +110,7 @@ impl Region {
 
 /// The lattices of all sets, refined, before anything is assigned or removed.
 struct Refined {
-    lattices: Vec<Lattice>,
+    lattices: Vec<Arc<Lattice>>,
     sets: Sets,
     taken: Vec<Selection>,
     /// Faults of the refinement.

@@ -1,5 +1,7 @@
 //! What is said of a `where` that selects nothing.
 
+use std::sync::Arc;
+
 use super::region::Region;
 use ddem_core::Fault;
 use ddem_core::problem::{Geometry, Lattice, Vec3, moved_to};
@@ -20,7 +22,7 @@ pub(crate) fn place(x: Vec3) -> String {
 }
 
 /// A selection without any block in it, and what would be nearest.
-pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Lattice]) -> Fault {
+pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Arc<Lattice>]) -> Fault {
     let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
         let bodies = (0..l.body.len()).filter(|&at| l.has_body(at));
         bodies.map(|at| l.centre(l.cell(at)))
@@ -30,7 +32,7 @@ pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Lattice]) -> F
 }
 
 /// A selection without any joint in it, and what would be nearest.
-pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Lattice]) -> Fault {
+pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Arc<Lattice>]) -> Fault {
     let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
         let cells = (0..l.body.len()).filter(|&at| l.has_body(at)).map(|at| l.cell(at));
         let sides = cells.flat_map(|cell| (0..3).map(move |d| (cell, d)));

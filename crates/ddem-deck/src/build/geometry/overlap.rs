@@ -1,6 +1,7 @@
 //! Which sets of blocks overlap, and which touch.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::schema::Deck;
 use ddem_core::Fault;
@@ -16,8 +17,8 @@ struct Overlap {
 }
 
 /// Sets whose blocks overlap by more than their skins. A set may fill what was removed from another.
-pub(super) fn overlaps(lattices: &[Lattice], deck: &Deck) -> Vec<Fault> {
-    let skins: Vec<f64> = lattices.iter().map(skin).collect();
+pub(super) fn overlaps(lattices: &[Arc<Lattice>], deck: &Deck) -> Vec<Fault> {
+    let skins: Vec<f64> = lattices.iter().map(|lattice| skin(lattice)).collect();
     let fault = |(i, j): (usize, usize)| {
         let rounding = rounding(&lattices[i], &lattices[j]);
         // Skins are measured to rounding of another kind.
@@ -52,7 +53,7 @@ fn rounding(a: &Lattice, b: &Lattice) -> f64 {
 }
 
 /// Pairs of sets that have no gap between them.
-pub(super) fn touching(lattices: &[Lattice]) -> Vec<(usize, usize)> {
+pub(super) fn touching(lattices: &[Arc<Lattice>]) -> Vec<(usize, usize)> {
     let touch = |&(i, j): &(usize, usize)| {
         let (a, b) = (&lattices[i], &lattices[j]);
         depth(a, &a.corners(), b, &b.corners()).is_some_and(|(depth, _)| depth >= -rounding(a, b))
@@ -61,8 +62,8 @@ pub(super) fn touching(lattices: &[Lattice]) -> Vec<(usize, usize)> {
 }
 
 /// Pairs of sets, the earlier one first, whose boxes along the coordinate axes meet.
-fn close(lattices: &[Lattice]) -> Vec<(usize, usize)> {
-    let boxes: Vec<[Vec3; 2]> = lattices.iter().map(box_around).collect();
+fn close(lattices: &[Arc<Lattice>]) -> Vec<(usize, usize)> {
+    let boxes: Vec<[Vec3; 2]> = lattices.iter().map(|lattice| box_around(lattice)).collect();
     let pairs = meeting(&boxes).into_iter();
     let mut pairs: Vec<(usize, usize)> = pairs.map(|[i, j]| (i as usize, j as usize)).collect();
     pairs.sort_unstable_by_key(|&(i, j)| (j, i));

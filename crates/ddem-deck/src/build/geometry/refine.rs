@@ -13,7 +13,7 @@ use super::region::Region;
 use crate::schema::Deck;
 use crate::schema::names::segment;
 use ddem_core::Fault;
-use ddem_core::problem::{ELSEWHERE, Lattice, NO_JOINT};
+use ddem_core::problem::{ELSEWHERE, Lattice, NO_JOINT, Pages};
 
 /// Most cells of the lattice of one `[[refine]]`, whether split blocks are in them or not.
 const MOST_CELLS: f64 = 1e8;
@@ -24,7 +24,7 @@ const THICKEST: f64 = 4.0;
 /// Splits the selected blocks of all lattices. Returns what is wrong with the entry `index`; fails where
 /// there would be too many nodes to go on.
 pub(super) fn refine(
-    lattices: &mut Vec<Lattice>,
+    lattices: &mut Vec<Arc<Lattice>>,
     region: &Region,
     (index, factor): (usize, u32),
 ) -> Result<Option<Fault>, Vec<Fault>> {
@@ -74,8 +74,9 @@ pub(super) fn refine(
         }
         let mut finer = split(&lattices[at], cells, factor as usize);
         finer.refined = Some(index);
-        cells.iter().for_each(|&cell| lattices[at].body[cell] = ELSEWHERE);
-        lattices.push(finer);
+        let coarser = Arc::make_mut(&mut lattices[at]);
+        cells.iter().for_each(|&cell| coarser.body[cell] = ELSEWHERE);
+        lattices.push(Arc::new(finer));
     }
     Ok(None)
 }
@@ -125,20 +126,21 @@ fn split(lattice: &Lattice, cells: &[usize], factor: usize) -> Lattice {
         cuts,
         lengths,
         gaps: count.map(|n| vec![0.0; n + 1]),
-        body: Vec::new(),
+        body: Pages::default(),
         material: Arc::default(),
         joint: std::array::from_fn(|_| Arc::default()),
         ..lattice.clone()
     };
     let chosen: std::collections::BTreeSet<usize> = cells.iter().copied().collect();
-    let (mut material, mut joint) = (Vec::new(), [const { Vec::new() }; 3]);
+    let (mut body, mut material, mut joint) = (Vec::new(), Vec::new(), [const { Vec::new() }; 3]);
     for at in 0..count.iter().product() {
         let cell = finer.cell(at);
         let coarse = lattice.index([0, 1, 2].map(|d| from[d] + cell[d] / factor));
-        finer.body.push(if chosen.contains(&coarse) { 0 } else { ELSEWHERE });
+        body.push(if chosen.contains(&coarse) { 0 } else { ELSEWHERE });
         material.push(lattice.material[coarse]);
         (0..3).for_each(|d| joint[d].push(lattice.joint[d][coarse]));
     }
+    finer.body = body.into();
     (finer.material, finer.joint) = (Arc::new(material), joint.map(Arc::new));
     finer
 }

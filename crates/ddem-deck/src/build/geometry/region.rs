@@ -162,6 +162,24 @@ impl Region {
         })
     }
 
+    /// The part of a box outside of which nothing is in the ranges, the sphere and the cylinder; none where that
+    /// is all of it.
+    pub(crate) fn part_of(&self, [low, high]: &[Vec3; 2]) -> Option<[Vec3; 2]> {
+        let (mut low, mut high) = (*low, *high);
+        let sphere = self.sphere.map(|(centre, radius)| ([centre; 2], radius));
+        for ([a, b], radius) in sphere.into_iter().chain(self.cylinder) {
+            let reach = radius + 2.0 * self.clear();
+            low = low.sup(&a.inf(&b).add_scalar(-reach));
+            high = high.inf(&a.sup(&b).add_scalar(reach));
+        }
+        for axis in 0..3 {
+            let Some([from, to]) = self.range(axis) else { continue };
+            low[axis] = low[axis].max(from - self.tolerance[axis]);
+            high[axis] = high[axis].min(to + self.tolerance[axis]);
+        }
+        (0..3).all(|axis| low[axis] <= high[axis]).then_some([low, high])
+    }
+
     pub(crate) fn contains(&self, x: &Vec3) -> bool {
         self.in_ranges(x) && self.on_planes(x)
     }

@@ -1,17 +1,20 @@
 //! The sets of blocks, to which the sides and the tolerance of a `where` refer.
 
+use std::sync::Arc;
+
 use ddem_core::problem::{Lattice, Set, Sets, Vec3, bounds, bounds_of};
 
 use super::region::Flat;
 use crate::schema::{BlockSet, Deck, Side};
 
 /// The sets of a deck, from their lattices before any is refined.
-pub(super) fn sets(deck: &Deck, lattices: &[Lattice]) -> Sets {
+pub(super) fn sets(deck: &Deck, lattices: &[Arc<Lattice>]) -> Sets {
     let set = |(index, entry): (usize, &BlockSet)| {
-        let own: Vec<&Lattice> = lattices.iter().filter(|lattice| lattice.set == index).collect();
-        let (ends, corners) = match own[..] {
+        let [from, to] =
+            [index, index + 1].map(|set| lattices.partition_point(|lattice| lattice.set < set));
+        let (ends, corners) = match &lattices[from..to] {
             [lattice] if entry.mesh.is_none() => (ends_of(lattice), lattice.corners()),
-            _ => box_around(&own),
+            own => box_around(own),
         };
         Set { name: entry.name.clone(), label: deck.set_name(index), ends, corners }
     };
@@ -33,7 +36,7 @@ fn ends_of(lattice: &Lattice) -> Ends {
 }
 
 /// Sides and corners of the box along the coordinate axes around the blocks of a mesh.
-fn box_around(lattices: &[&Lattice]) -> (Ends, [Vec3; 8]) {
+fn box_around(lattices: &[Arc<Lattice>]) -> (Ends, [Vec3; 8]) {
     let corners: Vec<Vec3> = lattices.iter().flat_map(|lattice| lattice.corners()).collect();
     let [low, high] = bounds_of(&corners);
     let end = |d: usize, k: usize| if k >> d & 1 == 1 { high[d] } else { low[d] };

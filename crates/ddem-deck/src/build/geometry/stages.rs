@@ -36,6 +36,9 @@ pub(in crate::build) fn stages(
             taken.extend(Selection::new(what, &region, sets, &before.lattices));
             let mut after = before.clone();
             after.take_out(&blocks);
+            if stage == 0 {
+                after.forget_gone();
+            }
             if (0..after.bodies.len()).all(|block| after.is_gone(block)) {
                 let message = "every block is taken out: nothing is left";
                 faults.push(Fault::new(format!("remove[{index}]"), message));

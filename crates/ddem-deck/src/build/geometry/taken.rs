@@ -1,6 +1,7 @@
 //! Numbers of blocks that curved and slanted shapes have taken, beside the volume of the shapes.
 
 use std::fmt;
+use std::sync::Arc;
 
 use super::convex::Convex;
 use super::region::{Flat, Region};
@@ -58,7 +59,7 @@ impl Selection {
         (entry, what): (String, String),
         region: &Region,
         sets: &Sets,
-        lattices: &[Lattice],
+        lattices: &[Arc<Lattice>],
     ) -> Option<Self> {
         let own = || lattices.iter().filter(|lattice| region.has_set(lattice.set));
         let shape = region.shape(own().any(|lattice| !lattice.is_box()))?;

@@ -72,7 +72,7 @@ fn between(axis: &[f64], at: f64, rim: f64) -> Option<(usize, f64)> {
 pub(crate) fn uncovered(
     (at, where_): (&str, &Where),
     sets: &Sets,
-    lattices: &[Lattice],
+    lattices: &[Arc<Lattice>],
 ) -> Vec<Fault> {
     let mut faults = Vec::new();
     if where_.topographies().next().is_none() {
