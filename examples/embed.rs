@@ -3,7 +3,7 @@
 //! `cargo run --release --example embed`
 
 use ddem::deck::{
-    BlockSet, Damping, Extent, Fix, Joint, JointChoice, Material, Search, TimeStep, Where,
+    BlockSet, Damping, Extent, Fix, Joint, JointChoice, Material, SafetySearch, TimeStep, Where,
 };
 use ddem::{Deck, Simulation};
 
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     simulation.relax(1e-5, 20_000)?;
     let [x, y, z] = simulation.displacement(corner).map(|u| 1e3 * u);
     println!("the corner moves by ({x:.4}, {y:.4}, {z:.4}) mm");
-    let safety = simulation.factor_of_safety(&Search::default(), &|_| {})?;
+    let safety = simulation.factor_of_safety(&SafetySearch::default(), &|_| {})?;
     println!("factor of safety {:.2}", safety.factor.unwrap_or(f64::NAN));
 
     // A push of 30 kN, until the block has slid by a centimetre.

@@ -8,7 +8,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use ddem::deck::{
-    BlockSet, Damping, Extent, Fix, Joint, JointChoice, Material, Search, Stage, StageKind,
+    BlockSet, Damping, Extent, Fix, Joint, JointChoice, Material, SafetySearch, Stage, StageKind,
     TimeStep, Where,
 };
 use ddem::io::run::{Event, Observer, RunFailure, Session};
@@ -42,7 +42,7 @@ fn sweep(frictions: &[f64]) -> Result<Vec<f64>, Box<dyn Error + Send + Sync>> {
     let factor = |friction: &f64| {
         let mut simulation = Simulation::new(slope(*friction).build()?);
         simulation.relax(1e-5, 20_000)?;
-        let safety = simulation.factor_of_safety(&Search::default(), &|_| {})?;
+        let safety = simulation.factor_of_safety(&SafetySearch::default(), &|_| {})?;
         Ok(safety.factor.unwrap_or(f64::NAN))
     };
     frictions.par_iter().map(factor).collect()

@@ -54,6 +54,6 @@
 
 pub use ddem_core::*;
 pub use ddem_deck as deck;
-pub use ddem_deck::{Deck, Interface, Selection, Site, Size};
+pub use ddem_deck::{BuiltDeck, Deck, Interface, Selection, Size};
 #[cfg(feature = "io")]
 pub use ddem_io as io;

@@ -1,6 +1,6 @@
 //! Joints that break: the same bits on any number of threads, and of strengths that are not reached.
 
-use ddem_core::{FIELDS, On, Simd, Simulation};
+use ddem_core::{FIELDS, FieldLocation, Simd, Simulation};
 use ddem_deck::TimeStep;
 
 use super::decks::MATTER;
@@ -117,7 +117,7 @@ fn strength_far_above_the_load_changes_no_bit() {
             simulation.step().expect("finite numbers");
         }
         assert_eq!(simulation.failed_pairs(), [0, 0]);
-        let nodes = FIELDS.iter().filter(|field| field.on == On::Node);
+        let nodes = FIELDS.iter().filter(|field| field.on == FieldLocation::Node);
         let values: Vec<f64> =
             nodes.flat_map(|field| simulation.snapshot().values(field)).collect();
         values.into_iter().map(f64::to_bits).collect::<Vec<_>>()

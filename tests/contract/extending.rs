@@ -5,9 +5,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use ddem::element::Elastic;
-use ddem::law::{JointLaw, Stiffness};
+use ddem::law::{JointLaw, SpringStiffness};
 use ddem::problem::{HexMesh, JointElasticity, JointProperties, ProblemBuilder};
-use ddem::{FIELDS, Field, Model, On, Simulation, Snapshot};
+use ddem::{FIELDS, Field, FieldLocation, Model, Simulation, Snapshot};
 
 /// Shift of the upper edge of each bar along x, for an edge of 1 m.
 const SLANT: f64 = 0.3;
@@ -68,7 +68,7 @@ fn traction(mesh: &HexMesh, quad: [u32; 4], traction: [f64; 3]) -> Vec<(u32, [f6
 }
 
 /// An output field: von Mises' stress at the centres of the elements.
-const VON_MISES: Field = Field::new("von_mises", "Pa", On::Element, 1, von_mises);
+const VON_MISES: Field = Field::new("von_mises", "Pa", FieldLocation::Element, 1, von_mises);
 
 fn von_mises(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let stress = FIELDS.iter().find(|field| field.name == "stress").expect("a field");
@@ -88,7 +88,7 @@ fn pulled(shear: f64) -> Simulation {
     let glue = builder.joint(JointProperties {
         name: "glue".into(),
         thickness: 0.0,
-        elasticity: JointElasticity::Springs(Stiffness { normal: 1e11, shear: 4e10 }),
+        elasticity: JointElasticity::Springs(SpringStiffness { normal: 1e11, shear: 4e10 }),
         law: Some(Arc::new(Glue { shear })),
     });
     builder.join([ends(0)[1], ends(1)[0]], glue).unwrap();

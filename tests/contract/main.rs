@@ -19,3 +19,4 @@ mod loads;
 mod memory;
 mod resume;
 mod session;
+mod words;

@@ -2,8 +2,8 @@
 
 use ddem_core::Simulation;
 use ddem_deck::{
-    BlockSet, Charge, Deck, Edges, Extent, Fix, Joint, JointChoice, Kinematics, Material, Remove,
-    Site, Sphere, Where,
+    BlockSet, BuiltDeck, Charge, Deck, Edges, Extent, Fix, Joint, JointChoice, Kinematics,
+    Material, Remove, Sphere, Where,
 };
 use nalgebra::Vector3;
 
@@ -104,7 +104,7 @@ impl Hollow {
 
     /// Displacements of the program, at rest.
     fn relaxed(&self) -> Vec<f64> {
-        let site = Site::new(&self.deck()).unwrap_or_else(|error| panic!("{error}"));
+        let site = BuiltDeck::new(&self.deck()).unwrap_or_else(|error| panic!("{error}"));
         let model = site.model();
         assert_eq!(site.warnings(&model), [""; 0]);
         let mut simulation = Simulation::new(model);

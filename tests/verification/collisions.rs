@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::energy::closes;
 use super::incline_contact::body;
-use super::record::Tolerance::{Absolute, AtMost, Between, Relative};
+use super::record::Tolerance::{Absolute, AtMost, BlendedLaw, Relative};
 use super::record::{check, of};
 use super::rotation::invariants;
 use super::shared::{Run, deck, edited, example, run, simulation};
@@ -86,7 +86,7 @@ fn two_blocks_collide() {
         let parting = last(&run, "second_speed") - last(&run, "first_speed");
         let speed = (b - a).normalize().dot(&parting);
         let what = format!("speed at which they part, {kind} [m/s]");
-        check(case, &what, 1.0, speed, Between(0.1, 2.1));
+        check(case, &what, 1.0, speed, BlendedLaw(0.1, 2.1));
         closes(case, &format!(", {kind}"), &run);
     }
 }
@@ -133,7 +133,7 @@ fn a_cube_comes_back_from_a_wall() {
             let gained = momentum(&text) + 5.0 * mass;
             check(case, &format!("impulse, {what} [N s]"), gained, impulse, Relative(1e-6));
             let back = gained / mass - 5.0;
-            let tolerance = if kind == "rigid" { Relative(1e-3) } else { Between(4.9, 5.0) };
+            let tolerance = if kind == "rigid" { Relative(1e-3) } else { BlendedLaw(4.9, 5.0) };
             check(case, &format!("comes back at, {what} [m/s]"), 5.0, back, tolerance);
             let sideways = run.last("cube.y").hypot(run.last("cube.z"));
             check(case, &format!("sideways, {what} [m/s]"), 5e-6, sideways, AtMost);

@@ -2,7 +2,7 @@
 
 use super::energy::closes;
 use super::incline::{G, rate};
-use super::record::Tolerance::{Absolute, AtMost, Between, Relative};
+use super::record::Tolerance::{Absolute, AtMost, BlendedLaw, Relative};
 use super::record::{Case, check, of};
 use super::shared::{Run, edited, example, run};
 
@@ -116,7 +116,7 @@ fn topples(case: Case, kind: &str, text: &str, level: f64) {
             let speed = run.last("speed.x").abs();
             check(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed, AtMost);
         } else {
-            check(case, &format!("{what}: falls by [m]"), 0.5, leans, Between(0.1, 10.0));
+            check(case, &format!("{what}: falls by [m]"), 0.5, leans, BlendedLaw(0.1, 10.0));
         }
         closes(case, &format!(", {what}"), &run);
     }

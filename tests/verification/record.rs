@@ -123,10 +123,10 @@ pub(crate) enum Tolerance {
     /// It may be anything up to the value given as exact.
     AtMost,
     /// It must lie between these.
-    Between(f64, f64),
+    BlendedLaw(f64, f64),
 }
 
-use Tolerance::{Absolute, AtMost, Between, Relative};
+use Tolerance::{Absolute, AtMost, BlendedLaw, Relative};
 
 /// A line of the table: where it belongs, and its cells.
 type Row = (usize, String);
@@ -143,7 +143,7 @@ pub(crate) fn check(case: Case, quantity: &str, exact: f64, computed: f64, toler
         Relative(most) => (error <= most, format!("{most:.0e} of it")),
         Absolute(most) => (error <= most, format!("{most:.1e}")),
         AtMost => (computed <= exact, "at most".to_owned()),
-        Between(low, high) => ((low..=high).contains(&computed), format!("{low} to {high}")),
+        BlendedLaw(low, high) => ((low..=high).contains(&computed), format!("{low} to {high}")),
     };
     let error = if matches!(tolerance, AtMost) { "–".to_owned() } else { format!("{error:.1e}") };
     let Case { name, deck } = case;

@@ -2,7 +2,7 @@
 
 use ddem_core::{Simulation, Verdict};
 use ddem_deck::Deck;
-use ddem_deck::{Body, Search};
+use ddem_deck::{Body, SafetySearch};
 
 use super::limit::{STRENGTHS, in_contact, layered, plane, wedges, with_body};
 use super::record::Tolerance::Relative;
@@ -17,7 +17,7 @@ fn find((case, what): (Case, &str), deck: &Deck) {
     let model = deck.build().unwrap_or_else(|error| panic!("{what}: {error}"));
     let mut simulation = Simulation::new(model);
     simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{what}: {error}"));
-    let found = simulation.factor_of_safety(&Search::default(), &|_| {});
+    let found = simulation.factor_of_safety(&SafetySearch::default(), &|_| {});
     let found = found.unwrap_or_else(|error| panic!("{what}: {error}"));
     let factor = found.factor.expect("it is in the bracket");
     check(case, &format!("factor of safety, {what}"), 1.0 / PART, factor, Relative(5e-3));
@@ -65,7 +65,8 @@ fn a_slope_of_rigid_blocks_stands_or_falls() {
     let deck = deck(&edited(&text, "divisions = 1", "body = \"rigid\""));
     let mut simulation = Simulation::new(deck.build().expect("a model"));
     simulation.relax(1e-5, 20_000).expect("it stands");
-    let search = Search { bracket: [1.0, 1.1197], resolution: 0.2, ..Search::default() };
+    let search =
+        SafetySearch { bracket: [1.0, 1.1197], resolution: 0.2, ..SafetySearch::default() };
     let found = simulation.factor_of_safety(&search, &|_| {}).expect("two trials");
     let verdicts: Vec<_> = found.trials.iter().map(|trial| trial.verdict).collect();
     assert_eq!(verdicts, [Verdict::AtRest, Verdict::Fails]);

@@ -3,7 +3,7 @@
 use super::energy::closes;
 use super::incline::G;
 use super::incline_contact::{body, largest, spread};
-use super::record::Tolerance::{Absolute, AtMost, Between, Relative};
+use super::record::Tolerance::{Absolute, AtMost, BlendedLaw, Relative};
 use super::record::{check, of};
 use super::shared::{edited, example, run};
 
@@ -80,7 +80,7 @@ fn a_corbelled_stack_stands_up_to_its_limit() {
                 check(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed, AtMost);
             } else {
                 let fallen = -run.last("top.z");
-                check(case, &format!("{what}: falls by [m]"), 0.5, fallen, Between(0.02, 10.0));
+                check(case, &format!("{what}: falls by [m]"), 0.5, fallen, BlendedLaw(0.02, 10.0));
             }
             closes(case, &format!(", {what}"), &run);
         }

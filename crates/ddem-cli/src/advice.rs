@@ -1,4 +1,4 @@
-//! What helps on the command line where results cannot be written.
+//! Advice on command-line options after an error.
 
 use ddem_io::OutputError;
 use ddem_io::folder::FolderError;

@@ -27,10 +27,10 @@ pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
     #[command(flatten)]
-    pub(crate) run: Option<Run>,
+    pub(crate) run: Option<RunArguments>,
 }
 
-/// What else the program does.
+/// Subcommands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
@@ -99,9 +99,9 @@ impl Plot {
     }
 }
 
-/// How a deck is run.
+/// Options of a run.
 #[derive(Debug, Args)]
-pub(crate) struct Run {
+pub(crate) struct RunArguments {
     /// Deck to run, a TOML file
     #[arg(value_name = "DECK")]
     pub(crate) deck: PathBuf,
@@ -128,8 +128,8 @@ pub(crate) struct Run {
     pub(crate) simd: Option<Simd>,
 }
 
-impl Run {
-    /// Where the results go.
+impl RunArguments {
+    /// Folder of the results.
     pub(crate) fn folder(&self) -> PathBuf {
         match &self.out {
             Some(out) => out.clone(),
@@ -215,7 +215,7 @@ fn quoted(path: &Path) -> String {
 mod tests {
     use super::*;
 
-    fn run(line: &[&str]) -> Run {
+    fn run(line: &[&str]) -> RunArguments {
         Cli::try_parse_from(line).unwrap().run.unwrap()
     }
 

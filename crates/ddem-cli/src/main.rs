@@ -17,7 +17,7 @@ use ddem_deck::DeckError;
 use ddem_io::run;
 use ddem_io::run::{Options, Outcome, RunFailure};
 
-use args::{Cli, Command, Run};
+use args::{Cli, Command, RunArguments};
 use plot::NoPicture;
 use progress::{Screen, Watcher};
 use results::NoResults;
@@ -25,16 +25,16 @@ use results::NoResults;
 /// Exit status of a command that was interrupted, as shells have it.
 const INTERRUPTED: u8 = 130;
 
-/// How a command ends.
-enum Ending {
+/// Outcome of a command.
+enum CommandOutcome {
     /// All was done.
     Done,
     /// Stopped on request, after a checkpoint.
     Interrupted,
 }
 
-/// Why a command did not do what it was told.
-enum Failure {
+/// Failure of a command.
+enum CommandFailure {
     /// The command line is wrong, or asks for help or the version.
     CommandLine(clap::Error),
     /// The deck is wrong or the run failed.
@@ -49,25 +49,25 @@ enum Failure {
     Output(io::Error),
 }
 
-impl From<NoResults> for Failure {
+impl From<NoResults> for CommandFailure {
     fn from(error: NoResults) -> Self {
         Self::Results(error)
     }
 }
 
-impl From<NoPicture> for Failure {
+impl From<NoPicture> for CommandFailure {
     fn from(error: NoPicture) -> Self {
         Self::Picture(error)
     }
 }
 
-impl From<RunFailure> for Failure {
+impl From<RunFailure> for CommandFailure {
     fn from(failure: RunFailure) -> Self {
         Self::Run(failure)
     }
 }
 
-impl From<DeckError> for Failure {
+impl From<DeckError> for CommandFailure {
     fn from(error: DeckError) -> Self {
         Self::Run(error.into())
     }
@@ -79,19 +79,20 @@ fn main() -> ExitCode {
         say(failure);
     }
     ExitCode::from(match ending {
-        Ok(Ending::Done) => 0,
-        Ok(Ending::Interrupted) => INTERRUPTED,
-        Err(Failure::CommandLine(error)) => u8::from(error.use_stderr()) * 2,
-        Err(Failure::Run(failure)) => failure.exit_status(),
-        Err(Failure::Picture(failure)) => failure.exit_status(),
-        Err(Failure::Results(_) | Failure::NoCommand(_)) => 2,
+        Ok(CommandOutcome::Done) => 0,
+        Ok(CommandOutcome::Interrupted) => INTERRUPTED,
+        Err(CommandFailure::CommandLine(error)) => u8::from(error.use_stderr()) * 2,
+        Err(CommandFailure::Run(failure)) => failure.exit_status(),
+        Err(CommandFailure::Picture(failure)) => failure.exit_status(),
+        Err(CommandFailure::Results(_) | CommandFailure::NoCommand(_)) => 2,
         // Whoever reads the output has seen enough of it.
-        Err(Failure::Output(error)) => u8::from(error.kind() != ErrorKind::BrokenPipe),
+        Err(CommandFailure::Output(error)) => u8::from(error.kind() != ErrorKind::BrokenPipe),
     })
 }
 
-fn command() -> Result<Ending, Failure> {
-    let cli = Cli::try_parse().map_err(|error| Failure::CommandLine(args::explained(error)))?;
+fn command() -> Result<CommandOutcome, CommandFailure> {
+    let cli =
+        Cli::try_parse().map_err(|error| CommandFailure::CommandLine(args::explained(error)))?;
     match (cli.command, cli.run) {
         (None, Some(run)) if run.check => check(&run),
         (None, Some(run)) => run_deck(&run),
@@ -100,20 +101,20 @@ fn command() -> Result<Ending, Failure> {
         (Some(Command::Plot(args)), _) => {
             results::is_folder(&args.folder)?;
             plot::plot(&args)?;
-            Ok(Ending::Done)
+            Ok(CommandOutcome::Done)
         }
-        (Some(Command::Run { arguments }), _) => Err(Failure::NoCommand(arguments)),
+        (Some(Command::Run { arguments }), _) => Err(CommandFailure::NoCommand(arguments)),
         // Asking for help on an empty command line is up to clap.
-        (None, None) => Ok(Ending::Done),
+        (None, None) => Ok(CommandOutcome::Done),
     }
 }
 
 /// Says what running the deck would take.
-fn check(args: &Run) -> Result<Ending, Failure> {
+fn check(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     let (deck, source) = ddem_deck::read(&args.deck)?;
     let report = run::inspect(&deck, &source)?;
     if args.quiet {
-        return Ok(Ending::Done);
+        return Ok(CommandOutcome::Done);
     }
     for warning in &report.warnings {
         complain(&format!("warning: {warning}\n"));
@@ -121,7 +122,7 @@ fn check(args: &Run) -> Result<Ending, Failure> {
     output(&report.to_string())
 }
 
-fn run_deck(args: &Run) -> Result<Ending, Failure> {
+fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     let (deck, source) = ddem_deck::read(&args.deck)?;
     let mut options = Options::new(args.folder());
     options.threads = args.threads;
@@ -138,16 +139,16 @@ fn run_deck(args: &Run) -> Result<Ending, Failure> {
         Ok(Outcome::Done(_)) => {
             watcher.result();
             screen.line(&format!("results are in {folder}: open blocks.vtkhdf there in ParaView"));
-            Ok(Ending::Done)
+            Ok(CommandOutcome::Done)
         }
         Ok(Outcome::Interrupted(checkpoint)) => {
             let resume = args.resume_command();
             screen.line(&format!("saved in {}, to go on: {resume}", checkpoint.display()));
-            Ok(Ending::Interrupted)
+            Ok(CommandOutcome::Interrupted)
         }
         Err(RunFailure::Stopped) => {
             screen.line("stopped before the first step: nothing was written");
-            Ok(Ending::Interrupted)
+            Ok(CommandOutcome::Interrupted)
         }
         Err(failure) => {
             if failure.exit_status() == 1 {
@@ -175,10 +176,13 @@ fn stop_on_interrupt(screen: &Screen) -> Arc<AtomicBool> {
 }
 
 /// Writes to standard output.
-fn output(text: &str) -> Result<Ending, Failure> {
+fn output(text: &str) -> Result<CommandOutcome, CommandFailure> {
     let mut stdout = io::stdout().lock();
-    stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).map_err(Failure::Output)?;
-    Ok(Ending::Done)
+    stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+        .map_err(CommandFailure::Output)?;
+    Ok(CommandOutcome::Done)
 }
 
 /// Writes to standard error; when that is closed there is nobody to tell.
@@ -187,12 +191,12 @@ fn complain(text: &str) {
 }
 
 /// Tells the user what went wrong.
-fn say(failure: &Failure) {
+fn say(failure: &CommandFailure) {
     match failure {
-        Failure::CommandLine(error) => {
+        CommandFailure::CommandLine(error) => {
             let _ = error.print();
         }
-        Failure::Run(RunFailure::Deck(error)) => {
+        CommandFailure::Run(RunFailure::Deck(error)) => {
             let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
             complain(&error.report(io::stderr().is_terminal() && !no_colour));
             if let DeckError::Unreadable { path, source } = error
@@ -202,21 +206,21 @@ fn say(failure: &Failure) {
                 complain(&format!("  did you mean `{}`?\n", near.display()));
             }
         }
-        Failure::Run(failure) => {
+        CommandFailure::Run(failure) => {
             complain(&format!("error: {failure}{}\n", advice::advice(failure)));
         }
-        Failure::NoCommand(arguments) => {
+        CommandFailure::NoCommand(arguments) => {
             let deck = if arguments.is_empty() { "deck.toml".into() } else { arguments.join(" ") };
             complain(&format!(
                 "error: `run` is not a command of ddem: run a deck by `ddem {deck}`\n"
             ));
         }
-        Failure::Results(error) => complain(&format!("error: {error}\n")),
+        CommandFailure::Results(error) => complain(&format!("error: {error}\n")),
         // The drawing program has told it.
-        Failure::Picture(NoPicture::Refused(_)) => {}
-        Failure::Picture(error) => complain(&format!("error: {error}\n")),
-        Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => {}
-        Failure::Output(error) => {
+        CommandFailure::Picture(NoPicture::Refused(_)) => {}
+        CommandFailure::Picture(error) => complain(&format!("error: {error}\n")),
+        CommandFailure::Output(error) if error.kind() == ErrorKind::BrokenPipe => {}
+        CommandFailure::Output(error) => {
             complain(&format!("error: cannot write to standard output: {error}\n"));
         }
     }

@@ -17,7 +17,7 @@ const PROBE: &str = "import importlib.util as u, sys
 names = 'pyvista', 'matplotlib', 'ddem.__main__'
 sys.exit(not all(u.find_spec(name) for name in names))";
 
-/// Why there is no picture.
+/// Reason why no picture was drawn.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoPicture {
     /// No Python has the module and PyVista.
@@ -36,7 +36,7 @@ pub(crate) enum NoPicture {
     NotStarted {
         /// The program.
         python: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
     /// The drawing program ended with this exit status, after a message of its own.

@@ -1,11 +1,11 @@
-//! What the user sees of a run.
+//! Display of a run's progress.
 
 use std::io::{self, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ddem_core::{Trial, Verdict};
+use ddem_core::{SafetyTrial, Verdict};
 use ddem_io::run::{Event, Observer, Progress, Report};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -16,9 +16,9 @@ const EVERY: Duration = Duration::from_secs(5);
 /// Parts of the bar.
 const LENGTH: u64 = 1000;
 
-/// How much is shown.
+/// Amount of output.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Mode {
+enum ProgressMode {
     /// Nothing.
     Quiet,
     /// A line now and then.
@@ -30,7 +30,7 @@ enum Mode {
 /// Standard error, with the live line at its end.
 #[derive(Clone, Debug)]
 pub(crate) struct Screen {
-    mode: Mode,
+    mode: ProgressMode,
     bar: ProgressBar,
 }
 
@@ -39,9 +39,9 @@ impl Screen {
     pub(crate) fn new(quiet: bool) -> Self {
         let target = ProgressDrawTarget::stderr();
         let mode = match (quiet, target.is_hidden()) {
-            (true, _) => Mode::Quiet,
-            (false, true) => Mode::Lines,
-            (false, false) => Mode::Live,
+            (true, _) => ProgressMode::Quiet,
+            (false, true) => ProgressMode::Lines,
+            (false, false) => ProgressMode::Live,
         };
         let bar = ProgressBar::with_draw_target(Some(LENGTH), target);
         if let Ok(style) = ProgressStyle::with_template("{prefix} {wide_bar} {msg}") {
@@ -53,7 +53,7 @@ impl Screen {
 
     /// A line that stays.
     pub(crate) fn line(&self, text: &str) {
-        if self.mode != Mode::Quiet {
+        if self.mode != ProgressMode::Quiet {
             // When standard error is closed there is nobody to tell.
             self.bar.suspend(|| {
                 let _ = writeln!(io::stderr(), "{text}");
@@ -76,7 +76,7 @@ pub(crate) struct Watcher {
     first: Option<f64>,
     /// Failed pairs when last told.
     failed: u64,
-    /// When the last line was written.
+    /// Time at which the last line was written.
     written: Instant,
     /// The last stage that is done.
     last: Option<StageSummary>,
@@ -99,14 +99,14 @@ impl Watcher {
         self.first = None;
         self.written = Instant::now();
         match self.screen.mode {
-            Mode::Live => {
+            ProgressMode::Live => {
                 self.screen.bar.set_prefix(label(progress));
                 self.screen.bar.set_message("");
                 self.screen.bar.reset();
                 self.progress(progress);
             }
-            Mode::Lines => self.screen.line(&beginning(progress)),
-            Mode::Quiet => {}
+            ProgressMode::Lines => self.screen.line(&beginning(progress)),
+            ProgressMode::Quiet => {}
         }
     }
 
@@ -115,17 +115,17 @@ impl Watcher {
         let ratio = progress.unbalanced;
         self.first = self.first.or((ratio.is_finite() && ratio > 0.0).then_some(ratio));
         match self.screen.mode {
-            Mode::Live => {
+            ProgressMode::Live => {
                 let part = self.first.map_or(0.0, |first| fraction(progress, first));
                 self.screen.bar.set_message(figures(progress).join("  "));
                 self.screen.bar.set_position((part * LENGTH as f64) as u64);
             }
-            Mode::Lines if self.written.elapsed() >= EVERY => {
+            ProgressMode::Lines if self.written.elapsed() >= EVERY => {
                 self.written = Instant::now();
                 let figures = figures(progress).join(", ");
                 self.screen.line(&format!("{}: step {figures}", label(progress)));
             }
-            Mode::Lines | Mode::Quiet => {}
+            ProgressMode::Lines | ProgressMode::Quiet => {}
         }
     }
 }
@@ -148,7 +148,7 @@ impl Observer for Watcher {
                 self.screen.line(&end(stage, self.failed));
                 self.last = Some(stage.clone());
             }
-            Event::Trial { stage, trial: Trial { factor, verdict, steps } } => {
+            Event::Trial { stage, trial: SafetyTrial { factor, verdict, steps } } => {
                 self.screen.line(&format!(
                     "{stage}: strengths / {factor:.4}: {verdict} after {steps} steps"
                 ));
@@ -196,8 +196,7 @@ fn label(progress: &Progress) -> String {
     }
 }
 
-/// How far a stage is, from 0 to 1. Relaxation goes as the number of digits gained: how many steps
-/// it will take is not known.
+/// Progress of a stage, 0 to 1. For a relaxation it is the share of digits gained, as the number of steps is not known.
 fn fraction(progress: &Progress, first: f64) -> f64 {
     let Progress { unbalanced, tolerance, .. } = *progress;
     let part = if !progress.relax {
@@ -210,7 +209,7 @@ fn fraction(progress: &Progress, first: f64) -> f64 {
     if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) }
 }
 
-/// What is worth knowing while a stage runs.
+/// Key figures of a running stage.
 fn figures(progress: &Progress) -> Vec<String> {
     let mut figures = Vec::new();
     // Relaxation has no time of its own, and ends before its last step.

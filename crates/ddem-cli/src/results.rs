@@ -6,7 +6,7 @@ use ddem_io::OutputError;
 use ddem_io::folder::SUMMARY;
 use ddem_io::summary::Summary;
 
-/// Why a folder has no results to show.
+/// Reason why a folder has no results.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoResults {
     /// There is no such folder.
@@ -17,7 +17,7 @@ pub(crate) enum NoResults {
         /// The one that was probably meant.
         near: Option<PathBuf>,
     },
-    /// It is a file.
+    /// The path is a file.
     #[error(
         "`{}` is a file: give the folder of the results, such as `{}`",
         file.display(), likely.display()

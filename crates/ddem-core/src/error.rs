@@ -1,4 +1,4 @@
-//! What can be wrong with a deck.
+//! Faults of a deck, and errors of a run.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// A block that moves on where a stage fails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Moving {
+pub struct MovingBlock {
     /// Name of its set.
     pub set: String,
     /// Number of the block.
@@ -24,9 +24,9 @@ pub struct Moving {
 pub struct Fault {
     /// Path of the key, as in `materials.rock.poisson` or `blocks[0].count`.
     pub place: String,
-    /// What is wrong: the value and the rule it breaks.
+    /// The value and the rule it breaks.
     pub message: String,
-    /// What was expected, or the nearest valid thing.
+    /// The expected or nearest valid value.
     pub help: Option<String>,
 }
 
@@ -36,7 +36,7 @@ impl Fault {
         Self { place: place.into(), message: message.into(), help: None }
     }
 
-    /// The same fault with a hint.
+    /// Adds a hint.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
@@ -64,7 +64,7 @@ impl std::error::Error for Fault {}
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[error("{}", .faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct ModelError {
-    /// What is wrong, in the order of the deck.
+    /// Faults, in the order of the deck.
     pub faults: Vec<Fault>,
 }
 
@@ -130,7 +130,7 @@ pub enum RunError {
         entry: String,
         /// Time since the history began `[s]`.
         time: f64,
-        /// Why.
+        /// Reason.
         message: String,
     },
     /// A stage is entered that comes before the present one; nothing has changed.
@@ -162,7 +162,7 @@ pub enum RunError {
     },
     /// A block goes so far in a step that contacts could be missed.
     #[error(
-        "block {block} of `{set}` went {way:.3e} m in step {step}, at time {time:.6e} s: more than a \
+        "block {block} of `{set}` went {distance:.3e} m in step {step}, at time {time:.6e} s: more than a \
          quarter of the shortest edge of a block, {edge} m, so that it could pass through another; {}",
         too_fast(*driven)
     )]
@@ -175,8 +175,8 @@ pub enum RunError {
         step: u64,
         /// Simulated time `[s]`.
         time: f64,
-        /// How far one of its nodes went `[m]`.
-        way: f64,
+        /// Displacement of one of its nodes in the step `[m]`.
+        distance: f64,
         /// Shortest edge of a block `[m]`.
         edge: f64,
         /// The support that moves it, by its number in the deck.
@@ -197,7 +197,7 @@ pub enum RunError {
         step: u64,
         /// Simulated time `[s]`.
         time: f64,
-        /// How deep `[m]`.
+        /// Penetration `[m]`.
         depth: f64,
         /// Their shortest edge `[m]`.
         edge: f64,
@@ -211,10 +211,10 @@ pub enum RunError {
     Collapsed {
         /// Two blocks that have moved farthest against each other since pairs last failed.
         blocks: [usize; 2],
-        /// How far `[m]`.
+        /// Displacement `[m]`.
         distance: f64,
         /// All blocks that move, and how far they have come in the stage.
-        moving: Vec<Moving>,
+        moving: Vec<MovingBlock>,
         /// Unbalanced ratio reached.
         ratio: f64,
         /// Pairs that have failed.
@@ -249,9 +249,9 @@ pub enum RunError {
         ratio: f64,
         /// Unbalanced ratio wanted.
         tolerance: f64,
-        /// Where rounding makes the largest force.
+        /// Block with the largest rounding force.
         block: usize,
-        /// That force `[N]`.
+        /// Rounding force `[N]`.
         force: f64,
         /// The stiffest joint of that block, and its thickness `[m]`, 0 if it is springs.
         joint: Option<(String, f64)>,
@@ -275,7 +275,7 @@ macro_rules! debug_as_display {
 
 debug_as_display!(Fault, ModelError, RunError);
 
-/// What moves a block too fast.
+/// Likely cause of a block that moves too fast.
 fn too_fast(driven: Option<usize>) -> String {
     driven.map_or_else(
         || {
@@ -289,7 +289,7 @@ fn too_fast(driven: Option<usize>) -> String {
     )
 }
 
-/// What puts two blocks into each other.
+/// Likely cause of an excessive penetration.
 fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String {
     match driven {
         Some((fix, block)) => format!(
@@ -320,7 +320,7 @@ fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>) -> String 
     format!("{what}, where the last digit of a displacement is {force:.0e} N")
 }
 
-/// What a joint would have to be for a ratio that is `missing` times smaller.
+/// Change to a joint that would reduce the ratio by a factor of `missing`.
 fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f64>) -> String {
     if far.is_some() {
         return ", or a smaller one with the model nearer to the origin".to_owned();
@@ -334,10 +334,10 @@ fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f64>) -> Str
     }
 }
 
-/// What is still on its way in a relaxation.
+/// Fastest block of an unfinished relaxation.
 fn moving(fastest: Option<&(usize, String, f64)>) -> String {
-    fastest.map_or_else(String::new, |(block, set, way)| {
-        format!("; block {block} of `{set}` moves most, {way:.1e} m in the last step")
+    fastest.map_or_else(String::new, |(block, set, distance)| {
+        format!("; block {block} of `{set}` moves most, {distance:.1e} m in the last step")
     })
 }
 
@@ -345,14 +345,15 @@ fn moving(fastest: Option<&(usize, String, f64)>) -> String {
 const NAMED: usize = 3;
 
 /// Blocks that move.
-fn named(moving: &[Moving]) -> String {
+fn named(moving: &[MovingBlock]) -> String {
     if moving.is_empty() {
         return "no block has moved so far".to_owned();
     }
-    let each =
-        moving.iter().take(NAMED).map(|Moving { set, block, distance, direction: [x, y, z] }| {
+    let each = moving.iter().take(NAMED).map(
+        |MovingBlock { set, block, distance, direction: [x, y, z] }| {
             format!("block {block} of `{set}`, {distance:.2e} m towards ({x:.2}, {y:.2}, {z:.2})")
-        });
+        },
+    );
     let more = if moving.len() > NAMED { ", ..." } else { "" };
     let blocks = if moving.len() == 1 {
         "1 block moves".to_owned()

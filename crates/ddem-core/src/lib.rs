@@ -5,8 +5,8 @@
 //! [`FIELDS`] lists what can be seen. No file, no clock and no environment is touched here.
 //!
 //! To read the method in the source, begin with `step/mod.rs`: one explicit step in its order. Then
-//! `force/body.rs` and `force/joint.rs`, the elastic forces, with `element/lattice.rs` of `ddem-mechanics`; `law/` there, what a
-//! joint bears; `breaks/` of `ddem-joint`, what becomes of it; `pack.rs` of `ddem-mesh`, how four bodies lie side by side;
+//! `force/block.rs` and `force/joint.rs`, the elastic forces, with `element/lattice.rs` of `ddem-mechanics`; `law/` there, what a
+//! joint bears; `broken_joints/` of `ddem-joint`, what becomes of it; `pack.rs` of `ddem-mesh`, how four bodies lie side by side;
 //! `run/relax.rs`, static equilibrium. `docs/method.md` has the theory.
 
 #![warn(clippy::print_stdout)]
@@ -20,28 +20,28 @@ mod run;
 mod state;
 mod step;
 
-pub use ddem_joint::contact::ContactDoubt;
+pub use ddem_joint::contact::ContactWarning;
 pub use ddem_mechanics::element::{self, ElementKind};
 pub use ddem_mechanics::law;
 pub use ddem_mechanics::math::simd::Simd;
-pub use ddem_mesh::Face;
+pub use ddem_mesh::ConformingJoint;
 pub use ddem_mesh::properties::Kinematics;
-pub use error::{Fault, ModelError, Moving, RunError};
+pub use error::{Fault, ModelError, MovingBlock, RunError};
 pub use model::Model;
 pub use model::charge::{ChargeSize, ChargeState};
 pub use model::history::{Duvall, Function, History, Triangle};
-pub use model::pairs::PairAt;
+pub use model::pairs::PairAtRest;
 pub use model::problem::{self, Problem};
-pub use model::stage::{Damping, Search, StageKind, TimeStep};
+pub use model::stage::{Damping, SafetySearch, StageKind, TimeStep};
 pub use nalgebra;
 pub use output::energy::Energy;
 pub use output::{
     CONTACT_FIELDS, Contact, ContactCounts, ContactField, ContactSummary, FIELDS, FORCE, Field,
-    FieldKind, Fragment, FragmentSummary, JointSummary, Largest, On, Reaction, Snapshot,
+    FieldKind, FieldLocation, Fragment, FragmentSummary, JointSummary, Largest, Reaction, Snapshot,
     StateSummary, fields,
 };
 pub use run::relax::Relaxed;
-pub use run::safety::{Safety, Trial, undecided};
+pub use run::safety::{Safety, SafetyTrial, undecided};
 pub use run::saved::{RestoreError, Saved};
 pub use run::{SHORTEST_STEP, Simulation};
 pub use state::watch::Verdict;

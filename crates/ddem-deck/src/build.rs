@@ -14,7 +14,7 @@ mod unbalanced;
 
 use std::sync::Arc;
 
-use ddem_core::problem::{Borders, BoundaryHold, Conditions, Geometry, Stages};
+use ddem_core::problem::{Boundaries, BoundaryHold, Conditions, Geometry, Stages};
 use ddem_core::{Fault, Model, ModelError, Problem};
 
 use geometry::{Cut, Names, Region};
@@ -24,7 +24,7 @@ use crate::schema::{Deck, Where};
 
 /// A deck whose blocks are cut: its problem, and the blocks that its parts of space select.
 #[derive(Clone, Debug)]
-pub struct Site {
+pub struct BuiltDeck {
     deck: Deck,
     problem: Arc<Problem>,
     /// Blocks that curved and slanted shapes have split and taken out.
@@ -40,13 +40,13 @@ impl Deck {
     ///
     /// # Errors
     ///
-    /// Those of [`Site::new`].
+    /// Those of [`BuiltDeck::new`].
     pub fn build(&self) -> Result<Model, ModelError> {
-        Ok(Site::new(self)?.model())
+        Ok(BuiltDeck::new(self)?.model())
     }
 }
 
-impl Site {
+impl BuiltDeck {
     /// Checks a deck, cuts its blocks and finds what its entries select.
     ///
     /// # Errors
@@ -81,13 +81,13 @@ impl Site {
     fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
         let Cut { geometry, sets, mut taken } = geometry::cut(deck, &names)?;
-        let (stages, dug) = geometry::stages((deck, &names), Arc::new(geometry), &sets)?;
-        taken.extend(dug);
+        let (stages, excavated) = geometry::stages((deck, &names), Arc::new(geometry), &sets)?;
+        taken.extend(excavated);
         let mut problem = Problem {
             properties: properties::properties(deck),
             stages,
             conditions: Conditions::default(),
-            borders: Borders::default(),
+            boundaries: Boundaries::default(),
             stresses: Vec::new(),
             motions: Vec::new(),
             kinds: deck.stage.iter().map(|stage| stage.kind).collect(),
@@ -96,7 +96,7 @@ impl Site {
         let charges;
         (problem.conditions, charges) = conditions::conditions(deck, &problem)?;
         sound(mechanism::check(deck, &problem))?;
-        problem.borders = boundaries::borders(deck, &problem)?;
+        problem.boundaries = boundaries::boundaries(deck, &problem)?;
         let holds = problem.boundary_holds();
         sound(boundaries::idle(deck, &problem, &holds))?;
         problem.stresses = stress::stresses(deck, &problem)?;

@@ -1,4 +1,4 @@
-//! What is wrong with a deck, shown in its text.
+//! Errors of a deck, shown in its text.
 
 use std::fmt::{self, Write};
 use std::io;
@@ -27,21 +27,21 @@ pub enum DeckError {
     Unreadable {
         /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
     /// A deck made by a program has a value that TOML cannot hold.
     #[error("the deck cannot be written as TOML: {message}")]
     Unwritable {
-        /// Why.
+        /// Reason.
         message: String,
     },
     /// Something in the deck is wrong.
     #[error("{}{}", headline(name, findings), lines(findings))]
     Wrong {
-        /// What the deck is called, usually the path of its file.
+        /// Name of the deck, usually the path of its file.
         name: String,
-        /// What is wrong, in the order of the text; at least one.
+        /// Findings in the order of the text, at least one.
         findings: Vec<Finding>,
     },
 }
@@ -80,7 +80,7 @@ impl DeckError {
         Self::Wrong { name: source.name().to_owned(), findings }
     }
 
-    /// What is wrong, in the order of the text; empty when there is no text.
+    /// Findings in the order of the text; empty without a text.
     pub fn findings(&self) -> &[Finding] {
         match self {
             Self::Wrong { findings, .. } => findings,
@@ -126,7 +126,7 @@ impl DeckError {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Finding {
-    /// What is wrong.
+    /// The fault.
     pub fault: Fault,
     /// Bytes of the text that are underlined.
     pub span: Range<usize>,

@@ -1,6 +1,6 @@
 //! Decks of ddem: what a user asks for, read, checked and turned into a problem.
 //!
-//! [`read()`] reads a TOML file with every mistake located, [`check()`] finds what is wrong with its values, a [`Site`]
+//! [`read()`] reads a TOML file with every mistake located, [`check()`] finds what is wrong with its values, a [`BuiltDeck`]
 //! cuts its blocks and makes the [`Problem`](ddem_core::Problem) of which a [`Model`](ddem_core::Model) is made.
 //!
 //! ```
@@ -30,7 +30,7 @@ mod near;
 mod reader;
 mod schema;
 
-pub use build::{Interface, Selection, Site};
+pub use build::{BuiltDeck, Interface, Selection};
 pub use check::check;
 pub use diagnose::{DeckError, Finding};
 pub use near::near;

@@ -21,7 +21,7 @@ mod stages;
 mod surface;
 
 pub use ddem_core::{
-    Damping, Duvall, ElementKind, History, Kinematics, Search, StageKind, TimeStep, Triangle,
+    Damping, Duvall, ElementKind, History, Kinematics, SafetySearch, StageKind, TimeStep, Triangle,
 };
 
 pub(crate) use blocks::COORDINATES;
@@ -90,10 +90,10 @@ pub struct Deck {
     /// The state at the start.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub initial: Vec<Initial>,
-    /// What is done, in order.
+    /// Stages, in order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stage: Vec<Stage>,
-    /// What is recorded.
+    /// Probes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<Probe>,
 }
@@ -108,7 +108,7 @@ pub struct ModelTable {
     pub contact: Option<bool>,
     /// Acceleration of gravity `[m/s²]`; default none.
     pub gravity: [f64; 3],
-    /// How the rotation of a block is treated.
+    /// Treatment of block rotation.
     pub kinematics: Kinematics,
     /// The element of the blocks.
     pub element: ElementKind,

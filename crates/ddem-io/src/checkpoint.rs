@@ -33,7 +33,7 @@ const CHUNK: usize = 1 << 20;
 pub struct Checkpoint {
     /// Text of the deck.
     pub deck: String,
-    /// How far the run had got.
+    /// Progress of the run.
     pub run: Vec<u8>,
     /// The simulation.
     pub state: Vec<u8>,
@@ -54,7 +54,7 @@ pub fn save(
     stream(path, deck, run, state.len(), |out| out.write_all(state))
 }
 
-/// The same with a state of so many bytes that is written part by part, and never in memory as a whole.
+/// Saves a checkpoint whose state of known size is written piece by piece, and never held in memory as a whole.
 ///
 /// # Errors
 ///
@@ -159,9 +159,9 @@ impl Write for Parts<'_> {
     }
 }
 
-type Source<'a> = &'a dyn Fn(&mut dyn Write) -> io::Result<()>;
+type ByteSource<'a> = &'a dyn Fn(&mut dyn Write) -> io::Result<()>;
 
-fn store(file: &File, name: &str, size: usize, bytes: Source<'_>) -> Result<()> {
+fn store(file: &File, name: &str, size: usize, bytes: ByteSource<'_>) -> Result<()> {
     let builder = file.new_dataset::<u8>().chunk(size.clamp(1, CHUNK)).fletcher32();
     let dataset = builder.shape(size).create(name)?;
     let mut parts = Parts { dataset: &dataset, part: Vec::new(), at: 0, error: None };

@@ -27,8 +27,8 @@ pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
 const RESULTS: [&str; 9] =
     [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES, SUMMARY, CHECKPOINT];
 
-/// Why a folder cannot take the results. Nothing was written. The texts say the fact; what helps depends on how a
-/// program lets its users choose the folder and [`Earlier`].
+/// Reason why a folder cannot take the results; nothing was written. The message states the fact only: the remedy
+/// depends on the program's options for the folder and [`Earlier`].
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum FolderError {
@@ -91,10 +91,10 @@ ddem_core::debug_as_display!(FolderError);
 /// Treatment of the results that a folder holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Earlier {
-    /// They are moved to a folder beside it, `NAME.1`, or the next number that is free.
+    /// Earlier results are moved to a folder beside it, `NAME.1` or the next free number.
     #[default]
     Keep,
-    /// They are removed if they are those of the same deck: of the same file name and title.
+    /// Earlier results are removed if they belong to the same deck, by file name and title.
     Overwrite,
     /// The run goes on with them; the text of the deck must be the same.
     Resume,

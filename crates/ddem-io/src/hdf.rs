@@ -58,7 +58,7 @@ fn builder() -> FileBuilder {
     builder
 }
 
-/// How a growing dataset is stored.
+/// Storage of a growing dataset.
 #[derive(Clone, Copy)]
 pub(crate) struct Storage {
     /// Rows of one chunk.

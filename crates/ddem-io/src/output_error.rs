@@ -1,4 +1,4 @@
-//! What can go wrong while results are written or read back.
+//! Errors of writing or reading results.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ pub enum OutputError {
     DiskFull {
         /// The file being written.
         path: PathBuf,
-        /// What was being done, as in `writing`.
+        /// Operation, as in `writing`.
         operation: &'static str,
         /// The error of the system.
         source: Cause,
@@ -25,7 +25,7 @@ pub enum OutputError {
     Busy {
         /// The file which is held.
         path: PathBuf,
-        /// What was being done, as in `writing`.
+        /// Operation, as in `writing`.
         operation: &'static str,
         /// The error of the system.
         source: Cause,
@@ -35,7 +35,7 @@ pub enum OutputError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What was being done, as in `writing`.
+        /// Operation, as in `writing`.
         operation: &'static str,
         /// The error of the system, which the text has.
         error: io::Error,
@@ -45,7 +45,7 @@ pub enum OutputError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What was being done, as in `writing`.
+        /// Operation, as in `writing`.
         operation: &'static str,
         /// The error of the library, which the text has.
         error: Cause,
@@ -56,7 +56,7 @@ pub enum OutputError {
     Unusable {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the fault.
         message: String,
     },
     /// The data handed over do not fit the file.
@@ -64,7 +64,7 @@ pub enum OutputError {
     Mismatch {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// Description of the mismatch.
         message: String,
     },
 }

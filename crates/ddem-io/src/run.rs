@@ -32,7 +32,7 @@ use ddem_core::Simd;
 use crate::folder::Earlier;
 use crate::summary::StageSummary;
 
-/// How a deck is run.
+/// Options of a run.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Folder of the results.
@@ -60,7 +60,7 @@ impl Options {
     }
 }
 
-/// Where a run is. Times are wall times in seconds unless simulated.
+/// Progress of a run. Times are wall times in seconds unless simulated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Progress {
     /// Name of the stage.
@@ -89,7 +89,7 @@ pub struct Progress {
     pub seconds_left: Option<f64>,
 }
 
-/// What happens during a run.
+/// Event of a run.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
@@ -120,13 +120,13 @@ pub enum Event<'a> {
         /// Name of the stage.
         stage: &'a str,
         /// The factor, and how the trial ended.
-        trial: &'a ddem_core::Trial,
+        trial: &'a ddem_core::SafetyTrial,
     },
     /// A checkpoint has been written.
     Checkpoint(&'a std::path::Path),
 }
 
-/// Who watches a run, and may stop it.
+/// Observer of a run, which may stop it.
 pub trait Observer: Send {
     /// Something happened.
     fn event(&mut self, event: Event<'_>);
@@ -142,7 +142,7 @@ pub trait Observer: Send {
     }
 }
 
-/// How a run ended.
+/// Outcome of a run.
 #[derive(Debug)]
 pub enum Outcome {
     /// All stages are done; what was moved.

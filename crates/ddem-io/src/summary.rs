@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use ddem_core::{ChargeSize, Moving, Trial, Verdict};
+use ddem_core::{ChargeSize, MovingBlock, SafetyTrial, Verdict};
 pub use ddem_core::{ContactSummary, FragmentSummary, StateSummary};
 use ddem_deck::{Interface, Selection};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -146,7 +146,7 @@ impl From<Selection> for SelectionSummary {
     }
 }
 
-/// How one stage went.
+/// Summary of one stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StageSummary {
     /// Name in the deck.
@@ -158,7 +158,7 @@ pub struct StageSummary {
     pub verdict: Verdict,
     /// Blocks that move where it fails, those first that have gone farthest in the stage.
     #[serde(default)]
-    pub moving: Vec<Moving>,
+    pub moving: Vec<MovingBlock>,
     /// Factor of safety, where it was looked for and is within the bracket.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
@@ -167,7 +167,7 @@ pub struct StageSummary {
     pub bracket: Option<[Option<f64>; 2]>,
     /// Factors that were tried, in their order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub trials: Vec<Trial>,
+    pub trials: Vec<SafetyTrial>,
     /// Steps taken.
     pub steps: u64,
     /// Time step `[s]`.

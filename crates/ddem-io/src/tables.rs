@@ -20,7 +20,7 @@ const KEYS: [&str; 3] = ["stage", "step", "time"];
 pub struct Table {
     path: PathBuf,
     columns: Vec<String>,
-    /// How many of the first columns are whole numbers.
+    /// Number of leading integer columns.
     whole: usize,
     writer: csv::Writer<File>,
     rows: u64,
@@ -71,7 +71,7 @@ impl Table {
         Self { path, columns, whole: 0, writer, rows, cell: String::new() }
     }
 
-    /// The same table with whole numbers in its first columns.
+    /// The table with integers in its first columns.
     #[must_use]
     pub fn with_whole(self, columns: usize) -> Self {
         Self { whole: columns, ..self }

@@ -16,6 +16,6 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
-pub use data::{Cells, Constant, FieldSpec, Grid, Kind, Location};
-pub use results::{Field, Results};
-pub use writer::{Fill, Points, Writer};
+pub use data::{Cells, Constant, FieldSpec, Grid, Location, NumberType};
+pub use results::{FieldValues, Results};
+pub use writer::{PointOwner, WriteRows, Writer};

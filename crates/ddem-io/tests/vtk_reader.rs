@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use ddem_io::vtkhdf::{Cells, Constant, FieldSpec, Grid, Kind, Location, Points, Writer};
+use ddem_io::vtkhdf::{Cells, Constant, FieldSpec, Grid, Location, NumberType, PointOwner, Writer};
 use serde_json::{Value, json};
 
 /// The interpreter, or `None` after telling that VTK was not asked.
@@ -176,7 +176,7 @@ fn blocks_after_resume() {
     for step in [0, 1, 7, 8] {
         append_blocks(&mut writer, step, &grid);
     }
-    let mut writer = Writer::reopen(&path, Points::Mesh, &blocks_fields(), 2).unwrap();
+    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &blocks_fields(), 2).unwrap();
     assert_blocks(&vtk(&python, &path), 2, &grid);
     (2..5).for_each(|step| append_blocks(&mut writer, step, &grid));
     assert_blocks(&vtk(&python, &path), 5, &grid);
@@ -192,10 +192,10 @@ fn joints() {
     let joint: Vec<i32> = (0..n as i32).map(|i| i / 4).collect();
     let constants = [Constant { name: "joint", location: Location::Point, values: &joint }];
     let fields = [
-        FieldSpec::point("state", 1).kind(Kind::U8),
+        FieldSpec::point("state", 1).kind(NumberType::U8),
         FieldSpec::point("failure_time", 1),
         FieldSpec::point("traction", 3),
-        FieldSpec::point("side", 1).kind(Kind::I32),
+        FieldSpec::point("side", 1).kind(NumberType::I32),
     ];
     let mut writer = Writer::create(&path, &grid, &constants, &fields).unwrap();
     let state = |step: usize| (0..n).map(|i| ((i + step) % 3) as u8).collect::<Vec<_>>();
@@ -226,7 +226,7 @@ fn joints() {
     }
 }
 
-/// Points whose number is another at each step, none at some.
+/// PointOwner whose number is another at each step, none at some.
 #[test]
 fn contacts() {
     let Some(python) = python() else { return };
@@ -235,8 +235,8 @@ fn contacts() {
     let fields = [
         FieldSpec::point("force", 3),
         FieldSpec::point("gap", 1),
-        FieldSpec::point("sliding", 1).kind(Kind::U8),
-        FieldSpec::point("blocks", 2).kind(Kind::I32),
+        FieldSpec::point("sliding", 1).kind(NumberType::U8),
+        FieldSpec::point("blocks", 2).kind(NumberType::I32),
     ];
     let sizes = [0, 5, 0, 9001, 3, 12, 0];
     let points = |step: usize| noise(step, 3 * sizes[step]);
@@ -249,7 +249,7 @@ fn contacts() {
     };
     let mut writer = Writer::create_cloud(&path, &fields).unwrap();
     (0..5).for_each(|step| append(&mut writer, step));
-    let mut writer = Writer::reopen(&path, Points::Step, &fields, 4).unwrap();
+    let mut writer = Writer::reopen(&path, PointOwner::Step, &fields, 4).unwrap();
     (4..7).for_each(|step| append(&mut writer, step));
     let seen = vtk(&python, &path);
     let times: Vec<f64> = (0..7).map(|step| f64::from(step) * 0.125).collect();

@@ -8,11 +8,11 @@ use ddem_mechanics::element::corotation::{Frame, mean_rotation, minus_one};
 use ddem_mechanics::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, transposed_times,
 };
-use ddem_mesh::pack::{JointLattice, Neighbours, Pack, Packs, PairPlace};
+use ddem_mesh::pack::{JointLattice, Neighbours, NodePair, Pack, Packs};
 
-/// Where the nodes are.
+/// Positions of the nodes.
 #[derive(Clone, Copy)]
-pub struct Moved<'a> {
+pub struct NodePositions<'a> {
     /// Packs of the blocks.
     pub packs: &'a Packs,
     /// Displacements `[m]`.
@@ -26,7 +26,7 @@ pub struct Moved<'a> {
 #[simd]
 pub fn joint_displacements<S: Simd>(
     simd: S,
-    moved: Moved<'_>,
+    moved: NodePositions<'_>,
     at: JointLattice,
     edges: &[[Lanes; 3]; 3],
     local: &mut [Lanes],
@@ -35,9 +35,9 @@ pub fn joint_displacements<S: Simd>(
     let pack = &moved.packs.packs[index];
     let shape = moved.packs.shape_of(pack);
     let nodes = &shape.joints[offset];
-    let mut sources = [Source::Own { first: 3 * pack.start }; 8];
+    let mut sources = [NeighbourNodes::Own { first: 3 * pack.start }; 8];
     for part in (1..8).filter(|part| part & !offset == 0) {
-        sources[part] = Source::new(moved.packs, pack, index, part);
+        sources[part] = NeighbourNodes::new(moved.packs, pack, index, part);
     }
     for (node, local) in nodes.iter().zip(local.as_chunks_mut::<3>().0) {
         *local = sources[node.offset].displacement(moved.u, node.local);
@@ -57,10 +57,14 @@ pub fn joint_displacements<S: Simd>(
 
 /// Rotations of the two bodies of a face joint.
 #[inline(always)]
-pub fn rotations<S: Simd>(simd: S, moved: Moved<'_>, at: JointLattice) -> Option<[Matrix<S>; 2]> {
+pub fn rotations<S: Simd>(
+    simd: S,
+    moved: NodePositions<'_>,
+    at: JointLattice,
+) -> Option<[Matrix<S>; 2]> {
     let JointLattice { pack: index, offset } = at;
     let frames = moved.frames?;
-    let other = Source::new(moved.packs, &moved.packs.packs[index], index, offset);
+    let other = NeighbourNodes::new(moved.packs, &moved.packs.packs[index], index, offset);
     let [x, y, z] = &other.rotation(frames, index);
     Some([frames[index].matrix(simd), [load(simd, x), load(simd, y), load(simd, z)]])
 }
@@ -101,9 +105,9 @@ pub fn turn<S: Simd>(
     }
 }
 
-/// Where the nodes of the neighbours at one offset are.
+/// Storage of the neighbours' nodes at one offset.
 #[derive(Clone, Copy)]
-enum Source {
+enum NeighbourNodes {
     /// The pack itself: its first number.
     Own { first: usize },
     /// Four lanes of one pack, in order.
@@ -112,7 +116,7 @@ enum Source {
     Scattered { packs: [usize; LANES], first: [usize; LANES], lanes: [usize; LANES] },
 }
 
-impl Source {
+impl NeighbourNodes {
     fn new(packs: &Packs, pack: &Pack, index: usize, offset: usize) -> Self {
         let neighbours: &Neighbours = &pack.upper[offset];
         if let Some(other) = neighbours.aligned() {
@@ -169,10 +173,10 @@ impl Source {
 /// the corners become those of these points; forces on these points become those on the corners,
 /// by the same weights, 9/16, 3/16, 3/16 and 1/16.
 #[simd]
-pub fn to_quarters<S: Simd>(simd: S, places: Option<&[PairPlace]>, field: &mut [Lanes]) {
-    let Some(places) = places else { return };
+pub fn to_quarters<S: Simd>(simd: S, node_pairs: Option<&[NodePair]>, field: &mut [Lanes]) {
+    let Some(node_pairs) = node_pairs else { return };
     for side in 0..2 {
-        let corner: [usize; 4] = std::array::from_fn(|p| 3 * places[p].sides[side]);
+        let corner: [usize; 4] = std::array::from_fn(|p| 3 * node_pairs[p].sides[side]);
         let old = corner.map(|at| load_at(simd, field, at));
         for (p, at) in corner.into_iter().enumerate() {
             let beside = add(old[p ^ 1], old[p ^ 2]);

@@ -1,7 +1,7 @@
 //! Energy that joints and contacts lose.
 
-use ddem_mechanics::law::Loss;
-use ddem_mechanics::math::exact::Exact;
+use ddem_mechanics::law::PointLoss;
+use ddem_mechanics::math::exact::ExactSum;
 
 /// Losses of the joints of one pack or of contacts, and how many pairs failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -10,7 +10,7 @@ pub struct Losses {
     pub friction: f64,
     /// To fracture `[J]`.
     pub fracture: f64,
-    /// Where contacts come, go and change their points `[J]`.
+    /// Numerical loss where contacts form, part and change their points `[J]`.
     pub contact: f64,
     /// To the dashpots of contacts `[J]`.
     pub damping: f64,
@@ -20,12 +20,12 @@ pub struct Losses {
 
 /// Sum of losses over packs or contacts, in whatever order.
 #[derive(Clone, Debug, Default)]
-pub struct Lost {
-    sums: [Exact; 4],
+pub struct LossSums {
+    sums: [ExactSum; 4],
     failed: [u64; 2],
 }
 
-impl Lost {
+impl LossSums {
     pub(super) fn add(&mut self, more: &Losses) {
         let Losses { friction, fracture, contact, damping, failed } = *more;
         let each = [friction, fracture, contact, damping];
@@ -41,12 +41,12 @@ impl Lost {
 
     /// The sum.
     pub fn total(&self) -> Losses {
-        let [friction, fracture, contact, damping] = self.sums.each_ref().map(Exact::value);
+        let [friction, fracture, contact, damping] = self.sums.each_ref().map(ExactSum::value);
         Losses { friction, fracture, contact, damping, failed: self.failed }
     }
 }
 
-impl<'a> FromIterator<&'a Losses> for Lost {
+impl<'a> FromIterator<&'a Losses> for LossSums {
     fn from_iter<T: IntoIterator<Item = &'a Losses>>(all: T) -> Self {
         let mut lost = Self::default();
         all.into_iter().for_each(|losses| lost.add(losses));
@@ -56,7 +56,7 @@ impl<'a> FromIterator<&'a Losses> for Lost {
 
 impl Losses {
     /// Adds the loss of a point that stands for an area `[m²]`.
-    pub(super) fn add_point(&mut self, area: f64, loss: Loss) {
+    pub(super) fn add_point(&mut self, area: f64, loss: PointLoss) {
         self.friction += area * loss.friction;
         self.fracture += area * loss.fracture;
         self.contact += area * loss.contact;

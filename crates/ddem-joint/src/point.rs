@@ -6,8 +6,10 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::losses::Losses;
-use ddem_mechanics::law::bearing::Bearing;
-use ddem_mechanics::law::{JointLaw, Loss, Memory, Mode, Opening, Stiffness, Traction};
+use ddem_mechanics::law::springs::PointSprings;
+use ddem_mechanics::law::{
+    FailureMode, JointLaw, Opening, PointLoss, PointState, SpringStiffness, Traction,
+};
 
 /// Part of the spacing of its pairs that a failed pair has slid or opened when all others of its joint
 /// fail with it: the joint has turned about them, farther than pairs of points can follow.
@@ -21,26 +23,26 @@ pub struct JointPoint {
     /// From the point on side a to that on side b where the springs bear nothing, along the joint's own axes `[m]`.
     pub origin: Vector3<f64>,
     /// `None` while it is bonded; points of contacts never were.
-    pub failure: Option<Failure>,
+    pub failure: Option<PairFailure>,
     /// Of the springs.
-    pub memory: Memory,
+    pub state: PointState,
 }
 
 /// Failure of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Failure {
+pub struct PairFailure {
     /// In shear or in tension.
-    pub mode: Mode,
-    /// When it failed `[s]`.
+    pub mode: FailureMode,
+    /// Time of failure `[s]`.
     pub time: f64,
 }
 
-/// How to look at the pairs in one pass over the joints.
+/// Context of one pass over the pairs of joints.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Look<'a> {
+pub struct PairContext<'a> {
     /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
     pub failing: Option<f64>,
-    /// Whether joints that have turned about the pairs that hold let go of these: a contact takes over.
+    /// True if joints that have turned about their bonded pairs release them: a contact takes over.
     pub turning: bool,
     /// Slip goes on from the last equilibrium, not from the last step.
     pub relaxing: bool,
@@ -54,7 +56,7 @@ pub struct Look<'a> {
     pub laws: &'a [Option<Arc<dyn JointLaw>>],
 }
 
-impl<'a> Look<'a> {
+impl<'a> PairContext<'a> {
     /// A law by its number; `None`: the joint never fails.
     #[inline]
     pub fn law(&self, number: u16) -> Option<&'a dyn JointLaw> {
@@ -62,9 +64,9 @@ impl<'a> Look<'a> {
     }
 
     /// Springs and dashpot of failed pairs.
-    pub(super) fn bearing(&self, stiffness: Stiffness, dashpot: f64) -> Bearing {
+    pub(super) fn springs(&self, stiffness: SpringStiffness, dashpot: f64) -> PointSprings {
         let dashpot = if self.undamped { 0.0 } else { dashpot };
-        Bearing { stiffness, dashpot, time_step: self.time_step }
+        PointSprings { stiffness, dashpot, time_step: self.time_step }
     }
 }
 
@@ -73,83 +75,83 @@ impl JointPoint {
     pub(super) fn fails<L: JointLaw + ?Sized>(
         &self,
         law: &L,
-        look: Look<'_>,
+        context: PairContext<'_>,
         traction: Traction,
         turned: bool,
-    ) -> Option<Mode> {
-        let factor = look.failing.filter(|_| self.failure.is_none())?;
+    ) -> Option<FailureMode> {
+        let factor = context.failing.filter(|_| self.failure.is_none())?;
         let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
-        failure.or((turned && law.bonds()).then_some(Mode::Shear))
+        failure.or((turned && law.bonds()).then_some(FailureMode::Shear))
     }
 
     /// Lets a bonded pair fail under a traction. Returns true if it fails now.
     pub(super) fn fail<L: JointLaw + ?Sized>(
         &mut self,
         law: &L,
-        look: Look<'_>,
+        context: PairContext<'_>,
         traction: Traction,
         turned: bool,
         losses: &mut Losses,
     ) -> bool {
-        let mode = self.fails(law, look, traction, turned);
+        let mode = self.fails(law, context, traction, turned);
         if let Some(mode) = mode {
-            self.failure = Some(Failure { mode, time: look.time });
-            losses.failed[usize::from(mode == Mode::Tension)] += 1;
+            self.failure = Some(PairFailure { mode, time: context.time });
+            losses.failed[usize::from(mode == FailureMode::Tension)] += 1;
         }
         mode.is_some()
     }
 
     /// The law begins where the springs bear a traction over a gap `[m]`.
     pub(super) fn begin(&mut self, traction: Traction, gap: f64) {
-        self.memory = Memory { traction, gap, ..Memory::default() };
+        self.state = PointState { traction, gap, ..PointState::default() };
     }
 
     /// Tractions of the springs where the sides are `apart`, by a law or, without one, elastic; returns what is lost
-    /// `[J/m²]`. `way` is how the sides moved in the last step, of a pair that has just failed.
+    /// `[J/m²]`. `du` is how the sides moved in the last step, of a pair that has just failed.
     #[inline(always)]
-    pub(super) fn act<L: JointLaw + ?Sized>(
+    pub(super) fn update<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,
-        bearing: &Bearing,
+        springs: &PointSprings,
         apart: Vector3<f64>,
-        way: Option<Vector3<f64>>,
-    ) -> Loss {
+        du: Option<Vector3<f64>>,
+    ) -> PointLoss {
         let own = apart - self.origin;
         let Some(law) = law else {
-            (self.memory.traction, self.memory.gap) = (elastic(bearing.stiffness, own), own.x);
-            return Loss::default();
+            (self.state.traction, self.state.gap) = (elastic(springs.stiffness, own), own.x);
+            return PointLoss::default();
         };
-        let bore = self.memory.traction;
+        let bore = self.state.traction;
         let opening = Opening { normal: own.x, shear: own.yz() };
-        let mut loss = bearing.act(law, opening, &mut self.memory);
-        if let Some(way) = way {
-            bearing.break_off(bore, way, &mut loss, &mut self.memory);
+        let mut loss = springs.update(law, opening, &mut self.state);
+        if let Some(du) = du {
+            springs.begin_failure(bore, du, &mut loss, &mut self.state);
         }
         loss
     }
 
     /// Elastic tractions where the sides are `apart` `[Pa]`.
-    pub(super) fn elastic(&self, stiffness: Stiffness, apart: Vector3<f64>) -> Traction {
+    pub(super) fn elastic(&self, stiffness: SpringStiffness, apart: Vector3<f64>) -> Traction {
         elastic(stiffness, apart - self.origin)
     }
 
     /// Takes the present state for an equilibrium, if it knows none.
-    pub(super) fn settle(&mut self) {
-        if self.memory.settled.is_none() {
-            self.memory.settle();
+    pub(super) fn set_equilibrium(&mut self) {
+        if self.state.equilibrium.is_none() {
+            self.state.set_equilibrium();
         }
     }
 
     /// Takes the springs out, for good. How far it has slid and opened stays.
-    pub fn let_go(&mut self) {
+    pub fn remove_springs(&mut self) {
         self.area = 0.0;
-        self.memory.traction = Traction::default();
-        (self.memory.drag, self.memory.account) = ([0.0; 2], 0.0);
+        self.state.traction = Traction::default();
+        (self.state.drag, self.state.account) = ([0.0; 2], 0.0);
     }
 
     /// Energy that it has given and not taken: its account below nothing `[J]`.
     pub(super) fn debt(&self) -> f64 {
-        self.area * self.memory.account.min(0.0)
+        self.area * self.state.account.min(0.0)
     }
 }
 
@@ -157,10 +159,10 @@ impl JointPoint {
 /// the others, whose spacing is given `[m]`.
 pub fn turned<'a>(points: impl IntoIterator<Item = &'a JointPoint>, spacing: f64) -> bool {
     let mut failed = points.into_iter().filter(|point| point.failure.is_some());
-    failed.any(|JointPoint { memory, .. }| memory.gap.max(memory.slip.norm()) > TURNED * spacing)
+    failed.any(|JointPoint { state, .. }| state.gap.max(state.slip.norm()) > TURNED * spacing)
 }
 
-fn elastic(stiffness: Stiffness, own: Vector3<f64>) -> Traction {
+fn elastic(stiffness: SpringStiffness, own: Vector3<f64>) -> Traction {
     Traction { normal: stiffness.normal * own.x, shear: own.yz() * stiffness.shear }
 }
 

@@ -7,15 +7,15 @@ use nalgebra::Vector3;
 
 use crate::Geometry;
 use crate::inertia::Inertia;
+use crate::joint_sections::JointSections;
 use crate::pack::{Pack, Packs};
 use crate::properties::Properties;
-use crate::seams::Seams;
 use ddem_mechanics::element::Elastic;
 use ddem_mechanics::element::ElementKind;
 use ddem_mechanics::element::modal::Modal;
-use ddem_mechanics::element::table::Table;
+use ddem_mechanics::element::table::ElementTable;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::Matter;
+use ddem_mechanics::rigid::MassProperties;
 
 /// No table: none of the four lanes has such a cell.
 pub const NO_TABLE: u32 = u32::MAX;
@@ -41,7 +41,7 @@ pub struct ElementPack {
     /// Edge vectors of one element.
     pub edges: [[Lanes; 3]; 3],
     /// Stiffness of the four.
-    pub table: Table,
+    pub table: ElementTable,
     /// Element of each lane.
     pub elements: [Option<u32>; LANES],
 }
@@ -60,7 +60,7 @@ pub struct Assembly {
     /// Inertia of each pack.
     pub pack_inertia: Vec<u32>,
     /// Matter of the rigid bodies, pack by pack of these; lanes without a body repeat the first.
-    pub rigid: Vec<[Matter; LANES]>,
+    pub rigid: Vec<[MassProperties; LANES]>,
     element_index: HashMap<(ElementKind, [u64; 12]), u32>,
     table_index: HashMap<[Option<u32>; LANES], u32>,
 }
@@ -70,11 +70,11 @@ impl Assembly {
     pub fn new(geometry: &Geometry, packs: &Packs, properties: &Properties) -> Self {
         let mut assembly = Self::default();
         for pack in &packs.packs {
-            let is_box = geometry.lattice(pack.bodies[0] as usize).is_box();
+            let is_box = geometry.lattice(pack.blocks[0] as usize).is_box();
             let tables = std::array::from_fn(|offset| {
                 let lanes = std::array::from_fn(|lane| {
-                    let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
-                    assembly.cell(geometry, properties, body, offset)
+                    let block = (lane < pack.filled).then_some(pack.blocks[lane] as usize)?;
+                    assembly.cell(geometry, properties, block, offset)
                 });
                 assembly.table(lanes, is_box)
             });
@@ -88,16 +88,16 @@ impl Assembly {
         &mut self,
         geometry: &Geometry,
         properties: &Properties,
-        body: usize,
+        block: usize,
         offset: usize,
     ) -> Option<u32> {
-        let lattice = geometry.lattice(body);
-        let cell = geometry.bodies[body].cell.map(|c| c as usize);
+        let lattice = geometry.lattice(block);
+        let cell = geometry.blocks[block].cell.map(|c| c as usize);
         // Incompatible modes in a layer would cancel the shear of slip that varies along it.
         let (elastic, kind) = if offset == 0 {
-            (properties.materials[geometry.bodies[body].material as usize], properties.element)
+            (properties.materials[geometry.blocks[block].material as usize], properties.element)
         } else {
-            (*joint_material(geometry, properties, body, offset)?, ElementKind::Standard)
+            (*joint_material(geometry, properties, block, offset)?, ElementKind::Standard)
         };
         let length = |d: usize| {
             if offset & (1 << d) == 0 {
@@ -128,7 +128,7 @@ impl Assembly {
             return table;
         }
         let of = |lane: usize| lanes[lane].map(|e| &self.elements[e as usize]);
-        let table = Table::new(std::array::from_fn(|l| of(l).map(|e| &e.modal)), is_box);
+        let table = ElementTable::new(std::array::from_fn(|l| of(l).map(|e| &e.modal)), is_box);
         // Lanes without an element take the edges of one that exists: any that are not flat do.
         let shape = |lane: usize| of(lane).unwrap_or(&self.elements[*first as usize]);
         let edges = std::array::from_fn(|d| {
@@ -152,7 +152,7 @@ impl Assembly {
         &mut self,
         geometry: &Geometry,
         packs: &Packs,
-        seams: &Seams,
+        sections: &JointSections,
         bonds: &[(usize, [f64; 4])],
     ) {
         // Mass and the three numbers of the diagonal of each node.
@@ -161,15 +161,15 @@ impl Assembly {
             let offsets = (0..8).filter(|&offset| tables[offset] != NO_TABLE);
             for (offset, lane) in offsets.flat_map(|o| (0..pack.filled).map(move |l| (o, l))) {
                 let table = &self.tables[tables[offset] as usize];
-                let gone = geometry.is_gone(pack.bodies[lane] as usize);
-                if let Some(element) = table.elements[lane].filter(|_| !gone) {
+                let removed = geometry.is_removed(pack.blocks[lane] as usize);
+                if let Some(element) = table.elements[lane].filter(|_| !removed) {
                     let element = &self.elements[element as usize];
                     scatter(geometry, packs, pack, offset, lane, element, &mut nodes);
                 }
             }
         }
         for at in 0..3 * packs.packs.len() {
-            scatter_springs(geometry, packs, seams, at / 3, at % 3, &mut nodes);
+            scatter_springs(geometry, packs, sections, at / 3, at % 3, &mut nodes);
         }
         for (node, more) in bonds {
             (0..4).for_each(|k| nodes[*node][k] += more[k]);
@@ -193,26 +193,32 @@ impl Assembly {
 
 /// Matter of the rigid bodies of a pack. Corners share the mass equally, so that the centroid is the
 /// centre of mass.
-fn rigid_matter(geometry: &Geometry, pack: &Pack, nodes: &mut [[f64; 4]]) -> [Matter; LANES] {
-    let matter = |body: u32| {
-        let body = body as usize;
-        let edges = geometry.element_edges(body);
-        let first = geometry.bodies[body].first_node as usize;
+fn rigid_matter(
+    geometry: &Geometry,
+    pack: &Pack,
+    nodes: &mut [[f64; 4]],
+) -> [MassProperties; LANES] {
+    let mass_properties = |block: u32| {
+        let block = block as usize;
+        let edges = geometry.element_edges(block);
+        let first = geometry.blocks[block].first_node as usize;
         let mut sum = [0.0; 4];
         for node in &nodes[first..first + 8] {
             (0..4).for_each(|k| sum[k] += node[k]);
         }
         // One that is gone never moves, whatever its mass.
-        let mass = if geometry.is_gone(body) { 1.0 } else { sum[0] };
-        Matter::new(mass, edges, Vector3::new(sum[1], sum[2], sum[3]))
+        let mass = if geometry.is_removed(block) { 1.0 } else { sum[0] };
+        MassProperties::new(mass, edges, Vector3::new(sum[1], sum[2], sum[3]))
     };
-    let matter = pack.bodies.map(matter);
-    let there = pack.bodies[..pack.filled].iter().zip(&matter);
-    for (&body, matter) in there.filter(|(body, _)| !geometry.is_gone(**body as usize)) {
-        let first = geometry.bodies[body as usize].first_node as usize;
-        nodes[first..first + 8].iter_mut().for_each(|node| node[0] = matter.mass / 8.0);
+    let mass_properties = pack.blocks.map(mass_properties);
+    let there = pack.blocks[..pack.filled].iter().zip(&mass_properties);
+    for (&block, mass_properties) in
+        there.filter(|(block, _)| !geometry.is_removed(**block as usize))
+    {
+        let first = geometry.blocks[block as usize].first_node as usize;
+        nodes[first..first + 8].iter_mut().for_each(|node| node[0] = mass_properties.mass / 8.0);
     }
-    matter
+    mass_properties
 }
 
 /// Elastic constants of a joint lattice: of its joint, or where several meet of the most
@@ -220,14 +226,14 @@ fn rigid_matter(geometry: &Geometry, pack: &Pack, nodes: &mut [[f64; 4]]) -> [Ma
 fn joint_material<'a>(
     geometry: &Geometry,
     properties: &'a Properties,
-    body: usize,
+    block: usize,
     offset: usize,
 ) -> Option<&'a Elastic> {
-    let lattice = geometry.lattice(body);
-    let cell = geometry.bodies[body].cell.map(|c| c as usize);
+    let lattice = geometry.lattice(block);
+    let cell = geometry.blocks[block].cell.map(|c| c as usize);
     let parts = || (0..8).filter(|part| part & !offset == 0);
     let step = |part: usize| [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
-    if !parts().all(|part| geometry.neighbour(body, step(part)).is_some()) {
+    if !parts().all(|part| geometry.neighbour(block, step(part)).is_some()) {
         return None;
     }
     let mut softest: Option<&Elastic> = None;
@@ -259,11 +265,11 @@ fn scatter(
 ) {
     let shape = packs.shape_of(pack);
     let dims = shape.dims(offset);
-    let body = pack.bodies[lane] as usize;
+    let block = pack.blocks[lane] as usize;
     let first: [usize; 8] = std::array::from_fn(|part| {
         let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
-        let there = if part & !offset == 0 { geometry.neighbour(body, step) } else { None };
-        there.map_or(0, |b| geometry.bodies[b].first_node as usize)
+        let there = if part & !offset == 0 { geometry.neighbour(block, step) } else { None };
+        there.map_or(0, |b| geometry.blocks[b].first_node as usize)
     });
     let [nx, ny, nz] = dims.map(|n| n + 1);
     let cells = (0..dims[2])
@@ -291,23 +297,23 @@ fn scatter(
 fn scatter_springs(
     geometry: &Geometry,
     packs: &Packs,
-    seams: &Seams,
+    sections: &JointSections,
     index: usize,
     d: usize,
     nodes: &mut [[f64; 4]],
 ) {
-    let Some(seam) = seams.get(index, d) else { return };
+    let Some(section) = sections.get(index, d) else { return };
     let pack = &packs.packs[index];
     let shape = packs.shape_of(pack);
-    for lane in (0..pack.filled).filter(|&lane| seam.springs[lane]) {
-        let a = pack.bodies[lane] as usize;
+    for lane in (0..pack.filled).filter(|&lane| section.springs[lane]) {
+        let a = pack.blocks[lane] as usize;
         let Some(b) = geometry.above(a, d) else { continue };
-        let first = [a, b].map(|body| geometry.bodies[body].first_node as usize);
-        for place in &shape.pairs[d] {
-            for (side, first) in place.sides.iter().zip(first) {
+        let first = [a, b].map(|block| geometry.blocks[block].first_node as usize);
+        for node_pair in &shape.pairs[d] {
+            for (side, first) in node_pair.sides.iter().zip(first) {
                 let sums = &mut nodes[first + shape.joints[1 << d][*side].local];
-                for (c, k) in seam.diagonal(lane).into_iter().enumerate() {
-                    sums[1 + c] += k * place.elements().len() as f64;
+                for (c, k) in section.diagonal(lane).into_iter().enumerate() {
+                    sums[1 + c] += k * node_pair.elements().len() as f64;
                 }
             }
         }

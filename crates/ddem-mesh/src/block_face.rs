@@ -1,7 +1,7 @@
 //! Faces of blocks.
 
 use super::{Geometry, Vec3};
-use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::collide::FaceId;
 
 /// A node of a face, the sine of the angle between the face's edges, and the node's lengths along the two
 /// edges after the normal, towards their lower and upper ends `[m]`.
@@ -13,7 +13,7 @@ pub struct BlockFace {
     /// Number of the block.
     pub block: usize,
     /// Face of its cell.
-    pub face: FaceOf,
+    pub face: FaceId,
 }
 
 /// Place of a face in the reference position.
@@ -40,7 +40,7 @@ impl RestFace {
 impl BlockFace {
     /// A face of each of two blocks: all pairs.
     pub fn pairs(blocks: [usize; 2]) -> impl Iterator<Item = [Self; 2]> {
-        let faces = |block| FaceOf::all().map(move |face| Self { block, face });
+        let faces = |block| FaceId::all().map(move |face| Self { block, face });
         faces(blocks[0]).flat_map(move |first| faces(blocks[1]).map(move |second| [first, second]))
     }
 
@@ -68,7 +68,7 @@ impl BlockFace {
     #[must_use]
     pub fn at_rest(&self, geometry: &Geometry) -> RestFace {
         let lattice = geometry.lattice(self.block);
-        let cell = geometry.bodies[self.block].cell.map(|c| c as usize);
+        let cell = geometry.blocks[self.block].cell.map(|c| c as usize);
         let faces = lattice.faces(cell, self.face.direction);
         let [a, b, c, opposite] = faces[usize::from(self.face.upper)];
         RestFace {
@@ -116,6 +116,6 @@ impl BlockFace {
     #[must_use]
     pub fn is_outer(&self, geometry: &Geometry) -> bool {
         geometry.beyond(self.block, self.face).is_none()
-            && geometry.abuts(self.block, self.face.number()).is_none()
+            && geometry.nonconforming(self.block, self.face.number()).is_none()
     }
 }

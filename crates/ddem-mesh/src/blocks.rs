@@ -2,7 +2,7 @@
 
 use super::topology::Topology;
 use super::{Geometry, Vec3};
-use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::collide::FaceId;
 
 impl Geometry {
     /// Numbering of the nodes, elements and faces of a block.
@@ -18,7 +18,7 @@ impl Geometry {
     }
 
     fn cell(&self, block: usize) -> [usize; 3] {
-        self.bodies[block].cell.map(|c| c as usize)
+        self.blocks[block].cell.map(|c| c as usize)
     }
 
     /// Unit vectors along the edges of a block.
@@ -42,7 +42,7 @@ impl Geometry {
     /// Element size of a block along an edge `[m]`.
     #[must_use]
     pub fn spacing(&self, block: usize, d: usize) -> f64 {
-        self.lattice(block).spacing(d, self.bodies[block].cell[d] as usize)
+        self.lattice(block).spacing(d, self.blocks[block].cell[d] as usize)
     }
 
     /// Length of an edge of a block `[m]`.
@@ -73,7 +73,7 @@ impl Geometry {
 
     /// The block beyond a face, with a joint of their lattice between them.
     #[must_use]
-    pub fn beyond(&self, block: usize, face: FaceOf) -> Option<usize> {
+    pub fn beyond(&self, block: usize, face: FaceId) -> Option<usize> {
         let mut offset = [0; 3];
         offset[face.direction] = face.side();
         self.neighbour(block, offset)
@@ -82,13 +82,13 @@ impl Geometry {
     /// The block beyond the upper face across a direction, whose joint the block owns.
     #[must_use]
     pub fn above(&self, block: usize, d: usize) -> Option<usize> {
-        self.beyond(block, FaceOf { direction: d, upper: true })
+        self.beyond(block, FaceId { direction: d, upper: true })
     }
 
     /// Blocks from one to another along the edges, where both are in one lattice.
     #[must_use]
     pub fn steps_between(&self, from: usize, to: usize) -> Option<[i64; 3]> {
-        let [a, b] = [from, to].map(|block| &self.bodies[block]);
+        let [a, b] = [from, to].map(|block| &self.blocks[block]);
         let step = |d: usize| i64::from(b.cell[d]) - i64::from(a.cell[d]);
         (a.lattice == b.lattice).then(|| [0, 1, 2].map(step))
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{Geometry, Lattice, Vec3};
-use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::collide::FaceId;
 
 /// The cell, or node, with another number along an axis.
 ///
@@ -42,33 +42,33 @@ impl Lattice {
 
 impl Geometry {
     /// The facing node across the gap along d, when this node is on that side of its body.
-    pub fn partner(&self, body: usize, at: [usize; 3], d: usize) -> Option<(usize, [usize; 3])> {
-        let n = self.topology(body).divisions();
+    pub fn partner(&self, block: usize, at: [usize; 3], d: usize) -> Option<(usize, [usize; 3])> {
+        let n = self.topology(block).divisions();
         let side = match at[d] {
             0 => -1,
             i if i == n => 1,
             _ => return None,
         };
-        self.step(body, at, d, side)
+        self.step(block, at, d, side)
     }
 
     /// The next node along d, in the same body or across a gap.
     pub fn step(
         &self,
-        body: usize,
+        block: usize,
         at: [usize; 3],
         d: usize,
         side: i32,
     ) -> Option<(usize, [usize; 3])> {
-        let n = self.topology(body).divisions();
-        let in_body = if side < 0 { at[d] > 0 } else { at[d] < n };
-        if in_body {
+        let n = self.topology(block).divisions();
+        let in_block = if side < 0 { at[d] > 0 } else { at[d] < n };
+        if in_block {
             let next = if side < 0 { at[d] - 1 } else { at[d] + 1 };
-            return Some((body, moved_to(at, d, next)));
+            return Some((block, moved_to(at, d, next)));
         }
-        let face = FaceOf { direction: d, upper: side > 0 };
+        let face = FaceId { direction: d, upper: side > 0 };
         let next = if side < 0 { n } else { 0 };
-        Some((self.beyond(body, face)?, moved_to(at, d, next)))
+        Some((self.beyond(block, face)?, moved_to(at, d, next)))
     }
 }
 

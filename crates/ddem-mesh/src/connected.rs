@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::Geometry;
-use ddem_mechanics::math::groups::Groups;
+use ddem_mechanics::math::disjoint_sets::DisjointSets;
 
 /// True where joints connect all blocks.
 pub fn is_connected(geometry: &Geometry) -> bool {
@@ -13,23 +13,23 @@ pub fn is_connected(geometry: &Geometry) -> bool {
 /// Group of each block, in the order of their first blocks: blocks with a joint between them are in one, and with
 /// `contacts` those of sets that touch.
 pub fn connected(geometry: &Geometry, contacts: bool) -> Vec<usize> {
-    let n = geometry.bodies.len();
-    let there = || (0..n).filter(|&block| !geometry.is_gone(block));
+    let n = geometry.blocks.len();
+    let there = || (0..n).filter(|&block| !geometry.is_removed(block));
     // After the blocks come the lattices.
-    let mut groups = Groups::new(n + geometry.lattices.len());
+    let mut groups = DisjointSets::new(n + geometry.lattices.len());
     for block in there() {
         let neighbours = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|at| geometry.neighbour(block, at));
         neighbours.into_iter().flatten().for_each(|neighbour| groups.join([block, neighbour]));
     }
-    for abutment in geometry.joined() {
-        groups.join(abutment.blocks.map(|block| block as usize));
+    for joint_pair in geometry.joined() {
+        groups.join(joint_pair.blocks.map(|block| block as usize));
     }
     if contacts {
         let touching = || geometry.touching.iter().map(|&(a, b)| [a, b]);
         touching().for_each(|lattices| groups.join(lattices.map(|lattice| n + lattice)));
         let touches: HashSet<usize> = touching().flatten().collect();
         for block in there() {
-            let lattice = geometry.bodies[block].lattice as usize;
+            let lattice = geometry.blocks[block].lattice as usize;
             if touches.contains(&lattice) {
                 groups.join([block, n + lattice]);
             }
@@ -39,7 +39,7 @@ pub fn connected(geometry: &Geometry, contacts: bool) -> Vec<usize> {
 }
 
 /// Number of the group of each block. Blocks that are gone are in the first one, so that they ask for no support.
-fn number(groups: &mut Groups, n: usize, there: impl Iterator<Item = usize>) -> Vec<usize> {
+fn number(groups: &mut DisjointSets, n: usize, there: impl Iterator<Item = usize>) -> Vec<usize> {
     let (mut numbers, mut count) = (vec![0; n], 0);
     for block in there {
         let lowest = groups.lowest(block);

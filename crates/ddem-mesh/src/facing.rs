@@ -32,8 +32,8 @@ impl Geometry {
 
     /// Distance by which faces of two blocks that lie on each other may miss `[m]`.
     #[must_use]
-    pub fn misses(&self, bodies: [usize; 2]) -> f64 {
-        let edges = bodies.map(|body| self.shortest_edge(body));
+    pub fn misses(&self, blocks: [usize; 2]) -> f64 {
+        let edges = blocks.map(|block| self.shortest_edge(block));
         MISSES * edges.into_iter().fold(f64::INFINITY, f64::min)
     }
 
@@ -41,13 +41,13 @@ impl Geometry {
     #[must_use]
     pub fn face_overlap(
         &self,
-        bodies: [usize; 2],
+        blocks: [usize; 2],
         faces: &[RestFace; 2],
         [least, most]: [f64; 2],
     ) -> Option<FaceOverlap> {
         let [own, other] = faces;
         let gap = (other.centre() - own.centre()).dot(&own.normal);
-        let misses = self.misses(bodies);
+        let misses = self.misses(blocks);
         if gap < least - misses || gap > most + misses {
             return None;
         }
@@ -64,17 +64,17 @@ impl Geometry {
 
     /// Pairs of blocks whose faces lie on each other without a gap.
     pub fn in_touch(&self) -> Vec<(usize, usize)> {
-        let around = |body: usize| {
-            let [low, high] = bounds_of(&self.corners(body));
-            let margin = self.misses([body; 2]);
+        let around = |block: usize| {
+            let [low, high] = bounds_of(&self.corners(block));
+            let margin = self.misses([block; 2]);
             [low.add_scalar(-margin), high.add_scalar(margin)]
         };
-        let boxes: Vec<_> = (0..self.bodies.len()).map(around).collect();
+        let boxes: Vec<_> = (0..self.blocks.len()).map(around).collect();
         let touch = |&[a, b]: &[u32; 2]| {
-            let bodies = [a as usize, b as usize];
-            BlockFace::pairs(bodies).any(|faces| {
+            let blocks = [a as usize, b as usize];
+            BlockFace::pairs(blocks).any(|faces| {
                 let rest = self.opposed(faces);
-                rest.is_some_and(|rest| self.face_overlap(bodies, &rest, [0.0; 2]).is_some())
+                rest.is_some_and(|rest| self.face_overlap(blocks, &rest, [0.0; 2]).is_some())
             })
         };
         meeting(&boxes).into_iter().filter(touch).map(|[a, b]| (a as usize, b as usize)).collect()

@@ -1,4 +1,4 @@
-//! Which of many boxes meet: a uniform grid, and a sweep for what is too large for it.
+//! Intersecting pairs of many boxes: a uniform grid, and a sweep for boxes too large for it.
 
 #[cfg(test)]
 mod tests;
@@ -22,7 +22,7 @@ const FLATTEST: f64 = 1.0 / 16.0;
 const BITS: u32 = 21;
 
 /// A box in the grid: its lowest and its highest cell.
-type Cells = [[i64; 3]; 2];
+type CellRange = [[i64; 3]; 2];
 
 /// Pairs i < j of boxes that meet, touching ones included, sorted, each once. A box that is not
 /// finite, or whose low corner is not below its high one, meets nothing.
@@ -86,7 +86,7 @@ fn cell(at: &Vector3<f64>, edges: &[f64; 3]) -> [i64; 3] {
     [0, 1, 2].map(|d| (at[d] / edges[d]).floor() as i64)
 }
 
-fn count([low, high]: &Cells) -> u64 {
+fn count([low, high]: &CellRange) -> u64 {
     (0..3).map(|d| high[d].abs_diff(low[d]).saturating_add(1)).fold(1, u64::saturating_mul)
 }
 
@@ -98,8 +98,8 @@ fn key(cell: [i64; 3]) -> u64 {
 
 /// Pairs of boxes of which neither is large: they share the cell of the low corner of what they
 /// have in common, and are found there.
-fn in_cells(boxes: &[Bounds], small: &[(u32, Cells)]) -> Vec<[u32; 2]> {
-    let cells = |(at, (_, [low, high])): (usize, &(u32, Cells))| {
+fn in_cells(boxes: &[Bounds], small: &[(u32, CellRange)]) -> Vec<[u32; 2]> {
+    let cells = |(at, (_, [low, high])): (usize, &(u32, CellRange))| {
         let [x, y, z] = [0, 1, 2].map(|d| low[d]..=high[d]);
         let rows = x.flat_map(move |x| y.clone().map(move |y| [x, y]));
         rows.flat_map(move |[x, y]| z.clone().map(move |z| (key([x, y, z]), at as u32)))

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Lattice, NO_JOINT, Vec3};
-use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::collide::FaceId;
 
 /// Part of an element's edge by which a node may miss its place.
 const MISSES: f64 = 1e-6;
@@ -254,7 +254,7 @@ impl MeshBlock {
             cuts: lengths.map(|length| vec![0.0, length]),
             lengths: lengths.map(|length| vec![length]),
             gaps: [0; 3].map(|_| vec![0.0; 2]),
-            body: vec![0].into(),
+            block: vec![0].into(),
             material: vec![material].into(),
             joint: [0; 3].map(|_| vec![NO_JOINT].into()),
             own_joint: [NO_JOINT; 3],
@@ -283,7 +283,7 @@ impl<'a> MeshFaces<'a> {
 
     /// Block and face that four nodes are on.
     #[must_use]
-    pub fn of(&self, quad: [u32; 4]) -> Option<(usize, FaceOf)> {
+    pub fn of(&self, quad: [u32; 4]) -> Option<(usize, FaceId)> {
         let (block, _) = *self.of_node.get(&quad[0])?;
         let n = self.blocks[block].divisions + 1;
         let mut places = [[0; 3]; 4];
@@ -294,10 +294,10 @@ impl<'a> MeshFaces<'a> {
             }
             *place = [local % n, local / n % n, local / (n * n)];
         }
-        let on = |face: &FaceOf| {
+        let on = |face: &FaceId| {
             let level = if face.upper { n - 1 } else { 0 };
             places.iter().all(|place| place[face.direction] == level)
         };
-        FaceOf::all().find(on).map(|face| (block, face))
+        FaceId::all().find(on).map(|face| (block, face))
     }
 }

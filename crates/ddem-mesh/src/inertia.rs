@@ -38,8 +38,8 @@ impl Inertia {
         let n = (divisions + 1).pow(3);
         // Lanes without a body have no mass, and so never move.
         let first = |lane: usize| {
-            let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize)?;
-            Some(geometry.bodies[body].first_node as usize)
+            let block = (lane < pack.filled).then_some(pack.blocks[lane] as usize)?;
+            Some(geometry.blocks[block].first_node as usize)
         };
         let pick = |local: usize, k: usize| {
             let of = |lane: usize| first(lane).map_or(0.0, |first| nodes[first + local][k]);

@@ -35,7 +35,7 @@ pub struct Lattice {
     /// Width of the gap at each cut along the edge, shape `(count + 1)` `[m]`.
     pub gaps: [Vec<f64>; 3],
     /// Body in each cell, or [`NONE`] or [`ELSEWHERE`]; x fastest.
-    pub body: Pages,
+    pub block: Pages,
     /// Material of each cell.
     pub material: Arc<Vec<u16>>,
     /// Joint at the upper side of each cell, by the direction of its normal.
@@ -56,13 +56,13 @@ impl Lattice {
         [index % nx, index / nx % ny, index / (nx * ny)]
     }
 
-    /// Whether a block is in a cell.
-    pub fn has_body(&self, index: usize) -> bool {
-        self.body[index] < ELSEWHERE
+    /// True if a cell has a block.
+    pub fn has_block(&self, index: usize) -> bool {
+        self.block[index] < ELSEWHERE
     }
 
     /// Number of nodes of one block.
-    pub fn nodes_per_body(&self) -> usize {
+    pub fn nodes_per_block(&self) -> usize {
         (self.divisions + 1).pow(3)
     }
 
@@ -103,7 +103,7 @@ impl Lattice {
         if n.dot(&self.axes[d]) < 0.0 { -n } else { n }
     }
 
-    /// Whether elements are boxes along the coordinate axes.
+    /// True if elements are boxes along the coordinate axes.
     pub fn is_box(&self) -> bool {
         (0..3).all(|d| (0..3).all(|k| d == k || self.axes[d][k] == 0.0))
     }
@@ -144,7 +144,7 @@ impl Lattice {
         let own = own.filter(|cells| !known.iter().any(|other| Arc::ptr_eq(cells, other)));
         numbers.map(|numbers| size_of_val(&numbers[..])).sum::<usize>()
             + own.map(|cells| size_of_val(&cells[..])).sum::<usize>()
-            + self.body.bytes(other.map(|other| &other.body))
+            + self.block.bytes(other.map(|other| &other.block))
     }
 
     /// Shortest edge of a cell `[m]`.

@@ -34,7 +34,7 @@ pub struct JointNode {
 
 /// Two facing nodes of a face joint.
 #[derive(Clone, Copy, Debug)]
-pub struct PairPlace {
+pub struct NodePair {
     /// Places of the nodes on sides a and b in the joint lattice.
     pub sides: [usize; 2],
     /// Elements of the joint lattice that have the pair; the first `count` are.
@@ -42,7 +42,7 @@ pub struct PairPlace {
     count: u8,
 }
 
-impl PairPlace {
+impl NodePair {
     /// Elements of the joint lattice that have the pair.
     #[inline(always)]
     pub fn elements(&self) -> impl ExactSizeIterator<Item = usize> + use<> {
@@ -58,7 +58,7 @@ impl PairPlace {
 
 /// Node numbering of bodies with n divisions, and of the joint cells around them.
 #[derive(Clone, Debug)]
-pub struct Shape {
+pub struct BlockNumbering {
     /// Elements along each edge.
     pub divisions: usize,
     /// Nodes of a body.
@@ -66,16 +66,16 @@ pub struct Shape {
     /// Nodes of each joint lattice, x fastest, by offset 1…7 (0 unused).
     pub joints: [Vec<JointNode>; 8],
     /// Pairs of the face joints by direction: the next direction, cyclically, runs fastest.
-    pub pairs: [Vec<PairPlace>; 3],
+    pub pairs: [Vec<NodePair>; 3],
     /// For each offset: local node numbers of that upper neighbour in the order of its shares.
     pub touched: [Vec<usize>; 8],
-    /// Where the shares of each offset begin.
-    pub share_start: [usize; 8],
+    /// Index of each offset's first neighbour force.
+    pub neighbour_force_start: [usize; 8],
     /// Entries in the shares: one for each touched node, then seven torques.
-    pub(super) shares: usize,
+    pub(super) neighbour_forces: usize,
 }
 
-impl Shape {
+impl BlockNumbering {
     /// Numbering for a number of elements along each edge.
     pub fn new(divisions: usize) -> Self {
         let n = divisions + 1;
@@ -89,24 +89,29 @@ impl Shape {
         let touched: [Vec<usize>; 8] = std::array::from_fn(|offset| {
             if offset == 0 { Vec::new() } else { grid(offset, 1).map(local).collect() }
         });
-        let mut share_start = [0; 8];
+        let mut neighbour_force_start = [0; 8];
         for offset in 1..8 {
-            share_start[offset] = share_start[offset - 1] + touched[offset - 1].len();
+            neighbour_force_start[offset] =
+                neighbour_force_start[offset - 1] + touched[offset - 1].len();
         }
-        let torques = share_start[7] + touched[7].len();
+        let torques = neighbour_force_start[7] + touched[7].len();
         let joint_node = |lattice: usize, at: [usize; 3]| {
             // Along the offset's directions, line 0 is the owner's last and line 1 the next's first.
             let crossed = (0..3).filter(|&d| lattice & (1 << d) != 0);
             let offset = crossed.filter(|&d| at[d] == 1).map(|d| 1 << d).sum::<usize>();
-            let on_body = [0, 1, 2].map(|d| match (lattice & (1 << d), at[d]) {
+            let on_block = [0, 1, 2].map(|d| match (lattice & (1 << d), at[d]) {
                 (0, i) => i,
                 (_, 0) => divisions,
                 _ => 0,
             });
             // Order of the shares: the grid of the neighbour that is flat along its offset.
             let [mx, my, _] = [0, 1, 2].map(|d| if offset & (1 << d) == 0 { n } else { 1 });
-            let place = on_body[0] + mx * (on_body[1] + my * on_body[2]);
-            JointNode { offset, local: local(on_body), share: share_start[offset] + place }
+            let place = on_block[0] + mx * (on_block[1] + my * on_block[2]);
+            JointNode {
+                offset,
+                local: local(on_block),
+                share: neighbour_force_start[offset] + place,
+            }
         };
         let joints = std::array::from_fn(|lattice| {
             if lattice == 0 {
@@ -116,7 +121,15 @@ impl Shape {
         });
         let nodes = n * n * n;
         let pairs = [0, 1, 2].map(|d| pair_places(divisions, d));
-        Self { divisions, nodes, joints, pairs, touched, share_start, shares: torques + 7 }
+        Self {
+            divisions,
+            nodes,
+            joints,
+            pairs,
+            touched,
+            neighbour_force_start,
+            neighbour_forces: torques + 7,
+        }
     }
 
     /// Elements of a joint lattice along the three edges; offset 0 is the body itself.
@@ -126,11 +139,11 @@ impl Shape {
 
     /// Place of the torque for an upper neighbour in the shares.
     pub fn torque(&self, offset: usize) -> usize {
-        self.shares - 8 + offset
+        self.neighbour_forces - 8 + offset
     }
 }
 
-fn pair_places(divisions: usize, d: usize) -> Vec<PairPlace> {
+fn pair_places(divisions: usize, d: usize) -> Vec<NodePair> {
     let [e, f] = [(d + 1) % 3, (d + 2) % 3];
     let dims = [0, 1, 2].map(|axis| if axis == d { 1 } else { divisions });
     let node = |at: [usize; 3]| at[0] + (dims[0] + 1) * (at[1] + (dims[1] + 1) * at[2]);
@@ -146,7 +159,7 @@ fn pair_places(divisions: usize, d: usize) -> Vec<PairPlace> {
                 count += 1;
             }
         }
-        PairPlace { sides: [node(at), node(moved_to(at, d, 1))], elements, count: count as u8 }
+        NodePair { sides: [node(at), node(moved_to(at, d, 1))], elements, count: count as u8 }
     };
     let lines = 0..=divisions;
     lines
@@ -156,7 +169,7 @@ fn pair_places(divisions: usize, d: usize) -> Vec<PairPlace> {
         .collect()
 }
 
-/// Where the bodies at one offset are: pack and lane for each lane.
+/// Neighbours at one offset: pack and lane for each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbours([u32; LANES]);
 
@@ -193,25 +206,25 @@ fn in_order(lattice: &Lattice) -> Vec<u32> {
     let first = (0..3).find(|&d| lattice.count[d].is_multiple_of(LANES)).unwrap_or(0);
     let order = [first, (first + 1) % 3, (first + 2) % 3];
     let count = order.map(|d| lattice.count[d]);
-    let mut bodies = Vec::new();
+    let mut blocks = Vec::new();
     for (k, j, i) in (0..count[2])
         .flat_map(|k| (0..count[1]).flat_map(move |j| (0..count[0]).map(move |i| (k, j, i))))
     {
         let mut cell = [0; 3];
         (cell[order[0]], cell[order[1]], cell[order[2]]) = (i, j, k);
         let index = lattice.index(cell);
-        if lattice.has_body(index) {
-            bodies.push(lattice.body[index]);
+        if lattice.has_block(index) {
+            blocks.push(lattice.block[index]);
         }
     }
-    bodies
+    blocks
 }
 
 /// Four bodies of one set, or of sets of one block each. Lanes beyond `filled` repeat the first body with zero weight.
 #[derive(Clone, Debug)]
 pub struct Pack {
     /// Block of each lane.
-    pub bodies: [u32; LANES],
+    pub blocks: [u32; LANES],
     /// Number of lanes with a block of their own.
     pub filled: usize,
     /// Index into the shapes.
@@ -219,7 +232,7 @@ pub struct Pack {
     /// First node in the nodal fields.
     pub start: usize,
     /// First entry in the shares.
-    pub share_start: usize,
+    pub neighbour_force_start: usize,
     /// Its bodies do not deform.
     pub rigid: bool,
     /// Packs of rigid bodies before it.
@@ -233,7 +246,7 @@ pub struct Pack {
 /// All packs, and where each body is.
 #[derive(Clone, Debug)]
 pub struct Packs {
-    pub(super) shapes: Vec<Shape>,
+    pub(super) shapes: Vec<BlockNumbering>,
     /// Packs in the order of the blocks.
     pub packs: Vec<Pack>,
     /// `LANES` × pack + lane of each body.
@@ -241,7 +254,7 @@ pub struct Packs {
     /// Nodes in the nodal fields, counting one for four lanes.
     pub nodes: usize,
     /// Entries in the shares.
-    pub shares: usize,
+    pub neighbour_forces: usize,
     /// Packs of rigid bodies.
     pub rigid: usize,
 }
@@ -252,16 +265,16 @@ impl Packs {
         let mut packs = Self {
             shapes: Vec::new(),
             packs: Vec::new(),
-            slots: vec![NOBODY; geometry.bodies.len()],
+            slots: vec![NOBODY; geometry.blocks.len()],
             nodes: 0,
-            shares: 0,
+            neighbour_forces: 0,
             rigid: 0,
         };
         let mut first = 0;
         while first < geometry.lattices.len() {
             let end = first + packs.alike(&geometry.lattices[first..]);
-            let bodies = geometry.lattices[first..end].iter().flat_map(|lattice| in_order(lattice));
-            packs.add(&geometry.lattices[first], bodies.collect());
+            let blocks = geometry.lattices[first..end].iter().flat_map(|lattice| in_order(lattice));
+            packs.add(&geometry.lattices[first], blocks.collect());
             first = end;
         }
         packs.link(geometry);
@@ -273,7 +286,7 @@ impl Packs {
         let kind = |lattice: &Lattice| (lattice.divisions, lattice.rigid, lattice.is_box());
         let first = &lattices[0];
         let like =
-            |lattice: &&Arc<Lattice>| lattice.body.len() == 1 && kind(lattice) == kind(first);
+            |lattice: &&Arc<Lattice>| lattice.block.len() == 1 && kind(lattice) == kind(first);
         lattices.iter().take_while(like).count().max(1)
     }
 
@@ -292,26 +305,26 @@ impl Packs {
     }
 
     /// Packs of bodies of lattices like this one.
-    fn add(&mut self, lattice: &Lattice, bodies: Vec<u32>) {
+    fn add(&mut self, lattice: &Lattice, blocks: Vec<u32>) {
         let shape = self.shape(lattice.divisions);
-        for four in bodies.chunks(LANES) {
+        for four in blocks.chunks(LANES) {
             let index = self.packs.len() * LANES;
-            for (lane, &body) in four.iter().enumerate() {
-                self.slots[body as usize] = (index + lane) as u32;
+            for (lane, &block) in four.iter().enumerate() {
+                self.slots[block as usize] = (index + lane) as u32;
             }
             self.packs.push(Pack {
-                bodies: std::array::from_fn(|lane| *four.get(lane).unwrap_or(&four[0])),
+                blocks: std::array::from_fn(|lane| *four.get(lane).unwrap_or(&four[0])),
                 filled: four.len(),
                 shape,
                 start: self.nodes,
-                share_start: self.shares,
+                neighbour_force_start: self.neighbour_forces,
                 rigid: lattice.rigid,
                 rigid_start: self.rigid,
                 upper: [Neighbours::NONE; 8],
                 lower: [Neighbours::NONE; 8],
             });
             self.nodes += self.shapes[shape].nodes;
-            self.shares += self.shapes[shape].shares;
+            self.neighbour_forces += self.shapes[shape].neighbour_forces;
             self.rigid += usize::from(lattice.rigid);
         }
     }
@@ -319,7 +332,7 @@ impl Packs {
     fn shape(&mut self, divisions: usize) -> usize {
         let known = self.shapes.iter().position(|shape| shape.divisions == divisions);
         known.unwrap_or_else(|| {
-            self.shapes.push(Shape::new(divisions));
+            self.shapes.push(BlockNumbering::new(divisions));
             self.shapes.len() - 1
         })
     }
@@ -327,24 +340,24 @@ impl Packs {
     /// The bodies some cells along the axes from those of a pack.
     pub fn neighbours(&self, geometry: &Geometry, pack: &Pack, step: [i32; 3]) -> Neighbours {
         Neighbours(std::array::from_fn(|lane| {
-            let body = (lane < pack.filled).then_some(pack.bodies[lane] as usize);
+            let block = (lane < pack.filled).then_some(pack.blocks[lane] as usize);
             // A body that has been taken out is still there itself.
             let other = match step {
-                [0, 0, 0] => body,
-                _ => body.and_then(|body| geometry.neighbour(body, step)),
+                [0, 0, 0] => block,
+                _ => block.and_then(|block| geometry.neighbour(block, step)),
             };
             other.map_or(NOBODY, |other| self.slots[other])
         }))
     }
 
     /// Pack and lane of a body.
-    pub fn slot(&self, body: usize) -> (usize, usize) {
-        let slot = self.slots[body] as usize;
+    pub fn slot(&self, block: usize) -> (usize, usize) {
+        let slot = self.slots[block] as usize;
         (slot / LANES, slot % LANES)
     }
 
     /// Numbering of the bodies of a pack.
-    pub fn shape_of(&self, pack: &Pack) -> &Shape {
+    pub fn shape_of(&self, pack: &Pack) -> &BlockNumbering {
         &self.shapes[pack.shape]
     }
 }

@@ -24,8 +24,8 @@ pub fn runs(packs: &Packs) -> Vec<Range<usize>> {
 
 /// Fields that can be cut between two packs.
 pub trait Split: Sized + Send {
-    /// What belongs to the packs before `at`, and the rest. Fields begin at pack `first`;
-    /// `low_runs` runs end before `at`.
+    /// Fields of the packs before `at`, and the rest. Fields begin at pack `first`; `low_runs` runs end
+    /// before `at`.
     fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self);
 }
 
@@ -99,6 +99,6 @@ pub fn rigid_start(packs: &Packs, pack: usize) -> usize {
 }
 
 /// First number of a pack in the shares; one past the end is allowed.
-pub fn share_start(packs: &Packs, pack: usize) -> usize {
-    3 * packs.packs.get(pack).map_or(packs.shares, |p| p.share_start)
+pub fn neighbour_force_start(packs: &Packs, pack: usize) -> usize {
+    3 * packs.packs.get(pack).map_or(packs.neighbour_forces, |p| p.neighbour_force_start)
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use ddem_mechanics::element::{Elastic, ElementKind};
-use ddem_mechanics::law::{JointLaw, Stiffness};
+use ddem_mechanics::law::{JointLaw, SpringStiffness};
 
 /// Damping of contacts where none is given, as a fraction of critical.
 pub const DAMPING: f64 = 0.2;
@@ -30,7 +30,7 @@ pub struct Properties {
     pub joints: Vec<JointProperties>,
 }
 
-/// How the rotation of a block is treated (§3).
+/// Treatment of block rotation (§3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
@@ -61,7 +61,7 @@ pub enum JointElasticity {
     /// A layer of a material.
     Layer(Elastic),
     /// Springs without mass.
-    Springs(Stiffness),
+    Springs(SpringStiffness),
 }
 
 impl JointProperties {
@@ -74,9 +74,9 @@ impl JointProperties {
     }
 
     /// Stiffness per area `[Pa/m]`: of a layer `(λ + 2G)/t` and `G/t` (§5).
-    pub fn stiffness(&self) -> Stiffness {
+    pub fn stiffness(&self) -> SpringStiffness {
         match &self.elasticity {
-            JointElasticity::Layer(layer) => Stiffness {
+            JointElasticity::Layer(layer) => SpringStiffness {
                 normal: layer.p_modulus() / self.thickness,
                 shear: layer.shear / self.thickness,
             },
@@ -90,7 +90,7 @@ impl JointProperties {
 pub struct ContactProperties {
     /// New contacts are looked for.
     pub search: bool,
-    /// They are looked for, or not, whatever joints can fail.
+    /// True if the deck says whether contacts are searched for.
     pub given: bool,
     /// Normal stiffness of all contacts `[Pa/m]`.
     pub normal_stiffness: Option<f64>,

@@ -40,7 +40,7 @@ impl Packs {
     pub fn node_slot(&self, geometry: &Geometry, node: usize) -> NodeSlot {
         let block = geometry.block_of(node);
         let (pack, lane) = self.slot(block);
-        let local = node - geometry.bodies[block].first_node as usize;
+        let local = node - geometry.blocks[block].first_node as usize;
         NodeSlot { pack, at: 3 * (self.packs[pack].start + local) as u32, lane: lane as u8 }
     }
 }

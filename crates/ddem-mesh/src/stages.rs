@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::Geometry;
 
-/// What is where from which stage on, in order. Where blocks are taken out and joints or materials change in
-/// one stage, that is one after the other.
+/// Geometries of the stages, in order. Where blocks are removed and joints or materials change in one stage, one
+/// follows the other.
 #[derive(Clone, Debug)]
 pub struct Stages {
     /// Blocks and joints, with the first stage in which they are so.
@@ -13,7 +13,7 @@ pub struct Stages {
     /// Stages at whose start joints or materials change.
     pub assigns: Vec<usize>,
     /// Blocks are taken out.
-    pub dug: bool,
+    pub excavated: bool,
 }
 
 impl Stages {
@@ -36,8 +36,8 @@ impl Stages {
 
     /// The stage at whose start a block is taken out.
     pub fn removes(&self, block: usize) -> Option<usize> {
-        let gone = |(_, geometry): &&(usize, Arc<Geometry>)| geometry.is_gone(block);
-        self.geometries.iter().find(gone).map(|(first, _)| *first)
+        let removed = |(_, geometry): &&(usize, Arc<Geometry>)| geometry.is_removed(block);
+        self.geometries.iter().find(removed).map(|(first, _)| *first)
     }
 
     /// Memory of all of them `[bytes]`.
@@ -47,12 +47,12 @@ impl Stages {
         self.geometries.iter().zip(before).map(|((_, own), other)| own.bytes(other)).sum()
     }
 
-    /// Whether something is so in any.
+    /// True if any geometry has a property.
     pub fn any(&self, so: impl Fn(&Geometry) -> bool) -> bool {
         self.geometries.iter().any(|(_, geometry)| so(geometry))
     }
 
-    /// What changes on the way from one stage to another.
+    /// Geometries on the way from one stage to another.
     pub fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
         self.geometries.iter().filter(|(first, _)| from < *first && *first <= to).cloned().collect()
     }

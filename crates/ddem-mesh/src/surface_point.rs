@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Topology;
-use ddem_mechanics::collide::{FaceOf, weights};
+use ddem_mechanics::collide::{FaceId, weights};
 
 /// A point of a face of a block, fixed to it: an element of the face and bilinear coordinates there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -22,7 +22,7 @@ impl SurfacePoint {
 
     /// Nodes that make the point, numbered as in the block, and their weights.
     #[inline(always)]
-    pub fn shares(&self, topology: Topology, face: FaceOf) -> [(usize, f64); 4] {
+    pub fn weights(&self, topology: Topology, face: FaceId) -> [(usize, f64); 4] {
         let nodes = topology.quad(face, self.element.map(usize::from));
         let weights = weights(self.on.map(f64::from));
         std::array::from_fn(|k| (nodes[k], weights[k]))

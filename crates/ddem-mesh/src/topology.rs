@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::collide::FaceId;
 
 /// Numbering of nodes, elements and faces that blocks share which are divided alike: hexahedra in rows along three
 /// edges. Steps count along the edges, the first of which runs fastest in all numbers.
@@ -106,7 +106,7 @@ impl Topology {
     /// Steps of a node of a face, by its steps along the next two directions.
     #[inline]
     #[must_use]
-    pub fn on_face(self, face: FaceOf, [i, k]: [usize; 2]) -> [usize; 3] {
+    pub fn on_face(self, face: FaceId, [i, k]: [usize; 2]) -> [usize; 3] {
         let d = face.direction;
         let mut at = [0; 3];
         at[d] = if face.upper { self.divisions } else { 0 };
@@ -117,7 +117,7 @@ impl Topology {
     /// Nodes of an element of a face, around it, by its steps along the next two directions.
     #[inline(always)]
     #[must_use]
-    pub fn quad(self, face: FaceOf, [i, k]: [usize; 2]) -> [usize; 4] {
+    pub fn quad(self, face: FaceId, [i, k]: [usize; 2]) -> [usize; 4] {
         let n = self.divisions;
         let strides = [1, n + 1, (n + 1) * (n + 1)];
         let d = face.direction;
@@ -129,14 +129,14 @@ impl Topology {
     /// True where the node at some steps is on a face.
     #[inline]
     #[must_use]
-    pub fn is_on(self, face: FaceOf, at: [usize; 3]) -> bool {
+    pub fn is_on(self, face: FaceId, at: [usize; 3]) -> bool {
         at[face.direction] == if face.upper { self.divisions } else { 0 }
     }
 
     /// Elements of a face that have one of its nodes, given by its steps.
     #[inline]
     #[must_use]
-    pub fn quads_at(self, face: FaceOf, at: [usize; 3]) -> usize {
+    pub fn quads_at(self, face: FaceId, at: [usize; 3]) -> usize {
         let inner = |&e: &usize| e != face.direction && at[e] > 0 && at[e] < self.divisions;
         1 << (0..3).filter(inner).count()
     }

@@ -119,7 +119,7 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
     }
 }
 
-/// The same numbers with another type, in their places one after another in memory.
+/// The numbers with another type, contiguous in memory.
 fn converted<'py>(array: &Bound<'py, PyAny>, kind: &str) -> PyResult<Bound<'py, PyAny>> {
     let py = array.py();
     let needs = ["C_CONTIGUOUS", "ALIGNED"];

@@ -24,7 +24,7 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Most threads that may be asked for.
 const MOST_THREADS: usize = 1024;
 
-/// What is known of work that is being done elsewhere.
+/// State of work on another thread, as seen from Python.
 #[derive(Default)]
 pub(crate) struct Watch {
     stop: Arc<AtomicBool>,
@@ -37,7 +37,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Watch {
-    /// Whether the work shall end where it is.
+    /// True if the work is to stop.
     pub(crate) fn stops(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -100,7 +100,7 @@ impl Pool {
         Self { threads, made: Mutex::new(None) }
     }
 
-    /// How many were asked for.
+    /// Requested number of threads.
     pub(crate) fn threads(&self) -> Option<usize> {
         (self.threads > 0).then_some(self.threads)
     }
@@ -133,7 +133,7 @@ fn forget(pool: Option<(u32, Arc<ThreadPool>)>) {
     std::mem::forget(pool);
 }
 
-/// How work ended: what it gave or its panic, and what Ctrl-C or the progress bar raised meanwhile.
+/// Result of the work or its panic, and the exception that Ctrl-C or the progress bar raised meanwhile.
 type Ending<T> = (Result<T, Box<dyn Any + Send>>, Option<PyErr>);
 
 /// Does work on the threads of a pool, and closes the progress bar.
@@ -151,7 +151,7 @@ pub(crate) fn away<T: Send>(
     Ok((done, first(py, raised, closed.err())))
 }
 
-/// Whatever comes first is told, but nothing before an interruption.
+/// First exception; nothing precedes an interruption.
 fn first(py: Python<'_>, raised: Option<PyErr>, later: Option<PyErr>) -> Option<PyErr> {
     match (raised, later) {
         (Some(first), Some(later))
@@ -214,7 +214,7 @@ pub(crate) fn parted<T: Send>(
     }
 }
 
-/// What work gave; but what was raised meanwhile comes first, so that Ctrl-C is never lost.
+/// Result of the work; an exception raised meanwhile comes first, so that Ctrl-C is never lost.
 pub(crate) fn outcome<T, E>(
     done: Result<T, E>,
     raised: Option<PyErr>,

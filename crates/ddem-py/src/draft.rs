@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use crate::functions::{Functions, Timed};
 
-/// What has been written so far.
+/// Model as written so far.
 #[derive(Default)]
 pub(crate) struct Draft {
     root: Table,
@@ -70,7 +70,7 @@ impl Draft {
         true
     }
 
-    /// Where the script has made what is at a place in the deck.
+    /// Line of the script that made the entry at a location of the deck.
     pub(crate) fn line(&self, place: &str) -> Option<String> {
         let entry = match place.find(']') {
             Some(end) => &place[..=end],

@@ -1,4 +1,4 @@
-//! How simulations are made and moved: by the driver of decks, away from the interpreter.
+//! Construction and motion of simulations by the driver of decks, without the interpreter's lock.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,16 +16,16 @@ use crate::away::{Pool, Watch, away, outcome, warn};
 use crate::errors::{self, model_error};
 use crate::functions::{Called, Functions};
 use crate::samples::Samples;
-use crate::simulation::Simulation;
+use crate::simulation::PySimulation;
 use crate::values::{alone, no_matter, table};
 
 /// Passes on what happens.
-pub(crate) struct Observer<'a> {
+pub(crate) struct PyObserver<'a> {
     pub(crate) watch: &'a Watch,
     pub(crate) samples: &'a mut Samples,
 }
 
-impl ddem_io::run::Observer for Observer<'_> {
+impl ddem_io::run::Observer for PyObserver<'_> {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Progress(progress) => self.watch.progress(progress.clone()),
@@ -44,7 +44,7 @@ impl ddem_io::run::Observer for Observer<'_> {
     }
 }
 
-/// What changes a model after it was built from its deck.
+/// Change of a model after it was built from its deck.
 pub(crate) type Change = Box<dyn FnOnce(&mut ddem_core::Model) -> Result<(), Fault> + Send>;
 
 /// A simulation from what `make` makes, with Python functions as histories.
@@ -54,7 +54,7 @@ pub(crate) fn assembled(
     functions: Functions,
     located: &dyn Fn(&ModelError) -> PyErr,
     make: impl FnOnce(Change) -> Result<Session, RunFailure> + Send,
-) -> PyResult<Simulation> {
+) -> PyResult<PySimulation> {
     let called = Called::new(functions);
     let histories = called.clone();
     let change: Change = Box::new(move |model| histories.set_on(model));
@@ -66,7 +66,7 @@ pub(crate) fn assembled(
     for warning in session.warnings() {
         warn(py, &warning)?;
     }
-    Ok(Simulation::new(session, Samples::default(), pool, called))
+    Ok(PySimulation::new(session, Samples::default(), pool, called))
 }
 
 /// Moves a deck through its stages; see [`run_deck`](crate::run_deck).
@@ -76,11 +76,11 @@ pub(crate) fn driven(
     (options, pool): (&ddem_io::run::Options, Pool),
     located: &dyn Fn(&DeckError) -> PyErr,
     quiet: bool,
-) -> PyResult<Simulation> {
+) -> PyResult<PySimulation> {
     let bar = progress_bar(py, quiet)?;
     let (ended, stopped) = away(py, &pool, bar.as_ref(), |watch| {
         let mut samples = Samples::default();
-        let mut observer = Observer { watch, samples: &mut samples };
+        let mut observer = PyObserver { watch, samples: &mut samples };
         let outcome = ddem_io::run::run(deck, source, options, &mut observer);
         outcome.map(|outcome| (outcome, samples))
     })?;
@@ -99,7 +99,7 @@ pub(crate) fn driven(
         })?,
     };
     match ended {
-        Outcome::Done(session) => Ok(Simulation::new(*session, samples, pool, Called::default())),
+        Outcome::Done(session) => Ok(PySimulation::new(*session, samples, pool, Called::default())),
         // It stops for nothing else than what was raised.
         Outcome::Interrupted(_) => Err(PyKeyboardInterrupt::new_err(())),
     }

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use ddem_core::{Fault, ModelError, Moving, RunError};
+use ddem_core::{Fault, ModelError, MovingBlock, RunError};
 use ddem_deck::DeckError;
 use ddem_io::OutputError;
 use ddem_io::folder::FolderError;
@@ -62,7 +62,7 @@ pub(crate) fn refuse(py: Python<'_>, place: &str, message: &str, cause: PyErr) -
     refused
 }
 
-/// What is wrong with a model; `line` says where an entry of it was made.
+/// Exception for faults of a model; `line` gives the script line of an entry.
 pub(crate) fn faults(
     py: Python<'_>,
     faults: &[Fault],
@@ -168,7 +168,7 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         }
         RunError::Collapsed { blocks: [a, b], distance, ref moving, ratio, .. } => {
             let moving =
-                moving.iter().map(|Moving { set, block, distance, direction: [x, y, z] }| {
+                moving.iter().map(|MovingBlock { set, block, distance, direction: [x, y, z] }| {
                     (set.clone(), *block, *distance, (*x, *y, *z))
                 });
             let moving: Vec<_> = moving.collect();
@@ -189,7 +189,7 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
     }
 }
 
-/// What is wrong with arguments that a deck has at `prefix`.
+/// Exception for faults of arguments, which a deck has at `prefix`.
 pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> PyErr {
     for fault in &mut error.faults {
         let place = fault.place.strip_prefix(prefix).unwrap_or(&fault.place);

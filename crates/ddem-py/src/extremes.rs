@@ -1,12 +1,12 @@
-//! What a run leaves behind: the largest values so far, and the fragments.
+//! Peak values and fragments of a run.
 
 use pyo3::prelude::*;
 
 use crate::look;
-use crate::simulation::Simulation;
+use crate::simulation::PySimulation;
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// Largest speed of each node since the start of the run [m/s], shape (n_nodes,): the peak particle
     /// velocity. Only of a model with ``peaks=True``.
     #[getter]

@@ -34,9 +34,9 @@ use pyo3::types::PyMapping;
 use away::Pool;
 use errors::refuse;
 use functions::Functions;
-use matter::{Joint, Material};
-use model::Model;
-use simulation::Simulation;
+use matter::{PyJoint, PyMaterial};
+use model::PyModel;
+use simulation::PySimulation;
 
 /// Goes on from what :meth:`Simulation.save` has written, or from the `checkpoint.h5` of a run.
 /// Histories of probes begin anew.
@@ -63,9 +63,9 @@ use simulation::Simulation;
 fn load(
     py: Python<'_>,
     path: PathBuf,
-    model: Option<&Bound<'_, Model>>,
+    model: Option<&Bound<'_, PyModel>>,
     threads: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Simulation> {
+) -> PyResult<PySimulation> {
     // A folder of results has one.
     let path = if path.is_dir() { path.join("checkpoint.h5") } else { path };
     let parts = model.map(|model| model.get().parts_with_files(py)).transpose()?;
@@ -121,7 +121,7 @@ fn run_deck(
     resume: bool,
     overwrite: bool,
     quiet: bool,
-) -> PyResult<Simulation> {
+) -> PyResult<PySimulation> {
     let py = deck.py();
     let earlier = match (resume, overwrite) {
         (true, true) => {
@@ -131,10 +131,10 @@ fn run_deck(
         (false, true) => Earlier::Overwrite,
         (false, false) => Earlier::Keep,
     };
-    let model = match deck.cast::<Model>() {
+    let model = match deck.cast::<PyModel>() {
         Ok(model) => Some(model.clone()),
         Err(_) if deck.cast::<PyMapping>().is_ok() => {
-            Some(Bound::new(py, Model::from_deck(deck)?)?)
+            Some(Bound::new(py, PyModel::from_deck(deck)?)?)
         }
         Err(_) => None,
     };
@@ -181,10 +181,10 @@ fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 #[pymodule]
 fn _ddem(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<Material>()?;
-    module.add_class::<Joint>()?;
-    module.add_class::<Model>()?;
-    module.add_class::<Simulation>()?;
+    module.add_class::<PyMaterial>()?;
+    module.add_class::<PyJoint>()?;
+    module.add_class::<PyModel>()?;
+    module.add_class::<PySimulation>()?;
     module.add_function(wrap_pyfunction!(load, module)?)?;
     module.add_function(wrap_pyfunction!(run_deck, module)?)?;
     module.add_function(wrap_pyfunction!(_near, module)?)?;

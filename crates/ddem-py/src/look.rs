@@ -1,6 +1,6 @@
-//! What is seen of a simulation.
+//! Arrays of a simulation.
 
-use ddem_core::{CONTACT_FIELDS, Contact, FORCE, Field, FieldKind, Fragment, Model, On};
+use ddem_core::{CONTACT_FIELDS, Contact, FORCE, Field, FieldKind, FieldLocation, Fragment, Model};
 use ddem_deck::names;
 use ddem_io::run::Session;
 use numpy::PyArray1;
@@ -133,7 +133,7 @@ pub(crate) struct Pairs {
 }
 
 pub(crate) fn pairs(session: &mut Session) -> Pairs {
-    let here = |field: &&Field| field.on == On::Pair;
+    let here = |field: &&Field| field.on == FieldLocation::Pair;
     let fields: Vec<&'static Field> = fields(session).into_iter().filter(here).collect();
     let snapshot = session.simulation_mut().snapshot();
     let fields = fields.into_iter().map(|field| (field, snapshot.values(field))).collect();

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 
 use crate::errors::{self, model_error};
-use crate::simulation::Simulation;
+use crate::simulation::PySimulation;
 
 /// Looks in a run without `every`.
 const LOOKS: f64 = 100.0;
@@ -56,13 +56,13 @@ impl<'py> Looks<'py> {
     }
 
     /// Calls the functions; whether the run is to end.
-    pub(crate) fn look(&self, simulation: &Bound<'py, Simulation>) -> PyResult<bool> {
+    pub(crate) fn look(&self, simulation: &Bound<'py, PySimulation>) -> PyResult<bool> {
         self.look_last(simulation)?;
         self.until.as_ref().map_or(Ok(false), |until| until.call1((simulation,))?.is_truthy())
     }
 
     /// Calls what is called at the end, too.
-    pub(crate) fn look_last(&self, simulation: &Bound<'py, Simulation>) -> PyResult<()> {
+    pub(crate) fn look_last(&self, simulation: &Bound<'py, PySimulation>) -> PyResult<()> {
         self.callback.as_ref().map_or(Ok(()), |callback| callback.call1((simulation,)).map(|_| ()))
     }
 }

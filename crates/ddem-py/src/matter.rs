@@ -35,9 +35,9 @@ use crate::values::{Matter, no_matter, table, to_python};
 /// >>> rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
 /// >>> rock.young
 /// 18000000000.0
-#[pyclass(frozen, eq, module = "ddem")]
+#[pyclass(name = "Material", frozen, eq, module = "ddem")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct Material {
+pub(crate) struct PyMaterial {
     keys: Table,
     name: Option<String>,
 }
@@ -80,11 +80,11 @@ pub(crate) struct Material {
 /// >>> seam = ddem.Joint(thickness=0.01, material=rock, cohesion=2e6, friction=30, tension=1e6)
 /// >>> seam.friction, seam.dilation
 /// (30.0, None)
-#[pyclass(frozen, module = "ddem")]
-pub(crate) struct Joint {
+#[pyclass(name = "Joint", frozen, module = "ddem")]
+pub(crate) struct PyJoint {
     keys: Table,
     name: Option<String>,
-    material: Option<Py<Material>>,
+    material: Option<Py<PyMaterial>>,
 }
 
 /// Reads the table of one material or joint alone; what comes back has every number as the deck
@@ -165,7 +165,7 @@ fn repr(class: &str, (_, given): Arguments<'_>) -> PyResult<String> {
 }
 
 #[pymethods]
-impl Material {
+impl PyMaterial {
     #[new]
     #[pyo3(signature = (*, name=None, **keys))]
     fn new(
@@ -206,7 +206,7 @@ impl Material {
     }
 }
 
-impl Material {
+impl PyMaterial {
     /// The table of the deck.
     pub(crate) fn keys(&self) -> &Table {
         &self.keys
@@ -214,7 +214,7 @@ impl Material {
 }
 
 #[pymethods]
-impl Joint {
+impl PyJoint {
     #[new]
     #[pyo3(signature = (*, name=None, **keys))]
     fn new(
@@ -280,9 +280,9 @@ impl Joint {
     }
 }
 
-impl Joint {
+impl PyJoint {
     /// The table of the deck, but for the name of the material, which comes besides.
-    pub(crate) fn keys(&self) -> (&Table, Option<&Py<Material>>) {
+    pub(crate) fn keys(&self) -> (&Table, Option<&Py<PyMaterial>>) {
         (&self.keys, self.material.as_ref())
     }
 }

@@ -1,14 +1,14 @@
 //! The mesh: its arrays, and as one for PyVista.
 
-use ddem_core::On;
+use ddem_core::FieldLocation;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::simulation::Simulation;
+use crate::simulation::PySimulation;
 use crate::{arrays, look};
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// The present state as a PyVista grid, for its filters and pictures: a copy. Its fields have the
     /// names of the result files.
     ///
@@ -88,7 +88,7 @@ impl Simulation {
     #[getter]
     fn _fields(&self, py: Python<'_>) -> PyResult<[Vec<&'static str>; 2]> {
         let fields = look::fields(&self.lock(py)?.session);
-        Ok([On::Node, On::Element].map(|on| {
+        Ok([FieldLocation::Node, FieldLocation::Element].map(|on| {
             fields.iter().filter(|field| field.on == on).map(|field| field.name).collect()
         }))
     }

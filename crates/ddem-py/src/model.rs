@@ -16,7 +16,7 @@ use crate::drive::assembled;
 use crate::errors::{self, model_error, refuse};
 use crate::functions::Functions;
 use crate::look;
-use crate::simulation::Simulation;
+use crate::simulation::PySimulation;
 use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, value, with_files};
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
@@ -60,13 +60,13 @@ use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, val
 /// >>> simulation = model.build()
 /// >>> simulation.n_nodes
 /// 27
-#[pyclass(frozen, module = "ddem")]
-pub(crate) struct Model {
+#[pyclass(name = "Model", frozen, module = "ddem")]
+pub(crate) struct PyModel {
     draft: Mutex<Draft>,
 }
 
 #[pymethods]
-impl Model {
+impl PyModel {
     #[new]
     #[pyo3(signature = (*, title="", **keys))]
     fn new(py: Python<'_>, title: &str, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
@@ -97,7 +97,7 @@ impl Model {
     /// MemoryError
     ///     The model does not fit.
     #[pyo3(signature = (*, threads=None))]
-    fn build(&self, py: Python<'_>, threads: Option<&Bound<'_, PyAny>>) -> PyResult<Simulation> {
+    fn build(&self, py: Python<'_>, threads: Option<&Bound<'_, PyAny>>) -> PyResult<PySimulation> {
         let pool = Pool::new(threads)?;
         let (deck, functions) = self.parts_with_files(py)?;
         assembled(py, pool, functions, &|error| self.located(py, error), |change| {
@@ -211,7 +211,7 @@ impl Model {
     }
 }
 
-impl Model {
+impl PyModel {
     /// A model of a deck that has not been read yet.
     fn of(py: Python<'_>, root: &Table) -> PyResult<Self> {
         let deck = ddem_deck::from_table(root).map_err(|error| errors::model(py, &error))?;
@@ -253,13 +253,13 @@ impl Model {
         Ok((deck.map_err(|error| errors::model(py, &error))?, functions))
     }
 
-    /// The same, with what is in the files that the deck names.
+    /// Parts of the deck, with the contents of the files that it names.
     pub(crate) fn parts_with_files(&self, py: Python<'_>) -> PyResult<(Deck, Functions)> {
         let (deck, functions) = self.parts(py)?;
         Ok((with_files(deck).map_err(|error| self.located(py, &error))?, functions))
     }
 
-    /// What is wrong with the model, and in which line of the script.
+    /// Exception for faults of the model, with the line of the script.
     pub(crate) fn located(&self, py: Python<'_>, error: &ddem_core::ModelError) -> PyErr {
         errors::faults(py, &error.faults, &|place| self.draft().line(place))
     }

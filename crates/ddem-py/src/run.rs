@@ -11,10 +11,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::away::{outcome, parted, warn};
-use crate::drive::{Observer, progress_bar, read_stage};
+use crate::drive::{PyObserver, progress_bar, read_stage};
 use crate::errors::{self, model_error};
 use crate::looks::Looks;
-use crate::simulation::{Inner, Simulation};
+use crate::simulation::{Inner, PySimulation};
 
 /// Time to wait for another thread that looks at the simulation.
 const WAIT: Duration = Duration::from_millis(1);
@@ -41,7 +41,7 @@ const RUN: [&str; 13] = [
 const OTHERS: [&str; 6] = ["kind", "bracket", "resolution", "joints", "limit", "history"];
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// Relaxes to static equilibrium, under the supports and loads in force. Time stands still.
     ///
     /// Parameters
@@ -94,7 +94,7 @@ impl Simulation {
         known(slf.py(), keys, &RELAX, &RUN[4..])?;
         let mut stage = read_stage(slf.py(), "relax", None, keys)?;
         stage.name = name.unwrap_or_default();
-        Run { stage, record, looks: None }.go(slf, quiet)
+        StageCall { stage, record, looks: None }.go(slf, quiet)
     }
 
     /// Moves in time, under the supports and loads in force.
@@ -184,11 +184,11 @@ impl Simulation {
             slf.get().warn_of_waiting(slf.py())?;
         }
         stage.name = name.unwrap_or_default();
-        Run { stage, record, looks }.go(slf, quiet)
+        StageCall { stage, record, looks }.go(slf, quiet)
     }
 }
 
-impl Simulation {
+impl PySimulation {
     /// Says once of each stage of the model that supports or loads wait for it.
     fn warn_of_waiting(&self, py: Python<'_>) -> PyResult<()> {
         let mut inner = self.idle(py)?;
@@ -232,7 +232,7 @@ pub(crate) fn waiting(session: &Session) -> Vec<String> {
     later(session, &from.flatten().collect::<Vec<_>>())
 }
 
-/// Those of some names that stages to come have.
+/// Names, of those given, of stages that are still to come.
 pub(crate) fn later(session: &Session, names: &[&String]) -> Vec<String> {
     let stages = &session.site().deck().stage;
     let stages = stages.iter().skip(session.simulation().stage() + 1).map(|stage| &stage.name);
@@ -261,15 +261,15 @@ fn known(
 }
 
 /// A stage, and what becomes of it.
-struct Run<'py> {
+struct StageCall<'py> {
     stage: Stage,
     record: Option<PathBuf>,
     looks: Option<Looks<'py>>,
 }
 
-impl<'py> Run<'py> {
+impl<'py> StageCall<'py> {
     /// Moves the simulation; gives the steps taken.
-    fn go(&self, simulation: &Bound<'py, Simulation>, quiet: bool) -> PyResult<u64> {
+    fn go(&self, simulation: &Bound<'py, PySimulation>, quiet: bool) -> PyResult<u64> {
         let py = simulation.py();
         if self.record.as_ref().is_some_and(|folder| folder.as_os_str().is_empty()) {
             return Err(PyValueError::new_err("record: the path of a folder is empty"));
@@ -302,7 +302,7 @@ impl<'py> Run<'py> {
     /// From look to look: to the end, or to where `until` ends it.
     fn move_on(
         &self,
-        simulation: &Bound<'py, Simulation>,
+        simulation: &Bound<'py, PySimulation>,
         begun: &mut Option<Begun>,
         bar: Option<&Py<PyAny>>,
     ) -> PyResult<Went> {
@@ -329,7 +329,7 @@ impl<'py> Run<'py> {
 
     fn end(
         &self,
-        simulation: &Bound<'py, Simulation>,
+        simulation: &Bound<'py, PySimulation>,
         begun: Option<Begun>,
         went: &PyResult<Went>,
         bar: Option<&Py<PyAny>>,
@@ -345,14 +345,15 @@ impl<'py> Run<'py> {
 /// Part of a run, away from the interpreter.
 fn part<T: Send>(
     py: Python<'_>,
-    simulation: &Simulation,
+    simulation: &PySimulation,
     bar: Option<&Py<PyAny>>,
-    work: impl FnOnce(&mut Session, &mut Observer<'_>) -> Result<T, RunFailure> + Send,
+    work: impl FnOnce(&mut Session, &mut PyObserver<'_>) -> Result<T, RunFailure> + Send,
 ) -> PyResult<T> {
     let mut inner = simulation.again(py);
     let Inner { session, samples, .. } = &mut **inner;
-    let (done, stopped) =
-        parted(py, &simulation.pool, bar, |watch| work(session, &mut Observer { watch, samples }))?;
+    let (done, stopped) = parted(py, &simulation.pool, bar, |watch| {
+        work(session, &mut PyObserver { watch, samples })
+    })?;
     drop(inner);
     outcome(done, stopped, |failure| {
         simulation.called.take_raised().unwrap_or_else(|| match failure {

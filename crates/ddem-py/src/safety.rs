@@ -1,6 +1,6 @@
 //! Factors of safety.
 
-use ddem_core::{ModelError, Safety, Trial};
+use ddem_core::{ModelError, Safety, SafetyTrial};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -8,13 +8,13 @@ use crate::away::{away, outcome};
 use crate::drive::read_stage;
 use crate::errors;
 use crate::run::{later, waiting};
-use crate::simulation::Simulation;
+use crate::simulation::PySimulation;
 
 /// Factor, bracket, trials, and set and number of the blocks that move in the failing one.
 type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(String, usize)>);
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// Names of later stages with which the model changes.
     fn _waiting(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let inner = self.idle(py)?;
@@ -56,7 +56,7 @@ impl Simulation {
         let Safety { factor, bracket, trials, failing } =
             outcome(found, stopped, |error| errors::run_error(py, &error, ""))?;
         let trials = trials.into_iter().map(|trial| {
-            let Trial { factor, verdict, steps } = trial;
+            let SafetyTrial { factor, verdict, steps } = trial;
             (factor, verdict.to_string(), steps)
         });
         let moving = failing.map(|failing| failing.moving_blocks()).unwrap_or_default();

@@ -6,11 +6,11 @@
 pub(crate) struct Samples {
     /// Step and time of each row `[s]`.
     rows: Vec<(u64, f64)>,
-    columns: Vec<Column>,
+    columns: Vec<SampleColumn>,
 }
 
 #[derive(Default)]
-struct Column {
+struct SampleColumn {
     /// Row of each number.
     rows: Vec<u32>,
     numbers: Vec<f64>,
@@ -22,7 +22,7 @@ impl Samples {
         // No memory has so many rows.
         let Ok(row) = u32::try_from(self.rows.len()) else { return };
         if values.len() > self.columns.len() {
-            self.columns.resize_with(values.len(), Column::default);
+            self.columns.resize_with(values.len(), SampleColumn::default);
         }
         for (column, value) in self.columns.iter_mut().zip(values) {
             if let Some(value) = value {

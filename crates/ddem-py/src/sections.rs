@@ -3,10 +3,10 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::model::Model;
+use crate::model::PyModel;
 
 #[pymethods]
-impl Model {
+impl PyModel {
     /// Adds a lattice of blocks divided by joint planes.
     ///
     /// Parameters

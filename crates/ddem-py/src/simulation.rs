@@ -23,8 +23,8 @@ use crate::samples::Samples;
 /// Made by :meth:`Model.build`, :func:`load` and :func:`run_deck`. Arrays are copies, as the state
 /// is now; changing them changes nothing. While a call runs other Python threads go on, but using
 /// the simulation from one of them raises :class:`Busy`.
-#[pyclass(frozen, module = "ddem")]
-pub(crate) struct Simulation {
+#[pyclass(name = "Simulation", frozen, module = "ddem")]
+pub(crate) struct PySimulation {
     /// In memory of its own: that of Python's objects is not aligned for vectors.
     inner: Mutex<Box<Inner>>,
     pub(crate) pool: Pool,
@@ -32,9 +32,9 @@ pub(crate) struct Simulation {
 }
 
 // Python's memory is aligned to 16 bytes.
-const _: () = assert!(align_of::<Simulation>() <= 16);
+const _: () = assert!(align_of::<PySimulation>() <= 16);
 
-/// What is moved.
+/// Simulation and its lock-free data.
 pub(crate) struct Inner {
     pub(crate) session: Session,
     pub(crate) samples: Samples,
@@ -45,7 +45,7 @@ pub(crate) struct Inner {
 }
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// Plain steps of time, for coupling and control loops. Their damping and length are those of
     /// :meth:`start`, or of the last :meth:`run`; without either they are undamped, of 0.9 of the
     /// critical step, and after :meth:`relax` their length is chosen anew. Probes record nothing.
@@ -225,7 +225,7 @@ impl Simulation {
     }
 }
 
-impl Simulation {
+impl PySimulation {
     pub(crate) fn new(session: Session, samples: Samples, pool: Pool, called: Called) -> Self {
         let inner = Inner { session, samples, running: false, awaited: BTreeSet::new() };
         Self { inner: Mutex::new(Box::new(inner)), pool, called }
@@ -257,7 +257,7 @@ impl Simulation {
         Ok(inner)
     }
 
-    /// What a short call on the simulation gave.
+    /// Result of a short call on the simulation.
     pub(crate) fn moved(
         &self,
         py: Python<'_>,

@@ -1,4 +1,4 @@
-//! What Python writes, as a deck has it.
+//! Conversion of Python values to those of a deck.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use toml::{Table, Value};
 
 use crate::errors::{arguments, is_interruption, model_error, refuse};
 use crate::functions::Timed;
-use crate::matter::{Joint, Material};
+use crate::matter::{PyJoint, PyMaterial};
 
 /// Most entries of one argument: more is a mistake, or a sequence without end.
 const MOST: usize = 5_000_000;
@@ -26,8 +26,8 @@ pub(crate) type Name<'a> = dyn FnMut(&Matter<'_>) -> PyResult<String> + 'a;
 
 /// A material or a joint as an object.
 pub(crate) enum Matter<'a> {
-    Material(&'a Bound<'a, Material>),
-    Joint(&'a Bound<'a, Joint>),
+    Material(&'a Bound<'a, PyMaterial>),
+    Joint(&'a Bound<'a, PyJoint>),
 }
 
 /// A value of a deck.
@@ -83,13 +83,13 @@ fn at_depth(
 fn scalar(any: &Bound<'_, PyAny>, place: &str, name: &mut Name<'_>) -> PyResult<Option<Value>> {
     let refused = |message: String| Err(model_error(any.py(), place, &message, None));
     let key = place.split(['.', '[']).next();
-    if let Ok(material) = any.cast::<Material>() {
+    if let Ok(material) = any.cast::<PyMaterial>() {
         if key == Some("joint") {
             return refused("a material is no joint".to_owned());
         }
         return name(&Matter::Material(material)).map(|name| Some(Value::String(name)));
     }
-    if let Ok(joint) = any.cast::<Joint>() {
+    if let Ok(joint) = any.cast::<PyJoint>() {
         if key == Some("material") {
             return refused("a joint is no material".to_owned());
         }
@@ -160,7 +160,7 @@ fn of_sequence(
     Ok(Value::Array(array))
 }
 
-/// What a method gives, for an object that has it and a value that it can give.
+/// Result of a conversion method, for an object that has it.
 fn plain<'py>(
     any: &Bound<'py, PyAny>,
     method: &str,
@@ -267,7 +267,7 @@ fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> 
     if faults.is_empty() { error } else { arguments(py, ModelError { faults }, &place) }
 }
 
-/// What may be written shorter than in a deck: the ratio of damping of a stage, the rows of a table.
+/// Expands a shorthand: the ratio of damping of a stage, the rows of a table.
 fn shorthand((section, key): (&str, &str), value: Value) -> Value {
     let only = |key: &str, value| Value::Table(Table::from_iter([(key.to_owned(), value)]));
     match (section, key, value) {
@@ -304,7 +304,7 @@ fn read(py: Python<'_>, section: &str, value: Value, place: &str) -> PyResult<De
         .map_err(|error| arguments(py, error, place))
 }
 
-/// Where no material or joint can be.
+/// Error where no material or joint is allowed.
 pub(crate) fn no_matter(matter: &Matter<'_>) -> PyResult<String> {
     let py = match matter {
         Matter::Material(material) => material.py(),

@@ -1,8 +1,8 @@
-//! What is seen of a simulation, as attributes and methods in Python.
+//! Attributes and methods that read a simulation.
 
 use std::ops::Range;
 
-use ddem_core::{Energy, ModelError, On};
+use ddem_core::{Energy, FieldLocation, ModelError};
 use ddem_deck::Where;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -10,7 +10,7 @@ use toml::{Table, Value};
 
 use crate::away::{away, outcome};
 use crate::errors::model_error;
-use crate::simulation::{Inner, Simulation};
+use crate::simulation::{Inner, PySimulation};
 use crate::values::{alone, no_matter, table, to_python};
 use crate::{arrays, errors, look};
 
@@ -18,7 +18,7 @@ use crate::{arrays, errors, look};
 const PIECE: usize = 65_536;
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// A field by its name: "displacement", "velocity", "stress", "traction" and all others of the
     /// result files, or "force".
     ///
@@ -52,7 +52,7 @@ impl Simulation {
         let field = look::field(py, name, &known)?;
         let n_nodes = self.n_nodes(py)?;
         let nodes = nodes.map(|nodes| arrays::nodes(nodes, "nodes", n_nodes)).transpose()?;
-        if nodes.is_some() && field.on != On::Node {
+        if nodes.is_some() && field.on != FieldLocation::Node {
             let message = format!("`{name}` is not a field at nodes");
             return Err(model_error(py, "nodes", &message, None));
         }
@@ -124,8 +124,8 @@ impl Simulation {
         })
     }
 
-    /// What accelerates each node [N], shape (n_nodes, 3): loads and support forces less the
-    /// internal ones; zero in equilibrium.
+    /// Unbalanced force on each node [N], shape (n_nodes, 3): loads and support forces less the internal
+    /// ones; zero in equilibrium.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "force", None, None)
@@ -268,8 +268,8 @@ impl Simulation {
         arrays::components(py, sum.to_vec(), 1)
     }
 
-    /// What the probes have recorded so far: for each a structured array with `time` [s], `step` and
-    /// the components: `x`, `y`, `z`; `xx`, `yy`, `zz`, `xy`, `yz`, `zx`; of a single number the name of the quantity.
+    /// Records of the probes so far: for each a structured array with `time` [s], `step` and the components:
+    /// `x`, `y`, `z`; `xx`, `yy`, `zz`, `xy`, `yz`, `zx`; of a single number the name of the quantity.
     #[getter]
     fn probes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock(py)?;
@@ -355,7 +355,7 @@ impl Simulation {
         Ok(named)
     }
 
-    /// What was run and how it went so far: the contents of `summary.json`.
+    /// Summary of the run so far: the contents of `summary.json`.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let summary = self.looked(py, |inner| inner.session.summary())?;
@@ -363,8 +363,8 @@ impl Simulation {
     }
 }
 
-impl Simulation {
-    /// What is seen of the simulation.
+impl PySimulation {
+    /// Reads from the simulation.
     pub(crate) fn looked<T: Send>(
         &self,
         py: Python<'_>,

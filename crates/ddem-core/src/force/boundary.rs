@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::boundary::{Dashpot, Push};
+use crate::model::boundary::{BoundaryForce, Dashpot};
 use crate::state::motion::{Coefficients, Motion};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::leapfrog::local_damping;
@@ -11,7 +11,7 @@ use ddem_mechanics::math::leapfrog::local_damping;
 #[derive(Clone, Copy)]
 pub(crate) struct Dashpots<'a> {
     pub(crate) list: &'a [Dashpot],
-    pub(crate) pushes: &'a [Push],
+    pub(crate) boundary_forces: &'a [BoundaryForce],
     /// Velocity of each fix `[m/s]`.
     pub(crate) velocities: &'a [[f64; 3]],
     /// First place of the pack in a nodal field.
@@ -19,9 +19,9 @@ pub(crate) struct Dashpots<'a> {
 }
 
 impl Dashpots<'_> {
-    /// `q += pushes`.
+    /// `q += boundary_forces`.
     pub(crate) fn push(&self, q: &mut [Lanes]) {
-        for (dashpot, push) in self.list.iter().zip(self.pushes) {
+        for (dashpot, push) in self.list.iter().zip(self.boundary_forces) {
             let at = dashpot.at as usize - self.first;
             for c in 0..3 {
                 q[at + c].0[dashpot.lane as usize] += push.force[c] + push.wave[c];
@@ -39,10 +39,10 @@ impl Dashpots<'_> {
         f: &mut [Lanes],
         drags: &mut [[f64; 3]],
     ) {
-        for ((dashpot, push), drag) in self.list.iter().zip(self.pushes).zip(drags) {
+        for ((dashpot, push), drag) in self.list.iter().zip(self.boundary_forces).zip(drags) {
             let (at, lane) = (dashpot.at as usize - self.first, usize::from(dashpot.lane));
             let three = |field: &[Lanes]| Vector3::from([0, 1, 2].map(|c| field[at + c].0[lane]));
-            let node = Node {
+            let node = DashpotNode {
                 dashpot,
                 wave: push.wave,
                 numbers: [0, 1, 2].map(|c| coefficients.at(at + c, lane)),
@@ -67,7 +67,7 @@ impl Dashpots<'_> {
 }
 
 /// A node with dashpots: its velocity, the force on it without theirs, and its numbers of (M2).
-struct Node<'a> {
+struct DashpotNode<'a> {
     dashpot: &'a Dashpot,
     wave: Vector3<f64>,
     numbers: [[f64; 3]; 3],
@@ -75,7 +75,7 @@ struct Node<'a> {
     force: Vector3<f64>,
 }
 
-impl Node<'_> {
+impl DashpotNode<'_> {
     fn drag(&self, motion: &Motion, velocities: &[[f64; 3]]) -> Vector3<f64> {
         let Self { dashpot, now, force, numbers, .. } = self;
         if motion.fictitious {

@@ -14,7 +14,7 @@ use ddem_mesh::pack::Packs;
 
 /// Four bodies that slide.
 #[derive(Clone, Copy)]
-pub(crate) struct Sliding<'a> {
+pub(crate) struct SlidingPack<'a> {
     pub(crate) packs: &'a Packs,
     pub(crate) assembly: &'a Assembly,
     /// Number of their pack.
@@ -31,7 +31,7 @@ pub(crate) struct Sliding<'a> {
 #[simd]
 pub(crate) fn damp<S: Simd>(
     simd: S,
-    Sliding { packs, assembly, index, frame, alpha }: Sliding<'_>,
+    SlidingPack { packs, assembly, index, frame, alpha }: SlidingPack<'_>,
     u: &[Lanes],
     v: &[Lanes],
     f: &mut [Lanes],

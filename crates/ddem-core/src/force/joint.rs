@@ -13,8 +13,8 @@ use fearless_simd_macros::simd;
 use nalgebra::Matrix3;
 
 use crate::state::pass::{Input, Output, Workspace, half_work};
-use ddem_joint::breaks::{Broken, Ground, Pull, Sides};
-use ddem_joint::kinematics::{Moved, joint_displacements, rotations, to_quarters};
+use ddem_joint::broken::{BrokenLattice, GroundFrame, SideDisplacements, SpringForces};
+use ddem_joint::kinematics::{NodePositions, joint_displacements, rotations, to_quarters};
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::{Frame, split_torque};
 use ddem_mechanics::element::lattice::{force, force_left};
@@ -24,8 +24,8 @@ use ddem_mechanics::math::lanes::{
     times, transposed_product, transposed_times, zero,
 };
 use ddem_mesh::NO_JOINT;
+use ddem_mesh::joint_sections::{FaceLattice, JointSection};
 use ddem_mesh::pack::JointLattice;
-use ddem_mesh::seams::{FaceLattice, Seam};
 
 /// Forces of one joint lattice of a pack: of its elements, and of the springs where it is broken.
 #[simd]
@@ -33,7 +33,7 @@ pub(crate) fn joint<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
-    broken: &mut Option<Broken>,
+    broken: &mut Option<BrokenLattice>,
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
@@ -48,18 +48,19 @@ pub(crate) fn joint<S: Simd>(
     }
     let mut pull = None;
     if let (Some(face), Some(broken)) = (face, broken) {
-        let way = fails.then_some(&work.way[..n]);
-        let bodies = rotations(simd, input.moved, at);
-        let grounds = match (&rotation, &bodies) {
-            (Some(mean), Some(bodies)) => grounds(simd, input, at, mean, bodies, broken),
+        let du = fails.then_some(&work.du[..n]);
+        let blocks = rotations(simd, input.moved, at);
+        let grounds = match (&rotation, &blocks) {
+            (Some(mean), Some(blocks)) => grounds(simd, input, at, mean, blocks, broken),
             _ => [None; LANES],
         };
-        let sides = Sides { local: &work.local[..n], way, grounds: &grounds };
-        let springs = broken.pull(face, input.look, sides, &mut work.g[..n], out.losses);
+        let sides = SideDisplacements { local: &work.local[..n], du, grounds: &grounds };
+        let springs =
+            broken.add_spring_forces(face, input.look, sides, &mut work.g[..n], out.losses);
         if let Some([_, joints]) = &mut out.energy {
             *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
         }
-        pull = Some((face.seam, springs, bodies));
+        pull = Some((face.section, springs, blocks));
     }
     give(simd, input, at, rotation, pull, out, work);
 }
@@ -70,7 +71,7 @@ fn elements<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
-    broken: Option<&Broken>,
+    broken: Option<&BrokenLattice>,
     work: &mut Workspace,
 ) {
     let JointLattice { pack: index, offset } = at;
@@ -88,8 +89,8 @@ fn elements<S: Simd>(
         }
         _ => g.fill(Lanes::ZERO),
     }
-    if let Some(borne) = input.borne(at) {
-        borne.add(simd, broken.map(|broken| &broken.alive[..]), g);
+    if let Some(initial_stress) = input.initial_stress(at) {
+        initial_stress.add(simd, broken.map(|broken| &broken.alive[..]), g);
     }
 }
 
@@ -100,11 +101,13 @@ fn in_place<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
-    broken: Option<&Broken>,
+    broken: Option<&BrokenLattice>,
     local: &[Lanes],
 ) -> f64x4<S> {
     let alive = broken.map(|broken| &broken.alive[..]);
-    input.borne(at).map_or(splat(simd, 0.0), |borne| borne.energy(simd, alive, local))
+    input
+        .initial_stress(at)
+        .map_or(splat(simd, 0.0), |initial_stress| initial_stress.energy(simd, alive, local))
 }
 
 /// Lets pairs of a face joint fail, and hands the forces of elements that go over to springs.
@@ -115,7 +118,7 @@ fn fail<S: Simd>(
     input: Input<'_>,
     at: JointLattice,
     rotation: Option<&Matrix<S>>,
-    broken: &mut Option<Broken>,
+    broken: &mut Option<BrokenLattice>,
     losses: &mut Losses,
     work: &mut Workspace,
 ) -> bool {
@@ -127,7 +130,7 @@ fn fail<S: Simd>(
     let was_broken = broken.is_some();
     let lattice = broken.get_or_insert_with(|| {
         let tables = input.assembly.pack_tables[at.pack];
-        Broken::intact(packs, &packs.packs[at.pack], tables, at.offset)
+        BrokenLattice::intact(packs, &packs.packs[at.pack], tables, at.offset)
     });
     let n = 3 * at.nodes(packs);
     let before = in_place(simd, input, at, Some(lattice), &work.local[..n]);
@@ -135,9 +138,9 @@ fn fail<S: Simd>(
     if fails {
         work.before[..n].copy_from_slice(&work.g[..n]);
         elements(simd, input, at, Some(lattice), work);
-        last_way(simd, input, at, rotation, &mut work.way[..n]);
+        last_du(simd, input, at, rotation, &mut work.du[..n]);
         let forces = [&work.before[..n], &work.g[..n]];
-        lattice.take_over(face, &work.local[..n], &work.way[..n], forces, losses);
+        lattice.transfer_to_springs(face, &work.local[..n], &work.du[..n], forces, losses);
         let after = in_place(simd, input, at, Some(lattice), &work.local[..n]);
         losses.fracture += Lanes::from(before - after).sum();
     } else if !was_broken {
@@ -148,50 +151,50 @@ fn fail<S: Simd>(
 
 /// The way that the nodes of a joint lattice went in the last step, in the joint's frame.
 #[simd]
-fn last_way<S: Simd>(
+fn last_du<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
     rotation: Option<&Matrix<S>>,
-    way: &mut [Lanes],
+    du: &mut [Lanes],
 ) {
-    let Some((v, time_step)) = input.last else { return way.fill(Lanes::ZERO) };
-    let moved = Moved { u: v, frames: None, ..input.moved };
-    joint_displacements(simd, moved, at, input.edges(at), way);
+    let Some((v, time_step)) = input.last else { return du.fill(Lanes::ZERO) };
+    let moved = NodePositions { u: v, frames: None, ..input.moved };
+    joint_displacements(simd, moved, at, input.edges(at), du);
     if input.moved.packs.packs[at.pack].rigid {
-        to_quarters(simd, input.face(at).map(|face| face.places), way);
+        to_quarters(simd, input.face(at).map(|face| face.node_pairs), du);
     }
-    for node in 0..way.len() / 3 {
-        let v = scale(load_at(simd, way, 3 * node), splat(simd, time_step));
-        store_at(way, 3 * node, rotation.map_or(v, |r| transposed_times(r, v)));
+    for node in 0..du.len() / 3 {
+        let v = scale(load_at(simd, du, 3 * node), splat(simd, time_step));
+        store_at(du, 3 * node, rotation.map_or(v, |r| transposed_times(r, v)));
     }
 }
 
-/// Whether any pair of an unbroken face joint fails: all its pairs at a glance.
+/// True if any pair of an unbroken face joint fails; all its pairs are checked at once.
 #[inline(always)]
 fn any_fails<S: Simd>(
     simd: S,
     input: Input<'_>,
-    FaceLattice { places, seam }: FaceLattice<'_>,
+    FaceLattice { node_pairs, section }: FaceLattice<'_>,
     work: &mut Workspace,
 ) -> bool {
-    let law = |lane: usize| input.look.law(seam.laws[lane]);
+    let law = |lane: usize| input.look.law(section.laws[lane]);
     if (0..LANES).all(|lane| law(lane).is_none()) {
         return false;
     }
     let Workspace { g, tractions: [normals, shears], .. } = work;
-    let n = LANES * places.len();
+    let n = LANES * node_pairs.len();
     normals.resize(n.max(normals.len()), 0.0);
     shears.resize(n.max(shears.len()), 0.0);
-    let direction = [0, 1, 2].map(|c| splat(simd, seam.axes[(c, 0)]));
+    let direction = [0, 1, 2].map(|c| splat(simd, section.axes[(c, 0)]));
     let half = splat(simd, 0.5 / input.look.failing.unwrap_or(1.0));
-    let per_quarter = seam.per_quarter.load(simd) * half;
+    let per_quarter = section.per_quarter.load(simd) * half;
     let targets =
         normals.as_chunks_mut::<LANES>().0.iter_mut().zip(shears.as_chunks_mut::<LANES>().0);
-    for (place, (normal, shear)) in places.iter().zip(targets) {
-        let [a, b] = place.sides;
+    for (node_pair, (normal, shear)) in node_pairs.iter().zip(targets) {
+        let [a, b] = node_pair.sides;
         let difference = sub(load_at(simd, g, 3 * b), load_at(simd, g, 3 * a));
-        let traction = scale(difference, per_quarter * place.share());
+        let traction = scale(difference, per_quarter * node_pair.share());
         let along = dot(traction, direction);
         let across = sub(traction, scale(direction, along));
         *normal = Lanes::from(along).0;
@@ -199,8 +202,8 @@ fn any_fails<S: Simd>(
     }
     let (normals, shears) = (&normals[..n], &shears[..n]);
     // Lanes mostly have one joint: then one law looks at all of them.
-    let first = seam.laws.iter().position(|&law| law != NO_JOINT).unwrap_or(0);
-    if seam.laws.iter().all(|law| [seam.laws[first], NO_JOINT].contains(law)) {
+    let first = section.laws.iter().position(|&law| law != NO_JOINT).unwrap_or(0);
+    if section.laws.iter().all(|law| [section.laws[first], NO_JOINT].contains(law)) {
         return law(first).is_some_and(|law| law.any_failure(normals, shears));
     }
     let fails =
@@ -217,30 +220,31 @@ fn grounds<S: Simd>(
     input: Input<'_>,
     at: JointLattice,
     mean: &Matrix<S>,
-    bodies: &[Matrix<S>; 2],
-    broken: &Broken,
-) -> [Option<Ground>; LANES] {
-    let Some(FaceLattice { seam, .. }) = input.face(at) else { return [None; LANES] };
+    blocks: &[Matrix<S>; 2],
+    broken: &BrokenLattice,
+) -> [Option<GroundFrame>; LANES] {
+    let Some(FaceLattice { section, .. }) = input.face(at) else { return [None; LANES] };
     let pack = &input.moved.packs.packs[at.pack];
     let part = input.own_part(pack.upper[at.offset], at.pack);
-    let stands =
-        |lane: usize| part.0[lane] != 0.5 && broken.rubs(input.look, seam, lane, pack.rigid);
+    let stands = |lane: usize| {
+        part.0[lane] != 0.5 && broken.slides_in_place(input.look, section, lane, pack.rigid)
+    };
     let stands: [bool; LANES] = std::array::from_fn(stands);
     if !input.look.turning || stands == [false; LANES] {
         return [None; LANES];
     }
     let own = part.load(simd).simd_gt(splat(simd, 0.5));
-    let [a, b] = bodies;
-    let body = [0, 1, 2].map(|i| [0, 1, 2].map(|j| own.select(a[i][j], b[i][j])));
-    let rows = transposed_product(mean, &body).map(|row| row.map(Lanes::from));
+    let [a, b] = blocks;
+    let block = [0, 1, 2].map(|i| [0, 1, 2].map(|j| own.select(a[i][j], b[i][j])));
+    let rows = transposed_product(mean, &block).map(|row| row.map(Lanes::from));
     std::array::from_fn(|lane| {
         let turned = || Matrix3::from_fn(|i, j| rows[i][j].0[lane]);
-        stands[lane].then(|| Ground::new(&turned(), seam, lane))
+        stands[lane].then(|| GroundFrame::new(&turned(), section, lane))
     })
 }
 
 /// Seam of a broken joint, forces of its springs, and rotations of its two bodies.
-type Pulled<'a, S> = (&'a Seam, Pull, Option<[Matrix<S>; 2]>);
+type Pulled<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<S>; 2]>);
 
 /// Gives the forces of a joint lattice to its nodes and its torque to its bodies.
 #[inline(always)]
@@ -264,7 +268,7 @@ fn give<S: Simd>(
         }
     }
     if pack.rigid {
-        to_quarters(simd, input.face(at).map(|face| face.places), &mut work.g);
+        to_quarters(simd, input.face(at).map(|face| face.node_pairs), &mut work.g);
     }
     for (i, node) in shape.joints[offset].iter().enumerate() {
         let mut gi = load_at(simd, &work.g, 3 * i);
@@ -274,7 +278,7 @@ fn give<S: Simd>(
         let (target, at) = if node.offset == 0 {
             (&mut *out.f, 3 * node.local)
         } else {
-            (&mut *out.shares, 3 * node.share)
+            (&mut *out.neighbour_forces, 3 * node.share)
         };
         let sum = sub(load_at(simd, target, at), gi);
         store_at(target, at, sum);
@@ -291,8 +295,8 @@ fn give<S: Simd>(
     *out.torque = [Lanes::from(own[0]), Lanes::from(own[1]), Lanes::from(own[2])];
     for part in (1..8).filter(|part| part & !offset == 0) {
         let at = 3 * shape.torque(part);
-        let sum = add(load_at(simd, out.shares, at), others);
-        store_at(out.shares, at, sum);
+        let sum = add(load_at(simd, out.neighbour_forces, at), others);
+        store_at(out.neighbour_forces, at, sum);
     }
 }
 
@@ -304,13 +308,13 @@ fn part_torque<S: Simd>(
     at: JointLattice,
     rotation: &Matrix<S>,
     torque: Vector<S>,
-    (seam, pull, bodies): Pulled<'_, S>,
+    (section, pull, blocks): Pulled<'_, S>,
 ) -> [Vector<S>; 2] {
     let (mut own, mut others) = (zero(simd), zero(simd));
-    let torque = add(torque, cross(load(simd, seam.gap()), load(simd, &pull.force)));
+    let torque = add(torque, cross(load(simd, section.gap()), load(simd, &pull.force)));
     let whole = times(rotation, torque);
-    if let Some(bodies) = bodies.filter(|_| pull.grounded.0 != [1.0; LANES]) {
-        [own, others] = split_torque(simd, bodies, rotation, whole);
+    if let Some(blocks) = blocks.filter(|_| pull.grounded.0 != [1.0; LANES]) {
+        [own, others] = split_torque(simd, blocks, rotation, whole);
     }
     // The couple of slip goes to the body that is held, if one is; the whole torque if the springs turn with it.
     let couple = times(rotation, load(simd, &pull.couple));
@@ -331,7 +335,7 @@ fn alone<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
-    broken: Option<&Broken>,
+    broken: Option<&BrokenLattice>,
     work: &mut Workspace,
 ) -> Option<Matrix<S>> {
     let n = 3 * at.nodes(input.moved.packs);
@@ -339,7 +343,7 @@ fn alone<S: Simd>(
     let edges = input.edges(at);
     let rotation = joint_displacements(simd, input.moved, at, edges, &mut work.local[..n]);
     if input.moved.packs.packs[at.pack].rigid {
-        to_quarters(simd, input.face(at).map(|face| face.places), &mut work.local[..n]);
+        to_quarters(simd, input.face(at).map(|face| face.node_pairs), &mut work.local[..n]);
     }
     elements(simd, input, at, broken, work);
     rotation
@@ -352,7 +356,7 @@ pub(crate) fn face_forces<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
-    broken: Option<&Broken>,
+    broken: Option<&BrokenLattice>,
     forces: &mut Vec<Lanes>,
     rotation: &mut [[Lanes; 3]; 3],
     work: &mut Workspace,
@@ -377,7 +381,7 @@ pub(crate) fn cell_energy<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
-    broken: Option<&Broken>,
+    broken: Option<&BrokenLattice>,
     work: &mut Workspace,
 ) -> f64 {
     let n = 3 * at.nodes(input.moved.packs);

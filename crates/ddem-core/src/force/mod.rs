@@ -1,11 +1,11 @@
-//! Who pushes on the nodes: loops, one file each. None calls another; [`step`](crate::step) does.
+//! Forces on the nodes: loops, one file each. None calls another; [`step`](crate::step) calls them all.
 
-pub(crate) mod body;
+pub(crate) mod block;
 pub(crate) mod boundary;
 pub(crate) mod contact;
 pub(crate) mod damping;
 pub(crate) mod external;
 pub(crate) mod joint;
+pub(crate) mod neighbour_forces;
 pub(crate) mod rigid;
-pub(crate) mod shares;
 pub(crate) mod support;

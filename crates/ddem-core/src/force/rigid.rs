@@ -1,22 +1,24 @@
 //! §8: from forces on the corners of rigid bodies to their six degrees of freedom, and back.
 
-use crate::model::conditions::Support;
+use crate::model::conditions::SupportedAxis;
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mechanics::rigid::{Gait, Hold, Matter, Pose, Wrench};
+use ddem_mechanics::rigid::{
+    MassProperties, Pose, RigidCoefficients, RigidConstraint, SpatialVector,
+};
 use ddem_mesh::Vec3;
 
 /// One body of a pack: its matter, its pose, its lane.
 #[derive(Clone, Copy)]
-pub(crate) struct Member<'a> {
-    pub(crate) matter: &'a Matter,
+pub(crate) struct RigidBlock<'a> {
+    pub(crate) mass_properties: &'a MassProperties,
     pub(crate) pose: &'a Pose,
     pub(crate) lane: usize,
 }
 
-impl Member<'_> {
-    /// What the forces on its corners amount to.
-    pub(crate) fn resultant(&self, f: &[Lanes]) -> Wrench {
-        let mut sum = Wrench::default();
+impl RigidBlock<'_> {
+    /// Resultant of the corner forces.
+    pub(crate) fn resultant(&self, f: &[Lanes]) -> SpatialVector {
+        let mut sum = SpatialVector::default();
         for corner in 0..8 {
             let force = at(f, corner, self.lane);
             sum.linear += force;
@@ -27,18 +29,19 @@ impl Member<'_> {
 
     /// From the centroid to a corner `[m]`.
     fn arm(&self, corner: usize) -> Vec3 {
-        self.pose.turn * self.matter.arm(corner)
+        self.pose.turn * self.mass_properties.arm(corner)
     }
 
     /// Sets the forces on the corners to those that are equivalent to a wrench.
-    pub(crate) fn set_forces(&self, wrench: Wrench, f: &mut [Lanes]) {
-        self.set_twist(self.matter.equivalent(&self.pose.turn, wrench), f);
+    pub(crate) fn set_forces(&self, wrench: SpatialVector, f: &mut [Lanes]) {
+        self.set_twist(self.mass_properties.corner_forces(&self.pose.turn, wrench), f);
     }
 
     /// Adds forces on the corners that are equivalent to a torque.
     pub(crate) fn add_torque(&self, torque: &[Lanes; 3], f: &mut [Lanes]) {
-        let wrench = Wrench { angular: at(torque, 0, self.lane), ..Wrench::default() };
-        let turn = self.matter.equivalent(&self.pose.turn, wrench).angular;
+        let wrench =
+            SpatialVector { angular: at(torque, 0, self.lane), ..SpatialVector::default() };
+        let turn = self.mass_properties.corner_forces(&self.pose.turn, wrench).angular;
         for corner in 0..8 {
             let force = turn.cross(&self.arm(corner));
             (0..3).for_each(|c| f[3 * corner + c].0[self.lane] += force[c]);
@@ -46,51 +49,56 @@ impl Member<'_> {
     }
 
     /// Sets a field at the corners to that of a rigid motion, `v + ω × r`.
-    pub(crate) fn set_twist(&self, twist: Wrench, field: &mut [Lanes]) {
+    pub(crate) fn set_twist(&self, twist: SpatialVector, field: &mut [Lanes]) {
         for corner in 0..8 {
             let value = twist.linear + twist.angular.cross(&self.arm(corner));
             (0..3).for_each(|c| field[3 * corner + c].0[self.lane] = value[c]);
         }
     }
 
-    /// What the supports at its corners hold.
-    pub(crate) fn hold(
+    /// Constraint by the supports at its corners.
+    pub(crate) fn constraint(
         &self,
-        supports: &[Support],
+        supports: &[SupportedAxis],
         velocities: &[[f64; 3]],
         first: usize,
-    ) -> Option<Hold> {
+    ) -> Option<RigidConstraint> {
         let own = supports.iter().filter(|support| usize::from(support.lane) == self.lane);
         let asked = own.map(|support| {
             let axis = usize::from(support.axis);
             (self.arm(corner(support, first)), axis, velocities[support.fix as usize][axis])
         });
-        Hold::new(self.matter.size(), asked)
+        RigidConstraint::new(self.mass_properties.size(), asked)
     }
 
     /// Velocities after a step under a wrench without supports; from rest in a relaxation, which has none.
-    pub(crate) fn free(&self, gait: &Gait, wrench: &Wrench, rests: bool) -> Wrench {
-        let Self { matter, pose, .. } = *self;
+    pub(crate) fn free(
+        &self,
+        coefficients: &RigidCoefficients,
+        wrench: &SpatialVector,
+        rests: bool,
+    ) -> SpatialVector {
+        let Self { mass_properties, pose, .. } = *self;
         let start = if rests { Pose { turn: pose.turn, ..Pose::default() } } else { *pose };
-        start.pushed(matter, gait, wrench).twist(matter)
+        start.accelerated(mass_properties, coefficients, wrench).twist(mass_properties)
     }
 
     /// Reactions of its supports to the velocities that it would have without them `[N]`; returns their wrench.
     pub(crate) fn react(
         &self,
-        hold: &Hold,
-        gait: &Gait,
-        free: Wrench,
-        supports: &[Support],
+        constraint: &RigidConstraint,
+        coefficients: &RigidCoefficients,
+        free: SpatialVector,
+        supports: &[SupportedAxis],
         first: usize,
         reactions: &mut [f64],
-    ) -> Wrench {
-        let Self { matter, pose, lane } = *self;
-        let answer = hold.answer(matter, gait, &pose.turn, free);
+    ) -> SpatialVector {
+        let Self { mass_properties, pose, lane } = *self;
+        let answer = constraint.reaction_wrench(mass_properties, coefficients, &pose.turn, free);
         for (support, reaction) in supports.iter().zip(reactions) {
             if usize::from(support.lane) == lane {
                 let arm = self.arm(corner(support, first));
-                *reaction = hold.reaction(answer, arm, usize::from(support.axis));
+                *reaction = constraint.reaction(answer, arm, usize::from(support.axis));
             }
         }
         answer
@@ -98,7 +106,7 @@ impl Member<'_> {
 }
 
 /// The corner that a support holds.
-fn corner(support: &Support, first: usize) -> usize {
+fn corner(support: &SupportedAxis, first: usize) -> usize {
     (support.at as usize - first) / 3
 }
 

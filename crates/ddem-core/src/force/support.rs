@@ -1,13 +1,13 @@
 //! Fixed and driven nodes: the force that makes a node move as prescribed.
 
-use crate::model::conditions::Support;
+use crate::model::conditions::SupportedAxis;
 use crate::state::motion::{Coefficients, Motion};
 use ddem_mechanics::math::lanes::Lanes;
 
 /// Supports of one pack.
 #[derive(Clone, Copy)]
 pub(crate) struct Supports<'a> {
-    pub(crate) list: &'a [Support],
+    pub(crate) list: &'a [SupportedAxis],
     /// Velocity of each fix `[m/s]`.
     pub(crate) velocities: &'a [[f64; 3]],
     /// First place of the pack in a nodal field.

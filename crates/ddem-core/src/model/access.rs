@@ -8,7 +8,7 @@ use crate::error::Fault;
 use crate::model::charge::ChargeSize;
 use crate::model::conditions::Conditions;
 use crate::model::problem::Problem;
-use ddem_joint::contact::{ContactDoubt, Surfaces};
+use ddem_joint::contact::{ContactModel, ContactWarning};
 use ddem_mesh::Geometry;
 
 impl Model {
@@ -44,10 +44,10 @@ impl Model {
 
     /// Stiffnesses of contacts far from those of the blocks.
     #[must_use]
-    pub fn contact_doubts(&self) -> Vec<ContactDoubt> {
+    pub fn contact_doubts(&self) -> Vec<ContactWarning> {
         let Self { geometry, packs, assembly, properties, .. } = self;
         let contact = self.contact.iter().filter(|contact| contact.search);
-        let doubts = |contact: &Surfaces| contact.doubts(properties, geometry, packs, assembly);
+        let doubts = |contact: &ContactModel| contact.doubts(properties, geometry, packs, assembly);
         contact.flat_map(doubts).collect()
     }
 

@@ -1,12 +1,12 @@
-//! What programs compute instead of the deck.
+//! Laws and histories that programs compute.
 
 use std::sync::Arc;
 
 use super::Model;
 use crate::error::Fault;
 use crate::model::history::{Function, no_velocity};
-use crate::model::sliding::Sliding;
-use ddem_joint::contact::{Skins, Surfaces};
+use crate::model::sliding::SlidingDamping;
+use ddem_joint::contact::{ContactModel, ContactSurfaces};
 use ddem_mechanics::law::{self, JointLaw};
 use ddem_mesh::properties::JointProperties;
 
@@ -26,7 +26,7 @@ impl Model {
             }
         }
         model.conditions.take_histories(&self.conditions);
-        model.borders.take_histories(&self.borders);
+        model.boundaries.take_histories(&self.boundaries);
         model.computed.clone_from(&self.computed);
         Ok(model)
     }
@@ -52,18 +52,21 @@ impl Model {
         self.computed.push(format!("joints.{joint}"));
         let Self { laws, contact, geometry, packs, assembly, properties, .. } = &*self;
         let ratio = properties.contact.damping_ratio();
-        self.sliding = Sliding::new(laws, contact.as_ref(), ratio, geometry, packs, assembly);
+        self.sliding =
+            SlidingDamping::new(laws, contact.as_ref(), ratio, geometry, packs, assembly);
         // Blocks whose joints can fail now may meet, unless the deck says that none do.
         if !self.properties.contact.given && self.can_fail() {
-            let new = || Surfaces::new(&self.properties, &self.laws, &self.geometry, &self.packs);
-            let mut surfaces = self.contact.take().unwrap_or_else(new);
-            surfaces.open &= !ddem_mesh::connected::is_connected(&self.geometry);
-            surfaces.search = true;
+            let new =
+                || ContactModel::new(&self.properties, &self.laws, &self.geometry, &self.packs);
+            let mut contact_model = self.contact.take().unwrap_or_else(new);
+            contact_model.open &= !ddem_mesh::connected::is_connected(&self.geometry);
+            contact_model.search = true;
             self.properties.contact.search = true;
-            self.contact = Some(surfaces);
+            self.contact = Some(contact_model);
         }
-        if let Some(surfaces) = &mut self.contact {
-            surfaces.skins = Skins::new(&self.properties, &self.laws, &self.geometry);
+        if let Some(contact_model) = &mut self.contact {
+            contact_model.surfaces =
+                ContactSurfaces::new(&self.properties, &self.laws, &self.geometry);
         }
         Ok(())
     }
@@ -122,7 +125,7 @@ impl Model {
         boundary: usize,
         function: Arc<Function>,
     ) -> Result<(), Fault> {
-        self.borders.set_history(boundary, function)?;
+        self.boundaries.set_history(boundary, function)?;
         self.computed.push(format!("boundary[{boundary}].history"));
         Ok(())
     }

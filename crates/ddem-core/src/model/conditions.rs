@@ -4,27 +4,27 @@ mod active;
 mod idle;
 mod release;
 
-pub(crate) use active::{Active, Applied, NodalLoad, Support, starts};
+pub(crate) use active::{ActiveConditions, AppliedForces, NodalLoad, SupportedAxis, starts};
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::error::{Fault, RunError};
-use crate::model::charge::Charge;
-use crate::model::history::{Course, Function};
-use crate::model::stage::Period;
+use crate::model::charge::GasCharge;
+use crate::model::history::{Function, TimeFunction};
+use crate::model::stage::StageRange;
 use ddem_mesh::Vec3;
 
-pub use release::Fading;
-pub(crate) use release::Released;
+pub(crate) use release::FadingForces;
+pub use release::ForceFading;
 
 /// A support.
 #[derive(Clone, Debug)]
-pub struct Fixed {
+pub struct SupportGroup {
     /// Numbers of the nodes.
     pub nodes: Vec<u32>,
-    /// Those that it would hold if their blocks had not been taken out before it came into force.
-    pub gone: Vec<u32>,
+    /// Nodes that it would hold if their blocks had not been removed before it came into force.
+    pub removed: Vec<u32>,
     /// Directions that it holds.
     pub axes: [bool; 3],
     /// Velocity of a driven support `[m/s]`.
@@ -32,46 +32,46 @@ pub struct Fixed {
     /// Displacement to which it is driven in relaxation `[m]`.
     pub displacement: [f64; 3],
     /// Factor in time.
-    pub history: Course,
+    pub history: TimeFunction,
     /// Stages in which it is in force.
-    pub period: Period,
+    pub in_force: StageRange,
 }
 
 /// A load: nodal forces `[N]` at factor 1.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub struct LoadPattern {
     /// Nodal forces at factor 1 `[N]`.
     pub forces: Vec<(u32, Vec3)>,
     /// Factor in time.
-    pub history: Course,
+    pub history: TimeFunction,
     /// Stages in which it is in force.
-    pub period: Period,
+    pub in_force: StageRange,
     /// Of forces of removed blocks that fade.
-    pub fading: Option<Fading>,
+    pub fading: Option<ForceFading>,
 }
 
 /// A charge, and when it goes off.
 #[derive(Clone, Debug)]
-pub struct Charged {
+pub struct TimedCharge {
     /// Surfaces that its gas pushes, and its pressure.
-    pub charge: Charge,
+    pub charge: GasCharge,
     /// Factor in time.
-    pub history: Course,
+    pub history: TimeFunction,
     /// Time at which it goes off, from the start of its period `[s]`.
     pub delay: f64,
     /// Stages in which it is in force.
-    pub period: Period,
+    pub in_force: StageRange,
 }
 
 /// All supports, loads and charges of a model.
 #[derive(Clone, Debug, Default)]
 pub struct Conditions {
     /// Supports.
-    pub fixed: Vec<Fixed>,
+    pub fixed: Vec<SupportGroup>,
     /// Loads, then those of the forces of removed blocks.
-    pub loaded: Vec<Loaded>,
+    pub loaded: Vec<LoadPattern>,
     /// Charges.
-    pub charged: Vec<Charged>,
+    pub charged: Vec<TimedCharge>,
 }
 
 impl Conditions {
@@ -86,7 +86,7 @@ impl Conditions {
         index: usize,
         function: Arc<Function>,
     ) -> Result<(), Fault> {
-        let course = match section {
+        let time_function = match section {
             "load" => {
                 let load = self.loaded.get_mut(index).filter(|load| load.fading.is_none());
                 load.map(|load| &mut load.history)
@@ -95,8 +95,9 @@ impl Conditions {
             _ => self.fixed.get_mut(index).map(|fix| &mut fix.history),
         };
         let place = format!("{section}[{index}].history");
-        let course = course.ok_or_else(|| Fault::new(place, "there is no such entry"))?;
-        *course = Course::Computed(function);
+        let time_function =
+            time_function.ok_or_else(|| Fault::new(place, "there is no such entry"))?;
+        *time_function = TimeFunction::Computed(function);
         Ok(())
     }
 
@@ -138,11 +139,11 @@ impl Conditions {
             });
         }
         for (index, charged) in self.charged.iter().enumerate() {
-            let Charged { history, delay, period, .. } = charged;
+            let TimedCharge { history, delay, in_force, .. } = charged;
             // Before it goes off there is nothing to be asked.
-            let burns = period.has(stage) && period.since(time, starts) >= *delay;
+            let burns = in_force.has(stage) && in_force.since(time, starts) >= *delay;
             factors.push(match burns {
-                true => period.factor(history, time - delay, starts).at("charge", index)?,
+                true => in_force.factor(history, time - delay, starts).at("charge", index)?,
                 false => 0.0,
             });
         }
@@ -158,27 +159,31 @@ impl Conditions {
 
     /// Way that each fix goes in a part of the displacement that it is driven to `[m]`: those that come into
     /// force in one of the stages from the first to the last.
-    pub(crate) fn ways(&self, stages: RangeInclusive<usize>, part: f64) -> Vec<[f64; 3]> {
-        let begins = |fix: &Fixed| stages.contains(&fix.period.from.unwrap_or(0));
-        let way = |fix: &Fixed| match begins(fix) {
+    pub(crate) fn support_increments(
+        &self,
+        stages: RangeInclusive<usize>,
+        part: f64,
+    ) -> Vec<[f64; 3]> {
+        let begins = |fix: &SupportGroup| stages.contains(&fix.in_force.from.unwrap_or(0));
+        let increment = |fix: &SupportGroup| match begins(fix) {
             true => fix.displacement.map(|u| u * part),
             false => [0.0; 3],
         };
-        self.fixed.iter().map(way).collect()
+        self.fixed.iter().map(increment).collect()
     }
 
     /// True where a charge has gone off within a span of time before now `[s]`.
     pub(super) fn have_gone_off(&self, span: f64, time: f64, starts: &[f64]) -> bool {
-        self.charged.iter().any(|Charged { delay, period, .. }| {
-            let begun = period.from.is_none_or(|from| from < starts.len());
-            begun && (0.0..span).contains(&(period.since(time, starts) - delay))
+        self.charged.iter().any(|TimedCharge { delay, in_force, .. }| {
+            let begun = in_force.from.is_none_or(|from| from < starts.len());
+            begun && (0.0..span).contains(&(in_force.since(time, starts) - delay))
         })
     }
 
     /// Velocity of each fix at a time `[m/s]`.
     pub(crate) fn velocities(&self, time: f64, starts: &[f64]) -> Result<Vec<[f64; 3]>, RunError> {
-        let velocity = |(index, fix): (usize, &Fixed)| {
-            let factor = fix.period.factor(&fix.history, time, starts).at("fix", index)?;
+        let velocity = |(index, fix): (usize, &SupportGroup)| {
+            let factor = fix.in_force.factor(&fix.history, time, starts).at("fix", index)?;
             Ok(fix.velocity.unwrap_or_default().map(|v| v * factor))
         };
         self.fixed.iter().enumerate().map(velocity).collect()
@@ -189,7 +194,7 @@ impl Conditions {
 pub(super) struct Factor(Result<f64, (f64, String)>);
 
 impl Factor {
-    fn of(history: &Course, since: f64) -> Self {
+    fn of(history: &TimeFunction, since: f64) -> Self {
         Self(history.factor(since).map_err(|message| (since, message)))
     }
 
@@ -202,14 +207,14 @@ impl Factor {
     }
 }
 
-impl Period {
+impl StageRange {
     /// Time since the start of the stage named in `from`, otherwise of the run.
     pub(super) fn since(&self, time: f64, starts: &[f64]) -> f64 {
         time - self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0)
     }
 
     /// Factor of a history that counts time from the start of the stage named in `from`.
-    pub(super) fn factor(&self, history: &Course, time: f64, starts: &[f64]) -> Factor {
+    pub(super) fn factor(&self, history: &TimeFunction, time: f64, starts: &[f64]) -> Factor {
         Factor::of(history, self.since(time, starts))
     }
 }

@@ -1,9 +1,9 @@
 //! Joints as they are now: one view of those whose faces match and of those whose faces do not.
 
 use super::Model;
-use super::pairs::Joint;
-use ddem_joint::breaks::{Breaks, Broken};
-use ddem_joint::contact::{ContactPoint, Contacts, Release};
+use super::pairs::BlockJoint;
+use ddem_joint::broken::{BrokenJoints, BrokenLattice};
+use ddem_joint::contact::{ContactPoint, Contacts, JointStatus};
 use ddem_joint::point::{JointPoint, turned};
 use ddem_mechanics::law::JointLaw;
 
@@ -14,25 +14,25 @@ pub(crate) struct Damage<'a> {
     /// Its law; `None`: it never fails.
     law: Option<&'a dyn JointLaw>,
     pairs: usize,
-    points: Points<'a>,
+    points: JointPairs<'a>,
     /// Shortest distance of its pairs `[m]`.
     spacing: f64,
     /// A contact has taken its place.
     released: bool,
 }
 
-/// Where the pairs of a joint are.
-enum Points<'a> {
-    /// It is not there.
+/// Storage of a joint's pairs.
+enum JointPairs<'a> {
+    /// The joint is absent.
     Nowhere,
     /// Elements alone.
     Elements,
     /// A lane of a lattice with springs.
-    Lane(&'a Broken, usize),
+    Lane(&'a BrokenLattice, usize),
     /// Faces that do not match.
     Patch(&'a [ContactPoint]),
-    /// The same, once a contact has taken their place.
-    Ended(&'a [JointPoint]),
+    /// Pairs as they were when a contact took their place.
+    Released(&'a [JointPoint]),
 }
 
 impl Model {
@@ -40,36 +40,37 @@ impl Model {
     pub(crate) fn damage<'a>(
         &'a self,
         joint: usize,
-        breaks: &'a Breaks,
+        broken_joints: &'a BrokenJoints,
         contacts: &'a Contacts,
     ) -> Damage<'a> {
         let (points, law, spacing, released) = match self.joint(joint) {
-            Joint::Matching(face) => {
+            BlockJoint::Matching(face) => {
                 let d = usize::from(face.direction);
                 let (pack, lane) = self.packs.slot(face.a as usize);
-                let seam = self.seams.get(pack, d);
-                let points = match (seam, breaks.get(pack, 1 << d)) {
-                    (Some(_), Some(broken)) => Points::Lane(broken, lane),
-                    (Some(_), None) => Points::Elements,
-                    (None, _) => Points::Nowhere,
+                let section = self.sections.get(pack, d);
+                let points = match (section, broken_joints.get(pack, 1 << d)) {
+                    (Some(_), Some(broken)) => JointPairs::Lane(broken, lane),
+                    (Some(_), None) => JointPairs::Elements,
+                    (None, _) => JointPairs::Nowhere,
                 };
                 let stages = contacts.joints.get(face.a as usize);
-                let released = stages.is_some_and(|stages| stages[d] == Release::Done);
-                let spacing = seam.map_or(0.0, |seam| seam.spacing(lane));
-                (points, seam.map(|seam| seam.laws[lane]), spacing, released)
+                let released = stages.is_some_and(|stages| stages[d] == JointStatus::Released);
+                let spacing = section.map_or(0.0, |section| section.spacing(lane));
+                (points, section.map(|section| section.laws[lane]), spacing, released)
             }
-            Joint::Seated(joint) => {
+            BlockJoint::Nonconforming(joint) => {
                 let blocks = joint.patch.blocks;
-                let surfaces = self.contact.as_ref();
-                let spacing = surfaces.map_or(0.0, |surfaces| surfaces.spacing(blocks));
+                let contact_model = self.contact.as_ref();
+                let spacing =
+                    contact_model.map_or(0.0, |contact_model| contact_model.spacing(blocks));
                 match (contacts.held(blocks), contacts.ended(blocks)) {
                     (Some((patch, bond)), _) => {
-                        (Points::Patch(&patch.points), Some(bond.law), spacing, false)
+                        (JointPairs::Patch(&patch.points), Some(bond.law), spacing, false)
                     }
                     (None, Some(ended)) => {
-                        (Points::Ended(&ended.pairs), Some(ended.bond.law), spacing, true)
+                        (JointPairs::Released(&ended.pairs), Some(ended.bond.law), spacing, true)
                     }
-                    (None, None) => (Points::Nowhere, None, spacing, false),
+                    (None, None) => (JointPairs::Nowhere, None, spacing, false),
                 }
             }
         };
@@ -81,10 +82,11 @@ impl Model {
     /// Damage of all joints whose two blocks are there.
     pub(crate) fn damages<'a>(
         &'a self,
-        breaks: &'a Breaks,
+        broken_joints: &'a BrokenJoints,
         contacts: &'a Contacts,
     ) -> impl Iterator<Item = Damage<'a>> {
-        let all = (0..self.n_joints()).map(move |joint| self.damage(joint, breaks, contacts));
+        let all =
+            (0..self.n_joints()).map(move |joint| self.damage(joint, broken_joints, contacts));
         all.filter(|damage| !damage.blocks.iter().any(|&block| self.is_removed(block)))
     }
 }
@@ -93,10 +95,10 @@ impl<'a> Damage<'a> {
     /// A pair; `None` where there are elements alone.
     pub(crate) fn point(&self, pair: usize) -> Option<&'a JointPoint> {
         match self.points {
-            Points::Nowhere | Points::Elements => None,
-            Points::Lane(broken, lane) => Some(&broken.points[pair][lane]),
-            Points::Patch(points) => Some(&points[pair].pair),
-            Points::Ended(pairs) => Some(&pairs[pair]),
+            JointPairs::Nowhere | JointPairs::Elements => None,
+            JointPairs::Lane(broken, lane) => Some(&broken.points[pair][lane]),
+            JointPairs::Patch(points) => Some(&points[pair].pair),
+            JointPairs::Released(pairs) => Some(&pairs[pair]),
         }
     }
 
@@ -114,8 +116,8 @@ impl<'a> Damage<'a> {
     pub(crate) fn holds(&self) -> bool {
         self.law.is_none_or(JointLaw::bonds)
             && match self.points {
-                Points::Nowhere => false,
-                Points::Elements => true,
+                JointPairs::Nowhere => false,
+                JointPairs::Elements => true,
                 _ => self.points().any(|point| point.failure.is_none()),
             }
     }

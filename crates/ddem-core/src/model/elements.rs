@@ -28,7 +28,7 @@ impl Model {
     #[must_use]
     pub fn elements_of(&self, block: usize) -> Range<usize> {
         self.geometry.has_block(block);
-        let first = self.geometry.bodies[block].first_element as usize;
+        let first = self.geometry.blocks[block].first_element as usize;
         first..first + self.geometry.topology(block).elements()
     }
 

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use super::Model;
-use super::meeting::at_bonds;
-use crate::model::conditions::{Fading, Loaded, Released};
-use crate::model::sliding::Sliding;
-use ddem_joint::contact::Surfaces;
+use super::contacts::at_bonds;
+use crate::model::conditions::{FadingForces, ForceFading, LoadPattern};
+use crate::model::sliding::SlidingDamping;
+use ddem_joint::contact::ContactModel;
 use ddem_mesh::Geometry;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::in_situ::InSitu;
-use ddem_mesh::seams::Seams;
+use ddem_mesh::joint_sections::JointSections;
 
 impl Model {
-    /// What changes on the way from one stage to another: blocks that are taken out, joints, materials.
+    /// Geometries between two stages, with removed blocks, new joints and materials.
     pub(crate) fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
         self.stages.steps(from, to)
     }
@@ -23,13 +23,13 @@ impl Model {
         self.stages.back(earlier, stage)
     }
 
-    /// Whether blocks are taken out in any stage.
+    /// True if blocks are removed in any stage.
     #[must_use]
     pub fn has_excavations(&self) -> bool {
-        self.stages.dug
+        self.stages.excavated
     }
 
-    /// Whether a block has been taken out by the present stage.
+    /// True if a block is removed in the present stage or before.
     ///
     /// # Panics
     ///
@@ -37,7 +37,7 @@ impl Model {
     #[must_use]
     pub fn is_removed(&self, block: usize) -> bool {
         self.geometry.has_block(block);
-        self.geometry.is_gone(block)
+        self.geometry.is_removed(block)
     }
 
     /// The stage at whose start a block is taken out, by its number in the deck.
@@ -51,7 +51,7 @@ impl Model {
         self.stages.removes(block)
     }
 
-    /// How long a block is there: of several that are as near, the one that stays.
+    /// Stage in which a block is removed; of equally near blocks the one that stays longest is chosen.
     pub(super) fn stays(&self, block: usize) -> usize {
         self.removed_in(block).unwrap_or(usize::MAX)
     }
@@ -76,23 +76,24 @@ impl Model {
         for face in &mut self.faces {
             face.joint = face.at(geometry);
         }
-        for joint in &mut self.seated {
+        for joint in &mut self.bonded_patches {
             let number = geometry.joint_of(joint.patch.blocks);
             if let (Some(bond), Some(number)) = (&mut joint.patch.bond, number) {
                 (bond.joint, bond.law) = (number, number);
             }
         }
         packs.link(geometry);
-        self.seams = Seams::new(properties, geometry, packs, &mut |_, _, joint| joint);
-        if let Some(surfaces) = &mut self.contact {
-            *surfaces = Surfaces::new(properties, &self.laws, geometry, packs);
+        self.sections = JointSections::new(properties, geometry, packs, &mut |_, _, joint| joint);
+        if let Some(contact_model) = &mut self.contact {
+            *contact_model = ContactModel::new(properties, &self.laws, geometry, packs);
         }
         self.assembly = Assembly::new(geometry, packs, properties);
         let contact = self.contact.as_ref();
-        let bonds = at_bonds(properties, geometry, contact, &self.seated);
-        self.assembly.assemble(geometry, packs, &self.seams, &bonds);
+        let bonds = at_bonds(properties, geometry, contact, &self.bonded_patches);
+        self.assembly.assemble(geometry, packs, &self.sections, &bonds);
         let ratio = properties.contact.damping_ratio();
-        self.sliding = Sliding::new(&self.laws, contact, ratio, geometry, packs, &self.assembly);
+        self.sliding =
+            SlidingDamping::new(&self.laws, contact, ratio, geometry, packs, &self.assembly);
         if let Some(in_situ) = self.in_situ.take() {
             let blocks = in_situ.without(geometry);
             self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);
@@ -102,8 +103,8 @@ impl Model {
 
     /// Loads of the forces of blocks that are taken out on the way from one stage to another, and that fade.
     pub(crate) fn fading(&self, from: usize, to: usize) -> Vec<usize> {
-        let fades = |load: &Loaded| {
-            let begins = |fading: &Fading| from < fading.from && fading.from <= to;
+        let fades = |load: &LoadPattern| {
+            let begins = |fading: &ForceFading| from < fading.from && fading.from <= to;
             load.fading.as_ref().is_some_and(|fading| fading.fades && begins(fading))
         };
         let loads = &self.conditions.loaded;
@@ -111,7 +112,7 @@ impl Model {
     }
 
     /// Sets the forces that go on in a load when blocks are taken out.
-    pub(crate) fn set_released(&mut self, load: usize, released: &Released) {
+    pub(crate) fn set_released(&mut self, load: usize, released: &FadingForces) {
         if let Some(load) = self.conditions.loaded.get_mut(load) {
             load.release(released);
         }

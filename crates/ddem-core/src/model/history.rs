@@ -53,9 +53,9 @@ pub struct Triangle {
     pub duration: Option<f64>,
 }
 
-/// How a load or a driven support goes with time.
+/// Time function of a load or driven support.
 #[derive(Clone)]
-pub enum Course {
+pub enum TimeFunction {
     /// Always 1.
     Constant,
     /// As given.
@@ -64,7 +64,7 @@ pub enum Course {
     Computed(Arc<Function>),
 }
 
-impl Course {
+impl TimeFunction {
     /// Constant where none is given.
     pub fn new(history: Option<&History>) -> Self {
         history.map_or(Self::Constant, |history| Self::Given(history.clone()))
@@ -83,21 +83,21 @@ impl Course {
     }
 }
 
-impl Course {
-    /// Whether the factor may change after a time `[s]`; what a program computes is not known.
+impl TimeFunction {
+    /// True if the factor may change after a time `[s]`; always true for functions of a program.
     pub(super) fn changes_after(&self, time: f64) -> bool {
         matches!(self, Self::Given(history) if time < history.end())
     }
 }
 
-/// What is wrong with a history of a support that is not driven.
+/// Fault of a history of a support that is not driven.
 pub fn no_velocity(at: &str) -> Fault {
     Fault::new(format!("{at}.history"), "`history` needs `velocity`").help(
         "it is the factor on the velocity in time; without a velocity the support stands still",
     )
 }
 
-impl fmt::Debug for Course {
+impl fmt::Debug for TimeFunction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Constant => f.write_str("Constant"),
@@ -150,7 +150,7 @@ impl History {
 }
 
 impl Duvall {
-    /// When the peak is reached `[s]`: `ln(β/α)/(β − α)`.
+    /// Time of the peak `[s]`: `ln(β/α)/(β − α)`.
     #[must_use]
     pub fn peak(&self) -> f64 {
         let Self { alpha, beta } = self;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
-use crate::model::conditions::Active;
+use crate::model::conditions::ActiveConditions;
 use ddem_mesh::connected::connected;
 use ddem_mesh::{Geometry, Vec3};
 
@@ -21,7 +21,7 @@ pub struct FreeMotion {
 /// are one group.
 pub(crate) fn free_motion(
     geometry: &Geometry,
-    active: &Active,
+    active: &ActiveConditions,
     contacts: bool,
 ) -> Option<FreeMotion> {
     let groups = connected(geometry, contacts);
@@ -29,13 +29,13 @@ pub(crate) fn free_motion(
     let extents = extents(geometry, &groups, n_groups);
     let mut grams = vec![Matrix6::<f64>::zeros(); n_groups];
     for (node, axis) in active.held() {
-        let (body, at) = geometry.locate(node as usize);
-        let (centre, size) = extents[groups[body]];
-        let arm = (geometry.position(body, at) - centre) / size;
+        let (block, at) = geometry.locate(node as usize);
+        let (centre, size) = extents[groups[block]];
+        let arm = (geometry.position(block, at) - centre) / size;
         let direction = Vec3::ith(axis, 1.0);
         let turn = arm.cross(&direction);
         let row = Vector6::new(direction.x, direction.y, direction.z, turn.x, turn.y, turn.z);
-        grams[groups[body]] += row * row.transpose();
+        grams[groups[block]] += row * row.transpose();
     }
     let (group, motions) = grams.iter().enumerate().find_map(|(group, gram)| {
         let motions = null_motions(gram);
@@ -51,8 +51,8 @@ pub(crate) fn free_motion(
 fn extents(geometry: &Geometry, groups: &[usize], n_groups: usize) -> Vec<(Vec3, f64)> {
     let nothing = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
     let mut bounds = vec![nothing; n_groups];
-    for (body, &group) in groups.iter().enumerate() {
-        for x in geometry.corners(body) {
+    for (block, &group) in groups.iter().enumerate() {
+        for x in geometry.corners(block) {
             bounds[group] = (bounds[group].0.inf(&x), bounds[group].1.sup(&x));
         }
     }

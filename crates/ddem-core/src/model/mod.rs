@@ -1,18 +1,18 @@
-//! All that is fixed: built once, from a problem without faults.
+//! Constant data of a model, built once from a problem without faults.
 
 mod access;
+mod block_boxes;
 pub(crate) mod boundary;
 pub(crate) mod charge;
 mod computed;
 pub(crate) mod conditions;
+mod contacts;
 pub(crate) mod damage;
 mod elements;
 mod excavation;
 pub(crate) mod history;
 pub(crate) mod mechanism;
-mod meeting;
 pub(crate) mod pairs;
-mod places;
 pub mod problem;
 mod ramp;
 mod ranges;
@@ -23,25 +23,25 @@ pub(crate) mod stage;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use meeting::at_bonds;
-use places::Boxes;
+use block_boxes::BlockBoxes;
+use contacts::at_bonds;
 
-use crate::model::boundary::{Borders, Made};
-use crate::model::conditions::{Active, Applied, Conditions};
+use crate::model::boundary::{Boundaries, StageGeometry};
+use crate::model::conditions::{ActiveConditions, AppliedForces, Conditions};
 use crate::model::problem::Problem;
-use crate::model::sliding::Sliding;
-use ddem_joint::breaks::Breaks;
-use ddem_joint::contact::{Places, Seated, Surfaces, seated};
+use crate::model::sliding::SlidingDamping;
+use ddem_joint::broken::BrokenJoints;
+use ddem_joint::contact::{BondedPatch, ContactModel, JointLookup, bonded_patches};
 use ddem_mechanics::element::Elastic;
 use ddem_mechanics::law::Laws;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::assembly::{Assembly, NO_TABLE};
 use ddem_mesh::in_situ::InSitu;
+use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::{Kinematics, Properties};
-use ddem_mesh::seams::{Seam, Seams};
 use ddem_mesh::slot::NodeSlot;
-use ddem_mesh::{Face, Geometry, Stages, faces};
+use ddem_mesh::{ConformingJoint, Geometry, Stages, faces};
 
 /// Times that waves of a charge cross the model, on its diagonal, before joints and contacts are damped again.
 const CROSSINGS: f64 = 10.0;
@@ -50,68 +50,69 @@ const CROSSINGS: f64 = 10.0;
 #[derive(Debug)]
 pub struct Model {
     pub(crate) geometry: Arc<Geometry>,
-    /// The same in each stage.
+    /// Geometries of all stages.
     pub(crate) stages: Stages,
     pub(crate) packs: Packs,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
-    pub(crate) borders: Borders,
+    pub(crate) boundaries: Boundaries,
     pub(crate) properties: Properties,
-    pub(crate) faces: Vec<Face>,
-    pub(crate) seams: Seams,
+    pub(crate) faces: Vec<ConformingJoint>,
+    pub(crate) sections: JointSections,
     pub(crate) laws: Laws,
     /// The stress that is there at the start; `None`: no block has one.
     pub(crate) in_situ: Option<InSitu>,
-    /// What contacts need; `None` where none are looked for.
-    pub(crate) contact: Option<Surfaces>,
+    /// Data of contacts; `None` without contact search.
+    pub(crate) contact: Option<ContactModel>,
     /// Joints between faces that do not match, by their blocks.
-    pub(crate) seated: Vec<Seated>,
+    pub(crate) bonded_patches: Vec<BondedPatch>,
     /// Damping of failed pairs, of contacts and of the blocks that have them.
-    pub(crate) sliding: Sliding,
+    pub(crate) sliding: SlidingDamping,
     pub(crate) problem: Arc<Problem>,
     computed: Vec<String>,
     /// Boxes around the blocks, once something is looked for by its place.
-    boxes: OnceLock<Boxes>,
+    boxes: OnceLock<BlockBoxes>,
 }
 
 impl Model {
     /// The model of a problem.
     #[must_use]
     pub fn new(problem: Arc<Problem>) -> Self {
-        let Problem { properties, stages, conditions, borders, stresses, .. } = &*problem;
+        let Problem { properties, stages, conditions, boundaries, stresses, .. } = &*problem;
         let (properties, stages) = (properties.clone(), stages.clone());
-        let (conditions, mut borders) = (conditions.clone(), borders.clone());
+        let (conditions, mut boundaries) = (conditions.clone(), boundaries.clone());
         let geometry = stages.at(0).clone();
         let packs = Packs::new(&geometry);
         let faces = faces(&geometry);
-        let seams = Seams::new(&properties, &geometry, &packs, &mut |_, _, joint| joint);
+        let sections = JointSections::new(&properties, &geometry, &packs, &mut |_, _, joint| joint);
         let mut assembly = Assembly::new(&geometry, &packs, &properties);
         let laws: Laws = properties.joints.iter().map(|joint| joint.law.clone()).collect();
-        let meets = properties.contact.search || !geometry.abutments.is_empty();
-        let contact = meets.then(|| Surfaces::new(&properties, &laws, &geometry, &packs));
-        let first = faces.last().map_or(0, Face::end);
-        let seated = contact.as_ref().map_or_else(Vec::new, |contact| {
-            seated(contact, &properties, &geometry, &packs, first, stresses)
+        let meets = properties.contact.search || !geometry.nonconforming_joints.is_empty();
+        let contact = meets.then(|| ContactModel::new(&properties, &laws, &geometry, &packs));
+        let first = faces.last().map_or(0, ConformingJoint::end);
+        let bonded_patches = contact.as_ref().map_or_else(Vec::new, |contact| {
+            bonded_patches(contact, &properties, &geometry, &packs, first, stresses)
         });
-        let bonds = at_bonds(&properties, &geometry, contact.as_ref(), &seated);
-        assembly.assemble(&geometry, &packs, &seams, &bonds);
+        let bonds = at_bonds(&properties, &geometry, contact.as_ref(), &bonded_patches);
+        assembly.assemble(&geometry, &packs, &sections, &bonds);
         let ratio = properties.contact.damping_ratio();
-        let sliding = Sliding::new(&laws, contact.as_ref(), ratio, &geometry, &packs, &assembly);
-        let made = Made { geometry: &geometry, start: &geometry, packs: &packs };
-        borders.note_ground(made, &assembly);
+        let sliding =
+            SlidingDamping::new(&laws, contact.as_ref(), ratio, &geometry, &packs, &assembly);
+        let geometries = StageGeometry { now: &geometry, start: &geometry, packs: &packs };
+        boundaries.note_damping(geometries, &assembly);
         let in_situ = InSitu::new(stresses.clone(), &geometry, &packs, &assembly);
         Self {
             packs,
             assembly,
             conditions,
-            borders,
+            boundaries,
             properties,
             faces,
-            seams,
+            sections,
             laws,
             in_situ,
             contact,
-            seated,
+            bonded_patches,
             geometry,
             stages,
             sliding,
@@ -121,7 +122,7 @@ impl Model {
         }
     }
 
-    /// What a program computes instead of the deck: laws and histories, by their places in it.
+    /// Laws and histories that a program computes, by their location in the model.
     #[must_use]
     pub fn computed(&self) -> &[String] {
         &self.computed
@@ -133,48 +134,48 @@ impl Model {
 
     /// Joints as they start, or with all that can fail turned to springs: the stiffest that the
     /// model can be.
-    pub(crate) fn tangent(&self, broken: bool) -> Breaks {
-        let springs = |seam: &Seam, lane: usize| {
-            seam.springs[lane] || (broken && self.laws[seam.joints[lane] as usize].is_some())
+    pub(crate) fn tangent(&self, broken: bool) -> BrokenJoints {
+        let springs = |section: &JointSection, lane: usize| {
+            section.springs[lane] || (broken && self.laws[section.joints[lane] as usize].is_some())
         };
-        Breaks::with(&self.packs, &self.assembly, &self.seams, &springs)
+        BrokenJoints::with(&self.packs, &self.assembly, &self.sections, &springs)
     }
 
     /// Joints at the start of a run: those given by stiffnesses are springs, which bear the stress
     /// that is there.
-    pub(crate) fn breaks(&self) -> Breaks {
-        let mut breaks = self.tangent(false);
-        let Some(in_situ) = &self.in_situ else { return breaks };
+    pub(crate) fn broken_joints(&self) -> BrokenJoints {
+        let mut broken_joints = self.tangent(false);
+        let Some(in_situ) = &self.in_situ else { return broken_joints };
         for (index, d) in (0..self.packs.packs.len()).flat_map(|i| [0, 1, 2].map(|d| (i, d))) {
-            let Some(seam) = self.seams.get(index, d) else { continue };
-            for lane in (0..self.packs.packs[index].filled).filter(|&lane| seam.springs[lane]) {
+            let Some(section) = self.sections.get(index, d) else { continue };
+            for lane in (0..self.packs.packs[index].filled).filter(|&lane| section.springs[lane]) {
                 let Self { geometry, packs, .. } = self;
-                let tractions = in_situ.tractions(geometry, packs, index, seam, lane);
-                if let Some(broken) = &mut breaks.at(index)[1 << d] {
-                    broken.bear(seam, lane, &tractions);
+                let tractions = in_situ.tractions(geometry, packs, index, section, lane);
+                if let Some(broken) = &mut broken_joints.at(index)[1 << d] {
+                    broken.preload(section, lane, &tractions);
                 }
             }
         }
-        breaks
+        broken_joints
     }
 
-    pub(crate) fn places(&self) -> Places<'_> {
-        Places { geometry: &self.geometry, packs: &self.packs, seams: &self.seams }
+    pub(crate) fn joint_lookup(&self) -> JointLookup<'_> {
+        JointLookup { geometry: &self.geometry, packs: &self.packs, sections: &self.sections }
     }
 
-    /// Whether any joint can fail.
+    /// True if any joint can fail.
     #[must_use]
     pub fn can_fail(&self) -> bool {
         self.laws.iter().any(Option::is_some)
             && self.joint_numbers().any(|joint| self.laws[joint as usize].is_some())
     }
 
-    pub(crate) fn active(&self, stage: usize, applied: &Applied) -> Active {
-        Active::new(&self.conditions, &self.geometry, &self.packs, stage, applied)
+    pub(crate) fn active(&self, stage: usize, applied: &AppliedForces) -> ActiveConditions {
+        ActiveConditions::new(&self.conditions, &self.geometry, &self.packs, stage, applied)
     }
 
-    pub(crate) fn made(&self) -> Made<'_> {
-        Made { geometry: &self.geometry, start: self.stages.at(0), packs: &self.packs }
+    pub(crate) fn geometries(&self) -> StageGeometry<'_> {
+        StageGeometry { now: &self.geometry, start: self.stages.at(0), packs: &self.packs }
     }
 
     /// Number of stages; without any there is one.
@@ -185,7 +186,7 @@ impl Model {
     /// Number of blocks.
     #[must_use]
     pub fn n_blocks(&self) -> usize {
-        self.geometry.bodies.len()
+        self.geometry.blocks.len()
     }
 
     /// Number of nodes.
@@ -213,8 +214,8 @@ impl Model {
     /// If the model has no such node.
     #[must_use]
     pub fn point(&self, node: usize) -> [f64; 3] {
-        let (body, at) = self.geometry.locate(node);
-        self.geometry.position(body, at).into()
+        let (block, at) = self.geometry.locate(node);
+        self.geometry.position(block, at).into()
     }
 
     /// Nodes of the hex8 elements of a block, VTK order, shape `(divisions³, 8)`.
@@ -235,7 +236,7 @@ impl Model {
         self.problem.sets.list[self.geometry.set(block)].label.clone()
     }
 
-    /// Whether a block is rigid: it has no stress.
+    /// True for a rigid block, which has no stress.
     ///
     /// # Panics
     ///
@@ -254,7 +255,7 @@ impl Model {
     #[must_use]
     pub fn material(&self, block: usize) -> u16 {
         self.geometry.has_block(block);
-        self.geometry.bodies[block].material
+        self.geometry.blocks[block].material
     }
 
     /// The block that a node belongs to.
@@ -281,7 +282,7 @@ impl Model {
 
     /// Nodes of a block.
     pub(crate) fn nodes_of(&self, block: usize) -> Range<usize> {
-        let first = self.geometry.bodies[block].first_node as usize;
+        let first = self.geometry.blocks[block].first_node as usize;
         first..first + self.geometry.topology(block).nodes()
     }
 
@@ -290,9 +291,9 @@ impl Model {
         let tables: usize = self.assembly.tables.iter().map(|table| table.bytes()).sum();
         let inertia: usize = self.assembly.inertia.iter().map(|i| i.bytes()).sum();
         self.packs.packs.len() * (size_of::<ddem_mesh::pack::Pack>() + 36)
-            + self.geometry.bodies.len() * size_of::<u32>()
+            + self.geometry.blocks.len() * size_of::<u32>()
             + self.stages.bytes()
-            + self.faces.len() * size_of::<Face>()
+            + self.faces.len() * size_of::<ConformingJoint>()
             + self.assembly.elements.len() * size_of::<ddem_mesh::assembly::Element>()
             + tables
             + inertia

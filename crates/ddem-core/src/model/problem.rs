@@ -9,32 +9,34 @@ mod builder;
 pub use builder::{BuildError, ProblemBuilder};
 
 pub use crate::model::boundary::{
-    Border, Borders, Column, Ground, NoColumn, Resistance, Side, impedance,
+    Boundaries, Column, ColumnBuilder, ModelBoundary, NoColumn, Resistance, SideNode, impedance,
 };
-pub use crate::model::charge::{Charge, ChargeSize, Gas, Shell};
-pub use crate::model::conditions::{Charged, Conditions, Fading, Fixed, Loaded};
-pub use crate::model::history::{Course, no_velocity};
+pub use crate::model::charge::{ChargeSize, Gas, GasCharge, Shell};
+pub use crate::model::conditions::{
+    Conditions, ForceFading, LoadPattern, SupportGroup, TimedCharge,
+};
+pub use crate::model::history::{TimeFunction, no_velocity};
 pub use crate::model::mechanism::FreeMotion;
 pub use crate::model::rules::{Faults, Rule, shown};
-pub use crate::model::stage::Period;
-pub use ddem_mechanics::collide::FaceOf;
+pub use crate::model::stage::StageRange;
+pub use ddem_mechanics::collide::FaceId;
 pub use ddem_mesh::grid::meeting;
 pub use ddem_mesh::in_situ::Stress;
 pub use ddem_mesh::properties::{
     ContactProperties, DAMPING, JointElasticity, JointProperties, Properties,
 };
 pub use ddem_mesh::{
-    Abutment, Abuts, BlockFace, Body, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES,
-    MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, Pages, RestFace, SLIVER, Stages, Strip,
-    Topology, Vec3, bounds, bounds_of, faces, moved_to,
+    Block, BlockFace, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES, MeshBlock,
+    MeshError, MeshFaces, NO_JOINT, NONE, NonconformingFace, NonconformingJoint, Pages, RestFace,
+    SLIVER, Stages, Strip, Topology, Vec3, bounds, bounds_of, faces, moved_to,
 };
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::model::boundary::{Made, Outside};
-use crate::model::conditions::{Active, Applied};
+use crate::model::boundary::{ActiveBoundaries, StageGeometry};
+use crate::model::conditions::{ActiveConditions, AppliedForces};
 use crate::model::mechanism::free_motion;
 use crate::model::stage::StageKind;
 use ddem_mesh::pack::Packs;
@@ -49,7 +51,7 @@ pub struct Problem {
     /// Supports, loads and charges.
     pub conditions: Conditions,
     /// Non-reflecting boundaries.
-    pub borders: Borders,
+    pub boundaries: Boundaries,
     /// Stress of each block at the start; empty where none has any.
     pub stresses: Vec<Option<Stress>>,
     /// Motions at the start; later ones replace earlier ones.
@@ -126,25 +128,31 @@ impl Problem {
     pub fn free_motion(&self, stage: usize) -> Option<FreeMotion> {
         let geometry = self.stages.at(stage);
         let packs = Packs::new(geometry);
-        let active = Active::new(&self.conditions, geometry, &packs, stage, &Applied::default());
+        let active = ActiveConditions::new(
+            &self.conditions,
+            geometry,
+            &packs,
+            stage,
+            &AppliedForces::default(),
+        );
         free_motion(geometry, &active, self.properties.contact.search)
     }
 
-    /// Whether a stage has the blocks, the supports and the boundaries of the one before.
+    /// True if a stage has the blocks, supports and boundaries of the previous one.
     #[must_use]
     pub fn goes_on(&self, stage: usize) -> bool {
         let Some(before) = stage.checked_sub(1) else { return false };
-        let borders = self.borders.list.iter().map(|border| &border.period);
-        let mut periods = self.conditions.fixed.iter().map(|fix| &fix.period).chain(borders);
+        let boundaries = self.boundaries.list.iter().map(|boundary| &boundary.in_force);
+        let mut periods = self.conditions.fixed.iter().map(|fix| &fix.in_force).chain(boundaries);
         Arc::ptr_eq(self.stages.at(before), self.stages.at(stage))
-            && periods.all(|period| period.has(before) == period.has(stage))
+            && periods.all(|in_force| in_force.has(before) == in_force.has(stage))
     }
 
     /// Supports at each boundary that is in force in a stage, for each stage.
     #[must_use]
     pub fn boundary_holds(&self) -> Vec<Vec<BoundaryHold>> {
         let stages = 0..self.n_stages();
-        if self.borders.list.is_empty() {
+        if self.boundaries.list.is_empty() {
             return stages.map(|_| Vec::new()).collect();
         }
         let packs = Packs::new(self.stages.at(0));
@@ -159,31 +167,39 @@ impl Problem {
     }
 
     fn boundary_holds_in(&self, stage: usize, packs: &Packs) -> Vec<BoundaryHold> {
-        let here = (0..self.borders.list.len()).filter(|&index| self.borders.has(index, stage));
+        let here =
+            (0..self.boundaries.list.len()).filter(|&index| self.boundaries.has(index, stage));
         let here: Vec<usize> = here.collect();
         if here.is_empty() {
             return Vec::new();
         }
         let (geometry, start) = (&**self.stages.at(stage), &**self.stages.at(0));
-        let made = Made { geometry, start, packs };
-        let none = Applied::default();
-        let active = Active::new(&self.conditions, geometry, packs, stage, &none);
-        let outside = Outside::new(&self.borders, made, &self.conditions, stage, &active, &none);
+        let geometries = StageGeometry { now: geometry, start, packs };
+        let none = AppliedForces::default();
+        let active = ActiveConditions::new(&self.conditions, geometry, packs, stage, &none);
+        let in_force = ActiveBoundaries::new(
+            &self.boundaries,
+            geometries,
+            &self.conditions,
+            stage,
+            &active,
+            &none,
+        );
         let point = |node: u32| {
-            let (body, at) = geometry.locate(node as usize);
-            geometry.position(body, at).into()
+            let (block, at) = geometry.locate(node as usize);
+            geometry.position(block, at).into()
         };
-        let hold = |boundary: usize| {
-            let border = &self.borders.list[boundary];
-            let clamped = outside.clamped(made, border);
-            let floating = outside.floating(boundary, border).map(|column| point(column.nodes[0]));
+        let hold = |index: usize| {
+            let boundary = &self.boundaries.list[index];
+            let held = in_force.held_nodes(geometries, boundary);
+            let floating = in_force.floating(index, boundary).map(|column| point(column.nodes[0]));
             BoundaryHold {
-                boundary,
-                nodes: clamped.nodes,
-                held: clamped.count,
-                first: clamped.first.map(point),
-                fixes: clamped.fixes.into_iter().collect(),
-                across: outside.held_across(made, border),
+                boundary: index,
+                nodes: held.nodes,
+                held: held.count,
+                first: held.first.map(point),
+                fixes: held.fixes.into_iter().collect(),
+                across: in_force.held_across(geometries, boundary),
                 floating,
             }
         };
@@ -195,7 +211,7 @@ impl Problem {
     pub fn held(&self, stage: usize) -> Vec<(u32, usize)> {
         let geometry = self.stages.at(stage);
         let packs = Packs::new(geometry);
-        let none = Applied::default();
-        Active::new(&self.conditions, geometry, &packs, stage, &none).held().collect()
+        let none = AppliedForces::default();
+        ActiveConditions::new(&self.conditions, geometry, &packs, stage, &none).held().collect()
     }
 }

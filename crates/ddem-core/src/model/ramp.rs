@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Model;
-use ddem_joint::contact::Skins;
-use ddem_mechanics::law::Between;
+use ddem_joint::contact::ContactSurfaces;
+use ddem_mechanics::law::BlendedLaw;
 use ddem_mesh::Geometry;
 use ddem_mesh::NO_JOINT;
-use ddem_mesh::seams::Seams;
+use ddem_mesh::joint_sections::JointSections;
 
 impl Model {
     /// Gives joints that are others than `before` strengths that are a part of the way from those to their
@@ -28,24 +28,25 @@ impl Model {
             let known = changes.iter().position(|change| *change == [old, new]);
             let at = known.unwrap_or_else(|| {
                 changes.push([old, new]);
-                laws.push(Some(Arc::new(Between { laws: [from, to], part })));
+                laws.push(Some(Arc::new(BlendedLaw { laws: [from, to], part })));
                 changes.len() - 1
             });
             debug_assert!(own + at < usize::from(NO_JOINT), "numbers have 16 bits");
             u16::try_from(own + at).unwrap_or(new)
         };
         let mut within =
-            |body: usize, d: usize, joint: u16| law(before.joint_above(body, d), joint);
-        let seams = Seams::new(properties, geometry, packs, &mut within);
-        let between = geometry.joined().map(|abutment| {
-            let old = before.joint_of(abutment.blocks).unwrap_or(NO_JOINT);
-            (abutment.blocks, law(old, abutment.joint))
+            |block: usize, d: usize, joint: u16| law(before.joint_above(block, d), joint);
+        let sections = JointSections::new(properties, geometry, packs, &mut within);
+        let between = geometry.joined().map(|joint_pair| {
+            let old = before.joint_of(joint_pair.blocks).unwrap_or(NO_JOINT);
+            (joint_pair.blocks, law(old, joint_pair.joint))
         });
         let between = between.collect();
-        if let Some(surfaces) = contact {
-            surfaces.skins = Skins::between(properties, laws, geometry, before, part);
+        if let Some(contact_model) = contact {
+            contact_model.surfaces =
+                ContactSurfaces::between(properties, laws, geometry, before, part);
         }
-        self.seams = seams;
+        self.sections = sections;
         between
     }
 }

@@ -37,7 +37,7 @@ fn fill<const N: usize, F: Fn(usize) -> [f64; N]>(
 impl Model {
     /// Blocks that have nodes in a range.
     pub(crate) fn blocks_of(&self, nodes: Range<usize>) -> Range<usize> {
-        let at = |node| self.geometry.bodies.partition_point(|b| b.first_node as usize <= node);
+        let at = |node| self.geometry.blocks.partition_point(|b| b.first_node as usize <= node);
         let end = if nodes.is_empty() { 0 } else { at(nodes.end - 1) };
         at(nodes.start).saturating_sub(1)..end
     }
@@ -60,8 +60,8 @@ impl Model {
         out: &mut [f64],
         of: impl Fn(usize) -> F + Sync,
     ) {
-        let bodies = &self.geometry.bodies;
-        let after = bodies.partition_point(|body| body.first_element as usize <= range.start);
+        let blocks = &self.geometry.blocks;
+        let after = blocks.partition_point(|block| block.first_element as usize <= range.start);
         fill(range, out, (after.saturating_sub(1), |block| self.elements_of(block)), of);
     }
 

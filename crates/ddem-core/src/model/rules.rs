@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use crate::error::{Fault, RunError};
 
-/// What a number must be, besides finite.
+/// Rule for a number that must also be finite.
 #[derive(Clone, Copy, Debug)]
 pub enum Rule {
     /// Any number.

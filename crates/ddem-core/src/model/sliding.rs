@@ -5,8 +5,8 @@
 //! `f −= α m (v − v̄)`, v̄ the rigid part of the motion, with `α = 2 ζ ω`, `ω = 2π c_P/L`, so that waves as long
 //! as the longest edge L have the damping ratio ζ of the dashpots.
 
-use ddem_joint::breaks::Breaks;
-use ddem_joint::contact::{Contacts, Surfaces};
+use ddem_joint::broken::BrokenJoints;
+use ddem_joint::contact::{ContactModel, Contacts};
 use ddem_mechanics::element::Elastic;
 use ddem_mechanics::law::Laws;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
@@ -16,18 +16,18 @@ use ddem_mesh::pack::Packs;
 
 /// Damping of the blocks that slide.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Sliding {
+pub(crate) struct SlidingDamping {
     /// ζ, as a fraction of critical.
     pub(crate) ratio: f64,
     /// α of the bodies of each pack, where they slide `[1/s]`.
     rates: Vec<Lanes>,
 }
 
-impl Sliding {
+impl SlidingDamping {
     /// Damping of a model whose joints can fail, or whose blocks can meet; nothing otherwise.
     pub(crate) fn new(
         laws: &Laws,
-        contact: Option<&Surfaces>,
+        contact: Option<&ContactModel>,
         ratio: f64,
         geometry: &Geometry,
         packs: &Packs,
@@ -41,11 +41,11 @@ impl Sliding {
         for (index, pack) in packs.packs.iter().enumerate() {
             let mut rates = Lanes::ZERO;
             for lane in (0..pack.filled).filter(|_| !pack.rigid) {
-                let body = pack.bodies[lane] as usize;
+                let block = pack.blocks[lane] as usize;
                 let table = &assembly.tables[assembly.pack_tables[index][0] as usize];
                 let Some(element) = table.elements[lane] else { continue };
                 let elastic = &assembly.elements[element as usize].elastic;
-                rates.0[lane] = 2.0 * ratio * slowest(geometry, body, elastic);
+                rates.0[lane] = 2.0 * ratio * slowest(geometry, block, elastic);
             }
             sliding.rates.push(rates);
         }
@@ -57,7 +57,7 @@ impl Sliding {
         &self,
         packs: &Packs,
         failed: bool,
-        breaks: &Breaks,
+        broken_joints: &BrokenJoints,
         contacts: &Contacts,
         rates: &mut Vec<Lanes>,
     ) {
@@ -71,7 +71,7 @@ impl Sliding {
             }
             rates[pack].0[lane] = self.rates[pack].0[lane];
         };
-        for (index, lattices) in breaks.packs.iter().enumerate().filter(|_| failed) {
+        for (index, lattices) in broken_joints.packs.iter().enumerate().filter(|_| failed) {
             for d in 0..3 {
                 let lattice = lattices.as_ref().and_then(|lattices| lattices[1 << d].as_ref());
                 let Some(broken) = lattice else { continue };
@@ -93,6 +93,6 @@ impl Sliding {
 }
 
 /// Angular frequency of waves as long as the longest edge of a block, `2π c_P/L` `[1/s]`.
-fn slowest(geometry: &Geometry, body: usize, elastic: &Elastic) -> f64 {
-    std::f64::consts::TAU * elastic.p_speed() / geometry.longest_edge(body)
+fn slowest(geometry: &Geometry, block: usize, elastic: &Elastic) -> f64 {
+    std::f64::consts::TAU * elastic.p_speed() / geometry.longest_edge(block)
 }

@@ -88,7 +88,7 @@ pub enum TimeStep {
 
 /// Search for a factor of safety.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Search {
+pub struct SafetySearch {
     /// Factors between which it is looked for.
     pub bracket: [f64; 2],
     /// Largest width of the bracket that is left.
@@ -138,7 +138,7 @@ impl schemars::JsonSchema for TimeStep {
     }
 }
 
-impl Default for Search {
+impl Default for SafetySearch {
     fn default() -> Self {
         Self {
             bracket: [0.5, 4.0],
@@ -151,7 +151,7 @@ impl Default for Search {
     }
 }
 
-impl Search {
+impl SafetySearch {
     /// Faults of a search, by key; `breaks` says whether a joint can fail, `None` where there is none of the name.
     pub fn check(&self, breaks: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {
         let mut faults = Faults::default();
@@ -213,14 +213,14 @@ pub(crate) fn allow_motion(
 
 /// From the start of one stage up to the start of another.
 #[derive(Clone, Debug)]
-pub struct Period {
+pub struct StageRange {
     /// The first stage; `None`: from the start of the run.
     pub from: Option<usize>,
     /// The stage at whose start it ends; `None`: never.
     pub until: Option<usize>,
 }
 
-impl Period {
+impl StageRange {
     /// All stages.
     pub const ALWAYS: Self = Self { from: None, until: None };
 

@@ -1,12 +1,11 @@
-//! What can be seen of contacts: [`Contact`], and the table [`CONTACT_FIELDS`] from which writers and
-//! bindings read.
+//! Public view of contacts: [`Contact`], and the table [`CONTACT_FIELDS`] for writers and bindings.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::{FieldKind, Snapshot};
-use ddem_joint::contact::{ContactPoint, Patch, Placing};
+use ddem_joint::contact::{Configuration, ContactPoint, Patch};
 use ddem_mechanics::law::JointLaw;
 
 /// Part of what friction can bear from which on a contact slides: all but rounding.
@@ -19,7 +18,7 @@ const SLIDING: f64 = 1.0 - 1e-9;
 pub struct Contact {
     /// Blocks a and b, the lower number first.
     pub blocks: [usize; 2],
-    /// Where the force acts, now `[m]`.
+    /// Present point of action `[m]`.
     pub position: [f64; 3],
     /// Unit normal, from a to b.
     pub normal: [f64; 3],
@@ -35,7 +34,7 @@ pub struct Contact {
     /// of their joint: the length of the path, without what the springs give `[m]`. What they slid before, while the joint
     /// was there, was the field `slip` of its pairs, which is 0 from then on (`released`).
     pub slip: f64,
-    /// Whether friction bears all that it can; without friction never.
+    /// True if friction is fully mobilised; never true without friction.
     pub sliding: bool,
 }
 
@@ -104,7 +103,7 @@ impl ContactField {
     }
 }
 
-/// How many contacts there are.
+/// Numbers of contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactCounts {
     /// Pairs of blocks whose faces or edges are so near each other that they have points, §9.
@@ -113,25 +112,25 @@ pub struct ContactCounts {
     pub block_pairs: usize,
     /// Pairs of their points that do.
     pub points: usize,
-    /// How far blocks reach into each other, at most `[m]`.
+    /// Largest penetration `[m]`.
     pub deepest: f64,
 }
 
-/// What joints between faces that do not match bear is among their pairs.
+/// True for a contact; patches of nonconforming joints belong to the pairs.
 fn is_contact(patch: &Patch) -> bool {
     patch.bond.is_none()
 }
 
 /// Points whose faces have just parted may bear what settles their account.
 fn bears(point: &ContactPoint) -> bool {
-    point.pair.memory.gap < 0.0 || point.pair.memory.drag != [0.0; 2]
+    point.pair.state.gap < 0.0 || point.pair.state.drag != [0.0; 2]
 }
 
 impl Snapshot<'_> {
     /// As [`Simulation::contacts`](crate::Simulation::contacts).
     pub(crate) fn contacts(&self) -> Vec<Contact> {
         let Some(surfaces) = &self.model.contact else { return Vec::new() };
-        let placing = Placing {
+        let configuration = Configuration {
             blocks: &surfaces.blocks,
             u: &self.state.u,
             frames: &self.scratch.frames,
@@ -141,7 +140,7 @@ impl Snapshot<'_> {
         };
         let patches =
             self.scratch.trial_contacts.patches.par_iter().filter(|patch| is_contact(patch));
-        patches.flat_map_iter(|patch| seen(patch, &placing, &self.model.laws)).collect()
+        patches.flat_map_iter(|patch| seen(patch, &configuration, &self.model.laws)).collect()
     }
 
     /// As [`Simulation::contact_counts`](crate::Simulation::contact_counts).
@@ -175,15 +174,16 @@ impl Snapshot<'_> {
 /// The points of a patch that press.
 fn seen(
     patch: &Patch,
-    placing: &Placing<'_>,
+    configuration: &Configuration<'_>,
     laws: &[Option<Arc<dyn JointLaw>>],
 ) -> impl Iterator<Item = Contact> {
     let normal = patch.now[0];
     let [a, b] = patch.blocks.map(|block| block as usize);
     let faces = patch.faces();
     patch.points.iter().filter(|point| bears(point)).map(move |point| {
-        let at = [0, 1].map(|side| placing.position([a, b][side], faces[side], &point.spots[side]));
-        let springs = point.pair.memory.traction;
+        let at = [0, 1]
+            .map(|side| configuration.position([a, b][side], faces[side], &point.spots[side]));
+        let springs = point.pair.state.traction;
         let limit = patch.both.friction.strength(laws, springs.normal);
         Contact {
             blocks: [a, b],
@@ -192,7 +192,7 @@ fn seen(
             normal: normal.into(),
             force: patch.force(point).into(),
             area: point.pair.area,
-            gap: normal.dot(&(at[1] - at[0])) - patch.both.skin,
+            gap: normal.dot(&(at[1] - at[0])) - patch.both.surface,
             slip: point.slid,
             sliding: limit > 0.0 && springs.shear.norm() >= SLIDING * limit,
         }

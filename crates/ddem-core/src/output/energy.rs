@@ -45,21 +45,21 @@ impl Energy {
 
     pub(crate) fn new(
         kinetic: f64,
-        [bodies, joints]: [f64; 2],
+        [blocks, joints]: [f64; 2],
         [damping, friction, fracture, contact]: [f64; 4],
         external: f64,
         [initial, worked]: [f64; 2],
     ) -> Self {
         let mut energy = Self {
             kinetic,
-            strain_bodies: bodies,
+            strain_bodies: blocks,
             strain_joints: joints,
             damping,
             friction,
             fracture,
             contact,
             external,
-            balance: kinetic + bodies + joints + (damping + friction + fracture + contact)
+            balance: kinetic + blocks + joints + (damping + friction + fracture + contact)
                 - external
                 - initial,
             largest: 0.0,

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::Snapshot;
 use crate::model::damage::Damage;
-use ddem_mechanics::math::groups::Groups;
+use ddem_mechanics::math::disjoint_sets::DisjointSets;
 use ddem_mesh::Vec3;
 
 /// Steps into which the volume of the model is cut to compare fragments: those of equal blocks differ
@@ -105,7 +105,7 @@ impl Snapshot<'_> {
     /// The fragments in order, with their blocks and volumes.
     fn bare_fragments(&self) -> Vec<Fragment> {
         let n = self.model.n_blocks();
-        let mut groups = Groups::new(n);
+        let mut groups = DisjointSets::new(n);
         let damages = self.model.damages(&self.scratch.trial, &self.scratch.trial_contacts);
         damages.filter(Damage::holds).for_each(|damage| groups.join(damage.blocks));
         let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
@@ -121,7 +121,7 @@ impl Snapshot<'_> {
         fragments
     }
 
-    /// How much of the mass is in fragments that are no larger.
+    /// Sets the cumulative mass passing of each fragment.
     fn pass(&self, fragments: &mut [Fragment]) {
         let step = self.volume_step();
         let ranks: Vec<u64> = fragments.iter().map(|fragment| rank(fragment, step)).collect();

@@ -1,5 +1,5 @@
-//! What can be seen of a simulation: one table, [`FIELDS`], from which every writer and binding
-//! reads, and the functions that fill it, a range at a time.
+//! Public view of a simulation: one table, [`FIELDS`], for all writers and bindings, and the functions that fill it
+//! range by range.
 
 mod contacts;
 pub(crate) mod energy;
@@ -27,7 +27,7 @@ pub use state::{ContactSummary, FragmentSummary, JointSummary, Largest, Reaction
 
 /// Place of the values of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum On {
+pub enum FieldLocation {
     /// At the nodes.
     Node,
     /// In the hex8 elements of the blocks.
@@ -41,7 +41,7 @@ pub enum On {
 pub enum FieldKind {
     /// Real numbers.
     Real,
-    /// Whole numbers.
+    /// Integers.
     Whole,
     /// One of a few states, from 0 up.
     State,
@@ -57,16 +57,16 @@ pub struct Field {
     /// Unit, "1" for a plain number.
     pub unit: &'static str,
     /// Place of its values.
-    pub on: On,
+    pub on: FieldLocation,
     /// Numbers per value.
     pub components: usize,
     /// Kind of the numbers.
     pub kind: FieldKind,
-    fill: Fill,
+    fill: FillValues,
 }
 
 /// Writes the numbers of a range of values, one value after another.
-type Fill = fn(&Snapshot<'_>, Range<usize>, &mut [f64]);
+type FillValues = fn(&Snapshot<'_>, Range<usize>, &mut [f64]);
 
 impl Field {
     /// A field of real numbers. `fill` writes the numbers of a range of values, one value after another; it can ask the
@@ -75,14 +75,14 @@ impl Field {
     pub const fn new(
         name: &'static str,
         unit: &'static str,
-        on: On,
+        on: FieldLocation,
         components: usize,
         fill: fn(&Snapshot<'_>, Range<usize>, &mut [f64]),
     ) -> Self {
         Self { name, unit, on, components, kind: FieldKind::Real, fill }
     }
 
-    /// The same field with numbers of another kind.
+    /// The field with another number type.
     #[must_use]
     pub const fn kind(self, kind: FieldKind) -> Self {
         Self { kind, ..self }
@@ -98,32 +98,34 @@ impl Field {
 /// | elements | `stress` (xx yy zz xy yz zx), `fragment` (its number) |
 /// | pairs | `displacement` (mean of both sides), `traction`, `slip`, `opening`, `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has taken the place of the joint), `failure_time`, `damage` |
 pub const FIELDS: [Field; 13] = [
-    Field::new("displacement", "m", On::Node, 3, displacement),
-    Field::new("velocity", "m/s", On::Node, 3, velocity),
-    Field::new("stress", "Pa", On::Element, 6, stress::stress),
-    Field::new("fragment", "1", On::Element, 1, fragments::fragment).kind(FieldKind::Whole),
-    Field::new("displacement", "m", On::Pair, 3, pairs::displacement),
-    Field::new("traction", "Pa", On::Pair, 3, pairs::traction),
-    Field::new("slip", "m", On::Pair, 3, pairs::slip),
-    Field::new("opening", "m", On::Pair, 1, pairs::opening),
-    Field::new("state", "1", On::Pair, 1, pairs::failure_mode).kind(FieldKind::State),
-    Field::new("open", "1", On::Pair, 1, pairs::open).kind(FieldKind::Flag),
-    Field::new("released", "1", On::Pair, 1, pairs::released).kind(FieldKind::Flag),
-    Field::new("failure_time", "s", On::Pair, 1, pairs::failure_time),
-    Field::new("damage", "1", On::Pair, 1, pairs::damage),
+    Field::new("displacement", "m", FieldLocation::Node, 3, displacement),
+    Field::new("velocity", "m/s", FieldLocation::Node, 3, velocity),
+    Field::new("stress", "Pa", FieldLocation::Element, 6, stress::stress),
+    Field::new("fragment", "1", FieldLocation::Element, 1, fragments::fragment)
+        .kind(FieldKind::Whole),
+    Field::new("displacement", "m", FieldLocation::Pair, 3, pairs::displacement),
+    Field::new("traction", "Pa", FieldLocation::Pair, 3, pairs::traction),
+    Field::new("slip", "m", FieldLocation::Pair, 3, pairs::slip),
+    Field::new("opening", "m", FieldLocation::Pair, 1, pairs::opening),
+    Field::new("state", "1", FieldLocation::Pair, 1, pairs::failure_mode).kind(FieldKind::State),
+    Field::new("open", "1", FieldLocation::Pair, 1, pairs::open).kind(FieldKind::Flag),
+    Field::new("released", "1", FieldLocation::Pair, 1, pairs::released).kind(FieldKind::Flag),
+    Field::new("failure_time", "s", FieldLocation::Pair, 1, pairs::failure_time),
+    Field::new("damage", "1", FieldLocation::Pair, 1, pairs::damage),
 ];
 
 /// Force that accelerates every node, [`Simulation::forces`](crate::Simulation::forces); it is not in the files.
-pub const FORCE: Field = Field::new("force", "N", On::Node, 3, force);
+pub const FORCE: Field = Field::new("force", "N", FieldLocation::Node, 3, force);
 
 /// Further fields of a model with excavations.
 const EXCAVATION_FIELDS: [Field; 2] = [
-    Field::new("removed", "1", On::Element, 1, removed).kind(FieldKind::Flag),
-    Field::new("removed", "1", On::Pair, 1, pairs::removed).kind(FieldKind::Flag),
+    Field::new("removed", "1", FieldLocation::Element, 1, removed).kind(FieldKind::Flag),
+    Field::new("removed", "1", FieldLocation::Pair, 1, pairs::removed).kind(FieldKind::Flag),
 ];
 
 /// Further fields of a model with a stage that looks for a factor of safety.
-const SAFETY_FIELDS: [Field; 1] = [Field::new("unstable", "1", On::Element, 1, unstable)];
+const SAFETY_FIELDS: [Field; 1] =
+    [Field::new("unstable", "1", FieldLocation::Element, 1, unstable)];
 
 /// 1 in blocks that have been taken out.
 fn removed(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {

@@ -1,7 +1,7 @@
 //! Momentum and its moment.
 
 use super::Snapshot;
-use ddem_mechanics::math::exact::Exact;
+use ddem_mechanics::math::exact::ExactSum;
 use ddem_mesh::Vec3;
 
 impl Snapshot<'_> {
@@ -17,14 +17,14 @@ impl Snapshot<'_> {
 
     /// Both.
     fn momenta(&self) -> [Vec3; 2] {
-        let mut sums: [[Exact; 3]; 2] = Default::default();
+        let mut sums: [[ExactSum; 3]; 2] = Default::default();
         self.each_mass(|_, mass, x, v, turning| {
             let p = v * mass;
             for (sums, more) in sums.iter_mut().zip([p, x.cross(&p) + turning]) {
                 sums.iter_mut().zip(&more).for_each(|(sum, more)| sum.add(*more));
             }
         });
-        sums.map(|sum| sum.each_ref().map(Exact::value).into())
+        sums.map(|sum| sum.each_ref().map(ExactSum::value).into())
     }
 
     /// Calls `see` with every mass, block after block: its block, kilograms, position and velocity now,
@@ -34,20 +34,26 @@ impl Snapshot<'_> {
         let mut velocities = vec![[0.0; 3]; model.n_nodes()];
         self.fill_velocities(0..model.n_nodes(), velocities.as_flattened_mut());
         let poses = self.poses();
-        for (block, body) in model.geometry.bodies.iter().enumerate() {
-            let (pack, lane) = model.packs.slot(block);
+        for (number, block) in model.geometry.blocks.iter().enumerate() {
+            let (pack, lane) = model.packs.slot(number);
             let pack = &model.packs.packs[pack];
             if pack.rigid {
                 let pose = &poses[pack.rigid_start][lane];
-                let matter = &model.assembly.rigid[pack.rigid_start][lane];
-                let centre = model.geometry.position(block, [0; 3]) - matter.arm(0);
-                see(block, matter.mass, centre + pose.shift, pose.velocity, pose.momentum);
+                let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
+                let centre = model.geometry.position(number, [0; 3]) - mass_properties.arm(0);
+                see(
+                    number,
+                    mass_properties.mass,
+                    centre + pose.shift,
+                    pose.velocity,
+                    pose.momentum,
+                );
                 continue;
             }
-            let nodes = velocities.iter().enumerate().skip(body.first_node as usize);
+            let nodes = velocities.iter().enumerate().skip(block.first_node as usize);
             for (node, v) in nodes.take(model.packs.shape_of(pack).nodes) {
                 let x = Vec3::from(model.point(node)) + Vec3::from(model.get(&self.state.u, node));
-                see(block, model.mass(node), x, Vec3::from(*v), Vec3::zeros());
+                see(number, model.mass(node), x, Vec3::from(*v), Vec3::zeros());
             }
         }
     }

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::Snapshot;
-use ddem_joint::point::Failure;
-use ddem_mechanics::law::{Memory, Mode};
+use ddem_joint::point::PairFailure;
+use ddem_mechanics::law::{FailureMode, PointState};
 use ddem_mesh::Vec3;
 
 /// Mean displacement of both sides.
@@ -31,7 +31,7 @@ pub(super) fn slip(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]
     rows.fill([0.0; 3]);
     snapshot.see_present(range, |pair, seen| {
         if let Some(point) = seen.point {
-            let slip = point.memory.slip;
+            let slip = point.state.slip;
             rows[pair - start] = (seen.axes * Vec3::new(0.0, slip.x, slip.y)).into();
         }
     });
@@ -39,16 +39,16 @@ pub(super) fn slip(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]
 
 /// Opening by slip over the roughness, and the gap beyond it.
 pub(super) fn opening(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    failed(snapshot, range, out, 0.0, |_, memory| memory.dilation + memory.gap.max(0.0));
+    failed(snapshot, range, out, 0.0, |_, state| state.dilation + state.gap.max(0.0));
 }
 
 pub(super) fn failure_mode(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    let number = |mode| if mode == Mode::Tension { 2.0 } else { 1.0 };
+    let number = |mode| if mode == FailureMode::Tension { 2.0 } else { 1.0 };
     failed(snapshot, range, out, 0.0, |failure, _| number(failure.mode));
 }
 
 pub(super) fn open(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    failed(snapshot, range, out, 0.0, |_, memory| f64::from(u8::from(memory.gap > 0.0)));
+    failed(snapshot, range, out, 0.0, |_, state| f64::from(u8::from(state.gap > 0.0)));
 }
 
 pub(super) fn failure_time(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
@@ -56,7 +56,7 @@ pub(super) fn failure_time(snapshot: &Snapshot<'_>, range: Range<usize>, out: &m
 }
 
 pub(super) fn damage(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
-    failed(snapshot, range, out, 0.0, |_, memory| memory.damage.min(1.0));
+    failed(snapshot, range, out, 0.0, |_, state| state.damage.min(1.0));
 }
 
 /// A number of each failed pair, and another of the bonded ones.
@@ -65,13 +65,13 @@ fn failed(
     range: Range<usize>,
     out: &mut [f64],
     bonded: f64,
-    number: impl Fn(Failure, &Memory) -> f64 + Sync,
+    number: impl Fn(PairFailure, &PointState) -> f64 + Sync,
 ) {
     let number = &number;
     snapshot.model.fill_pairs(range, out, |joint| {
         let damage = snapshot.damage(joint);
         move |pair| {
-            let number = damage.point(pair).and_then(|p| Some(number(p.failure?, &p.memory)));
+            let number = damage.point(pair).and_then(|p| Some(number(p.failure?, &p.state)));
             [number.unwrap_or(bonded)]
         }
     });

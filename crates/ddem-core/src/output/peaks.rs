@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use super::{Field, On, Snapshot};
+use super::{Field, FieldLocation, Snapshot};
 
 /// Fields of a model that asks for peaks.
 pub(super) const PEAK_FIELDS: [Field; 3] = [
-    Field::new("peak_velocity", "m/s", On::Node, 1, velocity),
-    Field::new("peak_tension", "Pa", On::Element, 1, tension),
-    Field::new("peak_compression", "Pa", On::Element, 1, compression),
+    Field::new("peak_velocity", "m/s", FieldLocation::Node, 1, velocity),
+    Field::new("peak_tension", "Pa", FieldLocation::Element, 1, tension),
+    Field::new("peak_compression", "Pa", FieldLocation::Element, 1, compression),
 ];
 
 fn velocity(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use super::{Field, On};
+use super::{Field, FieldLocation};
 use crate::model::Model;
 use crate::state::State;
 use crate::step::Context;
@@ -43,11 +43,11 @@ impl<'a> Snapshot<'a> {
 
     /// Number of the values of a field.
     #[must_use]
-    pub fn len(&self, on: On) -> usize {
+    pub fn len(&self, on: FieldLocation) -> usize {
         match on {
-            On::Node => self.model.n_nodes(),
-            On::Element => self.model.n_elements(),
-            On::Pair => self.model.n_pairs(),
+            FieldLocation::Node => self.model.n_nodes(),
+            FieldLocation::Element => self.model.n_elements(),
+            FieldLocation::Pair => self.model.n_pairs(),
         }
     }
 

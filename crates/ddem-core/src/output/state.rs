@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Snapshot;
 use super::energy::Energy;
-use ddem_joint::point::{Failure, JointPoint};
-use ddem_mechanics::law::Mode;
+use ddem_joint::point::{JointPoint, PairFailure};
+use ddem_mechanics::law::FailureMode;
 use ddem_mesh::Vec3;
 
 /// Nodes that are looked at at once.
@@ -144,17 +144,17 @@ impl Snapshot<'_> {
         let mut joints: Vec<JointSummary> = joints
             .map(|joint| JointSummary { joint: joint.name.clone(), ..JointSummary::default() })
             .collect();
-        let gone =
+        let removed =
             |joint: &usize| model.joint(*joint).blocks().iter().any(|&b| model.is_removed(b));
-        for joint in (0..model.n_joints()).filter(|joint| !gone(joint)) {
+        for joint in (0..model.n_joints()).filter(|joint| !removed(joint)) {
             let (pairs, damage) = (model.pairs_of(joint).len(), self.damage(joint));
             let joint = &mut joints[usize::from(model.joint(joint).number())];
             joint.pairs += pairs as u64;
-            for JointPoint { failure, memory, .. } in damage.points() {
-                let Some(Failure { mode, .. }) = failure else { continue };
-                joint.tension += u64::from(*mode == Mode::Tension);
-                joint.shear += u64::from(*mode != Mode::Tension);
-                joint.open += u64::from(memory.gap > 0.0);
+            for JointPoint { failure, state, .. } in damage.points() {
+                let Some(PairFailure { mode, .. }) = failure else { continue };
+                joint.tension += u64::from(*mode == FailureMode::Tension);
+                joint.shear += u64::from(*mode != FailureMode::Tension);
+                joint.open += u64::from(state.gap > 0.0);
             }
         }
         let known = joints.into_iter().zip(&self.model.laws);
@@ -189,7 +189,7 @@ impl Snapshot<'_> {
     fn reactions(&self) -> Vec<Reaction> {
         let mut forces = std::collections::BTreeMap::<usize, [f64; 3]>::new();
         for (support, reaction) in
-            self.context.view.active.supports.iter().zip(&self.scratch.reactions)
+            self.context.view.conditions.supports.iter().zip(&self.scratch.reactions)
         {
             forces.entry(support.fix as usize).or_default()[support.axis as usize] += reaction;
         }

@@ -11,7 +11,7 @@ use ddem_mesh::in_situ::Stress;
 use ddem_mesh::{Topology, Vec3};
 
 /// Origin of the stresses of one block.
-pub(crate) struct Strained<'a> {
+pub(crate) struct StressSource<'a> {
     u: &'a [Lanes],
     lane: usize,
     topology: Topology,
@@ -42,7 +42,7 @@ impl Snapshot<'_> {
         self.model.fill_elements(range, out, |block| {
             let (strained, topology) = (self.strained(block), self.model.geometry.topology(block));
             move |e| {
-                let stress = |block: &Strained<'_>| block.stress(topology.element_steps(e));
+                let stress = |block: &StressSource<'_>| block.stress(topology.element_steps(e));
                 strained.as_ref().map_or([0.0; 6], stress)
             }
         });
@@ -56,7 +56,7 @@ impl Snapshot<'_> {
     }
 
     /// Origin of the stresses of a block; `None` of one that has none.
-    pub(crate) fn strained(&self, block: usize) -> Option<Strained<'_>> {
+    pub(crate) fn strained(&self, block: usize) -> Option<StressSource<'_>> {
         let model = self.model;
         let (pack, lane) = model.packs.slot(block);
         if model.packs.packs[pack].rigid {
@@ -66,7 +66,7 @@ impl Snapshot<'_> {
         let element = &model.assembly.elements[table.elements[lane]? as usize];
         let first = &model.packs.packs[pack];
         let nodes = 3 * first.start..3 * (first.start + model.packs.shape_of(first).nodes);
-        Some(Strained {
+        Some(StressSource {
             u: &self.state.u[nodes],
             lane,
             topology: model.geometry.topology(block),
@@ -90,7 +90,7 @@ impl Snapshot<'_> {
     }
 }
 
-impl Strained<'_> {
+impl StressSource<'_> {
     /// As [`Simulation::stress`](crate::Simulation::stress).
     pub(super) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
         // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).

@@ -8,12 +8,12 @@ use nalgebra::Matrix3;
 use super::Snapshot;
 use crate::force::joint::face_forces;
 use crate::model::damage::Damage;
-use crate::model::pairs::Joint;
+use crate::model::pairs::BlockJoint;
 use crate::state::State;
 use crate::state::pass::Workspace;
-use crate::step::{Pass, input};
-use ddem_joint::breaks::Breaks;
-use ddem_joint::contact::{Contacts, Seated};
+use crate::step::{FirstPass, input};
+use ddem_joint::broken::BrokenJoints;
+use ddem_joint::contact::{BondedPatch, Contacts};
 use ddem_joint::point::{JointPoint, joined};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::NO_JOINT;
@@ -21,19 +21,19 @@ use ddem_mesh::Vec3;
 use ddem_mesh::pack::JointLattice;
 
 /// A pair as it is now, in the frame of space.
-pub(super) struct Seen<'a> {
+pub(super) struct PairView<'a> {
     /// Traction on side a `[Pa]`, (M1).
     pub(super) traction: Vec3,
     /// The joint's own axes in space, as columns: the normal, from a to b, and two in its plane.
     pub(super) axes: Matrix3<f64>,
     /// Number of the joint's law.
     pub(super) law: u16,
-    /// If elements around it have become springs.
+    /// The pair's springs, if elements around it have failed.
     pub(super) point: Option<&'a JointPoint>,
 }
 
 /// A joint whose faces match: the pack and the lane of its block a, its direction and its number.
-struct Lane {
+struct JointLane {
     pack: u32,
     d: u8,
     lane: u8,
@@ -42,7 +42,7 @@ struct Lane {
 
 /// Forces of the joints of one face of a pack, and the rotation of their axes.
 #[derive(Default)]
-struct Forces {
+struct FaceForces {
     forces: Vec<Lanes>,
     rotation: [[Lanes; 3]; 3],
     work: Workspace,
@@ -57,7 +57,7 @@ impl Snapshot<'_> {
     }
 
     /// Calls `see` with the pairs in a range, in whatever order, at the time that was last measured.
-    pub(super) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, Seen<'_>)) {
+    pub(super) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, PairView<'_>)) {
         self.see(&self.scratch.trial, &self.scratch.trial_contacts, pairs, see);
     }
 
@@ -70,7 +70,7 @@ impl Snapshot<'_> {
     pub(crate) fn overload(&self) -> f64 {
         let mut most: f64 = 1.0;
         let all = 0..self.model.n_pairs();
-        self.see(&self.state.breaks, &self.state.contacts, all, |_, seen| {
+        self.see(&self.state.broken_joints, &self.state.contacts, all, |_, seen| {
             let law = self.model.laws[seen.law as usize].as_ref();
             if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.failure.is_none())) {
                 let own = seen.axes.tr_mul(&seen.traction);
@@ -82,20 +82,20 @@ impl Snapshot<'_> {
 
     /// True where a joint has turned about pairs that still hold, so far that it is to let go of them.
     pub(crate) fn hinges(&self) -> bool {
-        let State { breaks, contacts, .. } = self.state;
+        let State { broken_joints, contacts, .. } = self.state;
         self.model.searched().is_some()
-            && self.model.damages(breaks, contacts).any(|damage| damage.hinges())
+            && self.model.damages(broken_joints, contacts).any(|damage| damage.hinges())
     }
 
     fn see(
         &self,
-        breaks: &Breaks,
+        broken_joints: &BrokenJoints,
         contacts: &Contacts,
         pairs: Range<usize>,
-        mut see: impl FnMut(usize, Seen<'_>),
+        mut see: impl FnMut(usize, PairView<'_>),
     ) {
         let model = self.model;
-        let mut see = |pair: usize, seen: Seen<'_>| {
+        let mut see = |pair: usize, seen: PairView<'_>| {
             if pairs.contains(&pair) {
                 see(pair, seen);
             }
@@ -104,77 +104,83 @@ impl Snapshot<'_> {
         let joints = model.joint_of(pairs.start)..model.n_joints();
         for at in joints.take_while(|&at| model.pairs_of(at).start < pairs.end) {
             match model.joint(at) {
-                Joint::Matching(face) => {
+                BlockJoint::Matching(face) => {
                     let (pack, lane) = model.packs.slot(face.a as usize);
-                    faces.push(Lane {
+                    faces.push(JointLane {
                         pack: pack as u32,
                         d: face.direction,
                         lane: lane as u8,
                         at: at as u32,
                     });
                 }
-                Joint::Seated(joint) => see_seated(joint, contacts, &mut see),
+                BlockJoint::Nonconforming(joint) => see_nonconforming(joint, contacts, &mut see),
             }
         }
         // The lanes of a pack are one piece of work.
         faces.sort_unstable_by_key(|face| (face.pack, face.d));
-        let mut forces = Forces::default();
+        let mut forces = FaceForces::default();
         for faces in faces.chunk_by(|a, b| (a.pack, a.d) == (b.pack, b.d)) {
-            self.see_lanes(breaks, faces, &mut forces, &mut see);
+            self.see_lanes(broken_joints, faces, &mut forces, &mut see);
         }
     }
 
     /// Calls `see` with the pairs of joints that are lanes of one face of a pack.
     fn see_lanes(
         &self,
-        breaks: &Breaks,
-        faces: &[Lane],
-        Forces { forces, rotation, work }: &mut Forces,
-        see: &mut impl FnMut(usize, Seen<'_>),
+        broken_joints: &BrokenJoints,
+        faces: &[JointLane],
+        FaceForces { forces, rotation, work }: &mut FaceForces,
+        see: &mut impl FnMut(usize, PairView<'_>),
     ) {
         let model = self.model;
         let (pack, d) = (faces[0].pack as usize, usize::from(faces[0].d));
-        let Some(seam) = model.seams.get(pack, d) else { return };
-        let pass = Pass { linear: false, ..Pass::linear(model, &self.state.u) };
+        let Some(section) = model.sections.get(pack, d) else { return };
+        let pass = FirstPass { linear: false, ..FirstPass::linear(model, &self.state.u) };
         let input = input(pass, &self.scratch.frames);
         let at = JointLattice { pack, offset: 1 << d };
-        let broken = breaks.get(pack, at.offset);
+        let broken = broken_joints.get(pack, at.offset);
         dispatch!(self.scratch.level, simd => {
             face_forces(simd, input, at, broken, forces, rotation, work)
         });
-        let places = &model.packs.shape_of(&model.packs.packs[pack]).pairs[d];
-        for &Lane { lane, at, .. } in faces {
+        let node_pairs = &model.packs.shape_of(&model.packs.packs[pack]).pairs[d];
+        for &JointLane { lane, at, .. } in faces {
             let lane = usize::from(lane);
-            if seam.joints[lane] == NO_JOINT {
+            if section.joints[lane] == NO_JOINT {
                 continue;
             }
-            let axes = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]) * seam.axes;
-            for (pair, (p, place)) in model.pairs_of(at as usize).zip(places.iter().enumerate()) {
+            let axes = Matrix3::from_fn(|i, k| rotation[i][k].0[lane]) * section.axes;
+            for (pair, (p, node_pair)) in
+                model.pairs_of(at as usize).zip(node_pairs.iter().enumerate())
+            {
                 let force = |side: usize| {
-                    Vec3::from([0, 1, 2].map(|c| forces[3 * place.sides[side] + c].0[lane]))
+                    Vec3::from([0, 1, 2].map(|c| forces[3 * node_pair.sides[side] + c].0[lane]))
                 };
-                let area = seam.quarter.0[lane] * place.elements().len() as f64;
+                let area = section.quarter.0[lane] * node_pair.elements().len() as f64;
                 let mut traction = (force(0) - force(1)) / (2.0 * area);
                 let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.area > 0.0);
                 if let Some(point) = point {
-                    let springs = point.memory.borne();
+                    let springs = point.state.total_traction();
                     // Of its elements, each of which has a quarter there.
-                    let part = (point.area / seam.quarter.0[lane]).round() * place.share();
+                    let part = (point.area / section.quarter.0[lane]).round() * node_pair.share();
                     traction += axes * joined(springs.normal, springs.shear) * part;
                 }
-                see(pair, Seen { traction, axes, law: seam.laws[lane], point });
+                see(pair, PairView { traction, axes, law: section.laws[lane], point });
             }
         }
     }
 }
 
 /// Calls `see` with the pairs of a joint between faces that do not match.
-fn see_seated(joint: &Seated, contacts: &Contacts, see: &mut impl FnMut(usize, Seen<'_>)) {
+fn see_nonconforming(
+    joint: &BondedPatch,
+    contacts: &Contacts,
+    see: &mut impl FnMut(usize, PairView<'_>),
+) {
     let Some((patch, bond)) = contacts.held(joint.patch.blocks) else { return };
     let axes = patch.frame();
     for (i, point) in patch.points.iter().enumerate() {
         let pair = &point.pair;
         let traction = patch.force(point) / pair.area;
-        see(joint.first_pair + i, Seen { traction, axes, law: bond.law, point: Some(pair) });
+        see(joint.first_pair + i, PairView { traction, axes, law: bond.law, point: Some(pair) });
     }
 }

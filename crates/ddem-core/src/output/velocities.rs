@@ -77,7 +77,7 @@ impl Snapshot<'_> {
         (0..packs.len()).filter(|&pack| packs[pack].rigid).map(|pack| self.pose(pack)).collect()
     }
 
-    /// Those of one pack.
+    /// Poses of the blocks of one pack.
     fn pose(&self, pack: usize) -> Poses {
         let packs = &self.model.packs;
         let poses = self.state.poses[packs.packs[pack].rigid_start];

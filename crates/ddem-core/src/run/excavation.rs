@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::{Simulation, peaks};
-use crate::model::conditions::{Applied, Released};
+use crate::model::conditions::{AppliedForces, FadingForces};
 use crate::state::motion::Motion;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::{Matter, Pose};
+use ddem_mechanics::rigid::{MassProperties, Pose};
 use ddem_mesh::Geometry;
 
 impl Simulation {
@@ -23,9 +23,11 @@ impl Simulation {
         }
         if !steps.is_empty() {
             self.finish_relaxation();
-            steps.into_iter().for_each(|(geometry, fading)| self.dig(geometry, &fading));
+            steps.into_iter().for_each(|(geometry, fading)| self.remove_blocks(geometry, &fading));
             let Self { model, state, .. } = self;
-            state.kept.retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
+            state
+                .locked_reactions
+                .retain(|&node, _| !model.is_removed(model.block_of(node as usize)));
             self.view.renew(&self.model, &self.state);
         }
     }
@@ -33,16 +35,16 @@ impl Simulation {
     /// Takes out the blocks that are gone now, and gives the others their joints and materials. What was exerted
     /// on the rest before, where that is not held now, goes on where it is to fade; the energy that goes or
     /// comes is booked as work.
-    fn dig(&mut self, now: Arc<Geometry>, fading: &[usize]) {
+    fn remove_blocks(&mut self, now: Arc<Geometry>, fading: &[usize]) {
         // Nothing fails between the two measurements: the next step looks at the new state.
         let held = std::mem::replace(&mut self.holds, true);
         let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
         let before = self.energy().balance;
-        let matter = self.model.assembly.rigid.clone();
+        let mass_properties = self.model.assembly.rigid.clone();
         let geometry = self.model.excavate(now);
-        self.spin_on(&matter);
+        self.keep_angular_momentum(&mass_properties);
         self.forget_removed();
-        self.take_joints(&geometry);
+        self.update_joints(&geometry);
         self.scratch.fit(&self.model, &self.state);
         // The next step looks whether it is too long now.
         self.critical_steps = [None; 2];
@@ -64,34 +66,35 @@ impl Simulation {
     }
 
     /// Rigid blocks with another inertia go on turning as they did: `before` is what resisted.
-    fn spin_on(&mut self, before: &[[Matter; LANES]]) {
-        let matter =
+    fn keep_angular_momentum(&mut self, before: &[[MassProperties; LANES]]) {
+        let mass_properties =
             before.iter().zip(&self.model.assembly.rigid).flat_map(|(a, b)| a.iter().zip(b));
-        for (pose, (old, new)) in self.state.poses.iter_mut().flatten().zip(matter) {
+        for (pose, (old, new)) in self.state.poses.iter_mut().flatten().zip(mass_properties) {
             if old.inertia != new.inertia {
-                pose.momentum = new.momentum(&pose.turn, old.spin(&pose.turn, pose.momentum));
+                pose.momentum =
+                    new.momentum(&pose.turn, old.angular_velocity(&pose.turn, pose.momentum));
             }
         }
     }
 
     /// Joints that have others' strengths now: what has not failed yet is looked at again, and contacts
     /// have another friction. `before` is what was where.
-    fn take_joints(&mut self, before: &Geometry) {
+    fn update_joints(&mut self, before: &Geometry) {
         let Self { model, state, .. } = self;
-        state.breaks.look_again();
+        state.broken_joints.recheck();
         let contacts = &mut state.contacts;
         for (blocks, bond) in contacts.bonds_mut() {
             bond.joint = model.geometry.joint_of(blocks).unwrap_or(bond.joint);
             bond.law = bond.joint;
         }
         let differs = |&block: &u32| model.geometry.differs(before, block as usize);
-        contacts.make_anew(|patch| patch.bond.is_none() && patch.blocks.iter().any(differs));
+        contacts.remake(|patch| patch.bond.is_none() && patch.blocks.iter().any(differs));
         self.look = peaks::look(model);
     }
 
     /// The forces that are missing go on as loads.
     fn release(&mut self, fading: &[usize], before: &[[f64; 3]], after: &[[f64; 3]]) {
-        let mut missing = Applied::new();
+        let mut missing = AppliedForces::new();
         for (node, (before, after)) in before.iter().zip(after).enumerate() {
             let force = [0, 1, 2].map(|c| before[c] - after[c]);
             if force != [0.0; 3] && !self.model.is_removed(self.model.block_of(node)) {
@@ -101,7 +104,7 @@ impl Simulation {
         // Entries of one stage fade each with its own part of the blocks beside a node.
         let part = 1.0 / fading.len() as f64;
         missing.values_mut().flatten().for_each(|x| *x *= part);
-        let released = Released { began: self.state.time, forces: missing };
+        let released = FadingForces { began: self.state.time, forces: missing };
         for &load in fading {
             self.model.set_released(load, &released);
             self.state.load_factors[load] = 1.0;
@@ -118,7 +121,7 @@ impl Simulation {
         let packs = &model.packs;
         for (index, pack) in packs.packs.iter().enumerate() {
             for lane in 0..pack.filled {
-                let block = pack.bodies[lane] as usize;
+                let block = pack.blocks[lane] as usize;
                 if !model.is_removed(block) {
                     continue;
                 }
@@ -134,10 +137,10 @@ impl Simulation {
             }
             for offset in 1..8_usize {
                 let direction = offset.is_power_of_two().then(|| offset.trailing_zeros() as usize);
-                let seam = direction.and_then(|d| model.seams.get(index, d));
+                let section = direction.and_then(|d| model.sections.get(index, d));
                 let table = model.assembly.pack_tables[index][offset] as usize;
                 let table = model.assembly.tables.get(table);
-                self.state.breaks.keep(index, offset, seam, table);
+                self.state.broken_joints.forget_absent(index, offset, section, table);
             }
         }
         let (contacts, mut ended) = (&mut self.state.contacts, Vec::new());
@@ -147,7 +150,7 @@ impl Simulation {
                 patch.points = Box::default();
             }
         }
-        contacts.end(ended);
+        contacts.take_in_released(ended);
         contacts.near.clear();
         contacts.known = false;
         contacts.renew(Vec::new());

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::Simulation;
 use crate::model::Model;
-use crate::state::Memory;
+use crate::state::RelaxationProgress;
 use crate::step::shift;
-use ddem_joint::contact::Skins;
-use ddem_mechanics::law::Reduced;
+use ddem_joint::contact::ContactSurfaces;
+use ddem_mechanics::law::ReducedLaw;
 use ddem_mechanics::math::lanes::Lanes;
 
 /// Increments of relaxations that drive supports.
@@ -15,11 +15,11 @@ const DRIVEN: u32 = 10;
 
 impl Simulation {
     /// Begins an increment: strengths and supports go their part of the way.
-    pub(super) fn begin_increment(&mut self, memory: &Memory) {
-        if memory.increments > 1 {
-            self.ramp_strengths(memory.left, memory.part(), true);
+    pub(super) fn begin_increment(&mut self, progress: &RelaxationProgress) {
+        if progress.increments > 1 {
+            self.ramp_strengths(progress.left, progress.part(), true);
         }
-        self.shift_supports(memory);
+        self.shift_supports(progress);
     }
 
     /// Strengths go by a part of the way from those of the stage that was left to those of the present one.
@@ -32,16 +32,15 @@ impl Simulation {
             return;
         }
         let contacts = &mut state.contacts;
-        contacts.make_anew(|patch| {
-            anew && patch.bond.is_none() && patch.blocks.into_iter().any(differs)
-        });
+        contacts
+            .remake(|patch| anew && patch.bond.is_none() && patch.blocks.into_iter().any(differs));
         let laws = model.ramp(&before, part);
         for patch in &mut contacts.patches {
             if let (Some(bond), Some(law)) = (&mut patch.bond, laws.get(&patch.blocks)) {
                 bond.law = *law;
             }
         }
-        state.breaks.look_again();
+        state.broken_joints.recheck();
     }
 
     /// Divides the strengths of joints, by their numbers, by a factor, and with `contacts` the friction of faces
@@ -50,18 +49,18 @@ impl Simulation {
         let Self { model, state, .. } = self;
         for &joint in joints {
             if let Some(law) = model.laws[joint].take() {
-                model.laws[joint] = Some(Arc::new(Reduced { law, factor }));
+                model.laws[joint] = Some(Arc::new(ReducedLaw { law, factor }));
             }
         }
         let Model { contact, properties, laws, geometry, .. } = &mut **model;
-        if let Some(surfaces) = contact {
-            surfaces.skins = Skins::new(properties, laws, geometry);
+        if let Some(contact_model) = contact {
+            contact_model.surfaces = ContactSurfaces::new(properties, laws, geometry);
             if contacts {
-                surfaces.skins.divide_friction(factor);
+                contact_model.surfaces.divide_friction(factor);
             }
         }
-        state.contacts.make_anew(|patch| patch.bond.is_none());
-        state.breaks.look_again();
+        state.contacts.remake(|patch| patch.bond.is_none());
+        state.broken_joints.recheck();
     }
 
     /// Increments of the relaxation that comes, where nobody says how many: several where supports are driven, as
@@ -69,35 +68,42 @@ impl Simulation {
     #[must_use]
     pub fn default_increments(&self) -> u32 {
         let driven = self.state.fresh.map(|fresh| fresh.first..=self.state.stage);
-        let ways = driven.map(|stages| self.model.conditions.ways(stages, 1.0)).unwrap_or_default();
-        if ways.iter().flatten().any(|way| *way != 0.0) { DRIVEN } else { 1 }
+        let support_increments = driven
+            .map(|stages| self.model.conditions.support_increments(stages, 1.0))
+            .unwrap_or_default();
+        if support_increments.iter().flatten().any(|increment| *increment != 0.0) {
+            DRIVEN
+        } else {
+            1
+        }
     }
 
     /// Ways of the fixes in one increment `[m]`.
-    pub(super) fn ways(&self, memory: &Memory) -> Vec<[f64; 3]> {
-        let part = 1.0 / memory.increments as f64;
-        let driven = memory.driven.map(|first| first..=self.state.stage);
-        driven.map_or_else(Vec::new, |stages| self.model.conditions.ways(stages, part))
+    pub(super) fn support_increments(&self, progress: &RelaxationProgress) -> Vec<[f64; 3]> {
+        let part = 1.0 / progress.increments as f64;
+        let driven = progress.driven.map(|first| first..=self.state.stage);
+        driven
+            .map_or_else(Vec::new, |stages| self.model.conditions.support_increments(stages, part))
     }
 
     /// Supports go their part of the way to their displacement, at once; what they do is the mean of the
     /// reactions before and after.
-    fn shift_supports(&mut self, memory: &Memory) {
-        let ways = self.ways(memory);
-        if ways.iter().flatten().all(|way| *way == 0.0) {
+    fn shift_supports(&mut self, progress: &RelaxationProgress) {
+        let support_increments = self.support_increments(progress);
+        if support_increments.iter().flatten().all(|increment| *increment == 0.0) {
             return;
         }
-        let before = self.work_along(&ways);
-        let velocities = std::mem::replace(&mut self.view.velocities, ways);
+        let before = self.work_along(&support_increments);
+        let velocities = std::mem::replace(&mut self.view.velocities, support_increments);
         let (context, state, scratch) = self.parts();
         shift(context, state);
         scratch.fit(context.model, state);
         self.state.contacts.known = false;
-        let ways = std::mem::replace(&mut self.view.velocities, velocities);
+        let support_increments = std::mem::replace(&mut self.view.velocities, velocities);
         // Velocities are the ways now: the power of loads is their work, but reactions would stop them.
         let loads = self.measure_once().sums.loads[0];
         self.state.v.fill(Lanes::ZERO);
-        let after = self.work_along(&ways);
+        let after = self.work_along(&support_increments);
         let work = &mut self.state.work;
         work.supports += 0.5 * (before + after);
         work.loads += loads;
@@ -105,11 +111,11 @@ impl Simulation {
     }
 
     /// Work of the present reactions along the ways of the supports `[J]`.
-    fn work_along(&mut self, ways: &[[f64; 3]]) -> f64 {
+    fn work_along(&mut self, support_increments: &[[f64; 3]]) -> f64 {
         self.measure_once();
-        let supports = self.view.active.supports.iter().zip(&self.scratch.reactions);
+        let supports = self.view.conditions.supports.iter().zip(&self.scratch.reactions);
         let each = supports.map(|(support, reaction)| {
-            ways[support.fix as usize][usize::from(support.axis)] * reaction
+            support_increments[support.fix as usize][usize::from(support.axis)] * reaction
         });
         each.sum()
     }

@@ -3,16 +3,16 @@
 use super::Simulation;
 use crate::output::energy::Energy;
 use crate::state::{State, Work};
-use crate::step::{Trial, balance};
+use crate::step::{TrialStep, balance};
 use ddem_joint::losses::Losses;
-use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::math::sums::StepSums;
 
 /// Forces and energies at the present time, until something changes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Measured {
     /// Changes of model, state, scratch space and motion by then; and whether nothing failed.
     revisions: Option<([u64; 4], bool)>,
-    pub(super) sums: Sums,
+    pub(super) sums: StepSums,
     /// Strain energy of bodies and joints `[J]`.
     strain: [f64; 2],
     /// Losses of the joints at the next step.
@@ -27,22 +27,23 @@ impl Simulation {
         self.match_motion();
         if !self.motion.fictitious {
             // Where a program cannot compute a factor, the one before stays; the next step says why.
-            let _ = self.take_factors().and_then(|()| self.take_pushes());
+            let _ = self.update_factors().and_then(|()| self.update_boundary_forces());
         }
-        self.press();
+        self.update_gas();
         let (mut context, state, scratch) = self.parts();
         context.energies = true;
-        let mut breaks = std::mem::take(&mut scratch.trial);
-        breaks.clone_from(&state.breaks);
+        let mut broken_joints = std::mem::take(&mut scratch.trial);
+        broken_joints.clone_from(&state.broken_joints);
         let mut contacts = std::mem::take(&mut scratch.trial_contacts);
         contacts.clone_from(&state.contacts);
         let State { u, v, poses, .. } = state;
-        let trial = Trial { u, v, poses, breaks: &mut breaks, contacts: &mut contacts };
+        let trial =
+            TrialStep { u, v, poses, broken_joints: &mut broken_joints, contacts: &mut contacts };
         let (sums, losing) = balance(context, trial, scratch);
         let mut strain = scratch.strain_energy();
-        let debt = breaks.debt() + contacts.debt();
+        let debt = broken_joints.debt() + contacts.debt();
         strain[1] += contacts.stored() - debt;
-        (self.scratch.trial, self.scratch.trial_contacts) = (breaks, contacts);
+        (self.scratch.trial, self.scratch.trial_contacts) = (broken_joints, contacts);
         self.last = sums;
         self.measured = Measured { revisions: Some(self.revisions()), sums, strain, losing, debt };
     }
@@ -66,7 +67,7 @@ impl Simulation {
     }
 
     /// Brings velocities from the last half step to the present time: `v = (v⁻ + v⁺)/2`.
-    pub fn settle(&mut self) {
+    pub fn synchronise(&mut self) {
         if self.state.before == 0.0 {
             return;
         }
@@ -86,9 +87,9 @@ impl Simulation {
             self.settle_columns();
             self.state.poses = poses;
             // What failed and slipped now has done so.
-            std::mem::swap(&mut self.state.breaks, &mut self.scratch.trial);
+            std::mem::swap(&mut self.state.broken_joints, &mut self.scratch.trial);
             std::mem::swap(&mut self.state.contacts, &mut self.scratch.trial_contacts);
-            self.book_losses(losing);
+            self.add_losses(losing);
             self.state.before = 0.0;
             // Kinetic energy is measured in another way now.
             self.account_from(before);
@@ -149,7 +150,7 @@ impl Simulation {
             self.model.set(&mut self.state.u, node, *u);
         }
         self.state.place_rigid(&self.model);
-        self.state.contacts.part();
+        self.state.contacts.clear_contacts();
         self.scratch.fit(&self.model, &self.state);
         self.account_from(before);
     }
@@ -162,7 +163,7 @@ impl Simulation {
     /// If there is not one for each node.
     pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
         self.model.one_for_each_node("velocities", velocities.len());
-        self.settle();
+        self.synchronise();
         let before = self.energy().balance;
         for (node, v) in self.model.there(velocities) {
             self.model.set(&mut self.state.v, node, *v);
@@ -173,8 +174,8 @@ impl Simulation {
         self.account_from(before);
     }
 
-    /// What a state that is set has more than the one before is no imbalance; after one that was not
-    /// finite the account begins anew.
+    /// Adjusts the energy balance so that a state set by a program causes no imbalance; the balance restarts
+    /// after a state that was not finite.
     fn account_from(&mut self, before: f64) {
         let more = self.energy().balance - before;
         if more.is_finite() {

@@ -1,10 +1,9 @@
 //! A model in motion: the state, and what is done to it.
 
+mod conditions;
 mod excavation;
 mod increment;
 mod measure;
-mod outside;
-mod pace;
 mod peaks;
 pub(crate) mod relax;
 mod results;
@@ -12,9 +11,10 @@ mod rounding;
 pub(crate) mod safety;
 pub(crate) mod saved;
 mod stops;
+mod time_step;
 
-pub use pace::SHORTEST_STEP;
 pub(crate) use rounding::LOOKS;
+pub use time_step::SHORTEST_STEP;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -22,19 +22,19 @@ use std::sync::atomic::AtomicBool;
 
 use crate::error::RunError;
 use crate::model::Model;
-use crate::model::conditions::Applied;
+use crate::model::conditions::AppliedForces;
 use crate::model::mechanism::{FreeMotion, free_motion};
 use crate::model::stage::{Damping, TimeStep};
 use crate::state::State;
 use crate::state::motion::Motion;
 use crate::state::view::StageView;
 use crate::state::watch::FAR;
-use crate::step::cluster::Relaxation;
+use crate::step::preconditioner::Relaxation;
 use crate::step::scratch::Scratch;
 use crate::step::{Context, step};
 use ddem_joint::losses::Losses;
 use ddem_mechanics::math::simd::Simd;
-use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::math::sums::StepSums;
 use ddem_mechanics::math::tracked::Tracked;
 
 use measure::Measured;
@@ -54,7 +54,7 @@ pub struct Simulation {
     pub(crate) relaxation: Option<Relaxation>,
     /// Of the model as it starts, and with all joints that can fail turned to springs.
     pub(crate) critical_steps: [Option<f64>; 2],
-    pub(crate) last: Sums,
+    pub(crate) last: StepSums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
     pub(crate) initial_energy: f64,
     /// [`start`](Self::start) has set the time step.
@@ -62,7 +62,7 @@ pub struct Simulation {
     measured: Measured,
     /// Motion of neighbours that counts as failure in a relaxation where it goes on, as a part of an edge.
     pub(crate) far: f64,
-    /// It is the failing trial of a factor of safety.
+    /// True in the failing trial of a factor of safety.
     pub(crate) failing: bool,
     /// Damping of the motion.
     pub(crate) damping: Damping,
@@ -70,7 +70,7 @@ pub struct Simulation {
     holds: bool,
     /// Time between two looks at the stresses for peaks `[s]`; none without peaks.
     look: Option<f64>,
-    /// What takes long shall stop.
+    /// Flag that stops long computations.
     pub(crate) stop: Arc<AtomicBool>,
 }
 
@@ -105,7 +105,7 @@ impl Simulation {
             motion: Tracked::new(motion),
             relaxation: None,
             critical_steps: [None; 2],
-            last: Sums::default(),
+            last: StepSums::default(),
             initial_energy: 0.0,
             started: false,
             measured: Measured::default(),
@@ -126,7 +126,11 @@ impl Simulation {
     /// Rigid motion that the supports in force leave free to blocks that joints and contacts hold together.
     #[must_use]
     pub fn free_motion(&self) -> Option<FreeMotion> {
-        free_motion(&self.model.geometry, &self.view.active, self.model.properties.contact.search)
+        free_motion(
+            &self.model.geometry,
+            &self.view.conditions,
+            self.model.properties.contact.search,
+        )
     }
 
     /// Simulated time `[s]`.
@@ -188,7 +192,7 @@ impl Simulation {
             self.start(self.damping, TimeStep::Auto, None)?;
         }
         self.state.fresh = None;
-        self.look_at_new_gas()?;
+        self.check_new_gas()?;
         if self.critical_steps[0].is_none() || self.state.before == 0.0 {
             self.check_step()?;
         }
@@ -203,18 +207,18 @@ impl Simulation {
         };
         let Some((sums, losses)) = done else { return Ok(()) };
         self.move_columns();
-        self.book(sums);
-        self.book_losses(losses);
+        self.add_work(sums);
+        self.add_losses(losses);
         self.note_peaks();
-        self.state.look_at_motion(&self.model, sums.ratio(), false);
+        self.state.watch_motion(&self.model, sums.ratio(), false);
         self.check(sums, &self.state.contacts)
     }
 
-    fn try_step(&mut self, waits: bool) -> Result<Option<(Sums, Losses)>, RunError> {
-        self.take_factors()?;
+    fn try_step(&mut self, waits: bool) -> Result<Option<(StepSums, Losses)>, RunError> {
+        self.update_factors()?;
         self.match_motion();
-        self.take_pushes()?;
-        self.state.fills = self.press();
+        self.update_boundary_forces()?;
+        self.state.shells = self.update_gas();
         self.state.load_factors.clone_from(&self.view.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
@@ -248,7 +252,7 @@ impl Simulation {
     }
 
     /// Work of the step that was taken, from its powers.
-    fn book(&mut self, sums: Sums) {
+    fn add_work(&mut self, sums: StepSums) {
         let Motion { before, time_step, .. } = *self.motion;
         let starts = before == 0.0;
         let done = |power: [f64; 2]| match before == time_step {
@@ -272,8 +276,8 @@ impl Simulation {
         self.last = sums;
     }
 
-    /// What the joints lost in a pass over them that the state keeps.
-    pub(crate) fn book_losses(&mut self, losses: Losses) {
+    /// Adds joint losses of an accepted pass.
+    pub(crate) fn add_losses(&mut self, losses: Losses) {
         let State { work, failed, .. } = &mut *self.state;
         work.friction += losses.friction;
         work.fracture += losses.fracture;
@@ -294,7 +298,7 @@ impl Simulation {
     pub fn apply_force(&mut self, nodes: &[u32], forces: &[[f64; 3]]) {
         let (n, found) = (nodes.len(), forces.len());
         assert!(n == found, "there are {found} forces for {n} nodes");
-        let mut sums = Applied::new();
+        let mut sums = AppliedForces::new();
         for (&node, force) in nodes.iter().zip(forces) {
             let sum = sums.entry(node).or_default();
             *sum = [0, 1, 2].map(|c| sum[c] + force[c]);
@@ -303,7 +307,7 @@ impl Simulation {
         for (&node, &force) in &sums {
             let slot = self.model.node_slot(node as usize);
             let load = self.model.conditions.applied_factor() as u32;
-            match self.view.active.force_mut(slot, load) {
+            match self.view.conditions.force_mut(slot, load) {
                 Some(present) => *present = force,
                 None => rebuild = true,
             }
@@ -314,7 +318,7 @@ impl Simulation {
         }
     }
 
-    /// Whether forces are finite at the present time: what [`step`](Self::step) would find next.
+    /// Checks that the present forces are finite, as the next [`step`](Self::step) would.
     ///
     /// # Errors
     ///
@@ -325,7 +329,7 @@ impl Simulation {
     }
 
     /// Factors of the loads and velocities of the supports for the next step.
-    fn take_factors(&mut self) -> Result<(), RunError> {
+    fn update_factors(&mut self) -> Result<(), RunError> {
         let State { stage, time, stage_starts, .. } = &*self.state;
         let half = time + 0.5 * self.motion.time_step;
         let conditions = &self.model.conditions;
@@ -342,13 +346,13 @@ impl Simulation {
         view.sliding.clear();
         if !motion.fictitious && !model.is_shaken(state.time, &state.stage_starts) {
             let failed = state.failed != [0; 2];
-            let State { breaks, contacts, .. } = &**state;
-            model.sliding.rates(&model.packs, failed, breaks, contacts, &mut view.sliding);
+            let State { broken_joints, contacts, .. } = &**state;
+            model.sliding.rates(&model.packs, failed, broken_joints, contacts, &mut view.sliding);
         }
         (Context::new(model, state, view, motion, *holds), state, scratch)
     }
 
-    /// The same context, with blocks that slide as the last step had them.
+    /// Context of the step, with the sliding blocks of the last step.
     fn context(&self) -> Context<'_> {
         Context::new(&self.model, &self.state, &self.view, &self.motion, self.holds)
     }

@@ -1,4 +1,4 @@
-//! What peaks see of a run, and when.
+//! Updates of the peak values during a run.
 
 use super::Simulation;
 use crate::model::Model;

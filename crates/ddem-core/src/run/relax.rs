@@ -2,7 +2,7 @@
 //!
 //! The step of (2) with fictitious masses and Δt = 1,
 //! `v⁺ = [(1 − c/2) v + M⁻¹F] / (1 + c/2)`, `u⁺ = u + v⁺`. M is the stiffness of each cluster of
-//! facing nodes ([`cluster`](crate::step::cluster)), scaled so that Δt = 1 is stable for every mode.
+//! facing nodes ([`preconditioner`](crate::step::cluster)), scaled so that Δt = 1 is stable for every mode.
 //! The damping fades as the motion goes on, `c = 3/(k + 3/2)` with k the steps since the last
 //! restart, and the motion restarts from rest when it turns against the forces (`F·v < 0`):
 //! near-critical for the lowest mode that is still active, without an estimate of its frequency.
@@ -14,12 +14,12 @@ use crate::error::RunError;
 use crate::model::stage::allow_tolerance;
 use crate::run::{LOOKS, Simulation};
 use crate::state::motion::Motion;
-use crate::state::{Memory, State};
-use crate::step::cluster::{Clusters, Meeting, Relaxation, has_turned};
+use crate::state::{RelaxationProgress, State};
+use crate::step::preconditioner::{ContactMasses, Preconditioner, Relaxation, has_turned};
 use crate::step::timestep::{largest_clustered, largest_of_gases};
-use crate::step::{Trial, advance_relaxing, balance};
+use crate::step::{TrialStep, advance_relaxing, balance};
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::math::sums::StepSums;
 
 /// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
 const LARGEST: f64 = 3.6;
@@ -38,7 +38,7 @@ const LOOK_AROUND: u64 = 200;
 /// Steps after which it is looked how far blocks have turned.
 const LOOK_AT_TURNS: u64 = 10;
 
-/// Where a relaxation is.
+/// Progress of a relaxation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relaxed {
     /// Still moving.
@@ -62,13 +62,13 @@ impl Simulation {
         let conditions = &self.model.conditions;
         let mut to = conditions.factors(state.stage, state.time, &state.stage_starts)?;
         to.push(1.0);
-        self.settle();
+        self.synchronise();
         self.stop();
         self.drop_relaxation();
         let state = &self.state;
         // What is there at the start bears all loads at once, not a part of them.
         let all = self.model.in_situ.is_some() && state.steps == 0;
-        let memory = Memory {
+        let progress = RelaxationProgress {
             increments: u64::from(increments.max(1)),
             increment: 1,
             left: state.fresh.map_or(state.stage, |fresh| fresh.left),
@@ -77,13 +77,13 @@ impl Simulation {
                 true => self.model.conditions.at_once(&to, &state.load_factors),
                 false => state.load_factors.clone(),
             },
-            way: state.way,
+            path_length: state.path_length,
             to,
-            ..Memory::default()
+            ..RelaxationProgress::default()
         };
         let stop = self.stop.clone();
-        let begins = memory.clone();
-        self.go_on_relaxing(memory, &|| stop.load(Ordering::Relaxed))?;
+        let begins = progress.clone();
+        self.go_on_relaxing(progress, &|| stop.load(Ordering::Relaxed))?;
         self.state.fresh = None;
         self.keep_slip(true);
         self.begin_increment(&begins);
@@ -94,64 +94,73 @@ impl Simulation {
     /// Slip and damage of failed pairs and contacts are for good, as in an equilibrium: those of before
     /// `now` are what a relaxation maps from, or nothing is.
     pub(super) fn keep_slip(&mut self, now: bool) {
-        self.state.breaks.settle(now);
-        self.state.contacts.settle(now);
+        self.state.broken_joints.set_equilibrium(now);
+        self.state.contacts.set_equilibrium(now);
     }
 
     /// Goes on with a relaxation that a checkpoint has kept.
-    pub(super) fn continue_relaxation(&mut self, memory: Memory) {
-        if memory.increments > 1 {
-            self.ramp_strengths(memory.left, memory.part(), false);
+    pub(super) fn continue_relaxation(&mut self, progress: RelaxationProgress) {
+        if progress.increments > 1 {
+            self.ramp_strengths(progress.left, progress.part(), false);
         }
         // It does not stop, asks for no history and had masses: else the next step begins anew, and says why.
-        let _ = self.go_on_relaxing(memory, &|| false);
+        let _ = self.go_on_relaxing(progress, &|| false);
     }
 
-    fn go_on_relaxing(&mut self, memory: Memory, stop: &dyn Fn() -> bool) -> Result<(), RunError> {
+    fn go_on_relaxing(
+        &mut self,
+        progress: RelaxationProgress,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<(), RunError> {
         self.change_motion(Motion::relaxing(&self.model.assembly));
         self.rest();
         // Until a part of the loads has made its first step, those before it act.
-        if memory.way != 0.0 || !memory.last.is_empty() {
-            self.view.factors = memory.present_factors();
+        if progress.path_length != 0.0 || !progress.last.is_empty() {
+            self.view.factors = progress.present_factors();
         }
-        let clusters = self.masses(&memory.to, stop)?;
-        self.relaxation = Some(Relaxation { memory, clusters });
+        let preconditioner = self.masses(&progress.to, stop)?;
+        self.relaxation = Some(Relaxation { progress, preconditioner });
         Ok(())
     }
 
     /// Masses with which Δt = 1 is stable: once pairs have failed, whatever breaks; with contacts as they are, and
     /// with the gas of charges of these factors.
-    fn masses(&mut self, to: &[f64], stop: &dyn Fn() -> bool) -> Result<Clusters, RunError> {
+    fn masses(&mut self, to: &[f64], stop: &dyn Fn() -> bool) -> Result<Preconditioner, RunError> {
         let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
-        for (node, axis) in self.view.active.held() {
+        for (node, axis) in self.view.conditions.held() {
             held.entry(node).or_default()[axis] = true;
         }
         let has_failed = self.state.failed != [0; 2];
-        let meeting = Meeting::new(&self.model, &self.state.contacts);
-        let mut clusters = Clusters::new(&self.model, &held, meeting, stop)?;
+        let meeting = ContactMasses::new(&self.model, &self.state.contacts);
+        let mut preconditioner = Preconditioner::new(&self.model, &held, meeting, stop)?;
         let mut largest: f64 = 0.0;
         for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
-            let mut breaks = self.model.tangent(broken);
-            let found =
-                largest_clustered(&self.model, &clusters, &mut breaks, &mut self.scratch, stop)?;
+            let mut broken_joints = self.model.tangent(broken);
+            let found = largest_clustered(
+                &self.model,
+                &preconditioner,
+                &mut broken_joints,
+                &mut self.scratch,
+                stop,
+            )?;
             largest = largest.max(found);
         }
-        largest += self.gas(&clusters, to);
+        largest += self.gas(&preconditioner, to);
         // Contacts are at most as stiff as what they have put into the masses, and add to the rest.
-        clusters.scale(LARGEST / (largest + if meeting.any { 1.0 } else { 0.0 }));
-        Ok(clusters)
+        preconditioner.scale(LARGEST / (largest + if meeting.any { 1.0 } else { 0.0 }));
+        Ok(preconditioner)
     }
 
-    /// What the gas of charges in force adds to the largest eigenvalue.
-    fn gas(&mut self, clusters: &Clusters, factors: &[f64]) -> f64 {
+    /// Largest eigenvalue added by the gas of the charges in force.
+    fn gas(&mut self, preconditioner: &Preconditioner, factors: &[f64]) -> f64 {
         let factors = factors.iter().skip(self.model.conditions.loaded.len());
         let charges = self.charged().zip(factors).filter(|(_, factor)| **factor > 0.0);
-        let gases = charges.filter_map(|((charge, fills), factor)| {
-            let (stiffness, areas) = charge.stiffness(&self.moved(charge), fills)?;
+        let gases = charges.filter_map(|((charge, gas), factor)| {
+            let (stiffness, areas) = charge.stiffness(&self.moved(charge), gas)?;
             Some((charge.nodes.clone(), factor * stiffness, areas))
         });
         let gases: Vec<_> = gases.collect();
-        largest_of_gases(&self.model, clusters, &gases, &mut self.scratch)
+        largest_of_gases(&self.model, preconditioner, &gases, &mut self.scratch)
     }
 
     /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
@@ -159,7 +168,7 @@ impl Simulation {
         *self.motion = Motion::relaxing(&self.model.assembly);
         self.view.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
         self.view.factors.clone_from(&self.state.load_factors);
-        self.view.pushes = self.view.outside.kept().collect();
+        self.view.boundary_forces = self.view.boundaries.locked_reactions().collect();
     }
 
     /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is
@@ -182,55 +191,56 @@ impl Simulation {
 
     fn relax_with(
         &mut self,
-        Relaxation { memory, clusters }: &mut Relaxation,
+        Relaxation { progress, preconditioner }: &mut Relaxation,
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
-        let sums = self.unbalanced_sums(memory)?;
-        if clusters.meeting != Meeting::new(&self.model, &self.state.contacts) {
+        let sums = self.unbalanced_sums(progress)?;
+        if preconditioner.meeting != ContactMasses::new(&self.model, &self.state.contacts) {
             // The forces are gone with it: the step is not taken, and the next begins from rest.
-            *clusters = self.masses(&memory.to, &|| false)?;
+            *preconditioner = self.masses(&progress.to, &|| false)?;
             self.state.v.fill(Lanes::ZERO);
-            memory.rest();
+            progress.rest();
             return Ok(Relaxed::Moving);
         }
         let had_failed = self.state.failed != [0; 2];
-        if self.fails_now(memory, tolerance) {
+        if self.fails_now(progress, tolerance) {
             if !had_failed {
                 // Half way through what happens here there is no stopping.
-                *clusters = self.masses(&memory.to, &|| false)?;
+                *preconditioner = self.masses(&progress.to, &|| false)?;
             }
-            memory.rest();
+            progress.rest();
             return Ok(Relaxed::Moving);
         }
         let looks = self.state.steps.is_multiple_of(LOOK_AROUND);
-        let at_rest = memory.has_stopped(AT_REST);
-        let unloaded = looks && self.look_at_rounding(memory, tolerance, at_rest)?;
-        let stopped = memory.has_stopped(tolerance) || memory.rounded >= LOOKS;
+        let at_rest = progress.has_stopped(AT_REST);
+        let unloaded = looks && self.check_rounding(progress, tolerance, at_rest)?;
+        let stopped = progress.has_stopped(tolerance) || progress.rounded >= LOOKS;
         if unloaded || (sums.ratio() <= tolerance && stopped) {
-            return Ok(self.end_increment(memory));
+            return Ok(self.end_increment(progress));
         }
         self.check_motion()?;
-        self.move_relaxing(memory, clusters, sums.power);
+        self.move_relaxing(progress, preconditioner, sums.power);
         Ok(Relaxed::Moving)
     }
 
     /// Forces at the present place under the present part of the loads, and their work booked.
-    fn unbalanced_sums(&mut self, memory: &mut Memory) -> Result<Sums, RunError> {
-        self.view.factors = memory.present_factors();
+    fn unbalanced_sums(&mut self, progress: &mut RelaxationProgress) -> Result<StepSums, RunError> {
+        self.view.factors = progress.present_factors();
         // Nothing gets out while time stands still.
-        let began = self.press().into_iter().map(|fill| fill.began);
-        self.state.fills.iter_mut().zip(began).for_each(|(fill, began)| fill.began = began);
+        let began = self.update_gas().into_iter().map(|fill| fill.began);
+        self.state.shells.iter_mut().zip(began).for_each(|(shell, began)| shell.began = began);
         let (context, state, scratch) = self.parts();
-        let State { u, v, poses, breaks, contacts, .. } = state;
-        let (mut sums, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
+        let State { u, v, poses, broken_joints, contacts, .. } = state;
+        let (mut sums, losses) =
+            balance(context, TrialStep { u, v, poses, broken_joints, contacts }, scratch);
         if sums.applied == 0.0 {
             // Nothing is applied: the forces at the start are the measure.
-            memory.first = if memory.first == 0.0 { sums.free } else { memory.first };
-            sums.applied = memory.first;
+            progress.first = if progress.first == 0.0 { sums.free } else { progress.first };
+            sums.applied = progress.first;
         }
-        memory.most = memory.most.max(sums.applied);
+        progress.most = progress.most.max(sums.applied);
         self.last = sums;
-        self.book_losses(losses);
+        self.add_losses(losses);
         let work = &mut self.state.work;
         work.loads += sums.loads[0];
         work.most = work.most.max((work.loads + work.supports).abs());
@@ -241,17 +251,17 @@ impl Simulation {
     }
 
     /// Ends an increment in equilibrium, and begins the next one if there is one.
-    fn end_increment(&mut self, memory: &mut Memory) -> Relaxed {
-        let done = memory.increment;
+    fn end_increment(&mut self, progress: &mut RelaxationProgress) -> Relaxed {
+        let done = progress.increment;
         self.note_stresses();
         self.state.v.fill(Lanes::ZERO);
         self.state.load_factors.clone_from(&self.view.factors);
-        if done == memory.increments {
+        if done == progress.increments {
             return Relaxed::Done;
         }
-        memory.next_increment();
+        progress.next_increment();
         self.keep_slip(true);
-        self.begin_increment(memory);
+        self.begin_increment(progress);
         let state = &mut *self.state;
         state.watch.note_calm(state.steps);
         state.watch_anew(&self.model, false);
@@ -260,31 +270,36 @@ impl Simulation {
 
     /// One step down the forces with Nesterov's momentum, anew where the last step went uphill: `power` is that of the
     /// forces in it.
-    fn move_relaxing(&mut self, memory: &mut Memory, clusters: &mut Clusters, power: f64) {
-        if !memory.turned && self.state.steps.is_multiple_of(LOOK_AT_TURNS) {
-            memory.turned = has_turned(&self.model, &self.scratch.frames);
-            memory.since_restart *= u64::from(!memory.turned);
+    fn move_relaxing(
+        &mut self,
+        progress: &mut RelaxationProgress,
+        preconditioner: &mut Preconditioner,
+        power: f64,
+    ) {
+        if !progress.turned && self.state.steps.is_multiple_of(LOOK_AT_TURNS) {
+            progress.turned = has_turned(&self.model, &self.scratch.frames);
+            progress.since_restart *= u64::from(!progress.turned);
         }
-        if memory.turned {
-            clusters.turned.clone_from(&self.scratch.frames);
+        if progress.turned {
+            preconditioner.turned.clone_from(&self.scratch.frames);
         }
-        let restart = memory.since_restart == 0 || power < 0.0;
-        memory.since_restart *= u64::from(!restart);
-        let c = (3.0 / (memory.since_restart as f64 + 1.5)).min(2.0);
-        memory.since_restart += 1;
+        let restart = progress.since_restart == 0 || power < 0.0;
+        progress.since_restart *= u64::from(!restart);
+        let c = (3.0 / (progress.since_restart as f64 + 1.5)).min(2.0);
+        progress.since_restart += 1;
         let keep = if restart { 0.0 } else { (1.0 - c / 2.0) / (1.0 + c / 2.0) };
         let push = 1.0 / (1.0 + c / 2.0);
         let (state, scratch) = (&mut self.state, &mut self.scratch);
-        let moved = advance_relaxing(&self.model, clusters, [keep, push], state, scratch);
+        let moved = advance_relaxing(&self.model, preconditioner, [keep, push], state, scratch);
         self.state.work.damping += 0.5 * moved.power;
         self.state.steps += 1;
-        memory.walk(moved.moved.sqrt());
-        self.state.way = memory.way;
+        progress.walk(moved.moved.sqrt());
+        self.state.path_length = progress.path_length;
     }
 
     /// Looks whether blocks move on against each other without end, or only rattle: then slip is kept.
     fn check_motion(&mut self) -> Result<(), RunError> {
-        self.state.look_at_motion(&self.model, self.last.ratio(), true);
+        self.state.watch_motion(&self.model, self.last.ratio(), true);
         if self.state.watch.fails(self.far) {
             return Err(self.collapse());
         }
@@ -297,12 +312,12 @@ impl Simulation {
     /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks
     /// anything, and what is loaded most fails first: the rest is looked at again when the forces
     /// have found their new way. Joints that have turned let go when nothing is overloaded.
-    fn fails_now(&mut self, memory: &mut Memory, tolerance: f64) -> bool {
-        let near = tolerance.max(if memory.looked { 0.0 } else { NEAR });
-        if self.last.ratio() > near || !memory.has_stopped(near) || !self.model.can_fail() {
+    fn fails_now(&mut self, progress: &mut RelaxationProgress, tolerance: f64) -> bool {
+        let near = tolerance.max(if progress.looked { 0.0 } else { NEAR });
+        if self.last.ratio() > near || !progress.has_stopped(near) || !self.model.can_fail() {
             return false;
         }
-        memory.looked = true;
+        progress.looked = true;
         let state = &mut *self.state;
         state.watch.note_calm(state.steps);
         let overload = self.as_measured().overload();
@@ -316,9 +331,10 @@ impl Simulation {
         let (mut context, state, scratch) = self.parts();
         context.failing = Some((MOST_LOADED * overload).max(1.0));
         context.turning &= turning;
-        let State { u, v, poses, breaks, contacts, .. } = state;
-        let (_, losses) = balance(context, Trial { u, v, poses, breaks, contacts }, scratch);
-        self.book_losses(losses);
+        let State { u, v, poses, broken_joints, contacts, .. } = state;
+        let (_, losses) =
+            balance(context, TrialStep { u, v, poses, broken_joints, contacts }, scratch);
+        self.add_losses(losses);
         let fails = self.state.failed != failed;
         if fails {
             // The way to here was one from equilibrium to equilibrium.
@@ -354,7 +370,7 @@ impl Simulation {
 
     /// Ends a relaxation: everything is at rest.
     pub fn finish_relaxation(&mut self) {
-        self.settle();
+        self.synchronise();
         if self.drop_relaxation() {
             self.state.load_factors.clone_from(&self.view.factors);
         }
@@ -362,9 +378,9 @@ impl Simulation {
 
     /// Forgets a relaxation, and what only it knows; strengths are what the deck says. Whether there was one.
     pub(super) fn drop_relaxation(&mut self) -> bool {
-        let Some(Relaxation { memory, .. }) = self.relaxation.take() else { return false };
-        if memory.increment < memory.increments {
-            self.ramp_strengths(memory.left, 1.0, true);
+        let Some(Relaxation { progress, .. }) = self.relaxation.take() else { return false };
+        if progress.increment < progress.increments {
+            self.ramp_strengths(progress.left, 1.0, true);
         }
         self.keep_slip(false);
         true

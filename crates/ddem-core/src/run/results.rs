@@ -87,9 +87,9 @@ impl Simulation {
     pub fn evaluate_forces(&mut self) {
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
-        trial.clone_from(&state.breaks);
+        trial.clone_from(&state.broken_joints);
         let pass = context.pass(&state.u, &state.v);
-        let pass = crate::step::Pass { viscous: None, ..pass };
+        let pass = crate::step::FirstPass { viscous: None, ..pass };
         crate::step::forces(pass, &mut trial, None, scratch);
         scratch.trial = trial;
     }
@@ -115,7 +115,8 @@ impl Simulation {
         }
         self.measure_once();
         let mut sum = [0.0; 3];
-        for (support, reaction) in self.view.active.supports.iter().zip(&self.scratch.reactions) {
+        for (support, reaction) in self.view.conditions.supports.iter().zip(&self.scratch.reactions)
+        {
             if nodes.binary_search(&support.node).is_ok() {
                 sum[support.axis as usize] += reaction;
             }
@@ -226,7 +227,7 @@ impl Simulation {
         let lanes = self.state.u.len() + self.state.v.len();
         lanes * size_of::<Lanes>()
             + self.scratch.bytes()
-            + self.state.breaks.bytes()
+            + self.state.broken_joints.bytes()
             + self.state.contacts.bytes()
             + self.state.peaks.bytes()
             + size_of_val(&self.state.poses[..])

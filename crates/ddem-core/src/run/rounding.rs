@@ -2,13 +2,13 @@
 
 use super::Simulation;
 use crate::error::RunError;
-use crate::state::Memory;
+use crate::state::RelaxationProgress;
 use ddem_joint::contact::ContactPoint;
-use ddem_mechanics::law::Stiffness;
+use ddem_mechanics::law::SpringStiffness;
 use ddem_mesh::Vec3;
 
-/// What is out of balance is rounding up to this many times that of the displacements: a force is the sum of
-/// several products with them. One half to three are seen.
+/// Unbalanced force below this multiple of the displacements' rounding counts as rounding: a force is the sum of
+/// several products with them. Observed values are one half to three.
 const ROUNDED: f64 = 8.0;
 
 /// Looks in a row after which forces that may be rounding, and have not become less, are.
@@ -20,34 +20,34 @@ impl Simulation {
     /// Looks at what may be rounding. At rest, or when it has not become less for some time, it is: then the
     /// tolerance cannot be reached, unless nothing is applied any more beside what was. Returns whether that
     /// is so.
-    pub(super) fn look_at_rounding(
+    pub(super) fn check_rounding(
         &self,
-        memory: &mut Memory,
+        progress: &mut RelaxationProgress,
         tolerance: f64,
         at_rest: bool,
     ) -> Result<bool, RunError> {
         let out_of_reach = self.only_rounding(tolerance);
         let ratio = self.last.ratio();
-        let falls = memory.rounded == 0 || ratio < LESS * memory.least;
-        memory.rounded = match (&out_of_reach, falls) {
+        let falls = progress.rounded == 0 || ratio < LESS * progress.least;
+        progress.rounded = match (&out_of_reach, falls) {
             (None, _) => 0,
             (Some(_), true) => 1,
-            (Some(_), false) => memory.rounded + 1,
+            (Some(_), false) => progress.rounded + 1,
         };
         if falls {
-            memory.least = ratio;
+            progress.least = ratio;
         }
-        let stays = memory.rounded >= LOOKS || at_rest;
+        let stays = progress.rounded >= LOOKS || at_rest;
         match out_of_reach.filter(|_| stays && ratio > tolerance) {
-            Some(_) if self.last.free <= tolerance * tolerance * memory.most => Ok(true),
+            Some(_) if self.last.free <= tolerance * tolerance * progress.most => Ok(true),
             Some(error) => Err(error),
             None => Ok(false),
         }
     }
 
-    /// Why a relaxation cannot come to its tolerance, if what is out of balance is no more than rounding:
-    /// displacements, and positions where contacts and joints between faces that do not match look at them,
-    /// are known to a part of 2⁻⁵³, forces to that times their stiffness.
+    /// Error of a relaxation whose unbalanced force is only rounding: displacements, and positions at
+    /// contacts and nonconforming joints, are accurate to a part of 2⁻⁵³, forces to that times their
+    /// stiffness.
     fn only_rounding(&self, tolerance: f64) -> Option<RunError> {
         let packs = &self.model.packs;
         let (mut sum, mut most) = (0.0, (0.0, 0));
@@ -59,7 +59,7 @@ impl Simulation {
                     let force = 0.5 * f64::EPSILON * k.0[lane] * u.0[lane].abs();
                     sum += force * force;
                     if force > most.0 {
-                        most = (force, pack.bodies[lane] as usize);
+                        most = (force, pack.blocks[lane] as usize);
                     }
                 }
             }
@@ -86,7 +86,7 @@ impl Simulation {
     fn rounding_of_positions(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         self.state.contacts.patches.iter().map(|patch| {
             let block = patch.blocks[0] as usize;
-            let first = self.model.geometry.bodies[block].first_node as usize;
+            let first = self.model.geometry.blocks[block].first_node as usize;
             let at = Vec3::from(self.model.point(first)).abs();
             let normal = patch.now[0].abs();
             let along = normal.map(|n| (1.0 - n * n).max(0.0).sqrt());
@@ -94,7 +94,7 @@ impl Simulation {
                 if patch.acts(point) { point.pair.area * point.pair.area } else { 0.0 }
             };
             let areas = patch.points.iter().map(area).sum::<f64>().sqrt();
-            let Stiffness { normal: stiff, shear } = patch.both.stiffness;
+            let SpringStiffness { normal: stiff, shear } = patch.both.stiffness;
             let force = f64::EPSILON * areas * (stiff * normal.dot(&at) + shear * along.dot(&at));
             (block, at.amax(), force)
         })

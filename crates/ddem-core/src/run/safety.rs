@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::error::RunError;
-use crate::model::stage::Search;
+use crate::model::stage::SafetySearch;
 use crate::run::Simulation;
 use crate::run::relax::Relaxed;
 use crate::run::saved::Saved;
@@ -22,7 +22,7 @@ const PART: f64 = 1.05;
 
 /// One trial.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Trial {
+pub struct SafetyTrial {
     /// Divisor of the strengths.
     pub factor: f64,
     /// Verdict on it; an undecided one counts as unstable.
@@ -40,14 +40,14 @@ pub struct Safety {
     /// factor was undecided.
     pub bracket: [Option<f64>; 2],
     /// All trials, in the order of their factors.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<SafetyTrial>,
     /// The unstable trial of the smallest factor, as it ended.
     pub failing: Option<Box<Simulation>>,
 }
 
 /// True where the trial of a factor was undecided.
 #[must_use]
-pub fn undecided(trials: &[Trial], factor: Option<f64>) -> bool {
+pub fn undecided(trials: &[SafetyTrial], factor: Option<f64>) -> bool {
     trials.iter().any(|trial| Some(trial.factor) == factor && trial.verdict == Verdict::Undecided)
 }
 
@@ -62,15 +62,15 @@ impl Simulation {
     /// where nothing can fail; [told to stop](Self::stop_when); [`RunError::Diverged`], of the present state, too.
     pub fn factor_of_safety(
         &self,
-        search: &Search,
-        tell: &(dyn Fn(&Trial) + Sync),
+        search: &SafetySearch,
+        tell: &(dyn Fn(&SafetyTrial) + Sync),
     ) -> Result<Safety, RunError> {
         let joints = &self.model.properties.joints;
-        let breaks = |name: &str| {
+        let broken_joints = |name: &str| {
             let joint = joints.iter().find(|joint| joint.name == name)?;
             Some(joint.law.is_some())
         };
-        let faults = search.check(&breaks);
+        let faults = search.check(&broken_joints);
         if !faults.is_empty() {
             return Err(RunError::Values { faults });
         }
@@ -106,10 +106,10 @@ impl Simulation {
     /// Tries two factors at once.
     fn try_both(
         &self,
-        search: &Search,
+        search: &SafetySearch,
         factors: [f64; 2],
         found: &mut Safety,
-        tell: &(dyn Fn(&Trial) + Sync),
+        tell: &(dyn Fn(&SafetyTrial) + Sync),
     ) -> Result<(), RunError> {
         let saved = self.save();
         let tried = factors.into_par_iter().map(|factor| {
@@ -161,10 +161,10 @@ impl Simulation {
     /// Relaxes a copy with strengths divided by a factor, in parts.
     fn trial(
         &self,
-        search: &Search,
+        search: &SafetySearch,
         saved: &Saved,
         factor: f64,
-    ) -> Result<(Trial, Self), RunError> {
+    ) -> Result<(SafetyTrial, Self), RunError> {
         let mut trial = self.back_to(saved)?;
         trial.finish_relaxation();
         trial.far = search.limit;
@@ -185,11 +185,15 @@ impl Simulation {
             }
             part += 1.0;
         };
-        Ok((Trial { factor, verdict, steps }, trial))
+        Ok((SafetyTrial { factor, verdict, steps }, trial))
     }
 
     /// Relaxes until there is a verdict, and counts the steps.
-    fn come_to_rest(&mut self, search: &Search, steps: &mut u64) -> Result<Verdict, RunError> {
+    fn come_to_rest(
+        &mut self,
+        search: &SafetySearch,
+        steps: &mut u64,
+    ) -> Result<Verdict, RunError> {
         loop {
             match self.relax_step(search.tolerance) {
                 Ok(Relaxed::Done) => return Ok(Verdict::AtRest),

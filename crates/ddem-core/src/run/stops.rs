@@ -1,13 +1,13 @@
-//! What a run stops at.
+//! Conditions that stop a run.
 
 use super::Simulation;
-use crate::error::{Moving, RunError};
+use crate::error::{MovingBlock, RunError};
 use crate::model::Model;
 use crate::state::State;
 use crate::state::watch::Verdict;
 use ddem_joint::contact::Contacts;
-use ddem_mechanics::collide::FaceOf;
-use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::collide::FaceId;
+use ddem_mechanics::math::sums::StepSums;
 use ddem_mesh::Vec3;
 
 impl Simulation {
@@ -21,8 +21,8 @@ impl Simulation {
         if open { Verdict::Undecided } else { verdict }
     }
 
-    /// The same once it is known well enough to end the stage: after 2000 steps or more, and fails where blocks that
-    /// touch have gone on against each other for half an edge. Blocks that fall may still come to rest.
+    /// Verdict, once it is certain enough to end the stage: after 2000 steps, and `fails` only where blocks
+    /// in contact have moved on against each other by half an edge. Falling blocks may still come to rest.
     #[must_use]
     pub fn decided(&self) -> Option<Verdict> {
         let verdict = self.state.watch.decided(self.last.ratio())?;
@@ -37,9 +37,9 @@ impl Simulation {
     /// True where loads, supports or waves change after the present time.
     fn loads_change(&self) -> bool {
         let State { stage, time, stage_starts, .. } = &*self.state;
-        let Model { conditions, borders, .. } = &*self.model;
+        let Model { conditions, boundaries, .. } = &*self.model;
         conditions.change_after(*stage, *time, stage_starts)
-            || borders.change_after(*stage, *time, stage_starts)
+            || boundaries.change_after(*stage, *time, stage_starts)
     }
 
     /// The error of a stage in which blocks move on against each other, with those that have moved so far.
@@ -53,12 +53,12 @@ impl Simulation {
     /// Blocks that have moved since pairs last failed, or since the stage or increment began; those
     /// first that have gone farthest in the stage.
     #[must_use]
-    pub fn moving_blocks(&self) -> Vec<Moving> {
+    pub fn moving_blocks(&self) -> Vec<MovingBlock> {
         self.state.moving(&self.model)
     }
 
     /// Looks at the sums of a step, or of a measurement, and at the contacts there.
-    pub(super) fn check(&self, sums: Sums, contacts: &Contacts) -> Result<(), RunError> {
+    pub(super) fn check(&self, sums: StepSums, contacts: &Contacts) -> Result<(), RunError> {
         if sums.free.is_finite() {
             self.check_speed(sums)?;
             return self.check_depth(contacts);
@@ -74,9 +74,9 @@ impl Simulation {
 
     /// Blocks that are deep in each other may come out on the other side.
     fn check_depth(&self, contacts: &Contacts) -> Result<(), RunError> {
-        let Some(surfaces) = self.model.searched() else { return Ok(()) };
+        let Some(contact_model) = self.model.searched() else { return Ok(()) };
         let Contacts { patches, deepest, .. } = contacts;
-        let deep = *deepest > 0.25 * surfaces.shortest;
+        let deep = *deepest > 0.25 * contact_model.shortest;
         for (patch, depth) in patches.iter().filter(|_| deep).map(|patch| (patch, patch.depth())) {
             let blocks = patch.blocks.map(|block| block as usize);
             let edges = blocks.map(|block| self.model.geometry.shortest_edge(block));
@@ -104,16 +104,16 @@ impl Simulation {
     /// The support that moves a block in this step, by its number in the deck.
     fn driver(&self, block: usize) -> Option<usize> {
         let (pack, lane) = self.model.packs.slot(block);
-        let supports = &self.view.active.supports[self.view.active.supports_of(pack)];
+        let supports = &self.view.conditions.supports[self.view.conditions.supports_of(pack)];
         let mut own = supports.iter().filter(|support| usize::from(support.lane) == lane);
         let moves = own.find(|s| self.view.velocities[s.fix as usize][usize::from(s.axis)] != 0.0);
         moves.map(|support| support.fix as usize)
     }
 
     /// Contacts are found from step to step: nothing may go far in one.
-    fn check_speed(&self, sums: Sums) -> Result<(), RunError> {
-        let Some(surfaces) = self.model.searched() else { return Ok(()) };
-        let (edge, dt) = (surfaces.shortest, self.motion.time_step);
+    fn check_speed(&self, sums: StepSums) -> Result<(), RunError> {
+        let Some(contact_model) = self.model.searched() else { return Ok(()) };
+        let (edge, dt) = (contact_model.shortest, self.motion.time_step);
         let far = 0.25 * edge;
         // No node is faster than √3 times the largest component; where that is too fast it is looked
         // how fast they are.
@@ -123,13 +123,13 @@ impl Simulation {
         }
         let (speed, block) =
             self.fastest_node(|pack, lane| may(self.scratch.sums[pack].fastest.0[lane]));
-        let way = dt * speed;
-        if way <= far {
+        let distance = dt * speed;
+        if distance <= far {
             return Ok(());
         }
         let (step, time) = (self.state.steps, self.state.time);
         let (set, driven) = (self.model.set_name(block), self.driver(block));
-        Err(RunError::TooFast { block, set, step, time, way, edge, driven })
+        Err(RunError::TooFast { block, set, step, time, distance, edge, driven })
     }
 
     /// Speed of the fastest node `[m/s]` and its block, of the blocks that are wanted by pack and lane.
@@ -142,7 +142,7 @@ impl Simulation {
                 for v in self.state.v[nodes.clone()].chunks_exact(3) {
                     let speed = Vec3::from([0, 1, 2].map(|c| v[c].0[lane])).norm();
                     if speed > most.0 {
-                        most = (speed, pack.bodies[lane] as usize);
+                        most = (speed, pack.blocks[lane] as usize);
                     }
                 }
             }
@@ -150,28 +150,28 @@ impl Simulation {
         most
     }
 
-    /// Why a relaxation has come to its last step without equilibrium.
+    /// Error of a relaxation that reached its last step without equilibrium.
     #[must_use]
     pub fn not_converged(&self, tolerance: f64, max_steps: u64) -> RunError {
-        let (way, block) = self.fastest_node(|_, _| true);
+        let (distance, block) = self.fastest_node(|_, _| true);
         RunError::NotConverged {
             ratio: self.unbalanced(),
             tolerance,
             max_steps,
             failed: self.state.failed.iter().sum(),
-            fastest: (way > 0.0).then(|| (block, self.model.set_name(block), way)),
+            fastest: (distance > 0.0).then(|| (block, self.model.set_name(block), distance)),
         }
     }
 
     /// The stiffest joint beside a block and its thickness `[m]`, 0 if it is springs.
     pub(super) fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
-        let Model { geometry, packs, seams, properties, .. } = &*self.model;
-        let below = |direction| geometry.beyond(block, FaceOf { direction, upper: false });
+        let Model { geometry, packs, sections, properties, .. } = &*self.model;
+        let below = |direction| geometry.beyond(block, FaceId { direction, upper: false });
         let owners = (0..3).flat_map(|d| [(Some(block), d), (below(d), d)]);
         let stiffest = owners.filter_map(|(owner, d)| {
             let (pack, lane) = packs.slot(owner?);
-            let seam = seams.get(pack, d)?;
-            Some((seam.stiffness(lane).normal, seam.joints[lane], seam.springs[lane]))
+            let section = sections.get(pack, d)?;
+            Some((section.stiffness(lane).normal, section.joints[lane], section.springs[lane]))
         });
         let (_, joint, springs) = stiffest.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let joint = properties.joints.get(usize::from(joint))?;
@@ -190,12 +190,12 @@ impl Simulation {
                     if size(f.0[lane]) <= worst.0 {
                         continue;
                     }
-                    let block = self.model.packs.packs[index].bodies[lane] as usize;
+                    let block = self.model.packs.packs[index].blocks[lane] as usize;
                     worst = (size(f.0[lane]), block, at / 3);
                 }
             }
         }
         let (_, block, local) = worst;
-        (block, self.model.geometry.bodies[block].first_node as usize + local)
+        (block, self.model.geometry.blocks[block].first_node as usize + local)
     }
 }

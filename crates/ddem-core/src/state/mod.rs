@@ -1,4 +1,4 @@
-//! All that changes during a run, and nothing else.
+//! Variables that change during a run.
 
 pub(crate) mod motion;
 pub(crate) mod pass;
@@ -13,17 +13,17 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
-use crate::model::charge::Fill;
-use crate::model::conditions::{Applied, Released};
-use crate::state::watch::Watch;
-use ddem_joint::breaks::Breaks;
+use crate::model::charge::ShellState;
+use crate::model::conditions::{AppliedForces, FadingForces};
+use crate::state::watch::MotionWatch;
+use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::Contacts;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::{Matter, Pose};
+use ddem_mechanics::rigid::{MassProperties, Pose};
 use ddem_mesh::Vec3;
 
 pub(crate) use peaks::Peaks;
-pub(crate) use relaxation::Memory;
+pub(crate) use relaxation::RelaxationProgress;
 
 /// Work done on the model up to the last step `[J]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -52,7 +52,7 @@ pub(crate) struct State {
     pub(crate) time: f64,
     /// Time and step at which the present time step was set.
     pub(crate) origin: (f64, u64),
-    /// When the duration that was started ends `[s]`; infinite without one.
+    /// End time of the started duration `[s]`; infinite without one.
     pub(crate) end: f64,
     /// Steps at its end; the largest number without one.
     pub(crate) last_step: u64,
@@ -63,7 +63,7 @@ pub(crate) struct State {
     /// The stage that is running, by its number in the deck.
     pub(crate) stage: usize,
     /// The stage that was entered last and has not begun to move.
-    pub(crate) fresh: Option<Fresh>,
+    pub(crate) fresh: Option<StageEntry>,
     /// Times at which the stages so far began `[s]`.
     pub(crate) stage_starts: Vec<f64>,
     /// Displacements `[m]`.
@@ -74,8 +74,8 @@ pub(crate) struct State {
     pub(crate) poses: Vec<[Pose; LANES]>,
     /// Δt⁻, the step that the velocities are of `[s]`; 0: they are at the present time, as between stages.
     pub(crate) before: f64,
-    /// What has become of the joints.
-    pub(crate) breaks: Breaks,
+    /// State of the joints.
+    pub(crate) broken_joints: BrokenJoints,
     /// Blocks that touch without a joint.
     pub(crate) contacts: Contacts,
     /// Pairs that failed in shear and in tension.
@@ -84,27 +84,27 @@ pub(crate) struct State {
     /// Factor of each load and charge, of what programs apply, and of gravity, as the last step or relaxation
     /// left them.
     pub(crate) load_factors: Vec<f64>,
-    /// What programs apply.
-    pub(crate) applied: Applied,
-    /// What supports bore that ended where a boundary is, by node `[N]`.
-    pub(crate) kept: Applied,
+    /// Forces applied by programs.
+    pub(crate) applied: AppliedForces,
+    /// Reactions locked in when supports ended at a boundary, by node `[N]`.
+    pub(crate) locked_reactions: AppliedForces,
     /// Forces of removed blocks that fade, by load.
-    pub(crate) released: BTreeMap<usize, Released>,
+    pub(crate) released: BTreeMap<usize, FadingForces>,
     /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
     pub(crate) columns: Vec<[Vec3; 2]>,
     /// The gas in the shells of charges, charge by charge.
-    pub(crate) fills: Vec<Fill>,
+    pub(crate) shells: Vec<ShellState>,
     /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
-    pub(crate) way: f64,
+    pub(crate) path_length: f64,
     /// The largest values so far.
     pub(crate) peaks: Peaks,
     /// Motion of neighbours since the last event.
-    pub(crate) watch: Watch,
+    pub(crate) watch: MotionWatch,
 }
 
-/// Where a stage that has been entered comes from.
+/// Origin of a stage that has just been entered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Fresh {
+pub(crate) struct StageEntry {
     /// The stage before.
     pub(crate) left: usize,
     /// The first of the stages that begin: programs may skip some.
@@ -123,25 +123,25 @@ impl State {
             automatic: false,
             steps: 0,
             stage: 0,
-            fresh: Some(Fresh { left: 0, first: 0 }),
+            fresh: Some(StageEntry { left: 0, first: 0 }),
             stage_starts: vec![0.0],
             u: vec![Lanes::ZERO; n],
             v: vec![Lanes::ZERO; n],
             poses: vec![[Pose::default(); LANES]; model.packs.rigid],
             before: 0.0,
-            breaks: model.breaks(),
+            broken_joints: model.broken_joints(),
             contacts: model.contacts(),
             failed: [0; 2],
             work: Work::default(),
             load_factors: vec![0.0; model.conditions.n_factors()],
-            applied: Applied::default(),
-            kept: Applied::default(),
+            applied: AppliedForces::default(),
+            locked_reactions: AppliedForces::default(),
             released: BTreeMap::new(),
-            columns: vec![[Vec3::zeros(); 2]; model.borders.column_nodes()],
-            fills: vec![Fill::default(); model.conditions.n_shells()],
-            way: 0.0,
+            columns: vec![[Vec3::zeros(); 2]; model.boundaries.column_nodes()],
+            shells: vec![ShellState::default(); model.conditions.n_shells()],
+            path_length: 0.0,
             peaks: Peaks::new(model),
-            watch: Watch::default(),
+            watch: MotionWatch::default(),
         };
         for motion in &model.problem.motions {
             for &node in &motion.nodes {
@@ -172,18 +172,18 @@ impl State {
 
     /// Rigid bodies go where their corners were set, as near as they can.
     pub(crate) fn place_rigid(&mut self, model: &Model) {
-        self.each_rigid(model, |matter, pose, [u, _]| {
-            *pose = pose.placed(matter, u);
-            *u = std::array::from_fn(|corner| pose.displacement(&matter.arm(corner)));
+        self.each_rigid(model, |mass_properties, pose, [u, _]| {
+            *pose = pose.from_corners(mass_properties, u);
+            *u = std::array::from_fn(|corner| pose.displacement(&mass_properties.arm(corner)));
         });
     }
 
     /// Rigid bodies move as their corners were set to, as near as they can.
     pub(crate) fn move_rigid(&mut self, model: &Model) {
-        self.each_rigid(model, |matter, pose, [_, v]| {
-            *pose = pose.moving(matter, v);
-            let twist = pose.twist(matter);
-            let arm = |corner| pose.turn * matter.arm(corner);
+        self.each_rigid(model, |mass_properties, pose, [_, v]| {
+            *pose = pose.with_corner_velocities(mass_properties, v);
+            let twist = pose.twist(mass_properties);
+            let arm = |corner| pose.turn * mass_properties.arm(corner);
             *v = std::array::from_fn(|corner| twist.linear + twist.angular.cross(&arm(corner)));
         });
     }
@@ -192,18 +192,18 @@ impl State {
     fn each_rigid(
         &mut self,
         model: &Model,
-        change: impl Fn(&Matter, &mut Pose, [&mut [Vec3; 8]; 2]),
+        change: impl Fn(&MassProperties, &mut Pose, [&mut [Vec3; 8]; 2]),
     ) {
         for pack in model.packs.packs.iter().filter(|pack| pack.rigid) {
             for lane in 0..pack.filled {
-                let matter = &model.assembly.rigid[pack.rigid_start][lane];
+                let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
                 let place = |corner: usize, c: usize| 3 * (pack.start + corner) + c;
                 let get = |field: &[Lanes]| {
                     let at = |corner| [0, 1, 2].map(|c| field[place(corner, c)].0[lane]);
                     std::array::from_fn(|corner| Vec3::from(at(corner)))
                 };
                 let (mut u, mut v) = (get(&self.u), get(&self.v));
-                change(matter, &mut self.poses[pack.rigid_start][lane], [&mut u, &mut v]);
+                change(mass_properties, &mut self.poses[pack.rigid_start][lane], [&mut u, &mut v]);
                 for (corner, c) in (0..8).flat_map(|corner| [0, 1, 2].map(|c| (corner, c))) {
                     self.u[place(corner, c)].0[lane] = u[corner][c];
                     self.v[place(corner, c)].0[lane] = v[corner][c];

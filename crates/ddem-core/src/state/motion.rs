@@ -9,7 +9,7 @@ use fearless_simd::{Simd, f64x4};
 use crate::model::stage::Damping;
 use ddem_mechanics::math::lanes::{Lanes, splat};
 use ddem_mechanics::math::leapfrog::{before_local_damping, coefficients, local_damping};
-use ddem_mechanics::rigid::Matter;
+use ddem_mechanics::rigid::MassProperties;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::inertia::Inertia;
 
@@ -26,15 +26,15 @@ impl Coefficients {
         [self.a[at].0[lane], self.b[at].0[lane], self.c[at].0[lane]]
     }
 
-    /// Those of four bodies.
+    /// Coefficients of four blocks.
     #[inline(always)]
     pub(crate) fn load<S: Simd>(&self, simd: S, at: usize) -> [f64x4<S>; 3] {
         [self.a[at].load(simd), self.b[at].load(simd), self.c[at].load(simd)]
     }
 
     /// From mass and damping of each degree of freedom; nothing moves where there is no mass.
-    fn new(n: usize, interval: f64, matter: impl Fn(usize, usize) -> (f64, f64)) -> Self {
-        let numbers = |i: usize, lane: usize| match matter(i, lane) {
+    fn new(n: usize, interval: f64, mass_properties: impl Fn(usize, usize) -> (f64, f64)) -> Self {
+        let numbers = |i: usize, lane: usize| match mass_properties(i, lane) {
             (m, c) if m > 0.0 => {
                 let [a, b] = coefficients(m / interval, c);
                 [a, b, c]
@@ -81,7 +81,7 @@ impl Motion {
         Self::over(assembly, damping, [before, time_step], 0.5 * (before + time_step))
     }
 
-    /// The same with another h between Δt⁻ and Δt⁺.
+    /// Coefficients with another h between Δt⁻ and Δt⁺.
     pub(crate) fn over(
         assembly: &Assembly,
         damping: Damping,
@@ -118,7 +118,7 @@ impl Motion {
         Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0, 1.0) }
     }
 
-    /// The same for velocities of another step.
+    /// Coefficients for velocities of another step.
     pub(crate) fn after(&self, assembly: &Assembly, before: f64) -> Self {
         Self::dynamic(assembly, self.damping, before, self.time_step)
     }
@@ -144,11 +144,13 @@ impl Motion {
     }
 
     /// Damping `c/m` of the shift of a rigid body along each axis, and of its turning `[1/s]`.
-    pub(crate) fn rates(&self, matter: &Matter) -> [f64; 4] {
+    pub(crate) fn rates(&self, mass_properties: &MassProperties) -> [f64; 4] {
         match self.damping {
             Damping::Mass(alpha) => [alpha; 4],
             Damping::Ratio(zeta) => {
-                let rate = |k: usize| 2.0 * zeta * (matter.stiffness[k] / matter.mass).sqrt();
+                let rate = |k: usize| {
+                    2.0 * zeta * (mass_properties.stiffness[k] / mass_properties.mass).sqrt()
+                };
                 let [x, y, z] = [rate(0), rate(1), rate(2)];
                 [x, y, z, (x + y + z) / 3.0]
             }

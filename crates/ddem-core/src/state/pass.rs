@@ -2,15 +2,15 @@
 
 use fearless_simd::{Simd, f64x4};
 
-use ddem_joint::kinematics::Moved;
+use ddem_joint::kinematics::NodePositions;
 use ddem_joint::losses::Losses;
-use ddem_joint::point::Look;
+use ddem_joint::point::PairContext;
 use ddem_mechanics::element::lattice::Planes;
 use ddem_mechanics::math::lanes::{LANES, Lanes, splat};
 use ddem_mesh::assembly::Assembly;
-use ddem_mesh::in_situ::{Borne, InSitu};
+use ddem_mesh::in_situ::{InSitu, InSituLattice};
+use ddem_mesh::joint_sections::{FaceLattice, JointSections};
 use ddem_mesh::pack::{JointLattice, Neighbours};
-use ddem_mesh::seams::{FaceLattice, Seams};
 
 /// Damping of the bodies by their stiffness, `C = β K`.
 #[derive(Clone, Copy)]
@@ -21,15 +21,15 @@ pub(crate) struct Viscous<'a> {
     pub(crate) stiffness: f64,
 }
 
-/// What the internal forces are computed from.
+/// Input of the internal forces.
 #[derive(Clone, Copy)]
 pub(crate) struct Input<'a> {
-    pub(crate) moved: Moved<'a>,
+    pub(crate) moved: NodePositions<'a>,
     pub(crate) assembly: &'a Assembly,
-    pub(crate) seams: &'a Seams,
+    pub(crate) sections: &'a JointSections,
     /// The stress that was there at the start.
     pub(crate) in_situ: Option<&'a InSitu>,
-    pub(crate) look: Look<'a>,
+    pub(crate) look: PairContext<'a>,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Damping of the bodies, if any has it.
@@ -46,27 +46,27 @@ pub(crate) struct Workspace {
     pub(crate) local: Vec<Lanes>,
     /// Local forces of one lattice.
     pub(crate) g: Vec<Lanes>,
-    /// The same before some of its elements failed.
+    /// Forces before some of its elements failed.
     pub(crate) before: Vec<Lanes>,
     /// The way of its nodes in the last step.
-    pub(crate) way: Vec<Lanes>,
+    pub(crate) du: Vec<Lanes>,
     /// Normal tractions, and squares of the shear tractions, of the pairs.
     pub(crate) tractions: [Vec<f64>; 2],
 }
 
-/// Where the forces of one pack go: added with the sign of a force on the nodes, `−K u`.
+/// Destination of the forces of one pack; they are added with the sign of a force on the nodes, `−K u`.
 pub(crate) struct Output<'a> {
     /// Forces on the pack's own nodes `[N]`, overwritten.
     pub(crate) f: &'a mut [Lanes],
-    /// What of them is viscous, against the motion, overwritten; if the bodies are.
+    /// Viscous part of the forces, against the motion; overwritten where blocks are viscous.
     pub(crate) viscous: Option<&'a mut [Lanes]>,
     /// Forces on the upper neighbours' nodes `[N]` and torques `[N m]`, overwritten.
-    pub(crate) shares: &'a mut [Lanes],
+    pub(crate) neighbour_forces: &'a mut [Lanes],
     /// Residual torque on the pack's own bodies `[N m]`, overwritten.
     pub(crate) torque: &'a mut [Lanes; 3],
     /// Strain energy `[J]` of the bodies and of the joint cells, when it is asked for.
     pub(crate) energy: Option<&'a mut [Lanes; 2]>,
-    /// What its joints lose, overwritten.
+    /// Losses of its joints, overwritten.
     pub(crate) losses: &'a mut Losses,
 }
 
@@ -75,15 +75,15 @@ impl<'a> Input<'a> {
     pub(crate) fn edges(&self, at: JointLattice) -> &'a [[Lanes; 3]; 3] {
         let table = || self.assembly.pack_tables[at.pack][at.offset] as usize;
         match self.face(at) {
-            Some(face) => &face.seam.edges,
+            Some(face) => &face.section.edges,
             None => &self.assembly.tables[table()].edges,
         }
     }
 
     /// The stress that was there at the start, in the bodies (0) or a joint lattice of a pack.
     #[inline(always)]
-    pub(crate) fn borne(&self, at: JointLattice) -> Option<Borne<'a>> {
-        self.in_situ?.borne(self.moved.packs, at.pack, at.offset)
+    pub(crate) fn initial_stress(&self, at: JointLattice) -> Option<InSituLattice<'a>> {
+        self.in_situ?.initial_stress(self.moved.packs, at.pack, at.offset)
     }
 
     /// Pairs and seam of a joint lattice, if it is a face joint.
@@ -95,8 +95,8 @@ impl<'a> Input<'a> {
         }
         let direction = offset.trailing_zeros() as usize;
         let packs = self.moved.packs;
-        let places = &packs.shape_of(&packs.packs[pack]).pairs[direction];
-        Some(FaceLattice { places, seam: self.seams.get(pack, direction)? })
+        let node_pairs = &packs.shape_of(&packs.packs[pack]).pairs[direction];
+        Some(FaceLattice { node_pairs, section: self.sections.get(pack, direction)? })
     }
 
     /// Part of the couple of slip that a body takes against its upper neighbour: all if it alone
@@ -114,7 +114,7 @@ impl<'a> Input<'a> {
 
 impl Workspace {
     pub(crate) fn reserve(&mut self, n: usize) {
-        for buffer in [&mut self.local, &mut self.g, &mut self.before, &mut self.way] {
+        for buffer in [&mut self.local, &mut self.g, &mut self.before, &mut self.du] {
             if buffer.len() < n {
                 buffer.resize(n, Lanes::ZERO);
             }

@@ -9,7 +9,7 @@ const WINDOW: usize = 50;
 
 /// Progress of a relaxation, which a checkpoint keeps.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Memory {
+pub(crate) struct RelaxationProgress {
     /// Equal parts in which loads reach their value.
     pub(crate) increments: u64,
     /// The part that is being relaxed, from 1.
@@ -32,7 +32,7 @@ pub(crate) struct Memory {
     /// The unbalanced ratio at the first of these.
     pub(crate) least: f64,
     /// Length of the way that relaxation has gone so far, and of the last steps of this part.
-    pub(crate) way: f64,
+    pub(crate) path_length: f64,
     pub(crate) last: VecDeque<f64>,
     /// The largest `Σ (Q + R)²` so far.
     pub(crate) most: f64,
@@ -40,7 +40,7 @@ pub(crate) struct Memory {
     pub(crate) first: f64,
 }
 
-impl Memory {
+impl RelaxationProgress {
     /// Load factors of the part that is being relaxed.
     pub(crate) fn present_factors(&self) -> Vec<f64> {
         let part = self.part();
@@ -54,7 +54,7 @@ impl Memory {
     }
 
     pub(crate) fn walk(&mut self, step: f64) {
-        self.way += step;
+        self.path_length += step;
         self.last.push_back(step);
         if self.last.len() > WINDOW {
             self.last.pop_front();
@@ -64,7 +64,8 @@ impl Memory {
     /// The last steps are short against the whole way; or nothing ever had to move.
     pub(crate) fn has_stopped(&self, tolerance: f64) -> bool {
         let last: f64 = self.last.iter().sum();
-        self.way == 0.0 || (self.last.len() == WINDOW && last <= 2.0 * tolerance * self.way)
+        self.path_length == 0.0
+            || (self.last.len() == WINDOW && last <= 2.0 * tolerance * self.path_length)
     }
 
     pub(crate) fn next_increment(&mut self) {

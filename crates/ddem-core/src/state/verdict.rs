@@ -1,13 +1,13 @@
-//! Which blocks have moved against each other, and how a stage ends.
+//! Relative motion of blocks, and the verdict on a stage.
 
-use crate::error::Moving;
+use crate::error::MovingBlock;
 use crate::model::Model;
 use crate::model::damage::Damage;
 use crate::state::State;
 use crate::state::motion::Motion;
 use crate::state::watch::{LOOK, patience};
 use ddem_joint::contact::Patch;
-use ddem_mechanics::math::groups::Groups;
+use ddem_mechanics::math::disjoint_sets::DisjointSets;
 use ddem_mesh::Vec3;
 
 /// Part of the motion of the block that moves most with which a block moves.
@@ -23,38 +23,38 @@ fn contacts<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usi
 
 /// Each two blocks that a joint or a contact is between, bonded or not.
 fn linked<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
-    let joints = model.damages(&state.breaks, &state.contacts);
+    let joints = model.damages(&state.broken_joints, &state.contacts);
     let joints = joints.filter(|damage| !damage.is_released()).map(|damage| damage.blocks);
     joints.chain(contacts(model, state))
 }
 
 /// Each two blocks with failed pairs between them, or in contact, some of them twice.
 fn loose<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
-    let joints = model.damages(&state.breaks, &state.contacts);
+    let joints = model.damages(&state.broken_joints, &state.contacts);
     let failed = joints.filter(Damage::has_failed).map(|damage| damage.blocks);
     failed.chain(contacts(model, state))
 }
 
 /// Mean displacement of each block `[m]`.
-fn places(model: &Model, state: &State) -> Vec<[f64; 3]> {
-    let place = |block: usize| {
+fn displacements(model: &Model, state: &State) -> Vec<[f64; 3]> {
+    let displacement_of = |block: usize| {
         let nodes = model.nodes_of(block);
         let part = 1.0 / nodes.len() as f64;
         let sum = nodes.map(|node| Vec3::from(model.get(&state.u, node))).sum::<Vec3>();
         (sum * part).into()
     };
-    (0..model.n_blocks()).map(place).collect()
+    (0..model.n_blocks()).map(displacement_of).collect()
 }
 
 impl State {
     /// Starts the motion of neighbours anew: a stage begins, or an increment, or pairs have failed.
     pub(crate) fn watch_anew(&mut self, model: &Model, stage: bool) {
-        let places = places(model, self);
-        self.watch.begin(self.steps, stage, places);
+        let displacements = displacements(model, self);
+        self.watch.begin(self.steps, stage, displacements);
     }
 
     /// Notes how far blocks have moved against each other since, where it is time to.
-    pub(crate) fn look_at_motion(&mut self, model: &Model, ratio: f64, relaxes: bool) {
+    pub(crate) fn watch_motion(&mut self, model: &Model, ratio: f64, relaxes: bool) {
         if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(LOOK) {
             return;
         }
@@ -72,7 +72,7 @@ impl State {
     /// a part of their edges: they fly or fall.
     fn flight(&self, model: &Model) -> f64 {
         let n = model.n_blocks();
-        let mut groups = Groups::new(n);
+        let mut groups = DisjointSets::new(n);
         linked(model, self).for_each(|blocks| groups.join(blocks));
         let mut volumes = vec![0.0; n];
         for block in (0..n).filter(|&block| !model.is_removed(block)) {
@@ -80,20 +80,20 @@ impl State {
         }
         let largest = (0..n).reduce(|a, b| if volumes[b] > volumes[a] { b } else { a });
         let Some(largest) = largest else { return 0.0 };
-        let (now, then) = (places(model, self), &self.watch.places[1]);
-        let way = |block: usize| Vec3::from(now[block]) - place(then, block);
-        let ground = way(largest);
+        let (now, then) = (displacements(model, self), &self.watch.displacements[1]);
+        let motion = |block: usize| Vec3::from(now[block]) - displacement_of(then, block);
+        let ground = motion(largest);
         let free =
             (0..n).filter(|&block| !model.is_removed(block) && groups.lowest(block) != largest);
-        let part = |block| (way(block) - ground).norm() / model.geometry.shortest_edge(block);
+        let part = |block| (motion(block) - ground).norm() / model.geometry.shortest_edge(block);
         free.map(part).fold(0.0, f64::max)
     }
 
     /// Motion of neighbours that no joint holds together since the last event, by their blocks `[m]`.
     fn apart(&self, model: &Model) -> Vec<([usize; 2], f64)> {
-        let (now, then) = (places(model, self), &self.watch.places[1]);
-        let way = |block: usize| Vec3::from(now[block]) - place(then, block);
-        loose(model, self).map(|[a, b]| ([a, b], (way(b) - way(a)).norm())).collect()
+        let (now, then) = (displacements(model, self), &self.watch.displacements[1]);
+        let motion = |block: usize| Vec3::from(now[block]) - displacement_of(then, block);
+        loose(model, self).map(|[a, b]| ([a, b], (motion(b) - motion(a)).norm())).collect()
     }
 
     /// True where blocks that could move have been watched for long enough to be seen.
@@ -115,20 +115,27 @@ impl State {
     }
 
     /// Blocks that have moved since the last event, those first that have gone farthest in the stage.
-    pub(crate) fn moving(&self, model: &Model) -> Vec<Moving> {
-        let [first, last] = &self.watch.places;
-        let now = places(model, self);
-        let way = |from: &[[f64; 3]], block: usize| Vec3::from(now[block]) - place(from, block);
+    pub(crate) fn moving(&self, model: &Model) -> Vec<MovingBlock> {
+        let [first, last] = &self.watch.displacements;
+        let now = displacements(model, self);
+        let motion =
+            |from: &[[f64; 3]], block: usize| Vec3::from(now[block]) - displacement_of(from, block);
         let there = || (0..now.len()).filter(|&block| !model.is_removed(block));
-        let most = there().map(|block| way(last, block).norm()).fold(0.0, f64::max);
-        let moves = there().filter(|&block| most > 0.0 && way(last, block).norm() >= MOVES * most);
-        let mut moving: Vec<Moving> = moves
+        let most = there().map(|block| motion(last, block).norm()).fold(0.0, f64::max);
+        let moves =
+            there().filter(|&block| most > 0.0 && motion(last, block).norm() >= MOVES * most);
+        let mut moving: Vec<MovingBlock> = moves
             .map(|block| {
-                let way = way(first, block);
-                let direction = way.try_normalize(0.0).unwrap_or_default();
+                let motion = motion(first, block);
+                let direction = motion.try_normalize(0.0).unwrap_or_default();
                 // No −0.00 in messages.
                 let direction = direction.map(|d| if d.abs() < 5e-3 { 0.0 } else { d }).into();
-                Moving { set: model.set_name(block), block, distance: way.norm(), direction }
+                MovingBlock {
+                    set: model.set_name(block),
+                    block,
+                    distance: motion.norm(),
+                    direction,
+                }
             })
             .collect();
         moving.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.block.cmp(&b.block)));
@@ -137,6 +144,8 @@ impl State {
 }
 
 /// Displacement that a block had `[m]`; none in a state that was saved without it.
-fn place(places: &[[f64; 3]], block: usize) -> Vec3 {
-    places.get(block).map_or_else(Vec3::zeros, |place| Vec3::from(*place))
+fn displacement_of(displacements: &[[f64; 3]], block: usize) -> Vec3 {
+    displacements
+        .get(block)
+        .map_or_else(Vec3::zeros, |displacement_of| Vec3::from(*displacement_of))
 }

@@ -1,20 +1,20 @@
-//! All that follows from model, state and stage, and acts in the next step.
+//! Quantities derived from model, state and stage that act in the next step.
 
 use crate::model::Model;
-use crate::model::boundary::{Moving, Outside, Push};
-use crate::model::conditions::Active;
+use crate::model::boundary::{ActiveBoundaries, BoundaryForce, ColumnMotion};
+use crate::model::conditions::ActiveConditions;
 use crate::state::State;
 use ddem_mechanics::math::lanes::Lanes;
 
 /// Supports, loads and boundaries in force, and their values at the present time.
 #[derive(Debug)]
 pub(crate) struct StageView {
-    pub(crate) active: Active,
-    pub(crate) outside: Outside,
+    pub(crate) conditions: ActiveConditions,
+    pub(crate) boundaries: ActiveBoundaries,
     /// Forces of boundaries besides their dashpots.
-    pub(crate) pushes: Vec<Push>,
+    pub(crate) boundary_forces: Vec<BoundaryForce>,
     /// Free-field columns as the next step finds and leaves them.
-    pub(crate) columns: Moving,
+    pub(crate) columns: ColumnMotion,
     /// Factor of each load, and of gravity.
     pub(crate) factors: Vec<f64>,
     /// Velocity of each fix half a step ahead `[m/s]`.
@@ -26,15 +26,20 @@ pub(crate) struct StageView {
 impl StageView {
     /// Everything at rest.
     pub(crate) fn new(model: &Model, state: &State) -> Self {
-        let active = model.active(state.stage, &state.applied);
-        let Model { borders, conditions, .. } = model;
-        let made = model.made();
-        let outside = Outside::new(borders, made, conditions, state.stage, &active, &state.kept);
+        let conditions = model.active(state.stage, &state.applied);
+        let boundaries = ActiveBoundaries::new(
+            &model.boundaries,
+            model.geometries(),
+            &model.conditions,
+            state.stage,
+            &conditions,
+            &state.locked_reactions,
+        );
         Self {
-            pushes: outside.kept().collect(),
-            active,
-            outside,
-            columns: Moving::default(),
+            boundary_forces: boundaries.locked_reactions().collect(),
+            conditions,
+            boundaries,
+            columns: ColumnMotion::default(),
             factors: state.load_factors.clone(),
             velocities: vec![[0.0; 3]; model.conditions.fixed.len()],
             sliding: Vec::new(),
@@ -43,7 +48,8 @@ impl StageView {
 
     /// After a change of the stage, the model or what programs apply: values go on as they are.
     pub(crate) fn renew(&mut self, model: &Model, state: &State) {
-        let Self { active, outside, pushes, .. } = Self::new(model, state);
-        (self.active, self.outside, self.pushes) = (active, outside, pushes);
+        let Self { conditions, boundaries, boundary_forces, .. } = Self::new(model, state);
+        (self.conditions, self.boundaries, self.boundary_forces) =
+            (conditions, boundaries, boundary_forces);
     }
 }

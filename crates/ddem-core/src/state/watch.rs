@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub(super) const LOOK: u64 = 200;
 /// Steps after an event within which nothing is said.
 const SOON: u64 = 1000;
-/// The same, where no stage has been near equilibrium yet.
+/// Steps to wait where no stage has been near equilibrium yet.
 const UNKNOWN: u64 = 2500;
 /// Growth of a motion from the middle of the looks to the last one.
 const GROWS: f64 = 1.5;
@@ -82,7 +82,7 @@ impl fmt::Display for Verdict {
 
 /// Motion of neighbours since the last event.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Watch {
+pub(crate) struct MotionWatch {
     /// Step of the last event.
     pub(crate) since: u64,
     /// Most steps from an event to where its forces were nearly in equilibrium; 0: not known.
@@ -91,16 +91,16 @@ pub(crate) struct Watch {
     /// at each look.
     pub(super) looks: Vec<[f64; 3]>,
     /// Mean displacement of each block at the start of the stage and at the event `[m]`.
-    pub(super) places: [Vec<[f64; 3]>; 2],
+    pub(super) displacements: [Vec<[f64; 3]>; 2],
 }
 
-impl Watch {
+impl MotionWatch {
     /// An event: what moves from now on is new. The first one of a stage begins it.
-    pub(super) fn begin(&mut self, step: u64, stage: bool, places: Vec<[f64; 3]>) {
-        if stage || self.places[0].len() != places.len() {
-            self.places[0].clone_from(&places);
+    pub(super) fn begin(&mut self, step: u64, stage: bool, displacements: Vec<[f64; 3]>) {
+        if stage || self.displacements[0].len() != displacements.len() {
+            self.displacements[0].clone_from(&displacements);
         }
-        self.places[1] = places;
+        self.displacements[1] = displacements;
         self.since = step;
         self.looks.clear();
     }
@@ -218,17 +218,21 @@ mod tests {
     use super::*;
 
     /// Looks at a motion over steps.
-    fn watched(steps: u64, motion: impl Fn(f64) -> [f64; 2]) -> Watch {
+    fn watched(steps: u64, motion: impl Fn(f64) -> [f64; 2]) -> MotionWatch {
         flown(steps, |steps| (motion(steps), 0.0))
     }
 
-    /// The same, with blocks in flight.
-    fn flown(steps: u64, motion: impl Fn(f64) -> ([f64; 2], f64)) -> Watch {
+    /// A watch with blocks in flight.
+    fn flown(steps: u64, motion: impl Fn(f64) -> ([f64; 2], f64)) -> MotionWatch {
         let look = |i: u64| {
             let ([touching, ratio], flight) = motion((i * LOOK) as f64);
             [touching, ratio, flight]
         };
-        Watch { calm: 400, looks: (1..=steps / LOOK).map(look).collect(), ..Watch::default() }
+        MotionWatch {
+            calm: 400,
+            looks: (1..=steps / LOOK).map(look).collect(),
+            ..MotionWatch::default()
+        }
     }
 
     #[test]
@@ -283,7 +287,7 @@ mod tests {
         let shifts = |steps: f64| [if steps < 6000.0 { 0.0 } else { 5e-6 }, 1e-4];
         assert_eq!(watched(10_000, shifts).verdict(1e-4), Verdict::AtRest);
         assert_eq!(watched(7_000, shifts).verdict(1e-4), Verdict::Undecided);
-        assert_eq!(Watch::default().verdict(1e-4), Verdict::AtRest);
+        assert_eq!(MotionWatch::default().verdict(1e-4), Verdict::AtRest);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Model, conditions and settings of a step: all that it reads besides the state.
 
-use super::first::Pass;
+use super::first::FirstPass;
 use crate::force::boundary::Dashpots;
 use crate::force::support::Supports;
 use crate::model::Model;
@@ -19,11 +19,11 @@ pub(crate) struct Context<'a> {
     pub(crate) motion: &'a Motion,
     /// Gravity times its factor `[m/s²]`.
     pub(super) gravity: [f64; 3],
-    /// As in [`Pass`].
+    /// As in [`FirstPass`].
     pub(super) undamped: bool,
-    /// As in [`Pass`].
+    /// As in [`FirstPass`].
     pub(crate) failing: Option<f64>,
-    /// As in [`Pass`].
+    /// As in [`FirstPass`].
     pub(crate) turning: bool,
     /// A step in which pairs fail is not taken.
     pub(crate) waits: bool,
@@ -57,18 +57,18 @@ impl<'a> Context<'a> {
         }
     }
 
-    pub(crate) fn pass<'b>(&self, u: &'b [Lanes], v: &'b [Lanes]) -> Pass<'b>
+    pub(crate) fn pass<'b>(&self, u: &'b [Lanes], v: &'b [Lanes]) -> FirstPass<'b>
     where
         'a: 'b,
     {
         let motion = self.motion;
         // At the start of a stage the step before is as long as the one that comes.
-        let way = match motion.before {
+        let du = match motion.before {
             _ if motion.fictitious => 0.0,
             0.0 => motion.time_step,
             before => before,
         };
-        Pass {
+        FirstPass {
             model: self.model,
             u,
             failing: self.failing,
@@ -78,9 +78,9 @@ impl<'a> Context<'a> {
             waits: self.waits,
             time: self.time,
             last: (motion.before > 0.0).then_some((v, motion.before)),
-            way: (v, way),
+            du: (v, du),
             viscous: self.viscous(v),
-            held: &self.view.active.held_bodies,
+            held: &self.view.conditions.held_blocks,
             linear: false,
             energies: self.energies,
         }
@@ -105,7 +105,7 @@ impl<'a> Context<'a> {
     }
 }
 
-/// What a step reads of one pack.
+/// Data of one pack that a step reads.
 #[derive(Clone, Copy)]
 pub(super) struct PackContext<'a> {
     pub(super) step: Context<'a>,
@@ -122,12 +122,13 @@ pub(super) struct PackContext<'a> {
 impl<'a> PackContext<'a> {
     pub(super) fn new(step: Context<'a>, index: usize) -> Self {
         let Context { model, view, .. } = step;
-        let StageView { active, outside, pushes, velocities, .. } = view;
+        let StageView { conditions, boundaries, boundary_forces, velocities, .. } = view;
         let pack = &model.packs.packs[index];
         let class = model.assembly.pack_inertia[index] as usize;
         let first = 3 * pack.start;
-        let (own, dashpots) = (active.supports_of(index), outside.of(index));
-        let (list, pushes) = (&outside.dashpots[dashpots.clone()], &pushes[dashpots]);
+        let (own, dashpots) = (conditions.supports_of(index), boundaries.of(index));
+        let (list, boundary_forces) =
+            (&boundaries.dashpots[dashpots.clone()], &boundary_forces[dashpots]);
         Self {
             step,
             index,
@@ -135,8 +136,8 @@ impl<'a> PackContext<'a> {
             divisions: model.packs.shape_of(pack).divisions,
             class: &step.motion.classes[class],
             mass: &model.assembly.inertia[class].mass,
-            supports: Supports { list: &active.supports[own], velocities, first },
-            dashpots: Dashpots { list, pushes, velocities, first },
+            supports: Supports { list: &conditions.supports[own], velocities, first },
+            dashpots: Dashpots { list, boundary_forces, velocities, first },
         }
     }
 

@@ -1,6 +1,6 @@
 //! Supports that go a way at once, between two equilibria.
 
-use super::rigid::{follow, held_ways};
+use super::rigid::{follow, held_increments};
 use super::{Context, PackContext};
 use crate::state::State;
 use ddem_mechanics::math::lanes::LANES;
@@ -13,28 +13,31 @@ pub(crate) fn shift(context: Context<'_>, state: &mut State) {
     for (index, pack) in packs.packs.iter().enumerate() {
         let own = PackContext::new(context, index);
         let supports = own.supports.list;
-        let way = |fix: u32, axis: u8| context.view.velocities[fix as usize][usize::from(axis)];
-        if supports.iter().all(|support| way(support.fix, support.axis) == 0.0) {
+        let increment =
+            |fix: u32, axis: u8| context.view.velocities[fix as usize][usize::from(axis)];
+        if supports.iter().all(|support| increment(support.fix, support.axis) == 0.0) {
             continue;
         }
         let nodes = node_start(packs, index)..node_start(packs, index + 1);
-        let (u, ways) = (&mut state.u[nodes.clone()], &mut state.v[nodes]);
+        let (u, support_increments) = (&mut state.u[nodes.clone()], &mut state.v[nodes]);
         if pack.rigid {
             let poses = &mut state.poses[pack.rigid_start];
-            held_ways(&own, poses, ways);
-            follow(context.model, index, poses, u, ways);
+            held_increments(&own, poses, support_increments);
+            follow(context.model, index, poses, u, support_increments);
         } else {
             for support in supports {
                 let at = support.at as usize - 3 * pack.start;
                 let lane = usize::from(support.lane);
-                ways[at].0[lane] = way(support.fix, support.axis);
+                support_increments[at].0[lane] = increment(support.fix, support.axis);
             }
-            for (u, way) in u.iter_mut().zip(&*ways) {
-                (0..LANES).for_each(|lane| u.0[lane] += way.0[lane]);
+            for (u, increment) in u.iter_mut().zip(&*support_increments) {
+                (0..LANES).for_each(|lane| u.0[lane] += increment.0[lane]);
             }
         }
         // No component goes farther: the whole way is at most √3 times as long.
-        let far = |lane: usize| ways.iter().map(|way| way.0[lane].abs()).fold(0.0, f64::max);
-        state.contacts.travelled(index, std::array::from_fn(|lane| 1.733 * far(lane)));
+        let far = |lane: usize| {
+            support_increments.iter().map(|increment| increment.0[lane].abs()).fold(0.0, f64::max)
+        };
+        state.contacts.add_travel(index, std::array::from_fn(|lane| 1.733 * far(lane)));
     }
 }

@@ -5,44 +5,46 @@ use std::ops::Range;
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
-use crate::force::body::body;
+use crate::force::block::block;
 use crate::force::joint::{cell_energy, joint};
 use crate::model::Model;
 use crate::state::pass::{Input, Output, Viscous, Workspace};
-use crate::step::scratch::{Forces, Scratch};
-use ddem_joint::breaks::{Breaks, Broken};
-use ddem_joint::contact::{Contacts, Ground, Placing, Surfaces, find, let_go};
-use ddem_joint::kinematics::Moved;
-use ddem_joint::losses::{Losses, Lost};
-use ddem_joint::point::Look;
+use crate::step::scratch::{FirstPassFields, Scratch};
+use ddem_joint::broken::{BrokenJoints, BrokenLattice};
+use ddem_joint::contact::{
+    Configuration, ContactModel, Contacts, SearchContext, find, release_due_joints,
+};
+use ddem_joint::kinematics::NodePositions;
+use ddem_joint::losses::{LossSums, Losses};
+use ddem_joint::point::PairContext;
 use ddem_mechanics::element::corotation::Frame;
-use ddem_mechanics::math::exact::Exact;
+use ddem_mechanics::math::exact::ExactSum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::assembly::NO_TABLE;
 use ddem_mesh::pack::JointLattice;
-use ddem_mesh::parallel::{node_start, share_start, spread};
+use ddem_mesh::parallel::{neighbour_force_start, node_start, spread};
 
-/// What the first pass looks at.
+/// Options of the first pass.
 #[derive(Clone, Copy)]
-pub(crate) struct Pass<'a> {
+pub(crate) struct FirstPass<'a> {
     pub(crate) model: &'a Model,
     /// Displacements `[m]`.
     pub(crate) u: &'a [Lanes],
     /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
     pub(crate) failing: Option<f64>,
-    /// Whether joints that have turned let go.
+    /// True if joints that have turned release their remaining pairs.
     pub(crate) turning: bool,
-    /// As in [`Look`].
+    /// As in [`PairContext`].
     pub(crate) relaxing: bool,
     pub(crate) undamped: bool,
-    /// Whether a step in which pairs fail is not taken: contacts stay as they are then.
+    /// True if a step with new failures is discarded; contacts then stay unchanged.
     pub(crate) waits: bool,
     /// Present time `[s]`.
     pub(crate) time: f64,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Velocities and the time step that they are of, for the way of the last step.
-    pub(crate) way: (&'a [Lanes], f64),
+    pub(crate) du: (&'a [Lanes], f64),
     /// Damping of the bodies, if any has it.
     pub(crate) viscous: Option<Viscous<'a>>,
     /// Bodies by pack and lane that have supports.
@@ -52,7 +54,7 @@ pub(crate) struct Pass<'a> {
     pub(crate) energies: bool,
 }
 
-impl<'a> Pass<'a> {
+impl<'a> FirstPass<'a> {
     /// The linear model, in which nothing fails.
     pub(crate) fn linear(model: &'a Model, u: &'a [Lanes]) -> Self {
         Self {
@@ -65,7 +67,7 @@ impl<'a> Pass<'a> {
             waits: false,
             time: 0.0,
             last: None,
-            way: (u, 0.0),
+            du: (u, 0.0),
             viscous: None,
             held: &[],
             linear: true,
@@ -73,19 +75,19 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// How pairs are looked at.
-    fn look(&self) -> Look<'a> {
+    /// Context of the pairs.
+    fn pair_context(&self) -> PairContext<'a> {
         let Self { model, failing, turning, relaxing, undamped, time, .. } = *self;
-        let time_step = self.last.map(|_| self.way.1);
-        Look { failing, turning, relaxing, undamped, time, time_step, laws: &model.laws }
+        let time_step = self.last.map(|_| self.du.1);
+        PairContext { failing, turning, relaxing, undamped, time, time_step, laws: &model.laws }
     }
 }
 
 /// First pass: `f ← −K u` of the bodies, eq. (8), and of the joints, eq. (11) and §5, in each
 /// block's frame. Pairs fail, springs slip.
 pub(crate) fn forces(
-    pass: Pass<'_>,
-    breaks: &mut Breaks,
+    pass: FirstPass<'_>,
+    broken_joints: &mut BrokenJoints,
     contacts: Option<&mut Contacts>,
     scratch: &mut Scratch,
 ) -> Losses {
@@ -93,21 +95,22 @@ pub(crate) fn forces(
     let model = pass.model;
     let mut contacts = contacts.zip(model.contact.as_ref());
     let released = match &mut contacts {
-        Some((contacts, surfaces)) => {
-            let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
-            let_go(ground, placing, breaks, contacts)
+        Some((contacts, contact_model)) => {
+            let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
+            release_due_joints(search, configuration, broken_joints, contacts)
         }
         None => Losses::default(),
     };
-    let (fields, frames, runs) = scratch.forces(breaks, pass.energies, pass.viscous.is_some());
+    let (fields, frames, runs) =
+        scratch.forces(broken_joints, pass.energies, pass.viscous.is_some());
     let input = input(pass, frames);
-    spread(&model.packs, runs, fields, &|run, fields: Forces<'_>| {
+    spread(&model.packs, runs, fields, &|run, fields: FirstPassFields<'_>| {
         dispatch!(level, simd => run_forces(simd, input, &run, fields));
     });
-    let mut losses = Lost::from_iter(&scratch.losses).total();
-    if let Some((contacts, surfaces)) = contacts.as_ref().filter(|_| pass.waits) {
-        let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
-        let failing = contacts.failing(&placing, ground.look);
+    let mut losses = LossSums::from_iter(&scratch.losses).total();
+    if let Some((contacts, contact_model)) = contacts.as_ref().filter(|_| pass.waits) {
+        let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
+        let failing = contacts.failing(&configuration, search.context);
         losses.failed = [0, 1].map(|mode| losses.failed[mode] + failing[mode]);
     }
     if losses.failed != [0; 2] {
@@ -115,43 +118,48 @@ pub(crate) fn forces(
             // A step that is not taken leaves contacts as they are.
             return losses;
         }
-        losses.fracture += remove_cells(pass, breaks, scratch);
+        losses.fracture += remove_cells(pass, broken_joints, scratch);
     }
-    if let Some((contacts, surfaces)) = contacts {
+    if let Some((contacts, contact_model)) = contacts {
         // How far joints have moved: where no contacts are looked for they keep their pairs.
-        if surfaces.search {
-            contacts.look(model.places(), &model.laws, breaks);
+        if contact_model.search {
+            contacts.update_statuses(model.joint_lookup(), &model.laws, broken_joints);
         }
-        let (ground, placing) = meeting(pass, surfaces, &scratch.frames);
-        losses.add(&find(ground, placing, contacts));
+        let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
+        losses.add(&find(search, configuration, contacts));
         losses.add(&released);
     }
     losses
 }
 
 /// §9: where blocks may meet.
-fn meeting<'a>(
-    pass: Pass<'a>,
-    surfaces: &'a Surfaces,
+fn search_context<'a>(
+    pass: FirstPass<'a>,
+    contact_model: &'a ContactModel,
     frames: &'a [Frame],
-) -> (Ground<'a>, Placing<'a>) {
-    let look = pass.look();
-    let ground = Ground { places: pass.model.places(), surfaces, held: pass.held, look };
+) -> (SearchContext<'a>, Configuration<'a>) {
+    let context = pass.pair_context();
+    let search = SearchContext {
+        joints: pass.model.joint_lookup(),
+        contact_model,
+        held: pass.held,
+        context,
+    };
     let small = !pass.model.corotational();
     let start = pass.last.is_none();
-    let blocks = &surfaces.blocks;
-    (ground, Placing { blocks, u: pass.u, frames, small, last: pass.way, start })
+    let blocks = &contact_model.blocks;
+    (search, Configuration { blocks, u: pass.u, frames, small, last: pass.du, start })
 }
 
-pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
-    let Pass { model, u, last, viscous, held, linear, .. } = pass;
+pub(crate) fn input<'a>(pass: FirstPass<'a>, frames: &'a [Frame]) -> Input<'a> {
+    let FirstPass { model, u, last, viscous, held, linear, .. } = pass;
     let frames = (model.corotational() && !linear).then_some(frames);
     Input {
-        moved: Moved { packs: &model.packs, u, frames },
+        moved: NodePositions { packs: &model.packs, u, frames },
         assembly: &model.assembly,
-        seams: &model.seams,
+        sections: &model.sections,
         in_situ: model.in_situ.as_ref().filter(|_| !linear),
-        look: pass.look(),
+        look: pass.pair_context(),
         last,
         viscous,
         held,
@@ -160,44 +168,53 @@ pub(crate) fn input<'a>(pass: Pass<'a>, frames: &'a [Frame]) -> Input<'a> {
 
 /// Takes out the strips and corners around pairs that have just failed: from the next pass on.
 /// Returns the energy that was in them `[J]`.
-fn remove_cells(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) -> f64 {
+fn remove_cells(
+    pass: FirstPass<'_>,
+    broken_joints: &mut BrokenJoints,
+    scratch: &mut Scratch,
+) -> f64 {
     let Model { packs, assembly, .. } = pass.model;
-    let cells = breaks.touched(packs, assembly);
+    let cells = broken_joints.strips_around_failures(packs, assembly);
     let mut work = Workspace::default();
-    let mut lost = Exact::default();
+    let mut lost = ExactSum::default();
     for cells in cells.chunk_by(|a, b| a.lattice == b.lattice) {
         let at = cells[0].lattice;
         let input = input(pass, &scratch.frames);
-        let mut energy = |breaks: &Breaks| {
+        let mut energy = |broken_joints: &BrokenJoints| {
             dispatch!(scratch.level, simd => {
-                cell_energy(simd, input, at, breaks.get(at.pack, at.offset), &mut work)
+                cell_energy(simd, input, at, broken_joints.get(at.pack, at.offset), &mut work)
             })
         };
-        lost.add(energy(breaks));
-        breaks.remove(packs, assembly, cells);
-        lost.add(-energy(breaks));
+        lost.add(energy(broken_joints));
+        broken_joints.remove(packs, assembly, cells);
+        lost.add(-energy(broken_joints));
     }
     lost.value()
 }
 
 /// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.
-pub(crate) fn internal_forces(pass: Pass<'_>, breaks: &mut Breaks, scratch: &mut Scratch) {
-    forces(pass, breaks, None, scratch);
+pub(crate) fn internal_forces(
+    pass: FirstPass<'_>,
+    broken_joints: &mut BrokenJoints,
+    scratch: &mut Scratch,
+) {
+    forces(pass, broken_joints, None, scratch);
     scratch.collect(pass.model, &[], pass.linear);
 }
 
 #[simd]
-fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Forces<'_>) {
+fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: FirstPassFields<'_>) {
     let packs = input.moved.packs;
-    let (first_node, first_share) = (node_start(packs, run.start), share_start(packs, run.start));
+    let (first_node, first_share) =
+        (node_start(packs, run.start), neighbour_force_start(packs, run.start));
     for pack in run.clone() {
         let nodes = node_start(packs, pack) - first_node..node_start(packs, pack + 1) - first_node;
-        let shares =
-            share_start(packs, pack) - first_share..share_start(packs, pack + 1) - first_share;
+        let neighbour_forces = neighbour_force_start(packs, pack) - first_share
+            ..neighbour_force_start(packs, pack + 1) - first_share;
         let mut out = Output {
             viscous: fields.viscous.get_mut(nodes.clone()),
             f: &mut fields.f[nodes],
-            shares: &mut fields.shares[shares],
+            neighbour_forces: &mut fields.neighbour_forces[neighbour_forces],
             torque: &mut fields.torques[pack - run.start],
             energy: fields.energies.get_mut(pack - run.start).map(|energy| {
                 *energy = [Lanes::ZERO; 2];
@@ -205,19 +222,19 @@ fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: Fo
             }),
             losses: &mut fields.losses[pack - run.start],
         };
-        out.shares.fill(Lanes::ZERO);
+        out.neighbour_forces.fill(Lanes::ZERO);
         *out.losses = Losses::default();
         let work = &mut fields.workspaces[0].elements;
-        body(simd, input, pack, &mut out, work);
-        let breaks = &mut fields.breaks[pack - run.start];
+        block(simd, input, pack, &mut out, work);
+        let broken_joints = &mut fields.broken_joints[pack - run.start];
         let tables = input.assembly.pack_tables[pack];
         for offset in 1..8 {
-            let mut broken = breaks.as_mut().and_then(|lattices| lattices[offset].take());
-            if broken.as_ref().map_or(tables[offset] != NO_TABLE, Broken::acts) {
+            let mut broken = broken_joints.as_mut().and_then(|lattices| lattices[offset].take());
+            if broken.as_ref().map_or(tables[offset] != NO_TABLE, BrokenLattice::acts) {
                 joint(simd, input, JointLattice { pack, offset }, &mut broken, &mut out, work);
             }
             if broken.is_some() {
-                breaks.get_or_insert_with(Box::default)[offset] = broken;
+                broken_joints.get_or_insert_with(Box::default)[offset] = broken;
             }
         }
     }

@@ -5,12 +5,12 @@
 //! one order, and the nodes move, unless it is a trial. The order of physics inside a pack is read in
 //! [`run_second`].
 
-pub(crate) mod cluster;
 mod context;
 mod driving;
 mod first;
 pub(crate) mod frames;
 mod nodes;
+pub(crate) mod preconditioner;
 mod relaxing;
 mod rigid;
 pub(crate) mod scratch;
@@ -25,34 +25,34 @@ use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
 use crate::state::State;
-use crate::step::scratch::{Access, Motions, Scratch, Second};
-use ddem_joint::breaks::Breaks;
+use crate::step::scratch::{Access, Scratch, SecondPass, StateMotion};
+use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::Contacts;
 use ddem_joint::losses::Losses;
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::math::sums::StepSums;
 use ddem_mesh::parallel::spread;
 
 pub(crate) use context::Context;
 use context::PackContext;
 pub(crate) use driving::shift;
-pub(crate) use first::{Pass, forces, input, internal_forces};
+pub(crate) use first::{FirstPass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, carry, present};
 
 /// Forces on a pack from others: shares of the joints at its lower sides, and contacts.
 #[derive(Clone, Copy)]
-struct Others<'a> {
-    shares: &'a [Lanes],
+struct NeighbourForces<'a> {
+    neighbour_forces: &'a [Lanes],
     contacts: &'a Contacts,
 }
 
 /// State of a trial; joints and contacts go where a step would take them, nothing moves.
-pub(crate) struct Trial<'a> {
+pub(crate) struct TrialStep<'a> {
     pub(crate) u: &'a [Lanes],
     pub(crate) v: &'a [Lanes],
     pub(crate) poses: &'a [Poses],
-    pub(crate) breaks: &'a mut Breaks,
+    pub(crate) broken_joints: &'a mut BrokenJoints,
     pub(crate) contacts: &'a mut Contacts,
 }
 
@@ -63,13 +63,14 @@ pub(crate) fn step(
     context: Context<'_>,
     state: &mut State,
     scratch: &mut Scratch,
-) -> Option<(Sums, Losses)> {
-    let State { u, v, poses, breaks, contacts, .. } = &mut *state;
-    let losses = forces(context.pass(u, v), breaks, Some(contacts), scratch);
+) -> Option<(StepSums, Losses)> {
+    let State { u, v, poses, broken_joints, contacts, .. } = &mut *state;
+    let losses = forces(context.pass(u, v), broken_joints, Some(contacts), scratch);
     if context.waits && losses.failed != [0; 2] {
         return None;
     }
-    let moved = Motions { u: Access::Write(u), v: Access::Write(v), poses: Access::Write(poses) };
+    let moved =
+        StateMotion { u: Access::Write(u), v: Access::Write(v), poses: Access::Write(poses) };
     let sums = second_pass(context, moved, contacts, scratch);
     scratch.travel(contacts, context.motion.time_step);
     state.count_step(context.motion.time_step);
@@ -79,29 +80,29 @@ pub(crate) fn step(
 /// Forces, reactions and sums at time t, and strain energies if the context asks for them.
 pub(crate) fn balance(
     context: Context<'_>,
-    trial: Trial<'_>,
+    trial: TrialStep<'_>,
     scratch: &mut Scratch,
-) -> (Sums, Losses) {
-    let Trial { u, v, poses, breaks, contacts } = trial;
-    let losses = forces(context.pass(u, v), breaks, Some(contacts), scratch);
-    let seen = Motions { u: Access::Read(u), v: Access::Read(v), poses: Access::Read(poses) };
+) -> (StepSums, Losses) {
+    let TrialStep { u, v, poses, broken_joints, contacts } = trial;
+    let losses = forces(context.pass(u, v), broken_joints, Some(contacts), scratch);
+    let seen = StateMotion { u: Access::Read(u), v: Access::Read(v), poses: Access::Read(poses) };
     (second_pass(context, seen, contacts, scratch), losses)
 }
 
 /// Second pass: forces meet at the nodes, and the nodes move.
 fn second_pass(
     context: Context<'_>,
-    motions: Motions<'_>,
+    motions: StateMotion<'_>,
     contacts: &Contacts,
     scratch: &mut Scratch,
-) -> Sums {
+) -> StepSums {
     let viscous = context.has_viscous();
-    let (fields, shares, runs, level) = scratch.second(context.view, viscous, motions);
-    let others = Others { shares, contacts };
-    spread(&context.model.packs, runs, fields, &|run, mut fields: Second<'_>| {
+    let (fields, neighbour_forces, runs, level) = scratch.second(context.view, viscous, motions);
+    let others = NeighbourForces { neighbour_forces, contacts };
+    spread(&context.model.packs, runs, fields, &|run, mut fields: SecondPass<'_>| {
         dispatch!(level, simd => run_second(simd, context, others, &run, &mut fields));
     });
-    Sums::total(&scratch.sums)
+    StepSums::total(&scratch.sums)
 }
 
 /// The order of physics: `F = Q − f_body − f_joint + R` at the nodes of each pack, then (M2).
@@ -109,9 +110,9 @@ fn second_pass(
 fn run_second<S: Simd>(
     simd: S,
     context: Context<'_>,
-    others: Others<'_>,
+    others: NeighbourForces<'_>,
     run: &Range<usize>,
-    fields: &mut Second<'_>,
+    fields: &mut SecondPass<'_>,
 ) {
     for index in run.clone() {
         let pack = PackContext::new(context, index);
@@ -129,9 +130,9 @@ fn run_second<S: Simd>(
         let loads = part.loaded.then_some(&*part.q);
         part.sums.applied = pack.supports.applied(loads, part.reactions);
         match (pack.is_rigid(), context.motion.fictitious) {
-            (true, true) => rigid::weigh(&pack, &mut part),
+            (true, true) => rigid::relaxation_sums(&pack, &mut part),
             (true, false) => rigid::advance(&pack, &mut part),
-            (false, true) => nodes::weigh(simd, &pack, &mut part),
+            (false, true) => nodes::relaxation_sums(simd, &pack, &mut part),
             (false, false) => nodes::advance(simd, &pack, &mut part),
         }
     }

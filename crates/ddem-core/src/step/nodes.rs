@@ -3,43 +3,50 @@
 use fearless_simd::{Simd, SimdBase};
 use fearless_simd_macros::simd;
 
-use super::{Others, PackContext};
+use super::{NeighbourForces, PackContext};
 use crate::force::external::{self, External};
-use crate::force::{contact, shares};
+use crate::force::{contact, neighbour_forces};
 use crate::model::Model;
 use crate::state::motion::{advanced, local_of_four};
 use crate::step::frames::fit_pack;
-use crate::step::scratch::{Access, Part};
+use crate::step::scratch::{Access, PackFields};
 use ddem_mechanics::math::lanes::{Lanes, load, splat};
-use ddem_mechanics::math::sums::{Sums, Tally};
+use ddem_mechanics::math::sums::{StepSums, SumsByRow};
 
 /// Forces from others: of the joints at the lower sides, of contacts, and what the derivative of R adds.
 #[simd]
 pub(super) fn collect<S: Simd>(
     simd: S,
     pack: &PackContext<'_>,
-    others: Others<'_>,
-    part: &mut Part<'_>,
+    others: NeighbourForces<'_>,
+    part: &mut PackFields<'_>,
 ) {
     let (model, index) = (pack.step.model, pack.index);
-    shares::collect(simd, &model.packs, index, others.shares, part.f, part.torque);
-    if let Some(surfaces) = &model.contact {
-        let bodies = &pack.pack.bodies[..pack.pack.filled];
-        contact::collect(others.contacts, &surfaces.blocks, bodies, part.f, part.torque);
+    neighbour_forces::collect(
+        simd,
+        &model.packs,
+        index,
+        others.neighbour_forces,
+        part.f,
+        part.torque,
+    );
+    if let Some(contact_model) = &model.contact {
+        let blocks = &pack.pack.blocks[..pack.pack.filled];
+        contact::collect(others.contacts, &contact_model.blocks, blocks, part.f, part.torque);
     }
     if model.corotational() && !pack.is_rigid() {
         let torque = load(simd, part.torque);
-        let (frame, Model { packs, assembly, .. }) = (&part.bodies.frames.get()[0], model);
-        shares::spread_torque(simd, packs, assembly, index, frame, torque, part.f);
+        let (frame, Model { packs, assembly, .. }) = (&part.blocks.frames.get()[0], model);
+        neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, part.f);
     }
 }
 
 /// Loads, and what acts from outside whatever moves.
 #[simd]
-pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
+pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let external = External {
         gravity: pack.step.gravity,
-        loads: pack.step.view.active.loads_of(pack.index),
+        loads: pack.step.view.conditions.loads_of(pack.index),
         factors: &pack.step.view.factors,
     };
     part.loaded = external::apply(simd, external, pack.mass, pack.supports.first, part.q);
@@ -56,22 +63,22 @@ pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Par
 }
 
 /// Dashpots of boundaries.
-pub(super) fn resist(pack: &PackContext<'_>, part: &mut Part<'_>) {
-    let v = part.bodies.v.get();
+pub(super) fn resist(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+    let v = part.blocks.v.get();
     pack.dashpots.resist(pack.step.motion, pack.class, v, part.f, part.drags);
 }
 
 /// Supports answer with what is missing.
-pub(super) fn react(pack: &PackContext<'_>, part: &mut Part<'_>) {
-    let v = part.bodies.v.get();
+pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+    let v = part.blocks.v.get();
     pack.supports.react(pack.step.motion, pack.class, v, part.f, part.reactions);
 }
 
 /// Sums of a relaxation, which moves the nodes in another way.
 #[simd]
-pub(super) fn weigh<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
-    let v = part.bodies.v.get();
-    let mut tally = Tally::new(simd, pack.divisions);
+pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+    let v = part.blocks.v.get();
+    let mut tally = SumsByRow::new(simd, pack.divisions);
     let row = pack.row();
     for (number, (f, v)) in part.f.chunks(row).zip(v.chunks(row)).enumerate() {
         for (at, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
@@ -83,7 +90,7 @@ pub(super) fn weigh<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_
         }
         tally.end_row(simd);
     }
-    let mut sums = Sums { applied: part.sums.applied, ..Sums::default() };
+    let mut sums = StepSums { applied: part.sums.applied, ..StepSums::default() };
     tally.give(&mut sums);
     sums.supports[0] = pack.supports.power(v, part.reactions);
     *part.sums = sums;
@@ -91,12 +98,12 @@ pub(super) fn weigh<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_
 
 /// Velocities by (M2), then displacements; in a trial their sums alone, those of energy among them.
 #[simd]
-pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
+pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let motion = pack.step.motion;
     let damped = motion.is_damped() || part.is_viscous();
-    let Part { bodies, f, viscous, sums, reactions, drags, q, loaded, room, .. } = part;
-    let trial = matches!(bodies.v, Access::Read(_));
-    let v = match &mut bodies.v {
+    let PackFields { blocks, f, viscous, sums, reactions, drags, q, loaded, room, .. } = part;
+    let trial = matches!(blocks.v, Access::Read(_));
+    let v = match &mut blocks.v {
         Access::Write(v) => &mut **v,
         Access::Read(v) => {
             room.clear();
@@ -104,13 +111,13 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<
             &mut room[..]
         }
     };
-    let mut own = Sums { applied: sums.applied, ..Sums::default() };
+    let mut own = StepSums { applied: sums.applied, ..StepSums::default() };
     own.supports[0] = pack.supports.power(v, reactions);
     let drawn = pack.dashpots.power(v, drags);
     // The velocity as far after the present time as the one before was before it.
     let behind = splat(simd, motion.behind());
     let changes = motion.before != motion.time_step;
-    let mut tally = Tally::new(simd, pack.divisions);
+    let mut tally = SumsByRow::new(simd, pack.divisions);
     let row = pack.row();
     for (number, (f, v)) in f.chunks(row).zip(v.chunks_mut(row)).enumerate() {
         for (at, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
@@ -142,11 +149,11 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<
     own.supports[1] = pack.supports.power(v, reactions);
     own.damping[0] += drawn;
     own.damping[1] += pack.dashpots.power(v, drags);
-    if let Some(u) = bodies.u.get_mut() {
+    if let Some(u) = blocks.u.get_mut() {
         own.fastest = displace(simd, motion.time_step, v, u);
         if pack.step.model.corotational() {
             let frame = fit_pack(simd, pack.step.model, pack.index, u);
-            bodies.frames.get_mut().into_iter().for_each(|frames| frames[0] = frame);
+            blocks.frames.get_mut().into_iter().for_each(|frames| frames[0] = frame);
         }
     }
     **sums = own;

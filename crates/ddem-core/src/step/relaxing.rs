@@ -8,35 +8,35 @@ use fearless_simd_macros::simd;
 use super::rigid::follow;
 use crate::model::Model;
 use crate::state::State;
-use crate::step::cluster::{self, Clusters};
 use crate::step::frames::{fit_pack, frame_of};
+use crate::step::preconditioner::{self, Preconditioner};
 use crate::step::scratch::{Relaxing, Scratch};
 use ddem_mechanics::math::lanes::{Lanes, splat};
-use ddem_mechanics::math::sums::{Sums, Tally};
+use ddem_mechanics::math::sums::{StepSums, SumsByRow};
 use ddem_mesh::parallel::{node_start, rigid_start, spread};
 
 /// Second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, M coupled across the gaps.
 /// Leaves `Σ F·v⁺` and `Σ v⁺·v⁺` in the sums.
 pub(crate) fn advance_relaxing(
     model: &Model,
-    clusters: &Clusters,
+    preconditioner: &Preconditioner,
     [a, b]: [f64; 2],
     state: &mut State,
     scratch: &mut Scratch,
-) -> Sums {
+) -> StepSums {
     let (fields, f, runs, level) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
-        dispatch!(level, simd => run_relaxing(simd, model, clusters, [a, b], f, &run, &mut fields));
+        dispatch!(level, simd => run_relaxing(simd, model, preconditioner, [a, b], f, &run, &mut fields));
     });
     scratch.travel(&mut state.contacts, 1.0);
-    Sums::total(&scratch.sums)
+    StepSums::total(&scratch.sums)
 }
 
 #[simd]
 fn run_relaxing<S: Simd>(
     simd: S,
     model: &Model,
-    clusters: &Clusters,
+    preconditioner: &Preconditioner,
     [a, b]: [f64; 2],
     f: &[Lanes],
     run: &Range<usize>,
@@ -54,10 +54,18 @@ fn run_relaxing<S: Simd>(
         q.resize(q.len().max(u.len()), Lanes::ZERO);
         let pack = &packs.packs[index];
         let poses = pack.rigid.then(|| &fields.poses[pack.rigid_start - first_rigid]);
-        cluster::accelerations(simd, model, poses, clusters, index, f, &mut q[..u.len()]);
+        preconditioner::accelerations(
+            simd,
+            model,
+            poses,
+            preconditioner,
+            index,
+            f,
+            &mut q[..u.len()],
+        );
         let divisions = packs.shape_of(pack).divisions;
         let row = 3 * (divisions + 1);
-        let mut tally = Tally::new(simd, divisions);
+        let mut tally = SumsByRow::new(simd, divisions);
         let mut fastest = splat(simd, 0.0);
         for (number, (u, v)) in u.chunks_mut(row).zip(v.chunks_mut(row)).enumerate() {
             for (at, (u, v)) in (number * row..).zip(u.iter_mut().zip(v)) {
@@ -69,7 +77,7 @@ fn run_relaxing<S: Simd>(
             }
             tally.end_row(simd);
         }
-        let mut sums = Sums { fastest: Lanes::from(fastest), ..Sums::default() };
+        let mut sums = StepSums { fastest: Lanes::from(fastest), ..StepSums::default() };
         tally.give(&mut sums);
         fields.sums[index - run.start] = sums;
         if pack.rigid {

@@ -6,21 +6,21 @@ use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
 use super::PackContext;
-use crate::force::{damping, shares};
+use crate::force::{damping, neighbour_forces};
 use crate::model::Model;
 use crate::state::motion::advanced;
-use crate::step::scratch::Part;
+use crate::step::scratch::PackFields;
 use ddem_mechanics::math::lanes::{Lanes, load, splat};
 
 /// Slows the deformation of the bodies of a pack: `f −= α/(1 + α h) M (v* − v̄*)` with the `v*` that (M2) gives under
 /// the forces of all others, so that `α M (v⁺ − v̄⁺)` is what acts.
 #[simd]
-pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Part<'_>) {
+pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let Some(alpha) = pack.step.slides(pack.index) else { return };
     let (model, motion) = (pack.step.model, pack.step.motion);
-    let Part { bodies, room, f, viscous, .. } = part;
+    let PackFields { blocks, room, f, viscous, .. } = part;
     room.clear();
-    room.extend_from_slice(bodies.v.get());
+    room.extend_from_slice(blocks.v.get());
     for (at, (ahead, f)) in room.iter_mut().zip(&**f).enumerate() {
         let numbers = pack.class.load(simd, at);
         *ahead = Lanes::from(advanced(numbers, ahead.load(simd), f.load(simd)));
@@ -29,15 +29,15 @@ pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Par
     let alpha = alpha.load(simd);
     let rate = alpha / (alpha * motion.interval + splat(simd, 1.0));
     let Model { packs, assembly, .. } = model;
-    let frame = model.corotational().then_some(&bodies.frames.get()[0]);
+    let frame = model.corotational().then_some(&blocks.frames.get()[0]);
     if motion.stiffness == 0.0 {
         viscous.fill(Lanes::ZERO);
     }
     let (index, alpha) = (pack.index, Lanes::from(rate));
-    let slides = damping::Sliding { packs, assembly, index, frame, alpha };
-    let torque = damping::damp(simd, slides, bodies.u.get(), room, f, viscous);
+    let slides = damping::SlidingPack { packs, assembly, index, frame, alpha };
+    let torque = damping::damp(simd, slides, blocks.u.get(), room, f, viscous);
     if let Some(frame) = frame {
         let torque = load(simd, &torque);
-        shares::spread_torque(simd, packs, assembly, index, frame, torque, f);
+        neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, f);
     }
 }

@@ -1,12 +1,12 @@
-//! Which strips and corners go with a pair, against all cells that hold both its nodes.
+//! Strips and corners removed with a pair, compared with all elements that hold both its nodes.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::model::Model;
 use crate::model::problem::*;
-use ddem_joint::breaks::Broken;
-use ddem_joint::breaks::strips::Cell;
+use ddem_joint::broken::BrokenLattice;
+use ddem_joint::broken::strips::StripElement;
 use ddem_mechanics::element::{Elastic, ElementKind};
 use ddem_mechanics::math::lanes::LANES;
 use ddem_mesh::assembly::NO_TABLE;
@@ -17,9 +17,9 @@ use ddem_mesh::properties::Kinematics;
 type Node = (usize, usize, usize);
 
 /// Blocks of 1 m with joints of 0.02 m between them, one of them left out.
-fn model(count: [usize; 3], divisions: usize, gone: Option<[usize; 3]>) -> Model {
+fn model(count: [usize; 3], divisions: usize, removed: Option<[usize; 3]>) -> Model {
     let rock = Elastic::new(2400.0, 18e9, 0.25);
-    let seam = JointProperties {
+    let section = JointProperties {
         name: "seam".into(),
         thickness: 0.02,
         elasticity: JointElasticity::Layer(rock),
@@ -38,14 +38,14 @@ fn model(count: [usize; 3], divisions: usize, gone: Option<[usize; 3]>) -> Model
         cuts: count.map(|n| (0..=n).map(|at| at as f64).collect()),
         lengths: count.map(|n| vec![1.0; n]),
         gaps: count.map(|n| (0..=n).map(|at| inner(at, n)).collect()),
-        body: vec![0; cells].into(),
+        block: vec![0; cells].into(),
         material: Arc::new(vec![0; cells]),
         joint: [0; 3].map(|joint| Arc::new(vec![joint; cells])),
         own_joint: [0; 3],
     };
-    if let Some(cell) = gone {
+    if let Some(cell) = removed {
         let at = lattice.index(cell);
-        lattice.body[at] = NONE;
+        lattice.block[at] = NONE;
     }
     let bounds = [Vec3::zeros(), Vec3::from(count.map(|n| n as f64))];
     let geometry = Geometry::new(vec![Arc::new(lattice)], bounds);
@@ -57,11 +57,15 @@ fn model(count: [usize; 3], divisions: usize, gone: Option<[usize; 3]>) -> Model
             peaks: false,
             contact: ContactProperties::default(),
             materials: vec![rock],
-            joints: vec![seam],
+            joints: vec![section],
         },
-        stages: Stages { geometries: vec![(0, Arc::new(geometry))], assigns: vec![], dug: false },
+        stages: Stages {
+            geometries: vec![(0, Arc::new(geometry))],
+            assigns: vec![],
+            excavated: false,
+        },
         conditions: Conditions::default(),
-        borders: Borders::default(),
+        boundaries: Boundaries::default(),
         stresses: Vec::new(),
         motions: Vec::new(),
         kinds: Vec::new(),
@@ -70,16 +74,16 @@ fn model(count: [usize; 3], divisions: usize, gone: Option<[usize; 3]>) -> Model
 }
 
 /// A node of a joint lattice, given by its place there.
-fn node(model: &Model, pack: usize, lane: usize, offset: usize, place: usize) -> Node {
+fn node(model: &Model, pack: usize, lane: usize, offset: usize, node_pair: usize) -> Node {
     let packs = &model.packs;
-    let node = packs.shape_of(&packs.packs[pack]).joints[offset][place];
+    let node = packs.shape_of(&packs.packs[pack]).joints[offset][node_pair];
     let upper = packs.packs[pack].upper[node.offset].at(lane);
     let (pack, lane) = if node.offset == 0 { (pack, lane) } else { upper.expect("a neighbour") };
     (pack, lane, node.local)
 }
 
 /// All strip and corner elements with their eight nodes.
-fn cells(model: &Model) -> Vec<(Cell, Vec<Node>)> {
+fn cells(model: &Model) -> Vec<(StripElement, Vec<Node>)> {
     let mut cells = Vec::new();
     for pack in 0..model.packs.packs.len() {
         for (offset, lane) in [3, 5, 6, 7].into_iter().flat_map(|o| (0..LANES).map(move |l| (o, l)))
@@ -96,7 +100,7 @@ fn cells(model: &Model) -> Vec<(Cell, Vec<Node>)> {
                     node(model, pack, lane, offset, x + (nx + 1) * (y + (ny + 1) * z))
                 };
                 let lattice = JointLattice { pack, offset };
-                let cell = Cell { lattice, element, lane };
+                let cell = StripElement { lattice, element, lane };
                 cells.push((cell, (0..8).map(corner).collect()));
             }
         }
@@ -112,29 +116,30 @@ fn strips_and_corners_that_hold_both_nodes_go_with_a_pair() {
         ([2, 3, 4], 3, Some([0, 1, 2])),
         ([3, 3, 3], 2, Some([1, 1, 1])),
     ];
-    for (count, divisions, gone) in lattices {
-        let model = model(count, divisions, gone);
+    for (count, divisions, removed) in lattices {
+        let model = model(count, divisions, removed);
         let (packs, assembly) = (&model.packs, &model.assembly);
         let all = cells(&model);
         let mut removed = 0;
         for (pack, d) in (0..packs.packs.len()).flat_map(|pack| (0..3).map(move |d| (pack, d))) {
-            let Some(seam) = model.seams.get(pack, d) else { continue };
-            let places = &packs.shape_of(&packs.packs[pack]).pairs[d];
-            for lane in (0..LANES).filter(|&lane| seam.joints[lane] != NO_JOINT) {
-                for (p, place) in places.iter().enumerate() {
-                    let ends = place.sides.map(|side| node(&model, pack, lane, 1 << d, side));
-                    let holds = |(_, nodes): &&(Cell, Vec<Node>)| {
+            let Some(section) = model.sections.get(pack, d) else { continue };
+            let node_pairs = &packs.shape_of(&packs.packs[pack]).pairs[d];
+            for lane in (0..LANES).filter(|&lane| section.joints[lane] != NO_JOINT) {
+                for (p, node_pair) in node_pairs.iter().enumerate() {
+                    let ends = node_pair.sides.map(|side| node(&model, pack, lane, 1 << d, side));
+                    let holds = |(_, nodes): &&(StripElement, Vec<Node>)| {
                         ends.iter().all(|end| nodes.contains(end))
                     };
-                    let expected: BTreeSet<Cell> =
+                    let expected: BTreeSet<StripElement> =
                         all.iter().filter(holds).map(|(cell, _)| *cell).collect();
-                    let mut breaks = model.breaks();
+                    let mut broken_joints = model.broken_joints();
                     let tables = assembly.pack_tables[pack];
-                    let mut lattice = Broken::intact(packs, &packs.packs[pack], tables, 1 << d);
-                    lattice.set_failed(places, p, lane);
-                    breaks.at(pack)[1 << d] = Some(lattice);
-                    let found: BTreeSet<Cell> =
-                        breaks.touched(packs, assembly).into_iter().collect();
+                    let mut lattice =
+                        BrokenLattice::intact(packs, &packs.packs[pack], tables, 1 << d);
+                    lattice.set_failed(node_pairs, p, lane);
+                    broken_joints.at(pack)[1 << d] = Some(lattice);
+                    let found: BTreeSet<StripElement> =
+                        broken_joints.strips_around_failures(packs, assembly).into_iter().collect();
                     assert_eq!(
                         found, expected,
                         "pack {pack}, direction {d}, lane {lane}, pair {p}"

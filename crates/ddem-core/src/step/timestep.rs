@@ -12,10 +12,10 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::error::RunError;
 use crate::model::Model;
-use crate::step::cluster::{Clusters, accelerations};
+use crate::step::preconditioner::{Preconditioner, accelerations};
 use crate::step::scratch::Scratch;
-use crate::step::{Pass, internal_forces};
-use ddem_joint::breaks::Breaks;
+use crate::step::{FirstPass, internal_forces};
+use ddem_joint::broken::BrokenJoints;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::Vec3;
@@ -34,14 +34,18 @@ const PATIENCE: usize = 8;
 /// An error where `stop` says so.
 pub(crate) fn largest_eigenvalue(
     model: &Model,
-    breaks: &mut Breaks,
+    broken_joints: &mut BrokenJoints,
     scratch: &mut Scratch,
     mass: &dyn Fn(&Inertia, usize, usize) -> f64,
     added: &[Lanes],
     stop: &dyn Fn() -> bool,
 ) -> Result<f64, RunError> {
-    let operator =
-        Operator { model, roots: inverse_roots(model, mass), bodies: Bodies::new(model), added };
+    let operator = Operator {
+        model,
+        roots: inverse_roots(model, mass),
+        blocks: RigidModes::new(model),
+        added,
+    };
     let n = 3 * model.packs.nodes;
     let mut q = start(model, n);
     let mut before = vec![Lanes::ZERO; n];
@@ -53,7 +57,7 @@ pub(crate) fn largest_eigenvalue(
             return Err(RunError::Stopped);
         }
         operator.scale(&q, &mut scaled);
-        internal_forces(Pass::linear(model, &scaled), breaks, scratch);
+        internal_forces(FirstPass::linear(model, &scaled), broken_joints, scratch);
         // w = A q − β q₋; α = w·q; w −= α q; β = |w|. The product is −f.
         let beta = beside.last().copied().unwrap_or(0.0);
         let alpha = operator.product(&q, &mut scratch.f, beta, &mut before);
@@ -61,9 +65,9 @@ pub(crate) fn largest_eigenvalue(
         diagonal.push(alpha);
         values.push(largest_of_tridiagonal(&diagonal, &beside));
         let largest = values[values.len() - 1];
-        let settled = values.len() > PATIENCE
+        let equilibrium = values.len() > PATIENCE
             && largest - values[values.len() - 1 - PATIENCE] <= TOLERANCE * largest;
-        if settled || beta <= 1e-13 * largest {
+        if equilibrium || beta <= 1e-13 * largest {
             break;
         }
         beside.push(beta);
@@ -86,7 +90,7 @@ struct Operator<'a> {
     model: &'a Model,
     /// `m^{-½}` of the nodes of equal packs.
     roots: Vec<Vec<Lanes>>,
-    bodies: Bodies,
+    blocks: RigidModes,
     /// Stiffness over mass of each node besides K; empty: none.
     added: &'a [Lanes],
 }
@@ -100,7 +104,7 @@ impl Operator<'_> {
     fn scale(&self, q: &[Lanes], scaled: &mut [Lanes]) {
         over_packs(self.model, [scaled], |pack, range, [scaled]| {
             if self.model.packs.packs[pack].rigid {
-                self.bodies.corners(self.model, pack, &q[range], scaled);
+                self.blocks.corners(self.model, pack, &q[range], scaled);
             } else {
                 for ((scaled, q), r) in scaled.iter_mut().zip(&q[range]).zip(self.root(pack)) {
                     (0..LANES).for_each(|lane| scaled.0[lane] = q.0[lane] * r.0[lane]);
@@ -115,7 +119,7 @@ impl Operator<'_> {
         over_packs(self.model, [f, before], |pack, range, [f, before]| {
             let mut own = 0.0;
             if self.model.packs.packs[pack].rigid {
-                self.bodies.resultants(self.model, pack, f);
+                self.blocks.resultants(self.model, pack, f);
             }
             for (i, (at, r)) in range.zip(self.root(pack)).enumerate() {
                 for lane in 0..LANES {
@@ -161,9 +165,9 @@ fn over_packs<const N: usize>(
 
 /// Rigid bodies have six numbers each, in the first places of their corners: shift and turn, scaled
 /// by `m^{-½}` and `I^{-½}`.
-struct Bodies(Vec<[Matrix3<f64>; LANES]>);
+struct RigidModes(Vec<[Matrix3<f64>; LANES]>);
 
-impl Bodies {
+impl RigidModes {
     fn new(model: &Model) -> Self {
         let rigid = model.assembly.rigid.iter();
         Self(rigid.map(|pack| std::array::from_fn(|lane| pack[lane].inverse_root())).collect())
@@ -173,11 +177,12 @@ impl Bodies {
     fn corners(&self, model: &Model, pack: usize, six: &[Lanes], u: &mut [Lanes]) {
         let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
         for lane in 0..filled {
-            let matter = &model.assembly.rigid[rigid_start][lane];
+            let mass_properties = &model.assembly.rigid[rigid_start][lane];
             let [shift, turn] = [0, 3].map(|first| three(six, first, lane));
-            let (shift, turn) = (shift / matter.mass.sqrt(), self.0[rigid_start][lane] * turn);
+            let (shift, turn) =
+                (shift / mass_properties.mass.sqrt(), self.0[rigid_start][lane] * turn);
             for corner in 0..8 {
-                let value = shift + turn.cross(&matter.arm(corner));
+                let value = shift + turn.cross(&mass_properties.arm(corner));
                 (0..3).for_each(|c| u[3 * corner + c].0[lane] = value[c]);
             }
         }
@@ -187,14 +192,14 @@ impl Bodies {
     fn resultants(&self, model: &Model, pack: usize, f: &mut [Lanes]) {
         let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
         for lane in 0..filled {
-            let matter = &model.assembly.rigid[rigid_start][lane];
+            let mass_properties = &model.assembly.rigid[rigid_start][lane];
             let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
             for corner in 0..8 {
                 let on = three(f, 3 * corner, lane);
                 force += on;
-                torque += matter.arm(corner).cross(&on);
+                torque += mass_properties.arm(corner).cross(&on);
             }
-            let six = [force / matter.mass.sqrt(), self.0[rigid_start][lane] * torque];
+            let six = [force / mass_properties.mass.sqrt(), self.0[rigid_start][lane] * torque];
             f.iter_mut().for_each(|f| f.0[lane] = 0.0);
             for c in 0..3 {
                 (f[c].0[lane], f[3 + c].0[lane]) = (six[0][c], six[1][c]);
@@ -266,8 +271,8 @@ fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
 /// eigenvalue at every product, whatever the thickness.
 pub(crate) fn largest_clustered(
     model: &Model,
-    clusters: &Clusters,
-    breaks: &mut Breaks,
+    preconditioner: &Preconditioner,
+    broken_joints: &mut BrokenJoints,
     scratch: &mut Scratch,
     stop: &dyn Fn() -> bool,
 ) -> Result<f64, RunError> {
@@ -285,11 +290,11 @@ pub(crate) fn largest_clustered(
         if stop() {
             return Err(RunError::Stopped);
         }
-        internal_forces(Pass::linear(model, &x), breaks, scratch);
+        internal_forces(FirstPass::linear(model, &x), broken_joints, scratch);
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
         let (f, level) = (&scratch.f, scratch.level);
         each_pack(&model.packs, [&mut x, &mut next], &mut sums, |pack, [x, next], sums| {
-            dispatch!(level, simd => accelerations(simd, model, None, clusters, pack, f, next));
+            dispatch!(level, simd => accelerations(simd, model, None, preconditioner, pack, f, next));
             *sums = [0.0; 3];
             let f = &f[node_start(&model.packs, pack)..];
             for ((f, x), next) in f.iter().zip(x).zip(next) {
@@ -319,7 +324,7 @@ pub(crate) fn largest_clustered(
 /// has the same eigenvalues.
 pub(crate) fn largest_of_gases(
     model: &Model,
-    clusters: &Clusters,
+    preconditioner: &Preconditioner,
     gases: &[(Vec<u32>, f64, Vec<Vec3>)],
     scratch: &mut Scratch,
 ) -> f64 {
@@ -337,7 +342,7 @@ pub(crate) fn largest_of_gases(
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             way[range.clone()].fill(Lanes::ZERO);
             dispatch!(scratch.level, simd => {
-                accelerations(simd, model, None, clusters, pack, &scratch.f, &mut way[range.clone()])
+                accelerations(simd, model, None, preconditioner, pack, &scratch.f, &mut way[range.clone()])
             });
         }
         let with = |(nodes, other, areas): &(Vec<u32>, f64, Vec<Vec3>)| {

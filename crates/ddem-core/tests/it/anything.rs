@@ -34,7 +34,7 @@ fn joint(random: &mut Random) -> Joint {
 fn random_deck(seed: u64) -> Deck {
     let mut random = Random::new(1000 + seed);
     let random = &mut random;
-    let mut deck = matter(pick(random, &[1e7, 1e8, 1e9]));
+    let mut deck = mass_properties(pick(random, &[1e7, 1e8, 1e9]));
     deck.model.kinematics = pick(random, &[Kinematics::Corotational, Kinematics::Small]);
     deck.model.gravity = pick(random, &[[0.0; 3], [0.0, 0.0, -9.81], [3.0, -5.0, -100.0]]);
     deck.model.contact = pick(random, &[None, None, Some(true), Some(false)]);
@@ -122,7 +122,7 @@ fn random_decks_run_or_say_why_not() {
     for seed in 0..120 {
         let deck = random_deck(seed);
         println!("seed {seed}: {} sets", deck.blocks.len());
-        let site = match Site::new(&deck) {
+        let site = match BuiltDeck::new(&deck) {
             Ok(site) => site,
             Err(error) => {
                 println!("  {error}");

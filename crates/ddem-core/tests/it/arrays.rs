@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use ddem_core::element::Elastic;
-use ddem_core::law::{MohrCoulomb, Stiffness};
+use ddem_core::law::{MohrCoulomb, SpringStiffness};
 use ddem_core::problem::{
-    BuildError, HexMesh, JointElasticity, JointProperties, MeshError, Period, ProblemBuilder,
+    BuildError, HexMesh, JointElasticity, JointProperties, MeshError, ProblemBuilder, StageRange,
 };
 use ddem_core::{Damping, Model, Simulation, TimeStep};
 use ddem_deck::{BlockMesh, BlockSet, Deck, Fix, Joint, JointChoice, MeshJoint, Where};
@@ -64,12 +64,12 @@ fn rock() -> Elastic {
     Elastic::new(2400.0, 18e9, 0.25)
 }
 
-fn seam(cohesion: f64) -> JointProperties {
+fn section(cohesion: f64) -> JointProperties {
     let law = MohrCoulomb { cohesion, tension: cohesion, ..MohrCoulomb::default() };
     JointProperties {
         name: "seam".into(),
         thickness: 0.0,
-        elasticity: JointElasticity::Springs(Stiffness { normal: 1e11, shear: 4e10 }),
+        elasticity: JointElasticity::Springs(SpringStiffness { normal: 1e11, shear: 4e10 }),
         law: Some(Arc::new(law)),
     }
 }
@@ -96,7 +96,7 @@ fn faces(mesh: &HexMesh, x: f64, block: u32) -> [[u32; 4]; 2] {
 fn blocks_from_arrays_move_as_those_of_a_deck() {
     let mesh = row(2, 2, UPRIGHT);
     let mut builder = ProblemBuilder::new(&mesh, rock()).unwrap();
-    let joint = builder.joint(seam(1e9));
+    let joint = builder.joint(section(1e9));
     builder.join(faces(&mesh, 1.0, 0), joint).unwrap();
     let held = at(&mesh, |x| x[0] == 0.0);
     builder.fix(&held, [true; 3]).unwrap();
@@ -286,7 +286,7 @@ fn faults_of_meshes_are_named() {
 fn faces_that_no_joint_can_join_are_named() {
     let mesh = row(3, 2, UPRIGHT);
     let mut builder = ProblemBuilder::new(&mesh, rock()).unwrap();
-    let joint = builder.joint(seam(1e6));
+    let joint = builder.joint(section(1e6));
     let built = |quads: [[u32; 4]; 2]| {
         let mut builder = builder.clone();
         builder.join(quads, joint).unwrap();
@@ -307,7 +307,7 @@ fn faces_that_no_joint_can_join_are_named() {
     let mut hard = builder.clone();
     hard.set_rigid(0).unwrap();
     let middle = at(&mesh, |x| *x == [0.5; 3]);
-    hard.fix(&middle, [true; 3]).unwrap().period = Period::ALWAYS;
+    hard.fix(&middle, [true; 3]).unwrap().in_force = StageRange::ALWAYS;
     let error = hard.build().map(|_| ()).unwrap_err();
     assert_eq!(error, BuildError::InRigid { node: middle[0], block: 0 });
     // Selections of decks work on them.

@@ -242,15 +242,15 @@ fn a_release_is_that_of_the_blocks() {
     relax(&mut simulation);
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     let forces = simulation.forces();
-    let (mut soaked, mut dug) = (0.0, 0.0);
+    let (mut soaked, mut excavated) = (0.0, 0.0);
     for (x, force) in points(simulation.model()).iter().zip(&forces) {
         let size = if x.z > 0.0 { force[2].abs() } else { 0.0 };
-        *(if x.x < 2.0 { &mut soaked } else { &mut dug }) += size;
+        *(if x.x < 2.0 { &mut soaked } else { &mut excavated }) += size;
     }
     // The stress halves from ρ g (H − z), and the weight grows by a quarter.
     let exact = 10.0 * (2000.0 * 0.5 + 500.0) * 2.0 * (1.0 - 0.125);
     assert!((soaked / exact - 1.0).abs() < 1e-6, "{soaked} {exact}");
-    assert!(dug < 1e-5 * exact, "{dug}");
+    assert!(excavated < 1e-5 * exact, "{excavated}");
 }
 
 /// Blocks keep their velocities when their mass changes, those that turn as well.
@@ -273,7 +273,7 @@ fn what_moves_goes_on() {
         let velocities = |simulation: &mut Simulation| -> Vec<[f64; 3]> {
             nodes.clone().map(|node| simulation.velocity(node)).collect()
         };
-        simulation.settle();
+        simulation.synchronise();
         let before = velocities(&mut simulation);
         simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         let energy = simulation.energy();

@@ -1,13 +1,13 @@
 //! §5: joints that fail, as a whole model shows it.
 
-use ddem_core::{Energy, FIELDS, On, Simd, Simulation};
+use ddem_core::{Energy, FIELDS, FieldLocation, Simd, Simulation};
 use ddem_deck::{Assign, Damping, Deck, Extent, Fix, Joint, Load, TimeStep, Where};
 
 use crate::decks::*;
 use crate::loose::momenta;
 
 /// A thick joint of clay (0), or springs with (1) or without (2) thickness.
-fn seam(kind: usize) -> Joint {
+fn section(kind: usize) -> Joint {
     match kind {
         0 => Joint { thickness: 0.02, material: Some("clay".into()), ..Joint::default() },
         _ => Joint {
@@ -36,7 +36,7 @@ fn weak(joint: Joint) -> Joint {
 }
 
 fn pair_field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
-    let field = FIELDS.iter().find(|field| field.on == On::Pair && field.name == name);
+    let field = FIELDS.iter().find(|field| field.on == FieldLocation::Pair && field.name == name);
     field
         .map(|field| simulation.snapshot().values(field))
         .unwrap_or_else(|| panic!("no field {name}"))
@@ -74,7 +74,7 @@ fn torn(joint: Joint) -> Simulation {
 #[test]
 fn momentum_is_kept_while_everything_breaks_and_slides() {
     for kind in 0..3 {
-        let mut simulation = torn(weak(seam(kind)));
+        let mut simulation = torn(weak(section(kind)));
         let (first, sizes) = momenta(&mut simulation);
         let before = simulation.energy().balance;
         steps(&mut simulation, 15_000);
@@ -101,9 +101,9 @@ fn momentum_is_kept_while_everything_breaks_and_slides() {
 #[test]
 fn no_traction_jumps_at_a_pair_that_stays_bonded() {
     for kind in 0..3 {
-        let mut tough = simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), seam(kind)));
+        let mut tough = simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), section(kind)));
         let mut brittle =
-            simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), weak(seam(kind))));
+            simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 3, 0.02), weak(section(kind))));
         let mut random = Random::new(3);
         let n = tough.model().n_nodes();
         let u: Vec<[f64; 3]> = (0..n).map(|_| (random.vector() * 3e-7).into()).collect();
@@ -143,9 +143,13 @@ fn driven(joint: Joint, velocity: [f64; 3], load: f64) -> Simulation {
 #[test]
 fn strength_far_above_the_load_changes_no_bit() {
     for kind in 0..3 {
-        let strong =
-            Joint { cohesion: Some(1e15), friction: Some(30.0), tension: Some(1e15), ..seam(kind) };
-        let results = [seam(kind), strong].map(|joint| {
+        let strong = Joint {
+            cohesion: Some(1e15),
+            friction: Some(30.0),
+            tension: Some(1e15),
+            ..section(kind)
+        };
+        let results = [section(kind), strong].map(|joint| {
             let mut simulation = driven(joint, [0.3, 0.1, 0.2], 0.0);
             start(&mut simulation, Damping::Ratio(0.02));
             steps(&mut simulation, 300);
@@ -160,7 +164,7 @@ fn threads_and_instruction_sets_change_no_bit_of_what_breaks() {
     let run = |simd: Simd, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap_or_else(|error| panic!("{error}")).install(|| {
-            let mut deck = with_seam(deck([3, 3, 3], [3.0; 3], 4, 0.02), weak(seam(0)));
+            let mut deck = with_seam(deck([3, 3, 3], [3.0; 3], 4, 0.02), weak(section(0)));
             deck.model.gravity = [3.0, 0.5, -9.81];
             deck.fix.push(fix(plane(2, 0.0), "xyz"));
             let mut simulation = Simulation::with_simd(model(&deck), simd);
@@ -186,7 +190,7 @@ fn threads_and_instruction_sets_change_no_bit_of_what_breaks() {
 #[test]
 fn momentum_is_kept_in_oblique_lattices() {
     for kind in 0..3 {
-        let deck = with_seam(deck([3, 2, 1], [3.0, 2.0, 1.0], 3, 0.02), weak(seam(kind)));
+        let deck = with_seam(deck([3, 2, 1], [3.0, 2.0, 1.0], 3, 0.02), weak(section(kind)));
         let mut simulation = simulation(&with_axes(deck, OBLIQUE));
         let (n, mut random) = (simulation.model().n_nodes(), Random::new(11));
         let pushes: Vec<Vec3> = (0..6).map(|_| random.vector() * 0.1).collect();
@@ -207,14 +211,14 @@ fn momentum_is_kept_in_oblique_lattices() {
 #[test]
 fn joints_of_one_pack_fail_each_by_its_own_strength() {
     let mut deck = deck([4, 1, 2], [4.0, 1.0, 2.0], 2, 0.02);
-    let loose = Joint { thickness: 0.02, ..seam(1) };
+    let loose = Joint { thickness: 0.02, ..section(1) };
     deck.joints.insert("loose".into(), loose);
     let names = ["never", "weak", "springs", "strong"];
     for (name, joint) in [
-        ("never", seam(0)),
-        ("weak", weak(seam(0))),
-        ("springs", weak(seam(1))),
-        ("strong", Joint { tension: Some(1e12), cohesion: Some(1e12), ..seam(0) }),
+        ("never", section(0)),
+        ("weak", weak(section(0))),
+        ("springs", weak(section(1))),
+        ("strong", Joint { tension: Some(1e12), cohesion: Some(1e12), ..section(0) }),
     ] {
         deck.joints.insert(name.into(), joint);
     }
@@ -261,8 +265,8 @@ fn joints_of_one_pack_fail_each_by_its_own_strength() {
 #[test]
 fn strength_far_above_the_load_changes_no_bit_of_a_relaxation() {
     for kind in 0..3 {
-        let strong = Joint { cohesion: Some(1e15), tension: Some(1e15), ..seam(kind) };
-        let results = [seam(kind), strong].map(|joint| {
+        let strong = Joint { cohesion: Some(1e15), tension: Some(1e15), ..section(kind) };
+        let results = [section(kind), strong].map(|joint| {
             let mut deck = with_seam(deck([2, 2, 2], [2.0; 3], 2, 0.02), joint);
             deck.model.gravity = [1.0, 0.5, -9.81];
             deck.fix.push(fix(plane(2, 0.0), "xyz"));
@@ -277,14 +281,14 @@ fn strength_far_above_the_load_changes_no_bit_of_a_relaxation() {
 /// What is shown as failed has failed, even when the stage ends there.
 #[test]
 fn what_fails_at_the_end_of_a_stage_stays_failed() {
-    let mut simulation = driven(weak(seam(0)), [0.0, 0.0, 0.01], 0.0);
+    let mut simulation = driven(weak(section(0)), [0.0, 0.0, 0.01], 0.0);
     start(&mut simulation, Damping::None);
     while pair_field(&mut simulation, "state").iter().all(|state| *state == 0.0) {
         steps(&mut simulation, 1);
     }
     let shown = pair_field(&mut simulation, "state");
     let failed = simulation.failed_pairs();
-    simulation.settle();
+    simulation.synchronise();
     assert_eq!(simulation.failed_pairs(), failed);
     simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(pair_field(&mut simulation, "state"), shown);
@@ -294,7 +298,7 @@ fn what_fails_at_the_end_of_a_stage_stays_failed() {
 #[test]
 fn energies_add_up_when_everything_breaks_at_once() {
     for kind in 0..3 {
-        let mut simulation = driven(weak(seam(kind)), [0.0, 0.0, 2e-3], 0.0);
+        let mut simulation = driven(weak(section(kind)), [0.0, 0.0, 2e-3], 0.0);
         start(&mut simulation, Damping::None);
         let sum = |e: &Energy| {
             let held = e.kinetic + e.strain_bodies + e.strain_joints;
@@ -318,7 +322,7 @@ fn energies_add_up_when_everything_breaks_at_once() {
 /// An automatic step that is shortened after the duration that was started has ended.
 #[test]
 fn what_fails_beyond_the_end_of_a_duration_goes_on() {
-    let mut simulation = driven(weak(seam(1)), [0.0, 0.0, 1e-3], 0.0);
+    let mut simulation = driven(weak(section(1)), [0.0, 0.0, 1e-3], 0.0);
     let part = 3.0 * {
         start(&mut simulation, Damping::None);
         simulation.time_step()
@@ -341,7 +345,7 @@ fn what_fails_beyond_the_end_of_a_duration_goes_on() {
 #[test]
 fn a_duration_of_whole_steps_does_not_shorten_them() {
     for n in 590..610 {
-        let mut simulation = driven(weak(seam(1)), [0.0, 0.0, 1.0], 0.0);
+        let mut simulation = driven(weak(section(1)), [0.0, 0.0, 1.0], 0.0);
         let safe = simulation.broken_step(Damping::None).unwrap_or_else(|error| panic!("{error}"));
         simulation.set_velocities(&vec![[0.0, 0.0, 1e-6]; simulation.model().n_nodes()]);
         let duration = (0..n).map(|_| safe).sum();
@@ -357,7 +361,7 @@ fn a_duration_of_whole_steps_does_not_shorten_them() {
 /// Velocities that are set bring the ones before to the present time, and pairs fail there.
 #[test]
 fn steps_become_shorter_where_pairs_fail_between_them() {
-    let mut simulation = driven(weak(seam(1)), [0.0, 0.0, 1e-3], 0.0);
+    let mut simulation = driven(weak(section(1)), [0.0, 0.0, 1e-3], 0.0);
     start(&mut simulation, Damping::None);
     let first = simulation.time_step();
     while {
@@ -378,7 +382,7 @@ fn steps_become_shorter_where_pairs_fail_between_them() {
 /// rough for.
 #[test]
 fn stages_that_begin_in_motion_have_the_safe_step() {
-    for joint in [seam(1), weak(seam(1))] {
+    for joint in [section(1), weak(section(1))] {
         let mut simulation = driven(joint, [0.0; 3], 0.0);
         start(&mut simulation, Damping::None);
         let at_rest = simulation.time_step();
@@ -395,7 +399,7 @@ fn stages_that_begin_in_motion_have_the_safe_step() {
 #[test]
 fn looking_at_what_breaks_changes_no_bit() {
     let run = |looks: bool| {
-        let mut simulation = driven(weak(seam(0)), [0.02, 0.0, 0.0], 2e5);
+        let mut simulation = driven(weak(section(0)), [0.02, 0.0, 0.0], 2e5);
         start(&mut simulation, Damping::Ratio(0.01));
         for _ in 0..600 {
             steps(&mut simulation, 1);
@@ -417,7 +421,7 @@ fn looking_at_what_breaks_changes_no_bit() {
 #[test]
 fn energies_balance_while_a_joint_dilates() {
     for kind in 0..3 {
-        let mut simulation = driven(weak(seam(kind)), [0.02, 0.0, 0.0], 2e5);
+        let mut simulation = driven(weak(section(kind)), [0.02, 0.0, 0.0], 2e5);
         // A step that does not change when the joint fails, and with it what energy is measured by.
         let safe = simulation.safe_step().unwrap_or_else(|error| panic!("{error}"));
         let begun = simulation.start(Damping::Ratio(0.01), TimeStep::Seconds(safe), None);

@@ -35,7 +35,7 @@ fn swarm(seed: u64, kind: usize) -> Deck {
             }
         })
         .collect();
-    of(&matter(1e8), &pieces)
+    of(&mass_properties(1e8), &pieces)
 }
 
 /// Kinetic energy and that in springs and elements.
@@ -100,7 +100,7 @@ fn energies_balance_in_throws_that_short_steps_resolve() {
     let (mut grown, mut balance) = (0.0_f64, 0.0_f64);
     for _ in 0..20 {
         let (pieces, _) = throw(&mut random, [0, 0]);
-        let mut deck = of(&matter(1e8), &pieces);
+        let mut deck = of(&mass_properties(1e8), &pieces);
         deck.contact.friction = Some(0.0);
         let mut simulation = simulation(&deck);
         start(&mut simulation, Damping::None);
@@ -143,12 +143,12 @@ fn at_plate(random: &mut Random, part_of_limit: f64, kinds: [u32; 2], held: bool
         divisions: kinds[1],
         ..Piece::default()
     };
-    let deck = of(&matter(1e8), &[plate, small]);
+    let deck = of(&mass_properties(1e8), &[plate, small]);
     let mut probe = simulation(&deck);
     start(&mut probe, Damping::None);
     let speed = part_of_limit * 0.25 * thin / probe.time_step();
     let thrown = Piece { velocity: -normal * speed, ..small };
-    let mut simulation = simulation(&of(&matter(1e8), &[plate, thrown]));
+    let mut simulation = simulation(&of(&mass_properties(1e8), &[plate, thrown]));
     start(&mut simulation, Damping::None);
     let count = (2.0 / (speed * simulation.time_step())) as usize + 100;
     let mut deep = 0.0_f64;
@@ -212,18 +212,18 @@ fn the_fastest_throw_that_is_followed_is_as_fast_in_every_direction() {
     for (way, divisions) in ways.into_iter().flat_map(|way| [(way, 0), (way, 2)]) {
         let ended = |part: f64| {
             let at_rest = Piece { divisions, ..Piece::default() };
-            let mut probe = simulation(&of(&matter(1e8), &[at_rest, other]));
+            let mut probe = simulation(&of(&mass_properties(1e8), &[at_rest, other]));
             start(&mut probe, Damping::None);
             let velocity = way.normalize() * (part * 0.25 / probe.time_step());
             let thrown = Piece { velocity, ..at_rest };
-            let mut simulation = simulation(&of(&matter(1e8), &[thrown, other]));
+            let mut simulation = simulation(&of(&mass_properties(1e8), &[thrown, other]));
             start(&mut simulation, Damping::None);
             simulation.step()
         };
         assert_eq!(ended(0.999), Ok(()), "{way}");
         match ended(1.001) {
-            Err(RunError::TooFast { block: 0, way, edge, .. }) => {
-                assert!((way / edge - 0.25 * 1.001).abs() < 1e-9, "{way} {edge}");
+            Err(RunError::TooFast { block: 0, distance, edge, .. }) => {
+                assert!((distance / edge - 0.25 * 1.001).abs() < 1e-9, "{distance} {edge}");
             }
             other => panic!("{way} {divisions}: {other:?}"),
         }
@@ -253,7 +253,7 @@ fn nothing_passes_through_in_throws_of_two() {
         let (mut deepest, mut grown, mut balance, mut met) = (0.0_f64, 0.0_f64, 0.0_f64, 0);
         for number in 0..throws {
             let (pieces, along) = throw(&mut random, kinds);
-            let mut simulation = simulation(&of(&matter(1e8), &pieces));
+            let mut simulation = simulation(&of(&mass_properties(1e8), &pieces));
             start(&mut simulation, Damping::None);
             let kept = followed(&mut simulation, 1.2, 4);
             grown = grown.max(kept.grown);

@@ -1,7 +1,9 @@
 //! Decks, motions and sums that several tests use.
 
 use ddem_core::{Model, Simulation};
-use ddem_deck::{BlockSet, Deck, Extent, Fix, Joint, JointChoice, Material, Site, Stage, Where};
+use ddem_deck::{
+    BlockSet, BuiltDeck, Deck, Extent, Fix, Joint, JointChoice, Material, Stage, Where,
+};
 use nalgebra::{Rotation3, Unit, Vector3};
 
 pub(crate) type Vec3 = Vector3<f64>;
@@ -16,10 +18,10 @@ pub(crate) const LEANING: [[f64; 3]; 3] = [[1.0, 0.1, 0.0], [0.3, 1.0, 0.0], [0.
 pub(crate) fn deck(count: [u32; 3], size: [f64; 3], divisions: u32, thickness: f64) -> Deck {
     let rock = Material { density: 2400.0, young: 18e9, poisson: 0.25 };
     let clay = Material { density: 2000.0, young: 3e9, poisson: 0.3 };
-    let seam = Joint { thickness, material: Some("clay".into()), ..Joint::default() };
+    let section = Joint { thickness, material: Some("clay".into()), ..Joint::default() };
     Deck {
         materials: [("rock".to_owned(), rock), ("clay".to_owned(), clay)].into(),
-        joints: [("seam".to_owned(), seam)].into(),
+        joints: [("seam".to_owned(), section)].into(),
         blocks: vec![BlockSet {
             size: Some(size),
             count: Some(count),
@@ -46,8 +48,8 @@ pub(crate) fn model(deck: &Deck) -> Model {
 }
 
 /// The site of a deck without faults.
-pub(crate) fn site(deck: &Deck) -> Site {
-    Site::new(deck).unwrap_or_else(|error| panic!("{error}"))
+pub(crate) fn site(deck: &Deck) -> BuiltDeck {
+    BuiltDeck::new(deck).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Warnings about the model of a deck.

@@ -164,17 +164,17 @@ fn values_that_no_deck_could_have_are_refused() {
 #[test]
 fn searches_that_find_nothing_are_refused() {
     let mut deck = pile();
-    let seam = deck.joints.get_mut("seam").expect("a joint");
-    (seam.friction, seam.cohesion) = (Some(30.0), Some(1e5));
+    let section = deck.joints.get_mut("seam").expect("a joint");
+    (section.friction, section.cohesion) = (Some(30.0), Some(1e5));
     let simulation = Simulation::new(model(&deck));
     let nan = f64::NAN;
     for (key, search) in [
-        ("tolerance", Search { tolerance: nan, ..Search::default() }),
-        ("limit", Search { limit: nan, ..Search::default() }),
-        ("resolution", Search { resolution: nan, ..Search::default() }),
-        ("bracket", Search { bracket: [nan, 2.0], ..Search::default() }),
-        ("max_steps", Search { max_steps: 0, ..Search::default() }),
-        ("joints", Search { joints: Some(Vec::new()), ..Search::default() }),
+        ("tolerance", SafetySearch { tolerance: nan, ..SafetySearch::default() }),
+        ("limit", SafetySearch { limit: nan, ..SafetySearch::default() }),
+        ("resolution", SafetySearch { resolution: nan, ..SafetySearch::default() }),
+        ("bracket", SafetySearch { bracket: [nan, 2.0], ..SafetySearch::default() }),
+        ("max_steps", SafetySearch { max_steps: 0, ..SafetySearch::default() }),
+        ("joints", SafetySearch { joints: Some(Vec::new()), ..SafetySearch::default() }),
     ] {
         let words = told(simulation.factor_of_safety(&search, &|_| {}));
         assert!(words.starts_with(key), "{words}");
@@ -184,8 +184,8 @@ fn searches_that_find_nothing_are_refused() {
 #[test]
 fn a_search_after_a_divergence_says_so() {
     let mut deck = pile();
-    let seam = deck.joints.get_mut("seam").expect("a joint");
-    (seam.friction, seam.cohesion) = (Some(30.0), Some(1e5));
+    let section = deck.joints.get_mut("seam").expect("a joint");
+    (section.friction, section.cohesion) = (Some(30.0), Some(1e5));
     let mut simulation = Simulation::new(model(&deck));
     simulation.apply_force(&[53], &[[1e308; 3]]);
     let error = loop {
@@ -194,7 +194,8 @@ fn a_search_after_a_divergence_says_so() {
         }
     };
     assert!(matches!(error, RunError::Diverged { .. }), "{error}");
-    let error = simulation.factor_of_safety(&Search::default(), &|_| {}).expect_err("no state");
+    let error =
+        simulation.factor_of_safety(&SafetySearch::default(), &|_| {}).expect_err("no state");
     assert!(matches!(error, RunError::Diverged { .. }), "{error}");
 }
 

@@ -13,8 +13,8 @@ const STRESS: [f64; 6] = [-3e6, -3e6, -8e6, 0.0, 0.0, 0.0];
 /// A column of four blocks under stress, held at the sides and below; the upper two are taken out.
 fn column(release: Option<f64>, kind: StageKind) -> Deck {
     let mut deck = deck([1, 1, 4], [1.0, 1.0, 4.0], 2, 0.02);
-    if let Some(seam) = deck.joints.get_mut("seam") {
-        seam.material = Some("rock".into());
+    if let Some(section) = deck.joints.get_mut("seam") {
+        section.material = Some("rock".into());
     }
     deck.initial.push(Initial { stress: Some(STRESS), ..Initial::default() });
     for (axis, name) in [(0, "x"), (1, "y")] {
@@ -42,7 +42,7 @@ fn relax(simulation: &mut Simulation, increments: u32) {
     panic!("no equilibrium");
 }
 
-fn dug(release: Option<f64>, increments: u32) -> Simulation {
+fn excavated(release: Option<f64>, increments: u32) -> Simulation {
     let mut simulation = simulation(&column(release, StageKind::Relax));
     relax(&mut simulation, 1);
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
@@ -57,7 +57,7 @@ fn a_face_moves_as_a_column_that_is_unloaded() {
     // The face of the second block is half of a joint below the plane.
     let exact = 8e6 * (2.0 - 0.01) / stiff;
     for (release, increments) in [(None, 1), (Some(1.0), 1), (Some(1.0), 5)] {
-        let mut simulation = dug(release, increments);
+        let mut simulation = excavated(release, increments);
         let model = simulation.model();
         let top = model.nearest_node([0.5, 0.5, 1.98]);
         let found = simulation.displacement(top)[2];
@@ -404,7 +404,7 @@ fn a_hundred_excavations_take_little_memory() {
         deck.remove = (0..stages).map(remove).collect();
         Simulation::new(model(&deck)).bytes()
     };
-    let (plain, dug) = (bytes(0), bytes(100));
+    let (plain, excavated) = (bytes(0), bytes(100));
     // Four bytes for each block and stage say which are left.
-    assert!(10 * dug < 13 * plain, "{dug} B for {plain} B");
+    assert!(10 * excavated < 13 * plain, "{excavated} B for {plain} B");
 }

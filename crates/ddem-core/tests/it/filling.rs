@@ -33,7 +33,7 @@ fn width(n: u32) -> f64 {
 
 /// n³ slightly turned cubes of edge 1 above the floor of a box.
 fn filled_box(n: u32, divisions: u32, young: f64) -> Deck {
-    let mut deck = matter(young);
+    let mut deck = mass_properties(young);
     walls(&mut deck, width(n), width(n) + 1.0);
     let mut random = Random::new(u64::from(n));
     for i in 0..n * n * n {

@@ -274,9 +274,9 @@ fn overburden_stays() {
 fn joints_fail_under_it_and_energies_balance() {
     for kind in 0..3 {
         let mut deck = loaded(kind, BOX, [-1e6, -1e6, -4e6, 0.0, 1.2e6, 0.0]);
-        let seam = deck.joints.get_mut("seam").unwrap_or_else(|| panic!("a seam"));
-        (seam.cohesion, seam.friction) = (Some(0.1e6), Some(10.0));
-        seam.tension = Some(1e6);
+        let section = deck.joints.get_mut("seam").unwrap_or_else(|| panic!("a seam"));
+        (section.cohesion, section.friction) = (Some(0.1e6), Some(10.0));
+        section.tension = Some(1e6);
         deck.model.kinematics = Kinematics::Small;
         let mut simulation = simulation(&deck);
         let first = simulation.energy();

@@ -34,7 +34,7 @@ impl Default for Piece {
 }
 
 /// A deck without blocks, of one material, whose contacts are not damped.
-pub(crate) fn matter(young: f64) -> Deck {
+pub(crate) fn mass_properties(young: f64) -> Deck {
     let stuff = Material { density: 2400.0, young, poisson: 0.25 };
     let contact = ContactTable { damping: Some(0.0), ..ContactTable::default() };
     Deck { materials: [("stuff".to_owned(), stuff)].into(), contact, ..Deck::default() }

@@ -4,7 +4,6 @@
 
 #![allow(clippy::disallowed_methods, clippy::print_stdout)]
 
-mod abutments;
 mod anything;
 mod architecture;
 mod arrays;
@@ -36,6 +35,7 @@ mod loose;
 mod mechanisms;
 mod meeting;
 mod mixture;
+mod nonconforming;
 mod opened;
 mod peaks;
 mod programs;

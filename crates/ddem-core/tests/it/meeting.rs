@@ -36,7 +36,8 @@ fn stacked(gap: f64, divisions: u32, held: bool) -> [Piece; 2] {
 #[test]
 fn blocks_that_overlap_by_rounding_stay_where_they_are() {
     for divisions in [0, 1, 2] {
-        let mut simulation = simulation(&of(&matter(1e9), &stacked(-5e-5, divisions, false)));
+        let mut simulation =
+            simulation(&of(&mass_properties(1e9), &stacked(-5e-5, divisions, false)));
         start(&mut simulation);
         steps(&mut simulation, 300);
         assert_eq!(contacts(&mut simulation)[0], 1);
@@ -51,7 +52,7 @@ fn blocks_that_overlap_by_rounding_stay_where_they_are() {
 #[test]
 fn a_relaxation_closes_a_gap_of_rounding() {
     for (gap, divisions) in [(5e-5, 0), (5e-5, 2), (-5e-5, 0), (-5e-5, 2)] {
-        let mut deck = of(&matter(1e9), &stacked(gap, divisions, true));
+        let mut deck = of(&mass_properties(1e9), &stacked(gap, divisions, true));
         deck.contact.friction = Some(60.0);
         deck.model.gravity = [0.0, 0.0, -9.81];
         deck.stage.push(relax_stage("rest"));
@@ -70,7 +71,7 @@ fn a_relaxation_closes_a_gap_of_rounding() {
 #[test]
 fn a_relaxation_names_blocks_that_sink_into_each_other() {
     for divisions in [0, 2] {
-        let mut deck = of(&matter(1e9), &stacked(0.0, divisions, true));
+        let mut deck = of(&mass_properties(1e9), &stacked(0.0, divisions, true));
         deck.contact.friction = Some(60.0);
         deck.model.gravity = [0.0, 0.0, -9.81];
         // It would rest at 0.4 of an edge.
@@ -93,7 +94,7 @@ fn a_relaxation_names_blocks_that_sink_into_each_other() {
 /// A support that pushes one block into another is named.
 #[test]
 fn a_support_that_moves_a_block_into_another_is_named() {
-    let mut deck = of(&matter(1e6), &stacked(0.0, 0, true));
+    let mut deck = of(&mass_properties(1e6), &stacked(0.0, 0, true));
     let region = Where { set: Some("piece 1".into()), ..Where::default() };
     let velocity = Some([0.0, 0.0, -20.0]);
     deck.fix.push(Fix { region, axes: "xyz".into(), velocity, ..Fix::default() });
@@ -109,7 +110,7 @@ fn a_support_that_moves_a_block_into_another_is_named() {
 
 /// A frame of cells, all held but for one that hangs from it by a weak joint, 15 mm above its foot.
 fn frame(body: Body, divisions: u32) -> Deck {
-    let mut deck = matter(1e9);
+    let mut deck = mass_properties(1e9);
     let weak = Joint {
         normal_stiffness: Some(2e8),
         shear_stiffness: Some(1e8),
@@ -203,7 +204,7 @@ fn an_edge_has_no_first_face() {
                 piece.edges = Vec3::new(piece.edges.y, piece.edges.x, piece.edges.z);
             }
         }
-        let mut simulation = simulation(&of(&matter(1e8), &pieces));
+        let mut simulation = simulation(&of(&mass_properties(1e8), &pieces));
         let dt = 2e-5;
         simulation
             .start(Damping::None, TimeStep::Seconds(dt), None)
@@ -231,7 +232,7 @@ fn dashpots_follow_supports_from_stage_to_stage() {
     let mut thrown = stacked(0.005, 0, false);
     thrown[1].velocity = thrown[1].turn * Vec3::new(0.0, 0.0, -1.0);
     let rebound = |held: bool| {
-        let mut deck = of(&matter(1e8), &thrown);
+        let mut deck = of(&mass_properties(1e8), &thrown);
         deck.contact.damping = Some(0.3);
         deck.contact.friction = Some(0.0);
         deck.stage = vec![relax_stage("a"), relax_stage("b")];
@@ -306,9 +307,9 @@ fn a_deformable_block_that_slid_over_another_is_relaxed() {
         let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, thickness);
         let clay = Material { density: 2000.0, young: 1e7, poisson: 0.3 };
         deck.materials.insert("clay".into(), clay);
-        for seam in deck.joints.values_mut() {
-            seam.material = Some("clay".into());
-            (seam.cohesion, seam.friction) = (Some(0.0), Some(5.0));
+        for section in deck.joints.values_mut() {
+            section.material = Some("clay".into());
+            (section.cohesion, section.friction) = (Some(0.0), Some(5.0));
         }
         deck.model.gravity = [0.0, 0.0, -9.81];
         deck.fix.push(fix(plane(2, 0.0), "xyz"));

@@ -6,11 +6,11 @@ use ddem_deck::*;
 
 use crate::damage::withstands_damage;
 use crate::decks::*;
-use crate::loose::{Piece, add, any_turn, contacts, matter};
+use crate::loose::{Piece, add, any_turn, contacts, mass_properties};
 
 /// Two jointed walls, rigid and deformable, on a floor; blocks are thrown at them.
 pub(crate) fn mixture(kinematics: Kinematics) -> Deck {
-    let mut deck = matter(1e8);
+    let mut deck = mass_properties(1e8);
     deck.model.gravity = [0.0, 0.0, -9.81];
     deck.model.kinematics = kinematics;
     let spring = Joint {
@@ -22,14 +22,14 @@ pub(crate) fn mixture(kinematics: Kinematics) -> Deck {
         residual_friction: Some(20.0),
         ..Joint::default()
     };
-    let seam = Joint {
+    let section = Joint {
         thickness: 0.02,
         material: Some("stuff".into()),
         normal_stiffness: None,
         shear_stiffness: None,
         ..spring.clone()
     };
-    deck.joints = [("spring".to_owned(), spring), ("seam".to_owned(), seam)].into();
+    deck.joints = [("spring".to_owned(), spring), ("seam".to_owned(), section)].into();
     let floor = Piece {
         centre: Vec3::new(2.0, 0.5, -0.25),
         edges: Vec3::new(8.0, 6.0, 0.5),
@@ -233,8 +233,8 @@ fn blocks_that_break_and_meet_go_on_from_any_step() {
             step(&mut other, rest as usize);
             same(&whole, &other, "saved once");
         }
-        whole.settle();
-        rebuilt.settle();
+        whole.synchronise();
+        rebuilt.synchronise();
         same(&again(&whole), &rebuilt, "settled");
         for simulation in [&mut whole, &mut rebuilt] {
             let start = simulation.start(Damping::Local(0.3), TimeStep::Auto, Some(0.05));

@@ -19,10 +19,10 @@ fn boundary(region: Where, kind: BoundaryKind, from: Option<&str>) -> Boundary {
 }
 
 /// Blocks of 1 m³ that nothing holds, some of which go in the stage `dig`.
-fn dug(count: [u32; 3], removed: Option<Where>) -> Deck {
+fn excavated(count: [u32; 3], removed: Option<Where>) -> Deck {
     let mut deck = deck(count, count.map(f64::from), 2, 0.02);
-    if let Some(seam) = deck.joints.get_mut("seam") {
-        seam.material = Some("rock".into());
+    if let Some(section) = deck.joints.get_mut("seam") {
+        section.material = Some("rock".into());
     }
     deck.stage = vec![dynamic("before"), dynamic("dig")];
     let from = Some("dig".to_owned());
@@ -34,7 +34,7 @@ fn dug(count: [u32; 3], removed: Option<Where>) -> Deck {
 /// 2400 kg/m³ on a square metre.
 #[test]
 fn a_face_that_is_opened_has_its_boundary() {
-    let mut deck = dug([1, 1, 4], Some(within([0.0, 1.0], [2.0, 4.0])));
+    let mut deck = excavated([1, 1, 4], Some(within([0.0, 1.0], [2.0, 4.0])));
     deck.boundary.push(boundary(plane(2, 1.99), BoundaryKind::Viscous, Some("dig")));
     let mut simulation = simulation(&deck);
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
@@ -54,7 +54,7 @@ fn a_face_that_is_opened_has_its_boundary() {
 /// A wall of the hole has no rock behind it, and dashpots that another entry keeps from moving are said.
 #[test]
 fn what_is_said_is_of_that_stage() {
-    let mut deck = dug([3, 1, 3], Some(within([1.0, 2.0], [1.0, 2.0])));
+    let mut deck = excavated([3, 1, 3], Some(within([1.0, 2.0], [1.0, 2.0])));
     deck.boundary.push(boundary(Where::default(), BoundaryKind::Viscous, None));
     assert_eq!(crate::decks::warnings(&deck), Vec::<String>::new());
     deck.boundary[0].from = Some("dig".into());
@@ -62,7 +62,7 @@ fn what_is_said_is_of_that_stage() {
     let walls = "boundary 0: 4 of its faces are where blocks have been removed";
     assert!(warnings.len() == 1 && warnings[0].starts_with(walls), "{warnings:?}");
     // Half of the nodes are held, but those are gone.
-    let mut deck = dug([2, 1, 1], Some(within([0.0, 1.0], [0.0, 1.0])));
+    let mut deck = excavated([2, 1, 1], Some(within([0.0, 1.0], [0.0, 1.0])));
     deck.boundary.push(boundary(plane(2, 0.0), BoundaryKind::Viscous, Some("dig")));
     deck.fix.push(fix(within([0.0, 0.99], [0.0, 1.0]), "xyz"));
     assert_eq!(crate::decks::warnings(&deck), Vec::<String>::new());
@@ -74,7 +74,7 @@ fn what_is_said_is_of_that_stage() {
 /// A boundary of before has half of a joint that goes later: the rest of the face may still be taken.
 #[test]
 fn parts_of_faces_beside_a_hole_are_taken_once() {
-    let mut deck = dug([2, 1, 1], Some(within([1.0, 2.0], [0.0, 1.0])));
+    let mut deck = excavated([2, 1, 1], Some(within([1.0, 2.0], [0.0, 1.0])));
     let part = |from: f64, to: f64| Where { x: Some(Extent::Range([from, to])), ..plane(2, 0.0) };
     deck.boundary.push(boundary(part(0.3, 1.0), BoundaryKind::Viscous, None));
     deck.boundary.push(boundary(part(0.0, 0.3), BoundaryKind::Viscous, Some("dig")));
@@ -96,7 +96,7 @@ enum Base {
 
 /// Displacements and velocities of free-field columns that are shaken from below for a while.
 fn columns(base: Base, from: Option<&str>, damping: Damping, removed: Option<Where>) -> Vec<f64> {
-    let mut deck = dug([2, 1, 4], removed);
+    let mut deck = excavated([2, 1, 4], removed);
     let velocity = Some([1.0, 0.4, 0.5]);
     let driven = |region: Where, axes: &str| Fix {
         velocity: Some(
@@ -177,7 +177,7 @@ fn columns_are_damped_and_held_beside_holes_as_they_were() {
 /// A face on a part of which a block stands is whole when that is gone.
 #[test]
 fn loads_find_faces_that_are_whole_by_then() {
-    let mut deck = dug([1, 1, 1], None);
+    let mut deck = excavated([1, 1, 1], None);
     let small = BlockSet {
         name: Some("small".into()),
         size: Some([0.5; 3]),

@@ -9,12 +9,12 @@ use crate::decks::*;
 /// A bar along x that cannot widen, pushed at x = 0 for a while by a pressure that comes and goes.
 fn bar(pressure: f64, joint: f64) -> Deck {
     let mut deck = deck([20, 1, 1], [10.0, 0.5, 0.5], 4, joint);
-    if let (Some(rock), Some(seam)) =
+    if let (Some(rock), Some(section)) =
         (deck.materials.get("rock").copied(), deck.joints.get_mut("seam"))
     {
         // Of the same matter: no wave is turned back at a joint.
         deck.materials.insert("clay".into(), rock);
-        seam.material = Some("rock".into());
+        section.material = Some("rock".into());
     }
     deck.model.peaks = true;
     deck.fix.push(fix(Where::default(), "yz"));

@@ -383,7 +383,7 @@ fn safety(deck: &Deck, function: Option<Arc<Function>>) -> f64 {
     }
     let mut simulation = Simulation::new(model);
     simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{error}"));
-    let found = simulation.factor_of_safety(&Search::default(), &|_| {});
+    let found = simulation.factor_of_safety(&SafetySearch::default(), &|_| {});
     let found = found.unwrap_or_else(|error| panic!("{error}"));
     found.factor.unwrap_or_else(|| panic!("not in the bracket: {:?}", found.trials))
 }

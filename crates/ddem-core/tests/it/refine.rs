@@ -248,7 +248,7 @@ fn an_inner_plane_is_none_of_the_interface() {
     let numbers = |deck: &Deck| {
         let model = model(deck);
         let level = |z: f64| {
-            let at = |pair: &ddem_core::PairAt| {
+            let at = |pair: &ddem_core::PairAtRest| {
                 (pair.point[2] - z).abs() < 1e-9 && pair.normal[2].abs() > 0.5
             };
             let mut joints: Vec<u16> = model.pairs().filter(at).map(|pair| pair.joint).collect();
@@ -257,11 +257,11 @@ fn an_inner_plane_is_none_of_the_interface() {
         };
         [level(1.0), level(2.0)]
     };
-    let (seam, weak) = (0, 1);
+    let (section, weak) = (0, 1);
     deck.assign = vec![assign(2.0)];
-    assert_eq!(numbers(&deck), [[seam], [weak]]);
+    assert_eq!(numbers(&deck), [[section], [weak]]);
     deck.assign = vec![assign(1.0)];
-    assert_eq!(numbers(&deck), [[weak], [seam]]);
+    assert_eq!(numbers(&deck), [[weak], [section]]);
 }
 
 /// Sets that touch have no room for a layer, and a face on which another stands in part bears no load.

@@ -152,7 +152,7 @@ fn stages_go_on_from_a_checkpoint_between_them() {
         resumed = again(&deck, &resumed.save());
     }
     for simulation in [&mut whole, &mut resumed] {
-        simulation.settle();
+        simulation.synchronise();
     }
     assert!(seen(&mut resumed) == seen(&mut whole), "settled");
     let energy = whole.energy();
@@ -199,11 +199,11 @@ fn increments_bring_loads_in_equal_parts() {
 fn dry() -> Deck {
     let mut deck = deck([2, 1, 3], [2.0, 1.0, 3.0], 1, 0.0);
     deck.blocks[0].body = ddem_deck::Body::Rigid;
-    let seam = deck.joints.values_mut().next();
-    let seam = seam.unwrap_or_else(|| panic!("a joint"));
-    seam.material = None;
-    (seam.normal_stiffness, seam.shear_stiffness) = (Some(1e9), Some(5e8));
-    seam.friction = Some(20.0);
+    let section = deck.joints.values_mut().next();
+    let section = section.unwrap_or_else(|| panic!("a joint"));
+    section.material = None;
+    (section.normal_stiffness, section.shear_stiffness) = (Some(1e9), Some(5e8));
+    section.friction = Some(20.0);
     deck.model.gravity = [0.0, 0.0, -9.81];
     let mut base = plane(0, 0.0);
     base.x = None;

@@ -41,7 +41,7 @@ impl JointLaw for Rough {
     }
 }
 
-fn seam(normal: f64) -> Joint {
+fn section(normal: f64) -> Joint {
     Joint { normal_stiffness: Some(normal), shear_stiffness: Some(normal), ..Joint::default() }
 }
 
@@ -100,7 +100,7 @@ fn resistance(model: ddem_core::Model, gravity: f64) -> f64 {
 fn contacts_have_the_roughness_of_a_law_of_ones_own() {
     for gravity in [60.0, 600.0, 9000.0] {
         for cohesion in [0.0, 500.0] {
-            let mut model = model(&slab(gravity, seam(1e10)));
+            let mut model = model(&slab(gravity, section(1e10)));
             let set = model.set_law("seam", Arc::new(Rough { cohesion }));
             set.unwrap_or_else(|fault| panic!("{fault}"));
             let (found, exact) = (resistance(model, gravity), barton(pressure(gravity)));
@@ -116,8 +116,12 @@ fn contacts_have_the_roughness_of_a_law_of_ones_own() {
 #[test]
 fn contacts_of_a_joint_of_barton_and_bandis_have_its_residual_strength() {
     for gravity in [60.0, 9000.0] {
-        let joint =
-            Joint { jrc: Some(JRC), jcs: Some(JCS), residual_friction: Some(BASIC), ..seam(1e10) };
+        let joint = Joint {
+            jrc: Some(JRC),
+            jcs: Some(JCS),
+            residual_friction: Some(BASIC),
+            ..section(1e10)
+        };
         let found = resistance(model(&slab(gravity, joint)), gravity);
         let exact = pressure(gravity) * BASIC.to_radians().tan();
         assert!((found / exact - 1.0).abs() < 2e-3, "{gravity}: {found} Pa, not {exact} Pa");
@@ -128,7 +132,7 @@ fn contacts_of_a_joint_of_barton_and_bandis_have_its_residual_strength() {
 /// that of the pressure there, and a state that was saved in the middle goes on with the same bits.
 #[test]
 fn a_joint_of_a_lattice_hands_its_law_to_the_contact() {
-    let mut deck = slab(600.0, seam(1e10));
+    let mut deck = slab(600.0, section(1e10));
     deck.blocks.truncate(1);
     deck.blocks[0].count = Some([1, 1, 2]);
     (deck.blocks[0].body, deck.blocks[0].divisions) = (Body::Deformable, 4);

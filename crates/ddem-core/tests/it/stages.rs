@@ -23,8 +23,8 @@ fn remove(region: Where, from: &str, release: Option<f64>) -> Remove {
 /// A column of four blocks under stress, held all around, with these stages.
 fn column(stages: Vec<Stage>) -> Deck {
     let mut deck = deck([1, 1, 4], [1.0, 1.0, 4.0], 2, 0.02);
-    if let Some(seam) = deck.joints.get_mut("seam") {
-        seam.material = Some("rock".into());
+    if let Some(section) = deck.joints.get_mut("seam") {
+        section.material = Some("rock".into());
     }
     deck.initial.push(Initial { stress: Some(STRESS), ..Initial::default() });
     deck.fix = vec![fix(plane(2, 0.0), "xyz"), fix(plane(2, 4.0), "z")];
@@ -122,7 +122,7 @@ fn a_release_beside_a_boundary_ends_where_none_does() {
 }
 
 /// A column whose upper half goes in a dynamic stage, between stages in which nothing does.
-fn dug(release: Option<f64>) -> Deck {
+fn excavated(release: Option<f64>) -> Deck {
     let stages = vec![relax_stage("before"), dynamic("dig"), relax_stage("rest"), dynamic("on")];
     let mut deck = column(stages);
     deck.fix[2..4].iter_mut().for_each(|fix| fix.axes = "x".into());
@@ -133,7 +133,7 @@ fn dug(release: Option<f64>) -> Deck {
 /// Stages are entered forwards only: an earlier one is refused and changes nothing. A saved state goes back.
 #[test]
 fn stages_go_forwards_only() {
-    let deck = dug(Some(0.001));
+    let deck = excavated(Some(0.001));
     let mut simulation = simulation(&deck);
     relax(&mut simulation);
     let before = simulation.save();
@@ -167,14 +167,14 @@ fn stages_go_forwards_only() {
 /// A release goes on from where it is when a stage of motion is entered, until a relaxation takes it back.
 #[test]
 fn a_release_does_not_begin_again() {
-    let mut simulation = simulation(&dug(Some(0.002)));
+    let mut simulation = simulation(&excavated(Some(0.002)));
     relax(&mut simulation);
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     begin(&mut simulation, TimeStep::Auto, None);
     while simulation.time() < 0.001 {
         step(&mut simulation, 1);
     }
-    simulation.settle();
+    simulation.synchronise();
     let forces = simulation.forces();
     let left = 8e6 * (1.0 - simulation.time() / 0.002) / 4.0;
     // It is no small thing.
@@ -222,7 +222,7 @@ fn stages_that_are_skipped_keep_their_forces_apart() {
 /// A time step and a duration that were set stay.
 #[test]
 fn an_excavation_leaves_the_time_step() {
-    let mut simulation = simulation(&dug(None));
+    let mut simulation = simulation(&excavated(None));
     begin(&mut simulation, TimeStep::Seconds(1e-6), Some(5e-5));
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(simulation.time_step(), 1e-6);
@@ -267,7 +267,7 @@ fn a_step_that_is_too_long_after_an_excavation_is_said_or_shortened() {
 /// Nodes of removed blocks stay at rest whatever is set.
 #[test]
 fn what_is_set_leaves_removed_blocks_alone() {
-    let (mut a, mut b) = (simulation(&dug(None)), simulation(&dug(None)));
+    let (mut a, mut b) = (simulation(&excavated(None)), simulation(&excavated(None)));
     let n = a.model().n_nodes();
     let mut random = Random::new(3);
     let field: Vec<[f64; 3]> = (0..n).map(|_| (random.vector() * 1e-4).into()).collect();
@@ -290,7 +290,7 @@ fn what_is_set_leaves_removed_blocks_alone() {
 /// The loads in which forces fade are none of the deck's.
 #[test]
 fn a_release_has_no_history_to_be_set() {
-    let mut model: Model = model(&dug(Some(1.0)));
+    let mut model: Model = model(&excavated(Some(1.0)));
     let fault = model.set_load_history(0, std::sync::Arc::new(|_| Ok(1.0)));
     let fault = fault.err().unwrap_or_else(|| panic!("set"));
     assert!(fault.to_string().contains("there is no such entry"), "{fault}");
@@ -301,7 +301,7 @@ fn a_release_has_no_history_to_be_set() {
 /// without thickness.
 #[test]
 fn what_stays_is_nearer() {
-    let mut deck = dug(None);
+    let mut deck = excavated(None);
     let joint =
         Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() };
     deck.joints.insert("seam".into(), joint);
@@ -319,6 +319,6 @@ fn what_stays_is_nearer() {
     assert_eq!(found([(1.0, "dig"), (2.0, "on")]), [2, 2]);
     assert_eq!(found([(2.0, "dig"), (1.0, "on")]), [1, 1]);
     assert_eq!(found([(0.0, "dig"), (3.0, "on")]), [1, 1]);
-    let model = model(&dug(None));
+    let model = model(&excavated(None));
     assert_eq!([0, 1, 2, 3].map(|block| model.removed_in(block)), [None, None, Some(1), Some(1)]);
 }

@@ -18,7 +18,7 @@ fn step(simulation: &mut Simulation) {
 #[test]
 fn a_support_that_starts_at_once_does_half_of_m_v_squared() {
     for divisions in [0, 1, 2] {
-        let mut deck = of(&matter(1e9), &[Piece { divisions, ..Piece::default() }]);
+        let mut deck = of(&mass_properties(1e9), &[Piece { divisions, ..Piece::default() }]);
         let velocity = Some([0.3, -0.4, 1.2]);
         deck.fix.push(Fix { axes: "xyz".into(), velocity, ..Fix::default() });
         let mut simulation = simulation(&deck);
@@ -49,7 +49,7 @@ fn thrown(seed: u64, divisions: u32) -> Deck {
             ..Piece::default()
         })
         .collect();
-    let mut deck = of(&matter(1e9), &pieces);
+    let mut deck = of(&mass_properties(1e9), &pieces);
     // Linear: energies of deformable blocks balance to rounding.
     deck.model.kinematics = Kinematics::Small;
     deck.model.gravity = random.vector().scale(10.0).into();
@@ -115,7 +115,7 @@ fn damping_by_the_stiffness_leaves_whole_motions_alone() {
         spin: Vec3::new(20.0, 10.0, -15.0),
         ..Piece::default()
     };
-    let mut simulation = simulation(&of(&matter(1e9), &[piece]));
+    let mut simulation = simulation(&of(&mass_properties(1e9), &[piece]));
     start(&mut simulation, Damping::Stiffness(2e-4));
     let moved = |simulation: &mut Simulation| {
         [simulation.momentum(), simulation.angular_momentum()].map(Vec3::from)

@@ -1,6 +1,6 @@
 //! What is told of contacts and of momenta.
 
-use ddem_core::{FIELDS, On, Simulation};
+use ddem_core::{FIELDS, FieldLocation, Simulation};
 use ddem_deck::Deck;
 use ddem_deck::{BlockSet, Body, Damping, Extent, Fix, Joint, JointChoice, TimeStep, Where};
 use nalgebra::Rotation3;
@@ -26,7 +26,7 @@ fn brick(divisions: u32) -> Piece {
 fn momenta_of_a_brick_are_those_of_mechanics() {
     for divisions in 0..4 {
         let piece = brick(divisions);
-        let mut simulation = simulation(&of(&matter(1e9), &[piece]));
+        let mut simulation = simulation(&of(&mass_properties(1e9), &[piece]));
         let mass = 2400.0 * 6.0;
         let lumped = if divisions == 0 { 1.0 } else { 1.0 + 2.0 / f64::from(divisions).powi(2) };
         let spin = piece.spin * (mass / 12.0 * (1.0 + 4.0) * lumped);
@@ -41,14 +41,14 @@ fn momenta_of_a_brick_are_those_of_mechanics() {
         started.unwrap_or_else(|error| panic!("{error}"));
         (0..500).for_each(|_| simulation.step().unwrap_or_else(|error| panic!("{error}")));
         check(&mut simulation, 1e-13);
-        simulation.settle();
+        simulation.synchronise();
         check(&mut simulation, 1e-13);
     }
 }
 
 /// What is rubbed against each other: stiffness such that blocks of 1 m sink in by a part of it, so that it matters where forces act.
 fn soft(part: f64) -> Deck {
-    let mut deck = matter(1e8);
+    let mut deck = mass_properties(1e8);
     deck.model.gravity = [0.0, 0.0, -10.0];
     deck.contact.normal_stiffness = Some(2400.0 * 10.0 / part);
     deck.contact.shear_stiffness = Some(2400.0 * 10.0 / part);
@@ -159,7 +159,7 @@ fn forces_of_contacts_act_where_they_are() {
     }
 }
 
-/// On a slope that is too steep a block slides.
+/// FieldLocation a slope that is too steep a block slides.
 #[test]
 fn contacts_that_slide_say_so() {
     let mut deck = soft(0.01);
@@ -188,7 +188,7 @@ fn contacts_that_slide_say_so() {
 }
 
 fn pair_field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
-    let field = FIELDS.iter().find(|field| field.on == On::Pair && field.name == name);
+    let field = FIELDS.iter().find(|field| field.on == FieldLocation::Pair && field.name == name);
     field.map_or_else(Vec::new, |field| simulation.snapshot().values(field))
 }
 
@@ -196,7 +196,7 @@ fn pair_field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
 /// what acts is told of the contact.
 #[test]
 fn joints_that_became_contacts_are_marked() {
-    let mut deck = matter(1e8);
+    let mut deck = mass_properties(1e8);
     // A slope of 30°, and friction of 20°.
     deck.model.gravity = [5.0, 0.0, -8.66];
     let weak = Joint {

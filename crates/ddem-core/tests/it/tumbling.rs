@@ -22,7 +22,7 @@ fn closed(deck: &mut Deck, width: f64) {
 
 /// One cube that turns as it flies about in a box.
 fn one(seed: u64, divisions: u32, gravity: f64, young: f64) -> Deck {
-    let mut deck = matter(young);
+    let mut deck = mass_properties(young);
     closed(&mut deck, 2.5);
     let mut random = Random::new(seed);
     add(
@@ -42,7 +42,7 @@ fn one(seed: u64, divisions: u32, gravity: f64, young: f64) -> Deck {
 
 /// Eight blocks that do, and meet each other.
 fn eight(seed: u64, divisions: u32, gravity: f64, young: f64) -> Deck {
-    let mut deck = matter(young);
+    let mut deck = mass_properties(young);
     closed(&mut deck, 3.6);
     let mut random = Random::new(seed);
     for i in 0..8 {

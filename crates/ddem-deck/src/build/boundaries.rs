@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use ddem_core::problem::{
-    BlockFace, Border, Borders, BoundaryHold, Course, Geometry, Ground, NoColumn, Vec3, impedance,
+    BlockFace, Boundaries, BoundaryHold, ColumnBuilder, Geometry, ModelBoundary, NoColumn,
+    TimeFunction, Vec3, impedance,
 };
 use ddem_core::{Fault, Problem};
 
@@ -13,16 +14,16 @@ use super::geometry::{Region, nothing};
 use crate::schema::{Boundary, BoundaryKind, Deck, Stage, StageKind, Where};
 
 /// All boundaries of a deck.
-pub(super) fn borders(deck: &Deck, problem: &Problem) -> Result<Borders, Vec<Fault>> {
+pub(super) fn boundaries(deck: &Deck, problem: &Problem) -> Result<Boundaries, Vec<Fault>> {
     let (mut faults, mut list) = (Vec::new(), Vec::new());
     let mut first = 0;
     for (index, entry) in deck.boundary.iter().enumerate() {
-        match border((deck, problem), index, entry, &mut first) {
-            Ok(border) => list.push(border),
+        match boundary((deck, problem), index, entry, &mut first) {
+            Ok(boundary) => list.push(boundary),
             Err(fault) => faults.push(fault),
         }
     }
-    if faults.is_empty() { Ok(Borders { list }) } else { Err(faults) }
+    if faults.is_empty() { Ok(Boundaries { list }) } else { Err(faults) }
 }
 
 /// Faults of boundaries all of whose nodes are held, and of columns that stand on nothing.
@@ -73,7 +74,7 @@ pub(super) fn idle(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) 
 /// Warnings about boundaries that are held in part.
 pub(super) fn doubts(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) -> Vec<String> {
     let mut doubts = in_cavities(deck, problem);
-    let mut held: Vec<Option<String>> = vec![None; problem.borders.list.len()];
+    let mut held: Vec<Option<String>> = vec![None; problem.boundaries.list.len()];
     for (stage, holds) in holds.iter().enumerate() {
         for hold in holds {
             let known = &mut held[hold.boundary];
@@ -99,7 +100,7 @@ fn doubt(deck: &Deck, problem: &Problem, stage: usize, hold: &BoundaryHold) -> O
     let entry = deck.stage.get(stage);
     let moves = entry.is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
     // A base that waves come in by may bear the weight.
-    let side = problem.borders.list[index].wave.is_none() && moves;
+    let side = problem.boundaries.list[index].wave.is_none() && moves;
     let (axis, fix) = hold.across.filter(|_| side)?;
     Some(format!(
         "boundary {index}: fix {fix} holds its nodes along {}, its normal, in stage `{}`: \
@@ -134,49 +135,50 @@ fn names(held: &BoundaryHold) -> String {
     names.join(" and ")
 }
 
-fn border(
+fn boundary(
     (deck, problem): (&Deck, &Problem),
     index: usize,
     entry: &Boundary,
     first: &mut usize,
-) -> Result<Border, Fault> {
+) -> Result<ModelBoundary, Fault> {
     let Problem { stages, properties, sets, .. } = problem;
     let (geometry, start) = (at_stage(deck, stages, entry.from.as_ref()), &**stages.at(0));
     let region = Region::new(&entry.region, sets);
     let place = format!("boundary[{index}]");
     let surfaces = surfaces(&region, geometry, &place)?;
-    let mut border = Border {
+    let mut boundary = ModelBoundary {
         dashpots: Vec::new(),
         faces: with_areas((&region, &Region::new(&Where::default(), sets)), geometry, &surfaces),
         under: BTreeSet::new(),
         wave: entry.velocity.map(Vec3::from),
-        history: Course::new(entry.history.as_ref()),
-        period: deck.period(entry.from.as_ref(), entry.until.as_ref()),
+        history: TimeFunction::new(entry.history.as_ref()),
+        in_force: deck.stage_range(entry.from.as_ref(), entry.until.as_ref()),
         columns: Vec::new(),
         sides: Vec::new(),
     };
     if entry.kind == BoundaryKind::FreeField {
-        let mut ground = Ground::new(geometry, start, properties, first);
+        let mut ground = ColumnBuilder::new(geometry, start, properties, first);
         for surface in &surfaces {
             let strips = region.strips(geometry, surface);
-            ground.stand(surface, strips).map_err(|why| no_column(why, &place))?;
+            ground.add_columns(surface, strips).map_err(|why| no_column(why, &place))?;
         }
-        (border.columns, border.sides) = ground.done();
-        border.dashpots = border.sides.iter().map(|side| (side.node, side.resistance)).collect();
-        return Ok(border);
+        (boundary.columns, boundary.sides) = ground.done();
+        boundary.dashpots =
+            boundary.sides.iter().map(|side| (side.node, side.resistance)).collect();
+        return Ok(boundary);
     }
     // Columns go on below what has been taken out.
     for (ground, surfaces) in [(geometry, &surfaces), (start, &region.surfaces(start))] {
         let below = surfaces.iter().filter(|face| face.outward(ground).z < 1e-9 - 1.0);
         let areas = below.flat_map(|face| region.areas(ground, face));
-        border.under.extend(areas.map(|(node, _)| node));
+        boundary.under.extend(areas.map(|(node, _)| node));
     }
     for surface in &surfaces {
         let impedance = impedance(geometry, properties, surface);
         let areas = region.areas(geometry, surface).into_iter();
-        border.dashpots.extend(areas.map(|(node, area)| (node, impedance * area)));
+        boundary.dashpots.extend(areas.map(|(node, area)| (node, impedance * area)));
     }
-    Ok(border)
+    Ok(boundary)
 }
 
 /// The outer faces of deformable blocks that a boundary selects.

@@ -1,8 +1,8 @@
 //! From `[[fix]]`, `[[load]]`, `[[charge]]` and `[[remove]]` to nodes.
 
 use ddem_core::problem::{
-    BlockFace, Charged, Conditions, Course, Fading, Fixed, Geometry, Loaded, Period, Stages,
-    StartMotion, Vec3,
+    BlockFace, Conditions, ForceFading, Geometry, LoadPattern, StageRange, Stages, StartMotion,
+    SupportGroup, TimeFunction, TimedCharge, Vec3,
 };
 use ddem_core::{Fault, Problem};
 
@@ -38,7 +38,7 @@ pub(super) fn conditions(
 }
 
 /// Supports, with the nodes that each holds.
-fn fixes(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<Fixed> {
+fn fixes(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<SupportGroup> {
     let Problem { stages, sets, .. } = problem;
     let region = |r: &Where| Region::new(r, sets);
     let mut fixed = Vec::new();
@@ -49,31 +49,31 @@ fn fixes(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<Fixed> 
             let region = region(&fix.region);
             faults.push(no_node(format!("fix[{index}].where"), &region, geometry));
         }
-        fixed.push(Fixed {
+        fixed.push(SupportGroup {
             nodes,
-            gone: region(&fix.region).nodes_gone(stages.at(0), geometry),
+            removed: region(&fix.region).removed_nodes(stages.at(0), geometry),
             axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
             velocity: fix.velocity,
             displacement: fix.displacement.unwrap_or_default(),
-            history: Course::new(fix.history.as_ref()),
-            period: deck.period(fix.from.as_ref(), fix.until.as_ref()),
+            history: TimeFunction::new(fix.history.as_ref()),
+            in_force: deck.stage_range(fix.from.as_ref(), fix.until.as_ref()),
         });
     }
     fixed
 }
 
 /// Loads, with their nodal forces.
-fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<Loaded> {
+fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<LoadPattern> {
     let Problem { stages, sets, .. } = problem;
     let region = |r: &Where| Region::new(r, sets);
     let mut loaded = Vec::new();
     for (index, load) in deck.load.iter().enumerate() {
         let geometry = at_stage(deck, stages, load.from.as_ref());
         match nodal_forces(load, &region(&load.region), geometry) {
-            Ok(forces) => loaded.push(Loaded {
+            Ok(forces) => loaded.push(LoadPattern {
                 forces,
-                history: Course::new(load.history.as_ref()),
-                period: deck.period(load.from.as_ref(), load.until.as_ref()),
+                history: TimeFunction::new(load.history.as_ref()),
+                in_force: deck.stage_range(load.from.as_ref(), load.until.as_ref()),
                 fading: None,
             }),
             Err("no node") => {
@@ -91,7 +91,7 @@ fn charges(
     deck: &Deck,
     problem: &Problem,
     faults: &mut Vec<Fault>,
-) -> (Vec<Charged>, Vec<Vec<String>>) {
+) -> (Vec<TimedCharge>, Vec<Vec<String>>) {
     let Problem { stages, sets, .. } = problem;
     let region = |r: &Where| Region::new(r, sets);
     let mut charged = Vec::new();
@@ -107,14 +107,14 @@ fn charges(
         match charge(index, deck, &region(&entry.region), &holes[at]) {
             Ok((charge, doubtful)) => {
                 doubts.push(doubtful);
-                charged.push(Charged {
+                charged.push(TimedCharge {
                     charge,
                     history: match &entry.history {
-                        Some(ChargeHistory::Given(history)) => Course::new(Some(history)),
-                        _ => Course::Constant,
+                        Some(ChargeHistory::Given(history)) => TimeFunction::new(Some(history)),
+                        _ => TimeFunction::Constant,
                     },
                     delay: entry.delay.unwrap_or(0.0),
-                    period: deck.period(entry.from.as_ref(), entry.until.as_ref()),
+                    in_force: deck.stage_range(entry.from.as_ref(), entry.until.as_ref()),
                 });
             }
             Err(fault) => faults.push(fault),
@@ -174,16 +174,16 @@ fn nodal_forces(
     if forces.is_empty() { Err(what) } else { Ok(forces) }
 }
 
-/// What is wrong with a charge whose walls are taken out while it is in force.
+/// Fault of a charge whose walls are removed while it is in force.
 fn without_walls(
     (deck, stages): (&Deck, &Stages),
-    (index, charged): (usize, &Charged),
+    (index, charged): (usize, &TimedCharge),
 ) -> Option<Fault> {
-    let mut acts = deck.stage.iter().enumerate().filter(|(stage, _)| charged.period.has(*stage));
+    let mut acts = deck.stage.iter().enumerate().filter(|(stage, _)| charged.in_force.has(*stage));
     let (_, stage) = acts.find(|&(stage, _)| {
         let geometry = stages.at(stage);
-        let gone = |node: &u32| geometry.is_gone(geometry.locate(*node as usize).0);
-        charged.charge.nodes.iter().any(gone)
+        let removed = |node: &u32| geometry.is_removed(geometry.locate(*node as usize).0);
+        charged.charge.nodes.iter().any(removed)
     })?;
     let message = format!("blocks that it pushes are taken out in stage `{}`", stage.name);
     let help = format!("`until = \"{}\"` ends it in time", stage.name);
@@ -191,18 +191,18 @@ fn without_walls(
 }
 
 /// The load in which the forces that blocks exerted go on when they are taken out: there are none before.
-fn released(deck: &Deck, remove: &Remove) -> Loaded {
-    let from = deck.period(remove.from.as_ref(), None).from.unwrap_or(0);
+fn released(deck: &Deck, remove: &Remove) -> LoadPattern {
+    let from = deck.stage_range(remove.from.as_ref(), None).from.unwrap_or(0);
     let fades = remove.release.filter(|&time| time > 0.0);
     let table = fades.map_or(vec![[0.0, 0.0]], |time| vec![[0.0, 1.0], [time, 0.0]]);
     let stages = deck.stage.iter().enumerate();
     let relaxing = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);
     let relaxing = relaxing.map(|(stage, _)| stage).collect();
-    Loaded {
+    LoadPattern {
         forces: Vec::new(),
-        history: Course::Given(History::Table(table)),
-        period: Period::ALWAYS,
-        fading: Some(Fading::new(from, fades.is_some(), relaxing)),
+        history: TimeFunction::Given(History::Table(table)),
+        in_force: StageRange::ALWAYS,
+        fading: Some(ForceFading::new(from, fades.is_some(), relaxing)),
     }
 }
 

@@ -1,11 +1,11 @@
-//! What a model allows but its user perhaps did not mean.
+//! Warnings about a model.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-use ddem_core::problem::{Charged, Conditions, Course, Vec3};
-use ddem_core::{ContactDoubt, Face, Model};
+use ddem_core::problem::{Conditions, TimeFunction, TimedCharge, Vec3};
+use ddem_core::{ConformingJoint, ContactWarning, Model};
 
-use super::Site;
+use super::BuiltDeck;
 use super::geometry::interface::{ajar, interfaces};
 use super::geometry::{Interface, place};
 use crate::schema::{Deck, StageKind, Where};
@@ -13,7 +13,7 @@ use crate::schema::{Deck, StageKind, Where};
 /// A pressure above which no gas is stored `[Pa]`.
 const BLAST: f64 = 1e8;
 
-impl Site {
+impl BuiltDeck {
     /// Warnings: settings that are allowed but perhaps not meant, of a model of this site.
     #[must_use]
     pub fn warnings(&self, model: &Model) -> Vec<String> {
@@ -57,7 +57,7 @@ impl Site {
     fn empty(&self) -> impl Iterator<Item = String> {
         let geometry = self.at_stage(None);
         let there: HashSet<usize> =
-            (0..geometry.bodies.len()).map(|block| geometry.set(block)).collect();
+            (0..geometry.blocks.len()).map(|block| geometry.set(block)).collect();
         let empty = (0..self.deck.blocks.len()).filter(move |set| !there.contains(set));
         empty.map(|set| {
             format!(
@@ -133,7 +133,7 @@ impl Site {
         let geometry = self.at_stage(None);
         let sets = |[a, b]: [u32; 2]| [a, b].map(|block| geometry.set(block as usize));
         let joined: HashSet<[usize; 2]> =
-            geometry.joined().map(|abutment| sets(abutment.blocks)).collect();
+            geometry.joined().map(|joint_pair| sets(joint_pair.blocks)).collect();
         let touching = geometry.touching.iter().copied();
         let touching: BTreeSet<[usize; 2]> =
             touching.map(|(i, j)| [i, j].map(|at| geometry.lattices[at].set)).collect();
@@ -183,14 +183,14 @@ fn glued(model: &Model) -> Vec<String> {
     };
     for (index, nodes) in model.conditions().clamped() {
         let held: HashSet<u32> = nodes.iter().copied().collect();
-        let is_held = |face: &&Face| {
+        let is_held = |face: &&ConformingJoint| {
             model.joint_can_fail(face.joint)
                 && face
                     .pairs(model.geometry())
                     .all(|pair| pair.iter().all(|node| held.contains(node)))
                 && [face.a, face.b].iter().any(|&block| !holds_all(&held, block))
         };
-        let glued: Vec<&Face> = model.faces().iter().filter(is_held).collect();
+        let glued: Vec<&ConformingJoint> = model.faces().iter().filter(is_held).collect();
         if let Some(first) = glued.first() {
             warnings.push(format!(
                 "fix {index} holds both sides of {} joints that can fail, first between blocks \
@@ -206,7 +206,7 @@ fn glued(model: &Model) -> Vec<String> {
 }
 
 /// Warning about a stiffness of contacts.
-fn contact_doubt(doubt: ContactDoubt) -> String {
+fn contact_doubt(doubt: ContactWarning) -> String {
     let said = |shear: bool, given: f64, own: f64| {
         let key = if shear { "shear_stiffness" } else { "normal_stiffness" };
         format!(
@@ -216,14 +216,14 @@ fn contact_doubt(doubt: ContactDoubt) -> String {
         )
     };
     match doubt {
-        ContactDoubt::Stiff { shear, given, own, step, without } => format!(
+        ContactWarning::Stiff { shear, given, own, step, without } => format!(
             "{}: no time step may be longer than {step:.2e} s, without it {without:.2e} s",
             said(shear, given, own)
         ),
-        ContactDoubt::Soft { shear, given, own } => {
+        ContactWarning::Soft { shear, given, own } => {
             format!("{}: blocks sink into each other where they meet", said(shear, given, own))
         }
-        ContactDoubt::Sinks { part, density, stiffness } => format!(
+        ContactWarning::Sinks { part, density, stiffness } => format!(
             "contacts of {stiffness:.2e} Pa/m are soft: under its own weight a block of \
              {density} kg/m³ sinks {:.1} % of its edge into what is below it",
             100.0 * part
@@ -241,20 +241,20 @@ fn in_statics(conditions: &Conditions, deck: &Deck) -> Vec<(usize, usize)> {
         before.filter_map(|stage| deck.stage[stage].duration).sum::<f64>()
     };
     // One that has gone off before has done so in motion.
-    let goes_off = |charged: &Charged, stage: usize| {
+    let goes_off = |charged: &TimedCharge, stage: usize| {
         let acts = match &charged.history {
-            Course::Constant => true,
-            Course::Given(history) => history.factor(0.0) != 0.0,
-            Course::Computed(_) => false,
+            TimeFunction::Constant => true,
+            TimeFunction::Given(history) => history.factor(0.0) != 0.0,
+            TimeFunction::Computed(_) => false,
         };
-        charged.period.has(stage) && time(stage) == charged.delay && acts
+        charged.in_force.has(stage) && time(stage) == charged.delay && acts
     };
-    let first = |(index, charged): (usize, &Charged)| {
+    let first = |(index, charged): (usize, &TimedCharge)| {
         let size = &charged.charge.size;
         let blast = size.mass.is_some() || size.pressure >= BLAST;
         let mut still = (0..last).filter(|stage| !moves(stage));
         let found = still.find(|&stage| goes_off(charged, stage));
-        found.filter(|_| blast && charged.period.from.is_none()).map(|stage| (index, stage))
+        found.filter(|_| blast && charged.in_force.from.is_none()).map(|stage| (index, stage))
     };
     conditions.charged.iter().enumerate().filter_map(first).collect()
 }

@@ -1,4 +1,4 @@
-//! Which faces boundaries take: each part of a face one of them, and walls of cavities at best none.
+//! Faces that boundaries take: each part of a face belongs to at most one, and walls of cavities to none.
 
 use std::collections::BTreeMap;
 
@@ -20,12 +20,12 @@ fn shown(geometry: &Geometry, surface: &BlockFace) -> String {
 
 /// Faults of boundaries that have the same part of a face: their dashpots would add up.
 pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
-    let Problem { borders, stages, .. } = problem;
+    let Problem { boundaries, stages, .. } = problem;
     let mut found: BTreeMap<(usize, usize), BlockFace> = BTreeMap::new();
     for stage in 0..deck.stage.len().max(1) {
         let mut taken: BTreeMap<BlockFace, (usize, [f64; 2])> = BTreeMap::new();
-        for index in (0..borders.list.len()).filter(|&index| borders.has(index, stage)) {
-            for (surface, areas) in &borders.list[index].faces {
+        for index in (0..boundaries.list.len()).filter(|&index| boundaries.has(index, stage)) {
+            for (surface, areas) in &boundaries.list[index].faces {
                 let Some((before, [sum, whole])) = taken.get_mut(surface) else {
                     taken.insert(*surface, (index, *areas));
                     continue;
@@ -53,12 +53,12 @@ pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     found.into_iter().map(fault).collect()
 }
 
-/// What is said of boundaries on the walls of cavities, behind which there is no rock.
+/// Warnings about boundaries on walls of cavities, behind which there is no rock.
 pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<String> {
     let mut doubts = Vec::new();
-    for (index, border) in problem.borders.list.iter().enumerate() {
+    for (index, boundary) in problem.boundaries.list.iter().enumerate() {
         let geometry = at_stage(deck, &problem.stages, deck.boundary[index].from.as_ref());
-        let faces = border.faces.iter().map(|(surface, _)| surface);
+        let faces = boundary.faces.iter().map(|(surface, _)| surface);
         let within: Vec<&BlockFace> = faces.filter(|face| is_wall(geometry, face)).collect();
         if let Some(first) = within.first() {
             doubts.push(format!(

@@ -3,7 +3,7 @@
 use ddem_core::problem::{FreeMotion, Geometry};
 use ddem_core::{Fault, Problem, Simulation};
 
-use super::Site;
+use super::BuiltDeck;
 use super::geometry::interface::ajar;
 use crate::schema::{Deck, StageKind};
 
@@ -23,7 +23,7 @@ pub(super) fn check(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     faults
 }
 
-impl Site {
+impl BuiltDeck {
     /// Fault of a relaxation under the supports in force: a rigid motion that they leave free.
     #[must_use]
     pub fn free_motion(&self, simulation: &Simulation) -> Option<Fault> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::schema::{Deck, Joint, Material};
 use ddem_core::element::Elastic;
-use ddem_core::law::{BartonBandis, JointLaw, MohrCoulomb, Softening, Stiffness};
+use ddem_core::law::{Barton, JointLaw, MohrCoulomb, Softening, SpringStiffness};
 use ddem_core::problem::Vec3;
 use ddem_core::problem::{ContactProperties, JointElasticity, JointProperties, Properties};
 
@@ -36,7 +36,7 @@ fn elastic(material: &Material) -> Elastic {
 fn joint_properties(deck: &Deck, (name, joint): (&String, &Joint)) -> JointProperties {
     let named = joint.material.as_ref().and_then(|name| deck.materials.get(name)).map(elastic);
     let own = || Some(Elastic::new(joint.density?, joint.young?, joint.poisson?));
-    let springs = || Stiffness {
+    let springs = || SpringStiffness {
         normal: joint.normal_stiffness.unwrap_or_default(),
         shear: joint.shear_stiffness.unwrap_or_default(),
     };
@@ -78,8 +78,8 @@ fn mohr_coulomb(joint: &Joint) -> MohrCoulomb {
     }
 }
 
-fn barton_bandis(joint: &Joint, [jrc, jcs]: [f64; 2]) -> BartonBandis {
-    BartonBandis {
+fn barton_bandis(joint: &Joint, [jrc, jcs]: [f64; 2]) -> Barton {
+    Barton {
         jrc,
         jcs,
         residual_friction: joint.residual_friction.unwrap_or(0.0),

@@ -3,7 +3,7 @@
 use ddem_core::problem::Geometry;
 use ddem_core::{Fault, Model};
 
-use super::Site;
+use super::BuiltDeck;
 use super::geometry::{Region, Selection, no_node, uncovered};
 use crate::schema::Where;
 
@@ -33,7 +33,7 @@ impl Where {
     }
 }
 
-impl Site {
+impl BuiltDeck {
     /// Blocks that each curved or slanted `where` of the deck has selected: first those that are split
     /// and that never were there, then those that are dug, then those that get a material or a stress.
     #[must_use]

@@ -44,7 +44,7 @@ pub(super) fn stresses(deck: &Deck, problem: &Problem) -> Result<Vec<Option<Stre
     if deck.initial.iter().all(|entry| entry.stress.is_none()) {
         return Ok(Vec::new());
     }
-    let mut stresses = vec![None; geometry.bodies.len()];
+    let mut stresses = vec![None; geometry.blocks.len()];
     let mut faults = Vec::new();
     for (index, entry) in deck.initial.iter().enumerate() {
         let Some(origin) = entry.stress else { continue };

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use ddem_core::Model;
 use ddem_core::problem::{BlockFace, Geometry, Vec3};
 
-use super::Site;
+use super::BuiltDeck;
 use crate::schema::Where;
 
 /// Part of the force on a plane that it may lack without a word.
@@ -13,9 +13,9 @@ const SMALL: f64 = 1e-3;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// What the stress asks of the outer faces on one plane, and what it lacks there `[N]`.
+/// Required, applied and missing force on the outer faces of one plane `[N]`.
 #[derive(Clone, Copy, Debug, Default)]
-struct Plane {
+struct PlaneBalance {
     normal: Vec3,
     point: Vec3,
     area: f64,
@@ -26,7 +26,7 @@ struct Plane {
     lacks: f64,
 }
 
-impl Site {
+impl BuiltDeck {
     /// Planes whose supports and loads in the first stage do not carry the stress at the start.
     pub(super) fn unbalanced(&self, model: &Model) -> Vec<String> {
         let (geometry, stresses) = (model.geometry(), &self.problem.stresses);
@@ -35,7 +35,7 @@ impl Site {
             return Vec::new();
         }
         let mut given = self.given(model);
-        let mut planes: BTreeMap<[i64; 4], Plane> = BTreeMap::new();
+        let mut planes: BTreeMap<[i64; 4], PlaneBalance> = BTreeMap::new();
         let everywhere = self.region(&Where::default());
         let surfaces = everywhere.surfaces(geometry);
         // What a node gets goes to its faces by what they ask for, so each node is looked at once.
@@ -72,12 +72,12 @@ impl Site {
         }
         // On a free surface rounding is all that is asked for.
         let most = planes.values().fold(0.0, |most: f64, plane| most.max(plane.asked));
-        let much = |plane: &Plane| plane.lacks > SMALL * plane.asked.max(SMALL * most);
+        let much = |plane: &PlaneBalance| plane.lacks > SMALL * plane.asked.max(SMALL * most);
         let wrong = planes.into_values().filter(much);
         wrong.map(|plane| plane.words(&self.problem.properties.gravity)).collect()
     }
 
-    /// What is said of blocks whose stress at the start does not bear their weight.
+    /// Warning about blocks whose initial stress does not balance their weight.
     pub(super) fn unborne(&self, model: &Model) -> Option<String> {
         let stresses = &self.problem.stresses;
         let gravity = self.problem.properties.gravity;
@@ -144,7 +144,7 @@ fn plane_of(geometry: &Geometry, surface: &BlockFace) -> [i64; 4] {
     [normal.x, normal.y, normal.z, along].map(|x| (x * 1e6).round() as i64)
 }
 
-impl Plane {
+impl PlaneBalance {
     fn words(&self, gravity: &Vec3) -> String {
         let along = (0..3).find(|&c| self.normal[c].abs() > 1.0 - 1e-9);
         let place = match along {

@@ -1,7 +1,7 @@
 //! Sets of blocks, and what changes parts of them.
 
 use super::conditions::force_time;
-use super::region::{Of, dips, region};
+use super::region::{RegionKind, dips, region};
 use super::{Faults, NameFaults, Rule, shown};
 use crate::schema::{BlockMesh, BlockSet, COORDINATES, Deck, JointChoice, Remove};
 
@@ -287,7 +287,7 @@ fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
 fn changes(deck: &Deck, faults: &mut Faults) {
     for (i, assign) in deck.assign.iter().enumerate() {
         let at = format!("assign[{i}]");
-        let of = if assign.material.is_some() { Of::Blocks } else { Of::Faces };
+        let of = if assign.material.is_some() { RegionKind::Blocks } else { RegionKind::Faces };
         region(deck, &format!("{at}.where"), (&assign.region, of), faults);
         if assign.joint.is_none() && assign.material.is_none() {
             let message = "the entry assigns nothing: it needs `joint` or `material`";
@@ -303,13 +303,13 @@ fn changes(deck: &Deck, faults: &mut Faults) {
     }
     for (i, remove) in deck.remove.iter().enumerate() {
         let at = format!("remove[{i}]");
-        region(deck, &format!("{at}.where"), (&remove.region, Of::Blocks), faults);
+        region(deck, &format!("{at}.where"), (&remove.region, RegionKind::Blocks), faults);
         force_time(deck, &at, remove.from.as_deref(), None, faults);
         excavation(deck, &at, remove, faults);
     }
     for (i, refine) in deck.refine.iter().enumerate() {
         let at = format!("refine[{i}]");
-        region(deck, &format!("{at}.where"), (&refine.region, Of::Blocks), faults);
+        region(deck, &format!("{at}.where"), (&refine.region, RegionKind::Blocks), faults);
         if refine.factor < 2 {
             let message = format!("{} parts leave blocks as they are", refine.factor);
             faults.add_help(format!("{at}.factor"), message, "at least 2");

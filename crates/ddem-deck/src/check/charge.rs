@@ -1,7 +1,7 @@
 //! Charges.
 
 use super::conditions::force_time;
-use super::region::{Of, region};
+use super::region::{RegionKind, region};
 use super::{Faults, Rule, history, names, shown};
 use crate::schema::{
     Charge, ChargeHistory, Deck, Detonation, EXPLOSIVES, Explosive, StageKind, Where,
@@ -33,7 +33,7 @@ fn place(deck: &Deck, at: &str, place: &Where, faults: &mut Faults) {
             "a sphere or a cylinder around the hole, ranges, or a set of blocks",
         );
     }
-    region(deck, &format!("{at}.where"), (place, Of::Faces), faults);
+    region(deck, &format!("{at}.where"), (place, RegionKind::Faces), faults);
 }
 
 /// Exactly one of mass and pressure; an explosive with a mass.

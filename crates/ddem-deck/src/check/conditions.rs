@@ -1,6 +1,6 @@
 //! Supports, loads, boundaries and the state at the start.
 
-use super::region::{Of, region};
+use super::region::{RegionKind, region};
 use super::{Faults, NameFaults, Rule, history, shown};
 use crate::schema::{Boundary, BoundaryKind, Deck, Fix, Gradient, Initial, Load, StageKind};
 use ddem_core::problem::no_velocity;
@@ -8,7 +8,7 @@ use ddem_core::problem::no_velocity;
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.fix.iter().enumerate() {
         let at = format!("fix[{i}]");
-        region(deck, &format!("{at}.where"), (&entry.region, Of::Nodes), faults);
+        region(deck, &format!("{at}.where"), (&entry.region, RegionKind::Nodes), faults);
         fix(&at, entry, faults);
         driven(deck, &at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
@@ -16,9 +16,9 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.load.iter().enumerate() {
         let at = format!("load[{i}]");
         let of = if entry.traction.is_some() || entry.pressure.is_some() {
-            Of::Faces
+            RegionKind::Faces
         } else {
-            Of::Nodes
+            RegionKind::Nodes
         };
         region(deck, &format!("{at}.where"), (&entry.region, of), faults);
         load(&at, entry, faults);
@@ -26,13 +26,13 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     }
     for (i, entry) in deck.boundary.iter().enumerate() {
         let at = format!("boundary[{i}]");
-        region(deck, &format!("{at}.where"), (&entry.region, Of::Faces), faults);
+        region(deck, &format!("{at}.where"), (&entry.region, RegionKind::Faces), faults);
         boundary(&at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
     }
     for (i, entry) in deck.initial.iter().enumerate() {
         let at = format!("initial[{i}]");
-        region(deck, &format!("{at}.where"), (&entry.region, Of::Nodes), faults);
+        region(deck, &format!("{at}.where"), (&entry.region, RegionKind::Nodes), faults);
         initial(&at, entry, faults);
     }
 }

@@ -1,4 +1,4 @@
-//! What a deck may say, but perhaps does not mean.
+//! Warnings about a deck.
 
 use std::collections::BTreeSet;
 
@@ -9,8 +9,8 @@ use crate::schema::{ContactTable, Deck, Joint, Stage, StageKind};
 /// Part of the resolution of a factor of safety that the tolerance may be.
 const FINER: f64 = 0.02;
 
-/// What is to be said of contacts, of rigid blocks, and of the joints that a model uses, by their
-/// numbers in sorted order of the names.
+/// Warnings about contacts, rigid blocks and the used joints, which are given by their numbers in sorted order of the
+/// names.
 pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
     let numbered = deck.joints.iter().enumerate();
     let later = |name: &String| {
@@ -35,7 +35,7 @@ pub(crate) fn doubts(deck: &Deck, used: &BTreeSet<u16>) -> Vec<String> {
     doubts
 }
 
-/// What is said of contacts where none are found.
+/// Warning about contact keys where no contacts are searched for.
 fn contact_without_effect(deck: &Deck) -> Option<String> {
     // Failed pairs have the damping of contacts.
     let breaks = deck.joints.values().any(Joint::breaks);

@@ -47,7 +47,7 @@ fn constants(at: &str, [density, young, poisson]: [Option<f64>; 3], faults: &mut
     faults.optional(format!("{at}.poisson"), poisson, Rule::Between(-1.0, 0.5));
 }
 
-/// Where a joint has its stiffness from: exactly one of three ways.
+/// Checks that a joint gets its stiffness in exactly one of three ways.
 fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
     let own = [joint.density, joint.young, joint.poisson];
     let springs = [joint.normal_stiffness, joint.shear_stiffness];

@@ -6,7 +6,7 @@ use ddem_core::problem::Set;
 
 /// Kind of things that a part of space is to select.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Of {
+pub(super) enum RegionKind {
     /// Joints or outer faces, which have an orientation.
     Faces,
     Nodes,
@@ -18,13 +18,13 @@ impl Where {
     pub(crate) fn check(&self, sets: &[Set]) -> Vec<ddem_core::Fault> {
         let sets = sets.iter().map(|set| set.name.as_deref());
         let mut faults = Faults(Vec::new());
-        in_sets(sets, "where", (self, Of::Nodes), &mut faults);
+        in_sets(sets, "where", (self, RegionKind::Nodes), &mut faults);
         faults.0
     }
 }
 
 /// A part of space of a deck.
-pub(super) fn region(deck: &Deck, at: &str, region: (&Where, Of), faults: &mut Faults) {
+pub(super) fn region(deck: &Deck, at: &str, region: (&Where, RegionKind), faults: &mut Faults) {
     let sets = deck.blocks.iter().map(|set| set.name.as_deref());
     in_sets(sets, at, region, faults);
 }
@@ -33,7 +33,7 @@ pub(super) fn region(deck: &Deck, at: &str, region: (&Where, Of), faults: &mut F
 fn in_sets<'a>(
     sets: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
     at: &str,
-    (region, of): (&Where, Of),
+    (region, of): (&Where, RegionKind),
     faults: &mut Faults,
 ) {
     for (axis, extent) in [("x", region.x), ("y", region.y), ("z", region.z)] {
@@ -162,7 +162,7 @@ pub(super) fn dips(
 }
 
 /// The orientation of joints and outer faces.
-fn orientation(at: &str, region: &Where, of: Of, faults: &mut Faults) {
+fn orientation(at: &str, region: &Where, of: RegionKind, faults: &mut Faults) {
     dips(at, (region.dip, region.dip_direction), faults);
     faults.optional(format!("{at}.within"), region.within, Rule::Within(0.0, 90.0));
     let keys = [
@@ -172,15 +172,15 @@ fn orientation(at: &str, region: &Where, of: Of, faults: &mut Faults) {
     ];
     let Some((first, _)) = keys.into_iter().find(|(_, given)| *given) else { return };
     let what = match of {
-        Of::Faces if region.dip.is_none() => {
+        RegionKind::Faces if region.dip.is_none() => {
             let message = format!("`{first}` needs `dip`");
             let help = "a set of joints has `dip`, and `dip_direction` where it is not level";
             faults.add_help(format!("{at}.{first}"), message, help);
             return;
         }
-        Of::Faces => return,
-        Of::Nodes => "nodes",
-        Of::Blocks => "blocks",
+        RegionKind::Faces => return,
+        RegionKind::Nodes => "nodes",
+        RegionKind::Blocks => "blocks",
     };
     faults.add_help(
         format!("{at}.{first}"),

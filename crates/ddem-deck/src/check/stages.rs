@@ -1,9 +1,9 @@
 //! Stages and probes.
 
-use super::region::Of;
+use super::region::RegionKind;
 use super::{Faults, NameFaults, Rule};
 use crate::schema::{
-    BlockSet, Body, Deck, Joint, Probe, Quantity, Search, Stage, StageKind, TimeStep, Where,
+    BlockSet, Body, Deck, Joint, Probe, Quantity, SafetySearch, Stage, StageKind, TimeStep, Where,
 };
 use ddem_core::Fault;
 
@@ -32,7 +32,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
 }
 
 impl Stage {
-    /// What is wrong with the values of one stage that is in no deck; places begin with `stage[0]`.
+    /// Faults of the values of a single stage without a deck; locations begin with `stage[0]`.
     #[must_use]
     pub fn check(&self) -> Vec<ddem_core::Fault> {
         let mut faults = Faults::default();
@@ -121,7 +121,7 @@ fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
 impl Deck {
     /// Faults of a search for a factor of safety, by key.
     #[must_use]
-    pub fn check_search(&self, search: &Search) -> Vec<Fault> {
+    pub fn check_search(&self, search: &SafetySearch) -> Vec<Fault> {
         // Names that there are not have a fault of their own.
         let known = |name: &str| Some(self.joints.get(name).is_none_or(Joint::breaks));
         let mut faults = Faults(search.check(&known));
@@ -146,7 +146,7 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
         faults.finite(format!("{at}.at"), &point);
     }
     if let Some(region) = &probe.region {
-        super::region::region(deck, &format!("{at}.where"), (region, Of::Nodes), faults);
+        super::region::region(deck, &format!("{at}.where"), (region, RegionKind::Nodes), faults);
     }
     faults.optional(format!("{at}.every"), probe.every, Rule::AboveZero);
     if let Some(steps) = probe.every_steps {

@@ -65,7 +65,7 @@ fn without_strength(at: &str, joint: &Joint, faults: &mut Faults) {
     }
 }
 
-/// What is left after failure, and dilation, are not above what there was before.
+/// Checks that residual strength and dilation do not exceed the peak strength.
 fn peaks(at: &str, joint: &Joint, faults: &mut Faults) {
     for (key, value, peak_key, peak) in [
         ("residual_cohesion", joint.residual_cohesion, "cohesion", joint.cohesion),

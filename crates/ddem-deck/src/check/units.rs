@@ -20,7 +20,7 @@ const SLACKEST: f64 = 1e5;
 /// Restitution of critical damping, below which no dashpot that never pulls gets.
 const CRITICAL: f64 = 0.135;
 
-/// What is to be said of them.
+/// Warnings about units.
 pub(super) fn units(deck: &Deck) -> Vec<String> {
     let mut doubts = Vec::new();
     for (name, Material { density, young, .. }) in &deck.materials {

@@ -55,7 +55,7 @@ enum Pick<'a> {
     Entry(usize),
 }
 
-/// What can be read alone: each key, each entry of an array, each table of a table of tables.
+/// Parts that can be read alone: each key, each entry of an array, each table of a table of tables.
 fn parts<'a>(root: &'a DeTable<'_>) -> Vec<Vec<Pick<'a>>> {
     let mut parts = Vec::new();
     for (key, value) in root {
@@ -75,7 +75,7 @@ fn parts<'a>(root: &'a DeTable<'_>) -> Vec<Vec<Pick<'a>>> {
 
 /// One value, with its place.
 struct Reader<'a> {
-    value: Shape<'a>,
+    value: ValueForm<'a>,
     span: Range<usize>,
     place: String,
     /// The path to which reading is confined; empty for everything.
@@ -86,7 +86,7 @@ struct Reader<'a> {
 
 /// The forms of a value that differ to a deck.
 #[derive(Clone, Copy)]
-enum Shape<'a> {
+enum ValueForm<'a> {
     Table(&'a DeTable<'a>),
     Array(&'a [Spanned<DeValue<'a>>]),
     Text(&'a str),
@@ -98,21 +98,22 @@ enum Shape<'a> {
     TooLarge,
 }
 
-impl<'a> Shape<'a> {
+impl<'a> ValueForm<'a> {
     fn new(value: &'a DeValue<'a>) -> Self {
         match value {
-            DeValue::Table(table) => Shape::Table(table),
-            DeValue::Array(array) => Shape::Array(array),
-            DeValue::String(text) => Shape::Text(text),
-            DeValue::Boolean(truth) => Shape::Truth(*truth),
-            DeValue::Datetime(_) => Shape::Date,
+            DeValue::Table(table) => ValueForm::Table(table),
+            DeValue::Array(array) => ValueForm::Array(array),
+            DeValue::String(text) => ValueForm::Text(text),
+            DeValue::Boolean(truth) => ValueForm::Truth(*truth),
+            DeValue::Datetime(_) => ValueForm::Date,
             DeValue::Integer(digits) => {
                 let text = digits.as_str().replace('_', "");
-                i128::from_str_radix(&text, digits.radix()).map_or(Shape::TooLarge, Shape::Whole)
+                i128::from_str_radix(&text, digits.radix())
+                    .map_or(ValueForm::TooLarge, ValueForm::Whole)
             }
             DeValue::Float(digits) => {
                 let text = digits.as_str().replace('_', "");
-                text.parse().map_or(Shape::TooLarge, Shape::Number)
+                text.parse().map_or(ValueForm::TooLarge, ValueForm::Number)
             }
         }
     }
@@ -124,7 +125,7 @@ impl<'a> Reader<'a> {
         picks: &'a [Pick<'a>],
         unknown: &'a RefCell<Vec<Mistake>>,
     ) -> Self {
-        let value = Shape::Table(table.get_ref());
+        let value = ValueForm::Table(table.get_ref());
         Self { value, span: 0..0, place: String::new(), picks, unknown }
     }
 
@@ -139,7 +140,7 @@ impl<'a> Reader<'a> {
 
     fn child(&self, place: String, value: &'a Spanned<DeValue<'a>>) -> Self {
         Self {
-            value: Shape::new(value.get_ref()),
+            value: ValueForm::new(value.get_ref()),
             span: value.span(),
             place,
             picks: self.picks.get(1..).unwrap_or_default(),
@@ -159,8 +160,8 @@ impl<'a> Reader<'a> {
         what: impl std::fmt::Display,
     ) -> Result<V::Value, Mistake> {
         match self.value {
-            Shape::Table(table) => visitor.visit_map(Keys::new(self, table, known)),
-            Shape::Array(_) if known.is_some() && !self.place.contains(['.', '[']) => {
+            ValueForm::Table(table) => visitor.visit_map(Keys::new(self, table, known)),
+            ValueForm::Array(_) if known.is_some() && !self.place.contains(['.', '[']) => {
                 let help = format!("it begins with `[{}]`, in one pair of brackets", self.place);
                 Err(self.expected(what).help(help))
             }
@@ -177,8 +178,8 @@ impl<'a> Reader<'a> {
 
     fn array<V: Visitor<'a>>(&self, visitor: V) -> Result<V::Value, Mistake> {
         match self.value {
-            Shape::Array(array) => visitor.visit_seq(Entries::new(self, array)),
-            Shape::Table(_) if !self.place.contains('.') => {
+            ValueForm::Array(array) => visitor.visit_seq(Entries::new(self, array)),
+            ValueForm::Table(_) if !self.place.contains('.') => {
                 let key = &self.place;
                 Err(self
                     .expected("entries in an array")
@@ -191,9 +192,9 @@ impl<'a> Reader<'a> {
 
     fn number<V: Visitor<'a>>(&self, visitor: V) -> Result<V::Value, Mistake> {
         match self.value {
-            Shape::Number(number) => visitor.visit_f64(number),
-            Shape::Whole(number) => visitor.visit_f64(number as f64),
-            Shape::Text(text) => {
+            ValueForm::Number(number) => visitor.visit_f64(number),
+            ValueForm::Whole(number) => visitor.visit_f64(number as f64),
+            ValueForm::Text(text) => {
                 let mistake = self.expected("a number");
                 Err(match numbers::hint(text) {
                     Some(hint) => mistake.help(hint),
@@ -206,7 +207,7 @@ impl<'a> Reader<'a> {
     }
 
     fn whole<V: Visitor<'a>>(&self, visitor: V, most: u64) -> Result<V::Value, Mistake> {
-        let Shape::Whole(number) = self.value else {
+        let ValueForm::Whole(number) = self.value else {
             return Err(self.expected("a whole number"));
         };
         match u64::try_from(number).ok().filter(|number| *number <= most) {
@@ -218,7 +219,7 @@ impl<'a> Reader<'a> {
 
     fn text<V: Visitor<'a>>(&self, visitor: V) -> Result<V::Value, Mistake> {
         match self.value {
-            Shape::Text(text) => visitor.visit_str(text),
+            ValueForm::Text(text) => visitor.visit_str(text),
             _ => Err(self.expected("text in quotes")),
         }
         .map_err(|mistake| mistake.at(self))
@@ -230,21 +231,21 @@ impl<'a> Deserializer<'a> for Reader<'a> {
 
     fn deserialize_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Mistake> {
         match self.value {
-            Shape::Table(_) => self.table(visitor, None, ""),
-            Shape::Array(_) => self.array(visitor),
-            Shape::Text(_) => self.text(visitor),
+            ValueForm::Table(_) => self.table(visitor, None, ""),
+            ValueForm::Array(_) => self.array(visitor),
+            ValueForm::Text(_) => self.text(visitor),
             // A whole number stays one, so that it is quoted as it was written.
-            Shape::Whole(number) => match i64::try_from(number) {
+            ValueForm::Whole(number) => match i64::try_from(number) {
                 Ok(number) => {
                     visitor.visit_i64(number).map_err(|mistake: Mistake| mistake.at(&self))
                 }
                 Err(_) => self.number(visitor),
             },
-            Shape::Number(_) => self.number(visitor),
-            Shape::Truth(truth) => {
+            ValueForm::Number(_) => self.number(visitor),
+            ValueForm::Truth(truth) => {
                 visitor.visit_bool(truth).map_err(|mistake: Mistake| mistake.at(&self))
             }
-            Shape::Date | Shape::TooLarge => {
+            ValueForm::Date | ValueForm::TooLarge => {
                 Err(Mistake::unexpected(self.value, &visitor).at(&self))
             }
         }
@@ -252,7 +253,7 @@ impl<'a> Deserializer<'a> for Reader<'a> {
 
     fn deserialize_bool<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Mistake> {
         match self.value {
-            Shape::Truth(truth) => visitor.visit_bool(truth),
+            ValueForm::Truth(truth) => visitor.visit_bool(truth),
             _ => Err(self.expected("`true` or `false`")),
         }
     }
@@ -291,7 +292,7 @@ impl<'a> Deserializer<'a> for Reader<'a> {
         length: usize,
         visitor: V,
     ) -> Result<V::Value, Mistake> {
-        let Shape::Array(array) = self.value else {
+        let ValueForm::Array(array) = self.value else {
             return Err(self.expected(format!("a list of {length} numbers")));
         };
         if array.len() != length {
@@ -324,7 +325,7 @@ impl<'a> Deserializer<'a> for Reader<'a> {
         visitor: V,
     ) -> Result<V::Value, Mistake> {
         match self.value {
-            Shape::Text(text) => visitor.visit_enum(Variant(text)).map_err(|m| m.at(&self)),
+            ValueForm::Text(text) => visitor.visit_enum(Variant(text)).map_err(|m| m.at(&self)),
             _ => {
                 let values: Vec<String> =
                     values.iter().map(|value| format!("`\"{value}\"`")).collect();

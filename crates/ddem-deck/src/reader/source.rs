@@ -12,11 +12,11 @@ use toml::de::{DeTable, DeValue};
 pub struct Source {
     name: Arc<str>,
     text: Arc<str>,
-    root: Node,
+    root: SourceNode,
 }
 
 #[derive(Clone, Debug)]
-struct Node {
+struct SourceNode {
     span: Range<usize>,
     children: Children,
 }
@@ -24,17 +24,17 @@ struct Node {
 #[derive(Clone, Debug)]
 enum Children {
     None,
-    Keys(BTreeMap<String, Node>),
-    Entries(Vec<Node>),
+    Keys(BTreeMap<String, SourceNode>),
+    Entries(Vec<SourceNode>),
 }
 
 impl Source {
     pub(super) fn new(name: &str, text: &str, table: &Spanned<DeTable<'_>>) -> Self {
-        let root = Node { span: 0..0, children: Children::keys(table.get_ref()) };
+        let root = SourceNode { span: 0..0, children: Children::keys(table.get_ref()) };
         Self { name: name.into(), text: text.into(), root }
     }
 
-    /// What the deck is called, usually the path of its file.
+    /// Name of the deck, usually the path of its file.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -48,7 +48,7 @@ impl Source {
         (self.name.clone(), self.text.clone())
     }
 
-    /// Where the value at a [`Fault::place`](ddem_core::Fault::place) stands, in bytes of the text.
+    /// Location of the value at a [`Fault::place`](ddem_core::Fault::place), in bytes of the text.
     ///
     /// Of a table with a header it is the header. A key that is not there has no place of its own:
     /// it is the nearest table around it that the text has, at last the start of the text.
@@ -56,8 +56,8 @@ impl Source {
         let mut node = &self.root;
         for segment in segments(place) {
             let child = match (&node.children, segment) {
-                (Children::Keys(keys), Segment::Key(key)) => keys.get(&key),
-                (Children::Entries(entries), Segment::Index(index)) => entries.get(index),
+                (Children::Keys(keys), PathSegment::Key(key)) => keys.get(&key),
+                (Children::Entries(entries), PathSegment::Index(index)) => entries.get(index),
                 _ => None,
             };
             match child {
@@ -69,11 +69,11 @@ impl Source {
     }
 }
 
-impl Node {
+impl SourceNode {
     fn new(value: &Spanned<DeValue<'_>>) -> Self {
         let children = match value.get_ref() {
             DeValue::Table(table) => Children::keys(table),
-            DeValue::Array(array) => Children::Entries(array.iter().map(Node::new).collect()),
+            DeValue::Array(array) => Children::Entries(array.iter().map(SourceNode::new).collect()),
             _ => Children::None,
         };
         Self { span: value.span(), children }
@@ -84,19 +84,19 @@ impl Children {
     fn keys(table: &DeTable<'_>) -> Self {
         let keys = table.iter();
         Children::Keys(
-            keys.map(|(key, value)| (key.get_ref().to_string(), Node::new(value))).collect(),
+            keys.map(|(key, value)| (key.get_ref().to_string(), SourceNode::new(value))).collect(),
         )
     }
 }
 
 #[derive(Debug, PartialEq)]
-enum Segment {
+enum PathSegment {
     Key(String),
     Index(usize),
 }
 
 /// The parts of a place such as `materials."hard rock".young` or `blocks[0].size[1]`.
-fn segments(place: &str) -> Vec<Segment> {
+fn segments(place: &str) -> Vec<PathSegment> {
     let mut segments = Vec::new();
     let mut letters = place.chars().peekable();
     while let Some(letter) = letters.next() {
@@ -107,7 +107,7 @@ fn segments(place: &str) -> Vec<Segment> {
                 while let Some(digit) = letters.next_if(char::is_ascii_digit) {
                     digits.push(digit);
                 }
-                segments.push(Segment::Index(digits.parse().unwrap_or(usize::MAX)));
+                segments.push(PathSegment::Index(digits.parse().unwrap_or(usize::MAX)));
             }
             '"' => {
                 let mut key = String::new();
@@ -118,14 +118,14 @@ fn segments(place: &str) -> Vec<Segment> {
                         _ => key.push(letter),
                     }
                 }
-                segments.push(Segment::Key(key));
+                segments.push(PathSegment::Key(key));
             }
             _ => {
                 let mut key = String::from(letter);
                 while let Some(letter) = letters.next_if(|letter| !".[".contains(*letter)) {
                     key.push(letter);
                 }
-                segments.push(Segment::Key(key));
+                segments.push(PathSegment::Key(key));
             }
         }
     }

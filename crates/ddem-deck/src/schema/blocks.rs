@@ -98,7 +98,7 @@ impl BlockSet {
 }
 
 impl Deck {
-    /// What messages call a set: its name, or its place where it has none.
+    /// Name of a set for messages: its name, or its place where it has none.
     pub(crate) fn set_name(&self, set: usize) -> String {
         self.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"))
     }
@@ -149,7 +149,7 @@ pub struct Edges {
 #[serde(untagged)]
 #[schemars(deny_unknown_fields)]
 pub enum JointChoice {
-    /// The same joint on every plane.
+    /// One joint on all planes.
     All(String),
     /// One for each direction of the normal.
     ByNormal {
@@ -165,7 +165,7 @@ pub enum JointChoice {
     },
 }
 
-/// What a block is made of.
+/// Kind of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Body {

@@ -22,7 +22,7 @@ pub struct Charge {
     /// Mass of the explosive `[kg]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// Which explosive: `"tnt"`, `"anfo"`, `"emulsion"`, or its numbers.
+    /// Explosive: `"tnt"`, `"anfo"`, `"emulsion"`, or its numbers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explosive: Option<Explosive>,
     /// Peak of the pressure `[Pa]`.
@@ -56,7 +56,7 @@ pub enum Explosive {
     Given(Detonation),
 }
 
-/// What the detonation of an explosive comes to.
+/// Detonation properties of an explosive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Detonation {
@@ -68,7 +68,7 @@ pub struct Detonation {
     pub gamma: f64,
 }
 
-/// How the pressure of a charge goes with time.
+/// Pressure history of a charge.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ChargeHistory {
@@ -116,7 +116,7 @@ impl Detonation {
 }
 
 impl Charge {
-    /// Whether its gas expands, so that its pressure depends on the volume.
+    /// True if its gas expands, so that the pressure depends on the volume.
     #[must_use]
     pub fn expands(&self) -> bool {
         match self.history {

@@ -12,7 +12,7 @@ pub struct Fix {
     /// Nodes; every node when left out.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Which of `"xyz"`.
+    /// Axes, of `"xyz"`.
     pub axes: String,
     /// Velocity of the named axes `[m/s]`; default at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -40,7 +40,7 @@ pub struct Fix {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// Where it acts.
+    /// Region that it acts on.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
     /// Force per area of the outer faces selected `[Pa]`.
@@ -80,7 +80,7 @@ pub struct Boundary {
     /// Outer faces of deformable blocks.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Which kind.
+    /// Kind.
     pub kind: BoundaryKind,
     /// viscous: velocity of a wave that comes in through the faces `[m/s]`; a free surface that it
     /// meets moves twice as fast.
@@ -132,12 +132,12 @@ pub struct Initial {
     /// step in the blocks whose centroid lies inside, and in their joints (§12).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<[f64; 6]>,
-    /// What `stress` changes by for each metre.
+    /// Gradient of `stress`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gradient: Option<Gradient>,
 }
 
-/// What a stress xx yy zz xy yz zx changes by for each metre `[Pa/m]`.
+/// Gradient of the stress xx yy zz xy yz zx `[Pa/m]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gradient {
@@ -164,7 +164,7 @@ pub struct Probe {
     /// Selected nodes: the sum of reactions, the mean of anything else.
     #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Where>,
-    /// What is recorded; default displacement.
+    /// Recorded quantity; default displacement.
     #[serde(default)]
     pub quantity: Quantity,
     /// Time between samples in a dynamic stage `[s]`; default a thousandth of the stage.
@@ -175,7 +175,7 @@ pub struct Probe {
     pub every_steps: Option<u64>,
 }
 
-/// What a probe records.
+/// Recorded quantity of a probe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {

@@ -9,8 +9,7 @@ use ddem_core::problem::DAMPING;
 /// Restitution of critical damping that never pulls, exp(−2).
 const CRITICAL: f64 = 0.135_335_283_236_612_7;
 
-/// What blocks do where they meet and no joint is between them (§9). Everything left out follows
-/// from the two faces that meet.
+/// Properties of contacts between blocks without a joint (§9). Keys left out follow from the two faces in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactTable {
@@ -34,7 +33,7 @@ pub struct ContactTable {
 }
 
 impl ContactTable {
-    /// Whether nothing is given.
+    /// True if nothing is given.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -71,9 +70,8 @@ impl Deck {
         self.contact.damping_ratio().unwrap_or(DAMPING)
     }
 
-    /// Whether new contacts between blocks are looked for: as `model.contact` says; otherwise where
-    /// there is more than one set of blocks, or a joint that is used can fail. One set with joints
-    /// that never fail stays together.
+    /// True if new contacts are searched for: as `model.contact` says; by default with more than one set of
+    /// blocks, or with a used joint that can fail. A single set whose joints never fail stays together.
     #[must_use]
     pub fn finds_contacts(&self) -> bool {
         let any_breaks = || self.used_joints().any(Joint::breaks);

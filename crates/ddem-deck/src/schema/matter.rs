@@ -102,7 +102,7 @@ impl Joint {
         layer.then(|| [(lambda + 2.0 * shear) / self.thickness, shear / self.thickness])
     }
 
-    /// Whether it can fail: any strength is given.
+    /// True if it can fail: any strength is given.
     #[must_use]
     pub fn breaks(&self) -> bool {
         [self.cohesion, self.friction, self.tension, self.jrc, self.jcs].iter().any(Option::is_some)

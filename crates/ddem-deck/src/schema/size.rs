@@ -1,8 +1,8 @@
-//! How large a model would be.
+//! Size of a model.
 
 use super::Deck;
 
-/// How large the model of a deck would be, from its numbers alone.
+/// Size of a deck's model, from its numbers alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Size {
     /// Blocks, those taken out included.

@@ -1,11 +1,11 @@
-//! What is done, in order.
+//! Stages.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use ddem_core::problem::Period;
+use ddem_core::problem::StageRange;
 
-use super::{Damping, Deck, Search, StageKind, TimeStep, forms};
+use super::{Damping, Deck, SafetySearch, StageKind, TimeStep, forms};
 
 /// One stage. Keys of the other kind of stage are errors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -68,9 +68,9 @@ pub struct Stage {
 impl Stage {
     /// The search of a stage for the factor of safety.
     #[must_use]
-    pub fn search(&self) -> Search {
-        let standard = Search::default();
-        Search {
+    pub fn search(&self) -> SafetySearch {
+        let standard = SafetySearch::default();
+        SafetySearch {
             bracket: self.bracket.unwrap_or(standard.bracket),
             resolution: self.resolution.unwrap_or(standard.resolution),
             joints: self.joints.clone(),
@@ -85,7 +85,7 @@ impl Stage {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnFailure {
-    /// It ends.
+    /// The run stops.
     #[default]
     Stop,
     /// The next stage starts from there.
@@ -99,8 +99,8 @@ impl Deck {
     }
 
     /// Stages from the start of one up to the start of another, by their names.
-    pub(crate) fn period(&self, from: Option<&String>, until: Option<&String>) -> Period {
+    pub(crate) fn stage_range(&self, from: Option<&String>, until: Option<&String>) -> StageRange {
         let number = |name: &String| self.stage_number(name);
-        Period { from: from.and_then(number), until: until.and_then(number) }
+        StageRange { from: from.and_then(number), until: until.and_then(number) }
     }
 }

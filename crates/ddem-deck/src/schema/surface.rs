@@ -12,7 +12,7 @@ const WELDED: f64 = 1e-6;
 pub(crate) struct SurfaceMesh {
     /// `[m]`.
     pub(crate) points: Vec<[f64; 3]>,
-    /// Those with three different corners.
+    /// Triangles with three different corners.
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 

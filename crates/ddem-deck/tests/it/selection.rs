@@ -217,7 +217,7 @@ fn charges_push_the_joints_of_a_search_by_hand() {
     };
     deck.charge = regions.iter().map(charge).collect();
     let model = model(&deck);
-    let centre = |face: &ddem_core::Face| {
+    let centre = |face: &ddem_core::ConformingJoint| {
         let pairs: Vec<_> = face.pairs(model.geometry()).flatten().collect();
         let sum = |k: usize| pairs.iter().map(|&n| model.point(n as usize)[k]).sum::<f64>();
         [0, 1, 2].map(|k| sum(k) / pairs.len() as f64)

@@ -6,11 +6,11 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use ddem_core::{Fault, ModelError, RunError, Simulation};
-use ddem_deck::{Site, Stage, StageKind};
+use ddem_deck::{BuiltDeck, Stage, StageKind};
 
 use super::report::{check_steps, unsafe_steps};
 use super::session::Session;
-use super::stage::{Halt, Moved, Pace, Running};
+use super::stage::{Halt, MovedBy, Running, StageProgress};
 use super::{Event, Observer, RunFailure};
 use crate::folder::Folder;
 
@@ -20,7 +20,7 @@ pub struct Begun {
     stage: Stage,
     folder: Option<Folder>,
     /// None only while it goes on.
-    pace: Option<Pace>,
+    pace: Option<StageProgress>,
 }
 
 /// Point that a stage went to.
@@ -41,7 +41,7 @@ impl Session {
     ///
     /// It comes before the present one; the fault names `place`.
     pub fn enter(&mut self, stage: usize, place: &str) -> Result<(), Fault> {
-        let Moved { site, simulation, .. } = &mut self.moved;
+        let MovedBy { site, simulation, .. } = &mut self.moved;
         enter(site, simulation, stage, place)
     }
 
@@ -185,7 +185,7 @@ impl Session {
         if !faults.is_empty() {
             return Err(ModelError { faults }.into());
         }
-        let Moved { site, simulation, .. } = &mut self.moved;
+        let MovedBy { site, simulation, .. } = &mut self.moved;
         let stages = std::slice::from_ref(stage);
         if let Err(failure) = check_steps(simulation, stages) {
             return if failure.is_stopped() { Ok(None) } else { Err(failure) };
@@ -219,7 +219,7 @@ impl Session {
 ///
 /// It comes before the present one; the fault names `place`.
 pub(super) fn enter(
-    site: &Site,
+    site: &BuiltDeck,
     simulation: &mut Simulation,
     stage: usize,
     place: &str,
@@ -241,7 +241,7 @@ pub(super) fn enter(
 /// Brings the supports and loads of the deck's stage of the same name into force, if there is one.
 /// Gives what is allowed but perhaps not meant.
 fn begin(
-    site: &Site,
+    site: &BuiltDeck,
     simulation: &mut Simulation,
     stage: &Stage,
 ) -> Result<Vec<String>, ModelError> {

@@ -12,7 +12,7 @@ use super::report::{Built, available_memory, check_steps, located, prepare, repo
 use super::resume;
 use super::safety::search;
 use super::session::Session;
-use super::stage::{Halt, Moved, Running, failed};
+use super::stage::{Halt, MovedBy, Running, failed};
 use super::{Event, Observer, Options, Outcome, RunFailure};
 use crate::OutputError;
 use crate::folder::{self, Earlier, Folder};
@@ -40,7 +40,7 @@ pub fn run(
 enum Ended {
     /// The observer wanted to stop; a checkpoint is written.
     Interrupted,
-    /// It is done; the run ends with it where it says why.
+    /// The stage is done; the run ends with it where a failure is given.
     Done(Option<RunFailure>),
 }
 
@@ -97,7 +97,7 @@ impl<'a> Drive<'a> {
             session = Session::assemble(site, fresh, recorder, text);
         }
         let mut drive = Self { options, observer, folder, session };
-        let Moved { site, simulation, recorder, .. } = &mut drive.session.moved;
+        let MovedBy { site, simulation, recorder, .. } = &mut drive.session.moved;
         let report = report(site, simulation, &recorder.samplers);
         for warning in &report.warnings {
             drive.observer.event(Event::Warning(warning));
@@ -194,7 +194,7 @@ fn changed(deck: &Deck, before: &BTreeMap<String, Vec<f64>>) -> Option<String> {
 
 /// `seconds` is the wall time that the running stage has taken since it began or went on `[s]`.
 fn checkpoint(
-    moved: &mut Moved,
+    moved: &mut MovedBy,
     (folder, text): (&Folder, &str),
     seconds: f64,
     observer: &mut dyn Observer,

@@ -1,4 +1,4 @@
-//! Why a run ended early.
+//! Reasons for an early end of a run.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,8 @@ use ddem_deck::DeckError;
 
 use crate::OutputError;
 
-/// Why a run did not start, or did not reach its end. Texts have what is below them: `source()` does not say it again.
+/// Reason why a run did not start or did not reach its end. A message includes its cause, which `source()` does not
+/// repeat.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum RunFailure {
@@ -43,7 +44,7 @@ pub enum RunFailure {
     Threads {
         /// Threads asked for.
         threads: usize,
-        /// Why not.
+        /// Cause.
         error: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The observer wanted it to stop before anything was written.
@@ -54,7 +55,7 @@ pub enum RunFailure {
     Stage {
         /// Name of the stage.
         stage: String,
-        /// What happened.
+        /// Error of the simulation.
         error: RunError,
     },
     /// A result file could not be written. What was written before is intact.
@@ -74,7 +75,7 @@ pub enum RunFailure {
     Checkpoint {
         /// The checkpoint.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the fault.
         message: String,
     },
 }
@@ -82,7 +83,7 @@ pub enum RunFailure {
 ddem_core::debug_as_display!(RunFailure);
 
 impl RunFailure {
-    /// Whether it ended because it was told to.
+    /// True if it ended on request.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         matches!(self, Self::Stopped | Self::Stage { error: RunError::Stopped, .. })

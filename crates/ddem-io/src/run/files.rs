@@ -2,15 +2,17 @@
 
 use std::ops::Range;
 
-use ddem_core::{CONTACT_FIELDS, Energy, Field, FieldKind, Fragment, Model, On, Simulation};
+use ddem_core::{
+    CONTACT_FIELDS, Energy, Field, FieldKind, FieldLocation, Fragment, Model, Simulation,
+};
 use ddem_deck::Deck;
 use serde::{Deserialize, Serialize};
 
-use super::mesh::{self, Mesh};
+use super::mesh::{self, OutputMesh};
 use crate::OutputError;
 use crate::folder::Folder;
 use crate::tables::Table;
-use crate::vtkhdf::{FieldSpec, Kind, Points, Writer};
+use crate::vtkhdf::{FieldSpec, NumberType, PointOwner, Writer};
 
 /// Frames of a dynamic stage when the deck does not say.
 pub(super) const DEFAULT_FRAMES: u64 = 20;
@@ -36,7 +38,7 @@ pub(super) struct Files {
     nudge: f64,
 }
 
-/// How far the files had got.
+/// Position in the files.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Position {
     pub(super) frames: u64,
@@ -54,7 +56,7 @@ impl Files {
         nudge: f64,
     ) -> Result<Self, OutputError> {
         // One after the other: there is only one mesh at a time.
-        let create = |path, mesh: Mesh, joints| {
+        let create = |path, mesh: OutputMesh, joints| {
             Writer::create(path, &mesh.grid, &mesh.constants(), &specs(model, joints))
         };
         let blocks = create(folder.blocks(), mesh::blocks(model), false)?;
@@ -88,11 +90,11 @@ impl Files {
         let reopen =
             |path, points, fields: &[FieldSpec]| Writer::reopen(path, points, fields, frames);
         let joints = (model.n_pairs() > 0)
-            .then(|| reopen(folder.joints(), Points::Mesh, &specs(model, true)));
+            .then(|| reopen(folder.joints(), PointOwner::Mesh, &specs(model, true)));
         let contacts =
-            model.can_meet().then(|| reopen(folder.contacts(), Points::Step, &contact_specs()));
+            model.can_meet().then(|| reopen(folder.contacts(), PointOwner::Step, &contact_specs()));
         Ok(Self {
-            blocks: reopen(folder.blocks(), Points::Mesh, &specs(model, false))?,
+            blocks: reopen(folder.blocks(), PointOwner::Mesh, &specs(model, false))?,
             joints: joints.transpose()?,
             contacts: contacts.transpose()?,
             probes: Table::reopen(folder.probes(), position.probe_rows)?,
@@ -182,15 +184,15 @@ pub(super) fn nudge(deck: &Deck, still: f64) -> f64 {
 
 /// Fields of the joint surfaces, or of the blocks.
 fn table(model: &Model, joints: bool) -> impl Iterator<Item = &'static Field> + use<> {
-    ddem_core::fields(model).filter(move |field| (field.on == On::Pair) == joints)
+    ddem_core::fields(model).filter(move |field| (field.on == FieldLocation::Pair) == joints)
 }
 
 /// Type of the numbers of a field in the files.
-fn kind(kind: FieldKind) -> Kind {
+fn kind(kind: FieldKind) -> NumberType {
     match kind {
-        FieldKind::Real => Kind::F64,
-        FieldKind::Whole => Kind::I32,
-        FieldKind::State | FieldKind::Flag => Kind::U8,
+        FieldKind::Real => NumberType::F64,
+        FieldKind::Whole => NumberType::I32,
+        FieldKind::State | FieldKind::Flag => NumberType::U8,
     }
 }
 
@@ -204,8 +206,10 @@ fn contact_specs() -> Vec<FieldSpec> {
 fn specs(model: &Model, joints: bool) -> Vec<FieldSpec> {
     let spec = |field: &Field| {
         let spec = match field.on {
-            On::Element => FieldSpec::cell(field.name, field.components),
-            On::Node | On::Pair => FieldSpec::point(field.name, field.components),
+            FieldLocation::Element => FieldSpec::cell(field.name, field.components),
+            FieldLocation::Node | FieldLocation::Pair => {
+                FieldSpec::point(field.name, field.components)
+            }
         };
         spec.kind(kind(field.kind))
     };

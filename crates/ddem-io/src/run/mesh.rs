@@ -5,12 +5,12 @@ use ddem_core::Model;
 use crate::vtkhdf::{Cells, Constant, Grid, Location};
 
 /// A mesh and its constant fields of one whole number each.
-pub(super) struct Mesh {
+pub(super) struct OutputMesh {
     pub(super) grid: Grid,
     fields: Vec<(&'static str, Location, Vec<i32>)>,
 }
 
-impl Mesh {
+impl OutputMesh {
     pub(super) fn constants(&self) -> Vec<Constant<'_>> {
         let fields = self.fields.iter();
         fields
@@ -20,7 +20,7 @@ impl Mesh {
 }
 
 /// The hex8 elements of the bodies: points are reference positions.
-pub(super) fn blocks(model: &Model) -> Mesh {
+pub(super) fn blocks(model: &Model) -> OutputMesh {
     let points = (0..model.n_nodes()).map(|node| model.point(node)).collect();
     let cells = (0..model.n_blocks()).flat_map(|block| model.hexes(block)).collect();
     let per_cell = |value: &dyn Fn(usize) -> i32| -> Vec<i32> {
@@ -34,14 +34,14 @@ pub(super) fn blocks(model: &Model) -> Mesh {
         let rigid = per_cell(&|block| i32::from(model.is_rigid(block)));
         fields.push(("rigid", Location::Cell, rigid));
     }
-    Mesh { grid: Grid { points, cells: Cells::Hexahedra(cells) }, fields }
+    OutputMesh { grid: Grid { points, cells: Cells::Hexahedra(cells) }, fields }
 }
 
 /// The joint elements seen along their normals: points lie between the nodes of each pair.
-pub(super) fn joints(model: &Model) -> Mesh {
+pub(super) fn joints(model: &Model) -> OutputMesh {
     let points = model.pairs().map(|pair| pair.point).collect();
     let joint = model.pairs().map(|pair| i32::from(pair.joint)).collect();
-    Mesh {
+    OutputMesh {
         grid: Grid { points, cells: Cells::Quads(model.quads().collect()) },
         fields: vec![("joint", Location::Point, joint)],
     }

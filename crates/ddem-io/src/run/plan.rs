@@ -1,12 +1,12 @@
-//! How many steps stages will take, and how long that is.
+//! Estimated steps and wall time of stages.
 
 use std::fmt;
 use std::time::Instant;
 
 use ddem_core::Simulation;
-use ddem_deck::{Search, Stage, StageKind, TimeStep};
+use ddem_deck::{SafetySearch, Stage, StageKind, TimeStep};
 
-/// What a stage will take.
+/// Estimate of a stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plan {
     /// Name of the stage.
@@ -40,7 +40,7 @@ impl Plan {
     }
 }
 
-/// What the stages of a simulation that has not begun will take.
+/// Estimates of the stages of a simulation that has not begun.
 pub(super) fn plans(simulation: &mut Simulation, stages: &[Stage]) -> Vec<Plan> {
     let mut moving = simulation.moves();
     let plan = |stage: &Stage| {
@@ -54,7 +54,7 @@ pub(super) fn plans(simulation: &mut Simulation, stages: &[Stage]) -> Vec<Plan> 
 }
 
 /// Trials after which a search ends: two at the ends of the bracket, then two that leave a third of it.
-fn trials(search: &Search) -> u64 {
+fn trials(search: &SafetySearch) -> u64 {
     let [stable, unstable] = search.bracket;
     let (mut trials, mut ratio) = (2, unstable / stable);
     while ratio > 1.0 && unstable * (1.0 - 1.0 / ratio) > search.resolution {
@@ -82,8 +82,8 @@ pub(super) fn estimate(simulation: &mut Simulation, stages: &[Stage], plans: &mu
     plans.iter_mut().take(1).for_each(|plan| plan.seconds += once);
 }
 
-/// What the first step takes more than others, for what is done once is done in it, as for the joints that
-/// fail at once; and what others take, from a few of them `[s]`.
+/// Extra wall time of the first step, which includes everything done only once, such as joints that fail at once, and
+/// the wall time of later steps, from a few of them `[s]`.
 fn pace(simulation: &mut Simulation) -> [f64; 2] {
     let start = Instant::now();
     if simulation.step().is_err() {
@@ -138,7 +138,11 @@ mod tests {
     fn trials_of_a_search_are_known() {
         // A third of the logarithm of what is left for each two: ln 3 / 3⁶ is below 0.005 / 3, ln 3.75 / 3⁶ above.
         for (bracket, expected) in [([1.0, 3.0], 14), ([0.8, 3.0], 16), ([1.0, 1.004], 2)] {
-            assert_eq!(trials(&Search { bracket, ..Search::default() }), expected, "{bracket:?}");
+            assert_eq!(
+                trials(&SafetySearch { bracket, ..SafetySearch::default() }),
+                expected,
+                "{bracket:?}"
+            );
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Probes: what they look at, and their numbers.
 
-use ddem_core::{Fault, Field, Model, On, Simulation};
+use ddem_core::{Fault, Field, FieldLocation, Model, Simulation};
 use ddem_deck::{Deck, Probe, Quantity};
 
 /// A probe with its nodes and elements found.
@@ -12,7 +12,7 @@ pub(super) struct Sampler {
     field: Option<&'static Field>,
     /// Nodes or elements by their numbers, with their blocks.
     values: Vec<Value>,
-    /// What is allowed but perhaps not meant.
+    /// Warning.
     pub(super) doubt: Option<String>,
     pub(super) every: Option<f64>,
     pub(super) every_steps: u64,
@@ -45,7 +45,7 @@ impl Sampler {
         }
         let field = field(probe.quantity, index, model)?;
         let values: Vec<Value> = match (field.map(|field| field.on), probe.at) {
-            (Some(On::Element), at) => {
+            (Some(FieldLocation::Element), at) => {
                 let elements = at.map(|at| vec![model.element_at(at)]);
                 let elements = elements.unwrap_or_else(|| model.elements_at(&nodes)).into_iter();
                 let number = |(block, at)| Value { block, number: model.element(block, at) };
@@ -101,7 +101,8 @@ impl Sampler {
 /// The field that a quantity is; none of reactions.
 fn field(quantity: Quantity, index: usize, model: &Model) -> Result<Option<&'static Field>, Fault> {
     let Some(name) = quantity.field() else { return Ok(None) };
-    let found = ddem_core::fields(model).find(|field| field.name == name && field.on != On::Pair);
+    let found = ddem_core::fields(model)
+        .find(|field| field.name == name && field.on != FieldLocation::Pair);
     found.map(Some).ok_or_else(|| {
         let message = format!("there is no `{name}`: the model keeps no peaks");
         Fault::new(format!("probe[{index}].quantity"), message)
@@ -109,7 +110,7 @@ fn field(quantity: Quantity, index: usize, model: &Model) -> Result<Option<&'sta
     })
 }
 
-/// What is said of a probe that has nothing left to look at from some stage on. Of supports it has: their
+/// Warning about a probe that has nothing to record from some stage on. Reactions are exempt: without supports their
 /// sum is 0.
 fn goes(probe: &Probe, values: &[Value], (deck, model): (&Deck, &Model)) -> Option<String> {
     let mut blocks: Vec<usize> = values.iter().map(|value| value.block).collect();

@@ -1,4 +1,4 @@
-//! What is recorded during a run, and when.
+//! Schedule and writing of records during a run.
 
 use std::ops::RangeInclusive;
 
@@ -16,8 +16,7 @@ const DEFAULT_SAMPLES: u64 = 1000;
 const ENERGY_ROWS: u64 = 200;
 const ENERGY_STEPS: u64 = 100;
 
-/// When things are due in one stage, in steps of that stage; of motion, in steps as long as its
-/// first.
+/// Steps of one stage at which records are due; in a dynamic stage, steps of the initial length.
 #[derive(Clone, Debug)]
 pub(super) struct Schedule {
     frames: Due,
@@ -103,13 +102,13 @@ impl Schedule {
 pub(super) struct Recorder {
     pub(super) samplers: Vec<Sampler>,
     files: Option<Files>,
-    /// What frames that would share a time are put apart by.
+    /// Time shift between frames at equal times.
     nudge: f64,
     /// Step and time of the last samples that were told.
     last_told: Option<(u64, f64)>,
 }
 
-/// What is told of the samples that are taken.
+/// Callback for samples.
 pub(super) type Tell<'a> = dyn FnMut(Event<'_>) + 'a;
 
 impl Recorder {

@@ -1,4 +1,4 @@
-//! What `--check` says of a model.
+//! Report of `--check`.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use ddem_deck::{Stage, StageKind, TimeStep};
 use super::RunFailure;
 use super::plan::{Plan, estimate, plans};
 use super::probe::Sampler;
-use ddem_deck::{DeckError, Site, Source};
+use ddem_deck::{BuiltDeck, DeckError, Source};
 
 /// Size of a model and what running it will take.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,13 +39,13 @@ pub struct Report {
     pub critical_step: f64,
     /// Memory that a run needs `[bytes]`.
     pub bytes: u64,
-    /// What there is of each charge before it goes off.
+    /// Size of each charge before it detonates.
     pub charges: Vec<ChargeSize>,
     /// Blocks that curved and slanted shapes have selected.
     pub selections: Vec<Selection>,
-    /// What each stage will take.
+    /// Estimate of each stage.
     pub stages: Vec<Plan>,
-    /// What is allowed but perhaps not meant.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
@@ -157,7 +157,7 @@ fn refuse(size: Size, available: u64) -> Result<(), RunFailure> {
     })
 }
 
-/// What a model that is built has more by refinement.
+/// Size of a built model, including refinement.
 fn grown(size: Size, model: &Model) -> Size {
     let (blocks, nodes) = (model.n_blocks() as f64, model.n_nodes() as f64);
     let more = (nodes / size.nodes).max(1.0);
@@ -166,7 +166,7 @@ fn grown(size: Size, model: &Model) -> Size {
 
 /// A deck with its blocks cut, the model of it, and its probes.
 pub(super) struct Built {
-    pub(super) site: Site,
+    pub(super) site: BuiltDeck,
     pub(super) model: Model,
     pub(super) samplers: Vec<Sampler>,
 }
@@ -179,7 +179,7 @@ pub(super) fn build(deck: &Deck, available: u64) -> Result<Built, RunFailure> {
     }
     let size = Size::of(deck);
     refuse(size, available)?;
-    let site = Site::new(deck)?;
+    let site = BuiltDeck::new(deck)?;
     let model = site.model();
     refuse(grown(size, &model), available)?;
     let probes = deck.probe.iter().enumerate();
@@ -241,7 +241,11 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
 }
 
 /// Size, critical step and stages of a model.
-pub(super) fn report(site: &Site, simulation: &mut Simulation, samplers: &[Sampler]) -> Report {
+pub(super) fn report(
+    site: &BuiltDeck,
+    simulation: &mut Simulation,
+    samplers: &[Sampler],
+) -> Report {
     let deck = site.deck();
     let moves = |stage: &Stage| stage.kind == StageKind::Dynamic;
     let dynamic = deck.stage.iter().any(moves);

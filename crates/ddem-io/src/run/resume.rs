@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::RunFailure;
 use super::files::Position;
-use super::stage::Moved;
+use super::stage::MovedBy;
 use crate::OutputError;
 use crate::checkpoint::{self, Checkpoint};
 use crate::summary::StageSummary;
 
-/// Where a run is between two steps.
+/// Position of a run between two steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Cursor {
     /// Stage that is running, or next.
@@ -25,7 +25,7 @@ pub(super) struct Cursor {
     /// Time at which it begins, and its first time step `[s]`.
     pub(super) begun: f64,
     pub(super) time_step: f64,
-    /// What friction had taken when it began `[J]`.
+    /// Friction loss when it began `[J]`.
     pub(super) friction: f64,
     /// Energy that was out of balance then, against the largest.
     pub(super) imbalance: f64,
@@ -36,12 +36,12 @@ pub(super) struct Cursor {
     pub(super) done: Vec<StageSummary>,
 }
 
-/// What a run needs to go on besides its simulation.
+/// Data that a run needs besides its simulation to continue.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Progress {
+pub(super) struct SavedProgress {
     pub(super) cursor: Cursor,
     pub(super) position: Position,
-    /// What a program computes.
+    /// Laws and histories that a program computes.
     computed: Vec<String>,
     /// Contents of the files that the deck names, by their paths.
     pub(super) files: BTreeMap<String, Vec<f64>>,
@@ -72,12 +72,12 @@ mod as_json {
 pub(super) fn save(
     path: &Path,
     text: &str,
-    moved: &Moved,
+    moved: &MovedBy,
     cursor: &Cursor,
     position: Position,
 ) -> Result<(), OutputError> {
-    let Moved { site, simulation, .. } = moved;
-    let progress = Progress {
+    let MovedBy { site, simulation, .. } = moved;
+    let progress = SavedProgress {
         cursor: cursor.clone(),
         position,
         computed: simulation.model().computed().to_vec(),
@@ -93,7 +93,7 @@ pub(super) struct Resumed {
     path: PathBuf,
     /// Text of the deck that was run.
     pub(super) deck: String,
-    pub(super) progress: Progress,
+    pub(super) progress: SavedProgress,
     state: Saved,
 }
 

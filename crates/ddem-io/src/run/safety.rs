@@ -3,10 +3,10 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use ddem_core::{RunError, Safety, Simulation, Trial, Verdict, undecided};
-use ddem_deck::{Search, Stage};
+use ddem_core::{RunError, Safety, SafetyTrial, Simulation, Verdict, undecided};
+use ddem_deck::{SafetySearch, Stage};
 
-use super::stage::{Moved, failed};
+use super::stage::{MovedBy, failed};
 use super::{Event, Observer, RunFailure};
 use crate::summary::StageSummary;
 
@@ -14,11 +14,11 @@ use crate::summary::StageSummary;
 /// smallest factor. False when the observer stopped it.
 pub(super) fn search(
     stage: &Stage,
-    moved: &mut Moved,
+    moved: &mut MovedBy,
     observer: &mut dyn Observer,
 ) -> Result<bool, RunFailure> {
     let start = Instant::now();
-    let Moved { simulation, recorder, cursor, .. } = moved;
+    let MovedBy { simulation, recorder, cursor, .. } = moved;
     recorder.start(simulation, &stage.name, &mut |event| observer.event(event))?;
     let shared = Mutex::new(&mut *observer);
     let found = simulation.factor_of_safety(&stage.search(), &|trial| {
@@ -80,12 +80,14 @@ fn verdict(before: Option<Verdict>, found: &Safety) -> Verdict {
 }
 
 /// Reasons why the factor of safety may be another one, or why there is none.
-fn doubts(found: &Safety, search: &Search, simulation: &mut Simulation) -> Vec<String> {
+fn doubts(found: &Safety, search: &SafetySearch, simulation: &mut Simulation) -> Vec<String> {
     let mut doubts = Vec::new();
     let [low, high] = search.bracket;
     match found.bracket {
         [None, None] => {
-            let Some(Trial { factor, steps, .. }) = found.trials.first() else { return doubts };
+            let Some(SafetyTrial { factor, steps, .. }) = found.trials.first() else {
+                return doubts;
+            };
             doubts.push(format!(
                 "there is no factor of safety: the trial with strengths / {factor:.4} was undecided after {steps} \
                  steps; raise `max_steps`"
@@ -103,15 +105,16 @@ fn doubts(found: &Safety, search: &Search, simulation: &mut Simulation) -> Vec<S
         _ => {}
     }
     let Some(unstable) = found.bracket[1] else { return doubts };
-    let is_end = |trial: &&Trial| trial.factor == unstable && trial.verdict == Verdict::Undecided;
-    if let Some(Trial { steps, .. }) = found.trials.iter().find(is_end) {
+    let is_end =
+        |trial: &&SafetyTrial| trial.factor == unstable && trial.verdict == Verdict::Undecided;
+    if let Some(SafetyTrial { steps, .. }) = found.trials.iter().find(is_end) {
         doubts.push(format!(
             "the trial with strengths / {unstable:.4} was undecided after {steps} steps and counts as unstable: the \
              factor of safety may be larger; raise `max_steps`"
         ));
     }
-    let rests = |trial: &&Trial| trial.factor > unstable && trial.verdict == Verdict::AtRest;
-    if let Some(Trial { factor, .. }) = found.trials.iter().rev().find(rests) {
+    let rests = |trial: &&SafetyTrial| trial.factor > unstable && trial.verdict == Verdict::AtRest;
+    if let Some(SafetyTrial { factor, .. }) = found.trials.iter().rev().find(rests) {
         doubts.push(format!(
             "strengths / {factor:.4} came to rest although strengths / {unstable:.4} did not: the factor of safety \
              may be larger, by up to this; look for it with a `bracket` above {unstable:.4}"

@@ -6,20 +6,20 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use ddem_core::{Fault, ModelError, Simd, Simulation};
-use ddem_deck::{Deck, Site};
+use ddem_deck::{BuiltDeck, Deck};
 
 use super::RunFailure;
 use super::files::{Position, nudge};
 use super::record::Recorder;
 use super::report::{Built, available_memory, build};
 use super::resume::{self, Cursor};
-use super::stage::Moved;
+use super::stage::MovedBy;
 use crate::folder::{self, Earlier, Folder};
 use crate::summary::{
     ChargeSummary, FailedPairs, InterfaceSummary, SelectionSummary, Summary, peak_memory_bytes,
 };
 
-/// What frames in which nothing moves are put apart by, where no stage of the deck moves `[s]`.
+/// Time shift between frames without motion, if no stage of the deck moves `[s]`.
 const STILL: f64 = 1e-9;
 
 /// A simulation with its probes, and its files where they are wanted.
@@ -28,7 +28,7 @@ const STILL: f64 = 1e-9;
 /// [`simulation`](Self::simulation); [`run`](super::run) moves it through those of its deck.
 #[derive(Debug)]
 pub struct Session {
-    pub(super) moved: Moved,
+    pub(super) moved: MovedBy,
     /// Text of the deck.
     pub(super) text: String,
     /// Folders of files, how far they had got, and the checkpoint that was left there.
@@ -72,18 +72,18 @@ impl Session {
     }
 
     pub(super) fn assemble(
-        site: Site,
+        site: BuiltDeck,
         simulation: Simulation,
         recorder: Recorder,
         text: String,
     ) -> Self {
-        let moved = Moved { site, simulation, recorder, cursor: Cursor::default() };
+        let moved = MovedBy { site, simulation, recorder, cursor: Cursor::default() };
         Self { moved, text, recorded: BTreeMap::new() }
     }
 
     /// The deck with its blocks cut.
     #[must_use]
-    pub fn site(&self) -> &Site {
+    pub fn site(&self) -> &BuiltDeck {
         &self.moved.site
     }
 
@@ -98,7 +98,7 @@ impl Session {
         &mut self.moved.simulation
     }
 
-    /// What is allowed but perhaps not meant, of the model and its probes.
+    /// Warnings about the model and its probes.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let doubts = self.moved.recorder.samplers.iter().filter_map(|s| s.doubt.clone());
@@ -114,7 +114,7 @@ impl Session {
 
     /// New files, or those that this session wrote before.
     pub(super) fn open(&mut self, path: &Path) -> Result<Folder, RunFailure> {
-        let Moved { site, simulation, recorder, .. } = &mut self.moved;
+        let MovedBy { site, simulation, recorder, .. } = &mut self.moved;
         let model = simulation.model();
         // The folder itself, however it is written.
         let known = path.canonicalize().ok();
@@ -197,12 +197,12 @@ impl Session {
         Ok(resume::save(path, &self.text, &self.moved, &between, Position::default())?)
     }
 
-    /// What was run and how it went, so far.
+    /// Summary of the run so far.
     pub fn summary(&mut self) -> Summary {
         let contacts = self.moved.simulation.contact_summary();
         let fragments = self.moved.simulation.fragment_summary();
         let [shear, tension] = self.moved.simulation.failed_pairs();
-        let Moved { site, simulation, .. } = &self.moved;
+        let MovedBy { site, simulation, .. } = &self.moved;
         let model = simulation.model();
         Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),

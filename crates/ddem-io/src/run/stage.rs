@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 use ddem_core::{Relaxed, RunError, Simulation, Verdict};
-use ddem_deck::{OnFailure, Site, Stage, StageKind};
+use ddem_deck::{BuiltDeck, OnFailure, Stage, StageKind};
 
 use super::doubts::{charges, flutter, gone_off, unbalanced_energy};
 use super::record::{Recorder, Schedule};
@@ -15,10 +15,10 @@ use crate::summary::StageSummary;
 /// Wall time between two progress events.
 const PROGRESS: Duration = Duration::from_millis(100);
 
-/// What a stage moves.
+/// Target of a stage.
 #[derive(Debug)]
-pub(super) struct Moved {
-    pub(super) site: Site,
+pub(super) struct MovedBy {
+    pub(super) site: BuiltDeck,
     pub(super) simulation: Simulation,
     pub(super) recorder: Recorder,
     pub(super) cursor: Cursor,
@@ -27,14 +27,14 @@ pub(super) struct Moved {
 /// A stage that is running.
 pub(super) struct Running<'a> {
     stage: &'a Stage,
-    pub(super) moved: &'a mut Moved,
+    pub(super) moved: &'a mut MovedBy,
     pub(super) observer: &'a mut dyn Observer,
-    pace: Pace,
+    pace: StageProgress,
 }
 
 /// Progress of a stage, besides the state of its simulation.
 #[derive(Debug)]
-pub(super) struct Pace {
+pub(super) struct StageProgress {
     /// Number of stages.
     stages: usize,
     schedule: Schedule,
@@ -49,14 +49,14 @@ pub(super) struct Pace {
     last_progress: Instant,
     /// Charges that had gone off by then.
     off: Vec<bool>,
-    /// Why it did not come to rest.
+    /// Reason why it did not come to rest.
     failure: Option<RunError>,
 }
 
-/// Why a stage halts.
+/// Reason why a stage halts.
 #[derive(Debug, PartialEq)]
 pub(super) enum Halt {
-    /// It is done.
+    /// The stage is done.
     End,
     /// The observer wants to stop.
     Stopped,
@@ -73,7 +73,7 @@ impl<'a> Running<'a> {
     pub(super) fn new(
         (stage, stages): (&'a Stage, usize),
         looks: Option<f64>,
-        moved: &'a mut Moved,
+        moved: &'a mut MovedBy,
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
         if moved.cursor.step.is_none() {
@@ -90,7 +90,7 @@ impl<'a> Running<'a> {
         let steps_before = cursor.step.unwrap_or(0);
         let now = Instant::now();
         let off = charges(&moved.simulation).map(|(_, charge)| charge.began.is_some()).collect();
-        let pace = Pace {
+        let pace = StageProgress {
             stages,
             schedule,
             aside: None,
@@ -115,17 +115,17 @@ impl<'a> Running<'a> {
     /// From where [`aside`](Self::aside) left it, with what it had then.
     pub(super) fn again(
         stage: &'a Stage,
-        moved: &'a mut Moved,
+        moved: &'a mut MovedBy,
         observer: &'a mut dyn Observer,
-        mut pace: Pace,
+        mut pace: StageProgress,
     ) -> Self {
         pace.recording += pace.aside.take().map_or(Duration::ZERO, |since| since.elapsed());
         Self { stage, moved, observer, pace }
     }
 
     /// Puts it aside between two steps: whoever moves it may look at the simulation.
-    pub(super) fn aside(self) -> Pace {
-        Pace { aside: Some(Instant::now()), ..self.pace }
+    pub(super) fn aside(self) -> StageProgress {
+        StageProgress { aside: Some(Instant::now()), ..self.pace }
     }
 
     /// Goes on to the end, to the next look that is due, until the observer wants to stop, or for this
@@ -203,7 +203,7 @@ impl<'a> Running<'a> {
 
     /// True where a dynamic stage is over, or is to end with rest and has come to it, or fails.
     fn decided(&mut self, over: bool) -> bool {
-        let Moved { simulation, .. } = &*self.moved;
+        let MovedBy { simulation, .. } = &*self.moved;
         if self.stage.until_rest != Some(true) {
             return over;
         }
@@ -224,7 +224,7 @@ impl<'a> Running<'a> {
                 return Ok(false);
             }
             Ok(Relaxed::Moving) => {
-                let Moved { simulation, cursor, .. } = &mut *self.moved;
+                let MovedBy { simulation, cursor, .. } = &mut *self.moved;
                 let step = cursor.step.unwrap_or(0) + 1;
                 cursor.step = Some(step);
                 if step <= cursor.steps {
@@ -264,7 +264,7 @@ impl<'a> Running<'a> {
     pub(super) fn finish(self) -> Result<Option<RunFailure>, RunFailure> {
         let seconds = self.moved.cursor.seconds + self.seconds();
         let relax = self.relax();
-        let Moved { simulation, recorder, cursor, .. } = &mut *self.moved;
+        let MovedBy { simulation, recorder, cursor, .. } = &mut *self.moved;
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
         let verdict = match &self.pace.failure {
@@ -282,7 +282,7 @@ impl<'a> Running<'a> {
         if relax {
             simulation.finish_relaxation();
         } else {
-            simulation.settle();
+            simulation.synchronise();
         }
         recorder.fragments(simulation, &self.stage.name)?;
         let updates = simulation.model().n_nodes() as f64 * steps as f64;
@@ -334,7 +334,7 @@ impl<'a> Running<'a> {
     }
 
     fn progress(&self) -> Progress {
-        let Moved { simulation, cursor, .. } = &*self.moved;
+        let MovedBy { simulation, cursor, .. } = &*self.moved;
         let relax = self.relax();
         let step = cursor.step.unwrap_or(0);
         let left = if relax { None } else { simulation.steps_left() };
@@ -360,7 +360,7 @@ impl<'a> Running<'a> {
     }
 }
 
-impl Moved {
+impl MovedBy {
     fn begin(&mut self, stage: &Stage) -> Result<(), RunError> {
         let Self { simulation, cursor, .. } = self;
         cursor.steps = match stage.kind {

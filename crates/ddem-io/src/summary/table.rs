@@ -3,7 +3,7 @@
 use std::fmt;
 
 use ddem_core::{
-    ContactSummary, Energy, JointSummary, Largest, Moving, Reaction, StateSummary, undecided,
+    ContactSummary, Energy, JointSummary, Largest, MovingBlock, Reaction, StateSummary, undecided,
 };
 
 use super::{StageSummary, Summary};
@@ -131,8 +131,8 @@ fn energy(energy: &Energy) -> String {
     format!("{}; off by {:.1e} of the largest", parts.join(", "), energy.imbalance())
 }
 
-fn moving(f: &mut fmt::Formatter<'_>, moving: &[Moving]) -> fmt::Result {
-    for Moving { set, block, distance, direction } in moving.iter().take(LISTED) {
+fn moving(f: &mut fmt::Formatter<'_>, moving: &[MovingBlock]) -> fmt::Result {
+    for MovingBlock { set, block, distance, direction } in moving.iter().take(LISTED) {
         let of = if set.is_empty() { String::new() } else { format!(" of `{set}`") };
         let [x, y, z] = direction.map(|d| (d * 100.0).round() / 100.0 + 0.0);
         let way = quantity(*distance, "m");

@@ -2,7 +2,7 @@
 
 use hdf5::{File, Group, Result};
 
-use super::data::{Constant, FieldSpec, Grid, Kind, Location};
+use super::data::{Constant, FieldSpec, Grid, Location, NumberType};
 use crate::hdf::{Storage, growable, put, scalar_attribute, word_attribute, write};
 
 /// Per-step scalars: small chunks, not deflated, so that rewriting the last one never moves it.
@@ -86,9 +86,9 @@ fn changing((root, steps): (&Group, &Group), field: &FieldSpec, of: Storage) -> 
     let group = root.group(field.location.group())?;
     let columns = (field.components > 1).then_some(field.components);
     match field.kind {
-        Kind::F64 => growable::<f64>(&group, &field.name, columns, of),
-        Kind::I32 => growable::<i32>(&group, &field.name, columns, of),
-        Kind::U8 => growable::<u8>(&group, &field.name, columns, of),
+        NumberType::F64 => growable::<f64>(&group, &field.name, columns, of),
+        NumberType::I32 => growable::<i32>(&group, &field.name, columns, of),
+        NumberType::U8 => growable::<u8>(&group, &field.name, columns, of),
     }?;
     growable::<i64>(&steps.group(field.location.offsets())?, &field.name, None, INDEX)
 }

@@ -35,7 +35,7 @@ pub enum Cells {
 }
 
 impl Cells {
-    /// How many cells.
+    /// Number of cells.
     pub fn len(&self) -> usize {
         match self {
             Self::Hexahedra(cells) => cells.len(),
@@ -44,7 +44,7 @@ impl Cells {
         }
     }
 
-    /// Whether there is none.
+    /// True without cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -68,7 +68,7 @@ impl Cells {
     }
 }
 
-/// Where values live.
+/// Location of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Location {
     /// One row for each point of the mesh.
@@ -97,7 +97,7 @@ impl Location {
 
 /// The type numbers are stored as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum NumberType {
     /// Double precision.
     F64,
     /// Signed integers, 32 bits.
@@ -111,18 +111,18 @@ pub enum Kind {
 pub struct FieldSpec {
     /// Name shown in viewers.
     pub name: String,
-    /// Where the values live.
+    /// Location of the values.
     pub location: Location,
     /// Numbers per point or cell.
     pub components: usize,
     /// The type they are stored as.
-    pub kind: Kind,
+    pub kind: NumberType,
 }
 
 impl FieldSpec {
     /// A field of doubles on the points.
     pub fn point(name: impl Into<String>, components: usize) -> Self {
-        Self { name: name.into(), location: Location::Point, components, kind: Kind::F64 }
+        Self { name: name.into(), location: Location::Point, components, kind: NumberType::F64 }
     }
 
     /// A field of doubles on the cells.
@@ -130,9 +130,9 @@ impl FieldSpec {
         Self { location: Location::Cell, ..Self::point(name, components) }
     }
 
-    /// The same field with another type of numbers.
+    /// The field with another number type.
     #[must_use]
-    pub fn kind(self, kind: Kind) -> Self {
+    pub fn kind(self, kind: NumberType) -> Self {
         Self { kind, ..self }
     }
 }
@@ -142,7 +142,7 @@ impl FieldSpec {
 pub struct Constant<'a> {
     /// Name shown in viewers.
     pub name: &'a str,
-    /// Where the values live.
+    /// Location of the values.
     pub location: Location,
     /// One number for each point or cell.
     pub values: &'a [i32],

@@ -18,8 +18,8 @@ pub struct Results {
 
 /// The values of a field at one step.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Field {
-    /// Where they live.
+pub struct FieldValues {
+    /// Location of the values.
     pub location: Location,
     /// Numbers per point or cell.
     pub components: usize,
@@ -85,7 +85,7 @@ impl Results {
     /// # Errors
     ///
     /// [`OutputError::Unusable`] if there is no such array or step.
-    pub fn field(&self, name: &str, step: usize) -> Result<Field, OutputError> {
+    pub fn field(&self, name: &str, step: usize) -> Result<FieldValues, OutputError> {
         self.read(|root| {
             let sizes = [(Location::Point, "NumberOfPoints"), (Location::Cell, "NumberOfCells")];
             for (location, size) in sizes {
@@ -97,7 +97,7 @@ impl Results {
                 let first = first_row(root, location, name, step)?;
                 let dataset = group.dataset(name)?;
                 let components = dataset.get_shape()?.get(1).copied().unwrap_or(1);
-                return Ok(Field { location, components, values: rows(&dataset, first, n)? });
+                return Ok(FieldValues { location, components, values: rows(&dataset, first, n)? });
             }
             Err(format!("there is no array `{name}`").into())
         })
@@ -117,7 +117,7 @@ impl Results {
     }
 }
 
-/// How many steps count.
+/// Number of valid steps.
 fn steps(root: &Group) -> hdf5::Result<usize> {
     let steps = root.group("Steps")?.attr("NSteps")?.read_scalar::<i64>()?;
     usize::try_from(steps).map_err(|e| format!("NSteps: {e}").into())

@@ -14,7 +14,7 @@ fn fields() -> [FieldSpec; 3] {
     [
         FieldSpec::point("velocity", 3),
         FieldSpec::cell("stress", 6),
-        FieldSpec::point("state", 1).kind(Kind::U8),
+        FieldSpec::point("state", 1).kind(NumberType::U8),
     ]
 }
 
@@ -76,11 +76,11 @@ fn reopened_files_forget_later_steps() {
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     (0..6).for_each(|step| append(&mut writer, step).unwrap());
-    let mut writer = Writer::reopen(&path, Points::Mesh, &fields(), 2).unwrap();
+    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &fields(), 2).unwrap();
     assert_steps(&path, &[0, 1]);
     [9, 8].into_iter().for_each(|step| append(&mut writer, step).unwrap());
     assert_steps(&path, &[0, 1, 9, 8]);
-    let mut writer = Writer::reopen(&path, Points::Mesh, &fields(), 0).unwrap();
+    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &fields(), 0).unwrap();
     append(&mut writer, 4).unwrap();
     assert_steps(&path, &[4]);
 }
@@ -91,11 +91,11 @@ fn reopening_needs_the_same_fields_and_enough_steps() {
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     append(&mut writer, 0).unwrap();
-    let error = Writer::reopen(&path, Points::Mesh, &fields(), 2).unwrap_err().to_string();
+    let error = Writer::reopen(&path, PointOwner::Mesh, &fields(), 2).unwrap_err().to_string();
     assert!(error.contains("a.vtkhdf") && error.contains("has 1 steps"), "{error}");
     let others = [FieldSpec::point("velocity", 2), FieldSpec::cell("velocity", 3)];
     for other in others.into_iter().chain([FieldSpec::point("state", 1)]) {
-        let error = Writer::reopen(&path, Points::Mesh, &[other], 1).unwrap_err();
+        let error = Writer::reopen(&path, PointOwner::Mesh, &[other], 1).unwrap_err();
         assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
     }
     assert_steps(&path, &[0]);
@@ -152,7 +152,7 @@ fn other_files_and_missing_things_are_errors() {
     std::fs::write(&path, "not a mesh").unwrap();
     let error = Results::open(&path).unwrap_err();
     assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
-    assert!(Writer::reopen(&path, Points::Mesh, &[], 0).is_err());
+    assert!(Writer::reopen(&path, PointOwner::Mesh, &[], 0).is_err());
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     append(&mut writer, 0).unwrap();
     let results = Results::open(&path).unwrap();
@@ -171,7 +171,7 @@ fn steps_fill_their_chunks_if_they_can() {
     }
 }
 
-/// Points of a step, and values of its two fields.
+/// PointOwner of a step, and values of its two fields.
 fn cloud(step: usize) -> (Vec<[f64; 3]>, [Vec<f64>; 2]) {
     let n = [0, 3, 0, 5000, 7, 1][step % 6];
     let points = (0..n).map(|i| [i as f64, step as f64, -0.5]).collect();
@@ -180,12 +180,12 @@ fn cloud(step: usize) -> (Vec<[f64; 3]>, [Vec<f64>; 2]) {
 }
 
 fn cloud_fields() -> [FieldSpec; 2] {
-    [FieldSpec::point("force", 3), FieldSpec::point("blocks", 2).kind(Kind::I32)]
+    [FieldSpec::point("force", 3), FieldSpec::point("blocks", 2).kind(NumberType::I32)]
 }
 
 fn append_cloud(writer: &mut Writer, step: usize) {
     let (points, wholes) = cloud(step);
-    let fill: Fill<'_> = &mut |field, rows, out| {
+    let fill: WriteRows<'_> = &mut |field, rows, out| {
         out.copy_from_slice(part(&wholes[field], rows, cloud_fields()[field].components));
     };
     writer.append(step as f64 / 3.0, Some(points), fill).unwrap();
@@ -215,12 +215,12 @@ fn clouds_have_other_points_at_each_step() {
     }
     assert_eq!(writer.steps(), 6);
     for (steps, more) in [(4, 5), (2, 3), (1, 4), (0, 1)] {
-        let mut writer = Writer::reopen(&path, Points::Step, &cloud_fields(), steps).unwrap();
+        let mut writer = Writer::reopen(&path, PointOwner::Step, &cloud_fields(), steps).unwrap();
         append_cloud(&mut writer, more);
         assert_clouds(&path, &(0..steps).chain([more]).collect::<Vec<_>>());
     }
     for (fields, steps) in [(cloud_fields().to_vec(), 2), (vec![FieldSpec::point("gap", 1)], 1)] {
-        let error = Writer::reopen(&path, Points::Step, &fields, steps).unwrap_err();
+        let error = Writer::reopen(&path, PointOwner::Step, &fields, steps).unwrap_err();
         assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
     }
     assert!(Writer::create_cloud(&path, &[FieldSpec::cell("u", 1)]).is_err());
@@ -238,8 +238,8 @@ fn pieces_are_whole_chunks_and_make_the_whole() {
     let fields = [
         FieldSpec::point("six", 6),
         FieldSpec::point("one", 1),
-        FieldSpec::point("blocks", 2).kind(Kind::I32),
-        FieldSpec::point("open", 1).kind(Kind::U8),
+        FieldSpec::point("blocks", 2).kind(NumberType::I32),
+        FieldSpec::point("open", 1).kind(NumberType::U8),
     ];
     let mut writer = Writer::create(&path, &grid, &[], &fields).unwrap();
     let number = |field, step, at: usize| match field {
@@ -249,7 +249,7 @@ fn pieces_are_whole_chunks_and_make_the_whole() {
     };
     for step in 0..3 {
         let mut ends = vec![0; fields.len()];
-        let fill: Fill<'_> = &mut |field, rows, out| {
+        let fill: WriteRows<'_> = &mut |field, rows, out| {
             let n = fields[field].components;
             assert_eq!((rows.start, out.len()), (ends[field], n * rows.len()));
             assert!(out.len() <= 512 * 1024);

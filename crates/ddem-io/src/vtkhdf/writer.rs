@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use hdf5::{File, Group, OpenMode};
 
 use super::create::{self, COUNTS, STEP_CONSTANTS, put_mesh};
-use super::data::{self, Cells, Constant, FieldSpec, Grid, Kind, Location};
+use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
 use crate::hdf::{cut, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
@@ -18,14 +18,14 @@ use crate::replace;
 pub struct Writer {
     path: PathBuf,
     fields: Vec<FieldSpec>,
-    mesh: Mesh,
+    mesh: MeshRows,
     steps: usize,
 }
 
 /// Owner of the points of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Points {
-    /// Those of the mesh, which is stored once.
+pub enum PointOwner {
+    /// The mesh, whose points are stored once.
     Mesh,
     /// The step's own, each of them a cell, so that viewers draw it.
     Step,
@@ -33,7 +33,7 @@ pub enum Points {
 
 /// The rows of the arrays of a file.
 #[derive(Clone, Copy, Debug)]
-enum Mesh {
+enum MeshRows {
     /// So many for each step.
     Fixed { points: usize, cells: usize },
     /// So many for all steps so far.
@@ -42,7 +42,7 @@ enum Mesh {
 
 /// Writes the values of some rows of a field, both counted from 0, one row after another. Whole
 /// numbers are stored as such.
-pub type Fill<'a> = &'a mut dyn FnMut(usize, Range<usize>, &mut [f64]);
+pub type WriteRows<'a> = &'a mut dyn FnMut(usize, Range<usize>, &mut [f64]);
 
 impl Writer {
     /// Creates the file with its mesh, its constants and no step yet.
@@ -61,7 +61,7 @@ impl Writer {
     ) -> Result<Self, OutputError> {
         let (path, fixed) = (path.into(), Some((grid, constants)));
         data::check(&path, grid, constants, fields)?;
-        let mesh = Mesh::Fixed { points: grid.points.len(), cells: grid.cells.len() };
+        let mesh = MeshRows::Fixed { points: grid.points.len(), cells: grid.cells.len() };
         Self { path, fields: fields.to_vec(), mesh, steps: 0 }.created(fixed)
     }
 
@@ -83,7 +83,7 @@ impl Writer {
                 format!("`{}` is a field of cells, but there are points alone", field.name);
             return Err(OutputError::mismatch(&path, message));
         }
-        let mesh = Mesh::Cloud { rows: 0 };
+        let mesh = MeshRows::Cloud { rows: 0 };
         Self { path, fields: fields.to_vec(), mesh, steps: 0 }.created(None)
     }
 
@@ -105,7 +105,7 @@ impl Writer {
     /// [`OutputError::Unusable`] if it is no file of this kind.
     pub fn reopen(
         path: impl Into<PathBuf>,
-        points: Points,
+        points: PointOwner,
         fields: &[FieldSpec],
         steps: usize,
     ) -> Result<Self, OutputError> {
@@ -132,10 +132,10 @@ impl Writer {
         &mut self,
         time: f64,
         points: Option<Vec<[f64; 3]>>,
-        fill: Fill<'_>,
+        fill: WriteRows<'_>,
     ) -> Result<(), OutputError> {
         let cloud = points.map(|points| Grid { cells: Cells::Vertices(points.len()), points });
-        if cloud.is_some() != matches!(self.mesh, Mesh::Cloud { .. }) {
+        if cloud.is_some() != matches!(self.mesh, MeshRows::Cloud { .. }) {
             let message = "either the mesh or each step has the points";
             return Err(OutputError::mismatch(&self.path, message.to_owned()));
         }
@@ -146,7 +146,7 @@ impl Writer {
             })
         })?;
         self.steps += 1;
-        if let (Mesh::Cloud { rows }, Some(cloud)) = (&mut self.mesh, cloud) {
+        if let (MeshRows::Cloud { rows }, Some(cloud)) = (&mut self.mesh, cloud) {
             *rows += cloud.points.len();
         }
         Ok(())
@@ -176,7 +176,7 @@ impl Writer {
         file: &File,
         time: f64,
         cloud: Option<&Grid>,
-        fill: Fill<'_>,
+        fill: WriteRows<'_>,
     ) -> hdf5::Result<()> {
         let root = file.group("VTKHDF")?;
         let steps = root.group("Steps")?;
@@ -187,17 +187,17 @@ impl Writer {
         for (at, field) in self.fields.iter().enumerate() {
             let first = self.mesh.first_row(field.location, n);
             let rows = match self.mesh {
-                Mesh::Fixed { .. } => self.mesh.first_row(field.location, 1),
-                Mesh::Cloud { .. } => cloud.map_or(0, |cloud| cloud.points.len()),
+                MeshRows::Fixed { .. } => self.mesh.first_row(field.location, 1),
+                MeshRows::Cloud { .. } => cloud.map_or(0, |cloud| cloud.points.len()),
             };
             put_field(&root, field, first..first + rows, &mut |rows, out| fill(at, rows, out))?;
             put(&steps.group(field.location.offsets())?, &field.name, n, first as i64)?;
         }
         for (name, constant, _) in STEP_CONSTANTS {
             let value = match (self.mesh, name) {
-                (Mesh::Fixed { .. }, _) | (_, "NumberOfParts") => constant,
+                (MeshRows::Fixed { .. }, _) | (_, "NumberOfParts") => constant,
                 (_, "PartOffsets") => n as i64,
-                (Mesh::Cloud { rows }, _) => rows as i64,
+                (MeshRows::Cloud { rows }, _) => rows as i64,
             };
             put(&steps, name, n, value)?;
         }
@@ -208,7 +208,7 @@ impl Writer {
     }
 }
 
-impl Mesh {
+impl MeshRows {
     /// The row at which the next step begins, after so many.
     fn first_row(self, location: Location, steps: usize) -> usize {
         match (self, location) {
@@ -228,13 +228,13 @@ fn put_field(
 ) -> hdf5::Result<()> {
     let (group, name) = (root.group(field.location.group())?, &field.name);
     match field.kind {
-        Kind::F64 => write(&group, name, rows, fill),
-        Kind::I32 => write(&group, name, rows, converted(fill, |x| x as i32)),
-        Kind::U8 => write(&group, name, rows, converted(fill, |x| x as u8)),
+        NumberType::F64 => write(&group, name, rows, fill),
+        NumberType::I32 => write(&group, name, rows, converted(fill, |x| x as i32)),
+        NumberType::U8 => write(&group, name, rows, converted(fill, |x| x as u8)),
     }
 }
 
-/// The same numbers in another type.
+/// Converts the numbers to another type.
 fn converted<T>(
     fill: &mut dyn FnMut(Range<usize>, &mut [f64]),
     convert: fn(f64) -> T,
@@ -255,10 +255,10 @@ fn set_steps(steps: &Group, n: usize) -> hdf5::Result<()> {
 fn reopen(
     path: &Path,
     file: &File,
-    points: Points,
+    points: PointOwner,
     fields: &[FieldSpec],
     steps: usize,
-) -> Result<Mesh, OutputError> {
+) -> Result<MeshRows, OutputError> {
     let unusable = |e: hdf5::Error| {
         OutputError::unusable(path, format!("not a VTKHDF file with time steps ({e})"))
     };
@@ -286,7 +286,7 @@ fn steps_of(root: &Group) -> hdf5::Result<usize> {
 }
 
 /// The rows of a file after so many steps.
-fn mesh(root: &Group, points: Points, steps: usize) -> hdf5::Result<Mesh> {
+fn mesh(root: &Group, points: PointOwner, steps: usize) -> hdf5::Result<MeshRows> {
     let sum = |name: &str, parts: usize| -> hdf5::Result<usize> {
         let counts = root.dataset(name)?.read_raw::<i64>()?;
         let counts = counts.get(..parts).ok_or_else(|| format!("{name} has too few entries"))?;
@@ -294,10 +294,10 @@ fn mesh(root: &Group, points: Points, steps: usize) -> hdf5::Result<Mesh> {
         counts.iter().map(count).sum()
     };
     Ok(match points {
-        Points::Mesh => {
-            Mesh::Fixed { points: sum("NumberOfPoints", 1)?, cells: sum("NumberOfCells", 1)? }
+        PointOwner::Mesh => {
+            MeshRows::Fixed { points: sum("NumberOfPoints", 1)?, cells: sum("NumberOfCells", 1)? }
         }
-        Points::Step => Mesh::Cloud { rows: sum("NumberOfPoints", steps)? },
+        PointOwner::Step => MeshRows::Cloud { rows: sum("NumberOfPoints", steps)? },
     })
 }
 
@@ -311,9 +311,9 @@ fn fits(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
     let columns = dataset.get_shape()?.get(1).copied().unwrap_or(1);
     let kind = dataset.dtype()?;
     let same = match field.kind {
-        Kind::F64 => kind.is::<f64>(),
-        Kind::I32 => kind.is::<i32>(),
-        Kind::U8 => kind.is::<u8>(),
+        NumberType::F64 => kind.is::<f64>(),
+        NumberType::I32 => kind.is::<i32>(),
+        NumberType::U8 => kind.is::<u8>(),
     };
     Ok(same && columns == field.components)
 }
@@ -321,7 +321,7 @@ fn fits(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
 fn truncate(
     root: &Group,
     file: &File,
-    mesh: Mesh,
+    mesh: MeshRows,
     fields: &[FieldSpec],
     steps: usize,
 ) -> hdf5::Result<()> {
@@ -329,7 +329,7 @@ fn truncate(
     // The number first: a step that counts is a step that is there.
     set_steps(&index, steps)?;
     file.flush()?;
-    if let Mesh::Cloud { rows } = mesh {
+    if let MeshRows::Cloud { rows } = mesh {
         ["Points", "Connectivity", "Types"].iter().try_for_each(|name| cut(root, name, rows))?;
         cut(root, "Offsets", rows + steps)?;
         COUNTS.iter().try_for_each(|name| cut(root, name, steps))?;

@@ -6,26 +6,31 @@
 
 use nalgebra::{Matrix3, Matrix6};
 
-use super::Skins;
-use ddem_mechanics::collide::FaceOf;
-use ddem_mechanics::law::Stiffness;
+use super::ContactSurfaces;
+use ddem_mechanics::collide::FaceId;
+use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::Matter;
+use ddem_mechanics::rigid::MassProperties;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::{Geometry, Vec3};
 
 /// Most that contacts add to the square of the largest angular frequency of deformable blocks, and
 /// the square of that of rigid ones with all their joints and contacts `[1/s²]`.
-pub fn bound(skins: &Skins, geometry: &Geometry, packs: &Packs, assembly: &Assembly) -> [f64; 2] {
+pub fn bound(
+    surfaces: &ContactSurfaces,
+    geometry: &Geometry,
+    packs: &Packs,
+    assembly: &Assembly,
+) -> [f64; 2] {
     let mut most = [0.0_f64; 2];
-    for body in 0..geometry.bodies.len() {
-        if geometry.is_rigid(body) {
-            let (pack, lane) = packs.slot(body);
-            let matter = &assembly.rigid[packs.packs[pack].rigid_start][lane];
-            most[1] = most[1].max(2.0 * rigid(skins, body as u32, matter));
+    for block in 0..geometry.blocks.len() {
+        if geometry.is_rigid(block) {
+            let (pack, lane) = packs.slot(block);
+            let mass_properties = &assembly.rigid[packs.packs[pack].rigid_start][lane];
+            most[1] = most[1].max(2.0 * rigid(surfaces, block as u32, mass_properties));
         } else {
-            let faces = each_face(skins, geometry, body);
+            let faces = each_face(surfaces, geometry, block);
             let corners = (0..8).map(|corner| [0, 1, 2].map(|d| Some(corner >> d & 1 == 1)));
             most[0] = corners.map(|at| on_node(&faces, at)[0]).fold(most[0], f64::max);
         }
@@ -35,17 +40,17 @@ pub fn bound(skins: &Skins, geometry: &Geometry, packs: &Packs, assembly: &Assem
 
 /// Stiffness of contacts on a face of a block for each unit of area, where no joint is, twice for the
 /// other block `[Pa/m]`: along the normal and across.
-pub fn outer(skins: &Skins, body: usize, face: FaceOf) -> [f64; 2] {
-    let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
+pub fn outer(surfaces: &ContactSurfaces, block: usize, face: FaceId) -> [f64; 2] {
+    let SpringStiffness { normal, shear } = surfaces.excess_over_joint(block as u32, face);
     [2.0 * normal, 2.0 * shear]
 }
 
-/// What contacts, and dashpots that work with velocities half a step old, add at most to the nodes of deformable
-/// blocks.
+/// Stiffness and damping that contacts, and dashpots with velocities half a step old, add at most to the nodes of
+/// deformable blocks.
 ///
 /// A step is stable where `M − Δt C/2 − Δt² K/4` has no negative eigenvalue. For the step `g` that is expected the
 /// dashpots are springs of stiffness `2 C/g`.
-pub struct Added {
+pub struct AddedStiffness {
     /// Of each node, for its mass `[1/s²]`.
     pub squares: Vec<Lanes>,
     /// Step that is expected `[s]`.
@@ -54,10 +59,10 @@ pub struct Added {
     dashpots: f64,
 }
 
-impl Added {
+impl AddedStiffness {
     /// Of contacts, if there can be any, and of dashpots with a damping ratio.
     pub fn new(
-        skins: &Skins,
+        surfaces: &ContactSurfaces,
         geometry: &Geometry,
         packs: &Packs,
         assembly: &Assembly,
@@ -66,14 +71,14 @@ impl Added {
     ) -> Self {
         let mut squares = vec![Lanes::ZERO; packs.nodes];
         let mut rates = squares.clone();
-        for body in 0..geometry.bodies.len() {
-            let (index, lane) = packs.slot(body);
+        for block in 0..geometry.blocks.len() {
+            let (index, lane) = packs.slot(block);
             let pack = &packs.packs[index];
             if pack.rigid {
                 continue;
             }
-            let faces = each_face(skins, geometry, body);
-            let topology = geometry.topology(body);
+            let faces = each_face(surfaces, geometry, block);
+            let topology = geometry.topology(block);
             let n = topology.divisions();
             for node in 0..topology.nodes() {
                 let at = topology.steps(node).map(|i| (i == 0 || i == n).then_some(i == n));
@@ -120,7 +125,7 @@ fn longest(a: f64, b: f64) -> f64 {
 
 /// Contacts and dashpots on one face of a deformable block, for the mass of a node on it.
 #[derive(Clone, Copy, Default)]
-struct OnFace {
+struct FaceStiffness {
     /// Stiffness along the normal, and across `[1/s²]`.
     normal: f64,
     shear: f64,
@@ -129,14 +134,14 @@ struct OnFace {
     rate: f64,
 }
 
-fn each_face(skins: &Skins, geometry: &Geometry, body: usize) -> [OnFace; 6] {
+fn each_face(surfaces: &ContactSurfaces, geometry: &Geometry, block: usize) -> [FaceStiffness; 6] {
     [0, 1, 2, 3, 4, 5].map(|number| {
-        let face = FaceOf::of_number(number);
-        let per_mass = per_mass(skins, geometry, body, face);
-        let Stiffness { normal, shear } = skins.beyond_joint(body as u32, face);
-        let stiffest = skins.stiffest(body as u32, face).normal;
-        let moved = skins.moved(body as u32, face, stiffest);
-        OnFace {
+        let face = FaceId::from_number(number);
+        let per_mass = per_mass(surfaces, geometry, block, face);
+        let SpringStiffness { normal, shear } = surfaces.excess_over_joint(block as u32, face);
+        let stiffest = surfaces.largest_with_joint(block as u32, face).normal;
+        let moved = surfaces.moved(block as u32, face, stiffest);
+        FaceStiffness {
             normal: normal * per_mass,
             shear: shear * per_mass,
             rate: (stiffest * per_mass * moved).sqrt(),
@@ -146,10 +151,10 @@ fn each_face(skins: &Skins, geometry: &Geometry, body: usize) -> [OnFace; 6] {
 
 /// Stiffness `[1/s²]` and rate `[1/s]` of a node that is, in each direction, on the lower or upper face or on
 /// none. On an edge or at a corner the shear of the faces beside adds to the normal of one.
-fn on_node(faces: &[OnFace; 6], at: [Option<bool>; 3]) -> [f64; 2] {
-    let on: [OnFace; 3] = std::array::from_fn(|d| match at[d] {
+fn on_node(faces: &[FaceStiffness; 6], at: [Option<bool>; 3]) -> [f64; 2] {
+    let on: [FaceStiffness; 3] = std::array::from_fn(|d| match at[d] {
         Some(upper) => faces[2 * d + usize::from(upper)],
-        None => OnFace::default(),
+        None => FaceStiffness::default(),
     });
     let along = |d: usize| on[d].normal + on[(d + 1) % 3].shear + on[(d + 2) % 3].shear;
     let square = along(0).max(along(1)).max(along(2));
@@ -157,29 +162,29 @@ fn on_node(faces: &[OnFace; 6], at: [Option<bool>; 3]) -> [f64; 2] {
 }
 
 /// Area over mass of a node on a face, twice for the other block, `A/m = 2/(ρ h)` `[m²/kg]`.
-fn per_mass(skins: &Skins, geometry: &Geometry, body: usize, face: FaceOf) -> f64 {
-    4.0 / (skins.density(body as u32, face) * geometry.height(body, face.direction))
+fn per_mass(surfaces: &ContactSurfaces, geometry: &Geometry, block: usize, face: FaceId) -> f64 {
+    4.0 / (surfaces.density(block as u32, face) * geometry.height(block, face.direction))
 }
 
 /// All faces in contact, or in their joint where that is stiffer, at their corners.
-fn rigid(skins: &Skins, body: u32, matter: &Matter) -> f64 {
+fn rigid(surfaces: &ContactSurfaces, block: u32, mass_properties: &MassProperties) -> f64 {
     let mut sum = Matrix6::zeros();
-    let mass = matter.mass.sqrt();
-    let root = matter.inverse_root();
-    for face in FaceOf::all() {
+    let mass = mass_properties.mass.sqrt();
+    let root = mass_properties.inverse_root();
+    for face in FaceId::all() {
         let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
-        let cross = matter.half[e].cross(&matter.half[f]);
+        let cross = mass_properties.half[e].cross(&mass_properties.half[f]);
         let normal = cross.try_normalize(0.0).unwrap_or_default();
-        let Stiffness { normal: stiff, shear } = skins.stiffest(body, face);
+        let SpringStiffness { normal: stiff, shear } = surfaces.largest_with_joint(block, face);
         let across = normal * normal.transpose();
         let k = (Matrix3::identity() * shear + across * (stiff - shear)) * cross.norm();
-        let side = matter.half[d] * if face.upper { 1.0 } else { -1.0 };
+        let side = mass_properties.half[d] * if face.upper { 1.0 } else { -1.0 };
         for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-            let arm: Vec3 = side + matter.half[e] * i + matter.half[f] * j;
-            let mut way = nalgebra::Matrix3x6::zeros();
-            way.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / mass));
-            way.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm.cross_matrix() * root));
-            sum += way.transpose() * k * way;
+            let arm: Vec3 = side + mass_properties.half[e] * i + mass_properties.half[f] * j;
+            let mut du = nalgebra::Matrix3x6::zeros();
+            du.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / mass));
+            du.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm.cross_matrix() * root));
+            sum += du.transpose() * k * du;
         }
     }
     sum.symmetric_eigenvalues().max()

@@ -58,12 +58,12 @@ pub enum Friction {
     /// Tangent of the friction angle.
     Angle(f64),
     /// Strengths of laws.
-    Laws(Strengths),
+    Laws(WeakerStrength),
 }
 
 /// The smaller one of the strengths of two blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Strengths {
+pub struct WeakerStrength {
     /// Laws of the faces of each block.
     sides: [[Option<Numbers>; 2]; 2],
     /// Part of the way from the laws before to the present ones.
@@ -87,11 +87,11 @@ impl Friction {
             (a, b) => a.or(b)?.tan,
         };
         let sides = [a, b].map(|side| side.map_or([None; 2], |side| side.laws));
-        Some(tan.map_or(Self::Laws(Strengths { sides, part, stretch: 1.0 }), Self::Angle))
+        Some(tan.map_or(Self::Laws(WeakerStrength { sides, part, stretch: 1.0 }), Self::Angle))
     }
 
     /// True where a contact bears any shear.
-    pub(super) fn rubs(&self) -> bool {
+    pub(super) fn slides_in_place(&self) -> bool {
         !matches!(self, Self::Angle(tan) if *tan <= 0.0)
     }
 
@@ -122,7 +122,7 @@ impl Friction {
     pub fn is_sound(&self, laws: &[Option<Arc<dyn JointLaw>>]) -> bool {
         match self {
             Self::Angle(tan) => *tan >= 0.0 && tan.is_finite(),
-            Self::Laws(Strengths { sides, part, stretch }) => {
+            Self::Laws(WeakerStrength { sides, part, stretch }) => {
                 let mut numbers = sides.iter().flatten().flatten().flatten().peekable();
                 let any = numbers.peek().is_some();
                 let known =
@@ -136,7 +136,7 @@ impl Friction {
     }
 }
 
-impl Strengths {
+impl WeakerStrength {
     /// Under a normal traction `[Pa]`.
     fn at(&self, laws: &[Option<Arc<dyn JointLaw>>], normal: f64) -> f64 {
         if normal >= 0.0 {
@@ -169,12 +169,12 @@ impl Strengths {
 
 /// The law of a contact: friction alone.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bare<'a> {
-    pub(super) strengths: Strengths,
+pub(super) struct BareFaces<'a> {
+    pub(super) strengths: WeakerStrength,
     pub(super) laws: &'a [Option<Arc<dyn JointLaw>>],
 }
 
-impl JointLaw for Bare<'_> {
+impl JointLaw for BareFaces<'_> {
     fn tension(&self) -> f64 {
         0.0
     }

@@ -9,54 +9,54 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `place` | where blocks are, points fixed to their faces |
-//! | `skins` | stiffness and friction of two faces |
+//! | `patch_index` | where blocks are, points fixed to their faces |
+//! | `surfaces` | stiffness and friction of two faces |
 //! | `friction` | the strength that laws of joints leave to faces |
 //! | `search` | which blocks are near each other, and which of these are left to their joints |
 //! | `fit`, `side` | the pairs of points of a patch, on faces and edges |
-//! | `heirs` | what old points hand on to new ones |
+//! | `history` | what old points hand on to new ones |
 //! | `act` | what they exert |
 //! | `bond` | the same of a joint between faces that do not match |
 //! | `bound` | how stiff contacts can make a model |
 //! | `doubts` | contacts that are perhaps not meant |
-//! | `surfaces` | what is fixed about contacts |
+//! | `contact_model` | what is fixed about contacts |
 //! | `release` | from a joint that has moved to a contact |
 
-mod act;
 mod bond;
 mod bound;
-mod doubts;
-mod fit;
+mod configuration;
+mod contact_model;
+mod forces;
 mod friction;
-mod heirs;
-mod place;
+mod history;
+mod patch_builder;
 mod release;
 mod search;
 mod side;
-mod skins;
 mod surfaces;
+mod warnings;
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::point::JointPoint;
-use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::law::Traction;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::{SurfacePoint, Vec3};
 
-pub use bound::{Added, bound, outer};
-pub use doubts::ContactDoubt;
-pub use place::{Placed, Placing};
-pub use release::{Places, Release};
-pub use search::{Ground, Near, find, let_go};
+pub use bound::{AddedStiffness, bound, outer};
+pub use configuration::{Configuration, ContactBlock};
+pub use release::{JointLookup, JointStatus};
+pub use search::{NearPair, SearchContext, find, release_due_joints};
+pub use warnings::ContactWarning;
 
-use act::act;
-pub use bond::{Bond, Ended, Seated, at_nodes, seated};
+pub use bond::{Bond, BondedPatch, ReleasedJoint, at_nodes, bonded_patches};
+pub use contact_model::ContactModel;
+use forces::update;
 use release::release;
 use serde::{Deserialize, Serialize};
-pub use skins::{Both, Skins};
-pub use surfaces::Surfaces;
+pub use surfaces::{CombinedSurface, ContactSurfaces};
 
 /// Part of an element by which two blocks move against each other before their patch is made anew,
 /// and the distance at which they get one.
@@ -79,20 +79,20 @@ pub struct Patch {
     pub blocks: [u32; 2],
     /// Numbers of the faces of a and b that the points are on.
     pub faces: [u8; 2],
-    /// Which of them, 0 or 1, the normal turns with.
+    /// Reference block, 0 or 1: the normal turns with it.
     pub reference: u8,
     /// Motion after which the points are made anew `[m]`.
     pub limit: f32,
     /// Unit normal from a to b, and a tangent, in the reference block's frame at rest.
     pub axes: [Vec3; 2],
-    /// The same in space.
+    /// Axes in space.
     pub now: [Vec3; 2],
-    /// The same in the other's frame, when the points were made.
+    /// Axes in the other block's frame, when the points were made.
     pub seen: [Vector3<f32>; 2],
     /// From the centre of a to that of b in the reference block's frame, then `[m]`.
     pub apart: Vec3,
     /// Stiffness and friction of the two faces.
-    pub both: Both,
+    pub both: CombinedSurface,
     /// None: the patch is of no more use.
     pub points: Box<[ContactPoint]>,
     /// The joint that the points are of, if they are.
@@ -100,8 +100,8 @@ pub struct Patch {
     /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
     /// a distance, and does the work of turning them `[N m]`.
     pub couple: Vec3,
-    /// What new points held less than those before, and may hold again `[J]`.
-    pub bank: f64,
+    /// Energy that new points held less than those before, and may hold again `[J]`.
+    pub energy_reserve: f64,
     /// The points have been made anew at the present positions: they have not moved since.
     pub(super) renewed: bool,
 }
@@ -112,16 +112,17 @@ pub struct Contacts {
     /// Patches, sorted by their blocks.
     pub patches: Vec<Patch>,
     /// Pairs of blocks without a patch that are not far from each other, sorted.
-    pub near: Vec<Near>,
-    /// Whether these are all that there are.
+    pub near: Vec<NearPair>,
+    /// True if the list of near pairs is complete.
     pub known: bool,
-    /// How far the bodies of each pack have gone since they were looked for, at most `[m]`.
+    /// Upper bound of the distance that the blocks of each pack have travelled since the boxes were sorted
+    /// `[m]`.
     pub travel: Vec<Lanes>,
     /// Of the joint at the upper side of each block along each direction.
-    pub joints: Vec<[Release; 3]>,
+    pub joints: Vec<[JointStatus; 3]>,
     /// Joints between faces that do not match that have become contacts, sorted by their blocks.
-    pub ended: Vec<Ended>,
-    /// How far points are in each other, at most `[m]`.
+    pub ended: Vec<ReleasedJoint>,
+    /// Largest penetration `[m]`.
     pub deepest: f64,
     /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
     #[serde(skip)]
@@ -134,7 +135,7 @@ pub struct Contacts {
 impl Contacts {
     /// None, for a number of blocks in packs.
     pub fn new(blocks: usize, packs: usize) -> Self {
-        let joints = vec![[Release::default(); 3]; blocks];
+        let joints = vec![[JointStatus::default(); 3]; blocks];
         let mut contacts = Self { joints, travel: vec![Lanes::ZERO; packs], ..Self::default() };
         contacts.index();
         contacts
@@ -153,12 +154,12 @@ impl Contacts {
 
     /// The patch of a joint of two blocks whose faces do not match, as long as it holds them.
     pub fn held(&self, blocks: [u32; 2]) -> Option<(&Patch, Bond)> {
-        let patch = &self.patches[self.place(blocks).ok()?];
+        let patch = &self.patches[self.patch_index(blocks).ok()?];
         Some((patch, patch.bond?))
     }
 
     /// A joint of two blocks whose faces do not match, once a contact has taken its place.
-    pub fn ended(&self, blocks: [u32; 2]) -> Option<&Ended> {
+    pub fn ended(&self, blocks: [u32; 2]) -> Option<&ReleasedJoint> {
         let at = self.ended.binary_search_by_key(&blocks, |ended| ended.blocks).ok()?;
         Some(&self.ended[at])
     }
@@ -171,13 +172,13 @@ impl Contacts {
     }
 
     /// Takes in joints that have ended.
-    pub fn end(&mut self, ended: impl IntoIterator<Item = Ended>) {
+    pub fn take_in_released(&mut self, ended: impl IntoIterator<Item = ReleasedJoint>) {
         self.ended.extend(ended);
         self.ended.sort_by_key(|ended| ended.blocks);
     }
 
     /// Place of the patch of two blocks, or where it would be.
-    pub fn place(&self, blocks: [u32; 2]) -> Result<usize, usize> {
+    pub fn patch_index(&self, blocks: [u32; 2]) -> Result<usize, usize> {
         self.patches.binary_search_by_key(&blocks, |patch| patch.blocks)
     }
 
@@ -194,17 +195,17 @@ impl Contacts {
     }
 
     /// Takes the present state of all points for an equilibrium, or forgets the last one.
-    pub fn settle(&mut self, now: bool) {
+    pub fn set_equilibrium(&mut self, now: bool) {
         for patch in &mut self.patches {
-            patch.points.iter_mut().for_each(|point| point.pair.memory.settled = None);
+            patch.points.iter_mut().for_each(|point| point.pair.state.equilibrium = None);
             if now {
-                patch.settle();
+                patch.set_equilibrium();
             }
         }
     }
 
     /// Forgets all patches but joints: blocks have been put elsewhere.
-    pub fn part(&mut self) {
+    pub fn clear_contacts(&mut self) {
         self.patches.retain(|patch| patch.bond.is_some());
         self.near.clear();
         self.known = false;
@@ -249,7 +250,7 @@ impl Contacts {
             + self.patches.len() * (size_of::<Patch>() + 8)
             + size_of_val(&self.near[..])
             + size_of_val(&self.travel[..])
-            + self.joints.len() * (size_of::<[Release; 3]>() + 4)
+            + self.joints.len() * (size_of::<[JointStatus; 3]>() + 4)
     }
 }
 
@@ -287,9 +288,9 @@ impl Clone for Patch {
 }
 
 impl ContactPoint {
-    /// How deep it is in the other, whether it is pressed or not `[m]`.
+    /// Penetration, whether pressed or not `[m]`.
     fn depth(&self) -> f64 {
-        -(self.pair.memory.gap + self.pair.memory.lifted)
+        -(self.pair.state.gap + self.pair.state.lifted)
     }
 }
 
@@ -297,16 +298,16 @@ impl Patch {
     /// Energy in the springs, and what is in the bank `[J]`.
     fn stored(&self) -> f64 {
         let [normal, shear] = self.held(&[]);
-        normal + shear + self.owed()
+        normal + shear + self.reserve()
     }
 
     /// Shortest edge of an element `[m]`.
-    fn spacing(&self, placing: &Placing<'_>) -> f64 {
-        let [a, b] = self.blocks.map(|block| placing.blocks[block as usize].spacing);
+    fn spacing(&self, configuration: &Configuration<'_>) -> f64 {
+        let [a, b] = self.blocks.map(|block| configuration.blocks[block as usize].spacing);
         a.min(b)
     }
 
-    /// How far points are in each other, at most `[m]`.
+    /// Largest penetration of its points `[m]`.
     pub fn depth(&self) -> f64 {
         self.points.iter().map(ContactPoint::depth).fold(0.0, f64::max)
     }
@@ -319,15 +320,15 @@ impl Patch {
     /// True where a point exerts anything.
     #[inline]
     pub fn acts(&self, point: &ContactPoint) -> bool {
-        let memory = &point.pair.memory;
-        memory.gap <= 0.0 || memory.drag != [0.0; 2] || self.bond.is_some()
+        let state = &point.pair.state;
+        state.gap <= 0.0 || state.drag != [0.0; 2] || self.bond.is_some()
     }
 
     /// Force of a point on block a `[N]`.
     #[inline(always)]
     pub fn force(&self, point: &ContactPoint) -> Vec3 {
         let [normal, along] = &self.now;
-        let Traction { normal: press, shear } = point.pair.memory.borne();
+        let Traction { normal: press, shear } = point.pair.state.total_traction();
         let across = normal.cross(along);
         (normal * press + along * shear.x + across * shear.y) * point.pair.area
     }
@@ -339,8 +340,8 @@ impl Patch {
 
     /// Faces of a and b that the points are on.
     #[inline(always)]
-    pub fn faces(&self) -> [FaceOf; 2] {
-        self.faces.map(FaceOf::of_number)
+    pub fn faces(&self) -> [FaceId; 2] {
+        self.faces.map(FaceId::from_number)
     }
 
     /// The block that the normal turns with, and the other.
@@ -350,12 +351,12 @@ impl Patch {
     }
 
     /// Turns the axes with the reference block.
-    fn turn(&mut self, placing: &Placing<'_>) {
-        self.now = self.present_axes(placing);
+    fn turn(&mut self, configuration: &Configuration<'_>) {
+        self.now = self.present_axes(configuration);
     }
 
-    fn present_axes(&self, placing: &Placing<'_>) -> [Vec3; 2] {
-        let rotation = placing.rotation(self.order()[0]);
+    fn present_axes(&self, configuration: &Configuration<'_>) -> [Vec3; 2] {
+        let rotation = configuration.rotation(self.order()[0]);
         self.axes.map(|axis| rotation * axis)
     }
 
@@ -364,9 +365,9 @@ impl Patch {
         columns(self.now)
     }
 
-    /// The same where the reference block is now.
-    fn present_frame(&self, placing: &Placing<'_>) -> Matrix3<f64> {
-        columns(self.present_axes(placing))
+    /// Columns of the axes in the present configuration.
+    fn present_frame(&self, configuration: &Configuration<'_>) -> Matrix3<f64> {
+        columns(self.present_axes(configuration))
     }
 }
 

@@ -8,14 +8,14 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{ContactPoint, Contacts, Patch, Placing};
-use crate::breaks::{Breaks, Broken};
-use crate::point::{Failure, JointPoint, Look, joined};
-use ddem_mechanics::law::{JointLaw, Laws, Mode, Stiffness, Traction};
-use ddem_mechanics::math::exact::Exact;
+use super::{Configuration, ContactPoint, Contacts, Patch};
+use crate::broken::{BrokenJoints, BrokenLattice};
+use crate::point::{JointPoint, PairContext, PairFailure, joined};
+use ddem_mechanics::law::{FailureMode, JointLaw, Laws, SpringStiffness, Traction};
+use ddem_mechanics::math::exact::ExactSum;
 use ddem_mesh::NO_JOINT;
+use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::pack::{Pack, Packs};
-use ddem_mesh::seams::{Seam, Seams};
 use ddem_mesh::{Geometry, Vec3};
 
 /// Part of the spacing of its pairs by which a joint has moved when the blocks around are no longer
@@ -26,89 +26,94 @@ pub(super) const SLID: f64 = 0.5;
 /// Packs that one task looks at, or more.
 const PACKS: usize = 256;
 
-/// How far a joint has come.
+/// Status of a joint on its way to a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Release {
+pub enum JointStatus {
     /// Its blocks are where they were.
     #[default]
-    Holds,
+    InPlace,
     /// Some of its pairs have moved.
-    Loose,
+    Mobilised,
     /// From the next step on a contact takes its place.
-    Due,
+    Pending,
     /// A contact has taken its place.
-    Done,
+    Released,
 }
 
-/// Where joints are.
+/// Lookup of joints.
 #[derive(Clone, Copy)]
-pub struct Places<'a> {
+pub struct JointLookup<'a> {
     /// Blocks.
     pub geometry: &'a Geometry,
     /// Packs of the blocks.
     pub packs: &'a Packs,
     /// Areas and stiffnesses of the joints.
-    pub seams: &'a Seams,
+    pub sections: &'a JointSections,
 }
 
 impl Contacts {
     /// Looks how far the joints have moved: blocks of those that have come further may meet.
-    pub fn look(&mut self, at: Places<'_>, laws: &Laws, breaks: &Breaks) {
+    pub fn update_statuses(
+        &mut self,
+        at: JointLookup<'_>,
+        laws: &Laws,
+        broken_joints: &BrokenJoints,
+    ) {
         let joints = &self.joints;
         let further = |index: usize| {
             let pack = &at.packs.packs[index];
             let all = (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane)));
             all.filter_map(move |(d, lane)| {
-                let body = pack.bodies[lane] as usize;
-                let known = joints[body][d];
-                let (broken, seam) = joint(at, breaks, index, d, lane)?;
-                if known >= Release::Due {
+                let block = pack.blocks[lane] as usize;
+                let known = joints[block][d];
+                let (broken, section) = joint(at, broken_joints, index, d, lane)?;
+                if known >= JointStatus::Pending {
                     return None;
                 }
-                let law = laws.get(usize::from(seam.laws[lane])).and_then(Option::as_deref);
-                let found = come(pack, broken, seam, law, lane);
-                (found > known).then_some((body, d, found))
+                let law = laws.get(usize::from(section.laws[lane])).and_then(Option::as_deref);
+                let found = status_of(pack, broken, section, law, lane);
+                (found > known).then_some((block, d, found))
             })
         };
-        let broken = (0..breaks.packs.len()).into_par_iter().with_min_len(PACKS);
-        let broken = broken.filter(|&index| breaks.packs[index].is_some());
-        let found: Vec<(usize, usize, Release)> = broken.flat_map_iter(further).collect();
+        let broken = (0..broken_joints.packs.len()).into_par_iter().with_min_len(PACKS);
+        let broken = broken.filter(|&index| broken_joints.packs[index].is_some());
+        let found: Vec<(usize, usize, JointStatus)> = broken.flat_map_iter(further).collect();
         self.known &= found.is_empty();
-        found.into_iter().for_each(|(body, d, release)| self.joints[body][d] = release);
+        found.into_iter().for_each(|(block, d, release)| self.joints[block][d] = release);
     }
 }
 
 /// Stage of its release that a broken joint of a pack has come to.
-fn come(
+fn status_of(
     pack: &Pack,
-    broken: &Broken,
-    seam: &Seam,
+    broken: &BrokenLattice,
+    section: &JointSection,
     law: Option<&dyn JointLaw>,
     lane: usize,
-) -> Release {
-    let (moved, whole) = Moved::of(broken.lane(lane), law);
+) -> JointStatus {
+    let (moved, whole) = PairMotion::of(broken.lane(lane), law);
     // Without any strength a pair that has not failed is no better than one that has. Nor are the last two
     // of rigid blocks: they are at the quarters of a face, and the block turns about its edge.
     let hinges = pack.rigid && moved.open >= 2;
     let bonded = whole && !hinges && law.is_none_or(|law| law.bonds());
-    moved.release(bonded, pack.rigid, seam.spacing(lane))
+    moved.release(bonded, pack.rigid, section.spacing(lane))
 }
 
 /// A broken joint and its seam.
 fn joint<'a>(
-    at: Places<'a>,
-    breaks: &'a Breaks,
+    at: JointLookup<'a>,
+    broken_joints: &'a BrokenJoints,
     index: usize,
     d: usize,
     lane: usize,
-) -> Option<(&'a Broken, &'a Seam)> {
-    let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
-    Some((breaks.get(index, 1 << d)?, seam))
+) -> Option<(&'a BrokenLattice, &'a JointSection)> {
+    let section = at.sections.get(index, d).filter(|section| section.joints[lane] != NO_JOINT)?;
+    Some((broken_joints.get(index, 1 << d)?, section))
 }
 
-/// How far the failed pairs of a joint have moved.
+/// Motion of the failed pairs of a joint.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Moved {
+pub(super) struct PairMotion {
     /// Largest slip `[m]`.
     slid: f64,
     /// Largest opening `[m]`.
@@ -119,7 +124,7 @@ pub(super) struct Moved {
     softens: bool,
 }
 
-impl Moved {
+impl PairMotion {
     /// Of the failed ones of some pairs, and whether there are others.
     pub(super) fn of<'a>(
         pairs: impl Iterator<Item = &'a JointPoint>,
@@ -127,22 +132,22 @@ impl Moved {
     ) -> (Self, bool) {
         let softens = law.is_some_and(|law| law.softening().is_some());
         let (mut moved, mut whole) = (Self::default(), false);
-        for JointPoint { failure, memory, .. } in pairs {
+        for JointPoint { failure, state, .. } in pairs {
             if failure.is_none() {
                 whole = true;
                 continue;
             }
-            moved.slid = moved.slid.max(memory.slip.norm());
-            moved.opened = moved.opened.max(memory.gap);
-            moved.open += usize::from(memory.gap > 0.0);
-            moved.softens |= softens && memory.damage < 1.0 && memory.gap > 0.0;
+            moved.slid = moved.slid.max(state.slip.norm());
+            moved.opened = moved.opened.max(state.gap);
+            moved.open += usize::from(state.gap > 0.0);
+            moved.softens |= softens && state.damage < 1.0 && state.gap > 0.0;
         }
         (moved, whole)
     }
 
     /// True where a contact must take the place of the joint. Pairs of rigid blocks are not at the corners on which
     /// a block turns, so that the contact comes when one opens.
-    fn is_far(self, rigid: bool, spacing: f64) -> bool {
+    fn is_released(self, rigid: bool, spacing: f64) -> bool {
         let open = match (self.softens, rigid) {
             (true, _) => SLID,
             (_, true) => 0.0,
@@ -151,29 +156,34 @@ impl Moved {
         self.slid > SLID * spacing || self.opened > open * spacing
     }
 
-    pub(super) fn release(self, bonded: bool, rigid: bool, spacing: f64) -> Release {
-        if !bonded && self.is_far(rigid, spacing) {
-            Release::Due
+    pub(super) fn release(self, bonded: bool, rigid: bool, spacing: f64) -> JointStatus {
+        if !bonded && self.is_released(rigid, spacing) {
+            JointStatus::Pending
         } else if self.slid.max(self.opened) > LOOSE * spacing {
-            Release::Loose
+            JointStatus::Mobilised
         } else {
-            Release::Holds
+            JointStatus::InPlace
         }
     }
 }
 
-impl Broken {
+impl BrokenLattice {
     /// True where all pairs of a lane's joint have failed, and none has slid or opened so far that the joint is
     /// released.
-    pub fn rubs(&self, look: Look<'_>, seam: &Seam, lane: usize, rigid: bool) -> bool {
-        let (moved, whole) = Moved::of(self.lane(lane), look.law(seam.laws[lane]));
-        !whole && !moved.is_far(rigid, seam.spacing(lane))
+    pub fn slides_in_place(
+        &self,
+        context: PairContext<'_>,
+        section: &JointSection,
+        lane: usize,
+        rigid: bool,
+    ) -> bool {
+        let (moved, whole) = PairMotion::of(self.lane(lane), context.law(section.laws[lane]));
+        !whole && !moved.is_released(rigid, section.spacing(lane))
     }
 }
 
-/// What a joint bore when it was let go: force on its lower side and moment about a point, and the
-/// energy in its springs.
-pub(super) struct Load {
+/// Load of a joint at its release: force on its lower side, moment about a point, and the energy in its springs.
+pub(super) struct JointLoad {
     /// Along the normal and in the plane `[J]`.
     pub(super) energy: [f64; 2],
     /// Area of its springs `[m²]`.
@@ -186,32 +196,32 @@ pub(super) struct Load {
 /// Lets go the joints that are due. `make` makes the patch of two blocks, which begins with what the
 /// joint bore. Returns the energy that is lost on the way `[J]`, and how many pairs were still bonded.
 pub(super) fn release(
-    at: Places<'_>,
-    placing: &Placing<'_>,
-    look: Look<'_>,
-    breaks: &mut Breaks,
+    at: JointLookup<'_>,
+    configuration: &Configuration<'_>,
+    context: PairContext<'_>,
+    broken_joints: &mut BrokenJoints,
     contacts: &mut Contacts,
     make: &dyn Fn([u32; 2]) -> Option<Patch>,
 ) -> (f64, u64) {
-    let (mut patches, mut any, mut lost) = (Vec::new(), false, Exact::default());
+    let (mut patches, mut any, mut lost) = (Vec::new(), false, ExactSum::default());
     let mut failed = 0;
     for (index, pack) in at.packs.packs.iter().enumerate() {
         for (d, lane) in (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane))) {
-            let body = pack.bodies[lane] as usize;
-            if contacts.joints[body][d] != Release::Due {
+            let block = pack.blocks[lane] as usize;
+            if contacts.joints[block][d] != JointStatus::Pending {
                 continue;
             }
-            contacts.joints[body][d] = Release::Done;
+            contacts.joints[block][d] = JointStatus::Released;
             any = true;
-            let Some(other) = at.geometry.above(body, d) else { continue };
-            failed += fail_with_others(at, look, breaks, index, d, lane);
-            let gone = let_go(at, placing, breaks, index, d, lane);
+            let Some(other) = at.geometry.above(block, d) else { continue };
+            failed += fail_bonded_pairs(at, context, broken_joints, index, d, lane);
+            let gone = remove_springs(at, configuration, broken_joints, index, d, lane);
             let Some((load, account)) = gone else { continue };
-            let blocks = [body.min(other) as u32, body.max(other) as u32];
+            let blocks = [block.min(other) as u32, block.max(other) as u32];
             lost.add(load.energy[0] + load.energy[1] + account);
             let Some(mut patch) = make(blocks) else { continue };
-            let sign = if blocks[0] as usize == body { 1.0 } else { -1.0 };
-            patch.bear(placing, look, &load, sign);
+            let sign = if blocks[0] as usize == block { 1.0 } else { -1.0 };
+            patch.preload(configuration, context, &load, sign);
             lost.add(-patch.stored());
             patches.push(patch);
         }
@@ -226,77 +236,77 @@ pub(super) fn release(
 }
 
 /// Pairs of a joint that is released, and that are bonded, fail with the others. Returns how many.
-fn fail_with_others(
-    at: Places<'_>,
-    look: Look<'_>,
-    breaks: &mut Breaks,
+fn fail_bonded_pairs(
+    at: JointLookup<'_>,
+    context: PairContext<'_>,
+    broken_joints: &mut BrokenJoints,
     index: usize,
     d: usize,
     lane: usize,
 ) -> u64 {
-    let law = at.seams.get(index, d).and_then(|seam| look.law(seam.laws[lane]));
-    let Some(broken) = breaks.at(index)[1 << d].as_mut() else { return 0 };
+    let law = at.sections.get(index, d).and_then(|section| context.law(section.laws[lane]));
+    let Some(broken) = broken_joints.at(index)[1 << d].as_mut() else { return 0 };
     if law.is_none_or(|law| !law.bonds()) {
         return 0;
     }
     let mut failed = 0;
     let bonded = broken.points.iter_mut().filter(|points| points[lane].failure.is_none());
     bonded.for_each(|points| {
-        points[lane].failure = Some(Failure { mode: Mode::Shear, time: look.time });
+        points[lane].failure = Some(PairFailure { mode: FailureMode::Shear, time: context.time });
         failed += 1;
     });
     failed
 }
 
 /// Takes the springs of a joint out and returns what they bore, and what was on their accounts `[J]`.
-fn let_go(
-    at: Places<'_>,
-    placing: &Placing<'_>,
-    breaks: &mut Breaks,
+fn remove_springs(
+    at: JointLookup<'_>,
+    configuration: &Configuration<'_>,
+    broken_joints: &mut BrokenJoints,
     index: usize,
     d: usize,
     lane: usize,
-) -> Option<(Load, f64)> {
-    let seam = at.seams.get(index, d).filter(|seam| seam.joints[lane] != NO_JOINT)?;
+) -> Option<(JointLoad, f64)> {
+    let section = at.sections.get(index, d).filter(|section| section.joints[lane] != NO_JOINT)?;
     let pack = &at.packs.packs[index];
-    let body = pack.bodies[lane] as usize;
-    let other = at.geometry.above(body, d)?;
-    let axes = placing.between(body, other) * seam.axes;
-    let about = (placing.centre(body) + placing.centre(other)) / 2.0;
+    let block = pack.blocks[lane] as usize;
+    let other = at.geometry.above(block, d)?;
+    let axes = configuration.between(block, other) * section.axes;
+    let about = (configuration.centre(block) + configuration.centre(other)) / 2.0;
     let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
     let (mut energy, mut account, mut whole) = ([0.0; 2], 0.0, 0.0);
-    let broken = breaks.at(index)[1 << d].as_mut()?;
+    let broken = broken_joints.at(index)[1 << d].as_mut()?;
     let n = at.packs.shape_of(pack).divisions;
-    for (p, &JointPoint { area, memory, .. }) in broken.lane(lane).enumerate() {
-        let (traction, borne) = (memory.traction, memory.borne());
+    for (p, &JointPoint { area, state, .. }) in broken.lane(lane).enumerate() {
+        let (traction, borne) = (state.traction, state.total_traction());
         let pull = axes * joined(borne.normal, borne.shear) * area;
         force += pull;
-        moment += (placing.pair(body, pack.rigid, d, p, n) - about).cross(&pull);
-        energy[0] += area * 0.5 * traction.normal * memory.gap;
-        energy[1] += area * 0.5 * traction.shear.norm_squared() / seam.stiffness(lane).shear;
-        account += area * memory.account;
+        moment += (configuration.pair(block, pack.rigid, d, p, n) - about).cross(&pull);
+        energy[0] += area * 0.5 * traction.normal * state.gap;
+        energy[1] += area * 0.5 * traction.shear.norm_squared() / section.stiffness(lane).shear;
+        account += area * state.account;
         whole += area;
     }
-    broken.let_go(lane);
-    Some((Load { energy, area: whole, force, moment, about }, account))
+    broken.remove_springs(lane);
+    Some((JointLoad { energy, area: whole, force, moment, about }, account))
 }
 
-impl Placing<'_> {
+impl Configuration<'_> {
     /// Mean rotation of two blocks, near enough for what they hand over.
     fn between(&self, a: usize, b: usize) -> Matrix3<f64> {
         let sum = self.rotation(a) + self.rotation(b);
         nalgebra::Rotation3::from_matrix(&(sum * 0.5)).into_inner()
     }
 
-    /// Where pair `p` of the joint at the upper side of a block along d is.
+    /// Position of pair `p` of the joint at the upper side of a block along d.
     fn pair(&self, block: usize, rigid: bool, d: usize, p: usize, n: usize) -> Vec3 {
-        let placed = &self.blocks[block];
+        let contact_block = &self.blocks[block];
         let mut at = [0; 3];
         at[d] = n;
         let node = |i: usize, k: usize| {
             let mut at = at;
             (at[(d + 1) % 3], at[(d + 2) % 3]) = (i, k);
-            placed.node(self.u, at)
+            contact_block.node(self.u, at)
         };
         let (i, k) = (p % (n + 1), p / (n + 1));
         if !rigid {
@@ -311,7 +321,13 @@ impl Placing<'_> {
 impl Patch {
     /// Begins with a load: a pressure that goes linearly over the area so that force and moments
     /// are those of the joint, and a shear in proportion, which friction bears wherever it bore the joint's. `sign` is 1 where block a was on the joint's side a.
-    pub(super) fn bear(&mut self, placing: &Placing<'_>, look: Look<'_>, load: &Load, sign: f64) {
+    pub(super) fn preload(
+        &mut self,
+        configuration: &Configuration<'_>,
+        context: PairContext<'_>,
+        load: &JointLoad,
+        sign: f64,
+    ) {
         let axes = self.frame();
         let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         let (block, face) = (self.blocks[0] as usize, self.faces()[0]);
@@ -320,14 +336,14 @@ impl Patch {
             return;
         }
         // About the middle of the area, so that shear in its plane has no moment that tilts.
-        let place = |p: &ContactPoint| placing.position(block, face, &p.spots[0]);
-        let middle: Vec3 = self.points.iter().map(|p| place(p) * (p.pair.area / area)).sum();
-        let places: Vec<Vec3> = self.points.iter().map(|p| place(p) - middle).collect();
+        let position = |p: &ContactPoint| configuration.position(block, face, &p.spots[0]);
+        let middle: Vec3 = self.points.iter().map(|p| position(p) * (p.pair.area / area)).sum();
+        let positions: Vec<Vec3> = self.points.iter().map(|p| position(p) - middle).collect();
         let force = load.force * sign;
         let moment = load.moment * sign - (middle - load.about).cross(&force);
         // Σ A p (1, y, z) is given, y and z along the tangents: p = α + β y + γ z.
         let mut matrix = Matrix3::zeros();
-        for (pair, x) in self.pairs().zip(&places) {
+        for (pair, x) in self.pairs().zip(&positions) {
             let basis = Vector3::new(1.0, s.dot(x), t.dot(x));
             matrix += basis * basis.transpose() * pair.area;
         }
@@ -337,24 +353,24 @@ impl Patch {
         let even = Vector3::new(given.x / area, 0.0, 0.0);
         let field = matrix.try_inverse().map_or(even, |inverse| inverse * given);
         let wanted = |x: &Vec3| field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
-        let normal: f64 = self.pairs().zip(&places).map(|(p, x)| p.area * wanted(x)).sum();
+        let normal: f64 = self.pairs().zip(&positions).map(|(p, x)| p.area * wanted(x)).sum();
         let shear = Vector2::new(s.dot(&force), t.dot(&force));
-        let Stiffness { normal: stiff, shear: soft } = self.both.stiffness;
-        for (point, x) in self.points.iter_mut().zip(&places) {
+        let SpringStiffness { normal: stiff, shear: soft } = self.both.stiffness;
+        for (point, x) in self.points.iter_mut().zip(&positions) {
             let wanted = wanted(x);
             let shear = if normal < 0.0 { shear * (wanted / normal) } else { Vector2::zeros() };
             // The gap as it was is where the springs bear what is wanted.
-            let memory = &mut point.pair.memory;
-            let bare = memory.gap + memory.dilation;
-            memory.gap = wanted / stiff;
-            (memory.dilation, memory.lifted) = (bare - memory.gap, bare - memory.gap);
-            let most = self.both.friction.strength(look.laws, wanted);
+            let state = &mut point.pair.state;
+            let bare = state.gap + state.dilation;
+            state.gap = wanted / stiff;
+            (state.dilation, state.lifted) = (bare - state.gap, bare - state.gap);
+            let most = self.both.friction.strength(context.laws, wanted);
             let size = shear.norm();
             let bears = if size > most { shear * (most / size) } else { shear };
-            memory.slip += (memory.traction.shear - bears) / soft;
-            memory.traction = Traction { normal: wanted, shear: bears };
+            state.slip += (state.traction.shear - bears) / soft;
+            state.traction = Traction { normal: wanted, shear: bears };
         }
         // The same force on a smaller area holds more energy; softer springs do not.
-        self.cap(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);
+        self.limit_energy(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);
     }
 }

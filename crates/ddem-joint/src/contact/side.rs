@@ -1,12 +1,12 @@
 //! Faces and edges as a patch sees them: along the normal, in its plane.
 
-use super::{Placed, Placing};
-use ddem_mechanics::collide::{self, EdgeOf, FaceOf};
+use super::{Configuration, ContactBlock};
+use ddem_mechanics::collide::{self, EdgeId, FaceId};
 use ddem_mesh::{SurfacePoint, Vec3};
 
 /// One side of a face contact, seen along the normal.
-pub(super) struct Side<'a> {
-    pub(super) placed: &'a Placed,
+pub(super) struct ContactSide<'a> {
+    pub(super) contact_block: &'a ContactBlock,
     /// Its nodes in the plane.
     nodes: Vec<[f64; 2]>,
     pub(super) outline: [[f64; 2]; 4],
@@ -14,33 +14,34 @@ pub(super) struct Side<'a> {
     pub(super) element: f64,
 }
 
-impl<'a> Side<'a> {
+impl<'a> ContactSide<'a> {
     pub(super) fn new(
-        placing: &Placing<'a>,
+        configuration: &Configuration<'a>,
         block: usize,
-        face: FaceOf,
+        face: FaceId,
         frame: &[Vec3; 3],
     ) -> Self {
-        let placed = &placing.blocks[block];
-        let n = placed.topology.divisions();
+        let contact_block = &configuration.blocks[block];
+        let n = contact_block.topology.divisions();
         let mut nodes = Vec::with_capacity((n + 1) * (n + 1));
         for (k, i) in (0..=n).flat_map(|k| (0..=n).map(move |i| (k, i))) {
-            let x = placed.node(placing.u, placed.topology.on_face(face, [i, k]));
+            let x =
+                contact_block.node(configuration.u, contact_block.topology.on_face(face, [i, k]));
             nodes.push([frame[1].dot(&x), frame[2].dot(&x)]);
         }
         let m = n + 1;
         let outline = [0, n, n + m * n, m * n].map(|at| nodes[at]);
-        Self { placed, nodes, outline, element: placed.element_area(face) }
+        Self { contact_block, nodes, outline, element: contact_block.element_area(face) }
     }
 
     pub(super) fn quad(&self, [i, k]: [usize; 2]) -> [[f64; 2]; 4] {
-        let m = self.placed.topology.divisions() + 1;
+        let m = self.contact_block.topology.divisions() + 1;
         [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]].map(|[i, k]| self.nodes[i + m * k])
     }
 
     /// The spot over a point of the plane.
     pub(super) fn spot(&self, at: [f64; 2]) -> SurfacePoint {
-        let n = self.placed.topology.divisions();
+        let n = self.contact_block.topology.divisions();
         let whole = collide::bilinear(&self.outline, at);
         let mut element = whole.map(|x| ((x * n as f64) as usize).min(n - 1));
         let mut on = collide::bilinear(&self.quad(element), at);
@@ -59,7 +60,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Whether the boxes around two quadrilaterals are apart.
+/// True if the boxes around two quadrilaterals are disjoint.
 pub(super) fn apart(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
     (0..2).any(|c| {
         let range = |quad: &[[f64; 2]; 4]| {
@@ -78,18 +79,19 @@ pub(super) fn node_at(on: [f64; 2]) -> Option<[usize; 2]> {
 }
 
 /// The i-th node along an edge.
-pub(super) fn edge_node(placed: &Placed, edge: EdgeOf, i: usize) -> [usize; 3] {
+pub(super) fn edge_node(contact_block: &ContactBlock, edge: EdgeId, i: usize) -> [usize; 3] {
     let mut at = [0; 3];
     at[edge.direction] = i;
     for (next, upper) in edge.upper.into_iter().enumerate() {
-        at[(edge.direction + 1 + next) % 3] = if upper { placed.topology.divisions() } else { 0 };
+        at[(edge.direction + 1 + next) % 3] =
+            if upper { contact_block.topology.divisions() } else { 0 };
     }
     at
 }
 
 /// The spot at a part of an edge, on the face beside it that lies across its next direction.
-pub(super) fn edge_spot(placed: &Placed, edge: EdgeOf, part: f64) -> SurfacePoint {
-    let n = placed.topology.divisions();
+pub(super) fn edge_spot(contact_block: &ContactBlock, edge: EdgeId, part: f64) -> SurfacePoint {
+    let n = contact_block.topology.divisions();
     let along = part * n as f64;
     let i = (along as usize).min(n - 1);
     // Across direction d + 1, the face's own directions are d + 2 and d.

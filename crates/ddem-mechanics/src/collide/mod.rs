@@ -1,5 +1,5 @@
-//! Where two blocks touch: how far apart they are and what meets, the part of a face that lies over
-//! another, the closest points of two edges. Formulas of two cells; no mesh, no search.
+//! Contact geometry of two blocks: distance and features, overlap of faces, closest points of two edges. Formulas of
+//! two parallelepipeds; no mesh, no search.
 //!
 //! Nothing here allocates, and nothing depends on more than the numbers given: of answers that are
 //! equally good the first in a fixed order is taken. Degenerate cells, faces and edges have answers
@@ -13,5 +13,5 @@ mod tests;
 
 pub use edges::nearest;
 pub use overlap::{Vertex, bilinear, overlap, weights};
-pub use separation::FaceOf;
-pub use separation::{Cell, EdgeOf, Meeting, Separation, separation};
+pub use separation::FaceId;
+pub use separation::{ContactFeature, EdgeId, Parallelepiped, Separation, separation};

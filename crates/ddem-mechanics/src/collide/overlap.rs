@@ -30,11 +30,11 @@ pub struct Polygon {
 
 /// One side of an outline.
 #[derive(Clone, Copy)]
-struct Side {
+struct OutlineSide {
     from: Point,
     /// Inwards, as long as the side.
     inward: Point,
-    /// What counts as on it, times its length.
+    /// Tolerance times its length.
     slack: f64,
 }
 
@@ -106,7 +106,7 @@ impl Polygon {
 
     /// Leaves what of it is inside a side in another one.
     #[inline(always)]
-    fn cut(&self, side: &Side, kept: &mut Self) {
+    fn cut(&self, side: &OutlineSide, kept: &mut Self) {
         kept.len = 0;
         let Some(mut last) = self.as_slice().last() else { return };
         let mut last_height = side.height(last.at);
@@ -181,7 +181,7 @@ impl Polygon {
     }
 }
 
-impl Side {
+impl OutlineSide {
     /// Height over the side, times its length.
     #[inline(always)]
     fn height(&self, at: Point) -> f64 {
@@ -246,7 +246,7 @@ pub fn overlap(quad: &[Point; 4], outline: &[Point; 4]) -> Polygon {
 
 /// The sides of an outline; none if it has no area.
 #[inline(always)]
-fn sides(outline: &[Point; 4], of_quad: f64) -> Option<[Side; 4]> {
+fn sides(outline: &[Point; 4], of_quad: f64) -> Option<[OutlineSide; 4]> {
     let twice = cross(minus(outline[2], outline[0]), minus(outline[3], outline[1]));
     let size = size(outline);
     let sign = if twice > 0.0 { 1.0 } else { -1.0 };
@@ -254,7 +254,7 @@ fn sides(outline: &[Point; 4], of_quad: f64) -> Option<[Side; 4]> {
         [0, 1, 2, 3].map(|k| {
             let along = minus(outline[(k + 1) % 4], outline[k]);
             let slack = OUTSIDE * of_quad * (along[0].abs() + along[1].abs());
-            Side { from: outline[k], inward: [-along[1] * sign, along[0] * sign], slack }
+            OutlineSide { from: outline[k], inward: [-along[1] * sign, along[0] * sign], slack }
         })
     })
 }
@@ -284,7 +284,7 @@ struct Bilinear {
     along: Point,
     up: Point,
     warp: Point,
-    /// How far off a point may be.
+    /// Tolerance of a point.
     exact: f64,
 }
 

@@ -1,4 +1,4 @@
-//! How far two cells are apart, along which direction, and what of them meets: separating axes.
+//! Distance of two parallelepipeds, its direction and the features in contact: separating axes.
 //!
 //! Two convex bodies overlap by at least the distance along any axis. For parallelepipeds the
 //! largest of these distances is along a normal of one of their faces or across one edge of each.
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 /// A parallelepiped.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cell {
+pub struct Parallelepiped {
     /// Its centre `[m]`.
     pub centre: Vector3<f64>,
     /// Half of its edges, right-handed `[m]`.
@@ -16,17 +16,17 @@ pub struct Cell {
 
 /// A face of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct FaceOf {
+pub struct FaceId {
     /// The edge that it lies across.
     pub direction: usize,
     /// At the upper end of that edge.
     pub upper: bool,
 }
 
-impl FaceOf {
+impl FaceId {
     /// All six faces, by their numbers.
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..6).map(Self::of_number)
+        (0..6).map(Self::from_number)
     }
 
     /// −1 at the lower end of the edge, +1 at the upper one.
@@ -40,37 +40,37 @@ impl FaceOf {
     }
 
     /// The face with a number.
-    pub fn of_number(number: u8) -> Self {
+    pub fn from_number(number: u8) -> Self {
         Self { direction: usize::from(number / 2), upper: number % 2 == 1 }
     }
 }
 
 /// An edge of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EdgeOf {
+pub struct EdgeId {
     /// The edge that it lies along.
     pub direction: usize,
     /// At the upper ends of the next two, cyclically.
     pub upper: [bool; 2],
 }
 
-/// What of two cells meets.
+/// Features of two parallelepipeds in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Meeting {
+pub enum ContactFeature {
     /// A face of one and whatever the other has there.
     Face {
         /// The cell that the face is of: 0, a; 1, b.
         of: usize,
         /// Its face towards the other cell.
-        face: FaceOf,
+        face: FaceId,
         /// The other cell's face that looks most against it.
-        other: FaceOf,
+        other: FaceId,
     },
     /// An edge of a and one of b, crossed.
-    Edges([EdgeOf; 2]),
+    Edges([EdgeId; 2]),
 }
 
-/// How two cells lie to each other.
+/// Separation of two parallelepipeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Separation {
     /// Distance along the normal, negative where they overlap `[m]`.
@@ -79,8 +79,8 @@ pub struct Separation {
     pub margin: f64,
     /// Unit vector from a to b.
     pub normal: Vector3<f64>,
-    /// What meets.
-    pub meeting: Meeting,
+    /// Features in contact.
+    pub meeting: ContactFeature,
 }
 
 /// Axes that are equal but for this part of the size are tried in a fixed order.
@@ -90,7 +90,7 @@ const EQUAL: f64 = 1e-9;
 const NEAR_FACE: f64 = 0.984_807_753_012_208;
 /// Square of the sine below which edges are parallel, and have no axis across them.
 const PARALLEL: f64 = 1e-4;
-/// The same of the edges of a face, which then has no normal.
+/// Relative area below which a face of two edges has no normal.
 const FLAT: f64 = 1e-24;
 
 /// A cell and what its axes need.
@@ -102,7 +102,7 @@ struct Faces<'a> {
     inverse: [f64; 3],
     /// Squared lengths of the halves.
     squares: [f64; 3],
-    /// Whether the normals are those of the upper faces: the cell is right-handed.
+    /// True if the normals are those of the upper faces: the edges are right-handed.
     right: bool,
 }
 
@@ -134,13 +134,13 @@ impl<'a> Faces<'a> {
 
     /// The face that looks most along a unit vector.
     #[inline(always)]
-    fn along(&self, axis: &Vector3<f64>) -> FaceOf {
-        let (mut most, mut face) = (f64::NEG_INFINITY, FaceOf { direction: 0, upper: true });
+    fn along(&self, axis: &Vector3<f64>) -> FaceId {
+        let (mut most, mut face) = (f64::NEG_INFINITY, FaceId { direction: 0, upper: true });
         for d in 0..3 {
             let cosine = self.areas[d].dot(axis) * self.inverse[d];
             if cosine.abs() > most + EQUAL {
                 most = cosine.abs();
-                face = FaceOf { direction: d, upper: (cosine >= 0.0) == self.right };
+                face = FaceId { direction: d, upper: (cosine >= 0.0) == self.right };
             }
         }
         face
@@ -148,9 +148,9 @@ impl<'a> Faces<'a> {
 
     /// The edge along a direction that is farthest along an axis.
     #[inline(always)]
-    fn edge(&self, direction: usize, axis: &Vector3<f64>) -> EdgeOf {
+    fn edge(&self, direction: usize, axis: &Vector3<f64>) -> EdgeId {
         let upper = [1, 2].map(|next| self.half[(direction + next) % 3].dot(axis) > 0.0);
-        EdgeOf { direction, upper }
+        EdgeId { direction, upper }
     }
 }
 
@@ -162,7 +162,7 @@ fn products(areas: &[Vector3<f64>; 3], half: &[Vector3<f64>; 3]) -> [[f64; 3]; 3
 
 /// The axis of largest distance among the normals of the faces and those across the edges of two
 /// cells. Where they do not overlap, its distance is a lower bound of the true one.
-pub fn separation(a: &Cell, b: &Cell) -> Separation {
+pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
     let apart = b.centre - a.centre;
     let (of_a, of_b) = (Faces::new(&a.half), Faces::new(&b.half));
     let across = [products(&of_a.areas, &b.half), products(&of_b.areas, &a.half)];
@@ -199,14 +199,14 @@ pub fn separation(a: &Cell, b: &Cell) -> Separation {
     if let Some((distance, normal, [i, j])) =
         crossed([&of_a, &of_b], &across, &apart, best, &normal, equal)
     {
-        let meeting = Meeting::Edges([of_a.edge(i, &normal), of_b.edge(j, &-normal)]);
+        let meeting = ContactFeature::Edges([of_a.edge(i, &normal), of_b.edge(j, &-normal)]);
         let margin = distance - second(&normal);
         return Separation { distance, margin, normal, meeting };
     }
     let outward = if of == 0 { normal } else { -normal };
     let upper = (one.areas[direction].dot(&outward) >= 0.0) == one.right;
-    let face = FaceOf { direction, upper };
-    let meeting = Meeting::Face { of, face, other: other.along(&-outward) };
+    let face = FaceId { direction, upper };
+    let meeting = ContactFeature::Face { of, face, other: other.along(&-outward) };
     Separation { distance: best, margin: best - second(&normal), normal, meeting }
 }
 
@@ -260,19 +260,19 @@ fn towards(axis: Vector3<f64>, apart: &Vector3<f64>) -> Vector3<f64> {
 
 /// For cells none of whose faces has a normal: along the line of their centres.
 #[cold]
-fn shapeless(a: &Cell, b: &Cell, apart: &Vector3<f64>) -> Separation {
+fn shapeless(a: &Parallelepiped, b: &Parallelepiped, apart: &Vector3<f64>) -> Separation {
     let normal = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
     let (face, other) =
-        (FaceOf { direction: 0, upper: true }, FaceOf { direction: 0, upper: false });
-    let meeting = Meeting::Face { of: 0, face, other };
+        (FaceId { direction: 0, upper: true }, FaceId { direction: 0, upper: false });
+    let meeting = ContactFeature::Face { of: 0, face, other };
     let distance = distance_along(a, b, &normal);
     Separation { distance, margin: 0.0, normal, meeting }
 }
 
 /// Distance of two cells along a unit axis from a to b, negative where they overlap along it: a
 /// lower bound of their distance `[m]`.
-pub(super) fn distance_along(a: &Cell, b: &Cell, axis: &Vector3<f64>) -> f64 {
-    let half = |cell: &Cell| {
+pub(super) fn distance_along(a: &Parallelepiped, b: &Parallelepiped, axis: &Vector3<f64>) -> f64 {
+    let half = |cell: &Parallelepiped| {
         let [x, y, z] = &cell.half;
         x.dot(axis).abs() + y.dot(axis).abs() + z.dot(axis).abs()
     };

@@ -3,7 +3,9 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use nalgebra::{Rotation3, Vector3};
 
 use super::edges::nearest;
-use super::separation::{Cell, EdgeOf, FaceOf, Meeting, Separation, distance_along, separation};
+use super::separation::{
+    ContactFeature, EdgeId, FaceId, Parallelepiped, Separation, distance_along, separation,
+};
 
 type Vec3 = Vector3<f64>;
 
@@ -28,27 +30,36 @@ impl Numbers {
     }
 
     /// A box that is turned and sheared.
-    fn cell(&mut self, spread: f64) -> Cell {
+    fn cell(&mut self, spread: f64) -> Parallelepiped {
         let turn = Rotation3::from_scaled_axis(self.vector(3.0));
         let half = [Vec3::x(), Vec3::y(), Vec3::z()]
             .map(|axis| turn * (axis * (0.3 + self.next()) + self.vector(0.1)));
-        Cell { centre: self.vector(spread), half }
+        Parallelepiped { centre: self.vector(spread), half }
     }
 }
 
-fn cube(centre: [f64; 3]) -> Cell {
-    Cell { centre: centre.into(), half: [Vec3::x() * 0.5, Vec3::y() * 0.5, Vec3::z() * 0.5] }
+fn cube(centre: [f64; 3]) -> Parallelepiped {
+    Parallelepiped {
+        centre: centre.into(),
+        half: [Vec3::x() * 0.5, Vec3::y() * 0.5, Vec3::z() * 0.5],
+    }
 }
 
-fn turned(centre: [f64; 3], turn: Rotation3<f64>) -> Cell {
-    Cell { centre: centre.into(), half: cube(centre).half.map(|half| turn * half) }
+fn turned(centre: [f64; 3], turn: Rotation3<f64>) -> Parallelepiped {
+    Parallelepiped { centre: centre.into(), half: cube(centre).half.map(|half| turn * half) }
 }
 
 pub(super) fn close(a: f64, b: f64) -> bool {
     (a - b).abs() < 1e-12 * (1.0 + b.abs())
 }
 
-fn check(a: &Cell, b: &Cell, distance: f64, normal: [f64; 3], meeting: Meeting) {
+fn check(
+    a: &Parallelepiped,
+    b: &Parallelepiped,
+    distance: f64,
+    normal: [f64; 3],
+    meeting: ContactFeature,
+) {
     let found = separation(a, b);
     assert!(close(found.distance, distance), "{found:?}");
     assert!((found.normal - Vec3::from(normal)).norm() < 1e-12, "{found:?}");
@@ -56,8 +67,8 @@ fn check(a: &Cell, b: &Cell, distance: f64, normal: [f64; 3], meeting: Meeting) 
     assert!(close(distance_along(a, b, &found.normal), distance));
 }
 
-const fn face(direction: usize, upper: bool) -> FaceOf {
-    FaceOf { direction, upper }
+const fn face(direction: usize, upper: bool) -> FaceId {
+    FaceId { direction, upper }
 }
 
 #[test]
@@ -66,7 +77,7 @@ fn aligned_cubes() {
         let (mut centre, mut normal) = ([0.0; 3], [0.0; 3]);
         (centre[d], normal[d]) = (sign * (1.0 + distance), sign);
         let up = sign > 0.0;
-        let meeting = Meeting::Face { of: 0, face: face(d, up), other: face(d, !up) };
+        let meeting = ContactFeature::Face { of: 0, face: face(d, up), other: face(d, !up) };
         check(&cube([0.0; 3]), &cube(centre), distance, normal, meeting);
     }
 }
@@ -79,9 +90,9 @@ fn a_corner_over_a_face() {
     let height = 0.5 + 0.75_f64.sqrt();
     for distance in [0.1, -0.1] {
         let (low, high) = (cube([0.0; 3]), turned([0.0, 0.0, height + distance], turn));
-        let meeting = Meeting::Face { of: 0, face: face(2, true), other: face(0, false) };
+        let meeting = ContactFeature::Face { of: 0, face: face(2, true), other: face(0, false) };
         check(&low, &high, distance, [0.0, 0.0, 1.0], meeting);
-        let meeting = Meeting::Face { of: 1, face: face(2, true), other: face(0, false) };
+        let meeting = ContactFeature::Face { of: 1, face: face(2, true), other: face(0, false) };
         check(&high, &low, distance, [0.0, 0.0, -1.0], meeting);
     }
 }
@@ -94,12 +105,12 @@ fn crossed_edges() {
         let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), quarter);
         let high = turned([0.1, 0.2, SQRT_2 + distance], turn);
         let edges = [
-            EdgeOf { direction: 0, upper: [true, true] },
-            EdgeOf { direction: 1, upper: [false, true] },
+            EdgeId { direction: 0, upper: [true, true] },
+            EdgeId { direction: 1, upper: [false, true] },
         ];
-        check(&low, &high, distance, [0.0, 0.0, 1.0], Meeting::Edges(edges));
+        check(&low, &high, distance, [0.0, 0.0, 1.0], ContactFeature::Edges(edges));
         let edges = [edges[1], edges[0]];
-        check(&high, &low, distance, [0.0, 0.0, -1.0], Meeting::Edges(edges));
+        check(&high, &low, distance, [0.0, 0.0, -1.0], ContactFeature::Edges(edges));
     }
 }
 
@@ -108,25 +119,25 @@ fn faces_that_are_nearly_parallel_meet_as_faces() {
     let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vec3::x_axis(), 0.05));
     let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), 0.05);
     let found = separation(&low, &turned([0.9, 0.9, 0.97], turn));
-    assert!(matches!(found.meeting, Meeting::Face { .. }), "{found:?}");
+    assert!(matches!(found.meeting, ContactFeature::Face { .. }), "{found:?}");
 }
 
 /// Distance along the unit vector of an axis, with the corners one by one.
-fn by_corners(a: &Cell, b: &Cell, axis: &Vec3) -> f64 {
+fn by_corners(a: &Parallelepiped, b: &Parallelepiped, axis: &Vec3) -> f64 {
     let axis = if axis.dot(&(b.centre - a.centre)) < 0.0 { -axis } else { *axis };
     let most = corners(a).map(|x| x.dot(&axis)).into_iter().fold(f64::MIN, f64::max);
     let least = corners(b).map(|x| x.dot(&axis)).into_iter().fold(f64::MAX, f64::min);
     (least - most) / axis.norm()
 }
 
-fn corners(cell: &Cell) -> [Vec3; 8] {
+fn corners(cell: &Parallelepiped) -> [Vec3; 8] {
     let sign = |i: usize, d: usize| if i >> d & 1 == 1 { 1.0 } else { -1.0 };
     [0, 1, 2, 3, 4, 5, 6, 7]
         .map(|i| cell.centre + (0..3).map(|d| cell.half[d] * sign(i, d)).sum::<Vec3>())
 }
 
 /// Of the upper faces, outwards.
-fn normals(cell: &Cell) -> [Vec3; 3] {
+fn normals(cell: &Parallelepiped) -> [Vec3; 3] {
     [0, 1, 2].map(|d| {
         let normal = cell.half[(d + 1) % 3].cross(&cell.half[(d + 2) % 3]).normalize();
         if normal.dot(&cell.half[d]) < 0.0 { -normal } else { normal }
@@ -135,7 +146,7 @@ fn normals(cell: &Cell) -> [Vec3; 3] {
 
 /// The largest distance along the axes that are asked for, and without the rules for edges. Where the
 /// best axis of all is across edges and close to that of the best face, the face's is asked for.
-fn by_axes(a: &Cell, b: &Cell) -> [f64; 2] {
+fn by_axes(a: &Parallelepiped, b: &Parallelepiped) -> [f64; 2] {
     let (mut best, mut normal) = (f64::MIN, Vec3::zeros());
     for axis in normals(a).into_iter().chain(normals(b)) {
         let distance = by_corners(a, b, &axis);
@@ -157,15 +168,15 @@ fn by_axes(a: &Cell, b: &Cell) -> [f64; 2] {
     [best, all]
 }
 
-/// What meets is what lies farthest along the normal.
-fn check_meeting(a: &Cell, b: &Cell, found: &Separation) {
-    let farthest = |cell: &Cell, axis: Vec3, at: Vec3| {
+/// The features in contact lie farthest along the normal.
+fn check_meeting(a: &Parallelepiped, b: &Parallelepiped, found: &Separation) {
+    let farthest = |cell: &Parallelepiped, axis: Vec3, at: Vec3| {
         let most = corners(cell).map(|x| x.dot(&axis)).into_iter().fold(f64::MIN, f64::max);
         assert!((at.dot(&axis) - most).abs() < 1e-12, "{found:?}");
     };
     let signed = |half: Vec3, upper: bool| if upper { half } else { -half };
     match found.meeting {
-        Meeting::Face { of, face, other } => {
+        ContactFeature::Face { of, face, other } => {
             let (one, two) = if of == 0 { (a, b) } else { (b, a) };
             let outward = if of == 0 { found.normal } else { -found.normal };
             let half = &one.half;
@@ -173,14 +184,14 @@ fn check_meeting(a: &Cell, b: &Cell, found: &Separation) {
             farthest(one, outward, middle);
             farthest(one, outward, middle + half[(face.direction + 1) % 3]);
             let against =
-                |face: FaceOf| -signed(normals(two)[face.direction], face.upper).dot(&outward);
+                |face: FaceId| -signed(normals(two)[face.direction], face.upper).dot(&outward);
             for direction in 0..3 {
                 for upper in [false, true] {
-                    assert!(against(other) > against(FaceOf { direction, upper }) - 1e-8);
+                    assert!(against(other) > against(FaceId { direction, upper }) - 1e-8);
                 }
             }
         }
-        Meeting::Edges(edges) => {
+        ContactFeature::Edges(edges) => {
             for (cell, edge, axis) in [(a, edges[0], found.normal), (b, edges[1], -found.normal)] {
                 let [along, next, last] = [0, 1, 2].map(|k| cell.half[(edge.direction + k) % 3]);
                 let middle =
@@ -207,7 +218,7 @@ fn distances_are_those_of_corners_and_sampled_directions() {
         check_meeting(&a, &b, &found);
         let back = separation(&b, &a);
         assert!((back.distance - found.distance).abs() < 1e-8);
-        of_edges += usize::from(matches!(found.meeting, Meeting::Edges(_)));
+        of_edges += usize::from(matches!(found.meeting, ContactFeature::Edges(_)));
         for direction in directions.iter().filter(|_| all < 0.0) {
             assert!(by_corners(&a, &b, direction) <= all + 1e-12);
         }
@@ -219,19 +230,22 @@ fn distances_are_those_of_corners_and_sampled_directions() {
 fn degenerate_cells_have_answers() {
     let sound = |found: &Separation| found.distance.is_finite() && close(found.normal.norm(), 1.0);
     let mut numbers = Numbers(2);
-    let bodies = |numbers: &mut Numbers| {
+    let blocks = |numbers: &mut Numbers| {
         let whole = numbers.cell(1.0);
         let [x, y, z] = whole.half;
         let o = Vec3::zeros();
         let shapes = [[x, y, z], [x, y, o], [x, o, z], [x, o, o], [o; 3], [x, x, y], [y, x, z]];
-        shapes.map(|half| Cell { half, ..whole })
+        shapes.map(|half| Parallelepiped { half, ..whole })
     };
     for _ in 0..20 {
-        let (all_a, all_b) = (bodies(&mut numbers), bodies(&mut numbers));
+        let (all_a, all_b) = (blocks(&mut numbers), blocks(&mut numbers));
         for a in &all_a {
             for b in &all_b {
                 assert!(sound(&separation(a, b)), "{a:?} {b:?}");
-                assert!(sound(&separation(a, &Cell { centre: a.centre, ..*b })), "{a:?} {b:?}");
+                assert!(
+                    sound(&separation(a, &Parallelepiped { centre: a.centre, ..*b })),
+                    "{a:?} {b:?}"
+                );
             }
         }
         // A left-handed cell is the same body.
@@ -239,7 +253,7 @@ fn degenerate_cells_have_answers() {
         assert!((found.distance - other.distance).abs() < 1e-8);
         check_meeting(&all_a[6], &all_b[6], &other);
         for huge in [1e200, f64::NAN, f64::INFINITY] {
-            let wild = Cell { half: all_a[0].half.map(|half| half * huge), ..all_a[0] };
+            let wild = Parallelepiped { half: all_a[0].half.map(|half| half * huge), ..all_a[0] };
             let _ = separation(&wild, &all_b[0]);
         }
     }

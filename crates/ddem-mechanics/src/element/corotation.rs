@@ -153,12 +153,12 @@ pub fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Matrix<S>
 #[inline(always)]
 pub fn split_torque<S: Simd>(
     simd: S,
-    bodies: [Matrix<S>; 2],
+    blocks: [Matrix<S>; 2],
     frame: &Matrix<S>,
     torque: Vector<S>,
 ) -> [Vector<S>; 2] {
     let turned = transpose(frame);
-    let parts = bodies.map(|body| product(&body, &turned));
+    let parts = blocks.map(|block| product(&block, &turned));
     let mut sum = parts[0];
     for (row, more) in sum.iter_mut().zip(&parts[1]) {
         *row = add(*row, *more);
@@ -173,9 +173,8 @@ pub fn split_torque<S: Simd>(
     })
 }
 
-/// What the derivative of R adds to the nodal forces, `R (w X_i × q)` with
-/// `q = (tr(S) 1 − S)⁻¹ Rᵀ T` and T the residual torque: for a node at lattice steps `s_d` from
-/// the centre it is `Σ_d s_d c_d`. Returns `c_d`.
+/// Nodal forces due to the derivative of R, `R (w X_i × q)` with `q = (tr(S) 1 − S)⁻¹ Rᵀ T` and T the residual torque:
+/// for a node at lattice steps `s_d` from the centre it is `Σ_d s_d c_d`. Returns `c_d`.
 #[inline(always)]
 pub fn torque_forces<S: Simd>(
     simd: S,

@@ -28,7 +28,7 @@ pub const CORNERS: [[f64; 3]; 8] = [
 ];
 
 /// Stiffness of one element `[N/m]`, rows and columns node by node, x y z inside a node.
-pub type Stiffness = SMatrix<f64, 24, 24>;
+pub type ElementStiffness = SMatrix<f64, 24, 24>;
 
 /// Shape functions `N_a = ⅛ (1+ξξ_a)(1+ηη_a)(1+ζζ_a)` at a reference point, shape `(8)`, eq. (4).
 #[doc(alias = "eq 4")]
@@ -86,7 +86,7 @@ pub fn strain_matrix(nodes: &[Point3<f64>; 8], at: [f64; 3]) -> (SMatrix<f64, 6,
 /// ```
 #[doc(alias = "eq 7")]
 #[must_use]
-pub fn stiffness(nodes: &[Point3<f64>; 8], material: &Elastic) -> Stiffness {
+pub fn stiffness(nodes: &[Point3<f64>; 8], material: &Elastic) -> ElementStiffness {
     let d = SMatrix::<f64, 6, 6>::from_fn(|i, k| material.matrix()[i][k]);
     gauss_points()
         .into_iter()

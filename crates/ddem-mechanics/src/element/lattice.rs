@@ -2,13 +2,13 @@
 //!
 //! A body is n×n×n elements, a face joint n×n×1, a strip n×1×1, a corner 1×1×1: one kernel. Each
 //! plane of nodes is taken to its modes in (ξ, η) once and serves the two layers of elements at
-//! its sides; a layer is sums and differences of two planes, the products of [`Table`], and the
+//! its sides; a layer is sums and differences of two planes, the products of [`ElementTable`], and the
 //! transposed sums and differences; each plane is taken back to its nodes once.
 
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
-use super::table::{BoxTable, ObliqueTable, Table};
+use super::table::{BoxTable, ElementTable, ObliqueTable};
 use crate::math::lanes::{Lanes, load, splat, symmetric_times};
 
 /// Working space of [`force`] for one task.
@@ -41,15 +41,15 @@ impl Planes {
 pub fn force<S: Simd>(
     simd: S,
     dims: [usize; 3],
-    table: &Table,
+    table: &ElementTable,
     u: &[Lanes],
     g: &mut [Lanes],
     planes: &mut Planes,
 ) {
     planes.reserve(dims);
     match table {
-        Table::Box(table) => force_box(simd, dims, table, u, g, planes),
-        Table::Oblique(table) => force_oblique(simd, dims, table, u, g, planes),
+        ElementTable::Box(table) => force_box(simd, dims, table, u, g, planes),
+        ElementTable::Oblique(table) => force_oblique(simd, dims, table, u, g, planes),
     }
 }
 
@@ -58,7 +58,7 @@ pub fn force<S: Simd>(
 pub fn force_left<S: Simd>(
     simd: S,
     dims: [usize; 3],
-    table: &Table,
+    table: &ElementTable,
     alive: &[Lanes],
     u: &[Lanes],
     g: &mut [Lanes],
@@ -66,8 +66,8 @@ pub fn force_left<S: Simd>(
 ) {
     planes.reserve(dims);
     match table {
-        Table::Box(table) => force_box_left(simd, dims, table, alive, u, g, planes),
-        Table::Oblique(table) => force_oblique_left(simd, dims, table, alive, u, g, planes),
+        ElementTable::Box(table) => force_box_left(simd, dims, table, alive, u, g, planes),
+        ElementTable::Oblique(table) => force_oblique_left(simd, dims, table, alive, u, g, planes),
     }
 }
 
@@ -131,9 +131,9 @@ fn force_oblique_left<S: Simd>(
     });
 }
 
-/// What an element sees of its nodes: nothing where it is not left.
+/// Nodal values of an element, zero if it has failed.
 #[inline(always)]
-fn left<S: Simd>(simd: S, column: &Column, alive: Lanes) -> Column {
+fn left<S: Simd>(simd: S, column: &ColumnNodes, alive: Lanes) -> ColumnNodes {
     let alive = alive.load(simd);
     let mut out = *column;
     for out in &mut out {
@@ -143,7 +143,7 @@ fn left<S: Simd>(simd: S, column: &Column, alive: Lanes) -> Column {
 }
 
 /// Modes (1, ξ, η, ξη) × three components of one element column in one plane.
-type Column = [Lanes; 12];
+type ColumnNodes = [Lanes; 12];
 
 #[inline(always)]
 fn sweep<S: Simd>(
@@ -152,7 +152,7 @@ fn sweep<S: Simd>(
     u: &[Lanes],
     g: &mut [Lanes],
     planes: &mut Planes,
-    element: impl Fn(usize, &Column, &Column, &mut Column, &mut Column),
+    element: impl Fn(usize, &ColumnNodes, &ColumnNodes, &mut ColumnNodes, &mut ColumnNodes),
 ) {
     let [nx, ny, nz] = dims;
     let plane_nodes = 3 * (nx + 1) * (ny + 1);
@@ -250,7 +250,7 @@ fn to_nodes<S: Simd>(
     }
 }
 
-/// What sums and differences give to the lower node: first half minus second.
+/// Part of sums and differences at the lower node: first half minus second.
 #[inline(always)]
 fn lower_half<S: Simd, const N: usize, const M: usize>(simd: S, m: &[Lanes; N]) -> [Lanes; M] {
     let mut out = [Lanes::ZERO; M];
@@ -260,7 +260,7 @@ fn lower_half<S: Simd, const N: usize, const M: usize>(simd: S, m: &[Lanes; N]) 
     out
 }
 
-/// What sums and differences give to the upper node: first half plus second.
+/// Part of sums and differences at the upper node: first half plus second.
 #[inline(always)]
 fn upper_half<S: Simd, const N: usize, const M: usize>(simd: S, m: &[Lanes; N]) -> [Lanes; M] {
     let mut out = [Lanes::ZERO; M];
@@ -283,8 +283,8 @@ fn plus<S: Simd, const M: usize>(simd: S, a: [Lanes; M], b: [Lanes; M]) -> [Lane
 #[inline(always)]
 fn amplitudes<S: Simd>(
     simd: S,
-    lower: &Column,
-    upper: &Column,
+    lower: &ColumnNodes,
+    upper: &ColumnNodes,
 ) -> ([f64x4<S>; 12], [f64x4<S>; 12]) {
     let (mut sum, mut difference) = ([splat(simd, 0.0); 12], [splat(simd, 0.0); 12]);
     for k in 0..12 {
@@ -300,8 +300,8 @@ fn give<S: Simd>(
     simd: S,
     sum: &[f64x4<S>; 9],
     difference: &[f64x4<S>; 12],
-    f_lower: &mut Column,
-    f_upper: &mut Column,
+    f_lower: &mut ColumnNodes,
+    f_upper: &mut ColumnNodes,
 ) {
     for k in 0..3 {
         f_lower[k] = Lanes::from(f_lower[k].load(simd) - difference[k]);
@@ -332,10 +332,10 @@ fn three<S: Simd>(simd: S, m: &[Lanes; 6], v: [f64x4<S>; 3]) -> [f64x4<S>; 3] {
 fn box_element<S: Simd>(
     simd: S,
     table: &BoxTable,
-    lower: &Column,
-    upper: &Column,
-    f_lower: &mut Column,
-    f_upper: &mut Column,
+    lower: &ColumnNodes,
+    upper: &ColumnNodes,
+    f_lower: &mut ColumnNodes,
+    f_upper: &mut ColumnNodes,
 ) {
     // Columns hold (1, ξ, η, ξη) × (x, y, z): s without ζ, d with it.
     let (s, d) = amplitudes(simd, lower, upper);
@@ -376,10 +376,10 @@ fn square<S: Simd, const N: usize>(
 fn oblique_element<S: Simd>(
     simd: S,
     table: &ObliqueTable,
-    lower: &Column,
-    upper: &Column,
-    f_lower: &mut Column,
-    f_upper: &mut Column,
+    lower: &ColumnNodes,
+    upper: &ColumnNodes,
+    f_lower: &mut ColumnNodes,
+    f_upper: &mut ColumnNodes,
 ) {
     let (s, d) = amplitudes(simd, lower, upper);
     let strain = [s[3], s[6], d[0], s[4], s[7], d[1], s[5], s[8], d[2]];

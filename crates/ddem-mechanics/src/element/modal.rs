@@ -18,7 +18,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::Elastic;
 use super::ElementKind;
-use super::hex8::{CORNERS, Stiffness};
+use super::hex8::{CORNERS, ElementStiffness};
 
 /// The three modes with two ones, in the order of the bend group.
 pub(super) const BEND: [usize; 3] = [3, 5, 6];
@@ -64,7 +64,7 @@ impl Modal {
 
     /// The dense stiffness `[N/m]`, shape `(24, 24)`, nodes in VTK order: `K = Hᵀ M H`.
     #[must_use]
-    pub fn dense(&self) -> Stiffness {
+    pub fn dense(&self) -> ElementStiffness {
         let mut modes = SMatrix::<f64, 24, 24>::zeros();
         for i in 0..3 {
             for j in 0..3 {

@@ -5,14 +5,14 @@ use crate::math::lanes::{LANES, Lanes};
 
 /// The tables of four elements, one per lane.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Table {
+pub enum ElementTable {
     /// All four are boxes along the coordinate axes.
     Box(Box<BoxTable>),
     /// Any parallelepipeds.
     Oblique(Box<ObliqueTable>),
 }
 
-/// What is not zero, and not there by symmetry, for a box.
+/// Independent non-zero entries of a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxTable {
     /// Normal strains: xx yy zz xy yz zx of a symmetric 3×3.
@@ -35,7 +35,7 @@ pub struct ObliqueTable {
     pub(super) hour: [[Lanes; 3]; 3],
 }
 
-impl Table {
+impl ElementTable {
     /// Puts four modal stiffnesses side by side; `None` is a lane without an element.
     pub fn new(lanes: [Option<&Modal>; LANES], is_box: bool) -> Self {
         let pick = |f: &dyn Fn(&Modal) -> f64| Lanes(lanes.map(|m| m.map_or(0.0, f)));
@@ -69,7 +69,7 @@ impl Table {
     }
 }
 
-impl Table {
+impl ElementTable {
     /// Memory on the heap `[bytes]`.
     pub fn bytes(&self) -> usize {
         match self {

@@ -3,11 +3,11 @@ use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
 
 use super::Elastic;
 use super::corotation::{mean_rotation, split_torque};
-use super::hex8::{self, Stiffness};
+use super::hex8::{self, ElementStiffness};
 use super::lattice::{Planes, force};
 use super::modal::Modal;
 use super::principal;
-use super::table::Table;
+use super::table::ElementTable;
 use crate::element::ElementKind;
 use crate::math::lanes::{Lanes, add, splat, zero};
 
@@ -28,7 +28,7 @@ fn shapes() -> [[Vector3<f64>; 3]; 2] {
     ]
 }
 
-fn distance(a: &Stiffness, b: &Stiffness) -> f64 {
+fn distance(a: &ElementStiffness, b: &ElementStiffness) -> f64 {
     (a - b).abs().max() / b.abs().max()
 }
 
@@ -106,7 +106,7 @@ fn check_lattice(modals: [Option<&Modal>; 4], dims: [usize; 3], is_box: bool) {
         .map(|i| Lanes(std::array::from_fn(|l| ((i * 7 + l * 13) as f64 * 0.37).sin() * 1e-3)))
         .collect();
     let mut g = vec![Lanes::ZERO; n];
-    let table = Table::new(modals, is_box);
+    let table = ElementTable::new(modals, is_box);
     dispatch!(Level::new(), simd => force(simd, dims, &table, &u, &mut g, &mut Planes::default()));
     for (lane, modal) in modals.iter().enumerate() {
         let mut expected = vec![0.0; n];

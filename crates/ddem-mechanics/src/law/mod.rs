@@ -34,13 +34,13 @@
 //!
 //! Tension and opening are positive; the normal points from side a to side b.
 
-mod barton_bandis;
-pub mod bearing;
-mod between;
+mod barton;
+mod blended;
 mod check;
 mod mohr_coulomb;
 mod reduced;
 pub mod response;
+pub mod springs;
 #[cfg(test)]
 mod tests;
 
@@ -50,11 +50,11 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-pub use barton_bandis::BartonBandis;
-pub use between::Between;
+pub use barton::Barton;
+pub use blended::BlendedLaw;
 pub use check::check;
 pub use mohr_coulomb::MohrCoulomb;
-pub use reduced::Reduced;
+pub use reduced::ReducedLaw;
 
 /// Traction on side a of a joint, from side b `[Pa]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -76,25 +76,25 @@ pub struct Opening {
 
 /// Stiffness of the springs of a failed point `[Pa/m]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Stiffness {
+pub struct SpringStiffness {
     /// k_n `[Pa/m]`.
     pub normal: f64,
     /// k_s `[Pa/m]`.
     pub shear: f64,
 }
 
-/// How a point failed.
+/// Failure mode of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mode {
+pub enum FailureMode {
     /// The shear strength was passed, eq. (12).
     Shear,
     /// The tensile strength was passed.
     Tension,
 }
 
-/// What a failed point remembers.
+/// State of a failed point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct PointState {
     /// Slip s of side b against side a `[m]`.
     pub slip: Vector2<f64>,
     /// Opening that slip over the roughness has made, `tan ψ` for each unit of slip `[m]`.
@@ -114,12 +114,12 @@ pub struct Memory {
     pub account: f64,
     /// The last equilibrium, from which a relaxation maps slip and damage, so that neither keeps what
     /// it overshoots; `None` in motion, where both go on from the last step.
-    pub settled: Option<Settled>,
+    pub equilibrium: Option<Equilibrium>,
 }
 
 /// State of a failed point in an equilibrium, from which a relaxation goes on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Settled {
+pub struct Equilibrium {
     /// Slip s of side b against side a `[m]`.
     pub slip: Vector2<f64>,
     /// Opening that slip over the roughness has made `[m]`.
@@ -130,17 +130,17 @@ pub struct Settled {
     pub gap: f64,
 }
 
-impl Memory {
+impl PointState {
     /// Takes the present state for an equilibrium.
-    pub fn settle(&mut self) {
+    pub fn set_equilibrium(&mut self) {
         let Self { slip, dilation, damage, gap, .. } = *self;
-        self.settled = Some(Settled { slip, dilation, damage, gap });
+        self.equilibrium = Some(Equilibrium { slip, dilation, damage, gap });
     }
 }
 
 /// Energy that a point has lost for each unit of area `[J/m²]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loss {
+pub struct PointLoss {
     /// To friction, less the work of dilation against the normal traction.
     pub friction: f64,
     /// To fracture.
@@ -151,7 +151,7 @@ pub struct Loss {
     pub damping: f64,
 }
 
-/// How much failing takes; 0 is brittle.
+/// Softening after failure; 0 is brittle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Softening {
     /// Inelastic opening after which no tension is left, `2 G_I / σ_t` `[m]`.
@@ -176,7 +176,7 @@ pub trait JointLaw: Debug + Send + Sync {
     /// Shear strength of a failed, closed point under a normal traction `[Pa]`, not negative.
     fn residual(&self, normal: f64) -> f64;
 
-    /// Whether a bonded point bears anything when nothing presses on it.
+    /// True if a bonded point bears load without pressure.
     fn bonds(&self) -> bool {
         self.tension() > 0.0 || self.peak(0.0) > 0.0
     }
@@ -199,24 +199,24 @@ pub trait JointLaw: Debug + Send + Sync {
         None
     }
 
-    /// How the strength goes from peak to residual; `None`: at once.
+    /// Softening from peak to residual strength; `None`: brittle.
     fn softening(&self) -> Option<Softening> {
         None
     }
 
     /// Mode in which a bonded point fails under a traction, eq. (12).
     #[doc(alias = "eq 12")]
-    fn failure(&self, normal: f64, shear: f64) -> Option<Mode> {
+    fn failure(&self, normal: f64, shear: f64) -> Option<FailureMode> {
         if normal > self.tension() {
-            Some(Mode::Tension)
+            Some(FailureMode::Tension)
         } else {
             let rounding = ROUNDING * (normal.abs() + self.tension());
-            (shear > self.peak(normal) + rounding).then_some(Mode::Shear)
+            (shear > self.peak(normal) + rounding).then_some(FailureMode::Shear)
         }
     }
 
-    /// Whether any of some points fails, from their normal tractions and the squares of their
-    /// shear tractions. One call for many points: the loop is compiled for each law.
+    /// True if any of some points fails, from their normal tractions and the squares of their shear
+    /// tractions. One call serves many points: the loop is compiled for each law.
     fn any_failure(&self, normal: &[f64], shear_squared: &[f64]) -> bool {
         let tension = self.tension();
         let mut any = false;

@@ -7,14 +7,14 @@ use super::{JointLaw, Softening};
 /// A law whose strengths are those of another one divided by a factor: cohesion, tension and the tangents of
 /// the friction angles; dilation stays, but is no steeper than the friction that is left.
 #[derive(Clone, Debug)]
-pub struct Reduced {
+pub struct ReducedLaw {
     /// Law with the full strengths.
     pub law: Arc<dyn JointLaw>,
     /// Divisor of the strengths.
     pub factor: f64,
 }
 
-impl JointLaw for Reduced {
+impl JointLaw for ReducedLaw {
     fn tension(&self) -> f64 {
         self.law.tension() / self.factor
     }

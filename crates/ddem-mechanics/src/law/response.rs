@@ -19,72 +19,74 @@
 
 use nalgebra::Vector2;
 
-use super::{JointLaw, Loss, Memory, Opening, Settled, Softening, Stiffness, Traction};
+use super::{
+    Equilibrium, JointLaw, Opening, PointLoss, PointState, Softening, SpringStiffness, Traction,
+};
 
 /// Damage of faces that have parted: nothing is left but friction.
 const PARTED: f64 = 2.0;
 
 /// Traction of a failed point at an opening, left in its memory; returns what it loses on the way there. Where
-/// [`Memory::settled`] is there, slip and damage go on from it.
+/// [`PointState::equilibrium`] is there, slip and damage go on from it.
 #[inline(always)]
 pub(super) fn respond<L: JointLaw + ?Sized>(
     law: &L,
-    stiffness: Stiffness,
+    stiffness: SpringStiffness,
     opening: Opening,
-    memory: &mut Memory,
-) -> Loss {
-    let before = *memory;
+    state: &mut PointState,
+) -> PointLoss {
+    let before = *state;
     let softening = law.softening().unwrap_or_default();
     let gap = opening.normal - before.dilation;
-    if let Some(settled) = before.settled {
-        memory.slip = settled.stuck(opening, gap);
+    if let Some(equilibrium) = before.equilibrium {
+        state.slip = equilibrium.stuck(opening, gap);
         // What has parted on the way does not grow together.
-        memory.damage = if before.damage >= PARTED { PARTED } else { settled.damage };
+        state.damage = if before.damage >= PARTED { PARTED } else { equilibrium.damage };
     }
-    let start = *memory;
+    let start = *state;
     let tension = law.tension();
     let normal = if gap > 0.0 {
-        memory.damage = opened(tension, stiffness.normal, softening, gap, start.damage);
-        if memory.damage >= 1.0 && law.residual(0.0) > 0.0 {
-            memory.damage = PARTED;
+        state.damage = opened(tension, stiffness.normal, softening, gap, start.damage);
+        if state.damage >= 1.0 && law.residual(0.0) > 0.0 {
+            state.damage = PARTED;
         }
-        secant(tension, stiffness.normal, softening, memory.damage) * gap
+        secant(tension, stiffness.normal, softening, state.damage) * gap
     } else {
         if start.damage < 1.0 && law.softening().is_none() {
-            memory.damage = 1.0;
+            state.damage = 1.0;
         }
         stiffness.normal * gap * eased(&before, gap)
     };
-    (memory.gap, memory.lifted) = (gap, before.dilation);
-    memory.traction.normal = normal;
-    slide(law, stiffness.shear, softening, opening, memory);
+    (state.gap, state.lifted) = (gap, before.dilation);
+    state.traction.normal = normal;
+    slide(law, stiffness.shear, softening, opening, state);
     let tan_dilation = law.tan_dilation();
     if tan_dilation > 0.0 {
         // Slip back over the roughness closes what slip made.
-        let further = if gap <= 0.0 { memory.slip.norm() - start.slip.norm() } else { 0.0 };
-        let from = before.settled.map_or(before.dilation, |settled| settled.dilation);
-        memory.dilation = (from + tan_dilation * further).max(0.0);
+        let further = if gap <= 0.0 { state.slip.norm() - start.slip.norm() } else { 0.0 };
+        let from = before.equilibrium.map_or(before.dilation, |equilibrium| equilibrium.dilation);
+        state.dilation = (from + tan_dilation * further).max(0.0);
     }
-    loss(law, &before, memory)
+    loss(law, &before, state)
 }
 
 /// Part of the pressure that acts on faces that have just met, or are about to part. They touch for a
 /// part of the step only: the whole pressure would take, or do, more work than the springs hold, and
 /// what bounces gain or lose energy with every contact.
-fn eased(before: &Memory, gap: f64) -> f64 {
-    let way = gap - before.gap;
-    if gap >= 0.0 || before.settled.is_some() {
+fn eased(before: &PointState, gap: f64) -> f64 {
+    let du = gap - before.gap;
+    if gap >= 0.0 || before.equilibrium.is_some() {
         1.0
     } else if before.gap > 0.0 && before.traction.normal == 0.0 {
         0.5 - 0.5 * gap / (before.gap - gap)
-    } else if gap + way > 0.0 {
-        0.5 - 0.5 * gap / way
+    } else if gap + du > 0.0 {
+        0.5 - 0.5 * gap / du
     } else {
         1.0
     }
 }
 
-impl Settled {
+impl Equilibrium {
     /// Slip at which a point begins to stick on the way straight to an opening: where it closes, if it
     /// was open without a bond.
     fn stuck(&self, opening: Opening, gap: f64) -> Vector2<f64> {
@@ -123,29 +125,29 @@ fn slide<L: JointLaw + ?Sized>(
     stiffness: f64,
     softening: Softening,
     opening: Opening,
-    memory: &mut Memory,
+    state: &mut PointState,
 ) {
-    let trial = (opening.shear - memory.slip) * stiffness;
+    let trial = (opening.shear - state.slip) * stiffness;
     let size = trial.norm();
-    let (peak, residual) = limits(law, memory);
-    let damage = memory.damage.min(1.0);
+    let (peak, residual) = limits(law, state);
+    let damage = state.damage.min(1.0);
     let limit = (1.0 - damage) * peak + damage * residual;
     if size <= limit {
-        memory.traction.shear = trial;
+        state.traction.shear = trial;
         return;
     }
     let mut bears = residual;
-    if memory.damage < 1.0 {
+    if state.damage < 1.0 {
         // The limit falls while the point slips: both at once.
-        let per_slip = damage_per_slip(law, softening, memory.traction.normal);
+        let per_slip = damage_per_slip(law, softening, state.traction.normal);
         let fall = (peak - residual) * per_slip;
-        let damage = memory.damage + (size - limit) / (stiffness - fall) * per_slip;
-        memory.damage = if fall < stiffness && damage < 1.0 { damage } else { 1.0 };
-        bears = (1.0 - memory.damage) * peak + memory.damage * residual;
+        let damage = state.damage + (size - limit) / (stiffness - fall) * per_slip;
+        state.damage = if fall < stiffness && damage < 1.0 { damage } else { 1.0 };
+        bears = (1.0 - state.damage) * peak + state.damage * residual;
     }
-    memory.traction.shear = if bears > 0.0 { trial * (bears / size) } else { trial * 0.0 };
-    memory.slip =
-        if bears > 0.0 { opening.shear - memory.traction.shear / stiffness } else { opening.shear };
+    state.traction.shear = if bears > 0.0 { trial * (bears / size) } else { trial * 0.0 };
+    state.slip =
+        if bears > 0.0 { opening.shear - state.traction.shear / stiffness } else { opening.shear };
 }
 
 /// Damage that slip does under a normal traction `[1/m]`: in tension as without it.
@@ -157,18 +159,18 @@ fn damage_per_slip<L: JointLaw + ?Sized>(law: &L, softening: Softening, normal: 
 
 /// Peak and residual shear strength under the pressure of spring and dashpot; the residual acts on closed faces
 /// only.
-fn limits<L: JointLaw + ?Sized>(law: &L, memory: &Memory) -> (f64, f64) {
-    let normal = memory.traction.normal + memory.dashpot();
-    let cohesion = if memory.damage >= PARTED { law.residual(0.0) } else { 0.0 };
-    let residual = if memory.gap <= 0.0 { (law.residual(normal) - cohesion).max(0.0) } else { 0.0 };
-    let peak = if memory.damage < 1.0 { law.peak(normal) } else { residual };
+fn limits<L: JointLaw + ?Sized>(law: &L, state: &PointState) -> (f64, f64) {
+    let normal = state.traction.normal + state.dashpot();
+    let cohesion = if state.damage >= PARTED { law.residual(0.0) } else { 0.0 };
+    let residual = if state.gap <= 0.0 { (law.residual(normal) - cohesion).max(0.0) } else { 0.0 };
+    let peak = if state.damage < 1.0 { law.peak(normal) } else { residual };
     // Softening never makes stronger.
     (peak.max(residual), residual)
 }
 
 /// `∫ T · d(inelastic opening and slip)` by the trapezoidal rule, which is that of the step.
-fn loss<L: JointLaw + ?Sized>(law: &L, before: &Memory, after: &Memory) -> Loss {
-    let mut loss = Loss::default();
+fn loss<L: JointLaw + ?Sized>(law: &L, before: &PointState, after: &PointState) -> PointLoss {
+    let mut loss = PointLoss::default();
     let (old, new): (Traction, Traction) = (before.traction, after.traction);
     // The area between two secants: nothing along a straight line.
     let area = 0.5 * (old.normal * after.gap - new.normal * before.gap);
@@ -192,7 +194,7 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &Memory, after: &Memory) -> Loss 
 }
 
 /// Energy that a failed point holds for each unit of area: in its springs and on its account `[J/m²]`.
-pub fn stored(stiffness: Stiffness, memory: &Memory) -> f64 {
-    let Traction { normal, shear } = memory.traction;
-    0.5 * normal * memory.gap + 0.5 * shear.norm_squared() / stiffness.shear + memory.account
+pub fn stored(stiffness: SpringStiffness, state: &PointState) -> f64 {
+    let Traction { normal, shear } = state.traction;
+    0.5 * normal * state.gap + 0.5 * shear.norm_squared() / stiffness.shear + state.account
 }

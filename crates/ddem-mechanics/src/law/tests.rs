@@ -2,11 +2,11 @@
 
 use nalgebra::Vector2;
 
-use super::bearing::Bearing;
 use super::response::{respond, stored};
+use super::springs::PointSprings;
 use super::*;
 
-const STIFFNESS: Stiffness = Stiffness { normal: 4e9, shear: 1.5e9 };
+const STIFFNESS: SpringStiffness = SpringStiffness { normal: 4e9, shear: 1.5e9 };
 
 fn coulomb(energy: Option<[f64; 2]>) -> MohrCoulomb {
     MohrCoulomb {
@@ -26,14 +26,18 @@ fn tan(degrees: f64) -> f64 {
 }
 
 /// Leads a point that has just reached its peak along a path and adds up what it loses.
-fn lead(law: &dyn JointLaw, path: impl Iterator<Item = Opening>, start: Memory) -> (Memory, Loss) {
-    let (mut memory, mut sum) = (start, Loss::default());
+fn lead(
+    law: &dyn JointLaw,
+    path: impl Iterator<Item = Opening>,
+    start: PointState,
+) -> (PointState, PointLoss) {
+    let (mut state, mut sum) = (start, PointLoss::default());
     for opening in path {
-        let loss = respond(law, STIFFNESS, opening, &mut memory);
+        let loss = respond(law, STIFFNESS, opening, &mut state);
         sum.friction += loss.friction;
         sum.fracture += loss.fracture;
     }
-    (memory, sum)
+    (state, sum)
 }
 
 fn at(normal: f64, shear: f64) -> Opening {
@@ -44,16 +48,16 @@ fn at(normal: f64, shear: f64) -> Opening {
 fn a_bonded_point_fails_at_its_strength() {
     let law = coulomb(None);
     assert_eq!(law.failure(0.999e6, 0.0), None);
-    assert_eq!(law.failure(1.001e6, 0.0), Some(Mode::Tension));
+    assert_eq!(law.failure(1.001e6, 0.0), Some(FailureMode::Tension));
     let peak = 2e6 + 3e6 * tan(35.0);
     assert_eq!(law.failure(-3e6, 0.9999 * peak), None);
-    assert_eq!(law.failure(-3e6, 1.0001 * peak), Some(Mode::Shear));
+    assert_eq!(law.failure(-3e6, 1.0001 * peak), Some(FailureMode::Shear));
     // Tension alone: shear that is rounding decides nothing.
     let bare = MohrCoulomb { tension: 1e6, ..MohrCoulomb::default() };
     assert_eq!(bare.failure(0.999e6, 1e-5), None);
     assert!(!bare.any_failure(&[0.999e6], &[1e-10]));
-    assert_eq!(bare.failure(1.001e6, 1e-5), Some(Mode::Tension));
-    assert_eq!(bare.failure(0.5e6, 1.0), Some(Mode::Shear));
+    assert_eq!(bare.failure(1.001e6, 1e-5), Some(FailureMode::Tension));
+    assert_eq!(bare.failure(0.5e6, 1.0), Some(FailureMode::Shear));
     let overload = law.overload(2.5e6, 0.0);
     assert!((overload - 2.5).abs() < 3e-3, "{overload}");
     assert!(law.any_failure(&[0.0, 0.0], &[0.0, 2.1e6 * 2.1e6]));
@@ -65,10 +69,10 @@ fn pure_opening_takes_its_fracture_energy() {
     for energy in [200.0, 1000.0] {
         let law = coulomb(Some([energy, 5000.0]));
         let (elastic, last) = (1e6 / STIFFNESS.normal, 2.0 * energy / 1e6);
-        let start = Memory {
+        let start = PointState {
             gap: elastic,
             traction: Traction { normal: 1e6, shear: Vector2::zeros() },
-            ..Memory::default()
+            ..PointState::default()
         };
         // There is a way back on it: unloading takes nothing.
         let path = (0..=1000).map(|i| f64::from(i) / 1000.0);
@@ -78,10 +82,10 @@ fn pure_opening_takes_its_fracture_energy() {
             .chain((100..400).rev().map(|i| f64::from(i) / 1000.0))
             .chain(path.skip(100));
         let path = path.map(|x| at(elastic + x * (last - elastic), 0.0));
-        let (memory, loss) = lead(&law, path, start);
+        let (state, loss) = lead(&law, path, start);
         assert!((loss.fracture / energy - 1.0).abs() < 1e-9, "{loss:?}");
         // Parted faces have lost their residual cohesion, too.
-        assert_eq!((loss.friction, memory.traction.normal, memory.damage), (0.0, 0.0, 2.0));
+        assert_eq!((loss.friction, state.traction.normal, state.damage), (0.0, 0.0, 2.0));
     }
 }
 
@@ -90,17 +94,17 @@ fn pure_sliding_takes_its_fracture_energy_above_the_residual() {
     let law = coulomb(Some([200.0, 3000.0]));
     let law = MohrCoulomb { tan_dilation: 0.0, ..law };
     let elastic = 2e6 / STIFFNESS.shear;
-    let start = Memory {
+    let start = PointState {
         traction: Traction { normal: 0.0, shear: at(0.0, 2e6).shear },
-        ..Memory::default()
+        ..PointState::default()
     };
     let path = (1..=4000).map(|i| at(0.0, elastic + f64::from(i) * 2e-6));
-    let (memory, loss) = lead(&law, path, start);
-    assert_eq!(memory.damage, 1.0);
+    let (state, loss) = lead(&law, path, start);
+    assert_eq!(state.damage, 1.0);
     assert!((loss.fracture / 3000.0 - 1.0).abs() < 1e-3, "{loss:?}");
-    let friction = 0.3e6 * memory.slip.norm();
+    let friction = 0.3e6 * state.slip.norm();
     assert!((loss.friction / friction - 1.0).abs() < 1e-9, "{loss:?}");
-    assert!((memory.traction.shear.norm() / 0.3e6 - 1.0).abs() < 1e-12);
+    assert!((state.traction.shear.norm() / 0.3e6 - 1.0).abs() < 1e-12);
 }
 
 /// Friction that falls is part of what is lost: G_II under any pressure that the springs can hold.
@@ -111,17 +115,17 @@ fn sliding_under_pressure_takes_its_fracture_energy() {
         let [peak, residual] = [law.peak(-pressure), law.residual(-pressure)];
         assert_eq!((peak - residual).powi(2) / (2.0 * STIFFNESS.shear) < 3000.0, softens);
         let gap = -pressure / STIFFNESS.normal;
-        let start = Memory {
+        let start = PointState {
             gap,
             traction: Traction { normal: -pressure, shear: at(0.0, peak).shear },
-            ..Memory::default()
+            ..PointState::default()
         };
         let elastic = peak / STIFFNESS.shear;
         let path = (1..=4000).map(|i| at(gap, elastic + f64::from(i) * 2e-6));
-        let (memory, loss) = lead(&law, path, start);
+        let (state, loss) = lead(&law, path, start);
         let exact =
             if softens { 3000.0 } else { (peak - residual).powi(2) / (2.0 * STIFFNESS.shear) };
-        assert_eq!(memory.damage, 1.0);
+        assert_eq!(state.damage, 1.0);
         assert!((loss.fracture / exact - 1.0).abs() < 2e-3, "{pressure} {loss:?} {exact}");
     }
 }
@@ -134,20 +138,20 @@ fn faces_that_have_parted_have_no_cohesion() {
     let pressed = -4e6 / STIFFNESS.normal;
     let slides = |i: i32| at(pressed, f64::from(i) * 1e-5);
     for settles in [false, true] {
-        let mut memory = Memory::default();
-        let mut act = |opening: Opening| {
-            respond(&law, STIFFNESS, opening, &mut memory);
-            memory.traction.shear.norm()
+        let mut state = PointState::default();
+        let mut shear_at = |opening: Opening| {
+            respond(&law, STIFFNESS, opening, &mut state);
+            state.traction.shear.norm()
         };
-        let slid = (1..=1000).map(slides).map(&mut act).fold(0.0, |_, shear| shear);
+        let slid = (1..=1000).map(slides).map(&mut shear_at).fold(0.0, |_, shear| shear);
         assert!((slid / (0.3e6 + friction) - 1.0).abs() < 1e-12, "{slid}");
-        assert_eq!(act(at(1e-6, 0.01)), 0.0);
-        let closed = (1001..=2000).map(slides).map(&mut act).fold(0.0, |_, shear| shear);
+        assert_eq!(shear_at(at(1e-6, 0.01)), 0.0);
+        let closed = (1001..=2000).map(slides).map(&mut shear_at).fold(0.0, |_, shear| shear);
         assert!((closed / friction - 1.0).abs() < 1e-12, "{closed}");
         if settles {
-            memory.settle();
-            respond(&law, STIFFNESS, slides(3000), &mut memory);
-            let shear = memory.traction.shear.norm();
+            state.set_equilibrium();
+            respond(&law, STIFFNESS, slides(3000), &mut state);
+            let shear = state.traction.shear.norm();
             assert!((shear / friction - 1.0).abs() < 1e-12, "{shear}");
         }
     }
@@ -156,38 +160,34 @@ fn faces_that_have_parted_have_no_cohesion() {
 #[test]
 fn sliding_bears_the_residual_and_opens_by_dilation() {
     let law = coulomb(None);
-    let start = Memory::default();
+    let start = PointState::default();
     let path = (1..=3000).map(|i| at(-1e-3, f64::from(i) * 1e-6));
-    let (memory, loss) = lead(&law, path, start);
-    let slip = memory.slip.norm();
-    assert!((memory.dilation / (slip * tan(7.0)) - 1.0).abs() < 1e-12);
-    let pressure = -memory.traction.normal;
-    assert!((memory.traction.shear.norm() / (0.3e6 + pressure * tan(25.0)) - 1.0).abs() < 1e-12);
+    let (state, loss) = lead(&law, path, start);
+    let slip = state.slip.norm();
+    assert!((state.dilation / (slip * tan(7.0)) - 1.0).abs() < 1e-12);
+    let pressure = -state.traction.normal;
+    assert!((state.traction.shear.norm() / (0.3e6 + pressure * tan(25.0)) - 1.0).abs() < 1e-12);
     // Nothing is gained: work that went in is stored or lost.
     let work = loss.friction + loss.fracture;
-    assert!(work > 0.0 && stored(STIFFNESS, &memory) > 0.0);
+    assert!(work > 0.0 && stored(STIFFNESS, &state) > 0.0);
 }
 
 #[test]
 fn an_open_point_bears_nothing_and_forgets_its_stick() {
     let law = coulomb(None);
-    let (memory, _) = lead(&law, [at(-1e-4, 1e-4), at(1e-5, 2e-3)].into_iter(), Memory::default());
-    assert_eq!(memory.traction, Traction::default());
+    let (state, _) =
+        lead(&law, [at(-1e-4, 1e-4), at(1e-5, 2e-3)].into_iter(), PointState::default());
+    assert_eq!(state.traction, Traction::default());
     // Closed again where it is, it bears no shear at first.
-    let (memory, _) = lead(&law, [at(-1e-4, 2e-3)].into_iter(), memory);
-    assert!(memory.traction.normal < 0.0);
-    assert!(memory.traction.shear.norm() < 1e-6);
+    let (state, _) = lead(&law, [at(-1e-4, 2e-3)].into_iter(), state);
+    assert!(state.traction.normal < 0.0);
+    assert!(state.traction.shear.norm() < 1e-6);
 }
 
 #[test]
 fn barton_bandis_follows_its_curve() {
-    let law = BartonBandis {
-        jrc: 9.0,
-        jcs: 80e6,
-        residual_friction: 28.0,
-        tension: 0.0,
-        tan_dilation: 0.0,
-    };
+    let law =
+        Barton { jrc: 9.0, jcs: 80e6, residual_friction: 28.0, tension: 0.0, tan_dilation: 0.0 };
     for stress in [0.5e6, 2e6, 10e6] {
         let exact = stress * tan(28.0 + 9.0 * (80e6_f64 / stress).log10());
         assert!((law.peak(-stress) / exact - 1.0).abs() < 1e-14);
@@ -210,11 +210,12 @@ fn what_bounces_keeps_its_energy_on_the_mean() {
         for phase in 0..bounces {
             let (mut v, mut gap) =
                 (-1.0, time_step * (1.0 + f64::from(phase) / f64::from(bounces)));
-            let mut memory = Memory { damage: 1.0, gap: gap + time_step, ..Memory::default() };
+            let mut state =
+                PointState { damage: 1.0, gap: gap + time_step, ..PointState::default() };
             let mut loss = 0.0;
             while gap <= 3.0 * time_step {
-                loss += respond(&law, STIFFNESS, at(gap, 0.0), &mut memory).contact;
-                v -= time_step * memory.traction.normal;
+                loss += respond(&law, STIFFNESS, at(gap, 0.0), &mut state).contact;
+                v -= time_step * state.traction.normal;
                 gap += time_step * v;
             }
             let gain = v * v - 1.0;
@@ -234,14 +235,15 @@ fn what_bounces_is_never_faster() {
     for (step, most) in [(1.8, 1.0), (1.0, 0.5), (0.3, 0.02), (0.03, 1e-4)] {
         let (time_step, bounces) = (step / omega, 100);
         for phase in 0..bounces {
-            let bearing =
-                Bearing { stiffness: STIFFNESS, dashpot: 0.0, time_step: Some(time_step) };
+            let springs =
+                PointSprings { stiffness: STIFFNESS, dashpot: 0.0, time_step: Some(time_step) };
             let part = f64::from(phase) / f64::from(bounces);
             let (mut v, mut gap) = (-1.0, time_step * (1.0 + part));
-            let mut memory = Memory { damage: 1.0, gap: gap + time_step, ..Memory::default() };
+            let mut state =
+                PointState { damage: 1.0, gap: gap + time_step, ..PointState::default() };
             for _ in 0..(20.0 + 5.0 / step) as usize {
-                bearing.act(&law, at(gap, 0.0), &mut memory);
-                v -= time_step * memory.borne().normal;
+                springs.update(&law, at(gap, 0.0), &mut state);
+                v -= time_step * state.total_traction().normal;
                 gap += time_step * v;
             }
             assert!(gap > 0.0 && v * v < 1.0 + 1e-12, "{step} {phase}: {v}");
@@ -258,22 +260,22 @@ fn a_dashpot_gives_no_more_than_it_took() {
     let omega = STIFFNESS.normal.sqrt();
     for (step, ratio) in [(1.0, 0.2), (0.3, 0.2), (0.3, 1.0), (0.03, 0.5)] {
         let time_step = step / omega;
-        let bearing = Bearing {
+        let springs = PointSprings {
             stiffness: STIFFNESS,
             dashpot: 2.0 * ratio * omega,
             time_step: Some(time_step),
         };
         let (mut v, mut gap, mut taken) = (-1.0, time_step * 1.5, 0.0);
-        let mut memory = Memory { damage: 1.0, gap: gap + time_step, ..Memory::default() };
+        let mut state = PointState { damage: 1.0, gap: gap + time_step, ..PointState::default() };
         for _ in 0..(20.0 + 10.0 / step) as usize {
-            let damping = bearing.act(&law, at(gap, 0.0), &mut memory).damping;
+            let damping = springs.update(&law, at(gap, 0.0), &mut state).damping;
             taken += damping;
             assert!(taken >= 0.0, "{step} {ratio}: {taken}");
-            v -= time_step * memory.borne().normal;
+            v -= time_step * state.total_traction().normal;
             gap += time_step * v;
         }
         // What is missing from the energy has been taken, or is still on the account.
-        let left = 0.5 * v * v + taken + memory.account;
+        let left = 0.5 * v * v + taken + state.account;
         assert!(gap > 0.0 && (left - 0.5).abs() < 1e-12, "{step} {ratio}: {left} {gap}");
     }
 }
@@ -285,15 +287,15 @@ fn a_dashpot_gives_no_more_than_it_took() {
 fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
     for law in [coulomb(None), coulomb(Some([800.0, 5000.0]))] {
         let law = MohrCoulomb { residual_cohesion: 0.0, ..law };
-        let bonded = Memory::default();
-        let slides = Memory { damage: 1.0, gap: -1e-3, ..Memory::default() };
-        for mut settled in [bonded, slides] {
-            settled.settle();
+        let bonded = PointState::default();
+        let slides = PointState { damage: 1.0, gap: -1e-3, ..PointState::default() };
+        for mut equilibrium in [bonded, slides] {
+            equilibrium.set_equilibrium();
             // Dilation is in the gap a step later: what is left of that falls by a quarter in each.
             let there = [at(-1e-3, 3e-3); 60];
             let astray = [at(-0.5e-3, 9e-3), at(2e-3, 1e-3), at(-2e-3, -4e-3)];
-            let (straight, _) = lead(&law, there.into_iter(), settled);
-            let (back, _) = lead(&law, astray.into_iter().chain(there), settled);
+            let (straight, _) = lead(&law, there.into_iter(), equilibrium);
+            let (back, _) = lead(&law, astray.into_iter().chain(there), equilibrium);
             let off = (straight.traction.shear - back.traction.shear).norm();
             assert!(off < 1e-12 * straight.traction.shear.norm(), "{straight:?} {back:?}");
             assert!((straight.traction.normal / back.traction.normal - 1.0).abs() < 1e-12);
@@ -309,9 +311,9 @@ fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
 fn an_open_point_sticks_where_it_closes() {
     let law =
         MohrCoulomb { tan_friction: 9.0, tan_residual_friction: 9.0, ..MohrCoulomb::default() };
-    let mut memory = Memory { damage: 1.0, gap: 1e-3, ..Memory::default() };
-    memory.settle();
-    respond(&law, STIFFNESS, at(-1e-3, 4e-4), &mut memory);
+    let mut state = PointState { damage: 1.0, gap: 1e-3, ..PointState::default() };
+    state.set_equilibrium();
+    respond(&law, STIFFNESS, at(-1e-3, 4e-4), &mut state);
     let half = STIFFNESS.shear * 2e-4;
-    assert!((memory.traction.shear.norm() / half - 1.0).abs() < 1e-12, "{memory:?}");
+    assert!((state.traction.shear.norm() / half - 1.0).abs() < 1e-12, "{state:?}");
 }

@@ -10,7 +10,7 @@ const LOWEST: i32 = -1074;
 
 /// An exact sum, of up to 2³¹ numbers.
 #[derive(Clone, Debug)]
-pub struct Exact {
+pub struct ExactSum {
     /// From the lowest; each may have a sign and more than 32 bits.
     digits: [i64; DIGITS],
     /// Lowest digit that is not 0, and the one above the highest.
@@ -19,13 +19,13 @@ pub struct Exact {
     infinite: f64,
 }
 
-impl Default for Exact {
+impl Default for ExactSum {
     fn default() -> Self {
         Self { digits: [0; DIGITS], used: [DIGITS, 0], infinite: 0.0 }
     }
 }
 
-impl Exact {
+impl ExactSum {
     /// Adds a number.
     #[inline]
     pub fn add(&mut self, x: f64) {
@@ -100,7 +100,7 @@ pub fn sum(numbers: impl IntoIterator<Item = f64>) -> f64 {
     // One addition is rounded once, too.
     let (first, second) = (numbers.next().unwrap_or(0.0), numbers.next().unwrap_or(0.0));
     let Some(third) = numbers.next() else { return first + second };
-    let mut sum = Exact::default();
+    let mut sum = ExactSum::default();
     [first, second, third].into_iter().chain(numbers).for_each(|x| sum.add(x));
     sum.value()
 }
@@ -147,7 +147,7 @@ mod tests {
             (0..1000).map(|_| random() * libm::exp2((80.0 * random()).round())).collect();
         let whole = sum(numbers.iter().copied());
         assert_eq!(sum(numbers.iter().rev().copied()).to_bits(), whole.to_bits());
-        let mut parts = [const { None }; 3].map(|part: Option<Exact>| part.unwrap_or_default());
+        let mut parts = [const { None }; 3].map(|part: Option<ExactSum>| part.unwrap_or_default());
         numbers.iter().enumerate().for_each(|(i, &x)| parts[i % 3].add(x));
         let [mut a, b, c] = parts;
         [c, b].iter().for_each(|part| a.merge(part));

@@ -1,4 +1,4 @@
-//! Which instruction set the kernels use.
+//! Instruction set of the kernels.
 
 use fearless_simd::Level;
 
@@ -14,7 +14,7 @@ impl Default for Simd {
 }
 
 impl Simd {
-    /// All that this machine has, the plainest first.
+    /// Instruction sets of this machine, the plainest first.
     #[must_use]
     pub fn available() -> Vec<(&'static str, Self)> {
         let best = Level::new();

@@ -13,7 +13,7 @@ use crate::math::lanes::{Lanes, splat};
 
 /// Sums over the nodes of a pack, or over all.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sums {
+pub struct StepSums {
     /// `Σ F²`, the forces that are out of balance `[N²]`.
     pub free: f64,
     /// `Σ (Q + R)²`, loads and reactions `[N²]`.
@@ -36,7 +36,7 @@ pub struct Sums {
     pub fastest: Lanes,
 }
 
-impl Sums {
+impl StepSums {
     /// Sum over packs, in whatever order.
     pub fn total(packs: &[Self]) -> Self {
         let of = |part: fn(&Self) -> f64| sum(packs.iter().map(part));
@@ -69,16 +69,16 @@ impl Sums {
 /// Running sums of the four lanes while a pack is gone through: by rows of nodes, planes of rows, and all planes, so
 /// that chains of additions are short and the same wherever they are made.
 #[derive(Clone, Copy)]
-pub struct Tally<S: Simd> {
-    row: Running<S>,
-    plane: Running<S>,
-    pack: Running<S>,
+pub struct SumsByRow<S: Simd> {
+    row: RunningSum<S>,
+    plane: RunningSum<S>,
+    pack: RunningSum<S>,
     /// Rows of a plane, and of the present one so far.
     rows: [usize; 2],
 }
 
 #[derive(Clone, Copy)]
-struct Running<S: Simd> {
+struct RunningSum<S: Simd> {
     free: f64x4<S>,
     power: f64x4<S>,
     loads: [f64x4<S>; 2],
@@ -88,7 +88,7 @@ struct Running<S: Simd> {
     moved: f64x4<S>,
 }
 
-impl<S: Simd> Running<S> {
+impl<S: Simd> RunningSum<S> {
     #[inline(always)]
     fn new(simd: S) -> Self {
         let zero = splat(simd, 0.0);
@@ -118,11 +118,11 @@ impl<S: Simd> Running<S> {
     }
 }
 
-impl<S: Simd> Tally<S> {
+impl<S: Simd> SumsByRow<S> {
     /// Of bodies with some elements along each edge.
     #[inline(always)]
     pub fn new(simd: S, divisions: usize) -> Self {
-        let none = Running::new(simd);
+        let none = RunningSum::new(simd);
         Self { row: none, plane: none, pack: none, rows: [divisions + 1, 0] }
     }
 
@@ -130,13 +130,13 @@ impl<S: Simd> Tally<S> {
     #[inline(always)]
     pub fn end_row(&mut self, simd: S) {
         self.plane.add(&self.row);
-        self.row = Running::new(simd);
+        self.row = RunningSum::new(simd);
         let [all, done] = &mut self.rows;
         *done += 1;
         if done == all {
             *done = 0;
             self.pack.add(&self.plane);
-            self.plane = Running::new(simd);
+            self.plane = RunningSum::new(simd);
         }
     }
 
@@ -189,7 +189,7 @@ impl<S: Simd> Tally<S> {
 
     /// Into the sums of the pack.
     #[inline(always)]
-    pub fn give(self, sums: &mut Sums) {
+    pub fn give(self, sums: &mut StepSums) {
         debug_assert_eq!(self.rows[1], 0, "a plane has not ended");
         let sum = |x: f64x4<S>| Lanes::from(x).sum();
         sums.free = sum(self.pack.free);

@@ -2,19 +2,23 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{Matter, Pose};
+use super::{MassProperties, Pose};
 
 impl Pose {
     /// With the shift and the turn of displacements of the corners `[m]`.
-    pub fn placed(mut self, matter: &Matter, displacements: &[Vector3<f64>; 8]) -> Self {
+    pub fn from_corners(
+        mut self,
+        mass_properties: &MassProperties,
+        displacements: &[Vector3<f64>; 8],
+    ) -> Self {
         self.shift = displacements.iter().sum::<Vector3<f64>>() / 8.0;
         let mut stretch = Matrix3::zeros();
         for (corner, u) in displacements.iter().enumerate() {
-            let arm = matter.arm(corner);
+            let arm = mass_properties.arm(corner);
             stretch += (arm + u - self.shift) * arm.transpose();
         }
         // Along its own axes a long block is as round as any.
-        let edges = Matrix3::from_columns(&matter.half);
+        let edges = Matrix3::from_columns(&mass_properties.half);
         let round = edges.try_inverse().map(|inverse| stretch * inverse.transpose() * inverse);
         let turn = round.map_or_else(Rotation3::identity, |round| Rotation3::from_matrix(&round));
         // No motion is no turn, to the last bit.
@@ -28,13 +32,17 @@ impl Pose {
     }
 
     /// With the velocities of velocities of the corners `[m/s]`.
-    pub fn moving(mut self, matter: &Matter, velocities: &[Vector3<f64>; 8]) -> Self {
+    pub fn with_corner_velocities(
+        mut self,
+        mass_properties: &MassProperties,
+        velocities: &[Vector3<f64>; 8],
+    ) -> Self {
         self.velocity = velocities.iter().sum::<Vector3<f64>>() / 8.0;
         // Eight equal points resist turning three times as much as the block does.
         let mut momentum = Vector3::zeros();
         for (corner, v) in velocities.iter().enumerate() {
-            let arm = self.turn * matter.arm(corner);
-            momentum += arm.cross(&(v - self.velocity)) * (matter.mass / 24.0);
+            let arm = self.turn * mass_properties.arm(corner);
+            momentum += arm.cross(&(v - self.velocity)) * (mass_properties.mass / 24.0);
         }
         self.momentum = momentum;
         self

@@ -5,19 +5,19 @@
 //! of the turning is kept in space, so that nothing but a torque changes it, and the turn is a
 //! quaternion.
 
+mod constraint;
 mod fit;
-mod hold;
 
 use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::math::leapfrog::coefficients;
 
-pub use hold::Hold;
+pub use constraint::RigidConstraint;
 
-/// What resists: mass, inertia, and the shape.
+/// Mass, inertia and shape of a rigid block.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Matter {
+pub struct MassProperties {
     /// Mass `[kg]`.
     pub mass: f64,
     /// Half of the three edges at rest `[m]`.
@@ -29,7 +29,7 @@ pub struct Matter {
     pub stiffness: Vector3<f64>,
 }
 
-/// Where a block is and how it moves.
+/// Position and motion of a rigid block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Displacement of the centroid `[m]`.
@@ -44,32 +44,32 @@ pub struct Pose {
 
 /// A force and its torque about the centroid, or a velocity and an angular velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wrench {
+pub struct SpatialVector {
     /// Force `[N]` or velocity `[m/s]`.
     pub linear: Vector3<f64>,
     /// Torque `[N m]` or angular velocity `[rad/s]`.
     pub angular: Vector3<f64>,
 }
 
-/// How a block went in a step.
+/// Motion of a rigid block in one step.
 #[derive(Clone, Copy, Debug)]
-pub struct Way {
+pub struct RigidIncrement {
     turn: UnitQuaternion<f64>,
     velocity: Vector3<f64>,
     time_step: f64,
 }
 
-/// How a block's velocities change in a step, (M2): `v⁺ = a v + b F`, for the shift along each axis
-/// and for the momentum of the turning.
+/// Coefficients of a rigid block's step, (M2): `v⁺ = a v + b F`, for the translation along each axis and for the
+/// angular momentum.
 #[derive(Clone, Copy, Debug)]
-pub struct Gait {
+pub struct RigidCoefficients {
     /// h, the time between the half steps before and after `[s]`.
     pub interval: f64,
     /// Damping `c/m` of the shift along each axis and of the turning `[1/s]`.
     pub rates: [f64; 4],
 }
 
-impl Matter {
+impl MassProperties {
     /// Of a parallelepiped with these edges.
     #[inline]
     pub fn new(mass: f64, edges: [Vector3<f64>; 3], stiffness: Vector3<f64>) -> Self {
@@ -89,7 +89,11 @@ impl Matter {
 
     /// Angular velocity of a momentum of turning at a turn.
     #[inline]
-    pub fn spin(&self, turn: &UnitQuaternion<f64>, momentum: Vector3<f64>) -> Vector3<f64> {
+    pub fn angular_velocity(
+        &self,
+        turn: &UnitQuaternion<f64>,
+        momentum: Vector3<f64>,
+    ) -> Vector3<f64> {
         turn * (self.inverse * turn.inverse_transform_vector(&momentum))
     }
 
@@ -102,9 +106,13 @@ impl Matter {
     /// Forces on the corners, `f_i = F/8 + θ × r_i`, that are equivalent to a wrench: θ such that
     /// their torque is right. Eight corners resist turning three times as much as the block.
     #[inline]
-    pub fn equivalent(&self, turn: &UnitQuaternion<f64>, wrench: Wrench) -> Wrench {
-        let angular = self.spin(turn, wrench.angular) * (self.mass / 24.0);
-        Wrench { linear: wrench.linear / 8.0, angular }
+    pub fn corner_forces(
+        &self,
+        turn: &UnitQuaternion<f64>,
+        wrench: SpatialVector,
+    ) -> SpatialVector {
+        let angular = self.angular_velocity(turn, wrench.angular) * (self.mass / 24.0);
+        SpatialVector { linear: wrench.linear / 8.0, angular }
     }
 
     /// `I^{-½}`: turns in which every momentum weighs the same.
@@ -154,13 +162,13 @@ fn turn_by(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
 }
 
 impl Pose {
-    /// The same pose, at rest.
+    /// The pose at rest.
     #[inline]
     pub fn resting(self) -> Self {
         Self { velocity: Vector3::zeros(), momentum: Vector3::zeros(), ..self }
     }
 
-    /// Where a corner is displaced to `[m]`.
+    /// Displacement of a corner `[m]`.
     #[inline]
     pub fn displacement(&self, arm: &Vector3<f64>) -> Vector3<f64> {
         self.shift + turned_away(&self.turn, arm)
@@ -168,42 +176,56 @@ impl Pose {
 
     /// Velocity and angular velocity.
     #[inline]
-    pub fn twist(&self, matter: &Matter) -> Wrench {
-        Wrench { linear: self.velocity, angular: matter.spin(&self.turn, self.momentum) }
+    pub fn twist(&self, mass_properties: &MassProperties) -> SpatialVector {
+        SpatialVector {
+            linear: self.velocity,
+            angular: mass_properties.angular_velocity(&self.turn, self.momentum),
+        }
     }
 
     /// Velocities after a step under a wrench.
     #[inline]
-    pub fn pushed(&self, matter: &Matter, gait: &Gait, wrench: &Wrench) -> Self {
+    pub fn accelerated(
+        &self,
+        mass_properties: &MassProperties,
+        coefficients: &RigidCoefficients,
+        wrench: &SpatialVector,
+    ) -> Self {
         let mut next = *self;
         for k in 0..3 {
-            let [keep, push] = gait.numbers(gait.rates[k]);
-            next.velocity[k] = keep * self.velocity[k] + push / matter.mass * wrench.linear[k];
+            let [keep, push] = coefficients.coefficients(coefficients.rates[k]);
+            next.velocity[k] =
+                keep * self.velocity[k] + push / mass_properties.mass * wrench.linear[k];
         }
-        let [keep, push] = gait.numbers(gait.rates[3]);
+        let [keep, push] = coefficients.coefficients(coefficients.rates[3]);
         next.momentum = self.momentum * keep + wrench.angular * push;
         next
     }
 
-    /// Where the block is after a time with its velocities, and the way there: it turns about the
-    /// axis that its momentum has halfway. Leap-frog: second order, and momentum is kept exactly.
+    /// Pose after a time, and the motion there: the block turns about the axis of its angular velocity at
+    /// half time. Leap-frog: second order, and momentum is kept exactly.
     #[inline]
-    pub fn moved(&self, matter: &Matter, time_step: f64) -> (Self, Way) {
-        let mut spin = matter.spin(&self.turn, self.momentum);
+    pub fn moved(
+        &self,
+        mass_properties: &MassProperties,
+        time_step: f64,
+    ) -> (Self, RigidIncrement) {
+        let mut spin = mass_properties.angular_velocity(&self.turn, self.momentum);
         // Halfway there is found in a few rounds: each is better by (ω Δt)².
         for _ in 0..4 {
             let halfway = turn_by(spin * (0.5 * time_step)) * self.turn;
-            spin = matter.spin(&halfway, self.momentum);
+            spin = mass_properties.angular_velocity(&halfway, self.momentum);
         }
-        let way = Way { turn: turn_by(spin * time_step), velocity: self.velocity, time_step };
-        (self.along(&way), way)
+        let du =
+            RigidIncrement { turn: turn_by(spin * time_step), velocity: self.velocity, time_step };
+        (self.along(&du), du)
     }
 
     /// The pose after a way.
-    fn along(&self, way: &Way) -> Self {
-        let turn = (way.turn * self.turn).into_inner();
+    fn along(&self, du: &RigidIncrement) -> Self {
+        let turn = (du.turn * self.turn).into_inner();
         Self {
-            shift: self.shift + way.velocity * way.time_step,
+            shift: self.shift + du.velocity * du.time_step,
             turn: UnitQuaternion::new_unchecked(renormalised(turn)),
             ..*self
         }
@@ -211,14 +233,14 @@ impl Pose {
 
     /// Turned on by a time, with the momentum it has.
     #[inline]
-    pub fn ahead(&self, matter: &Matter, time: f64) -> Self {
-        let spin = matter.spin(&self.turn, self.momentum);
+    pub fn turned_on(&self, mass_properties: &MassProperties, time: f64) -> Self {
+        let spin = mass_properties.angular_velocity(&self.turn, self.momentum);
         Self { turn: turn_by(spin * time) * self.turn, ..*self }
     }
 
-    /// The same pose with a part of the way of its velocities to those of another.
+    /// The pose with velocities interpolated towards those of another.
     #[inline]
-    pub fn towards(&self, other: &Self, part: f64) -> Self {
+    pub fn between(&self, other: &Self, part: f64) -> Self {
         Self {
             velocity: self.velocity * (1.0 - part) + other.velocity * part,
             momentum: self.momentum * (1.0 - part) + other.momentum * part,
@@ -226,23 +248,23 @@ impl Pose {
         }
     }
 
-    /// The same pose with what the velocities of another are more than its own.
+    /// The pose with the difference of another's velocities to its own.
     #[inline]
-    pub fn further(&self, other: &Self) -> Self {
+    pub fn plus_velocities(&self, other: &Self) -> Self {
         let velocity = other.velocity - self.velocity;
         Self { velocity, momentum: other.momentum - self.momentum, ..*self }
     }
 
     /// `½ v⁻ m v⁺` and the same of the turning, of this pose before and another after.
     #[inline]
-    pub fn kinetic(&self, after: &Self, matter: &Matter) -> f64 {
-        let shift = matter.mass * self.velocity.dot(&after.velocity);
-        let spin = matter.spin(&self.turn, self.momentum).dot(&after.momentum);
+    pub fn kinetic(&self, after: &Self, mass_properties: &MassProperties) -> f64 {
+        let shift = mass_properties.mass * self.velocity.dot(&after.velocity);
+        let spin = mass_properties.angular_velocity(&self.turn, self.momentum).dot(&after.momentum);
         0.5 * (shift + spin)
     }
 }
 
-impl Way {
+impl RigidIncrement {
     /// Mean velocity of the point at an arm before: its displacement over the time.
     #[inline]
     pub fn velocity(&self, arm: &Vector3<f64>) -> Vector3<f64> {
@@ -255,19 +277,27 @@ fn renormalised(q: Quaternion<f64>) -> Quaternion<f64> {
     q * (1.5 - 0.5 * q.norm_squared())
 }
 
-impl Gait {
-    /// What stays of a velocity and what a force on a unit mass adds to it, at a damping rate.
+impl RigidCoefficients {
+    /// Coefficients `a` and `b` for a unit mass at a damping rate.
     #[inline]
-    pub fn numbers(&self, rate: f64) -> [f64; 2] {
+    pub fn coefficients(&self, rate: f64) -> [f64; 2] {
         coefficients(1.0 / self.interval, rate)
     }
 
     /// Accelerations that a wrench would make count: velocities that it adds.
     #[inline]
-    pub fn added(&self, matter: &Matter, turn: &UnitQuaternion<f64>, w: &Wrench) -> Wrench {
-        let push = |k: usize| self.numbers(self.rates[k])[1];
-        let linear = Vector3::from([0, 1, 2].map(|k| push(k) / matter.mass * w.linear[k]));
-        Wrench { linear, angular: matter.spin(turn, w.angular) * push(3) }
+    pub fn accelerations(
+        &self,
+        mass_properties: &MassProperties,
+        turn: &UnitQuaternion<f64>,
+        w: &SpatialVector,
+    ) -> SpatialVector {
+        let push = |k: usize| self.coefficients(self.rates[k])[1];
+        let linear = Vector3::from([0, 1, 2].map(|k| push(k) / mass_properties.mass * w.linear[k]));
+        SpatialVector {
+            linear,
+            angular: mass_properties.angular_velocity(turn, w.angular) * push(3),
+        }
     }
 }
 

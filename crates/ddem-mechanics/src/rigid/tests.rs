@@ -1,11 +1,11 @@
 use super::*;
 
-const WHOLE: Gait = Gait { interval: 1e-3, rates: [0.0; 4] };
+const WHOLE: RigidCoefficients = RigidCoefficients { interval: 1e-3, rates: [0.0; 4] };
 
-fn brick() -> Matter {
+fn brick() -> MassProperties {
     let edges =
         [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 2.0, 0.0), Vector3::new(0.0, 0.0, 3.0)];
-    Matter::new(6.0, edges, Vector3::zeros())
+    MassProperties::new(6.0, edges, Vector3::zeros())
 }
 
 #[test]
@@ -16,20 +16,22 @@ fn inertia_of_a_brick() {
     }
     // Oblique edges: a sheared brick keeps the plane moments of its edges.
     let edges = [Vector3::x(), Vector3::new(0.5, 1.0, 0.0), Vector3::z()];
-    let sheared = Matter::new(12.0, edges, Vector3::zeros());
+    let sheared = MassProperties::new(12.0, edges, Vector3::zeros());
     assert!((sheared.inertia[(2, 2)] - (1.0 + 0.25 + 1.0)).abs() < 1e-14);
     assert!((sheared.inertia[(0, 1)] + 0.5).abs() < 1e-14);
 }
 
 #[test]
 fn corners_bear_the_same_wrench() {
-    let (matter, turn) = (brick(), UnitQuaternion::from_euler_angles(0.3, -1.0, 2.0));
-    let wrench =
-        Wrench { linear: Vector3::new(1.0, -2.0, 0.5), angular: Vector3::new(0.2, 3.0, -1.0) };
-    let Wrench { linear, angular } = matter.equivalent(&turn, wrench);
+    let (mass_properties, turn) = (brick(), UnitQuaternion::from_euler_angles(0.3, -1.0, 2.0));
+    let wrench = SpatialVector {
+        linear: Vector3::new(1.0, -2.0, 0.5),
+        angular: Vector3::new(0.2, 3.0, -1.0),
+    };
+    let SpatialVector { linear, angular } = mass_properties.corner_forces(&turn, wrench);
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
     for corner in 0..8 {
-        let arm = turn * matter.arm(corner);
+        let arm = turn * mass_properties.arm(corner);
         let f = linear + angular.cross(&arm);
         force += f;
         torque += arm.cross(&f);
@@ -40,17 +42,21 @@ fn corners_bear_the_same_wrench() {
 /// A brick that tumbles about its middle axis, where turning is not stable: momentum and energy.
 #[test]
 fn a_free_brick_keeps_momentum_and_energy() {
-    let matter = brick();
+    let mass_properties = brick();
     let energy = |step: f64| {
         let mut pose = Pose { velocity: Vector3::x(), ..Pose::default() };
-        pose.momentum = matter.inertia * Vector3::new(0.01, 2.0, 0.02);
-        let (first, momentum) = (pose.kinetic(&pose, &matter), pose.momentum);
+        pose.momentum = mass_properties.inertia * Vector3::new(0.01, 2.0, 0.02);
+        let (first, momentum) = (pose.kinetic(&pose, &mass_properties), pose.momentum);
         let mut worst: f64 = 0.0;
         let steps = (40.0 / step) as usize;
         for _ in 0..steps {
-            pose = pose.pushed(&matter, &Gait { interval: step, ..WHOLE }, &Wrench::default());
-            (pose, _) = pose.moved(&matter, step);
-            worst = worst.max((pose.kinetic(&pose, &matter) / first - 1.0).abs());
+            pose = pose.accelerated(
+                &mass_properties,
+                &RigidCoefficients { interval: step, ..WHOLE },
+                &SpatialVector::default(),
+            );
+            (pose, _) = pose.moved(&mass_properties, step);
+            worst = worst.max((pose.kinetic(&pose, &mass_properties) / first - 1.0).abs());
         }
         assert_eq!(pose.momentum, momentum);
         assert!((pose.shift.x - 40.0).abs() < 1e-9);
@@ -63,18 +69,18 @@ fn a_free_brick_keeps_momentum_and_energy() {
 
 #[test]
 fn a_hinge_leaves_one_turn() {
-    let matter = brick();
+    let mass_properties = brick();
     // Two corners of an edge along y are held in all directions.
-    let arms = [0, 2].map(|corner| matter.arm(corner));
+    let arms = [0, 2].map(|corner| mass_properties.arm(corner));
     let supports = || arms.iter().flat_map(|arm| (0..3).map(|axis| (*arm, axis, 0.0)));
-    let hold = Hold::new(matter.size(), supports()).unwrap();
-    assert!(!hold.is_whole());
-    let weight = Wrench { linear: Vector3::new(0.0, 0.0, -60.0), angular: Vector3::zeros() };
+    let constraint = RigidConstraint::new(mass_properties.size(), supports()).unwrap();
+    assert!(!constraint.is_whole());
+    let weight = SpatialVector { linear: Vector3::new(0.0, 0.0, -60.0), angular: Vector3::zeros() };
     let turn = UnitQuaternion::identity();
-    let free = WHOLE.added(&matter, &turn, &weight);
-    let answer = hold.answer(&matter, &WHOLE, &turn, free);
-    let sum = Wrench { linear: weight.linear + answer.linear, angular: answer.angular };
-    let twist = WHOLE.added(&matter, &turn, &sum);
+    let free = WHOLE.accelerations(&mass_properties, &turn, &weight);
+    let answer = constraint.reaction_wrench(&mass_properties, &WHOLE, &turn, free);
+    let sum = SpatialVector { linear: weight.linear + answer.linear, angular: answer.angular };
+    let twist = WHOLE.accelerations(&mass_properties, &turn, &sum);
     // A pendulum of a plate: α = m g (b/2) / (m (b² + h²)/3).
     let exact = 60.0 * 0.5 / (6.0 * 10.0 / 3.0) * 1e-3;
     assert!((twist.angular.y / exact - 1.0).abs() < 1e-12, "{}", twist.angular);
@@ -84,7 +90,7 @@ fn a_hinge_leaves_one_turn() {
     // Reactions add up to the answer.
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
     for (arm, axis, _) in supports() {
-        let reaction = Vector3::ith(axis, 1.0) * hold.reaction(answer, arm, axis);
+        let reaction = Vector3::ith(axis, 1.0) * constraint.reaction(answer, arm, axis);
         force += reaction;
         torque += arm.cross(&reaction);
     }

@@ -13,17 +13,17 @@ use fearless_simd::{Simd, f64x4};
 
 use crate::NO_JOINT;
 use crate::assembly::{Assembly, NO_TABLE};
+use crate::joint_sections::JointSection;
 use crate::pack::{Pack, Packs};
-use crate::seams::Seam;
 use crate::{Geometry, Vec3};
 use ddem_mechanics::math::lanes::{Lanes, splat};
 
 pub use stress::Stress;
 pub use stress::between;
 
-/// What the stress does in one lattice of elements of a pack.
+/// Nodal forces and energy of the stress in one lattice of elements of a pack.
 #[derive(Debug)]
-struct Field {
+struct InitialForces {
     /// `∫ Bᵀσ⁰ dV` at its nodes `[N]`.
     forces: Vec<Lanes>,
     /// `½ ∫ σ⁰:C⁻¹:σ⁰ dV` `[J]`.
@@ -39,14 +39,14 @@ const NO_FIELD: u32 = u32::MAX;
 #[derive(Debug)]
 pub struct InSitu {
     blocks: Vec<Option<Stress>>,
-    fields: Vec<Field>,
+    fields: Vec<InitialForces>,
     of_pack: Vec<[u32; 8]>,
 }
 
 /// A lattice of elements that bears the stress.
 #[derive(Clone, Copy, Debug)]
-pub struct Borne<'a> {
-    field: &'a Field,
+pub struct InSituLattice<'a> {
+    field: &'a InitialForces,
     dims: [usize; 3],
 }
 
@@ -79,8 +79,9 @@ impl InSitu {
 
     /// The stress in each block that is there.
     pub fn without(self, geometry: &Geometry) -> Vec<Option<Stress>> {
-        let there =
-            |(block, stress): (usize, Option<Stress>)| stress.filter(|_| !geometry.is_gone(block));
+        let there = |(block, stress): (usize, Option<Stress>)| {
+            stress.filter(|_| !geometry.is_removed(block))
+        };
         self.blocks.into_iter().enumerate().map(there).collect()
     }
 
@@ -89,16 +90,21 @@ impl InSitu {
         self.blocks[block]
     }
 
-    /// What is borne by the bodies (0) or a joint lattice of a pack.
+    /// Initial stress in the blocks (0) or a joint lattice of a pack.
     #[inline(always)]
-    pub fn borne(&self, packs: &Packs, pack: usize, offset: usize) -> Option<Borne<'_>> {
+    pub fn initial_stress(
+        &self,
+        packs: &Packs,
+        pack: usize,
+        offset: usize,
+    ) -> Option<InSituLattice<'_>> {
         let field = self.fields.get(self.of_pack[pack][offset] as usize)?;
-        Some(Borne { field, dims: packs.shape_of(&packs.packs[pack]).dims(offset) })
+        Some(InSituLattice { field, dims: packs.shape_of(&packs.packs[pack]).dims(offset) })
     }
 
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
-        let of = |field: &Field| {
+        let of = |field: &InitialForces| {
             field.forces.len() * size_of::<Lanes>() + size_of_val(&field.elements[..])
         };
         size_of_val(&self.blocks[..])
@@ -107,11 +113,11 @@ impl InSitu {
     }
 
     /// Stress of a joint lattice, or of a body: the mean of the blocks around.
-    fn around(&self, geometry: &Geometry, body: usize, offset: usize) -> Option<Stress> {
+    fn around(&self, geometry: &Geometry, block: usize, offset: usize) -> Option<Stress> {
         let parts = (0..8).filter(|part| part & !offset == 0);
         let step = |part: usize| [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
-        let bodies = parts.filter_map(|part| geometry.neighbour(body, step(part)));
-        Stress::mean(&bodies.map(|body| self.blocks[body]).collect::<Vec<_>>())
+        let blocks = parts.filter_map(|part| geometry.neighbour(block, step(part)));
+        Stress::mean(&blocks.map(|block| self.blocks[block]).collect::<Vec<_>>())
     }
 
     fn field(
@@ -121,7 +127,7 @@ impl InSitu {
         assembly: &Assembly,
         index: usize,
         offset: usize,
-    ) -> Option<Field> {
+    ) -> Option<InitialForces> {
         let table = assembly.pack_tables[index][offset];
         let pack = &packs.packs[index];
         // The joints of rigid bodies are springs.
@@ -131,21 +137,24 @@ impl InSitu {
         let shape = packs.shape_of(pack);
         let dims = shape.dims(offset);
         let nodes = if offset == 0 { shape.nodes } else { shape.joints[offset].len() };
-        let mut field =
-            Field { forces: vec![Lanes::ZERO; 3 * nodes], energy: Lanes::ZERO, elements: vec![] };
+        let mut field = InitialForces {
+            forces: vec![Lanes::ZERO; 3 * nodes],
+            energy: Lanes::ZERO,
+            elements: vec![],
+        };
         let mut any = false;
         if offset != 0 {
             field.elements.resize(dims.iter().product(), Default::default());
         }
         for lane in 0..pack.filled {
             let element = assembly.tables[table as usize].elements[lane];
-            let body = pack.bodies[lane] as usize;
-            let stress = self.around(geometry, body, offset).filter(|_| element.is_some());
+            let block = pack.blocks[lane] as usize;
+            let stress = self.around(geometry, block, offset).filter(|_| element.is_some());
             let (Some(stress), Some(element)) = (stress, element) else { continue };
             any = true;
             let element = &assembly.elements[element as usize];
             let nodes = positions(geometry, packs, pack, lane, offset);
-            field.fill(lane, dims, &nodes, |centre| stress.act(centre, element));
+            field.fill(lane, dims, &nodes, |centre| stress.element_forces(centre, element));
         }
         any.then_some(field)
     }
@@ -157,31 +166,32 @@ impl InSitu {
         geometry: &Geometry,
         packs: &Packs,
         index: usize,
-        seam: &Seam,
+        section: &JointSection,
         lane: usize,
     ) -> Vec<Vec3> {
-        let d = seam.direction();
+        let d = section.direction();
         let pack = &packs.packs[index];
-        let body = pack.bodies[lane] as usize;
-        let places = &packs.shape_of(pack).pairs[d];
-        let mut tractions = vec![Vec3::zeros(); places.len()];
-        let stress = self.around(geometry, body, 1 << d).filter(|_| seam.joints[lane] != NO_JOINT);
+        let block = pack.blocks[lane] as usize;
+        let node_pairs = &packs.shape_of(pack).pairs[d];
+        let mut tractions = vec![Vec3::zeros(); node_pairs.len()];
+        let stress =
+            self.around(geometry, block, 1 << d).filter(|_| section.joints[lane] != NO_JOINT);
         let Some(stress) = stress else { return tractions };
         let nodes = positions(geometry, packs, pack, lane, 1 << d);
         let dims = packs.shape_of(pack).dims(1 << d);
         let mut corners = vec![Vec::with_capacity(4); dims.iter().product()];
-        for place in places {
-            let middle = (nodes[place.sides[0]] + nodes[place.sides[1]]) * 0.5;
-            place.elements().for_each(|e| corners[e].push(middle));
+        for node_pair in node_pairs {
+            let middle = (nodes[node_pair.sides[0]] + nodes[node_pair.sides[1]]) * 0.5;
+            node_pair.elements().for_each(|e| corners[e].push(middle));
         }
-        let normal: Vec3 = seam.axes.column(0).into();
-        for (place, traction) in places.iter().zip(&mut tractions) {
-            let middle = (nodes[place.sides[0]] + nodes[place.sides[1]]) * 0.5;
-            for e in place.elements() {
+        let normal: Vec3 = section.axes.column(0).into();
+        for (node_pair, traction) in node_pairs.iter().zip(&mut tractions) {
+            let middle = (nodes[node_pair.sides[0]] + nodes[node_pair.sides[1]]) * 0.5;
+            for e in node_pair.elements() {
                 let centre = corners[e].iter().sum::<Vec3>() / 4.0;
                 // ∫ N σ dA over a quarter of its area: a third of the way out from the centre.
                 let there = centre + (middle - centre) / 3.0;
-                *traction += seam.axes.tr_mul(&(stress.at(&there) * normal)) * place.share();
+                *traction += section.axes.tr_mul(&(stress.at(&there) * normal)) * node_pair.share();
             }
         }
         tractions
@@ -196,19 +206,19 @@ fn positions(
     lane: usize,
     offset: usize,
 ) -> Vec<Vec3> {
-    let body = pack.bodies[lane] as usize;
+    let block = pack.blocks[lane] as usize;
     let shape = packs.shape_of(pack);
     let n = shape.divisions + 1;
-    let at = |body: usize, local: usize| {
-        geometry.position(body, [local % n, local / n % n, local / (n * n)])
+    let at = |block: usize, local: usize| {
+        geometry.position(block, [local % n, local / n % n, local / (n * n)])
     };
     if offset == 0 {
-        return (0..shape.nodes).map(|local| at(body, local)).collect();
+        return (0..shape.nodes).map(|local| at(block, local)).collect();
     }
     let nodes = shape.joints[offset].iter();
     let there = |part: usize| {
         let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
-        geometry.neighbour(body, step).unwrap_or(body)
+        geometry.neighbour(block, step).unwrap_or(block)
     };
     nodes.map(|node| at(there(node.offset), node.local)).collect()
 }
@@ -226,18 +236,18 @@ fn cells([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..nz).flat_map(move |k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])))
 }
 
-impl Field {
+impl InitialForces {
     fn fill(
         &mut self,
         lane: usize,
         dims: [usize; 3],
         nodes: &[Vec3],
-        act: impl Fn(&Vec3) -> ([Vec3; 8], f64),
+        element_forces: impl Fn(&Vec3) -> ([Vec3; 8], f64),
     ) {
         for (e, cell) in cells(dims).enumerate() {
             let corners: [usize; 8] = std::array::from_fn(|c| corner_node(dims, cell, c));
             let centre = corners.iter().map(|&node| nodes[node]).sum::<Vec3>() / 8.0;
-            let (forces, energy) = act(&centre);
+            let (forces, energy) = element_forces(&centre);
             self.energy.0[lane] += energy;
             for (corner, (&node, force)) in corners.iter().zip(&forces).enumerate() {
                 for c in 0..3 {
@@ -253,7 +263,7 @@ impl Field {
         }
     }
 
-    /// The same for equal lattices.
+    /// Key that is equal for equal lattices.
     fn key(&self) -> Vec<u64> {
         let own = self
             .elements
@@ -265,7 +275,7 @@ impl Field {
     }
 }
 
-impl Borne<'_> {
+impl InSituLattice<'_> {
     /// Adds the nodal forces of the elements that are left to `g`.
     #[inline(always)]
     pub fn add<S: Simd>(self, simd: S, alive: Option<&[Lanes]>, g: &mut [Lanes]) {
@@ -286,8 +296,7 @@ impl Borne<'_> {
         }
     }
 
-    /// What the energy of the elements that are left is beyond `½ Σ u·g`, with `g` as
-    /// [`add`](Self::add) leaves it `[J]`.
+    /// Energy of the elements that are left beyond `½ Σ u·g`, with `g` as [`add`](Self::add) leaves it `[J]`.
     #[inline(always)]
     pub fn energy<S: Simd>(self, simd: S, alive: Option<&[Lanes]>, u: &[Lanes]) -> f64x4<S> {
         let mut work = splat(simd, 0.0);

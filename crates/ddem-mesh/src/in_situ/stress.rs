@@ -53,7 +53,7 @@ impl Stress {
         matrix(&self.origin) + self.along(x)
     }
 
-    /// What it changes by along a vector.
+    /// Change along a vector.
     fn along(&self, x: &Vec3) -> Matrix3<f64> {
         let [a, b, c] = self.gradient.each_ref().map(matrix);
         a * x.x + b * x.y + c * x.z
@@ -83,7 +83,7 @@ impl Stress {
     }
 
     /// `∫ Bᵀσ⁰ dV` at the corners of an element, x fastest, and `½ ∫ σ⁰:C⁻¹:σ⁰ dV`.
-    pub(super) fn act(&self, centre: &Vec3, element: &Element) -> ([Vec3; 8], f64) {
+    pub(super) fn element_forces(&self, centre: &Vec3, element: &Element) -> ([Vec3; 8], f64) {
         let middle = self.at(centre);
         // Over ξ, η, ζ from −1 to 1: σ = middle + Σ_d ξ_d slopes_d.
         let slopes = element.edges.map(|edge| self.along(&(edge * 0.5)));

@@ -1,9 +1,9 @@
-//! What columns have of the model that they stand behind: its supports, and the damping of its nodes, where
-//! blocks have been taken out, too.
+//! Properties that a column takes from the model in front of it: supports, and damping of its nodes, also where blocks
+//! have been removed.
 
-use super::outside::held;
-use super::{Column, Made};
-use crate::model::conditions::{Active, Conditions};
+use super::active::held;
+use super::{Column, StageGeometry};
+use crate::model::conditions::{ActiveConditions, Conditions};
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::inertia::Inertia;
 use ddem_mesh::slot::NodeSlot;
@@ -12,17 +12,17 @@ impl Column {
     /// Fixes that hold the axes of the nodes it stands behind.
     pub(super) fn held(
         &self,
-        made: Made<'_>,
+        geometries: StageGeometry<'_>,
         conditions: &Conditions,
         stage: usize,
-        active: &Active,
+        active: &ActiveConditions,
     ) -> Vec<[Option<usize>; 3]> {
         let of = |node: &u32| {
-            let gone = made.geometry.is_gone(made.geometry.block_of(*node as usize));
+            let removed = geometries.now.is_removed(geometries.now.block_of(*node as usize));
             // The ground goes on as it was held.
-            let fixes = match gone {
+            let fixes = match removed {
                 true => conditions.holds(*node, stage),
-                false => held(active, made.packs.node_slot(made.geometry, *node as usize)),
+                false => held(active, geometries.packs.node_slot(geometries.now, *node as usize)),
             };
             fixes.map(|fix| fix.map(|f| f as usize))
         };
@@ -31,26 +31,26 @@ impl Column {
 
     /// Levels at blocks that have been taken out, and at those beside them, whose mass and stiffness that
     /// changes.
-    pub(super) fn dug(&self, made: Made<'_>) -> Vec<bool> {
-        let Made { geometry: now, start, .. } = made;
+    pub(super) fn excavated(&self, geometries: StageGeometry<'_>) -> Vec<bool> {
+        let StageGeometry { now, start, .. } = geometries;
         if std::ptr::eq(now, start) {
             return vec![false; self.nodes.len()];
         }
         let around = |i: i32| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
-        let dug = |body: usize| {
-            let lost = |o: [i32; 3]| start.neighbour(body, o) != now.neighbour(body, o);
-            now.is_gone(body) || (0..27).map(around).any(lost)
+        let excavated = |block: usize| {
+            let lost = |o: [i32; 3]| start.neighbour(block, o) != now.neighbour(block, o);
+            now.is_removed(block) || (0..27).map(around).any(lost)
         };
-        self.nodes.iter().map(|&node| dug(start.block_of(node as usize))).collect()
+        self.nodes.iter().map(|&node| excavated(start.block_of(node as usize))).collect()
     }
 
-    pub(super) fn note_ground(&mut self, made: Made<'_>, assembly: &Assembly) {
-        let slot = |&node: &u32| made.packs.node_slot(made.geometry, node as usize);
+    pub(super) fn note_damping(&mut self, geometries: StageGeometry<'_>, assembly: &Assembly) {
+        let slot = |&node: &u32| geometries.packs.node_slot(geometries.now, node as usize);
         self.slots = self.nodes.iter().map(slot).collect();
         let square = |slot: &NodeSlot| {
             let class = assembly.pack_inertia[slot.pack] as usize;
             let Inertia { mass, diagonal, .. } = &assembly.inertia[class];
-            let (local, lane) = (slot.local(made.packs), slot.lane());
+            let (local, lane) = (slot.local(geometries.packs), slot.lane());
             [0, 1, 2].map(|c| diagonal[3 * local + c].0[lane] / mass[local].0[lane])
         };
         self.squares = self.slots.iter().map(square).collect();

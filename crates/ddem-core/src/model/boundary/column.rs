@@ -6,11 +6,11 @@
 
 use std::collections::BTreeMap;
 
-use super::outside::Standing;
-use super::{Push, Resistance, resistance};
-use ddem_mechanics::collide::FaceOf;
+use super::active::ActiveColumn;
+use super::{BoundaryForce, Resistance, resistance};
+use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::element::Elastic;
-use ddem_mechanics::law::Stiffness;
+use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::leapfrog::{coefficients, local_damping};
 use ddem_mesh::properties::Properties;
 use ddem_mesh::slot::NodeSlot;
@@ -18,7 +18,7 @@ use ddem_mesh::{BlockFace, Geometry, Strip, Vec3, moved_to};
 
 /// Between two levels: tractions by difference of displacements `[Pa/m]`.
 #[derive(Clone, Copy, Debug)]
-struct Segment {
+struct ColumnSegment {
     normal: f64,
     shear: f64,
     /// Normal and shear traction across upright planes: none in springs.
@@ -36,7 +36,7 @@ pub struct Column {
     pub nodes: Vec<u32>,
     /// Storage of each.
     pub(crate) slots: Vec<NodeSlot>,
-    segments: Vec<Segment>,
+    segments: Vec<ColumnSegment>,
     /// Mass of each level `[kg/m²]`.
     mass: Vec<f64>,
     /// `ρ c` of the rock at its foot, x, y and z `[Pa s/m]`.
@@ -49,7 +49,7 @@ pub struct Column {
 
 /// A node of a side, and the level of a column that it hangs on.
 #[derive(Clone, Debug)]
-pub struct Side {
+pub struct SideNode {
     /// Number of the node.
     pub node: u32,
     /// Place of the level among those of all columns.
@@ -61,9 +61,9 @@ pub struct Side {
     areas: [f64; 2],
 }
 
-/// How the columns move at a time.
+/// Motion of the columns.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Moving {
+pub(crate) struct ColumnMotion {
     /// Velocity at the end of the step `[m/s]`.
     pub(crate) ahead: Vec<Vec3>,
     /// Velocity at the time.
@@ -75,8 +75,8 @@ pub(crate) struct Moving {
     forces: Vec<Vec3>,
 }
 
-/// How a column steps.
-pub(crate) struct Pace<'a> {
+/// Coefficients of a step of the columns.
+pub(crate) struct ColumnStep<'a> {
     /// h, the time between the half steps before and after `[s]`.
     pub(crate) interval: f64,
     /// Part of the change of velocities that leads to the present time.
@@ -93,7 +93,7 @@ pub(crate) struct Pace<'a> {
     pub(crate) rates: &'a dyn Fn(&Column, usize, bool) -> [f64; 3],
 }
 
-impl Moving {
+impl ColumnMotion {
     /// Nothing moves.
     pub(crate) fn clear(&mut self, levels: usize) {
         for field in [&mut self.ahead, &mut self.mean, &mut self.above, &mut self.forces] {
@@ -102,8 +102,8 @@ impl Moving {
         }
     }
 
-    /// What a column does to a node of a side that stands still.
-    pub(super) fn push(&self, side: &Side) -> Push {
+    /// Force of a column on a side node at rest.
+    pub(super) fn force_on(&self, side: &SideNode) -> BoundaryForce {
         let n = side.outward;
         let traction = |s: Vec3| Vec3::new(s.z * n.x, s.z * n.y, s.x * n.x + s.y * n.y);
         let [below, above] = side.areas;
@@ -111,7 +111,7 @@ impl Moving {
         if below > 0.0 {
             force += traction(self.above[side.level - 1]) * below;
         }
-        Push { force, wave: side.resistance * self.mean[side.level] }
+        BoundaryForce { force, wave: side.resistance * self.mean[side.level] }
     }
 }
 
@@ -119,48 +119,48 @@ impl Column {
     /// One step, (M2), from displacement and velocity of each level of all columns.
     pub(crate) fn step(
         &self,
-        standing: &Standing,
-        pace: &Pace<'_>,
+        active: &ActiveColumn,
+        step: &ColumnStep<'_>,
         levels: &[[Vec3; 2]],
-        moving: &mut Moving,
+        motion: &mut ColumnMotion,
     ) {
         for (i, segment) in self.segments.iter().enumerate() {
             let at = self.first + i;
             let ([u, v], [next_u, next_v]) = (levels[at], levels[at + 1]);
             let mut stretch = next_u - u;
             if segment.block {
-                stretch += (next_v - v) * pace.stiffness;
+                stretch += (next_v - v) * step.stiffness;
             }
             let [across, along] = segment.across;
-            moving.above[at] = stretch.component_mul(&Vec3::new(along, along, across));
-            let Segment { normal, shear, .. } = *segment;
+            motion.above[at] = stretch.component_mul(&Vec3::new(along, along, across));
+            let ColumnSegment { normal, shear, .. } = *segment;
             let traction = stretch.component_mul(&Vec3::new(shear, shear, normal));
-            moving.forces[at] += traction;
-            moving.forces[at + 1] -= traction;
+            motion.forces[at] += traction;
+            motion.forces[at + 1] -= traction;
         }
-        let waves = standing.foot.waves.iter();
-        let wave: Vec3 = waves.map(|(border, wave)| wave * pace.factors[*border]).sum();
+        let waves = active.base.waves.iter();
+        let wave: Vec3 = waves.map(|(boundary, wave)| wave * step.factors[*boundary]).sum();
         for i in 0..self.nodes.len() {
             let at = self.first + i;
-            let force = moving.forces[at];
-            let rates = (pace.rates)(self, i, standing.dug[i]);
+            let force = motion.forces[at];
+            let rates = (step.rates)(self, i, active.excavated[i]);
             let zero = (Vec3::zeros(), Vec3::zeros());
-            let (dashpot, wave) = if i == 0 { (standing.foot.impedance, wave) } else { zero };
+            let (dashpot, wave) = if i == 0 { (active.base.impedance, wave) } else { zero };
             for k in 0..3 {
                 let now = levels[at][1][k];
-                let force = force[k] - local_damping(pace.local, force[k], now) + wave[k];
+                let force = force[k] - local_damping(step.local, force[k], now) + wave[k];
                 let (m, c) = (self.mass[i], rates[k] * self.mass[i] + dashpot[k]);
-                let [a, b] = coefficients(m / pace.interval, c);
+                let [a, b] = coefficients(m / step.interval, c);
                 let free = a * now + b * force;
-                let ahead = standing.held[i][k].map_or(free, |fix| pace.velocities[fix][k]);
-                moving.ahead[at][k] = ahead;
-                moving.mean[at][k] = now * (1.0 - pace.part) + ahead * pace.part;
+                let ahead = active.held[i][k].map_or(free, |fix| step.velocities[fix][k]);
+                motion.ahead[at][k] = ahead;
+                motion.mean[at][k] = now * (1.0 - step.part) + ahead * step.part;
             }
         }
     }
 }
 
-/// Why no column can stand behind a face.
+/// Reason why no column can stand behind a face.
 #[derive(Clone, Copy, Debug)]
 pub enum NoColumn {
     /// The face looks up or down.
@@ -172,7 +172,7 @@ pub enum NoColumn {
 }
 
 /// Columns and sides as they are found, face by face.
-pub struct Ground<'a> {
+pub struct ColumnBuilder<'a> {
     geometry: &'a Geometry,
     /// The ground at the start, which goes on beside holes that have been dug.
     start: &'a Geometry,
@@ -180,12 +180,12 @@ pub struct Ground<'a> {
     /// First place that is free among the levels of all columns.
     first: &'a mut usize,
     columns: Vec<Column>,
-    sides: Vec<Side>,
+    sides: Vec<SideNode>,
     /// Column by its lowest node.
-    by_foot: BTreeMap<u32, usize>,
+    by_base: BTreeMap<u32, usize>,
 }
 
-impl<'a> Ground<'a> {
+impl<'a> ColumnBuilder<'a> {
     /// Nothing yet; `first` is the first free place among the levels of all columns.
     pub fn new(
         geometry: &'a Geometry,
@@ -193,24 +193,24 @@ impl<'a> Ground<'a> {
         properties: &'a Properties,
         first: &'a mut usize,
     ) -> Self {
-        let by_foot = BTreeMap::new();
-        Self { geometry, start, properties, first, columns: Vec::new(), sides: Vec::new(), by_foot }
+        let by_base = BTreeMap::new();
+        Self { geometry, start, properties, first, columns: Vec::new(), sides: Vec::new(), by_base }
     }
 
     /// The columns, and the nodes that hang on them.
-    pub fn done(self) -> (Vec<Column>, Vec<Side>) {
+    pub fn done(self) -> (Vec<Column>, Vec<SideNode>) {
         (self.columns, self.sides)
     }
 
     /// Columns behind the nodes of a face, which are given with their strips.
-    pub fn stand(&mut self, surface: &BlockFace, strips: Vec<Strip>) -> Result<(), NoColumn> {
+    pub fn add_columns(&mut self, surface: &BlockFace, strips: Vec<Strip>) -> Result<(), NoColumn> {
         let geometry = self.geometry;
-        let body = surface.block;
+        let block = surface.block;
         let upright = self.upright(surface)?;
-        let rock = self.rock(body);
+        let rock = self.rock(block);
         let outward = surface.outward(geometry);
         let impedance = resistance(&rock, &outward);
-        let raised = geometry.axes(body)[upright].z > 0.0;
+        let raised = geometry.axes(block)[upright].z > 0.0;
         for (node, slant, along) in strips {
             let second = (surface.direction() + 2) % 3 == upright;
             let [width, height] = [along[usize::from(!second)], along[usize::from(second)]];
@@ -223,7 +223,7 @@ impl<'a> Ground<'a> {
                 continue;
             };
             let resistance = impedance * (areas[0] + areas[1]);
-            self.sides.push(Side { node, level, resistance, outward, areas });
+            self.sides.push(SideNode { node, level, resistance, outward, areas });
         }
         Ok(())
     }
@@ -241,81 +241,82 @@ impl<'a> Ground<'a> {
         }
     }
 
-    fn rock(&self, body: usize) -> Elastic {
-        self.properties.materials[self.geometry.bodies[body].material as usize]
+    fn rock(&self, block: usize) -> Elastic {
+        self.properties.materials[self.geometry.blocks[block].material as usize]
     }
 
     /// The column behind a node.
     fn column(&mut self, node: u32, upright: usize, raised: bool) -> Result<usize, NoColumn> {
         let (geometry, start) = (self.geometry, self.start);
-        let (mut body, at) = geometry.locate(node as usize);
-        let upwards = |up: bool| FaceOf { direction: upright, upper: raised == up };
-        while let Some(below) = start.beyond(body, upwards(false)) {
-            body = below;
+        let (mut block, at) = geometry.locate(node as usize);
+        let upwards = |up: bool| FaceId { direction: upright, upper: raised == up };
+        while let Some(below) = start.beyond(block, upwards(false)) {
+            block = below;
         }
-        let n = geometry.topology(body).divisions();
-        let on = |body: usize, level: usize| {
+        let n = geometry.topology(block).divisions();
+        let on = |block: usize, level: usize| {
             let level = if raised { level } else { n - level };
-            geometry.node(body, moved_to(at, upright, level)) as u32
+            geometry.node(block, moved_to(at, upright, level)) as u32
         };
-        if let Some(&column) = self.by_foot.get(&on(body, 0)) {
+        if let Some(&column) = self.by_base.get(&on(block, 0)) {
             return Ok(column);
         }
-        let goes_on = |body: usize, up: bool| geometry.abuts(body, upwards(up).number()).is_some();
-        let (foot, lowest) = (on(body, 0), self.rock(body));
-        let levels = |body: usize| (0..=n).map(move |level| (body, level));
-        let (bodies, segments) = self.stack(body, upwards(true));
+        let goes_on =
+            |block: usize, up: bool| geometry.nonconforming(block, upwards(up).number()).is_some();
+        let (base, lowest) = (on(block, 0), self.rock(block));
+        let levels = |block: usize| (0..=n).map(move |level| (block, level));
+        let (blocks, segments) = self.stack(block, upwards(true));
         let nodes: Vec<u32> =
-            bodies.iter().flat_map(|&body| levels(body)).map(|(b, level)| on(b, level)).collect();
-        let top = bodies.last().copied().unwrap_or(body);
-        if goes_on(body, false) || goes_on(top, true) {
+            blocks.iter().flat_map(|&block| levels(block)).map(|(b, level)| on(b, level)).collect();
+        let top = blocks.last().copied().unwrap_or(block);
+        if goes_on(block, false) || goes_on(top, true) {
             return Err(NoColumn::Unmatched);
         }
         let column = Column::new(nodes, segments, &lowest, *self.first);
         *self.first += column.nodes.len();
         self.columns.push(column);
-        self.by_foot.insert(foot, self.columns.len() - 1);
+        self.by_base.insert(base, self.columns.len() - 1);
         Ok(self.columns.len() - 1)
     }
 
     /// The bodies of a column from the lowest one up, and what is between its levels.
-    fn stack(&self, lowest: usize, top: FaceOf) -> (Vec<usize>, Vec<Segment>) {
+    fn stack(&self, lowest: usize, top: FaceId) -> (Vec<usize>, Vec<ColumnSegment>) {
         let (geometry, start) = (self.geometry, self.start);
         let upright = top.direction;
-        let (mut bodies, mut segments, mut end) = (Vec::new(), Vec::new(), (0, 0));
-        let mut body = lowest;
+        let (mut blocks, mut segments, mut end) = (Vec::new(), Vec::new(), (0, 0));
+        let mut block = lowest;
         loop {
-            bodies.push(body);
-            let length = geometry.spacing(body, upright);
-            let layer = |_| Segment::layer(&self.rock(body), length);
-            segments.extend((0..geometry.topology(body).divisions()).map(layer));
-            if !geometry.is_gone(body) {
-                end = (bodies.len(), segments.len());
+            blocks.push(block);
+            let length = geometry.spacing(block, upright);
+            let layer = |_| ColumnSegment::layer(&self.rock(block), length);
+            segments.extend((0..geometry.topology(block).divisions()).map(layer));
+            if !geometry.is_removed(block) {
+                end = (blocks.len(), segments.len());
             }
-            let Some(above) = start.beyond(body, top) else { break };
-            segments.push(self.joint(if top.upper { body } else { above }, upright));
-            body = above;
+            let Some(above) = start.beyond(block, top) else { break };
+            segments.push(self.joint(if top.upper { block } else { above }, upright));
+            block = above;
         }
         // It ends where nothing of the model is left above.
-        bodies.truncate(end.0);
+        blocks.truncate(end.0);
         segments.truncate(end.1);
-        (bodies, segments)
+        (blocks, segments)
     }
 
     /// The joint at the upper end of a body along an edge.
-    fn joint(&self, body: usize, d: usize) -> Segment {
+    fn joint(&self, block: usize, d: usize) -> ColumnSegment {
         let (geometry, properties) = (self.geometry, self.properties);
-        let gap = geometry.gap_above(body, d);
-        let joint = &properties.joints[usize::from(geometry.joint_above(body, d))];
+        let gap = geometry.gap_above(block, d);
+        let joint = &properties.joints[usize::from(geometry.joint_above(block, d))];
         if let Some(layer) = joint.layer().filter(|_| gap > 0.0) {
-            return Segment { block: false, ..Segment::layer(layer, gap) };
+            return ColumnSegment { block: false, ..ColumnSegment::layer(layer, gap) };
         }
-        let Stiffness { normal, shear } = joint.stiffness();
-        Segment { normal, shear, across: [0.0; 2], mass: 0.0, block: false }
+        let SpringStiffness { normal, shear } = joint.stiffness();
+        ColumnSegment { normal, shear, across: [0.0; 2], mass: 0.0, block: false }
     }
 }
 
-impl Segment {
+impl ColumnSegment {
     fn layer(rock: &Elastic, length: f64) -> Self {
         Self {
             normal: rock.p_modulus() / length,
@@ -328,13 +329,13 @@ impl Segment {
 }
 
 impl Column {
-    fn new(nodes: Vec<u32>, segments: Vec<Segment>, foot: &Elastic, first: usize) -> Self {
+    fn new(nodes: Vec<u32>, segments: Vec<ColumnSegment>, base: &Elastic, first: usize) -> Self {
         let mut mass = vec![0.0; nodes.len()];
         for (i, segment) in segments.iter().enumerate() {
             mass[i] += segment.mass / 2.0;
             mass[i + 1] += segment.mass / 2.0;
         }
-        let [p, s] = [foot.p_speed(), foot.s_speed()].map(|speed| foot.density * speed);
+        let [p, s] = [base.p_speed(), base.s_speed()].map(|speed| base.density * speed);
         let (slots, squares) = (Vec::new(), Vec::new());
         let impedance = Vec3::new(s, s, p);
         Self { nodes, slots, segments, mass, impedance, first, squares }

@@ -4,9 +4,9 @@
 //! rock with the traction `−ρ c_P v_n n − ρ c_S v_s`. A wave that meets it head-on leaves; one that is to
 //! come in with the velocity w is made by the traction `2 ρ c w`.
 
+mod active;
 mod beside;
 mod column;
-mod outside;
 
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
@@ -14,34 +14,34 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use crate::error::{Fault, RunError};
-use crate::model::conditions::{Active, Applied};
-use crate::model::history::{Course, Function};
-use crate::model::stage::Period;
+use crate::model::conditions::{ActiveConditions, AppliedForces};
+use crate::model::history::{Function, TimeFunction};
+use crate::model::stage::StageRange;
 use ddem_mechanics::element::Elastic;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::Properties;
 use ddem_mesh::{BlockFace, Geometry, Vec3};
 
-pub use column::{Column, Ground, NoColumn, Side};
-pub(crate) use column::{Moving, Pace};
-pub(crate) use outside::{Dashpot, Outside};
+pub(crate) use active::{ActiveBoundaries, Dashpot};
+pub use column::{Column, ColumnBuilder, NoColumn, SideNode};
+pub(crate) use column::{ColumnMotion, ColumnStep};
 
 /// A matrix of damping `[N s/m]`, or of impedance `[Pa s/m]`.
 pub type Resistance = Matrix3<f64>;
 
-/// What acts on a node from outside, besides its dashpots `[N]`.
+/// Boundary force on a node, dashpots excluded `[N]`.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Push {
-    /// What acts whatever moves, and stresses of the free field.
+pub(crate) struct BoundaryForce {
+    /// Constant forces, and stresses of the free field.
     pub(crate) force: Vec3,
-    /// What dashpots do that are moved from outside, `C w`: no local damping takes a part of it.
+    /// Force `C w` of dashpots moved from outside; local damping does not apply to it.
     pub(crate) wave: Vec3,
 }
 
 /// One boundary.
 #[derive(Clone, Debug)]
-pub struct Border {
+pub struct ModelBoundary {
     /// Dashpots by face and node, a node as often as it has faces `[N s/m]`.
     pub dashpots: Vec<(u32, Resistance)>,
     /// Faces that it takes, how much of them and how much there is `[m²]`.
@@ -51,49 +51,49 @@ pub struct Border {
     /// Velocity of the wave that comes in `[m/s]`.
     pub wave: Option<Vec3>,
     /// Factor in time of the wave.
-    pub history: Course,
+    pub history: TimeFunction,
     /// Stages in which it is in force.
-    pub period: Period,
+    pub in_force: StageRange,
     /// Free-field columns, and where the model hangs on them.
     pub columns: Vec<Column>,
     /// Nodes that hang on the columns.
-    pub sides: Vec<Side>,
+    pub sides: Vec<SideNode>,
 }
 
 /// All boundaries of a model.
 #[derive(Clone, Debug, Default)]
-pub struct Borders {
+pub struct Boundaries {
     /// In the order of the problem.
-    pub list: Vec<Border>,
+    pub list: Vec<ModelBoundary>,
 }
 
-/// What boundaries act on.
+/// Geometry that the boundaries act on.
 #[derive(Clone, Copy)]
-pub(crate) struct Made<'a> {
-    /// What is where now.
-    pub(super) geometry: &'a Geometry,
-    /// What was where at the start.
+pub(crate) struct StageGeometry<'a> {
+    /// Geometry of the present stage.
+    pub(super) now: &'a Geometry,
+    /// Geometry at the start.
     pub(super) start: &'a Geometry,
     pub(super) packs: &'a Packs,
 }
 
-impl Borders {
+impl Boundaries {
     /// Nodes of all columns.
     pub(crate) fn column_nodes(&self) -> usize {
-        let columns = self.list.iter().flat_map(|border| &border.columns);
+        let columns = self.list.iter().flat_map(|boundary| &boundary.columns);
         columns.map(|column| column.nodes.len()).sum()
     }
 
-    /// Whether a boundary is in force in a stage.
-    pub fn has(&self, border: usize, stage: usize) -> bool {
-        self.list[border].period.has(stage)
+    /// True if a boundary is in force in a stage.
+    pub fn has(&self, boundary: usize, stage: usize) -> bool {
+        self.list[boundary].in_force.has(stage)
     }
 
     /// Takes down where the nodes are that columns stand behind, and what damping needs of the ground that they
     /// are made of, before anything is taken out.
-    pub(super) fn note_ground(&mut self, made: Made<'_>, assembly: &Assembly) {
-        let columns = self.list.iter_mut().flat_map(|border| &mut border.columns);
-        columns.for_each(|column| column.note_ground(made, assembly));
+    pub(super) fn note_damping(&mut self, geometries: StageGeometry<'_>, assembly: &Assembly) {
+        let columns = self.list.iter_mut().flat_map(|boundary| &mut boundary.columns);
+        columns.for_each(|column| column.note_damping(geometries, assembly));
     }
 
     /// Factor of each boundary's wave at a time, given the times at which stages began.
@@ -103,18 +103,19 @@ impl Borders {
         time: f64,
         starts: &[f64],
     ) -> Result<Vec<f64>, RunError> {
-        let factor = |(index, border): (usize, &Border)| match border.period.has(stage) {
-            true => border.period.factor(&border.history, time, starts).at("boundary", index),
+        let factor = |(index, boundary): (usize, &ModelBoundary)| match boundary.in_force.has(stage)
+        {
+            true => boundary.in_force.factor(&boundary.history, time, starts).at("boundary", index),
             false => Ok(0.0),
         };
         self.list.iter().enumerate().map(factor).collect()
     }
 
-    /// Whether any wave may change after a time.
+    /// True if any wave may change after a time.
     pub(crate) fn change_after(&self, stage: usize, time: f64, starts: &[f64]) -> bool {
-        let changes = |border: &Border| {
-            let since = border.period.since(time, starts);
-            border.period.has(stage) && border.history.changes_after(since)
+        let changes = |boundary: &ModelBoundary| {
+            let since = boundary.in_force.since(time, starts);
+            boundary.in_force.has(stage) && boundary.history.changes_after(since)
         };
         self.list.iter().any(changes)
     }
@@ -129,9 +130,9 @@ impl Borders {
         index: usize,
         function: Arc<Function>,
     ) -> Result<(), Fault> {
-        let border = self.list.get_mut(index).filter(|border| border.wave.is_some());
+        let boundary = self.list.get_mut(index).filter(|boundary| boundary.wave.is_some());
         let fault = || Fault::new(format!("boundary[{index}].history"), "there is no such wave");
-        border.ok_or_else(fault)?.history = Course::Computed(function);
+        boundary.ok_or_else(fault)?.history = TimeFunction::Computed(function);
         Ok(())
     }
 
@@ -143,18 +144,20 @@ impl Borders {
 
     /// Forces that go on where supports end at boundaries: what held a node before a stage, besides
     /// what went on there already.
-    pub(crate) fn kept(
+    pub(crate) fn locked_reactions(
         &self,
         stage: usize,
-        before: (&Active, &[f64], &Applied),
-        after: &Active,
-    ) -> Applied {
-        let (active, reactions, kept) = before;
-        let here = self.list.iter().filter(|border| border.period.has(stage));
-        let mut forces: Applied =
-            here.flat_map(|border| &border.dashpots).map(|(node, _)| (*node, [0.0; 3])).collect();
+        before: (&ActiveConditions, &[f64], &AppliedForces),
+        after: &ActiveConditions,
+    ) -> AppliedForces {
+        let (active, reactions, locked_reactions) = before;
+        let here = self.list.iter().filter(|boundary| boundary.in_force.has(stage));
+        let mut forces: AppliedForces = here
+            .flat_map(|boundary| &boundary.dashpots)
+            .map(|(node, _)| (*node, [0.0; 3]))
+            .collect();
         for (node, force) in &mut forces {
-            *force = kept.get(node).copied().unwrap_or_default();
+            *force = locked_reactions.get(node).copied().unwrap_or_default();
         }
         let held: HashSet<(u32, usize)> = after.held().collect();
         for (support, reaction) in active.supports.iter().zip(reactions) {
@@ -172,11 +175,11 @@ impl Borders {
 
 /// `ρ c_P n nᵀ + ρ c_S (1 − n nᵀ)` of the block behind a face `[Pa s/m]`.
 pub fn impedance(geometry: &Geometry, properties: &Properties, surface: &BlockFace) -> Resistance {
-    let rock = &properties.materials[geometry.bodies[surface.block].material as usize];
+    let rock = &properties.materials[geometry.blocks[surface.block].material as usize];
     resistance(rock, &surface.outward(geometry))
 }
 
-/// That of a rock behind a face with the normal n.
+/// Dashpot matrix of the rock behind a face with normal n.
 fn resistance(rock: &Elastic, n: &Vec3) -> Resistance {
     let along = n * n.transpose();
     let [p, s] = [rock.p_speed(), rock.s_speed()].map(|speed| rock.density * speed);

@@ -15,7 +15,7 @@ use ddem_mesh::Vec3;
 
 /// The gas in one shell of a charge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Fill {
+pub struct ShellState {
     /// Volume of the shell when the charge went off, if it has `[m³]`.
     pub began: Option<f64>,
     /// Volume with which the gas got out, if it has `[m³]`.
@@ -31,9 +31,9 @@ pub struct Gas {
     pub own: f64,
     /// Volume that it has at the start `[m³]`.
     pub start: f64,
-    /// It makes its own room: its volume grows by what the shells grow by from when it goes off.
+    /// The gas makes its own room: its volume grows with the shells, from the moment of detonation.
     pub own_room: bool,
-    /// It has the pressure of the charge in the volume that there is when it goes off.
+    /// The gas has the charge's pressure in the volume at detonation.
     pub given: bool,
 }
 
@@ -53,7 +53,7 @@ impl Gas {
 
 /// A charge.
 #[derive(Clone, Debug)]
-pub struct Charge {
+pub struct GasCharge {
     /// Nodes that it pushes, in order.
     pub nodes: Vec<u32>,
     /// Their reference positions `[m]`.
@@ -64,7 +64,7 @@ pub struct Charge {
     pub pressure: f64,
     /// The gas, if it expands.
     pub gas: Option<Gas>,
-    /// What there is of it at the start.
+    /// Size at the start.
     pub size: ChargeSize,
 }
 
@@ -76,15 +76,15 @@ pub struct ChargeState {
     /// Volume of the cavity, or of the joints `[m³]`: what the gas has got out of has that with which
     /// it did.
     pub volume: f64,
-    /// Whether the gas has got out everywhere.
+    /// True once the gas has vented from all shells.
     pub vented: bool,
     /// Volume of the cavity, or of the joints, when it went off; `None` before `[m³]`.
     pub began: Option<f64>,
 }
 
-/// What a charge does to its nodes.
+/// Forces of a charge on its nodes.
 #[derive(Debug)]
-pub struct Push {
+pub struct ChargeForces {
     /// At factor 1 `[Pa]`.
     pub pressure: f64,
     /// Volume of all shells `[m³]`.
@@ -92,10 +92,10 @@ pub struct Push {
     /// At factor 1, by node `[N]`.
     pub forces: Vec<Vec3>,
     /// Of each shell.
-    pub fills: Vec<Fill>,
+    pub shells: Vec<ShellState>,
 }
 
-impl Charge {
+impl GasCharge {
     /// Nodes of the walls of cavities that it pushes.
     pub fn walls(&self) -> impl Iterator<Item = Vec<u32>> {
         let in_cavity = self.shells.iter().filter(|_| self.size.walls > 0);
@@ -105,11 +105,11 @@ impl Charge {
 
     /// Pressure by volume of a gas that expands, `γ p/V` `[Pa/m³]`, and the areas that it has then `[m²]`: gas is a
     /// spring of the stiffness `γ p/V A Aᵀ`. It is stiffest at the start, or when it went off in less room.
-    pub fn stiffness(&self, u: &[Vec3], fills: &[Fill]) -> Option<(f64, Vec<Vec3>)> {
+    pub fn stiffness(&self, u: &[Vec3], states: &[ShellState]) -> Option<(f64, Vec<Vec3>)> {
         let gas = self.gas?;
         let still = vec![Vec3::zeros(); self.nodes.len()];
-        let off = fills.iter().any(|fill| fill.began.is_some());
-        let [first, grown] = if off { self.room(u, fills) } else { [gas.start, 0.0] };
+        let off = states.iter().any(|state| state.began.is_some());
+        let [first, grown] = if off { self.room(u, states) } else { [gas.start, 0.0] };
         let narrow = gas.volume(first, grown) < gas.start;
         let (volume, at) = match (narrow, gas.given) {
             (false, _) => (gas.start, &still[..]),
@@ -124,13 +124,13 @@ impl Charge {
     }
 
     /// Volume that its gas has at first, and by how much that has grown `[m³]`.
-    fn room(&self, u: &[Vec3], fills: &[Fill]) -> [f64; 2] {
+    fn room(&self, u: &[Vec3], states: &[ShellState]) -> [f64; 2] {
         let Some(gas) = self.gas else { return [0.0; 2] };
         let (mut all, mut began) = (0.0, 0.0);
-        for (shell, fill) in self.shells.iter().zip(fills) {
-            let volume = fill.left.unwrap_or_else(|| shell.volume(&self.start, u));
+        for (shell, state) in self.shells.iter().zip(states) {
+            let volume = state.left.unwrap_or_else(|| shell.volume(&self.start, u));
             all += volume;
-            began += fill.began.unwrap_or(volume);
+            began += state.began.unwrap_or(volume);
         }
         let grown = all - began;
         match (gas.given, gas.own_room) {
@@ -142,15 +142,18 @@ impl Charge {
         }
     }
 
-    /// What it does after these displacements of its nodes.
-    pub fn push(&self, u: &[Vec3], fills: &[Fill]) -> Push {
+    /// Forces and gas states at nodal displacements u.
+    pub fn push(&self, u: &[Vec3], states: &[ShellState]) -> ChargeForces {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];
         let (mut all, mut now) = (0.0, Vec::with_capacity(self.shells.len()));
-        for (shell, fill) in self.shells.iter().zip(fills) {
-            let volume = fill.left.unwrap_or_else(|| shell.volume(&self.start, u));
-            let left = fill.left.is_some() || shell.is_open(u);
+        for (shell, state) in self.shells.iter().zip(states) {
+            let volume = state.left.unwrap_or_else(|| shell.volume(&self.start, u));
+            let left = state.left.is_some() || shell.is_open(u);
             all += volume;
-            now.push(Fill { began: fill.began.or(Some(volume)), left: left.then_some(volume) });
+            now.push(ShellState {
+                began: state.began.or(Some(volume)),
+                left: left.then_some(volume),
+            });
             if !left {
                 shell.add_areas(&self.start, u, &mut forces);
             }
@@ -158,6 +161,6 @@ impl Charge {
         let [first, grown] = self.room(u, &now);
         let pressure = self.pressure * self.gas.map_or(1.0, |gas| gas.part(first, grown));
         forces.iter_mut().for_each(|force| *force *= pressure);
-        Push { pressure, volume: all, forces, fills: now }
+        ChargeForces { pressure, volume: all, forces, shells: now }
     }
 }

@@ -11,7 +11,7 @@ pub struct Shell {
     walls: Vec<Vec<u32>>,
     /// Volume within it at the start `[m³]`.
     pub volume: f64,
-    /// How far a wall may go from the others before the gas gets out `[m]`.
+    /// Displacement of a wall, relative to the others, at which the gas vents `[m]`.
     pub reach: f64,
 }
 
@@ -79,8 +79,8 @@ impl Shell {
         }
     }
 
-    /// Whether the centre of a wall has moved so far from where the walls have gone on average that
-    /// the gas gets out; of a single wall, from its own start.
+    /// True once the centre of a wall has moved so far from the mean displacement of the walls that the gas
+    /// vents; a single wall counts from its own start.
     pub(super) fn is_open(&self, u: &[Vec3]) -> bool {
         let mean = |wall: &Vec<u32>| {
             wall.iter().map(|node| u[*node as usize]).sum::<Vec3>() / wall.len() as f64

@@ -1,4 +1,4 @@
-//! What there is of a charge before it goes off.
+//! Size of a charge before it detonates.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What is in force in one stage, by pack.
+//! Conditions in force in one stage, by pack.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use ddem_mesh::slot::NodeSlot;
 
 /// One supported degree of freedom.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Support {
+pub(crate) struct SupportedAxis {
     /// Place in a nodal field.
     pub(crate) at: u32,
     pub(crate) lane: u8,
@@ -22,7 +22,7 @@ pub(crate) struct Support {
 }
 
 /// Forces that programs apply to nodes `[N]`, by node.
-pub(crate) type Applied = BTreeMap<u32, [f64; 3]>;
+pub(crate) type AppliedForces = BTreeMap<u32, [f64; 3]>;
 
 /// One load on one node.
 #[derive(Clone, Copy, Debug)]
@@ -34,41 +34,41 @@ pub(crate) struct NodalLoad {
     pub(crate) force: [f64; 3],
 }
 
-/// What is in force in one stage, sorted by pack.
+/// Conditions in force in one stage, sorted by pack.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Active {
-    pub(crate) supports: Vec<Support>,
+pub(crate) struct ActiveConditions {
+    pub(crate) supports: Vec<SupportedAxis>,
     pub(super) loads: Vec<NodalLoad>,
     support_start: Vec<u32>,
     load_start: Vec<u32>,
     /// Bodies by pack and lane that have supports.
-    pub(crate) held_bodies: Vec<[bool; LANES]>,
+    pub(crate) held_blocks: Vec<[bool; LANES]>,
 }
 
 /// Places of the nodes of a stage.
 #[derive(Clone, Copy)]
-struct Slots<'a> {
+struct NodeSlots<'a> {
     geometry: &'a Geometry,
     packs: &'a Packs,
 }
 
-impl Slots<'_> {
+impl NodeSlots<'_> {
     /// Storage of a node; none of a block that has been taken out.
     fn of(&self, node: u32) -> Option<NodeSlot> {
-        let there = !self.geometry.is_gone(self.geometry.block_of(node as usize));
+        let there = !self.geometry.is_removed(self.geometry.block_of(node as usize));
         there.then(|| self.packs.node_slot(self.geometry, node as usize))
     }
 
     /// Supports of a stage with their packs, sorted; of two on one degree of freedom the later one.
-    fn supports(&self, conditions: &Conditions, stage: usize) -> Vec<(usize, Support)> {
+    fn supports(&self, conditions: &Conditions, stage: usize) -> Vec<(usize, SupportedAxis)> {
         let mut supports = Vec::new();
         let fixed = conditions.fixed.iter().enumerate();
-        for (fix, entry) in fixed.filter(|(_, entry)| entry.period.has(stage)) {
+        for (fix, entry) in fixed.filter(|(_, entry)| entry.in_force.has(stage)) {
             for &node in &entry.nodes {
                 let Some(NodeSlot { pack, at, lane }) = self.of(node) else { continue };
                 for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
                     let at = at + u32::from(axis);
-                    supports.push((pack, Support { at, lane, axis, fix: fix as u32, node }));
+                    supports.push((pack, SupportedAxis { at, lane, axis, fix: fix as u32, node }));
                 }
             }
         }
@@ -82,7 +82,7 @@ impl Slots<'_> {
         &self,
         conditions: &Conditions,
         stage: usize,
-        applied: &Applied,
+        applied: &AppliedForces,
     ) -> Vec<(usize, NodalLoad)> {
         let mut loads = Vec::new();
         let mut add = |node: u32, load: usize, force: [f64; 3]| {
@@ -91,11 +91,11 @@ impl Slots<'_> {
             }
         };
         let loaded = conditions.loaded.iter().enumerate();
-        for (index, entry) in loaded.filter(|(_, entry)| entry.period.has(stage)) {
+        for (index, entry) in loaded.filter(|(_, entry)| entry.in_force.has(stage)) {
             entry.forces.iter().for_each(|&(node, force)| add(node, index, force.into()));
         }
         let charged = conditions.charged.iter().enumerate();
-        for (index, entry) in charged.filter(|(_, entry)| entry.period.has(stage)) {
+        for (index, entry) in charged.filter(|(_, entry)| entry.in_force.has(stage)) {
             // Forces are those of the present places, before each step.
             let load = conditions.loaded.len() + index;
             entry.charge.nodes.iter().for_each(|&node| add(node, load, [0.0; 3]));
@@ -107,15 +107,15 @@ impl Slots<'_> {
     }
 }
 
-impl Active {
+impl ActiveConditions {
     pub(crate) fn new(
         conditions: &Conditions,
         geometry: &Geometry,
         packs: &Packs,
         stage: usize,
-        applied: &Applied,
+        applied: &AppliedForces,
     ) -> Self {
-        let slots = Slots { geometry, packs };
+        let slots = NodeSlots { geometry, packs };
         let supports = slots.supports(conditions, stage);
         let loads = slots.loads(conditions, stage, applied);
         let n = packs.packs.len();
@@ -124,9 +124,9 @@ impl Active {
             held_axes[*pack][support.lane as usize][support.axis as usize] = true;
         }
         let held = |axes: [bool; 3]| axes == [true; 3];
-        let held_bodies = held_axes.into_iter().map(|lanes| lanes.map(held)).collect();
+        let held_blocks = held_axes.into_iter().map(|lanes| lanes.map(held)).collect();
         Self {
-            held_bodies,
+            held_blocks,
             support_start: starts(n, supports.iter().map(|s| s.0)),
             load_start: starts(n, loads.iter().map(|l| l.0)),
             supports: supports.into_iter().map(|s| s.1).collect(),
@@ -160,7 +160,7 @@ impl Active {
     /// Number of the support of a node along an axis.
     pub(crate) fn support_at(&self, slot: NodeSlot, axis: u32) -> Option<usize> {
         let (range, at, lane) = (self.supports_of(slot.pack), slot.at + axis, slot.lane);
-        let key = |s: &Support| (s.at, s.lane);
+        let key = |s: &SupportedAxis| (s.at, s.lane);
         let found = self.supports[range.clone()].binary_search_by_key(&(at, lane), key);
         found.ok().map(|found| range.start + found)
     }
@@ -175,8 +175,8 @@ impl Conditions {
     /// The fixes that hold the axes of a node in a stage, or would if its block were still there.
     pub(crate) fn holds(&self, node: u32, stage: usize) -> [Option<u32>; 3] {
         let mut held = [None; 3];
-        for (index, fix) in self.fixed.iter().enumerate().filter(|(_, f)| f.period.has(stage)) {
-            if [&fix.nodes, &fix.gone].iter().any(|nodes| nodes.binary_search(&node).is_ok()) {
+        for (index, fix) in self.fixed.iter().enumerate().filter(|(_, f)| f.in_force.has(stage)) {
+            if [&fix.nodes, &fix.removed].iter().any(|nodes| nodes.binary_search(&node).is_ok()) {
                 // The later one has the last word, as among supports.
                 let axes = held.iter_mut().zip(fix.axes).filter(|(_, axis)| *axis);
                 axes.for_each(|(held, _)| *held = Some(index as u32));
@@ -186,7 +186,7 @@ impl Conditions {
     }
 }
 
-/// Where each pack's entries begin in a list sorted by pack, shape `(n + 1)`.
+/// Index of each pack's first entry in a list sorted by pack, shape `(n + 1)`.
 pub(crate) fn starts(n: usize, packs: impl Iterator<Item = usize>) -> Vec<u32> {
     let mut starts = vec![0; n + 1];
     packs.for_each(|pack| starts[pack + 1] += 1);

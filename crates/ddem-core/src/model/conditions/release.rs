@@ -2,32 +2,32 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Applied, Conditions, Factor, Loaded};
+use super::{AppliedForces, Conditions, Factor, LoadPattern};
 use ddem_mesh::Vec3;
 
 /// Forces of removed blocks that fade.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Released {
-    /// When they began to `[s]`.
+pub(crate) struct FadingForces {
+    /// Start time of the fading `[s]`.
     pub(crate) began: f64,
     /// By node `[N]`.
-    pub(crate) forces: Applied,
+    pub(crate) forces: AppliedForces,
 }
 
-/// How the forces of removed blocks go.
+/// Fading of the forces of removed blocks.
 #[derive(Clone, Debug)]
-pub struct Fading {
+pub struct ForceFading {
     /// The stage at whose start they begin to.
     pub(crate) from: usize,
-    /// They fade with time; others go at once.
+    /// True if the forces fade with time; otherwise they vanish at once.
     pub(crate) fades: bool,
     /// Relax stages, which take them back whatever the time.
     pub(super) relaxing: Vec<usize>,
-    /// When they began to `[s]`; the stage at whose start that was may begin anew.
+    /// Start time of the fading `[s]`; the stage that starts it may begin anew.
     pub(super) began: f64,
 }
 
-impl Fading {
+impl ForceFading {
     /// Forces that begin to fade as a stage begins, or go at once; a relaxation takes them back.
     #[must_use]
     pub fn new(from: usize, fades: bool, relaxing: Vec<usize>) -> Self {
@@ -35,35 +35,35 @@ impl Fading {
     }
 }
 
-impl Loaded {
+impl LoadPattern {
     pub(super) fn acts(&self, stage: usize) -> bool {
         // Relax stages take back what fades, whatever the time.
-        let taken = |fading: &Fading, relax: &usize| (fading.from..=stage).contains(relax);
+        let taken = |fading: &ForceFading, relax: &usize| (fading.from..=stage).contains(relax);
         match &self.fading {
             Some(fading) => !fading.relaxing.iter().any(|relax| taken(fading, relax)),
-            None => self.period.has(stage),
+            None => self.in_force.has(stage),
         }
     }
 
     pub(super) fn factor(&self, time: f64, starts: &[f64]) -> Factor {
         match &self.fading {
             Some(fading) => Factor::of(&self.history, time - fading.began),
-            None => self.period.factor(&self.history, time, starts),
+            None => self.in_force.factor(&self.history, time, starts),
         }
     }
 
-    /// Whether its forces may change after a time.
+    /// True if its forces may change after a time.
     pub(super) fn changes_after(&self, time: f64, starts: &[f64]) -> bool {
         let since = match &self.fading {
             Some(fading) => time - fading.began,
-            None => self.period.since(time, starts),
+            None => self.in_force.since(time, starts),
         };
         self.history.changes_after(since)
     }
 
     /// Sets the forces, and how far they are.
-    pub(crate) fn release(&mut self, released: &Released) {
-        let Released { began, forces } = released;
+    pub(crate) fn release(&mut self, released: &FadingForces) {
+        let FadingForces { began, forces } = released;
         self.forces = forces.iter().map(|(&node, &f)| (node, Vec3::from(f))).collect();
         if let Some(fading) = &mut self.fading {
             fading.began = *began;

@@ -54,22 +54,24 @@ fn a_triangle_goes_up_and_down() {
 
 #[test]
 fn histories_come_to_an_end() {
-    let course = |history: History| Course::new(Some(&history));
+    let time_function = |history: History| TimeFunction::new(Some(&history));
     let triangle = Triangle { rise: 1.0, duration: Some(3.0), fall: None };
     let table = History::Table(vec![[0.0, 0.0], [2.0, 5.0]]);
-    for (course, end) in [
-        (course(History::Ramp(0.5)), 0.5),
-        (course(History::Triangle(triangle)), 3.0),
-        (course(table), 2.0),
+    for (time_function, end) in [
+        (time_function(History::Ramp(0.5)), 0.5),
+        (time_function(History::Triangle(triangle)), 3.0),
+        (time_function(table), 2.0),
     ] {
-        let last = course.factor(1e3);
-        assert!(course.changes_after(0.99 * end) && !course.changes_after(1.01 * end));
-        assert!((course.factor(1.01 * end).unwrap() - last.unwrap()).abs() < 1e-12);
+        let last = time_function.factor(1e3);
+        assert!(
+            time_function.changes_after(0.99 * end) && !time_function.changes_after(1.01 * end)
+        );
+        assert!((time_function.factor(1.01 * end).unwrap() - last.unwrap()).abs() < 1e-12);
     }
     for beta in [1.01, 2.0, 100.0] {
         let pulse = History::Duvall(Duvall { alpha: 10.0, beta: 10.0 * beta });
         let left = pulse.factor(pulse.end());
         assert!((1e-4..1.001e-3).contains(&left), "{beta}: {left}");
     }
-    assert!(!Course::Constant.changes_after(-1.0));
+    assert!(!TimeFunction::Constant.changes_after(-1.0));
 }

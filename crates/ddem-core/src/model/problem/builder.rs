@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Problem, Set, Sets, StartMotion};
-use crate::model::boundary::Borders;
-use crate::model::conditions::{Conditions, Fixed, Loaded};
-use crate::model::history::Course;
-use crate::model::stage::{Period, StageKind};
-use ddem_mechanics::collide::FaceOf;
+use crate::model::boundary::Boundaries;
+use crate::model::conditions::{Conditions, LoadPattern, SupportGroup};
+use crate::model::history::TimeFunction;
+use crate::model::stage::{StageKind, StageRange};
+use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::element::{Elastic, ElementKind};
 use ddem_mechanics::law;
 use ddem_mesh::in_situ::Stress;
 use ddem_mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
 use ddem_mesh::{
-    Abutment, BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, Stages, Topology,
-    Vec3, bounds,
+    BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, NonconformingJoint, Stages,
+    Topology, Vec3, bounds,
 };
 
 /// Fault of a problem that is built from arrays.
@@ -32,7 +32,7 @@ pub enum BuildError {
         what: &'static str,
         /// Number that was given.
         number: usize,
-        /// How many there are.
+        /// Number of materials or joints.
         count: usize,
     },
     /// Four nodes that are no part of a face of a block.
@@ -99,8 +99,8 @@ pub struct ProblemBuilder {
     materials: Vec<u16>,
     rigid: Vec<bool>,
     pairs: Vec<FacePair>,
-    fixed: Vec<Fixed>,
-    loaded: Vec<Loaded>,
+    fixed: Vec<SupportGroup>,
+    loaded: Vec<LoadPattern>,
     motions: Vec<StartMotion>,
     stresses: Vec<Option<Stress>>,
 }
@@ -179,27 +179,27 @@ impl ProblemBuilder {
     }
 
     /// Holds nodes along some axes.
-    pub fn fix(&mut self, nodes: &[u32], axes: [bool; 3]) -> Result<&mut Fixed, BuildError> {
+    pub fn fix(&mut self, nodes: &[u32], axes: [bool; 3]) -> Result<&mut SupportGroup, BuildError> {
         self.has_nodes(nodes.iter())?;
-        self.fixed.push(Fixed {
+        self.fixed.push(SupportGroup {
             nodes: nodes.to_vec(),
-            gone: Vec::new(),
+            removed: Vec::new(),
             axes,
             velocity: None,
             displacement: [0.0; 3],
-            history: Course::Constant,
-            period: Period::ALWAYS,
+            history: TimeFunction::Constant,
+            in_force: StageRange::ALWAYS,
         });
         let last = self.fixed.len() - 1;
         Ok(&mut self.fixed[last])
     }
 
     /// Loads nodes with forces at factor 1 `[N]`.
-    pub fn load(&mut self, forces: &[(u32, [f64; 3])]) -> Result<&mut Loaded, BuildError> {
+    pub fn load(&mut self, forces: &[(u32, [f64; 3])]) -> Result<&mut LoadPattern, BuildError> {
         self.has_nodes(forces.iter().map(|(node, _)| node))?;
         let forces = forces.iter().map(|&(node, force)| (node, Vec3::from(force))).collect();
-        let (history, period) = (Course::Constant, Period::ALWAYS);
-        self.loaded.push(Loaded { forces, history, period, fading: None });
+        let (history, in_force) = (TimeFunction::Constant, StageRange::ALWAYS);
+        self.loaded.push(LoadPattern { forces, history, in_force, fading: None });
         let last = self.loaded.len() - 1;
         Ok(&mut self.loaded[last])
     }
@@ -234,7 +234,7 @@ impl ProblemBuilder {
         let lattices: Vec<_> = self.blocks.iter().enumerate().map(lattice).collect();
         let bounds = bounds(&lattices);
         let mut geometry = Geometry::new(lattices, bounds);
-        geometry.join(self.abutments(&geometry)?);
+        geometry.join(self.nonconforming_joints(&geometry)?);
         geometry.touching = Arc::new(geometry.in_touch());
         let numbers = self.numbers(&geometry);
         let Self { properties, stages: kinds, fixed, loaded, motions, stresses, .. } = &self;
@@ -260,10 +260,10 @@ impl ProblemBuilder {
             stages: Stages {
                 geometries: vec![(0, Arc::new(geometry))],
                 assigns: Vec::new(),
-                dug: false,
+                excavated: false,
             },
             conditions,
-            borders: Borders::default(),
+            boundaries: Boundaries::default(),
             stresses: stresses.clone(),
             motions,
             kinds: kinds.clone(),
@@ -312,9 +312,12 @@ impl ProblemBuilder {
     }
 
     /// Joints between faces, sorted by their blocks.
-    fn abutments(&self, geometry: &Geometry) -> Result<Vec<Abutment>, BuildError> {
+    fn nonconforming_joints(
+        &self,
+        geometry: &Geometry,
+    ) -> Result<Vec<NonconformingJoint>, BuildError> {
         let faces = MeshFaces::new(&self.blocks);
-        let mut joined: BTreeMap<[u32; 2], Abutment> = BTreeMap::new();
+        let mut joined: BTreeMap<[u32; 2], NonconformingJoint> = BTreeMap::new();
         for &FacePair { quads, joint } in &self.pairs {
             let mut sides = Vec::with_capacity(2);
             for quad in quads {
@@ -322,9 +325,9 @@ impl ProblemBuilder {
             }
             sides.sort_by_key(|(block, _)| *block);
             let [(a, face_a), (b, face_b)] = sides[..] else { continue };
-            let abutment = self.abutment(geometry, [a, b], [face_a, face_b], joint)?;
-            let known = joined.entry(abutment.blocks).or_insert(abutment);
-            if *known != abutment {
+            let joint_pair = self.joint_pair(geometry, [a, b], [face_a, face_b], joint)?;
+            let known = joined.entry(joint_pair.blocks).or_insert(joint_pair);
+            if *known != joint_pair {
                 return Err(self.no_joint(
                     [a, b],
                     joint,
@@ -340,13 +343,13 @@ impl ProblemBuilder {
         BuildError::NoJoint { blocks, joint, why }
     }
 
-    fn abutment(
+    fn joint_pair(
         &self,
         geometry: &Geometry,
         blocks: [usize; 2],
-        faces: [FaceOf; 2],
+        faces: [FaceId; 2],
         joint: u16,
-    ) -> Result<Abutment, BuildError> {
+    ) -> Result<NonconformingJoint, BuildError> {
         let refuse = |why: &str| self.no_joint(blocks, joint, why.into());
         if blocks[0] == blocks[1] {
             return Err(refuse("both faces are of one block"));
@@ -367,7 +370,7 @@ impl ProblemBuilder {
                 overlap.gap, properties.thickness
             )));
         }
-        Ok(Abutment {
+        Ok(NonconformingJoint {
             blocks: blocks.map(|block| block as u32),
             faces,
             joint,

@@ -1,13 +1,15 @@
-//! What must hold of a state so that nothing reaches beyond its arrays, whatever bytes it was made from.
+//! Checks of a restored state, so that arbitrary bytes cannot index beyond an array.
 
-use super::{RestoreError, Run};
+use super::{RestoreError, RunState};
 use crate::model::Model;
-use crate::model::conditions::Applied;
+use crate::model::conditions::AppliedForces;
 use crate::state::{Peaks, State};
-use ddem_joint::breaks::Breaks;
-use ddem_joint::contact::{Both, ContactPoint, Contacts, Ended, Near, Patch, Release};
+use ddem_joint::broken::BrokenJoints;
+use ddem_joint::contact::{
+    CombinedSurface, ContactPoint, Contacts, JointStatus, NearPair, Patch, ReleasedJoint,
+};
 use ddem_joint::point::JointPoint;
-use ddem_mechanics::law::{Memory, Stiffness};
+use ddem_mechanics::law::{PointState, SpringStiffness};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::rigid::Pose;
 use ddem_mesh::SurfacePoint;
@@ -23,12 +25,12 @@ pub(super) fn expect(sound: bool, what: &str) -> Checked {
 }
 
 /// Stages that the model has, by the model at its start.
-pub(super) fn stages(model: &Model, state: &State, run: &Run) -> Checked {
+pub(super) fn stages(model: &Model, state: &State, run: &RunState) -> Checked {
     let &State { stage, fresh, .. } = state;
     let runs = stage < model.n_stages();
     expect(runs && state.stage_starts.len() == stage + 1, "there is no such stage")?;
     let fresh = fresh.map(|fresh| [Some(fresh.left), Some(fresh.first)]);
-    let relaxation = run.relaxation.as_ref().map(|memory| [Some(memory.left), memory.driven]);
+    let relaxation = run.relaxation.as_ref().map(|state| [Some(state.left), state.driven]);
     let mut known = fresh.into_iter().chain(relaxation).flatten().flatten();
     expect(known.all(|known| known <= stage + 1), "it comes from no such stage")?;
     let released = state.released.keys().copied();
@@ -36,7 +38,7 @@ pub(super) fn stages(model: &Model, state: &State, run: &Run) -> Checked {
 }
 
 /// Times and counts.
-pub(super) fn run(model: &Model, state: &State, run: &Run) -> Checked {
+pub(super) fn run(model: &Model, state: &State, run: &RunState) -> Checked {
     let steps = state.steps;
     let times = [state.time, state.before, run.time_step, run.initial_energy];
     let finite = times.iter().all(|x| x.is_finite()) && state.before >= 0.0;
@@ -47,35 +49,38 @@ pub(super) fn run(model: &Model, state: &State, run: &Run) -> Checked {
     expect(counts, "its steps are not counted")?;
     let failed = state.failed.iter().all(|&failed| failed <= model.n_pairs() as u64);
     expect(failed, "more pairs have failed than there are")?;
-    let Some(memory) = &run.relaxation else { return Ok(()) };
+    let Some(state) = &run.relaxation else { return Ok(()) };
     let n = model.conditions.n_factors();
-    let factors = [&memory.from, &memory.to].iter().all(|factors| factors.len() == n);
-    let parts = (1..=memory.increments).contains(&memory.increment);
-    let counts = memory.since_restart.max(memory.rounded) <= MOST_STEPS;
+    let factors = [&state.from, &state.to].iter().all(|factors| factors.len() == n);
+    let parts = (1..=state.increments).contains(&state.increment);
+    let counts = state.since_restart.max(state.rounded) <= MOST_STEPS;
     expect(factors && parts && counts, "its relaxation is none")
 }
 
 /// All arrays. Displacements and velocities may be anything: a run that has diverged may be looked at.
 pub(super) fn state(model: &Model, state: &State) -> Checked {
-    let State { u, v, applied, kept, released, .. } = state;
+    let State { u, v, applied, locked_reactions, released, .. } = state;
     let n = 3 * model.packs.nodes;
     expect([u.len(), v.len()] == [n, n], "its nodes are more or fewer")?;
     let factors = state.load_factors.len() == model.conditions.n_factors();
     expect(factors, "its load factors are more or fewer")?;
-    let known = |forces: &Applied| {
+    let known = |forces: &AppliedForces| {
         forces.keys().next_back().is_none_or(|&at| (at as usize) < model.n_nodes())
     };
     let fades = released.values().all(|fading| fading.began.is_finite() && known(&fading.forces));
-    expect(known(applied) && known(kept) && fades, "forces are on nodes that are not there")?;
-    let columns = state.columns.len() == model.borders.column_nodes();
-    let fills = state.fills.len() == model.conditions.n_shells();
-    expect(columns && fills, "its columns or charges are more or fewer")?;
+    expect(
+        known(applied) && known(locked_reactions) && fades,
+        "forces are on nodes that are not there",
+    )?;
+    let columns = state.columns.len() == model.boundaries.column_nodes();
+    let gas = state.shells.len() == model.conditions.n_shells();
+    expect(columns && gas, "its columns or charges are more or fewer")?;
     peaks(model, &state.peaks)?;
     let diverged = !u.iter().chain(v).all(|lanes| lanes.0.iter().all(|x| x.is_finite()));
     let mut poses = state.poses.iter().flatten();
     let rigid = state.poses.len() == model.packs.rigid;
     expect(rigid && poses.all(|pose| diverged || is_sound(pose)), "its rigid blocks are nowhere")?;
-    breaks(model, &state.breaks)?;
+    broken_joints(model, &state.broken_joints)?;
     contacts(model, &state.contacts, diverged)?;
     bonds(model, &state.contacts)
 }
@@ -96,16 +101,16 @@ fn is_sound(pose: &Pose) -> bool {
 }
 
 /// Broken joints are lattices that the model has.
-fn breaks(model: &Model, breaks: &Breaks) -> Checked {
+fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
     let packs = &model.packs;
-    expect(breaks.packs.len() == packs.packs.len(), "its joints are more or fewer")?;
-    for (index, lattices) in breaks.packs.iter().enumerate() {
+    expect(broken_joints.packs.len() == packs.packs.len(), "its joints are more or fewer")?;
+    for (index, lattices) in broken_joints.packs.iter().enumerate() {
         let shape = packs.shape_of(&packs.packs[index]);
         for (offset, broken) in lattices.iter().flat_map(|lattices| lattices.iter().enumerate()) {
             let Some(broken) = broken else { continue };
             let d = offset.is_power_of_two().then(|| offset.trailing_zeros() as usize);
-            let seam = d.is_some_and(|d| model.seams.get(index, d).is_some());
-            let there = seam || model.assembly.pack_tables[index][offset] != NO_TABLE;
+            let section = d.is_some_and(|d| model.sections.get(index, d).is_some());
+            let there = section || model.assembly.pack_tables[index][offset] != NO_TABLE;
             let pairs = d.map_or(0, |d| shape.pairs[d].len());
             let fits = offset > 0 && broken.fits(shape.dims(offset).iter().product(), pairs);
             expect(there && fits, "joints are broken that are not there")?;
@@ -127,10 +132,11 @@ fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
         && patches.is_sorted_by(|a, b| a.blocks < b.blocks);
     let may_meet = near.iter().map(|near| &near.blocks).all(two)
         && near.is_sorted_by(|a, b| a.blocks < b.blocks)
-        && near.iter().all(|near| contacts.place(near.blocks).is_err());
+        && near.iter().all(|near| contacts.patch_index(near.blocks).is_err());
     expect(met && may_meet, "blocks touch that are not there")?;
     let finite = |Lanes(lanes): &Lanes| lanes.iter().all(|x| x.is_finite());
-    let ways = travel.iter().all(finite) && near.iter().all(|Near { until, .. }| until.is_finite());
+    let ways =
+        travel.iter().all(finite) && near.iter().all(|NearPair { until, .. }| until.is_finite());
     expect(diverged || ways, "it is not known how far blocks have moved")?;
     let sound = patches.iter().all(|patch| diverged || is_finite(patch));
     expect(sound && patches.iter().all(|patch| is_on(model, patch, diverged)), "contacts are none")
@@ -138,10 +144,15 @@ fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
 
 /// True where a patch is on faces of its blocks; where exactly may not be known in a run that has diverged.
 fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
-    let Both { skin, stiffness: Stiffness { normal, shear }, friction, dashpot } = patch.both;
+    let CombinedSurface {
+        surface,
+        stiffness: SpringStiffness { normal, shear },
+        friction,
+        dashpot,
+    } = patch.both;
     let sizes = [f64::from(patch.limit), normal, shear].iter().all(|&size| size > 0.0);
-    let rest =
-        [skin, dashpot, patch.bank].iter().all(|&x| x >= 0.0) && friction.is_sound(&model.laws);
+    let rest = [surface, dashpot, patch.energy_reserve].iter().all(|&x| x >= 0.0)
+        && friction.is_sound(&model.laws);
     let faces = patch.faces.iter().all(|&face| face < 6) && patch.reference < 2;
     let on = |(&block, SurfacePoint { element, on }): (&u32, &SurfacePoint)| {
         let n = model.geometry.topology(block as usize).divisions();
@@ -156,22 +167,32 @@ fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
 
 /// True where all numbers of a patch are finite, and its axes unit vectors.
 fn is_finite(patch: &Patch) -> bool {
-    let Both { skin, stiffness: Stiffness { normal, shear }, dashpot, .. } = patch.both;
+    let CombinedSurface { surface, stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
+        patch.both;
     let seen = patch.seen.map(|axis| axis.map(f64::from));
     let axes = patch.axes.iter().chain(&seen);
-    let of_both = [skin, normal, shear, dashpot];
+    let of_both = [surface, normal, shear, dashpot];
     let numbers = patch.apart.iter().chain(&of_both);
-    let point = |&ContactPoint { pair: JointPoint { area, origin, memory, .. }, slid, .. }: &_| {
-        let Memory { slip, dilation, lifted, damage, gap, traction, drag, account, settled } =
-            memory;
+    let point = |&ContactPoint { pair: JointPoint { area, origin, state, .. }, slid, .. }: &_| {
+        let PointState {
+            slip,
+            dilation,
+            lifted,
+            damage,
+            gap,
+            traction,
+            drag,
+            account,
+            equilibrium,
+        } = state;
         let held = [area, slip.x, slip.y, gap, account, slid, traction.normal, damage, lifted];
         let more = [traction.shear.x, traction.shear.y, dilation, drag[0], drag[1]];
-        let settled = settled.map(|s| [s.slip.x, s.slip.y, s.dilation, s.damage, s.gap]);
-        let all = held.iter().chain(&more).chain(&origin).chain(settled.iter().flatten());
+        let equilibrium = equilibrium.map(|s| [s.slip.x, s.slip.y, s.dilation, s.damage, s.gap]);
+        let all = held.iter().chain(&more).chain(&origin).chain(equilibrium.iter().flatten());
         all.into_iter().all(|x| x.is_finite())
     };
     axes.into_iter().all(|axis| (axis.norm_squared() - 1.0).abs() <= 1e-6)
-        && numbers.chain([&f64::from(patch.limit), &patch.bank]).all(|x| x.is_finite())
+        && numbers.chain([&f64::from(patch.limit), &patch.energy_reserve]).all(|x| x.is_finite())
         && patch.points.iter().all(point)
 }
 
@@ -179,19 +200,21 @@ fn is_finite(patch: &Patch) -> bool {
 fn bonds(model: &Model, contacts: &Contacts) -> Checked {
     let held = contacts.patches.iter().filter_map(|patch| {
         let bond = patch.bond?;
-        Some((patch.blocks, bond, patch.points.len(), bond.release < Release::Due))
+        Some((patch.blocks, bond, patch.points.len(), bond.release < JointStatus::Pending))
     });
-    let ended = contacts.ended.iter().map(|&Ended { blocks, bond, ref pairs }| {
-        (blocks, bond, pairs.len(), bond.release == Release::Done)
+    let ended = contacts.ended.iter().map(|&ReleasedJoint { blocks, bond, ref pairs }| {
+        (blocks, bond, pairs.len(), bond.release == JointStatus::Released)
     });
     let mut bonds: Vec<_> = held.chain(ended).collect();
     bonds.sort_by_key(|(blocks, ..)| *blocks);
     let sorted = contacts.ended.is_sorted_by(|a, b| a.blocks < b.blocks);
-    let same = bonds.len() == model.seated.len()
-        && bonds.iter().zip(&model.seated).all(|((blocks, bond, pairs, fits), seated)| {
-            let pairs = *pairs == seated.patch.points.len();
-            let joint = usize::from(bond.joint) < model.properties.joints.len();
-            *fits && pairs && joint && *blocks == seated.patch.blocks
-        });
+    let same = bonds.len() == model.bonded_patches.len()
+        && bonds.iter().zip(&model.bonded_patches).all(
+            |((blocks, bond, pairs, fits), bonded_patches)| {
+                let pairs = *pairs == bonded_patches.patch.points.len();
+                let joint = usize::from(bond.joint) < model.properties.joints.len();
+                *fits && pairs && joint && *blocks == bonded_patches.patch.blocks
+            },
+        );
     expect(sorted && same, "joints between faces are not those of the model")
 }

@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::model::stage::Damping;
 use crate::run::Simulation;
 use crate::state::motion::Motion;
-use crate::state::{Memory, State};
+use crate::state::{RelaxationProgress, State};
 use ddem_mechanics::math::simd::Simd;
 
 /// Number of the encoding: another one where anything in it has other fields.
@@ -37,10 +37,10 @@ pub enum RestoreError {
         /// Number of its encoding.
         found: u32,
     },
-    /// It belongs to a model of another size.
+    /// The state belongs to a model of another size.
     #[error("it belongs to another model, with {saved} {what} instead of {model}")]
     Model {
-        /// What there are more or fewer of.
+        /// Quantity that differs.
         what: &'static str,
         /// Number in the model that it belongs to.
         saved: u64,
@@ -50,7 +50,7 @@ pub enum RestoreError {
     /// Its bytes are not those that were saved.
     #[error("its state is damaged: {what}")]
     Damaged {
-        /// What is wrong in it.
+        /// Description of the fault.
         what: String,
     },
 }
@@ -67,12 +67,12 @@ impl From<postcard::Error> for RestoreError {
 #[derive(Serialize, Deserialize)]
 struct Image<S> {
     state: S,
-    run: Run,
+    run: RunState,
 }
 
-/// What a simulation needs to go on besides its state.
+/// Data that a simulation needs besides its state to continue.
 #[derive(Serialize, Deserialize)]
-struct Run {
+struct RunState {
     damping: Damping,
     time_step: f64,
     critical_steps: [Option<f64>; 2],
@@ -80,7 +80,7 @@ struct Run {
     started: bool,
     /// A relaxation is over, and nothing has been set in motion since.
     resting: bool,
-    relaxation: Option<Memory>,
+    relaxation: Option<RelaxationProgress>,
 }
 
 /// Numbers that tell a model from others, and what they count.
@@ -94,7 +94,7 @@ fn counts(model: &Model) -> [(&'static str, usize); 9] {
         ("stages", model.n_stages()),
         ("factors of loads", model.conditions.n_factors()),
         ("shells of charges", model.conditions.n_shells()),
-        ("levels of free-field columns", model.borders.column_nodes()),
+        ("levels of free-field columns", model.boundaries.column_nodes()),
     ]
 }
 
@@ -131,7 +131,7 @@ impl From<Vec<u8>> for Saved {
     }
 }
 
-/// All that is saved: format, numbers of the model, state.
+/// Contents of a saved state: format, numbers of the model, state.
 type Whole<'a> = (u32, [u64; 9], Image<&'a State>);
 
 impl Simulation {
@@ -162,14 +162,14 @@ impl Simulation {
     }
 
     fn whole(&self) -> Whole<'_> {
-        let run = Run {
+        let run = RunState {
             damping: self.damping,
             time_step: self.motion.time_step,
             critical_steps: self.critical_steps,
             initial_energy: self.initial_energy,
             started: self.started,
             resting: self.motion.fictitious && self.relaxation.is_none(),
-            relaxation: self.relaxation.as_ref().map(|relaxation| relaxation.memory.clone()),
+            relaxation: self.relaxation.as_ref().map(|relaxation| relaxation.progress.clone()),
         };
         let model = counts(&self.model).map(|(_, count)| count as u64);
         (FORMAT, model, Image { state: &*self.state, run })
@@ -191,14 +191,14 @@ impl Simulation {
         state.released.iter().for_each(|(&load, released)| model.set_released(load, released));
         state.contacts.index();
         state.contacts.bonds_mut().for_each(|(_, bond)| bond.law = bond.joint);
-        state.breaks.look_again();
+        state.broken_joints.recheck();
         let mut simulation = Self::with_state(model, state, simd);
         simulation.go_on(run);
         Ok(simulation)
     }
 
     /// Goes on as it did when it was saved.
-    fn go_on(&mut self, run: Run) {
+    fn go_on(&mut self, run: RunState) {
         self.damping = run.damping;
         let before = self.state.before;
         *self.motion = Motion::dynamic(&self.model.assembly, run.damping, before, run.time_step);
@@ -207,8 +207,8 @@ impl Simulation {
         if run.resting {
             self.rest();
         }
-        if let Some(memory) = run.relaxation {
-            self.continue_relaxation(memory);
+        if let Some(state) = run.relaxation {
+            self.continue_relaxation(state);
         }
         self.initial_energy = run.initial_energy;
     }

@@ -2,17 +2,17 @@
 
 use std::ops::Range;
 
-use super::Spaces;
-use crate::model::boundary::Outside;
-use crate::model::conditions::Active;
-use ddem_joint::breaks::PackBreaks;
+use super::TaskWorkspaces;
+use crate::model::boundary::ActiveBoundaries;
+use crate::model::conditions::ActiveConditions;
+use ddem_joint::broken::PackBreaks;
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::math::sums::StepSums;
 use ddem_mechanics::rigid::Pose;
 use ddem_mesh::pack::Packs;
-use ddem_mesh::parallel::{Split, cut, node_start, rigid_start, share_start};
+use ddem_mesh::parallel::{Split, cut, neighbour_force_start, node_start, rigid_start};
 
 /// A field of the second pass: a step changes it, a trial only reads it.
 #[derive(Debug)]
@@ -58,7 +58,7 @@ impl<T> Access<'_, T> {
 }
 
 /// Motion of the bodies of a run of packs.
-pub(crate) struct Bodies<'a> {
+pub(crate) struct BlockMotion<'a> {
     pub(crate) frames: Access<'a, Frame>,
     pub(crate) u: Access<'a, Lanes>,
     pub(crate) v: Access<'a, Lanes>,
@@ -68,50 +68,50 @@ pub(crate) struct Bodies<'a> {
 /// Fields of the second pass of relaxation, of a run of packs.
 pub(crate) struct Relaxing<'a> {
     pub(crate) frames: &'a mut [Frame],
-    pub(crate) sums: &'a mut [Sums],
-    pub(crate) workspaces: &'a mut [Spaces],
+    pub(crate) sums: &'a mut [StepSums],
+    pub(crate) workspaces: &'a mut [TaskWorkspaces],
     pub(crate) u: &'a mut [Lanes],
     pub(crate) v: &'a mut [Lanes],
     pub(crate) poses: &'a mut [[Pose; LANES]],
 }
 
 /// Fields of the first pass, of a run of packs.
-pub(crate) struct Forces<'a> {
+pub(crate) struct FirstPassFields<'a> {
     pub(crate) f: &'a mut [Lanes],
     /// Empty where bodies never were viscous.
     pub(crate) viscous: &'a mut [Lanes],
-    pub(crate) shares: &'a mut [Lanes],
+    pub(crate) neighbour_forces: &'a mut [Lanes],
     pub(crate) torques: &'a mut [[Lanes; 3]],
     /// Empty when energies are not asked for.
     pub(crate) energies: &'a mut [[Lanes; 2]],
-    pub(crate) breaks: &'a mut [PackBreaks],
+    pub(crate) broken_joints: &'a mut [PackBreaks],
     pub(crate) losses: &'a mut [Losses],
-    pub(crate) workspaces: &'a mut [Spaces],
+    pub(crate) workspaces: &'a mut [TaskWorkspaces],
 }
 
 /// Fields of the second pass, of a run of packs.
-pub(crate) struct Second<'a> {
-    pub(super) active: &'a Active,
-    pub(super) outside: &'a Outside,
-    pub(super) bodies: Bodies<'a>,
+pub(crate) struct SecondPass<'a> {
+    pub(super) conditions: &'a ActiveConditions,
+    pub(super) boundaries: &'a ActiveBoundaries,
+    pub(super) blocks: BlockMotion<'a>,
     pub(super) f: &'a mut [Lanes],
     /// Empty where bodies never were viscous.
     pub(super) viscous: &'a mut [Lanes],
     pub(super) torques: &'a mut [[Lanes; 3]],
-    pub(super) sums: &'a mut [Sums],
+    pub(super) sums: &'a mut [StepSums],
     pub(super) reactions: &'a mut [f64],
     pub(super) drags: &'a mut [[f64; 3]],
-    pub(super) workspaces: &'a mut [Spaces],
+    pub(super) workspaces: &'a mut [TaskWorkspaces],
 }
 
 /// Fields of one pack in the second pass.
-pub(crate) struct Part<'a> {
-    pub(crate) bodies: Bodies<'a>,
+pub(crate) struct PackFields<'a> {
+    pub(crate) blocks: BlockMotion<'a>,
     pub(crate) f: &'a mut [Lanes],
     /// Viscous forces of the bodies, against the motion; empty where they are not viscous.
     pub(crate) viscous: &'a mut [Lanes],
     pub(crate) torque: &'a mut [Lanes; 3],
-    pub(crate) sums: &'a mut Sums,
+    pub(crate) sums: &'a mut StepSums,
     pub(crate) reactions: &'a mut [f64],
     /// Forces of the dashpots of boundaries.
     pub(crate) drags: &'a mut [[f64; 3]],
@@ -122,13 +122,13 @@ pub(crate) struct Part<'a> {
     pub(crate) room: &'a mut Vec<Lanes>,
 }
 
-impl Part<'_> {
+impl PackFields<'_> {
     pub(crate) fn is_viscous(&self) -> bool {
         !self.viscous.is_empty()
     }
 }
 
-impl Second<'_> {
+impl SecondPass<'_> {
     /// Fields of pack `index`, whose bodies are `viscous` or not; the fields begin at pack `first`.
     pub(crate) fn pack(
         &mut self,
@@ -136,20 +136,20 @@ impl Second<'_> {
         first: usize,
         index: usize,
         viscous: bool,
-    ) -> Part<'_> {
+    ) -> PackFields<'_> {
         let node = node_start(packs, first);
         let nodes = node_start(packs, index) - node..node_start(packs, index + 1) - node;
-        let support = self.active.first_support(first);
-        let supports = self.active.first_support(index) - support
-            ..self.active.first_support(index + 1) - support;
-        let drag = self.outside.first(first);
-        let drags = self.outside.first(index) - drag..self.outside.first(index + 1) - drag;
+        let support = self.conditions.first_support(first);
+        let supports = self.conditions.first_support(index) - support
+            ..self.conditions.first_support(index + 1) - support;
+        let drag = self.boundaries.first(first);
+        let drags = self.boundaries.first(index) - drag..self.boundaries.first(index + 1) - drag;
         let spaces = &mut self.workspaces[0];
         if spaces.q.len() < nodes.len() {
             spaces.q.resize(nodes.len(), Lanes::ZERO);
         }
-        Part {
-            bodies: self.bodies.pack(packs, first, index, nodes.clone()),
+        PackFields {
+            blocks: self.blocks.pack(packs, first, index, nodes.clone()),
             viscous: match self.viscous.get_mut(nodes.clone()) {
                 Some(own) if viscous => own,
                 _ => &mut [],
@@ -166,17 +166,17 @@ impl Second<'_> {
     }
 }
 
-impl Bodies<'_> {
+impl BlockMotion<'_> {
     fn pack(
         &mut self,
         packs: &Packs,
         first: usize,
         index: usize,
         nodes: Range<usize>,
-    ) -> Bodies<'_> {
+    ) -> BlockMotion<'_> {
         let rigid = rigid_start(packs, first);
         let poses = rigid_start(packs, index) - rigid..rigid_start(packs, index + 1) - rigid;
-        Bodies {
+        BlockMotion {
             frames: self.frames.part(index - first..index - first + 1),
             u: self.u.part(nodes.clone()),
             v: self.v.part(nodes),
@@ -185,7 +185,7 @@ impl Bodies<'_> {
     }
 }
 
-impl Split for Bodies<'_> {
+impl Split for BlockMotion<'_> {
     fn split(mut self, packs: &Packs, first: usize, at: usize, _: usize) -> (Self, Self) {
         let nodes = node_start(packs, at) - node_start(packs, first);
         let low = Self {
@@ -213,17 +213,18 @@ impl Split for Relaxing<'_> {
     }
 }
 
-impl Split for Forces<'_> {
+impl Split for FirstPassFields<'_> {
     fn split(mut self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
         let nodes = node_start(packs, at) - node_start(packs, first);
-        let shares = share_start(packs, at) - share_start(packs, first);
+        let neighbour_forces =
+            neighbour_force_start(packs, at) - neighbour_force_start(packs, first);
         let low = Self {
             f: cut(&mut self.f, nodes),
             viscous: cut(&mut self.viscous, nodes),
-            shares: cut(&mut self.shares, shares),
+            neighbour_forces: cut(&mut self.neighbour_forces, neighbour_forces),
             torques: cut(&mut self.torques, at - first),
             energies: cut(&mut self.energies, at - first),
-            breaks: cut(&mut self.breaks, at - first),
+            broken_joints: cut(&mut self.broken_joints, at - first),
             losses: cut(&mut self.losses, at - first),
             workspaces: cut(&mut self.workspaces, low_runs),
         };
@@ -231,23 +232,23 @@ impl Split for Forces<'_> {
     }
 }
 
-impl Split for Second<'_> {
+impl Split for SecondPass<'_> {
     fn split(mut self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
-        let Self { active, outside, .. } = self;
+        let Self { conditions, boundaries, .. } = self;
         let nodes = node_start(packs, at) - node_start(packs, first);
-        let supports = active.first_support(at) - active.first_support(first);
-        let (bodies, rest) = self.bodies.split(packs, first, at, low_runs);
-        self.bodies = rest;
+        let supports = conditions.first_support(at) - conditions.first_support(first);
+        let (blocks, rest) = self.blocks.split(packs, first, at, low_runs);
+        self.blocks = rest;
         let low = Self {
-            active,
-            outside,
-            bodies,
+            conditions,
+            boundaries,
+            blocks,
             f: cut(&mut self.f, nodes),
             viscous: cut(&mut self.viscous, nodes),
             torques: cut(&mut self.torques, at - first),
             sums: cut(&mut self.sums, at - first),
             reactions: cut(&mut self.reactions, supports),
-            drags: cut(&mut self.drags, outside.first(at) - outside.first(first)),
+            drags: cut(&mut self.drags, boundaries.first(at) - boundaries.first(first)),
             workspaces: cut(&mut self.workspaces, low_runs),
         };
         (low, self)

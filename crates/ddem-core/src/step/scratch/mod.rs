@@ -1,4 +1,4 @@
-//! What can be thrown away at any time without changing a result.
+//! Scratch data; dropping it never changes a result.
 
 mod fields;
 
@@ -6,25 +6,25 @@ use std::ops::Range;
 
 use fearless_simd::{Level, dispatch};
 
-use crate::force::rigid::Member;
-use crate::force::shares::{collect, spread_torque};
+use crate::force::neighbour_forces::{collect, spread_torque};
+use crate::force::rigid::RigidBlock;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::pass::Workspace;
 use crate::state::view::StageView;
 use crate::step::frames::{fit_pack, frame_of};
-use ddem_joint::breaks::Breaks;
+use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::Contacts;
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes, load};
-use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::math::sums::StepSums;
 use ddem_mechanics::rigid::Pose;
 use ddem_mesh::parallel::{each_pack, node_start, runs};
 
-use fields::Bodies;
-pub(crate) use fields::{Access, Forces, Part, Relaxing, Second};
+use fields::BlockMotion;
+pub(crate) use fields::{Access, FirstPassFields, PackFields, Relaxing, SecondPass};
 
 /// Forces, sums and working space.
 #[derive(Debug)]
@@ -33,35 +33,35 @@ pub(crate) struct Scratch {
     pub(crate) f: Vec<Lanes>,
     /// Viscous forces of the bodies against the motion `[N]`; empty where they never were viscous.
     viscous: Vec<Lanes>,
-    /// What joint cells do to upper neighbours.
-    shares: Vec<Lanes>,
+    /// Forces of joint elements on upper neighbours.
+    neighbour_forces: Vec<Lanes>,
     /// Residual torques of the packs `[N m]`.
     torques: Vec<[Lanes; 3]>,
     /// Frames of the packs at the present displacements.
     pub(crate) frames: Vec<Frame>,
     /// Strain energies of the packs, bodies and joints `[J]`.
     energies: Vec<[Lanes; 2]>,
-    /// What the joints of the packs lost in the last first pass.
+    /// Losses of the packs' joints in the last first pass.
     pub(super) losses: Vec<Losses>,
     /// Joints as the last measurement found them.
-    pub(crate) trial: Breaks,
+    pub(crate) trial: BrokenJoints,
     /// Contacts as the last measurement found them.
     pub(crate) trial_contacts: Contacts,
     /// Sums of the packs.
-    pub(crate) sums: Vec<Sums>,
+    pub(crate) sums: Vec<StepSums>,
     /// Forces of the active supports `[N]`.
     pub(crate) reactions: Vec<f64>,
     /// Forces of the dashpots of boundaries `[N]`.
     drags: Vec<[f64; 3]>,
     /// Runs of packs, one task each, with a working space each.
     runs: Vec<Range<usize>>,
-    workspaces: Vec<Spaces>,
+    workspaces: Vec<TaskWorkspaces>,
     /// Instruction set of the kernels.
     pub(crate) level: Level,
 }
 
 /// Displacements, velocities and poses of a state: a step changes them, a trial only reads them.
-pub(super) struct Motions<'a> {
+pub(super) struct StateMotion<'a> {
     pub(super) u: Access<'a, Lanes>,
     pub(super) v: Access<'a, Lanes>,
     pub(super) poses: Access<'a, [Pose; LANES]>,
@@ -69,7 +69,7 @@ pub(super) struct Motions<'a> {
 
 /// Working spaces of one task.
 #[derive(Debug, Default)]
-pub(crate) struct Spaces {
+pub(crate) struct TaskWorkspaces {
     pub(super) elements: Workspace,
     /// Loads on one pack, or its accelerations in relaxation.
     pub(super) q: Vec<Lanes>,
@@ -86,17 +86,17 @@ impl Scratch {
         let mut scratch = Self {
             f: vec![Lanes::ZERO; 3 * packs.nodes],
             viscous: Vec::new(),
-            shares: vec![Lanes::ZERO; 3 * packs.shares],
+            neighbour_forces: vec![Lanes::ZERO; 3 * packs.neighbour_forces],
             torques: vec![[Lanes::ZERO; 3]; n],
             frames: vec![Frame::REST; n],
             energies: vec![[Lanes::ZERO; 2]; n],
             losses: vec![Losses::default(); n],
-            trial: Breaks::default(),
+            trial: BrokenJoints::default(),
             trial_contacts: Contacts::default(),
-            sums: vec![Sums::default(); n],
+            sums: vec![StepSums::default(); n],
             reactions: Vec::new(),
             drags: Vec::new(),
-            workspaces: runs.iter().map(|_| Spaces::default()).collect(),
+            workspaces: runs.iter().map(|_| TaskWorkspaces::default()).collect(),
             runs,
             level,
         };
@@ -106,10 +106,13 @@ impl Scratch {
 
     /// Memory in use `[bytes]`, the working spaces of the tasks aside.
     pub(crate) fn bytes(&self) -> usize {
-        let lanes = self.f.len() + self.viscous.len() + self.shares.len() + 5 * self.torques.len();
+        let lanes = self.f.len()
+            + self.viscous.len()
+            + self.neighbour_forces.len()
+            + 5 * self.torques.len();
         lanes * size_of::<Lanes>()
             + self.frames.len() * size_of::<Frame>()
-            + self.sums.len() * (size_of::<Sums>() + size_of::<Losses>())
+            + self.sums.len() * (size_of::<StepSums>() + size_of::<Losses>())
             + self.trial.bytes()
             + self.trial_contacts.bytes()
     }
@@ -134,15 +137,15 @@ impl Scratch {
     /// Adds what the joints at the lower sides of each pack do to the forces of the pack.
     pub(crate) fn collect(&mut self, model: &Model, poses: &[[Pose; LANES]], linear: bool) {
         let (packs, level) = (&model.packs, self.level);
-        let Self { f, shares, torques, frames, .. } = self;
+        let Self { f, neighbour_forces, torques, frames, .. } = self;
         each_pack(packs, [f], torques, |index, [f], torque| {
-            dispatch!(level, simd => collect(simd, packs, index, shares, f, torque));
+            dispatch!(level, simd => collect(simd, packs, index, neighbour_forces, f, torque));
             let pack = &packs.packs[index];
             if pack.rigid && !linear {
                 let poses = poses[pack.rigid_start].iter().take(pack.filled);
                 for (lane, pose) in poses.enumerate() {
-                    let matter = &model.assembly.rigid[pack.rigid_start][lane];
-                    Member { matter, pose, lane }.add_torque(torque, f);
+                    let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
+                    RigidBlock { mass_properties, pose, lane }.add_torque(torque, f);
                 }
             } else if model.corotational() && !linear {
                 let frame = &frames[index];
@@ -158,7 +161,7 @@ impl Scratch {
     pub(super) fn travel(&self, contacts: &mut Contacts, time_step: f64) {
         for (pack, sums) in self.sums.iter().enumerate() {
             // No component is faster: the whole is at most √3 times as fast.
-            contacts.travelled(pack, sums.fastest.0.map(|v| 1.733 * time_step * v));
+            contacts.add_travel(pack, sums.fastest.0.map(|v| 1.733 * time_step * v));
         }
     }
 
@@ -170,18 +173,18 @@ impl Scratch {
     /// Borrowed for the first pass.
     pub(crate) fn forces<'a>(
         &'a mut self,
-        breaks: &'a mut Breaks,
+        broken_joints: &'a mut BrokenJoints,
         energies: bool,
         viscous: bool,
-    ) -> (Forces<'a>, &'a [Frame], &'a [Range<usize>]) {
+    ) -> (FirstPassFields<'a>, &'a [Frame], &'a [Range<usize>]) {
         self.has_viscous(viscous);
-        let fields = Forces {
+        let fields = FirstPassFields {
             f: &mut self.f,
             viscous: &mut self.viscous,
-            shares: &mut self.shares,
+            neighbour_forces: &mut self.neighbour_forces,
             torques: &mut self.torques,
             energies: if energies { &mut self.energies } else { &mut [] },
-            breaks: &mut breaks.packs,
+            broken_joints: &mut broken_joints.packs,
             losses: &mut self.losses,
             workspaces: &mut self.workspaces,
         };
@@ -199,21 +202,21 @@ impl Scratch {
         &'a mut self,
         view: &'a StageView,
         viscous: bool,
-        motions: Motions<'a>,
-    ) -> (Second<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
+        motions: StateMotion<'a>,
+    ) -> (SecondPass<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
         self.has_viscous(viscous);
-        let StageView { active, outside, .. } = view;
-        self.reactions.resize(active.supports.len(), 0.0);
-        self.drags.resize(outside.dashpots.len(), [0.0; 3]);
-        let Motions { u, v, poses } = motions;
+        let StageView { conditions, boundaries, .. } = view;
+        self.reactions.resize(conditions.supports.len(), 0.0);
+        self.drags.resize(boundaries.dashpots.len(), [0.0; 3]);
+        let StateMotion { u, v, poses } = motions;
         let frames = match u {
             Access::Write(_) => Access::Write(&mut self.frames[..]),
             Access::Read(_) => Access::Read(&self.frames[..]),
         };
-        let fields = Second {
-            active,
-            outside,
-            bodies: Bodies { frames, u, v, poses },
+        let fields = SecondPass {
+            conditions,
+            boundaries,
+            blocks: BlockMotion { frames, u, v, poses },
             f: &mut self.f,
             viscous: &mut self.viscous,
             torques: &mut self.torques,
@@ -222,7 +225,7 @@ impl Scratch {
             drags: &mut self.drags,
             workspaces: &mut self.workspaces,
         };
-        (fields, &self.shares, &self.runs, self.level)
+        (fields, &self.neighbour_forces, &self.runs, self.level)
     }
 
     /// Borrowed for the second pass of relaxation; the forces are complete and only read.

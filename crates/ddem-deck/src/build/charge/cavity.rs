@@ -11,35 +11,35 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::geometry::Region;
-use super::holes::{Cell, Holes, Wall, beside, bodies, face, walls};
-use super::mesh::Mesh;
+use super::holes::{CellIndex, Holes, Wall, beside, blocks_in, face, walls};
+use super::mesh::SurfaceBuilder;
 use ddem_core::problem::{
     BlockFace, ELSEWHERE, Geometry, Lattice, NONE, Vec3, bounds_of, moved_to,
 };
 
-/// How far behind a side of a cell it is looked for what is there, by its edge.
+/// Distances behind a side of a cell at which the neighbour is looked up, as parts of its edge.
 const BEYOND: [f64; 3] = [1e-3, 1e-2, 5e-2];
 
 /// One cavity.
 pub(super) struct Cavity {
-    pub(super) mesh: Mesh,
+    pub(super) mesh: SurfaceBuilder,
     /// Volume by its cells `[m³]`.
     pub(super) volume: f64,
     /// Its shortest extent `[m]`.
     pub(super) reach: f64,
-    /// How many of its walls are selected, and how many it has.
+    /// Numbers of selected walls and of all walls.
     pub(super) walls: [usize; 2],
     /// Area of those that are selected `[m²]`.
     pub(super) area: f64,
-    /// Where its surface ends at the side of a cell, and at what.
-    pub(super) ends: Vec<(Vec3, End)>,
+    /// Positions and kinds of the sides at which its surface is open.
+    pub(super) ends: Vec<(Vec3, CavityEnd)>,
     /// Blocks of other sets that stand in it.
     pub(super) within: Vec<usize>,
 }
 
-/// What is behind a side of a cavity where there is no wall.
+/// Neighbour behind a side of a cavity without a wall.
 #[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
-pub(super) enum End {
+pub(super) enum CavityEnd {
     /// Nothing.
     Open,
     /// A cavity among blocks of the set that are split otherwise.
@@ -59,7 +59,7 @@ pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
                 region.contains_face(&surface.centre(geometry), &surface.outward(geometry))
             })
             .collect();
-        let mut cells: BTreeSet<Cell> = selected.keys().map(|wall| wall.0).collect();
+        let mut cells: BTreeSet<CellIndex> = selected.keys().map(|wall| wall.0).collect();
         if !cells.is_empty() {
             cells.extend(empty.iter().filter(|cell| region.in_ranges(&lattice.centre(**cell))));
         }
@@ -69,7 +69,8 @@ pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
             let [low, high] = bounds_of(&corners);
             let wide = Vec3::repeat(BEYOND[2] * (high - low).sum());
             let around = holes.meeting([low - wide, high + wide]);
-            let space = Space { around, geometry, lattice, cells: part, corners, walls: &selected };
+            let space =
+                CavityCells { around, geometry, lattice, cells: part, corners, walls: &selected };
             cavities.extend(space.cavity());
         }
     }
@@ -77,7 +78,7 @@ pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
 }
 
 /// Corners of what is around some cells, along the edges of the lattice.
-fn corners(lattice: &Lattice, cells: &BTreeSet<Cell>) -> [Vec3; 8] {
+fn corners(lattice: &Lattice, cells: &BTreeSet<CellIndex>) -> [Vec3; 8] {
     let ends = |d: usize, end: usize| cells.iter().map(move |cell| cell[d] + end);
     let from = [0, 1, 2].map(|d| ends(d, 0).min().unwrap_or(0));
     let to = [0, 1, 2].map(|d| ends(d, 1).max().unwrap_or(0));
@@ -85,7 +86,11 @@ fn corners(lattice: &Lattice, cells: &BTreeSet<Cell>) -> [Vec3; 8] {
 }
 
 /// Takes what is connected with a cell out of a set of cells.
-fn connected(lattice: &Lattice, cells: &mut BTreeSet<Cell>, first: Cell) -> BTreeSet<Cell> {
+fn connected(
+    lattice: &Lattice,
+    cells: &mut BTreeSet<CellIndex>,
+    first: CellIndex,
+) -> BTreeSet<CellIndex> {
     let (mut part, mut next) = (BTreeSet::new(), vec![first]);
     while let Some(cell) = next.pop() {
         if cells.remove(&cell) {
@@ -98,39 +103,39 @@ fn connected(lattice: &Lattice, cells: &mut BTreeSet<Cell>, first: Cell) -> BTre
 }
 
 /// Cells that are connected, and their walls.
-struct Space<'a> {
+struct CavityCells<'a> {
     /// Lattices whose boxes are near the cells.
     around: Vec<&'a Lattice>,
     geometry: &'a Geometry,
     lattice: &'a Lattice,
-    cells: BTreeSet<Cell>,
+    cells: BTreeSet<CellIndex>,
     /// Corners of what is around all of the cells, along the edges of the lattice.
     corners: [Vec3; 8],
     walls: &'a BTreeMap<Wall, BlockFace>,
 }
 
-impl Space<'_> {
+impl CavityCells<'_> {
     fn cavity(&self) -> Option<Cavity> {
-        let of = |&cell: &Cell| self.walls.range((cell, 0, i32::MIN)..=(cell, 2, i32::MAX));
+        let of = |&cell: &CellIndex| self.walls.range((cell, 0, i32::MIN)..=(cell, 2, i32::MAX));
         let own = || self.cells.iter().flat_map(of);
         own().next()?;
-        let mut mesh = Mesh::default();
+        let mut mesh = SurfaceBuilder::default();
         for (_, surface) in own() {
             mesh.add_wall(self.geometry, surface);
         }
         for d in 0..3 {
             let (e, f) = ((d + 1) % 3, (d + 2) % 3);
-            let around = |cell: &Cell| {
+            let around = |cell: &CellIndex| {
                 let edge = |(i, j): (usize, usize)| {
                     moved_to(moved_to(*cell, e, cell[e] + i), f, cell[f] + j)
                 };
                 [(0, 0), (1, 0), (0, 1), (1, 1)].map(edge)
             };
-            let edges: BTreeSet<Cell> = self.cells.iter().flat_map(around).collect();
+            let edges: BTreeSet<CellIndex> = self.cells.iter().flat_map(around).collect();
             edges.into_iter().for_each(|edge| self.close_edge(&mut mesh, d, edge));
         }
         self.close_corners(&mut mesh);
-        let sides = |cell: &Cell| [0, 1, 2].map(|d| [-1, 1].map(|side| (*cell, d, side)));
+        let sides = |cell: &CellIndex| [0, 1, 2].map(|d| [-1, 1].map(|side| (*cell, d, side)));
         let all = self.cells.iter().flat_map(sides).flatten();
         let all = all.filter(|wall| face(self.lattice, *wall).is_some()).count();
         let walls = [own().count(), all];
@@ -141,13 +146,13 @@ impl Space<'_> {
     }
 
     /// Sides of the cells behind which the lattice has nothing, and what is there.
-    fn ends(&self) -> Vec<(Vec3, End)> {
+    fn ends(&self) -> Vec<(Vec3, CavityEnd)> {
         let Self { lattice, .. } = self;
         let mut ends = Vec::new();
         for &cell in &self.cells {
             for (d, side) in (0..3).flat_map(|d| [(d, -1), (d, 1)]) {
                 let next = beside(lattice, cell, d, side);
-                let elsewhere = next.map(|next| lattice.body[lattice.index(next)] == ELSEWHERE);
+                let elsewhere = next.map(|next| lattice.block[lattice.index(next)] == ELSEWHERE);
                 if elsewhere != Some(false) {
                     ends.push(self.end(cell, d, side));
                 }
@@ -156,7 +161,7 @@ impl Space<'_> {
         ends
     }
 
-    fn end(&self, cell: Cell, d: usize, side: i32) -> (Vec3, End) {
+    fn end(&self, cell: CellIndex, d: usize, side: i32) -> (Vec3, CavityEnd) {
         let lattice = self.lattice;
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         // Beyond the joint between sets, and in the quarters: smaller blocks may meet in the middle.
@@ -175,23 +180,23 @@ impl Space<'_> {
         let seen = BEYOND.iter().flat_map(|&beyond| quarters.map(|quarter| (beyond, quarter)));
         let mut seen = seen.map(|(beyond, quarter)| self.behind(&place(beyond, quarter)));
         let first = seen.by_ref().take(quarters.len()).max();
-        let end = first.filter(|end| *end != End::Open).or_else(|| seen.max());
-        (place(0.0, [0.5; 2]), end.unwrap_or(End::Open))
+        let end = first.filter(|end| *end != CavityEnd::Open).or_else(|| seen.max());
+        (place(0.0, [0.5; 2]), end.unwrap_or(CavityEnd::Open))
     }
 
-    /// What other lattices have at a place; what pushes back comes last in the order of ends.
-    fn behind(&self, x: &Vec3) -> End {
+    /// Neighbour in other lattices at a point; kinds that resist come last in the order.
+    fn behind(&self, x: &Vec3) -> CavityEnd {
         let set = self.lattice.set;
         let at = |lattice: &Lattice| {
-            let content = lattice.body[lattice.index(lattice.cell_at(x)?)];
+            let content = lattice.block[lattice.index(lattice.cell_at(x)?)];
             match content {
                 ELSEWHERE => None,
-                NONE => (lattice.set == set).then_some(End::GoesOn),
-                _ if lattice.set == set => Some(End::Split),
-                _ => Some(End::Set(lattice.set)),
+                NONE => (lattice.set == set).then_some(CavityEnd::GoesOn),
+                _ if lattice.set == set => Some(CavityEnd::Split),
+                _ => Some(CavityEnd::Set(lattice.set)),
             }
         };
-        self.around.iter().copied().filter_map(at).max().unwrap_or(End::Open)
+        self.around.iter().copied().filter_map(at).max().unwrap_or(CavityEnd::Open)
     }
 
     /// Blocks of other sets whose centre is in one of the cells.
@@ -200,7 +205,7 @@ impl Space<'_> {
         let here = |x: &Vec3| lattice.cell_at(x).is_some_and(|c| self.cells.contains(&c));
         let mut blocks = Vec::new();
         for other in self.around.iter().filter(|other| other.set != lattice.set) {
-            let near = bodies(other, other.cells_among(&self.corners));
+            let near = blocks_in(other, other.cells_among(&self.corners));
             blocks.extend(near.filter(|&block| here(&geometry.centre(block))));
         }
         blocks.sort_unstable();
@@ -210,7 +215,7 @@ impl Space<'_> {
     /// Volume of the cells, up to the walls, and their shortest extent.
     fn extent(&self) -> (f64, f64) {
         let Self { lattice, .. } = self;
-        let end = |cell: Cell, d: usize, side: i32| {
+        let end = |cell: CellIndex, d: usize, side: i32| {
             let plane = cell[d] + usize::from(side > 0);
             let inner = beside(lattice, cell, d, side).is_some_and(|c| self.cells.contains(&c));
             let gap = if inner { 0.0 } else { lattice.gaps[d][plane] / 2.0 };
@@ -232,7 +237,7 @@ impl Space<'_> {
     }
 
     /// The four cells around an edge along d, whose planes across are those of `edge`, going round.
-    fn around(&self, d: usize, edge: Cell) -> [Option<Cell>; 4] {
+    fn around(&self, d: usize, edge: CellIndex) -> [Option<CellIndex>; 4] {
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         [(1, 1), (0, 1), (0, 0), (1, 0)].map(|(i, j)| {
             let (along_e, along_f) = (edge[e].checked_sub(i)?, edge[f].checked_sub(j)?);
@@ -242,7 +247,7 @@ impl Space<'_> {
     }
 
     /// Strips from wall to wall across the cells of the cavity at an edge along d.
-    fn close_edge(&self, mesh: &mut Mesh, d: usize, edge: Cell) {
+    fn close_edge(&self, mesh: &mut SurfaceBuilder, d: usize, edge: CellIndex) {
         let around = self.around(d, edge);
         let within = |q: usize| around[q % 4].is_some_and(|cell| self.cells.contains(&cell));
         for first in (0..4).filter(|&q| within(q) && !within(q + 3)) {
@@ -260,7 +265,12 @@ impl Space<'_> {
     }
 
     /// Nodes along an edge of the wall between a cell and the next, if it is one.
-    fn line(&self, d: usize, edge: Cell, [cell, next]: [Option<Cell>; 2]) -> Option<Vec<u32>> {
+    fn line(
+        &self,
+        d: usize,
+        edge: CellIndex,
+        [cell, next]: [Option<CellIndex>; 2],
+    ) -> Option<Vec<u32>> {
         let (cell, next) = (cell?, next?);
         let normal = (0..3).find(|&k| cell[k] != next[k])?;
         let side = if next[normal] > cell[normal] { 1 } else { -1 };
@@ -275,8 +285,8 @@ impl Space<'_> {
     }
 
     /// Closes what is left open at single points of the lattice.
-    fn close_corners(&self, mesh: &mut Mesh) {
-        let mut corners: BTreeMap<Cell, BTreeMap<u32, u32>> = BTreeMap::new();
+    fn close_corners(&self, mesh: &mut SurfaceBuilder) {
+        let mut corners: BTreeMap<CellIndex, BTreeMap<u32, u32>> = BTreeMap::new();
         for (a, b) in mesh.rim() {
             if let (Some(at), Some(other)) = (self.corner(a), self.corner(b))
                 && at == other
@@ -302,10 +312,10 @@ impl Space<'_> {
     }
 
     /// The point of the lattice at which a corner of a block lies.
-    fn corner(&self, node: u32) -> Option<Cell> {
-        let (body, at) = self.geometry.locate(node as usize);
+    fn corner(&self, node: u32) -> Option<CellIndex> {
+        let (block, at) = self.geometry.locate(node as usize);
         let n = self.lattice.divisions;
-        let cell = self.geometry.bodies[body].cell;
+        let cell = self.geometry.blocks[block].cell;
         let ends = at.iter().all(|&i| i == 0 || i == n);
         ends.then(|| [0, 1, 2].map(|k| cell[k] as usize + usize::from(at[k] == n)))
     }

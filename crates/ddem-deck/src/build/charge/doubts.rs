@@ -1,10 +1,10 @@
-//! What is said of charges that are perhaps not meant.
+//! Warnings about charges.
 
 use std::collections::BTreeMap;
 
 use super::super::geometry::abut::Seats;
 use super::super::geometry::{Region, place};
-use super::cavity::{Cavity, End};
+use super::cavity::{Cavity, CavityEnd};
 use super::holes::Holes;
 use crate::schema::Deck;
 use ddem_core::problem::{Geometry, Vec3};
@@ -15,7 +15,7 @@ const AIR: f64 = 1e5;
 pub(super) fn of_cavities(cavities: &[Cavity], deck: &Deck, geometry: &Geometry) -> Vec<String> {
     let mut doubts = Vec::new();
     for cavity in cavities {
-        let mut ends: BTreeMap<End, (usize, Vec3)> = BTreeMap::new();
+        let mut ends: BTreeMap<CavityEnd, (usize, Vec3)> = BTreeMap::new();
         for (at, end) in &cavity.ends {
             ends.entry(*end).or_insert((0, *at)).0 += 1;
         }
@@ -41,22 +41,22 @@ pub(super) fn of_cavities(cavities: &[Cavity], deck: &Deck, geometry: &Geometry)
 }
 
 /// A cavity whose surface ends there.
-fn ended(end: End, at: Vec3, deck: &Deck) -> String {
+fn ended(end: CavityEnd, at: Vec3, deck: &Deck) -> String {
     let at = place(at);
     match end {
-        End::Open => format!(
+        CavityEnd::Open => format!(
             "its cavity is open to the outside at {at}: the gas pushes the walls that are there, and \
              nothing bears what it does to the opening"
         ),
-        End::GoesOn => format!(
+        CavityEnd::GoesOn => format!(
             "its cavity goes on at {at} among blocks that `[[refine]]` splits otherwise, where the gas does \
              not get: split all blocks around it alike"
         ),
-        End::Split => format!(
+        CavityEnd::Split => format!(
             "its cavity borders on blocks that `[[refine]]` splits otherwise, at {at}: the gas does not \
              push these; split all blocks around it alike"
         ),
-        End::Set(set) => format!(
+        CavityEnd::Set(set) => format!(
             "its cavity borders on blocks of set `{}` at {at}: the gas does not push these; all blocks around \
              it want to be of one set",
             deck.set_name(set)

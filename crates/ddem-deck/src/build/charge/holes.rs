@@ -4,29 +4,29 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::super::geometry::Region;
-use ddem_core::problem::{BlockFace, FaceOf, Geometry, Lattice, NONE, Vec3, bounds_of, moved_to};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, NONE, Vec3, bounds_of, moved_to};
 
-pub(super) type Cell = [usize; 3];
+pub(super) type CellIndex = [usize; 3];
 
 /// A wall, by the cell of the cavity that it looks into, the direction of its normal, and the side of
 /// the cell.
-pub(super) type Wall = (Cell, usize, i32);
+pub(super) type Wall = (CellIndex, usize, i32);
 
 /// The cell on a side of a cell, if the lattice has it.
-pub(super) fn beside(lattice: &Lattice, cell: Cell, d: usize, side: i32) -> Option<Cell> {
+pub(super) fn beside(lattice: &Lattice, cell: CellIndex, d: usize, side: i32) -> Option<CellIndex> {
     let next = cell[d].checked_add_signed(side as isize).filter(|next| *next < lattice.count[d])?;
     Some(moved_to(cell, d, next))
 }
 
-fn body(lattice: &Lattice, cell: Cell) -> Option<usize> {
+fn block_at(lattice: &Lattice, cell: CellIndex) -> Option<usize> {
     let index = lattice.index(cell);
-    lattice.has_body(index).then(|| lattice.body[index] as usize)
+    lattice.has_block(index).then(|| lattice.block[index] as usize)
 }
 
 /// The face of a block behind a side of an empty cell.
 pub(super) fn face(lattice: &Lattice, (cell, normal, side): Wall) -> Option<BlockFace> {
-    let body = body(lattice, beside(lattice, cell, normal, side)?)?;
-    Some(BlockFace { block: body, face: FaceOf { direction: normal, upper: side < 0 } })
+    let block = block_at(lattice, beside(lattice, cell, normal, side)?)?;
+    Some(BlockFace { block, face: FaceId { direction: normal, upper: side < 0 } })
 }
 
 /// Part of the size of a lattice by which the box around it is wider: more than rounding.
@@ -35,13 +35,13 @@ const MARGIN: f64 = 1e-6;
 /// Lattices of a geometry with their empty cells, found once for all charges there.
 pub(in crate::build) struct Holes<'a> {
     pub(in crate::build) geometry: &'a Geometry,
-    all: Vec<Hollow<'a>>,
+    all: Vec<LatticeHoles<'a>>,
 }
 
-struct Hollow<'a> {
+struct LatticeHoles<'a> {
     lattice: &'a Lattice,
     /// In order.
-    empty: Vec<Cell>,
+    empty: Vec<CellIndex>,
     /// Box around the lattice `[m]`.
     bounds: [Vec3; 2],
 }
@@ -49,10 +49,10 @@ struct Hollow<'a> {
 impl<'a> Holes<'a> {
     pub(in crate::build) fn new(geometry: &'a Geometry) -> Self {
         let hollow = |lattice: &'a Arc<Lattice>| {
-            let empty = (0..lattice.body.len()).filter(|&i| lattice.body[i] == NONE);
+            let empty = (0..lattice.block.len()).filter(|&i| lattice.block[i] == NONE);
             let [low, high] = bounds_of(&lattice.corners());
             let margin = MARGIN * (high - low).norm();
-            Hollow {
+            LatticeHoles {
                 lattice,
                 empty: empty.map(|i| lattice.cell(i)).collect(),
                 bounds: [low.add_scalar(-margin), high.add_scalar(margin)],
@@ -62,13 +62,16 @@ impl<'a> Holes<'a> {
     }
 
     /// Lattices of the sets of a region, with their empty cells.
-    pub(super) fn of(&self, region: &Region) -> impl Iterator<Item = (&'a Lattice, &[Cell])> {
+    pub(super) fn of(&self, region: &Region) -> impl Iterator<Item = (&'a Lattice, &[CellIndex])> {
         let own = self.all.iter().filter(|hollow| region.has_set(hollow.lattice.set));
         own.map(|hollow| (hollow.lattice, &hollow.empty[..]))
     }
 
-    /// Those that a region comes near, with the cells along each edge there.
-    fn near(&self, region: &Region) -> impl Iterator<Item = (&Hollow<'a>, [Range<usize>; 3])> {
+    /// Lattices near a region, with the ranges of cells there.
+    fn near(
+        &self,
+        region: &Region,
+    ) -> impl Iterator<Item = (&LatticeHoles<'a>, [Range<usize>; 3])> {
         let own = self.all.iter().filter(|hollow| region.has_set(hollow.lattice.set));
         own.filter_map(|hollow| {
             let ends = region.part_of(&hollow.bounds)?;
@@ -78,27 +81,27 @@ impl<'a> Holes<'a> {
         })
     }
 
-    /// The same with the empty cells there.
+    /// Lattices near a region, with the empty cells there.
     pub(super) fn empty_near(
         &self,
         region: &Region,
-    ) -> impl Iterator<Item = (&'a Lattice, Vec<Cell>)> {
-        self.near(region).map(|(Hollow { lattice, empty, .. }, [x, y, z])| {
+    ) -> impl Iterator<Item = (&'a Lattice, Vec<CellIndex>)> {
+        self.near(region).map(|(LatticeHoles { lattice, empty, .. }, [x, y, z])| {
             let from = empty.partition_point(|cell| cell[2] < z.start);
             let to = empty.partition_point(|cell| cell[2] < z.end);
-            let there = |cell: &&Cell| x.contains(&cell[0]) && y.contains(&cell[1]);
+            let there = |cell: &&CellIndex| x.contains(&cell[0]) && y.contains(&cell[1]);
             (*lattice, empty[from..to].iter().filter(there).copied().collect())
         })
     }
 
     /// Blocks near a region, in order.
     pub(super) fn blocks_near(&self, region: &Region) -> impl Iterator<Item = usize> {
-        self.near(region).flat_map(|(hollow, cells)| bodies(hollow.lattice, cells))
+        self.near(region).flat_map(|(hollow, cells)| blocks_in(hollow.lattice, cells))
     }
 
     /// Lattices whose boxes meet a box.
     pub(super) fn meeting(&self, [low, high]: [Vec3; 2]) -> Vec<&'a Lattice> {
-        let meets = |hollow: &&Hollow<'_>| {
+        let meets = |hollow: &&LatticeHoles<'_>| {
             let [from, to] = &hollow.bounds;
             (0..3).all(|d| from[d] <= high[d] && low[d] <= to[d])
         };
@@ -107,26 +110,29 @@ impl<'a> Holes<'a> {
 }
 
 /// Blocks in ranges of cells.
-pub(super) fn bodies(
+pub(super) fn blocks_in(
     lattice: &Lattice,
     [x, y, z]: [Range<usize>; 3],
 ) -> impl Iterator<Item = usize> {
     let rows = z.flat_map(move |k| y.clone().map(move |j| (j, k)));
     let cells = rows.flat_map(move |(j, k)| x.clone().map(move |i| [i, j, k]));
-    cells.filter_map(|cell| body(lattice, cell))
+    cells.filter_map(|cell| block_at(lattice, cell))
 }
 
 /// Walls of cavities with these empty cells.
-pub(super) fn walls(lattice: &Lattice, empty: &[Cell]) -> impl Iterator<Item = (Wall, BlockFace)> {
+pub(super) fn walls(
+    lattice: &Lattice,
+    empty: &[CellIndex],
+) -> impl Iterator<Item = (Wall, BlockFace)> {
     let sides = |cell| (0..3).flat_map(move |d| [(cell, d, -1), (cell, d, 1)]);
     let walls = empty.iter().copied().flat_map(sides);
     walls.filter_map(|wall| Some((wall, face(lattice, wall)?)))
 }
 
-/// Whether a face of a block is a wall of a cavity.
+/// True if a face of a block is a wall of a cavity.
 pub(in crate::build) fn is_wall(geometry: &Geometry, surface: &BlockFace) -> bool {
     let lattice = geometry.lattice(surface.block);
-    let cell = geometry.bodies[surface.block].cell.map(|c| c as usize);
+    let cell = geometry.blocks[surface.block].cell.map(|c| c as usize);
     let next = beside(lattice, cell, surface.direction(), surface.face.side());
-    next.is_some_and(|next| lattice.body[lattice.index(next)] == NONE)
+    next.is_some_and(|next| lattice.block[lattice.index(next)] == NONE)
 }

@@ -7,15 +7,15 @@ use ddem_core::problem::{BlockFace, Geometry, Vec3};
 
 /// A surface being built: polygons of nodes, each turned so that its normal points into the rock.
 #[derive(Debug, Default)]
-pub(super) struct Mesh {
+pub(super) struct SurfaceBuilder {
     polygons: Vec<Vec<u32>>,
-    /// How often each directed edge goes round a polygon, less how often its reverse does.
+    /// Net number of times that each directed edge occurs in the polygons.
     edges: BTreeMap<(u32, u32), i32>,
     /// Nodes of each wall, which belongs to one block.
     walls: Vec<BTreeSet<u32>>,
 }
 
-impl Mesh {
+impl SurfaceBuilder {
     pub(super) fn add(&mut self, polygon: Vec<u32>) {
         for (i, &a) in polygon.iter().enumerate() {
             let b = polygon[(i + 1) % polygon.len()];
@@ -33,14 +33,14 @@ impl Mesh {
         self.add(polygon);
     }
 
-    /// All of a face of a block.
+    /// Adds a whole face of a block.
     pub(super) fn add_wall(&mut self, geometry: &Geometry, surface: &BlockFace) {
         let lattice = geometry.lattice(surface.block);
         let d = surface.direction();
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         let topology = geometry.topology(surface.block);
         let n = topology.divisions();
-        let first = geometry.bodies[surface.block].first_node;
+        let first = geometry.blocks[surface.block].first_node;
         let outward = lattice.axes[e].cross(&lattice.axes[f]).dot(&surface.outward(geometry)) > 0.0;
         let mut wall = BTreeSet::new();
         for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {

@@ -10,13 +10,13 @@ use std::collections::BTreeSet;
 use self::cavity::{between, cavities};
 use self::holes::walls;
 pub(super) use self::holes::{Holes, is_wall};
-use self::mesh::Mesh;
+use self::mesh::SurfaceBuilder;
 use super::geometry::abut::Seats;
 use super::geometry::{Region, place};
 use crate::schema::{self, ChargeHistory, Deck};
 use ddem_core::Fault;
-use ddem_core::problem::{BlockFace, FaceOf, Geometry, Lattice, Vec3};
-use ddem_core::problem::{Charge, ChargeSize, Gas, Shell};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3};
+use ddem_core::problem::{ChargeSize, Gas, GasCharge, Shell};
 
 /// The charge of an entry of a deck.
 pub(super) fn charge(
@@ -24,7 +24,7 @@ pub(super) fn charge(
     deck: &Deck,
     region: &Region,
     holes: &Holes<'_>,
-) -> Result<(Charge, Vec<String>), Fault> {
+) -> Result<(GasCharge, Vec<String>), Fault> {
     let (cavities, geometry) = (cavities(region, holes), holes.geometry);
     let mut doubts = doubts::of_cavities(&cavities, deck, geometry);
     let mut size = ChargeSize {
@@ -32,7 +32,7 @@ pub(super) fn charge(
         area: cavities.iter().map(|cavity| cavity.area).sum(),
         ..ChargeSize::default()
     };
-    let mut parts: Vec<(Mesh, f64, f64)> =
+    let mut parts: Vec<(SurfaceBuilder, f64, f64)> =
         cavities.into_iter().map(|cavity| (cavity.mesh, cavity.volume, cavity.reach)).collect();
     let in_cavity = !parts.is_empty();
     if !in_cavity {
@@ -50,14 +50,15 @@ pub(super) fn charge(
     let all: BTreeSet<u32> = parts.iter().flat_map(|(mesh, ..)| mesh.nodes()).collect();
     let nodes: Vec<u32> = all.into_iter().collect();
     let position = |node: &u32| {
-        let (body, at) = geometry.locate(*node as usize);
-        geometry.position(body, at)
+        let (block, at) = geometry.locate(*node as usize);
+        geometry.position(block, at)
     };
     let start: Vec<Vec3> = nodes.iter().map(position).collect();
-    let shell =
-        |(mesh, volume, reach): &(Mesh, f64, f64)| mesh.shell(&nodes, &start, (*volume, *reach));
+    let shell = |(mesh, volume, reach): &(SurfaceBuilder, f64, f64)| {
+        mesh.shell(&nodes, &start, (*volume, *reach))
+    };
     let shells: Vec<Shell> = parts.iter().map(shell).collect();
-    let mut charge = Charge { nodes, start, shells, pressure: 0.0, gas: None, size };
+    let mut charge = GasCharge { nodes, start, shells, pressure: 0.0, gas: None, size };
     doubts.extend(fill(&mut charge, index, &deck.charge[index], in_cavity)?);
     let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(gas.start, 0.0));
     charge.size.pressure = first;
@@ -69,7 +70,7 @@ pub(super) fn charge(
 
 /// Takes in what is in the cavity: pressure, and gas if it expands. Returns a doubt about it.
 fn fill(
-    charge: &mut Charge,
+    charge: &mut GasCharge,
     index: usize,
     entry: &schema::Charge,
     in_cavity: bool,
@@ -116,7 +117,7 @@ fn fill(
 /// The two faces of each joint at the upper sides of a block.
 fn joints_of(geometry: &Geometry, block: usize) -> impl Iterator<Item = [BlockFace; 2]> {
     (0..3).filter_map(move |direction| {
-        let side = |(block, upper)| BlockFace { block, face: FaceOf { direction, upper } };
+        let side = |(block, upper)| BlockFace { block, face: FaceId { direction, upper } };
         Some([(block, true), (geometry.above(block, direction)?, false)].map(side))
     })
 }
@@ -127,9 +128,9 @@ fn selects(region: &Region, geometry: &Geometry, sides: &[BlockFace; 2]) -> bool
 }
 
 /// The surface of a gas in a joint: both faces, and what is between their edges.
-fn seam(geometry: &Geometry, sides: &[BlockFace; 2]) -> (Mesh, f64, f64) {
+fn seam(geometry: &Geometry, sides: &[BlockFace; 2]) -> (SurfaceBuilder, f64, f64) {
     let [a, b] = sides;
-    let mut mesh = Mesh::default();
+    let mut mesh = SurfaceBuilder::default();
     mesh.add_wall(geometry, a);
     let rim: Vec<(u32, u32)> = mesh.rim().collect();
     mesh.add_wall(geometry, b);
@@ -168,7 +169,7 @@ fn no_face(index: usize, region: &Region, holes: &Holes<'_>) -> Fault {
     }
     let cavity = holes.of(region).flat_map(|(lattice, empty)| walls(lattice, empty));
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
-    let joints = (0..geometry.bodies.len()).flat_map(|block| joints_of(geometry, block));
+    let joints = (0..geometry.blocks.len()).flat_map(|block| joints_of(geometry, block));
     let joints = joints.filter(|s| region.has_set(geometry.set(s[0].block)));
     let joints = joints.map(|sides| ("joint", between(geometry, &sides)));
     let far = |x: &Vec3| region.distance(x, x);

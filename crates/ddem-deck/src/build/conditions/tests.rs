@@ -160,7 +160,10 @@ fn stages_bound_what_is_in_force() {
     deck.stage = ["a", "b", "c"].map(stage).to_vec();
     let model = deck.build().unwrap_or_else(|error| panic!("{error}"));
     let conditions = model.conditions();
-    assert_eq!([0, 1, 2].map(|stage| conditions.loaded[0].period.has(stage)), [false, true, false]);
+    assert_eq!(
+        [0, 1, 2].map(|stage| conditions.loaded[0].in_force.has(stage)),
+        [false, true, false]
+    );
     // The ramp counts from the start of `b`, at 10 s.
     let at = |stage: usize, time: f64| {
         let factors = conditions.factors(stage, time, &[0.0, 10.0, 20.0]);

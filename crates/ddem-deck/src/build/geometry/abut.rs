@@ -10,17 +10,18 @@ use super::assign::in_force;
 use super::{Names, Region};
 use crate::schema::{Deck, Joint};
 use ddem_core::problem::{
-    Abutment, BlockFace, FaceOverlap, Geometry, MISSES, RestFace, SLIVER, Sets, bounds_of, meeting,
+    BlockFace, FaceOverlap, Geometry, MISSES, NonconformingJoint, RestFace, SLIVER, Sets,
+    bounds_of, meeting,
 };
 
 /// All faces of bodies of different lattices that lie on each other, sorted, with the joints of a stage; and
 /// those of different sets that are nearer than their joint is thick, but that it does not join.
-pub(super) fn abutments(
+pub(super) fn nonconforming_joints(
     geometry: &Geometry,
     (deck, names, stage): (&Deck, &Names, usize),
     sets: &Sets,
     pairs: &HashMap<[u32; 2], u16>,
-) -> [Vec<Abutment>; 2] {
+) -> [Vec<NonconformingJoint>; 2] {
     if geometry.lattices.len() < 2 {
         return [Vec::new(), Vec::new()];
     }
@@ -36,20 +37,20 @@ pub(super) fn abutments(
     });
     let assigned: Vec<(Region, u16)> = assigned.collect();
     let other = |&[a, b]: &[u32; 2]| {
-        geometry.bodies[a as usize].lattice != geometry.bodies[b as usize].lattice
+        geometry.blocks[a as usize].lattice != geometry.blocks[b as usize].lattice
     };
-    let (seats, rules) = (Seats(geometry), Rules { joints, assigned, pairs });
+    let (seats, rules) = (Seats(geometry), JointRules { joints, assigned, pairs });
     let abut = |blocks: [u32; 2]| {
         let mut faces = BlockFace::pairs(blocks.map(|block| block as usize));
         faces.find_map(|faces| seats.abut(faces, &rules))
     };
     let near = seats.near(thickest).into_iter().filter(other).filter_map(abut);
     let (joined, apart): (Vec<_>, Vec<_>) = near.partition(|(_, joined)| *joined);
-    [joined, apart].map(|all| all.into_iter().map(|(abutment, _)| abutment).collect())
+    [joined, apart].map(|all| all.into_iter().map(|(joint_pair, _)| joint_pair).collect())
 }
 
 /// Joints that faces of two lattices get.
-struct Rules<'a> {
+struct JointRules<'a> {
     /// Thickness `[m]` and normal stiffness `[Pa/m]` of each joint.
     joints: Vec<[f64; 2]>,
     /// Joints that are assigned to parts of the model; later ones win.
@@ -62,10 +63,10 @@ struct Rules<'a> {
 pub(in crate::build) struct Seats<'a>(pub(in crate::build) &'a Geometry);
 
 impl Seats<'_> {
-    /// How many joints between faces that do not match have the centre of one of the two in a region.
+    /// Number of nonconforming joints with the centre of one face in a region.
     pub(in crate::build) fn joins_at(&self, region: &Region) -> usize {
-        let inside = |abutment: &&Abutment| {
-            let seats = abutment.sides().map(|face| face.at_rest(self.0));
+        let inside = |joint_pair: &&NonconformingJoint| {
+            let seats = joint_pair.sides().map(|face| face.at_rest(self.0));
             seats.iter().any(|seat| region.contains_face(&seat.centre(), &seat.normal))
         };
         self.0.joined().filter(inside).count()
@@ -74,16 +75,16 @@ impl Seats<'_> {
     /// Areas on which other blocks abut, by block and number of the face `[m²]`.
     pub(super) fn covered(&self) -> HashMap<(u32, u8), f64> {
         let mut covered = HashMap::new();
-        for abutment in self.0.joined() {
+        for joint_pair in self.0.joined() {
             for side in 0..2 {
-                let face = (abutment.blocks[side], abutment.faces[side].number());
-                *covered.entry(face).or_insert(0.0) += abutment.area;
+                let face = (joint_pair.blocks[side], joint_pair.faces[side].number());
+                *covered.entry(face).or_insert(0.0) += joint_pair.area;
             }
         }
         covered
     }
 
-    /// Whether other blocks abut on a part of a face, and not on all of it.
+    /// True if other blocks cover a face in part.
     pub(super) fn is_covered_in_part(
         &self,
         surface: &BlockFace,
@@ -96,28 +97,32 @@ impl Seats<'_> {
     }
 
     /// Two faces that lie on each other, or nearly, and whether they are joined.
-    fn abut(&self, faces: [BlockFace; 2], rules: &Rules<'_>) -> Option<(Abutment, bool)> {
+    fn abut(
+        &self,
+        faces: [BlockFace; 2],
+        rules: &JointRules<'_>,
+    ) -> Option<(NonconformingJoint, bool)> {
         let seats = self.0.opposed(faces)?;
-        let bodies = faces.map(|face| face.block);
-        let blocks = bodies.map(|block| block as u32);
+        let indices = faces.map(|face| face.block);
+        let blocks = indices.map(|block| block as u32);
         let fine = usize::from(seats[1].area <= seats[0].area);
         let given = rules.pairs.get(&blocks).copied();
         let joint =
             given.or_else(|| self.joint_between(faces, fine, (&seats[fine], &rules.assigned)))?;
         let [thickness, stiffness] = rules.joints[joint as usize];
         let FaceOverlap { gap, area } =
-            self.0.face_overlap(bodies, &seats, [-thickness, thickness])?;
-        let joined = self.joins(bodies, &seats, (gap, thickness));
+            self.0.face_overlap(indices, &seats, [-thickness, thickness])?;
+        let joined = self.joins(indices, &seats, (gap, thickness));
         let faces = faces.map(|face| face.face);
-        Some((Abutment { blocks, faces, joint, area, gap, stiffness }, joined))
+        Some((NonconformingJoint { blocks, faces, joint, area, gap, stiffness }, joined))
     }
 
     /// Blocks whose boxes are no farther apart than this, with what they miss by rounding.
     fn near(&self, reach: f64) -> Vec<[u32; 2]> {
-        let boxes: Vec<_> = (0..self.0.bodies.len())
-            .map(|body| {
-                let margin = reach + MISSES * self.0.shortest_edge(body);
-                let [low, high] = bounds_of(&self.0.corners(body));
+        let boxes: Vec<_> = (0..self.0.blocks.len())
+            .map(|block| {
+                let margin = reach + MISSES * self.0.shortest_edge(block);
+                let [low, high] = bounds_of(&self.0.corners(block));
                 [low.add_scalar(-margin), high.add_scalar(margin)]
             })
             .collect();
@@ -126,16 +131,17 @@ impl Seats<'_> {
 
     /// Blocks of two sets whose faces touch without a joint between them.
     pub(in crate::build) fn unjoined(&self) -> Vec<[u32; 2]> {
-        let joined: BTreeSet<[u32; 2]> = self.0.joined().map(|abutment| abutment.blocks).collect();
+        let joined: BTreeSet<[u32; 2]> =
+            self.0.joined().map(|joint_pair| joint_pair.blocks).collect();
         let alone = |blocks: &[u32; 2]| {
-            let bodies = blocks.map(|block| block as usize);
+            let indices = blocks.map(|block| block as usize);
             let touch = |faces: [BlockFace; 2]| {
                 let seats = self.0.opposed(faces)?;
-                self.0.face_overlap(bodies, &seats, [0.0; 2])
+                self.0.face_overlap(indices, &seats, [0.0; 2])
             };
-            self.0.set(bodies[0]) != self.0.set(bodies[1])
+            self.0.set(indices[0]) != self.0.set(indices[1])
                 && !joined.contains(blocks)
-                && BlockFace::pairs(bodies).any(|faces| touch(faces).is_some())
+                && BlockFace::pairs(indices).any(|faces| touch(faces).is_some())
         };
         self.near(0.0).into_iter().filter(alone).collect()
     }
@@ -143,16 +149,16 @@ impl Seats<'_> {
     /// Pairs of blocks of two sets whose faces look at each other across a gap of up to a part of their shortest
     /// edges, and the gap `[m]`.
     pub(in crate::build) fn across_gaps(&self, part: f64) -> Vec<([u32; 2], f64)> {
-        let edges = (0..self.0.bodies.len()).map(|body| self.0.shortest_edge(body));
+        let edges = (0..self.0.blocks.len()).map(|block| self.0.shortest_edge(block));
         let reach = part * edges.fold(0.0, f64::max);
         let across = |blocks: [u32; 2]| {
-            let bodies = blocks.map(|block| block as usize);
-            let most = part * self.0.misses(bodies) / MISSES;
+            let indices = blocks.map(|block| block as usize);
+            let most = part * self.0.misses(indices) / MISSES;
             let gap = |faces: [BlockFace; 2]| {
                 let seats = self.0.opposed(faces)?;
-                Some(self.0.face_overlap(bodies, &seats, [0.0, most])?.gap)
+                Some(self.0.face_overlap(indices, &seats, [0.0, most])?.gap)
             };
-            let gaps = BlockFace::pairs(bodies).filter_map(gap).filter(|gap| *gap <= most);
+            let gaps = BlockFace::pairs(indices).filter_map(gap).filter(|gap| *gap <= most);
             Some((blocks, gaps.reduce(f64::min)?))
         };
         let other = |&[a, b]: &[u32; 2]| self.0.set(a as usize) != self.0.set(b as usize);
@@ -163,13 +169,13 @@ impl Seats<'_> {
     /// blocks were taken out of lie on those of the blocks in their place, across half of a joint.
     fn joins(
         &self,
-        bodies: [usize; 2],
+        blocks: [usize; 2],
         seats: &[RestFace; 2],
         (gap, thickness): (f64, f64),
     ) -> bool {
-        let misses = self.0.misses(bodies);
+        let misses = self.0.misses(blocks);
         let cells = (seats[1].whole[0] - seats[0].whole[0]).dot(&seats[0].normal);
-        let [a, b] = bodies.map(|body| self.0.set(body));
+        let [a, b] = blocks.map(|block| self.0.set(block));
         gap >= -misses && (a == b || cells.abs() <= misses || (gap - thickness).abs() <= misses)
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::abut::{Seats, abutments};
+use super::abut::{Seats, nonconforming_joints};
 use super::mesh;
 use super::nothing::{no_block, no_joint, nothing};
 use super::{Names, Region};
@@ -13,12 +13,13 @@ use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets};
 
 /// The entries in force in a stage, with their numbers.
 pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize, &Assign)> {
-    let now =
-        move |entry: &Assign| deck.period(entry.from.as_ref(), entry.until.as_ref()).has(stage);
+    let now = move |entry: &Assign| {
+        deck.stage_range(entry.from.as_ref(), entry.until.as_ref()).has(stage)
+    };
     deck.assign.iter().enumerate().filter(move |(_, entry)| now(entry))
 }
 
-/// Whether other entries are in force in a stage than in the one before.
+/// True if other entries are in force in a stage than in the previous one.
 pub(super) fn changes(deck: &Deck, stage: usize) -> bool {
     let name = deck.stage.get(stage).map(|entry| &entry.name);
     let at = |entry: &&Assign| [entry.from.as_ref(), entry.until.as_ref()].contains(&name);
@@ -78,9 +79,9 @@ pub(super) fn assign_anew(
         }
     }
     if other_materials {
-        for body in Arc::make_mut(&mut geometry.bodies) {
-            let lattice = &geometry.lattices[body.lattice as usize];
-            body.material = lattice.material[lattice.index(body.cell.map(|c| c as usize))];
+        for block in Arc::make_mut(&mut geometry.blocks) {
+            let lattice = &geometry.lattices[block.lattice as usize];
+            block.material = lattice.material[lattice.index(block.cell.map(|c| c as usize))];
         }
     }
     let pairs = match mesh::joints(geometry, deck, names) {
@@ -88,9 +89,9 @@ pub(super) fn assign_anew(
         Err(faults) => return faults,
     };
     let pairs = pairs.into_iter().map(|(blocks, (joint, _))| (blocks, joint)).collect();
-    let [mut joined, apart] = abutments(geometry, (deck, names, stage), sets, &pairs);
+    let [mut joined, apart] = nonconforming_joints(geometry, (deck, names, stage), sets, &pairs);
     // Joints do not come, nor back, in a run: what is in contact stays so.
-    joined.retain(|abutment| before.joint_of(abutment.blocks).is_some());
+    joined.retain(|joint_pair| before.joint_of(joint_pair.blocks).is_some());
     geometry.join(joined);
     geometry.apart = Arc::new(apart);
     let mut faults = unused_faults(geometry, deck, &unused, &region);
@@ -113,7 +114,7 @@ pub(super) fn unused_faults(
     unused.iter().filter_map(fault).collect()
 }
 
-/// What is said of an entry of `assign` without anything in its region.
+/// Fault of an `assign` that finds nothing in its region.
 fn assigns_nothing(geometry: &Geometry, index: usize, entry: &Assign, region: &Region) -> Fault {
     let place = format!("assign[{index}].where");
     match (&entry.joint, &entry.material) {

@@ -1,6 +1,6 @@
 //! Convex bodies, and what planes leave of them.
 
-use super::region::Flat;
+use super::region::PlaneEquation;
 use ddem_core::problem::Vec3;
 
 /// Sides of the prism that stands for a cylinder, of the same area.
@@ -37,7 +37,7 @@ impl Convex {
     }
 
     /// Part on the side of a plane from which its normal points away.
-    pub(super) fn cut(&self, plane: &Flat) -> Self {
+    pub(super) fn cut(&self, plane: &PlaneEquation) -> Self {
         let (mut faces, mut rim) = (Vec::new(), Vec::new());
         for face in &self.0 {
             let mut kept = Vec::new();
@@ -94,9 +94,9 @@ fn lid(normal: &Vec3, rim: Vec<Vec3>) -> Option<Vec<Vec3>> {
 mod tests {
     use super::*;
 
-    fn flat(normal: [f64; 3], at: f64) -> Flat {
+    fn flat(normal: [f64; 3], at: f64) -> PlaneEquation {
         let length = Vec3::from(normal).norm();
-        Flat { normal: Vec3::from(normal) / length, at: at / length, tolerance: 0.0 }
+        PlaneEquation { normal: Vec3::from(normal) / length, at: at / length, tolerance: 0.0 }
     }
 
     fn cube() -> Convex {

@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::abut::Seats;
 use crate::schema::Deck;
-use ddem_core::problem::{Abutment, Geometry};
+use ddem_core::problem::{Geometry, NonconformingJoint};
 
 /// Two sets of blocks that touch, and what is between them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,9 +40,9 @@ fn over(faces: usize) -> String {
 const NARROW: f64 = 0.02;
 
 /// Two sets, the earlier one first.
-type Sets = [usize; 2];
+type SetPair = [usize; 2];
 
-fn sets(geometry: &Geometry, blocks: [u32; 2]) -> Sets {
+fn sets(geometry: &Geometry, blocks: [u32; 2]) -> SetPair {
     let mut sets = blocks.map(|block| geometry.set(block as usize));
     sets.sort_unstable();
     sets
@@ -50,14 +50,14 @@ fn sets(geometry: &Geometry, blocks: [u32; 2]) -> Sets {
 
 /// Sets that touch: those that joints join, and where contacts are found those that they do not.
 pub(in crate::build) fn interfaces(geometry: &Geometry, deck: &Deck) -> Vec<Interface> {
-    let mut faces: BTreeMap<(Sets, Option<u16>), usize> = BTreeMap::new();
+    let mut faces: BTreeMap<(SetPair, Option<u16>), usize> = BTreeMap::new();
     let joined = geometry.joined().map(|a| (sets(geometry, a.blocks), Some(a.joint)));
     let contacts = if deck.finds_contacts() { Seats(geometry).unjoined() } else { Vec::new() };
     let contacts = contacts.into_iter().map(|blocks| (sets(geometry, blocks), None));
     for place in joined.filter(|([a, b], _)| a != b).chain(contacts) {
         *faces.entry(place).or_default() += 1;
     }
-    let named = |((sets, joint), faces): ((Sets, Option<u16>), usize)| Interface {
+    let named = |((sets, joint), faces): ((SetPair, Option<u16>), usize)| Interface {
         sets: sets.map(|set| deck.set_name(set)),
         joint: joint.map(|joint| name(deck, joint)),
         faces,
@@ -72,11 +72,14 @@ pub(in crate::build) fn ajar(deck: &Deck, geometry: &Geometry) -> Vec<String> {
     said
 }
 
-/// Those of sets that are nearer to each other than their joint is thick.
+/// Warnings about sets that are nearer to each other than their joint is thick.
 fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
-    let mut places: BTreeMap<(Sets, u16), Vec<&Abutment>> = BTreeMap::new();
-    for abutment in &*geometry.apart {
-        places.entry((sets(geometry, abutment.blocks), abutment.joint)).or_default().push(abutment);
+    let mut places: BTreeMap<(SetPair, u16), Vec<&NonconformingJoint>> = BTreeMap::new();
+    for joint_pair in &*geometry.apart {
+        places
+            .entry((sets(geometry, joint_pair.blocks), joint_pair.joint))
+            .or_default()
+            .push(joint_pair);
     }
     let said = places.into_iter().map(|((sets, joint), faces)| {
         let [a, b] = sets.map(|set| deck.set_name(set));
@@ -97,15 +100,15 @@ fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
     said.collect()
 }
 
-/// Those of sets that are farther apart, and touch nowhere.
+/// Warnings about sets that are farther apart and do not touch.
 fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
     if deck.blocks.len() < 2 {
         return Vec::new();
     }
-    let all = geometry.joined().chain(&*geometry.apart).map(|abutment| abutment.blocks);
-    let known: BTreeSet<Sets> =
+    let all = geometry.joined().chain(&*geometry.apart).map(|joint_pair| joint_pair.blocks);
+    let known: BTreeSet<SetPair> =
         all.chain(Seats(geometry).unjoined()).map(|blocks| sets(geometry, blocks)).collect();
-    let mut gaps: BTreeMap<Sets, (f64, usize)> = BTreeMap::new();
+    let mut gaps: BTreeMap<SetPair, (f64, usize)> = BTreeMap::new();
     for (blocks, gap) in Seats(geometry).across_gaps(NARROW) {
         let sets = sets(geometry, blocks);
         if !known.contains(&sets) {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Names;
 use super::mesh;
-use super::region::{Flat, Region};
+use super::region::{PlaneEquation, Region};
 use crate::schema::names::segment;
 use crate::schema::{BlockSet, Body, Deck, JointChoice};
 use ddem_core::Fault;
@@ -39,22 +39,22 @@ pub(super) fn too_many(place: String, nodes: f64) -> Vec<Fault> {
     vec![Fault::new(place, message).help("fewer blocks or divisions")]
 }
 
-/// What a set says of one edge.
-struct Cuts {
+/// Keys of a set for one edge.
+struct EdgeCuts {
     count: f64,
     length: f64,
     edges: Option<Vec<f64>>,
 }
 
-fn cuts(set: &BlockSet, d: usize) -> Cuts {
+fn cuts(set: &BlockSet, d: usize) -> EdgeCuts {
     let edges = set.edges.as_ref().and_then(|e| [&e.x, &e.y, &e.z][d].clone());
     match edges {
-        Some(edges) => Cuts {
+        Some(edges) => EdgeCuts {
             count: edges.len() as f64 - 1.0,
             length: edges.last().unwrap_or(&0.0) - edges.first().unwrap_or(&0.0),
             edges: Some(edges),
         },
-        None => Cuts {
+        None => EdgeCuts {
             count: set.count.map_or(1.0, |c| f64::from(c[d])),
             length: set.size.map_or(0.0, |s| s[d]),
             edges: None,
@@ -64,7 +64,7 @@ fn cuts(set: &BlockSet, d: usize) -> Cuts {
 
 fn lattice(
     (index, set): (usize, &BlockSet),
-    cuts: [Cuts; 3],
+    cuts: [EdgeCuts; 3],
     names: &Names,
 ) -> Result<Lattice, Vec<Fault>> {
     let count = [0, 1, 2].map(|d| cuts[d].count as usize);
@@ -92,7 +92,7 @@ fn lattice(
         gaps: count.map(|n| vec![0.0; n + 1]),
         cuts: positions.try_into().unwrap_or_default(),
         lengths: lengths.try_into().unwrap_or_default(),
-        body: vec![0; cells].into(),
+        block: vec![0; cells].into(),
         material: Arc::new(vec![names.material_of(index, set)?; cells]),
         joint: own_joint.map(|joint| Arc::new(vec![joint; cells])),
         own_joint,
@@ -103,7 +103,7 @@ impl Region {
     /// Cells selected as §1 of the deck says: the centroid lies inside, or a plane touches a face.
     pub(super) fn selects(&self, lattice: &Lattice, cell: [usize; 3]) -> bool {
         let centre = lattice.centre(cell);
-        let touches = |plane: &Flat| {
+        let touches = |plane: &PlaneEquation| {
             (0..3).any(|d| {
                 lattice.faces(cell, d).iter().any(|face| face.iter().all(|x| plane.has(x)))
             })
@@ -116,7 +116,7 @@ impl Region {
         let mut found = false;
         for d in 0..3 {
             let normal = lattice.normal(d);
-            for index in 0..lattice.body.len() {
+            for index in 0..lattice.block.len() {
                 let cell = lattice.cell(index);
                 if cell[d] + 1 == lattice.count[d] {
                     continue;
@@ -133,7 +133,7 @@ impl Region {
 
     pub(super) fn assign_material(&self, lattice: &mut Lattice, material: u16) -> bool {
         let mut found = false;
-        for index in 0..lattice.body.len() {
+        for index in 0..lattice.block.len() {
             if self.selects(lattice, lattice.cell(index)) {
                 Arc::make_mut(&mut lattice.material)[index] = material;
                 found = true;
@@ -144,9 +144,9 @@ impl Region {
 
     pub(super) fn remove(&self, lattice: &mut Lattice) -> bool {
         let mut found = false;
-        for index in 0..lattice.body.len() {
-            if lattice.has_body(index) && self.selects(lattice, lattice.cell(index)) {
-                lattice.body[index] = NONE;
+        for index in 0..lattice.block.len() {
+            if lattice.has_block(index) && self.selects(lattice, lattice.cell(index)) {
+                lattice.block[index] = NONE;
                 found = true;
             }
         }
@@ -162,7 +162,7 @@ pub(super) fn open_gaps(lattice: &mut Lattice, deck: &Deck, names: &Names) -> Ve
     for d in 0..3 {
         let slant = lattice.normal(d).dot(&lattice.axes[d]);
         let mut first = vec![NO_JOINT; lattice.count[d] + 1];
-        for index in 0..lattice.body.len() {
+        for index in 0..lattice.block.len() {
             let plane = lattice.cell(index)[d] + 1;
             if plane == lattice.count[d] {
                 continue;
@@ -212,7 +212,7 @@ fn too_thick(
     edge: f64,
 ) -> Fault {
     let plane = if lattice.gaps[d][cell] > lattice.gaps[d][cell + 1] { cell } else { cell + 1 };
-    let above = (0..lattice.body.len()).find(|&i| lattice.cell(i)[d] + 1 == plane);
+    let above = (0..lattice.block.len()).find(|&i| lattice.cell(i)[d] + 1 == plane);
     let name = above.map_or("", |i| names.joint_name(lattice.joint[d][i]));
     let thickness = deck.joints.get(name).map_or(0.0, |joint| joint.thickness);
     let axis = ["x", "y", "z"][d];
@@ -234,7 +234,7 @@ fn too_thick(
 }
 
 /// Positions of the cuts and lengths of the cells between them.
-fn positions(cuts: &Cuts) -> (Vec<f64>, Vec<f64>) {
+fn positions(cuts: &EdgeCuts) -> (Vec<f64>, Vec<f64>) {
     if let Some(edges) = &cuts.edges {
         let mut lengths: Vec<f64> = edges.windows(2).map(|w| w[1] - w[0]).collect();
         // Lengths equal to rounding become equal, so that equal blocks share their tables.

@@ -58,8 +58,8 @@ pub(super) fn joints(geometry: &Geometry, deck: &Deck, names: &Names) -> Result<
                 faults.push(Fault::new(format!("{place}.faces"), message));
                 continue;
             };
-            let body = |block: usize| geometry.lattices[first + block].body[0];
-            let mut pair = [body(a), body(b)];
+            let block = |block: usize| geometry.lattices[first + block].block[0];
+            let mut pair = [block(a), block(b)];
             pair.sort_unstable();
             if let Some(joint) = names.joint(&entry.joint) {
                 joints.insert(pair, (joint, place));
@@ -71,7 +71,7 @@ pub(super) fn joints(geometry: &Geometry, deck: &Deck, names: &Names) -> Result<
 
 /// Faults of joints of single pairs of faces that join nothing, of blocks that are there.
 pub(super) fn apart(geometry: &Geometry, given: Given) -> Vec<Fault> {
-    let there = |block: &u32| (*block as usize) < geometry.bodies.len();
+    let there = |block: &u32| (*block as usize) < geometry.blocks.len();
     let alone = given
         .into_iter()
         .filter(|(blocks, _)| blocks.iter().all(there) && geometry.joint_of(*blocks).is_none());

@@ -78,13 +78,13 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
         return Err(faults);
     }
     let mut geometry = Geometry::new(lattices, sets.bounds);
-    if geometry.bodies.is_empty() {
+    if geometry.blocks.is_empty() {
         return Err(vec![Fault::new("remove", "every block is taken out: nothing is left")]);
     }
     geometry.touching = Arc::new(overlap::touching(&geometry.lattices));
     let given = mesh::joints(&geometry, deck, names)?;
     let pairs = given.iter().map(|(blocks, (joint, _))| (*blocks, *joint)).collect();
-    let [joined, apart] = abut::abutments(&geometry, (deck, names, 0), &sets, &pairs);
+    let [joined, apart] = abut::nonconforming_joints(&geometry, (deck, names, 0), &sets, &pairs);
     geometry.join(joined);
     geometry.apart = Arc::new(apart);
     let mut faults = assign::unused_faults(&geometry, deck, &unused, &of);
@@ -99,12 +99,12 @@ impl Region {
     /// Blocks whose centroid lies in a region, or a face of which lies on a plane of it.
     pub(in crate::build) fn blocks(&self, geometry: &Geometry) -> Vec<usize> {
         let inside = |&block: &usize| {
-            let cell = geometry.bodies[block].cell.map(|c| c as usize);
-            !geometry.is_gone(block)
+            let cell = geometry.blocks[block].cell.map(|c| c as usize);
+            !geometry.is_removed(block)
                 && self.has_set(geometry.set(block))
                 && self.selects(geometry.lattice(block), cell)
         };
-        (0..geometry.bodies.len()).filter(inside).collect()
+        (0..geometry.blocks.len()).filter(inside).collect()
     }
 }
 

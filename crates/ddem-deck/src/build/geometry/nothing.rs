@@ -1,4 +1,4 @@
-//! What is said of a `where` that selects nothing.
+//! Faults of a `where` that selects nothing.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ pub(crate) fn nothing(place: String, what: &str) -> Fault {
     Fault::new(place, format!("selects nothing: {what} there")).help(RULES)
 }
 
-/// What planes and ranges take.
+/// Rules of planes and ranges.
 const RULES: &str = "planes are met within 1e-6 of the region's size; ranges include their ends";
 
 /// A place for people, as a deck writes it.
@@ -24,8 +24,8 @@ pub(crate) fn place(x: Vec3) -> String {
 /// A selection without any block in it, and what would be nearest.
 pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Arc<Lattice>]) -> Fault {
     let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
-        let bodies = (0..l.body.len()).filter(|&at| l.has_body(at));
-        bodies.map(|at| l.centre(l.cell(at)))
+        let blocks = (0..l.block.len()).filter(|&at| l.has_block(at));
+        blocks.map(|at| l.centre(l.cell(at)))
     });
     let what = "blocks count by their centroid: that of the nearest is";
     nearest(fault, region, centres, what)
@@ -34,11 +34,11 @@ pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Arc<Lattice>])
 /// A selection without any joint in it, and what would be nearest.
 pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Arc<Lattice>]) -> Fault {
     let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
-        let cells = (0..l.body.len()).filter(|&at| l.has_body(at)).map(|at| l.cell(at));
+        let cells = (0..l.block.len()).filter(|&at| l.has_block(at)).map(|at| l.cell(at));
         let sides = cells.flat_map(|cell| (0..3).map(move |d| (cell, d)));
         let next = |cell: [usize; 3], d: usize| {
             let next = moved_to(cell, d, cell[d] + 1);
-            next[d] < l.count[d] && l.has_body(l.index(next))
+            next[d] < l.count[d] && l.has_block(l.index(next))
         };
         let inner = sides.filter(move |(cell, d)| next(*cell, *d));
         inner.map(|(cell, d)| l.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0)
@@ -57,17 +57,17 @@ fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what:
 /// A selection without any node in it, and what would be nearest.
 pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fault {
     let mut help = RULES.to_owned();
-    if let Some((body, node)) = region.nearest(geometry) {
+    if let Some((block, node)) = region.nearest(geometry) {
         let size = (geometry.bounds[1] - geometry.bounds[0]).norm();
         let digits = (4.0 - libm::log10(size).floor()).clamp(0.0, 12.0) as usize;
         let show = |x: Vec3| {
             let [x, y, z] = <[f64; 3]>::from(x).map(|x| format!("{x:.digits$}"));
             format!("[{x}, {y}, {z}]")
         };
-        help += &if geometry.is_rigid(body) {
-            let centre = show(geometry.centre(body));
+        help += &if geometry.is_rigid(block) {
+            let centre = show(geometry.centre(block));
             format!(
-                "; ranges take rigid blocks as a whole, by their centroid: the nearest, block {body}, has \
+                "; ranges take rigid blocks as a whole, by their centroid: the nearest, block {block}, has \
                  it at {centre} and a corner at {}",
                 show(node)
             )
@@ -79,21 +79,21 @@ pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fa
 }
 
 impl Region {
-    /// Where nothing is selected: the node that comes nearest, and its body.
+    /// Nearest node and its block, where nothing is selected.
     pub(crate) fn nearest(&self, geometry: &Geometry) -> Option<(usize, Vec3)> {
         let mut nearest: Option<(f64, (usize, Vec3))> = None;
-        for body in 0..geometry.bodies.len() {
-            if !self.has_set(geometry.set(body)) {
+        for block in 0..geometry.blocks.len() {
+            if !self.has_set(geometry.set(block)) {
                 continue;
             }
-            let lattice = geometry.lattice(body);
+            let lattice = geometry.lattice(block);
             let n = lattice.divisions + 1;
             for local in 0..n * n * n {
-                let x = geometry.position(body, [local % n, local / n % n, local / (n * n)]);
-                let place = if lattice.rigid { geometry.centre(body) } else { x };
+                let x = geometry.position(block, [local % n, local / n % n, local / (n * n)]);
+                let place = if lattice.rigid { geometry.centre(block) } else { x };
                 let far = self.distance(&x, &place);
                 if nearest.is_none_or(|(least, _)| far < least) {
-                    nearest = Some((far, (body, x)));
+                    nearest = Some((far, (block, x)));
                 }
             }
         }
@@ -111,7 +111,7 @@ impl Region {
         libm::hypot(all.sqrt(), self.beyond_shapes(place))
     }
 
-    /// How far a point is from the centre of the sphere or the axis of the cylinder, and the radius `[m]`.
+    /// Distance of a point from the centre of the sphere or the axis of the cylinder, and the radius `[m]`.
     pub(crate) fn off_middle(&self, x: &Vec3) -> Option<[f64; 2]> {
         let sphere = self.sphere.map(|(centre, radius)| [(x - centre).norm(), radius]);
         let cylinder = self.cylinder.map(|([from, to], radius)| {

@@ -1,4 +1,4 @@
-//! Which sets of blocks overlap, and which touch.
+//! Sets of blocks that overlap or touch.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,11 +18,11 @@ struct Overlap {
 
 /// Sets whose blocks overlap by more than their skins. A set may fill what was removed from another.
 pub(super) fn overlaps(lattices: &[Arc<Lattice>], deck: &Deck) -> Vec<Fault> {
-    let skins: Vec<f64> = lattices.iter().map(|lattice| skin(lattice)).collect();
+    let surfaces: Vec<f64> = lattices.iter().map(|lattice| surface(lattice)).collect();
     let fault = |(i, j): (usize, usize)| {
         let rounding = rounding(&lattices[i], &lattices[j]);
         // Skins are measured to rounding of another kind.
-        let allowed = (skins[i] + skins[j] + 1e-2 * rounding).max(rounding);
+        let allowed = (surfaces[i] + surfaces[j] + 1e-2 * rounding).max(rounding);
         let Overlap { cells: [in_i, in_j], depth } = deepest(&lattices[i], &lattices[j], allowed)?;
         let message = format!(
             "block {in_j:?} of `{}` and block {in_i:?} of `{}` overlap by {depth:.3e} m",
@@ -47,7 +47,7 @@ pub(super) fn overlaps(lattices: &[Arc<Lattice>], deck: &Deck) -> Vec<Fault> {
 /// such an overlap as it is, and close such a gap.
 const ROUNDING: f64 = 1e-4;
 
-/// What corners written with a few digits do not fit `[m]`.
+/// Tolerance for corners written with a few digits `[m]`.
 fn rounding(a: &Lattice, b: &Lattice) -> f64 {
     ROUNDING * a.shortest().min(b.shortest())
 }
@@ -75,9 +75,9 @@ fn close(lattices: &[Arc<Lattice>]) -> Vec<(usize, usize)> {
 fn deepest(a: &Lattice, b: &Lattice, allowed: f64) -> Option<Overlap> {
     overlap([a, b], [&a.corners(), &b.corners()], allowed)?;
     let mut most: Option<Overlap> = None;
-    for cell_b in bodies_near(b, &a.corners()) {
+    for cell_b in blocks_near(b, &a.corners()) {
         let in_b = corners_of_cell(b, cell_b);
-        for cell_a in bodies_near(a, &in_b) {
+        for cell_a in blocks_near(a, &in_b) {
             let Some(depth) = overlap([a, b], [&corners_of_cell(a, cell_a), &in_b], allowed) else {
                 continue;
             };
@@ -115,7 +115,7 @@ fn depth(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option
 
 /// Half of the largest thickness of its joints: as far blocks may reach into those of other
 /// sets `[m]`.
-fn skin(lattice: &Lattice) -> f64 {
+fn surface(lattice: &Lattice) -> f64 {
     let along = |d: usize| {
         let widest = lattice.gaps[d].iter().copied().fold(0.0, f64::max);
         widest * lattice.normal(d).dot(&lattice.axes[d]) / 2.0
@@ -136,14 +136,14 @@ fn corners_of_cell(lattice: &Lattice, cell: [usize; 3]) -> [Vec3; 8] {
 }
 
 /// Cells that have a body and may meet a parallelepiped, x fastest.
-fn bodies_near<'a>(
+fn blocks_near<'a>(
     lattice: &'a Lattice,
     corners: &[Vec3; 8],
 ) -> impl Iterator<Item = [usize; 3]> + use<'a> {
     let [x, y, z] = [0, 1, 2].map(|d| layers_near(lattice, corners, d));
     let rows = z.flat_map(move |k| y.clone().map(move |j| (j, k)));
     let cells = rows.flat_map(move |(j, k)| x.clone().map(move |i| [i, j, k]));
-    cells.filter(|&cell| lattice.has_body(lattice.index(cell)))
+    cells.filter(|&cell| lattice.has_block(lattice.index(cell)))
 }
 
 /// Layers of cells along an edge between the outermost of some points.

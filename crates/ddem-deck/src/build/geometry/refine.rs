@@ -32,8 +32,8 @@ pub(super) fn refine(
         .iter()
         .map(|lattice| {
             let chosen =
-                |&at: &usize| lattice.has_body(at) && region.selects(lattice, lattice.cell(at));
-            let cells = (0..lattice.body.len()).filter(chosen);
+                |&at: &usize| lattice.has_block(at) && region.selects(lattice, lattice.cell(at));
+            let cells = (0..lattice.block.len()).filter(chosen);
             if region.has_set(lattice.set) { cells.collect() } else { Vec::new() }
         })
         .collect();
@@ -41,10 +41,10 @@ pub(super) fn refine(
         let fault = nothing(format!("refine[{index}].where"), "no block");
         return Ok(Some(no_block(fault, region, lattices)));
     }
-    let nodes = |lattice: &Lattice, cells: f64| cells * lattice.nodes_per_body() as f64;
+    let nodes = |lattice: &Lattice, cells: f64| cells * lattice.nodes_per_block() as f64;
     let kept = lattices
         .iter()
-        .map(|l| nodes(l, (0..l.body.len()).filter(|&at| l.has_body(at)).count() as f64));
+        .map(|l| nodes(l, (0..l.block.len()).filter(|&at| l.has_block(at)).count() as f64));
     let added = lattices.iter().zip(&selected).map(|(lattice, cells)| {
         nodes(lattice, (f64::from(factor).powi(3) - 1.0) * cells.len() as f64)
     });
@@ -75,7 +75,7 @@ pub(super) fn refine(
         let mut finer = split(&lattices[at], cells, factor as usize);
         finer.refined = Some(index);
         let coarser = Arc::make_mut(&mut lattices[at]);
-        cells.iter().for_each(|&cell| coarser.body[cell] = ELSEWHERE);
+        cells.iter().for_each(|&cell| coarser.block[cell] = ELSEWHERE);
         lattices.push(Arc::new(finer));
     }
     Ok(None)
@@ -126,21 +126,21 @@ fn split(lattice: &Lattice, cells: &[usize], factor: usize) -> Lattice {
         cuts,
         lengths,
         gaps: count.map(|n| vec![0.0; n + 1]),
-        body: Pages::default(),
+        block: Pages::default(),
         material: Arc::default(),
         joint: std::array::from_fn(|_| Arc::default()),
         ..lattice.clone()
     };
     let chosen: std::collections::BTreeSet<usize> = cells.iter().copied().collect();
-    let (mut body, mut material, mut joint) = (Vec::new(), Vec::new(), [const { Vec::new() }; 3]);
+    let (mut block, mut material, mut joint) = (Vec::new(), Vec::new(), [const { Vec::new() }; 3]);
     for at in 0..count.iter().product() {
         let cell = finer.cell(at);
         let coarse = lattice.index([0, 1, 2].map(|d| from[d] + cell[d] / factor));
-        body.push(if chosen.contains(&coarse) { 0 } else { ELSEWHERE });
+        block.push(if chosen.contains(&coarse) { 0 } else { ELSEWHERE });
         material.push(lattice.material[coarse]);
         (0..3).for_each(|d| joint[d].push(lattice.joint[d][coarse]));
     }
-    finer.body = body.into();
+    finer.block = block.into();
     (finer.material, finer.joint) = (Arc::new(material), joint.map(Arc::new));
     finer
 }
@@ -149,8 +149,8 @@ fn split(lattice: &Lattice, cells: &[usize], factor: usize) -> Lattice {
 pub(super) fn too_fine(lattice: &Lattice, deck: &Deck, names: &Names) -> Option<Fault> {
     let index = lattice.refined?;
     let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
-    let bodies = (0..lattice.body.len()).filter(|&at| lattice.has_body(at));
-    let mut edges = bodies.flat_map(|at| {
+    let blocks = (0..lattice.block.len()).filter(|&at| lattice.has_block(at));
+    let mut edges = blocks.flat_map(|at| {
         let cell = lattice.cell(at);
         [0, 1, 2].map(|d| (lattice.lengths[d][cell[d]], lattice.joint[d][at]))
     });

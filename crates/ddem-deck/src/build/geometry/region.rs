@@ -11,7 +11,7 @@ use ddem_core::problem::{Sets, Vec3};
 
 /// A plane: the points with `normal·x = at`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Flat {
+pub(crate) struct PlaneEquation {
     /// Unit vector.
     pub(crate) normal: Vec3,
     /// `[m]`.
@@ -20,7 +20,7 @@ pub(crate) struct Flat {
     pub(crate) tolerance: f64,
 }
 
-impl Flat {
+impl PlaneEquation {
     /// Distance of a point, positive on the side of the normal `[m]`.
     pub(crate) fn off(&self, x: &Vec3) -> f64 {
         self.normal.dot(x) - self.at
@@ -42,9 +42,9 @@ pub(crate) struct Region {
     /// Along the coordinate axes.
     pub(super) ranges: [Option<[f64; 2]>; 3],
     /// Planes, on all of which a selected place lies.
-    pub(super) planes: Vec<Flat>,
+    pub(super) planes: Vec<PlaneEquation>,
     /// And not on the side to which the normals of these point.
-    pub(super) slopes: Vec<Flat>,
+    pub(super) slopes: Vec<PlaneEquation>,
     pub(super) sphere: Option<(Vec3, f64)>,
     /// Centres of the ends, and radius.
     pub(super) cylinder: Option<([Vec3; 2], f64)>,
@@ -103,25 +103,29 @@ impl Region {
         made
     }
 
-    fn flat(&self, normal: Vec3, at: f64) -> Flat {
+    fn flat(&self, normal: Vec3, at: f64) -> PlaneEquation {
         let tolerance = (0..3).map(|k| normal[k].abs() * self.tolerance[k]).sum();
-        Flat { normal, at, tolerance }
+        PlaneEquation { normal, at, tolerance }
     }
 
-    fn flat_of(&self, plane: &Plane) -> Flat {
+    fn flat_of(&self, plane: &Plane) -> PlaneEquation {
         let normal = Vec3::from(plane.unit_normal());
         self.flat(normal, normal.dot(&Vec3::from(plane.point)))
     }
 
     /// Takes in that everything is above or below a plane. Across an axis that is a range.
-    fn bound(&mut self, flat: Flat, above: bool) {
+    fn bound(&mut self, flat: PlaneEquation, above: bool) {
         let out = if above { -1.0 } else { 1.0 };
         let on_plane = |axis: usize| {
             self.planes.iter().any(|plane| plane.axis() == Some(axis))
                 && self.ranges[axis].is_none()
         };
         let Some(axis) = flat.axis().filter(|&axis| !on_plane(axis)) else {
-            self.slopes.push(Flat { normal: flat.normal * out, at: flat.at * out, ..flat });
+            self.slopes.push(PlaneEquation {
+                normal: flat.normal * out,
+                at: flat.at * out,
+                ..flat
+            });
             return;
         };
         let way = flat.normal[axis];
@@ -250,7 +254,7 @@ impl Region {
     }
 }
 
-impl Flat {
+impl PlaneEquation {
     /// With the normal upward; of an upright plane it stays.
     fn upright(self) -> Self {
         // Rounding does not turn an upright plane.

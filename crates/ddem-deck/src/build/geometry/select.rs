@@ -9,21 +9,21 @@
 
 use super::Region;
 use super::abut::Seats;
-use ddem_core::problem::{BlockFace, FaceOf, Geometry, Strip, Vec3};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, Strip, Vec3};
 
 impl Region {
-    /// Whether a node belongs: in the ranges, and on each plane or beside a gap that it lies in.
-    pub(crate) fn has_node(&self, geometry: &Geometry, body: usize, at: [usize; 3]) -> bool {
-        let x = geometry.position(body, at);
+    /// True if a node is selected: in the ranges, and on each plane or beside a gap that contains it.
+    pub(crate) fn has_node(&self, geometry: &Geometry, block: usize, at: [usize; 3]) -> bool {
+        let x = geometry.position(block, at);
         // A rigid block is taken as a whole, by its centroid.
-        let whole = geometry.is_rigid(body);
-        let place = if whole { geometry.centre(body) } else { x };
-        self.has_set(geometry.set(body))
+        let whole = geometry.is_rigid(block);
+        let place = if whole { geometry.centre(block) } else { x };
+        self.has_set(geometry.set(block))
             && self.in_ranges(&place)
             && self.planes.iter().all(|plane| {
                 plane.has(&x)
                     || (0..3).any(|d| {
-                        geometry.partner(body, at, d).is_some_and(|(other, step)| {
+                        geometry.partner(block, at, d).is_some_and(|(other, step)| {
                             let y = geometry.position(other, step);
                             let sides = [x, y].map(|x| plane.normal.dot(&x));
                             let (low, high) = (sides[0].min(sides[1]), sides[0].max(sides[1]));
@@ -36,14 +36,14 @@ impl Region {
     /// All nodes that belong, in order.
     pub(crate) fn nodes(&self, geometry: &Geometry) -> Vec<u32> {
         let mut nodes = Vec::new();
-        for body in 0..geometry.bodies.len() {
-            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
+        for block in 0..geometry.blocks.len() {
+            if geometry.is_removed(block) || !self.has_set(geometry.set(block)) {
                 continue;
             }
-            let topology = geometry.topology(body);
+            let topology = geometry.topology(block);
             for local in 0..topology.nodes() {
-                if self.has_node(geometry, body, topology.steps(local)) {
-                    nodes.push(geometry.bodies[body].first_node + local as u32);
+                if self.has_node(geometry, block, topology.steps(local)) {
+                    nodes.push(geometry.blocks[block].first_node + local as u32);
                 }
             }
         }
@@ -51,12 +51,12 @@ impl Region {
     }
 
     /// Nodes that it selected at the start and whose blocks have been taken out by now.
-    pub(crate) fn nodes_gone(&self, start: &Geometry, now: &Geometry) -> Vec<u32> {
+    pub(crate) fn removed_nodes(&self, start: &Geometry, now: &Geometry) -> Vec<u32> {
         if std::ptr::eq(start, now) {
             return Vec::new();
         }
         let mut nodes = self.nodes(start);
-        nodes.retain(|&node| now.is_gone(now.locate(node as usize).0));
+        nodes.retain(|&node| now.is_removed(now.locate(node as usize).0));
         nodes
     }
 
@@ -64,30 +64,30 @@ impl Region {
     /// areas of the selected face, volumes, or 1 at a single point. Sides of a gap share.
     pub(crate) fn weights(&self, geometry: &Geometry) -> Vec<(u32, f64)> {
         let weight = |node: u32| {
-            let (body, at) = geometry.locate(node as usize);
-            let weight = (0..3).map(|d| self.extent_along(geometry, body, at, d)).product();
+            let (block, at) = geometry.locate(node as usize);
+            let weight = (0..3).map(|d| self.extent_along(geometry, block, at, d)).product();
             (node, weight)
         };
         self.nodes(geometry).into_iter().map(weight).collect()
     }
 
     /// Half-spacings to selected neighbours along d, or the share of a gap where there is none.
-    fn extent_along(&self, geometry: &Geometry, body: usize, at: [usize; 3], d: usize) -> f64 {
+    fn extent_along(&self, geometry: &Geometry, block: usize, at: [usize; 3], d: usize) -> f64 {
         let partner = geometry
-            .partner(body, at, d)
+            .partner(block, at, d)
             .filter(|&(other, step)| self.has_node(geometry, other, step));
         let inside = [-1, 1].iter().filter(|&&side| {
             geometry
-                .step(body, at, d, side)
-                .is_some_and(|(other, step)| other == body && self.has_node(geometry, other, step))
+                .step(block, at, d, side)
+                .is_some_and(|(other, step)| other == block && self.has_node(geometry, other, step))
         });
-        let half = geometry.spacing(body, d) / 2.0;
+        let half = geometry.spacing(block, d) / 2.0;
         match (inside.count(), partner) {
             (0, None) => 1.0,
             (0, Some(_)) => 0.5,
             (count, None) => count as f64 * half,
             (count, Some((other, step))) => {
-                let gap = (geometry.position(other, step) - geometry.position(body, at)).norm();
+                let gap = (geometry.position(other, step) - geometry.position(block, at)).norm();
                 count as f64 * half + gap / 2.0
             }
         }
@@ -98,16 +98,16 @@ impl Region {
     fn hat(
         &self,
         geometry: &Geometry,
-        body: usize,
+        block: usize,
         at: [usize; 3],
         (d, side): (usize, i32),
         over_gap: &dyn Fn(usize) -> bool,
     ) -> f64 {
-        let Some((other, step)) = geometry.step(body, at, d, side) else { return 0.0 };
-        if other != body && !over_gap(other) {
+        let Some((other, step)) = geometry.step(block, at, d, side) else { return 0.0 };
+        if other != block && !over_gap(other) {
             return 0.0;
         }
-        let (x, y) = (geometry.position(body, at), geometry.position(other, step));
+        let (x, y) = (geometry.position(block, at), geometry.position(other, step));
         let (mut from, mut to) = (0.0_f64, 1.0_f64);
         for axis in 0..3 {
             let (Some([low, high]), step) = (self.range(axis), y[axis] - x[axis]) else { continue };
@@ -127,32 +127,32 @@ impl Region {
         let [first, second] = self.planes[..] else { return None };
         let line = first.normal.cross(&second.normal).try_normalize(1e-9)?;
         let mut lengths = Vec::new();
-        for body in 0..geometry.bodies.len() {
-            let lattice = geometry.lattice(body);
+        for block in 0..geometry.blocks.len() {
+            let lattice = geometry.lattice(block);
             let along = (0..3).find(|&d| lattice.axes[d].dot(&line).abs() > 1.0 - 1e-9);
             let n = lattice.divisions + 1;
-            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
+            if geometry.is_removed(block) || !self.has_set(geometry.set(block)) {
                 continue;
             }
             let unbounded = self.along(&line);
             for local in 0..n * n * n {
                 let at = [local % n, local / n % n, local / (n * n)];
-                if !unbounded.has_node(geometry, body, at) {
+                if !unbounded.has_node(geometry, block, at) {
                     continue;
                 }
                 let d = along?;
                 let any = |_| true;
-                let length = self.hat(geometry, body, at, (d, -1), &any)
-                    + self.hat(geometry, body, at, (d, 1), &any);
+                let length = self.hat(geometry, block, at, (d, -1), &any)
+                    + self.hat(geometry, block, at, (d, 1), &any);
                 let sharers = (0..3).filter(|&e| e != d).map(|e| {
                     let shared = geometry
-                        .partner(body, at, e)
+                        .partner(block, at, e)
                         .is_some_and(|(other, step)| unbounded.has_node(geometry, other, step));
                     if shared { 0.5 } else { 1.0 }
                 });
                 let length = length * sharers.product::<f64>();
-                if length > 0.0 && self.in_shapes(&geometry.position(body, at)) {
-                    lengths.push((geometry.bodies[body].first_node + local as u32, length));
+                if length > 0.0 && self.in_shapes(&geometry.position(block, at)) {
+                    lengths.push((geometry.blocks[block].first_node + local as u32, length));
                 }
             }
         }
@@ -168,8 +168,8 @@ impl Region {
         Self { ranges, planes, slopes, sphere, cylinder, solid, terrains, facing, set, tolerance }
     }
 
-    /// Whether a range ends on a face both of whose edges run along that axis: then the part of
-    /// the face inside is no product of two lengths.
+    /// True if a range ends on a face both of whose edges run along its axis; the selected part is then no
+    /// product of two lengths.
     pub(crate) fn cuts_askew(&self, geometry: &Geometry, surface: &BlockFace) -> bool {
         let lattice = geometry.lattice(surface.block);
         let corners = surface.reach(geometry);
@@ -198,12 +198,12 @@ impl Region {
 
     fn sides(&self, geometry: &Geometry, wanted: impl Fn(&BlockFace) -> bool) -> Vec<BlockFace> {
         let mut surfaces = Vec::new();
-        for body in 0..geometry.bodies.len() {
-            if geometry.is_gone(body) || !self.has_set(geometry.set(body)) {
+        for block in 0..geometry.blocks.len() {
+            if geometry.is_removed(block) || !self.has_set(geometry.set(block)) {
                 continue;
             }
-            for face in FaceOf::all() {
-                let surface = BlockFace { block: body, face };
+            for face in FaceId::all() {
+                let surface = BlockFace { block, face };
                 let corners = surface.corners(geometry);
                 if corners.iter().all(|x| self.on_planes(x))
                     && self.faces(&surface.outward(geometry))
@@ -236,21 +236,22 @@ impl Region {
 
     /// The lengths of which these areas are products.
     pub(crate) fn strips(&self, geometry: &Geometry, surface: &BlockFace) -> Vec<Strip> {
-        let BlockFace { block: body, face } = *surface;
+        let BlockFace { block, face } = *surface;
         let normal = face.direction;
-        let lattice = geometry.lattice(body);
+        let lattice = geometry.lattice(block);
         let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
         let slant = lattice.axes[e].cross(&lattice.axes[f]).norm();
         let goes_on = |other: usize| BlockFace { block: other, face }.is_outer(geometry);
-        let topology = geometry.topology(body);
+        let topology = geometry.topology(block);
         let mut strips = Vec::new();
         for (j, i) in topology.lines().flat_map(|j| topology.lines().map(move |i| (j, i))) {
             let at = topology.on_face(face, [i, j]);
-            let length = |d: usize| [-1, 1].map(|s| self.hat(geometry, body, at, (d, s), &goes_on));
+            let length =
+                |d: usize| [-1, 1].map(|s| self.hat(geometry, block, at, (d, s), &goes_on));
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
             if area > 0.0 {
-                strips.push((geometry.node(body, at) as u32, slant, [along_e, along_f]));
+                strips.push((geometry.node(block, at) as u32, slant, [along_e, along_f]));
             }
         }
         strips

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ddem_core::problem::{Lattice, Set, Sets, Vec3, bounds, bounds_of};
 
-use super::region::Flat;
+use super::region::PlaneEquation;
 use crate::schema::{BlockSet, Deck, Side};
 
 /// The sets of a deck, from their lattices before any is refined.
@@ -59,10 +59,10 @@ pub(super) fn side(set: &Set, side: Side) -> (Vec3, f64) {
 }
 
 /// Planes of the six sides of a set, normals outward.
-pub(super) fn sides(set: &Set) -> [Flat; 6] {
+pub(super) fn sides(set: &Set) -> [PlaneEquation; 6] {
     std::array::from_fn(|k| {
         let (normal, ends) = set.ends[k / 2];
         let out = if k % 2 == 0 { -1.0 } else { 1.0 };
-        Flat { normal: normal * out, at: ends[k % 2] * out, tolerance: 0.0 }
+        PlaneEquation { normal: normal * out, at: ends[k % 2] * out, tolerance: 0.0 }
     })
 }

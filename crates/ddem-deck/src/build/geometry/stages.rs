@@ -8,7 +8,7 @@ use crate::schema::{Deck, Where};
 use ddem_core::Fault;
 use ddem_core::problem::{Geometry, Sets, Stages};
 
-/// What is where from which stage on, and the blocks that curved and slanted shapes take out.
+/// Geometries of the stages, and the blocks that curved and slanted shapes remove.
 pub(in crate::build) fn stages(
     (deck, all): (&Deck, &Names),
     start: Arc<Geometry>,
@@ -35,21 +35,21 @@ pub(in crate::build) fn stages(
             let what = (format!("remove[{index}]"), format!("excavate `{}`", entry.name));
             taken.extend(Selection::new(what, &region, sets, &before.lattices));
             let mut after = before.clone();
-            after.take_out(&blocks);
+            after.remove(&blocks);
             if stage == 0 {
-                after.forget_gone();
+                after.forget_removed();
             }
-            if (0..after.bodies.len()).all(|block| after.is_gone(block)) {
+            if (0..after.blocks.len()).all(|block| after.is_removed(block)) {
                 let message = "every block is taken out: nothing is left";
                 faults.push(Fault::new(format!("remove[{index}]"), message));
             }
             now = Some(after);
         }
-        let dug = now.map(Arc::new);
+        let excavated = now.map(Arc::new);
         let last = geometries.last().map_or(&start, |(_, geometry)| geometry);
-        let last = dug.as_ref().unwrap_or(last).clone();
+        let last = excavated.as_ref().unwrap_or(last).clone();
         let assigned = assign::changes(deck, stage).then(|| Geometry::clone(&last));
-        geometries.extend(dug.map(|geometry| (stage, geometry)));
+        geometries.extend(excavated.map(|geometry| (stage, geometry)));
         if let Some(mut after) = assigned {
             let lattices = refined(deck, all)?.lattices;
             let wrong =
@@ -62,6 +62,10 @@ pub(in crate::build) fn stages(
         }
     }
     let assigns = (0..deck.stage.len()).filter(|&stage| assign::changes(deck, stage)).collect();
-    let dug = deck.remove.iter().any(|remove| remove.from.is_some());
-    if faults.is_empty() { Ok((Stages { geometries, assigns, dug }, taken)) } else { Err(faults) }
+    let excavated = deck.remove.iter().any(|remove| remove.from.is_some());
+    if faults.is_empty() {
+        Ok((Stages { geometries, assigns, excavated }, taken))
+    } else {
+        Err(faults)
+    }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::convex::Convex;
-use super::region::{Flat, Region};
+use super::region::{PlaneEquation, Region};
 use super::sets::{bounds_of_sets, sides};
 use ddem_core::problem::{Lattice, Set, Sets, Vec3};
 
@@ -66,8 +66,8 @@ impl Selection {
         let (mut blocks, mut volume) = (0, 0.0);
         for lattice in own() {
             let selected =
-                |&at: &usize| lattice.has_body(at) && region.selects(lattice, lattice.cell(at));
-            for at in (0..lattice.body.len()).filter(selected) {
+                |&at: &usize| lattice.has_block(at) && region.selects(lattice, lattice.cell(at));
+            for at in (0..lattice.block.len()).filter(selected) {
                 blocks += 1;
                 volume += cell_volume(lattice, lattice.cell(at));
             }
@@ -137,11 +137,11 @@ impl Region {
         let ends = ends.flat_map(|(k, [from, to])| {
             let normal = Vec3::ith(k, 1.0);
             [
-                Flat { normal: -normal, at: -from, tolerance: 0.0 },
-                Flat { normal, at: to, tolerance: 0.0 },
+                PlaneEquation { normal: -normal, at: -from, tolerance: 0.0 },
+                PlaneEquation { normal, at: to, tolerance: 0.0 },
             ]
         });
-        let flats: Vec<Flat> =
+        let flats: Vec<PlaneEquation> =
             ends.filter(|flat| flat.at.is_finite()).chain(self.slopes.iter().copied()).collect();
         let sets = sets.list.iter().enumerate().filter(|(set, _)| self.has_set(*set));
         let part = |set: &Set| match cylinder {

@@ -112,7 +112,7 @@ fn asked<'a>(lattice: &'a Lattice, entry: &str, alone: bool) -> impl Iterator<It
         // The middle of a face is one of them.
         (false, divisions) => divisions * (1 + divisions % 2),
     };
-    (0..lattice.body.len()).flat_map(move |index| {
+    (0..lattice.block.len()).flat_map(move |index| {
         let cell = lattice.cell(index);
         let steps = (parts + 1).pow(3);
         let at = move |step: usize| {

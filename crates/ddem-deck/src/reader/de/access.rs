@@ -14,7 +14,7 @@ type Entry<'a> = (&'a Spanned<DeString<'a>>, &'a Spanned<DeValue<'a>>);
 /// The keys of a table.
 pub(super) struct Keys<'a, 'r> {
     table: &'r Reader<'a>,
-    /// Those left, the next one last.
+    /// Remaining entries, the next one last.
     left: Vec<Entry<'a>>,
     value: Option<Reader<'a>>,
 }

@@ -1,4 +1,4 @@
-//! What can be wrong with a value as it is read, in the words of a deck.
+//! Mistakes in a value as it is read, in the words of a deck.
 
 use std::fmt;
 use std::ops::Range;
@@ -7,7 +7,7 @@ use crate::schema::names::{list, nearest};
 use ddem_core::Fault;
 use serde::de::{Error, Expected, Unexpected};
 
-use super::{Reader, Shape};
+use super::{Reader, ValueForm};
 
 /// One mistake, placed by the innermost value that it concerns.
 #[derive(Clone, Debug)]
@@ -15,11 +15,11 @@ pub(in crate::reader) struct Mistake {
     message: String,
     help: Option<String>,
     at: Option<(String, Range<usize>)>,
-    kind: Kind,
+    kind: MistakeKind,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Kind {
+enum MistakeKind {
     Value,
     MissingKey(&'static str),
     UnknownKey(String),
@@ -27,7 +27,7 @@ enum Kind {
 
 impl Mistake {
     pub(super) fn new(message: impl fmt::Display) -> Self {
-        Self { message: message.to_string(), help: None, at: None, kind: Kind::Value }
+        Self { message: message.to_string(), help: None, at: None, kind: MistakeKind::Value }
     }
 
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
@@ -36,7 +36,7 @@ impl Mistake {
     }
 
     /// A value in a form that no reader takes.
-    pub(super) fn unexpected(found: Shape<'_>, expected: &dyn Expected) -> Self {
+    pub(super) fn unexpected(found: ValueForm<'_>, expected: &dyn Expected) -> Self {
         Self::new(format!("expected {expected}, found {}", describe(found)))
     }
 
@@ -44,8 +44,8 @@ impl Mistake {
     pub(super) fn at(mut self, value: &Reader<'_>) -> Self {
         if self.at.is_none() {
             let place = match &self.kind {
-                Kind::MissingKey(key) if value.place.is_empty() => (*key).to_owned(),
-                Kind::MissingKey(key) => format!("{}.{key}", value.place),
+                MistakeKind::MissingKey(key) if value.place.is_empty() => (*key).to_owned(),
+                MistakeKind::MissingKey(key) => format!("{}.{key}", value.place),
                 _ => value.place.clone(),
             };
             self.at = Some((place, value.span.clone()));
@@ -58,14 +58,14 @@ impl Mistake {
         self
     }
 
-    /// Whether this is a missing key that stands there mistyped, as one of the unknown ones.
+    /// True if this missing key stands mistyped among the unknown ones.
     pub(super) fn follows_from(&self, unknown: &[Mistake]) -> bool {
-        let (Kind::MissingKey(key), Some((place, _))) = (&self.kind, &self.at) else {
+        let (MistakeKind::MissingKey(key), Some((place, _))) = (&self.kind, &self.at) else {
             return false;
         };
         let table = place.strip_suffix(key).unwrap_or_default();
         unknown.iter().any(|other| match (&other.kind, &other.at) {
-            (Kind::UnknownKey(mistyped), Some((place, _))) => {
+            (MistakeKind::UnknownKey(mistyped), Some((place, _))) => {
                 place.strip_prefix(table).is_some_and(|rest| !rest.contains('.'))
                     && nearest(mistyped, [*key]).is_some()
             }
@@ -121,28 +121,28 @@ impl Error for Mistake {
             .unwrap_or_default();
         let help = format!("{near}keys here: {}", list(known.iter().copied()));
         let mut mistake = Self::new(format!("unknown key `{}`", shortened(found))).help(help);
-        mistake.kind = Kind::UnknownKey(found.to_owned());
+        mistake.kind = MistakeKind::UnknownKey(found.to_owned());
         mistake
     }
 
     fn missing_field(key: &'static str) -> Self {
         let mut mistake = Self::new(format!("key `{key}` is missing"));
-        mistake.kind = Kind::MissingKey(key);
+        mistake.kind = MistakeKind::MissingKey(key);
         mistake
     }
 }
 
-/// What stands in the deck, for a sentence.
-pub(super) fn describe(found: Shape<'_>) -> String {
+/// Description of a value of the deck for a sentence.
+pub(super) fn describe(found: ValueForm<'_>) -> String {
     match found {
-        Shape::Table(_) => "a table".to_owned(),
-        Shape::Array(_) => "a list".to_owned(),
-        Shape::Text(text) => format!("the text {}", quoted(text)),
-        Shape::Whole(number) => format!("{number}"),
-        Shape::Number(number) => format!("{number:?}"),
-        Shape::Truth(truth) => format!("`{truth}`"),
-        Shape::Date => "a date".to_owned(),
-        Shape::TooLarge => "a number with too many digits".to_owned(),
+        ValueForm::Table(_) => "a table".to_owned(),
+        ValueForm::Array(_) => "a list".to_owned(),
+        ValueForm::Text(text) => format!("the text {}", quoted(text)),
+        ValueForm::Whole(number) => format!("{number}"),
+        ValueForm::Number(number) => format!("{number:?}"),
+        ValueForm::Truth(truth) => format!("`{truth}`"),
+        ValueForm::Date => "a date".to_owned(),
+        ValueForm::TooLarge => "a number with too many digits".to_owned(),
     }
 }
 

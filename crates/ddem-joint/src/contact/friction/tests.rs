@@ -1,7 +1,7 @@
 //! Friction of two faces against its definition.
 
 use super::*;
-use ddem_mechanics::law::{MohrCoulomb, Reduced};
+use ddem_mechanics::law::{MohrCoulomb, ReducedLaw};
 
 /// `√(p · 1 MPa)`: a strength that no angle gives.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ fn coulomb(tan: f64) -> Arc<dyn JointLaw> {
 
 /// Friction of 0.5, of 0.8, the root, none, and half of the root.
 fn laws() -> Laws {
-    let half = Reduced { law: Arc::new(Root), factor: 2.0 };
+    let half = ReducedLaw { law: Arc::new(Root), factor: 2.0 };
     vec![Some(coulomb(0.5)), Some(coulomb(0.8)), Some(Arc::new(Root)), None, Some(Arc::new(half))]
 }
 

@@ -1,4 +1,4 @@
-//! What supports at the corners of a rigid block hold of its six degrees of freedom.
+//! Constraint of a rigid block's six degrees of freedom by supports at its corners.
 //!
 //! A support asks for the velocity of one corner along one axis, `e·v + (r × e)·ω`. All that the
 //! supports of a block ask for span a part of its motions; there they prescribe the velocity and
@@ -6,14 +6,14 @@
 
 use nalgebra::{Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
-use super::{Gait, Matter, Wrench};
+use super::{MassProperties, RigidCoefficients, SpatialVector};
 
 /// Part of the largest eigenvalue below which a motion is not held.
 const NOTHING: f64 = 1e-9;
 
 /// The motions that are held, and what is asked of them. Turns count with the size of the block.
 #[derive(Clone, Debug)]
-pub struct Hold {
+pub struct RigidConstraint {
     /// Orthonormal motions, the first `count` of them held.
     motions: [Vector6<f64>; 6],
     count: usize,
@@ -24,7 +24,7 @@ pub struct Hold {
     size: f64,
 }
 
-impl Hold {
+impl RigidConstraint {
     /// Of supports, each with its arm, axis and velocity; `None` without any.
     #[inline]
     pub fn new(
@@ -61,24 +61,24 @@ impl Hold {
 
     /// The velocities nearest to what is asked.
     #[inline]
-    pub fn target(&self) -> Wrench {
+    pub fn target(&self) -> SpatialVector {
         self.velocity(self.target)
     }
 
     /// The wrench that makes held motions reach the target under (M2), given the velocities that
     /// the step would end with without it.
     #[inline]
-    pub fn answer(
+    pub fn reaction_wrench(
         &self,
-        matter: &Matter,
-        gait: &Gait,
+        mass_properties: &MassProperties,
+        coefficients: &RigidCoefficients,
         turn: &UnitQuaternion<f64>,
-        free: Wrench,
-    ) -> Wrench {
+        free: SpatialVector,
+    ) -> SpatialVector {
         let missing = self.target - self.scaled(free);
         let added = |k: usize| {
             let wrench = self.force(self.motions[k]);
-            self.scaled(gait.added(matter, turn, &wrench))
+            self.scaled(coefficients.accelerations(mass_properties, turn, &wrench))
         };
         let added: [Vector6<f64>; 6] = std::array::from_fn(added);
         // Motions that are not held stay out with a unit diagonal.
@@ -95,15 +95,15 @@ impl Hold {
 
     /// Part of an answering wrench that the support with this arm and axis bears `[N]`.
     #[inline]
-    pub fn reaction(&self, answer: Wrench, arm: Vector3<f64>, axis: usize) -> f64 {
-        let Wrench { linear, angular } = answer;
+    pub fn reaction(&self, answer: SpatialVector, arm: Vector3<f64>, axis: usize) -> f64 {
+        let SpatialVector { linear, angular } = answer;
         let scaled = joined(linear, angular / self.size);
         row(self.size, arm, axis).dot(&(self.inverse * scaled))
     }
 
     /// Velocities with the held motions as they are asked for: no rounding lets them creep.
     #[inline]
-    pub fn enforced(&self, twist: Wrench) -> Wrench {
+    pub fn enforce(&self, twist: SpatialVector) -> SpatialVector {
         if self.is_whole() {
             return self.target();
         }
@@ -123,7 +123,7 @@ impl Hold {
 
     /// A wrench without what acts on held motions.
     #[inline]
-    pub fn without(&self, wrench: Wrench) -> Wrench {
+    pub fn without(&self, wrench: SpatialVector) -> SpatialVector {
         let mut scaled = joined(wrench.linear, wrench.angular / self.size);
         for motion in &self.motions[..self.count] {
             scaled -= motion * motion.dot(&scaled);
@@ -131,18 +131,18 @@ impl Hold {
         self.force(scaled)
     }
 
-    fn scaled(&self, twist: Wrench) -> Vector6<f64> {
+    fn scaled(&self, twist: SpatialVector) -> Vector6<f64> {
         joined(twist.linear, twist.angular * self.size)
     }
 
-    fn velocity(&self, scaled: Vector6<f64>) -> Wrench {
+    fn velocity(&self, scaled: Vector6<f64>) -> SpatialVector {
         let (linear, angular) = parted(scaled);
-        Wrench { linear, angular: angular / self.size }
+        SpatialVector { linear, angular: angular / self.size }
     }
 
-    fn force(&self, scaled: Vector6<f64>) -> Wrench {
+    fn force(&self, scaled: Vector6<f64>) -> SpatialVector {
         let (linear, angular) = parted(scaled);
-        Wrench { linear, angular: angular * self.size }
+        SpatialVector { linear, angular: angular * self.size }
     }
 }
 

@@ -13,9 +13,9 @@ const MARGIN: f64 = 1e-8;
 
 /// Boxes around the blocks at rest.
 #[derive(Debug)]
-pub(super) struct Boxes(RTree<GeomWithData<Rectangle<[f64; 3]>, u32>>);
+pub(super) struct BlockBoxes(RTree<GeomWithData<Rectangle<[f64; 3]>, u32>>);
 
-impl Boxes {
+impl BlockBoxes {
     fn new(geometry: &Geometry) -> Self {
         let around = |block: usize| {
             let margin = MARGIN * geometry.longest_edge(block);
@@ -24,7 +24,7 @@ impl Boxes {
             let [low, high] = corners.map(<[f64; 3]>::from);
             GeomWithData::new(Rectangle::from_corners(low, high), block as u32)
         };
-        Self(RTree::bulk_load((0..geometry.bodies.len()).map(around).collect()))
+        Self(RTree::bulk_load((0..geometry.blocks.len()).map(around).collect()))
     }
 
     /// Blocks whose boxes have a point, in order.
@@ -43,8 +43,8 @@ impl Boxes {
 }
 
 impl Model {
-    fn boxes(&self) -> &Boxes {
-        self.boxes.get_or_init(|| Boxes::new(&self.geometry))
+    fn boxes(&self) -> &BlockBoxes {
+        self.boxes.get_or_init(|| BlockBoxes::new(&self.geometry))
     }
 
     /// The node nearest to a reference position; on a tie that of a block that is not taken out, or later,

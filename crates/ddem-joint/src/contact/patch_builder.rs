@@ -7,14 +7,18 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::heirs::{Handed, Known, Old};
-use super::side::{Side, apart, edge_node, edge_spot, node_at};
-use super::skins::sides_of;
-use super::{Both, ContactPoint, Patch, Placed, Placing, REACH, Skins};
-use crate::point::{JointPoint, Look};
-use ddem_mechanics::collide::{self, Cell, EdgeOf, FaceOf, Meeting, Separation, Vertex};
-use ddem_mechanics::law::{Memory, Settled, Traction};
-use ddem_mesh::{Abutment, SurfacePoint, Vec3};
+use super::history::{OldPatch, PatchHistory, PointHistory};
+use super::side::{ContactSide, apart, edge_node, edge_spot, node_at};
+use super::surfaces::sides_of;
+use super::{
+    CombinedSurface, Configuration, ContactBlock, ContactPoint, ContactSurfaces, Patch, REACH,
+};
+use crate::point::{JointPoint, PairContext};
+use ddem_mechanics::collide::{
+    self, ContactFeature, EdgeId, FaceId, Parallelepiped, Separation, Vertex,
+};
+use ddem_mechanics::law::{Equilibrium, PointState, Traction};
+use ddem_mesh::{NonconformingJoint, SurfacePoint, Vec3};
 
 /// Part of the area of an element's face below which a point of it is nothing.
 const NOTHING: f64 = 1e-9;
@@ -23,36 +27,37 @@ const PARALLEL: f64 = 1e-9;
 /// Part of the reach that a patch is valid at least.
 const SHORTEST: f64 = 0.01;
 
-/// How a patch is made.
+/// Context in which patches are built.
 #[derive(Clone, Copy)]
-pub(super) struct Fitting<'a> {
-    pub(super) placing: Placing<'a>,
-    pub(super) skins: &'a Skins,
-    pub(super) look: Look<'a>,
+pub(super) struct PatchBuilder<'a> {
+    pub(super) configuration: Configuration<'a>,
+    pub(super) surfaces: &'a ContactSurfaces,
+    pub(super) context: PairContext<'a>,
     /// Blocks that have supports.
     pub(super) held: &'a [[bool; ddem_mechanics::math::lanes::LANES]],
 }
 
-impl Fitting<'_> {
+impl PatchBuilder<'_> {
     /// Distance at which two blocks get a patch `[m]`.
     pub(super) fn reach(&self, [a, b]: [u32; 2]) -> f64 {
-        let spacing = |block: u32| self.placing.blocks[block as usize].spacing;
+        let spacing = |block: u32| self.configuration.blocks[block as usize].spacing;
         REACH * spacing(a).min(spacing(b))
     }
 
-    fn cell(&self, block: u32) -> Cell {
-        self.placing.blocks[block as usize].cell(self.placing.u)
+    fn cell(&self, block: u32) -> Parallelepiped {
+        self.configuration.blocks[block as usize].cell(self.configuration.u)
     }
 
     /// Travel of two blocks, together, that cannot bring them within reach `[m]`; 0 where they are
     /// to have a patch. What is found is the same whenever it is looked for: the gap of their boxes
     /// changes no faster than they travel, and the height of one over a face of the other, which
     /// tilts, no faster than by a lever.
-    pub(super) fn free(&self, blocks: [u32; 2]) -> f64 {
-        let skin: f64 = blocks.iter().map(|&block| self.skins.thickness(block)).sum();
-        let near = self.reach(blocks) + skin;
-        let [a, b] =
-            blocks.map(|block| self.placing.blocks[block as usize].bounds(self.placing.u, 0.0));
+    pub(super) fn free_travel(&self, blocks: [u32; 2]) -> f64 {
+        let surface: f64 = blocks.iter().map(|&block| self.surfaces.thickness(block)).sum();
+        let near = self.reach(blocks) + surface;
+        let [a, b] = blocks.map(|block| {
+            self.configuration.blocks[block as usize].bounds(self.configuration.u, 0.0)
+        });
         let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
         let apart = gap.fold(f64::NEG_INFINITY, f64::max) - near;
         if apart > 0.0 {
@@ -65,57 +70,57 @@ impl Fitting<'_> {
         }
         // Where crossed edges keep them apart, the best face does so for some time, or not at all.
         let height = match separation.meeting {
-            Meeting::Face { .. } => separation.distance,
-            Meeting::Edges(_) => separation.distance - separation.margin,
+            ContactFeature::Face { .. } => separation.distance,
+            ContactFeature::Edges(_) => separation.distance - separation.margin,
         };
         let height = (height - near).max(0.0) / lever(&cells);
         height.max(f64::MIN_POSITIVE)
     }
 
     /// The patch of two blocks; `None` when they are far apart. `old` is what they had, as it is now.
-    pub(super) fn patch(&self, blocks: [u32; 2], old: Option<&Old>) -> Option<Patch> {
+    pub(super) fn patch(&self, blocks: [u32; 2], old: Option<&OldPatch>) -> Option<Patch> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = collide::separation(&cells[0], &cells[1]);
         let reach = self.reach(blocks);
-        let (skins, faces) = match separation.meeting {
-            Meeting::Edges(edges) => (
-                [0, 1].map(|side| self.skins.of_edge(blocks[side], edges[side])),
+        let (surfaces, faces) = match separation.meeting {
+            ContactFeature::Edges(edges) => (
+                [0, 1].map(|side| self.surfaces.of_edge(blocks[side], edges[side])),
                 edges.map(|edge| sides_of(edge)[0]),
             ),
-            Meeting::Face { of, face, other } => {
+            ContactFeature::Face { of, face, other } => {
                 let faces = if of == 0 { [face, other] } else { [other, face] };
-                ([0, 1].map(|side| *self.skins.of(blocks[side], faces[side])), faces)
+                ([0, 1].map(|side| *self.surfaces.of(blocks[side], faces[side])), faces)
             }
         };
         let held = blocks.map(|block| {
-            let Placed { pack, lane, .. } = self.placing.blocks[block as usize];
+            let ContactBlock { pack, lane, .. } = self.configuration.blocks[block as usize];
             self.held.get(pack).is_some_and(|lanes| lanes[lane])
         });
-        let both = self.skins.both([&skins[0], &skins[1]], held);
-        if separation.distance > both.skin + 2.0 * reach {
+        let both = self.surfaces.combined([&surfaces[0], &surfaces[1]], held);
+        if separation.distance > both.surface + 2.0 * reach {
             return None;
         }
         let mut patch = self.empty(blocks, &cells, &separation, both, reach);
-        patch.faces = faces.map(FaceOf::number);
+        patch.faces = faces.map(FaceId::number);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         match separation.meeting {
-            Meeting::Face { .. } => self.face(&mut patch, &frame, None),
-            Meeting::Edges(edges) => self.edges(&mut patch, edges),
+            ContactFeature::Face { .. } => self.face(&mut patch, &frame, None),
+            ContactFeature::Edges(edges) => self.edges(&mut patch, edges),
         }
-        self.remember(&mut patch, &frame, old);
+        self.inherit(&mut patch, &frame, old);
         Some(patch)
     }
 
     /// The patch of two faces that lie on each other, its points with nothing to remember. `seen` gets the
     /// polygons that they are the corners of, and those inside.
-    pub(super) fn abutting(&self, abutment: &Abutment, seen: Polygons<'_>) -> Patch {
-        let Abutment { blocks, faces, .. } = *abutment;
+    pub(super) fn by_face(&self, joint_pair: &NonconformingJoint, seen: Polygons<'_>) -> Patch {
+        let NonconformingJoint { blocks, faces, .. } = *joint_pair;
         let cells = blocks.map(|block| self.cell(block));
         // The normal is that of the finer side, which has more to say.
         let of = usize::from(
-            self.placing.blocks[blocks[1] as usize].element_area(faces[1])
-                < self.placing.blocks[blocks[0] as usize].element_area(faces[0]),
+            self.configuration.blocks[blocks[1] as usize].element_area(faces[1])
+                < self.configuration.blocks[blocks[0] as usize].element_area(faces[0]),
         );
         let (face, other) = (faces[of], faces[1 - of]);
         let half = &cells[of].half;
@@ -124,11 +129,11 @@ impl Fitting<'_> {
         let out = if face.upper { half[d] } else { -half[d] };
         let sign = if (cross.dot(&out) > 0.0) == (of == 0) { 1.0 } else { -1.0 };
         let normal = cross.try_normalize(0.0).unwrap_or_default() * sign;
-        let meeting = Meeting::Face { of, face, other };
+        let meeting = ContactFeature::Face { of, face, other };
         let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, meeting };
         let reach = self.reach(blocks);
-        let mut patch = self.empty(blocks, &cells, &separation, Both::default(), reach);
-        patch.faces = faces.map(FaceOf::number);
+        let mut patch = self.empty(blocks, &cells, &separation, CombinedSurface::default(), reach);
+        patch.faces = faces.map(FaceId::number);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         self.face(&mut patch, &frame, Some(seen));
@@ -138,17 +143,17 @@ impl Fitting<'_> {
     fn empty(
         &self,
         blocks: [u32; 2],
-        cells: &[Cell; 2],
+        cells: &[Parallelepiped; 2],
         separation: &Separation,
-        both: Both,
+        both: CombinedSurface,
         reach: f64,
     ) -> Patch {
         let reference = match separation.meeting {
-            Meeting::Face { of, .. } => of,
-            Meeting::Edges(_) => 0,
+            ContactFeature::Face { of, .. } => of,
+            ContactFeature::Edges(_) => 0,
         };
         let mut patch = Patch { blocks, reference: reference as u8, both, ..Patch::default() };
-        let [own, other] = patch.order().map(|block| self.placing.rotation(block));
+        let [own, other] = patch.order().map(|block| self.configuration.rotation(block));
         let normal = separation.normal;
         // Along an edge of the reference block, or any.
         let half = &cells[reference].half;
@@ -165,16 +170,15 @@ impl Fitting<'_> {
     }
 
     fn apart(&self, [a, b]: [u32; 2]) -> Vec3 {
-        self.placing.centre(b as usize) - self.placing.centre(a as usize)
+        self.configuration.centre(b as usize) - self.configuration.centre(a as usize)
     }
 
-    /// Whether two blocks have moved so much against each other that their points are to be made
-    /// anew.
+    /// True if two blocks have moved so far against each other that their points must be remade.
     pub(super) fn has_moved(&self, patch: &Patch) -> bool {
-        let [own, other] = patch.order().map(|block| self.placing.rotation(block));
+        let [own, other] = patch.order().map(|block| self.configuration.rotation(block));
         let apart = own.tr_mul(&self.apart(patch.blocks));
         let turned = |k: usize| (other * patch.seen[k].map(f64::from) - own * patch.axes[k]).norm();
-        let [a, b] = patch.blocks.map(|block| self.placing.blocks[block as usize].size);
+        let [a, b] = patch.blocks.map(|block| self.configuration.blocks[block as usize].size);
         let motion = (apart - patch.apart).norm() + a.min(b) * (turned(0) + turned(1));
         motion > f64::from(patch.limit) || !motion.is_finite()
     }
@@ -184,11 +188,15 @@ impl Fitting<'_> {
     /// the points are the corners, and those inside.
     fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], mut seen: Option<Polygons<'_>>) {
         let faces = patch.faces();
-        let sides = [0, 1]
-            .map(|side| Side::new(&self.placing, patch.blocks[side] as usize, faces[side], frame));
+        let sides = [0, 1].map(|side| {
+            ContactSide::new(&self.configuration, patch.blocks[side] as usize, faces[side], frame)
+        });
         let fine = usize::from(sides[1].element < sides[0].element);
         let (fine_side, coarse) = (&sides[fine], &sides[1 - fine]);
-        let (n, m) = (fine_side.placed.topology.divisions(), coarse.placed.topology.divisions());
+        let (n, m) = (
+            fine_side.contact_block.topology.divisions(),
+            coarse.contact_block.topology.divisions(),
+        );
         let at_node = vec![usize::MAX; (n + 1) * (n + 1)];
         let mut over = Over { sides: [fine_side, coarse], fine, at_node, points: Vec::new() };
         for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
@@ -213,62 +221,63 @@ impl Fitting<'_> {
     }
 
     /// The pair of points where two edges cross.
-    fn edges(&self, patch: &mut Patch, edges: [EdgeOf; 2]) {
+    fn edges(&self, patch: &mut Patch, edges: [EdgeId; 2]) {
         let ends = [0, 1].map(|side| {
-            let placed = &self.placing.blocks[patch.blocks[side] as usize];
-            [0, placed.topology.divisions()]
-                .map(|i| placed.node(self.placing.u, edge_node(placed, edges[side], i)))
+            let contact_block = &self.configuration.blocks[patch.blocks[side] as usize];
+            [0, contact_block.topology.divisions()].map(|i| {
+                contact_block.node(self.configuration.u, edge_node(contact_block, edges[side], i))
+            })
         });
         let along = collide::nearest(ends[0], ends[1]);
         let (mut spots, mut least) = ([SurfacePoint::default(); 2], f64::INFINITY);
         for side in 0..2 {
-            let placed = &self.placing.blocks[patch.blocks[side] as usize];
-            spots[side] = edge_spot(placed, edges[side], along[side]);
-            let area = sides_of(edges[side]).map(|face| placed.element_area(face));
+            let contact_block = &self.configuration.blocks[patch.blocks[side] as usize];
+            spots[side] = edge_spot(contact_block, edges[side], along[side]);
+            let area = sides_of(edges[side]).map(|face| contact_block.element_area(face));
             least = least.min(0.25 * 0.5 * (area[0] + area[1]));
         }
         patch.points = [ContactPoint::new(spots, least)].into();
     }
 
-    /// What the points remember: of the old ones near them, or nothing.
-    fn remember(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&Old>) {
-        let known = old.map(|old| Known::new(&self.placing, &old.patch));
+    /// Gives new points the history of the old ones nearby.
+    fn inherit(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&OldPatch>) {
+        let known = old.map(|old| PatchHistory::new(&self.configuration, &old.patch));
         let last = if old.is_some() { 0.0 } else { 1.0 };
         // Areas will be about as large as they were: else friction would dip with every new patch.
         let stretch = old.map_or(1.0, |old| old.patch.both.friction.stretch());
         patch.both.friction.set_stretch(stretch);
-        let Both { skin, stiffness, .. } = patch.both;
+        let CombinedSurface { surface, stiffness, .. } = patch.both;
         let (blocks, faces) = (patch.blocks, patch.faces());
         for ContactPoint { spots, pair, slid } in &mut patch.points {
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
-            let x = self.placing.position(blocks[0] as usize, faces[0], &spots[0]);
-            let [gap, sx, sy] = own(self.placing.apart(blocks, faces, spots));
-            let [opened, wx, wy] = own(self.placing.parted(blocks, faces, spots));
+            let x = self.configuration.position(blocks[0] as usize, faces[0], &spots[0]);
+            let [gap, sx, sy] = own(self.configuration.apart(blocks, faces, spots));
+            let [opened, wx, wy] = own(self.configuration.parted(blocks, faces, spots));
             // What is new begins as it would have been a step ago: the last way is part of what comes.
-            let before = gap - skin - opened * last;
+            let before = gap - surface - opened * last;
             let handed = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
                 // Blocks that overlap when they meet do not spring apart.
-                Handed { offset: before.min(0.0), ..Handed::default() }
+                PointHistory { offset: before.min(0.0), ..PointHistory::default() }
             });
-            let Handed { offset, drag, .. } = handed;
+            let PointHistory { offset, drag, .. } = handed;
             let gap = before - offset;
             let normal = (stiffness.normal * gap).min(0.0);
-            let limit = patch.both.friction.strength(self.look.laws, normal);
+            let limit = patch.both.friction.strength(self.context.laws, normal);
             let [_, s, t] = own(handed.shear);
             let mut shear = Vector2::new(s, t);
             let sticks = Vector2::new(sx - wx * last, sy - wy * last);
-            let settled = handed.settled.map(|(settled, since)| {
+            let equilibrium = handed.equilibrium.map(|(equilibrium, since)| {
                 let [_, s, t] = own(since);
                 let slip = sticks - shear / stiffness.shear - Vector2::new(s, t);
-                Settled { slip, ..settled }
+                Equilibrium { slip, ..equilibrium }
             });
             let size = shear.norm();
             if size > limit {
                 shear *= limit / size;
             }
             let slip = sticks - shear / stiffness.shear;
-            pair.origin.x = skin;
-            pair.memory = Memory {
+            pair.origin.x = surface;
+            pair.state = PointState {
                 slip,
                 dilation: offset,
                 lifted: offset,
@@ -277,12 +286,12 @@ impl Fitting<'_> {
                 traction: Traction { normal, shear },
                 drag,
                 account: 0.0,
-                settled,
+                equilibrium,
             };
             *slid = handed.slid;
         }
         if let Some(old) = old {
-            patch.hold(&self.placing, old);
+            patch.transfer_energy(&self.configuration, old);
             patch.renewed = true;
         }
     }
@@ -295,14 +304,14 @@ impl ContactPoint {
     }
 }
 
-/// What gets the corners of polygons, and the points inside.
+/// Callback that receives the corners of polygons and the points inside.
 type Polygons<'a> = &'a mut dyn FnMut(&[u32], &[u32]);
 
 /// The part of the finer one of two faces over the other.
 struct Over<'a> {
     /// The finer one and the other.
-    sides: [&'a Side<'a>; 2],
-    /// Which block the finer one is of, 0 or 1.
+    sides: [&'a ContactSide<'a>; 2],
+    /// Block of the finer face, 0 or 1.
     fine: usize,
     /// The point at each node of the finer one, if there is one yet.
     at_node: Vec<usize>,
@@ -317,8 +326,8 @@ impl Over<'_> {
         }
     }
 
-    /// The same, with points inside where areas at the corners do not sum shape functions of both sides
-    /// exactly. Returns the corners and those points.
+    /// Adds the part of an element over an outline, with points inside where areas at the corners do not
+    /// integrate the shape functions of both sides exactly. Returns the corners and those points.
     fn add_inside(
         &mut self,
         element: [usize; 2],
@@ -340,7 +349,7 @@ impl Over<'_> {
     /// Adds a point of an element, or its area to that at the same node. Returns its number.
     fn put(&mut self, [i, k]: [usize; 2], vertex: &Vertex) -> Option<u32> {
         let [fine, coarse] = self.sides;
-        let n = fine.placed.topology.divisions();
+        let n = fine.contact_block.topology.divisions();
         if vertex.area <= NOTHING * fine.element {
             return None;
         }
@@ -359,7 +368,7 @@ impl Over<'_> {
     }
 }
 
-/// Whether the edges of two parallelograms have the same directions.
+/// True if the edges of two parallelograms have equal directions.
 fn are_parallel(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
     let edge = |quad: &[[f64; 2]; 4], to: usize| [0, 1].map(|c| quad[to][c] - quad[0][c]);
     let sine = |x: [f64; 2], y: [f64; 2]| {
@@ -372,11 +381,11 @@ fn are_parallel(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
 
 /// Way of a corner of one cell over the plane of any face of the other, for each unit of travel of
 /// the two.
-fn lever(cells: &[Cell; 2]) -> f64 {
-    let size = |cell: &Cell| cell.half.iter().map(Vector3::norm).sum::<f64>();
+fn lever(cells: &[Parallelepiped; 2]) -> f64 {
+    let size = |cell: &Parallelepiped| cell.half.iter().map(Vector3::norm).sum::<f64>();
     let reach = (cells[1].centre - cells[0].centre).norm() + size(&cells[0]).max(size(&cells[1]));
     // Half of the least width of a face: as far from its middle it tilts by as much as it moves.
-    let width = |cell: &Cell| {
+    let width = |cell: &Parallelepiped| {
         let of = |d: usize| {
             let (x, y) = (cell.half[(d + 1) % 3], cell.half[(d + 2) % 3]);
             x.cross(&y).norm() / x.norm().max(y.norm())

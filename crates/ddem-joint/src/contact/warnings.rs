@@ -1,6 +1,6 @@
 //! Contacts that are allowed but perhaps not meant: far stiffer or softer than the blocks.
 
-use super::{Skins, Surfaces, bound};
+use super::{ContactModel, ContactSurfaces, bound};
 use ddem_mesh::Geometry;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::Packs;
@@ -17,7 +17,7 @@ const SINKS: f64 = 0.01;
 
 /// A stiffness of contacts far from that of the blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ContactDoubt {
+pub enum ContactWarning {
     /// A given stiffness that shortens the time step.
     Stiff {
         /// Stiffness along the faces, not across them.
@@ -51,7 +51,7 @@ pub enum ContactDoubt {
     },
 }
 
-impl Surfaces {
+impl ContactModel {
     /// Stiffnesses of contacts far from those of the blocks.
     pub fn doubts(
         &self,
@@ -59,32 +59,32 @@ impl Surfaces {
         geometry: &Geometry,
         packs: &Packs,
         assembly: &Assembly,
-    ) -> Vec<ContactDoubt> {
+    ) -> Vec<ContactWarning> {
         // Longest step that undamped contacts leave, whatever the blocks are.
-        let longest_step = |skins: &Skins| {
-            let [more, rigid] = bound(skins, geometry, packs, assembly);
+        let longest_step = |surfaces: &ContactSurfaces| {
+            let [more, rigid] = bound(surfaces, geometry, packs, assembly);
             2.0 / more.max(rigid).sqrt()
         };
         let contact = &properties.contact;
         let mut doubts = Vec::new();
-        let sinks = self.skins.sinks(properties.gravity.norm(), SINKS);
+        let sinks = self.surfaces.settlement(properties.gravity.norm(), SINKS);
         for (direction, given) in
             [contact.normal_stiffness, contact.shear_stiffness].iter().enumerate()
         {
             let Some(given) = *given else { continue };
             let shear = direction == 1;
-            let bare = self.skins.without(direction);
+            let bare = self.surfaces.without(direction);
             let [least, most] = bare.range(direction);
             let own = if given > most { most } else { least };
             let times = given / own;
-            let [step, without] = [&self.skins, &bare].map(longest_step);
+            let [step, without] = [&self.surfaces, &bare].map(longest_step);
             if times > STIFF || (times > 1.0 && step < SHORT * without) {
-                doubts.push(ContactDoubt::Stiff { shear, given, own, step, without });
+                doubts.push(ContactWarning::Stiff { shear, given, own, step, without });
             } else if times < SOFT && (shear || sinks.is_none()) {
-                doubts.push(ContactDoubt::Soft { shear, given, own });
+                doubts.push(ContactWarning::Soft { shear, given, own });
             }
         }
-        let sinks = sinks.map(|[part, density, stiffness]| ContactDoubt::Sinks {
+        let sinks = sinks.map(|[part, density, stiffness]| ContactWarning::Sinks {
             part,
             density,
             stiffness,

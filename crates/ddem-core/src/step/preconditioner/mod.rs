@@ -5,7 +5,8 @@
 //! stiffness, one component at a time, scaled so that Δt = 1 is stable for the whole: then the
 //! number of steps does not depend on the thickness. A node inside a body is a cluster of one.
 
-mod meeting;
+mod contact_masses;
+mod coupling;
 mod rigid;
 mod turning;
 
@@ -13,22 +14,20 @@ use std::collections::HashMap;
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
-use nalgebra::SMatrix;
 use rayon::prelude::*;
 
 use crate::error::RunError;
 use crate::model::Model;
-use crate::state::Memory;
-use ddem_joint::contact::Surfaces;
-use ddem_mechanics::collide::FaceOf;
+use crate::state::RelaxationProgress;
+use ddem_joint::contact::ContactModel;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes, load_at, store_at, zero};
 use ddem_mechanics::rigid::Pose;
-use ddem_mesh::assembly::{Element, NO_TABLE};
+use ddem_mesh::assembly::Element;
 use ddem_mesh::pack::Neighbours;
 
-pub(crate) use meeting::Meeting;
-use meeting::contact_diagonal;
+pub(crate) use contact_masses::ContactMasses;
+use coupling::{across, inverse_row};
 pub(crate) use turning::has_turned;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
@@ -36,7 +35,7 @@ pub(crate) use turning::has_turned;
 pub(super) struct Partner {
     /// Directions that are crossed.
     part: usize,
-    /// Where the partner's body is: place in [`Clusters::beside`].
+    /// Index of the partner's block in [`Preconditioner::beside`].
     beside: usize,
     /// Local number in the partner's body.
     local: usize,
@@ -44,7 +43,7 @@ pub(super) struct Partner {
 
 /// Rows of the inverse masses of a pack's nodes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct InverseMass {
+pub(super) struct InverseMassRows {
     /// First row of each node, shape `(nodes + 1)`.
     pub(super) start: Vec<u32>,
     /// Partners of each row; the first row of a node is its own.
@@ -52,14 +51,14 @@ pub(super) struct InverseMass {
     /// Three components a row `[m/N]`.
     pub(super) rows: Vec<Lanes>,
     /// Part of the rotation of each row's body in the mean of its cluster.
-    shares: Vec<Lanes>,
+    rotation_weights: Vec<Lanes>,
 }
 
-/// How a relaxation is going.
+/// State of a running relaxation.
 #[derive(Clone, Debug)]
 pub(crate) struct Relaxation {
-    pub(crate) memory: Memory,
-    pub(crate) clusters: Clusters,
+    pub(crate) progress: RelaxationProgress,
+    pub(crate) preconditioner: Preconditioner,
 }
 
 /// Packs whose masses are made together.
@@ -68,41 +67,41 @@ const TOGETHER: usize = 1024;
 /// `K[(a, c), (a ^ r, c)]` of one element: by corner a, partner bits r, component c.
 type Coupling = [[[f64; 3]; 8]; 8];
 
-/// What the masses of a node or a block follow from.
+/// Input of the masses of a node or block.
 #[derive(Clone, Copy)]
-struct Around<'a> {
+struct MassContext<'a> {
     model: &'a Model,
     couplings: &'a [Coupling],
     /// Degrees of freedom that are held.
     held: &'a HashMap<u32, [bool; 3]>,
-    /// Where blocks may meet.
-    surfaces: Option<&'a Surfaces>,
-    meeting: Meeting,
+    /// Contact data, where blocks may meet.
+    contact_model: Option<&'a ContactModel>,
+    meeting: ContactMasses,
 }
 
 /// Inverse masses of one pack.
-enum Masses {
-    Deformable(InverseMass),
+enum PackMasses {
+    Deformable(InverseMassRows),
     Rigid(Box<rigid::Inverses>),
 }
 
-impl Masses {
-    fn new(around: Around<'_>, pack: usize) -> Result<Self, RunError> {
+impl PackMasses {
+    fn new(around: MassContext<'_>, pack: usize) -> Result<Self, RunError> {
         if around.model.packs.packs[pack].rigid {
             return Ok(Self::Rigid(Box::new(rigid::inverses(around, pack))));
         }
-        InverseMass::new(around, pack).map(Self::Deformable)
+        InverseMassRows::new(around, pack).map(Self::Deformable)
     }
 }
 
 /// Inverse masses of all packs, equal ones once.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Clusters {
-    pub(super) classes: Vec<InverseMass>,
+pub(crate) struct Preconditioner {
+    pub(super) classes: Vec<InverseMassRows>,
     pub(super) of_pack: Vec<u32>,
     /// Of rigid bodies, pack by pack of these.
     rigid: Vec<rigid::Inverses>,
-    pub(crate) meeting: Meeting,
+    pub(crate) meeting: ContactMasses,
     /// The bodies around those of each pack: by place, three times as many from direction to direction (0: the
     /// same cell, 1: the one above, 2: the one below).
     beside: Vec<[Neighbours; 27]>,
@@ -110,20 +109,20 @@ pub(crate) struct Clusters {
     pub(crate) turned: Vec<Frame>,
 }
 
-impl Clusters {
+impl Preconditioner {
     /// Of a model some of whose degrees of freedom are held: those have no inverse mass.
     pub(crate) fn new(
         model: &Model,
         held: &HashMap<u32, [bool; 3]>,
-        meeting: Meeting,
+        meeting: ContactMasses,
         stop: &dyn Fn() -> bool,
     ) -> Result<Self, RunError> {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
-        let surfaces = model.contact.as_ref().filter(|_| meeting.any);
-        let around = Around { model, couplings: &couplings, held, surfaces, meeting };
+        let contact_model = model.contact.as_ref().filter(|_| meeting.any);
+        let around = MassContext { model, couplings: &couplings, held, contact_model, meeting };
         let packs = 0..model.packs.packs.len();
         let beside = packs.into_par_iter().map(|pack| beside(model, pack)).collect();
-        let mut clusters = Self { meeting, beside, ..Self::default() };
+        let mut preconditioner = Self { meeting, beside, ..Self::default() };
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         let packs: Vec<usize> = (0..model.packs.packs.len()).collect();
         for packs in packs.chunks(TOGETHER) {
@@ -131,21 +130,21 @@ impl Clusters {
                 return Err(RunError::Stopped);
             }
             // Many at a time, of which equal ones are then left out: memory stays small.
-            let made = packs.par_iter().map(|&pack| Masses::new(around, pack));
+            let made = packs.par_iter().map(|&pack| PackMasses::new(around, pack));
             for masses in made.collect::<Result<Vec<_>, _>>()? {
-                clusters.take(masses, &mut known);
+                preconditioner.take(masses, &mut known);
             }
         }
-        Ok(clusters)
+        Ok(preconditioner)
     }
 
-    fn take(&mut self, masses: Masses, known: &mut HashMap<Vec<u64>, u32>) {
+    fn take(&mut self, masses: PackMasses, known: &mut HashMap<Vec<u64>, u32>) {
         match masses {
-            Masses::Rigid(inverses) => {
+            PackMasses::Rigid(inverses) => {
                 self.rigid.push(*inverses);
                 self.of_pack.push(u32::MAX);
             }
-            Masses::Deformable(mass) => {
+            PackMasses::Deformable(mass) => {
                 let parts = mass.partner.iter().map(|p| p.part as u64);
                 let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
                 let key = parts.chain(numbers).collect();
@@ -167,10 +166,10 @@ impl Clusters {
     }
 }
 
-/// Places of the cells above in [`Clusters::beside`], by direction.
+/// Places of the cells above in [`Preconditioner::beside`], by direction.
 const POWERS: [usize; 3] = [1, 3, 9];
 
-/// As in [`Clusters::beside`].
+/// As in [`Preconditioner::beside`].
 fn beside(model: &Model, pack: usize) -> [Neighbours; 27] {
     std::array::from_fn(|place| {
         let step = POWERS.map(|power| [0, 1, -1][place / power % 3]);
@@ -187,8 +186,8 @@ fn coupling(element: &Element) -> Coupling {
     })
 }
 
-impl InverseMass {
-    fn new(around: Around<'_>, index: usize) -> Result<Self, RunError> {
+impl InverseMassRows {
+    fn new(around: MassContext<'_>, index: usize) -> Result<Self, RunError> {
         let model = around.model;
         let pack = &model.packs.packs[index];
         let n = model.packs.shape_of(pack).divisions;
@@ -197,8 +196,8 @@ impl InverseMass {
             (0..=n).flat_map(|k| (0..=n).flat_map(move |j| (0..=n).map(move |i| [i, j, k])));
         for at in steps {
             let mut rows = [[[0.0; 3]; 8]; LANES];
-            for (row, &body) in rows.iter_mut().zip(&pack.bodies).take(pack.filled) {
-                *row = inverse_row(around, body as usize, at)?;
+            for (row, &block) in rows.iter_mut().zip(&pack.blocks).take(pack.filled) {
+                *row = inverse_row(around, block as usize, at)?;
             }
             let first = mass.partner.len();
             for part in 0..8 {
@@ -221,120 +220,6 @@ impl InverseMass {
     }
 }
 
-/// Lattice steps of the partner across the directions of `part`.
-fn across(at: [usize; 3], part: usize, n: usize) -> [usize; 3] {
-    [0, 1, 2].map(|d| if part & (1 << d) == 0 { at[d] } else { n - at[d] })
-}
-
-/// The body and the step of a node's partner, if the node lies at those gaps and it exists.
-fn partner(model: &Model, body: usize, at: [usize; 3], part: usize) -> Option<(usize, [usize; 3])> {
-    let n = model.geometry.topology(body).divisions();
-    let mut offset = [0; 3];
-    for d in (0..3).filter(|d| part & (1 << d) != 0) {
-        offset[d] = match at[d] {
-            0 => -1,
-            i if i == n => 1,
-            _ => return None,
-        };
-    }
-    Some((model.geometry.neighbour(body, offset)?, across(at, part, n)))
-}
-
-/// The row of a node in the inverse of its cluster's block, by partner and component.
-fn inverse_row(around: Around<'_>, body: usize, at: [usize; 3]) -> Result<[[f64; 3]; 8], RunError> {
-    let Around { model, held, .. } = around;
-    let members: [Option<(usize, [usize; 3])>; 8] =
-        std::array::from_fn(|part| partner(model, body, at, part));
-    let blocks: [[[f64; 3]; 8]; 8] = std::array::from_fn(|part| match members[part] {
-        Some((body, at)) => node_coupling(around, body, at),
-        None => [[0.0; 3]; 8],
-    });
-    let is_held = |part: usize, c: usize| {
-        members[part].is_none_or(|(body, at)| {
-            held.get(&(model.geometry.node(body, at) as u32)).is_some_and(|axes| axes[c])
-        })
-    };
-    let mut row = [[0.0; 3]; 8];
-    for c in 0..3 {
-        if is_held(0, c) {
-            continue;
-        }
-        let free: [bool; 8] = std::array::from_fn(|part| !is_held(part, c));
-        let matrix = SMatrix::<f64, 8, 8>::from_fn(|p, q| match (free[p] && free[q], p == q) {
-            (true, _) => 0.5 * (blocks[p][p ^ q][c] + blocks[q][p ^ q][c]),
-            (false, same) => f64::from(u8::from(same)),
-        });
-        let unit = SMatrix::<f64, 8, 1>::from_fn(|p, _| f64::from(u8::from(p == 0)));
-        // Nodes of blocks that are gone have no stiffness, and no mass.
-        if matrix[(0, 0)] == 0.0 {
-            continue;
-        }
-        // A principal block of a positive definite stiffness, unless rounding has taken the difference.
-        let Some(solution) = matrix.cholesky().map(|factors| factors.solve(&unit)) else {
-            let node = model.geometry.node(body, at);
-            return Err(RunError::NoMass { block: body, node });
-        };
-        (0..8).filter(|&p| free[p]).for_each(|p| row[p][c] = solution[p]);
-    }
-    Ok(row)
-}
-
-/// Diagonal of the stiffness at a node (r = 0) and its coupling with the partners.
-fn node_coupling(around: Around<'_>, body: usize, at: [usize; 3]) -> [[f64; 3]; 8] {
-    let Around { model, couplings, .. } = around;
-    let n = model.geometry.topology(body).divisions();
-    let mut sum = [[0.0; 3]; 8];
-    // The cell in each octant: bit set on the upper side of the node.
-    for octant in 0..8 {
-        let (mut offset, mut owner) = (0, [0; 3]);
-        for d in 0..3 {
-            let upper = octant & (1 << d) != 0;
-            if upper && at[d] == n {
-                offset |= 1 << d;
-            } else if !upper && at[d] == 0 {
-                offset |= 1 << d;
-                owner[d] = -1;
-            }
-        }
-        let Some(owner) = model.geometry.neighbour(body, owner) else { continue };
-        let (pack, lane) = model.packs.slot(owner);
-        let table = model.assembly.pack_tables[pack][offset];
-        if table == NO_TABLE {
-            continue;
-        }
-        let Some(element) = model.assembly.tables[table as usize].elements[lane] else { continue };
-        // A node on the lower side of its octant's cell is that cell's lower corner.
-        let corner = 7 ^ octant;
-        let coupling = &couplings[element as usize][corner];
-        for part in (0..8).filter(|part| part & !offset == 0) {
-            (0..3).for_each(|c| sum[part][c] += coupling[part][c]);
-        }
-    }
-    spring_coupling(model, body, at, &mut sum);
-    if let Some(surfaces) = around.surfaces {
-        contact_diagonal(&around, surfaces, body, at, &mut sum[0]);
-    }
-    sum
-}
-
-/// Adds the springs of joints that are springs from the start.
-fn spring_coupling(model: &Model, body: usize, at: [usize; 3], sum: &mut [[f64; 3]; 8]) {
-    let topology = model.geometry.topology(body);
-    for face in FaceOf::all().filter(|&face| topology.is_on(face, at)) {
-        let below = if face.upper { Some(body) } else { model.geometry.beyond(body, face) };
-        let (d, Some(owner)) = (face.direction, below) else { continue };
-        let (pack, lane) = model.packs.slot(owner);
-        let Some(seam) = model.seams.get(pack, d).filter(|seam| seam.springs[lane]) else {
-            continue;
-        };
-        let quarters = topology.quads_at(face, at) as f64;
-        for (c, k) in seam.diagonal(lane).into_iter().enumerate() {
-            sum[0][c] += quarters * k;
-            sum[1 << d][c] -= quarters * k;
-        }
-    }
-}
-
 /// `M⁻¹ F` at the nodes of a pack: `f` holds the forces of all nodes, `poses` are those of its bodies
 /// where they are rigid and have turned.
 #[simd]
@@ -342,7 +227,7 @@ pub(super) fn accelerations<S: Simd>(
     simd: S,
     model: &Model,
     poses: Option<&[Pose; LANES]>,
-    clusters: &Clusters,
+    preconditioner: &Preconditioner,
     index: usize,
     f: &[Lanes],
     out: &mut [Lanes],
@@ -350,13 +235,21 @@ pub(super) fn accelerations<S: Simd>(
     let packs = &model.packs;
     let pack = &packs.packs[index];
     if pack.rigid {
-        let inverses = &clusters.rigid[pack.rigid_start];
+        let inverses = &preconditioner.rigid[pack.rigid_start];
         return rigid::accelerations(model, poses, inverses, index, f, out);
     }
-    if !clusters.turned.is_empty() {
-        return turning::accelerations(simd, model, &clusters.turned, clusters, index, f, out);
+    if !preconditioner.turned.is_empty() {
+        return turning::accelerations(
+            simd,
+            model,
+            &preconditioner.turned,
+            preconditioner,
+            index,
+            f,
+            out,
+        );
     }
-    let class = &clusters.classes[clusters.of_pack[index] as usize];
+    let class = &preconditioner.classes[preconditioner.of_pack[index] as usize];
     for node in 0..out.len() / 3 {
         let mut sum = zero(simd);
         for row in class.start[node] as usize..class.start[node + 1] as usize {
@@ -365,9 +258,9 @@ pub(super) fn accelerations<S: Simd>(
                 load_at(simd, f, 3 * (pack.start + node))
             } else {
                 let mut there = [Lanes::ZERO; 3];
-                let bodies = &clusters.beside[index][beside];
+                let blocks = &preconditioner.beside[index][beside];
                 for lane in 0..LANES {
-                    let Some((other, lane_there)) = bodies.at(lane) else { continue };
+                    let Some((other, lane_there)) = blocks.at(lane) else { continue };
                     let place = 3 * (packs.packs[other].start + local);
                     for c in 0..3 {
                         there[c].0[lane] = f[place + c].0[lane_there];

@@ -2,12 +2,12 @@
 
 /// Blocks in groups, which grow as links are found.
 #[derive(Clone, Debug)]
-pub struct Groups {
+pub struct DisjointSets {
     /// The lowest block that each one is known to hang together with.
     roots: Vec<usize>,
 }
 
-impl Groups {
+impl DisjointSets {
     /// Each block alone.
     pub fn new(blocks: usize) -> Self {
         Self { roots: (0..blocks).collect() }

@@ -8,7 +8,7 @@ const STEEPEST: f64 = 70.0;
 /// Peak shear strength `σ_n tan(φ_r + JRC log₁₀(JCS/σ_n))`, σ_n the compression. The roughness
 /// angle is never negative, and the whole never above 70°.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BartonBandis {
+pub struct Barton {
     /// Joint roughness coefficient JRC.
     pub jrc: f64,
     /// Joint wall compressive strength JCS `[Pa]`.
@@ -21,7 +21,7 @@ pub struct BartonBandis {
     pub tan_dilation: f64,
 }
 
-impl JointLaw for BartonBandis {
+impl JointLaw for Barton {
     fn tension(&self) -> f64 {
         self.tension
     }

@@ -1,27 +1,27 @@
-//! What the joint between two bodies is made of, four side by side: areas, stiffnesses, the gap.
+//! Sections of the joints between two blocks, four side by side: areas, stiffnesses, the gap.
 
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::pack::{Pack, Packs, PairPlace};
+use crate::pack::{NodePair, Pack, Packs};
 use crate::properties::Properties;
 use crate::{Geometry, NO_JOINT};
 use ddem_mechanics::element::Elastic;
-use ddem_mechanics::law::Stiffness;
+use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 
 /// No seam: none of the four lanes has a joint.
-const NO_SEAM: u32 = u32::MAX;
+const NO_SECTION: u32 = u32::MAX;
 
 /// Four face joints side by side, of one direction of a pack.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seam {
+pub struct JointSection {
     /// Number of each lane's joint, or [`NO_JOINT`].
     pub joints: [u16; LANES],
     /// Number of each lane's law: that of its joint, or of one that is on its way there.
     pub laws: [u16; LANES],
-    /// Whether the joint of a lane is springs from the start.
+    /// True if the joint of a lane consists of springs from the start.
     pub springs: [bool; LANES],
     /// The joint's own axes as columns: the unit normal, from a to b, and two in its plane.
     pub axes: Matrix3<f64>,
@@ -43,12 +43,12 @@ pub struct Seam {
 
 /// The seams of all packs, equal ones once.
 #[derive(Clone, Debug, Default)]
-pub struct Seams {
-    kinds: Vec<Seam>,
+pub struct JointSections {
+    kinds: Vec<JointSection>,
     of_pack: Vec<[u32; 3]>,
 }
 
-impl Seams {
+impl JointSections {
     /// `law` is the number of the law of a joint, above a block along a direction.
     pub fn new(
         properties: &Properties,
@@ -56,33 +56,33 @@ impl Seams {
         packs: &Packs,
         law: &mut dyn FnMut(usize, usize, u16) -> u16,
     ) -> Self {
-        let mut seams = Self::default();
+        let mut sections = Self::default();
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         for pack in &packs.packs {
             let of_pack = [0, 1, 2].map(|d| {
-                let seam = Seam::new(properties, geometry, pack, d, law);
-                if seam.joints == [NO_JOINT; LANES] {
-                    return NO_SEAM;
+                let section = JointSection::new(properties, geometry, pack, d, law);
+                if section.joints == [NO_JOINT; LANES] {
+                    return NO_SECTION;
                 }
-                let kinds = &mut seams.kinds;
-                *known.entry(seam.key()).or_insert_with(|| {
-                    kinds.push(seam);
+                let kinds = &mut sections.kinds;
+                *known.entry(section.key()).or_insert_with(|| {
+                    kinds.push(section);
                     kinds.len() as u32 - 1
                 })
             });
-            seams.of_pack.push(of_pack);
+            sections.of_pack.push(of_pack);
         }
-        seams
+        sections
     }
 
     /// The seam of a pack across a direction, if there is one.
     #[inline(always)]
-    pub fn get(&self, pack: usize, direction: usize) -> Option<&Seam> {
+    pub fn get(&self, pack: usize, direction: usize) -> Option<&JointSection> {
         self.kinds.get(self.of_pack[pack][direction] as usize)
     }
 }
 
-impl Seam {
+impl JointSection {
     fn new(
         properties: &Properties,
         geometry: &Geometry,
@@ -90,8 +90,8 @@ impl Seam {
         d: usize,
         law: &mut dyn FnMut(usize, usize, u16) -> u16,
     ) -> Self {
-        let lattice = geometry.lattice(pack.bodies[0] as usize);
-        let mut seam = Self {
+        let lattice = geometry.lattice(pack.blocks[0] as usize);
+        let mut section = Self {
             joints: [NO_JOINT; LANES],
             laws: [NO_JOINT; LANES],
             springs: [false; LANES],
@@ -105,38 +105,38 @@ impl Seam {
             dashpot: Lanes::ZERO,
         };
         for lane in 0..pack.filled {
-            let body = pack.bodies[lane] as usize;
-            let Some(other) = geometry.above(body, d) else { continue };
-            let joint = geometry.joint_above(body, d);
+            let block = pack.blocks[lane] as usize;
+            let Some(other) = geometry.above(block, d) else { continue };
+            let joint = geometry.joint_above(block, d);
             let found = &properties.joints[usize::from(joint)];
             // Between rigid blocks every joint is springs (§8).
-            (seam.joints[lane], seam.springs[lane]) =
+            (section.joints[lane], section.springs[lane]) =
                 (joint, found.layer().is_none() || lattice.rigid);
-            seam.laws[lane] = law(body, d, joint);
+            section.laws[lane] = law(block, d, joint);
             let edges = [0, 1, 2].map(|e| {
                 let across = e == d;
                 let size =
-                    if across { geometry.gap_above(body, d) } else { geometry.spacing(body, e) };
+                    if across { geometry.gap_above(block, d) } else { geometry.spacing(block, e) };
                 lattice.axes[e] * size
             });
-            for (lanes, edge) in seam.edges.iter_mut().zip(&edges) {
+            for (lanes, edge) in section.edges.iter_mut().zip(&edges) {
                 (0..3).for_each(|c| lanes[c].0[lane] = edge[c]);
             }
-            let quarter = geometry.joint_quarter(body, d);
-            seam.quarter.0[lane] = quarter;
-            seam.per_quarter.0[lane] = 1.0 / quarter;
-            let Stiffness { normal, shear } = found.stiffness();
-            let [a, b] = [body, other].map(|body| {
-                let elastic = &properties.materials[usize::from(geometry.bodies[body].material)];
-                Moved::new(geometry, body, d, elastic).mass(normal)
+            let quarter = geometry.joint_quarter(block, d);
+            section.quarter.0[lane] = quarter;
+            section.per_quarter.0[lane] = 1.0 / quarter;
+            let SpringStiffness { normal, shear } = found.stiffness();
+            let [a, b] = [block, other].map(|block| {
+                let elastic = &properties.materials[usize::from(geometry.blocks[block].material)];
+                VibratingMass::new(geometry, block, d, elastic).mass(normal)
             });
-            seam.dashpot.0[lane] =
+            section.dashpot.0[lane] =
                 2.0 * properties.contact.damping_ratio() * (normal * a * b / (a + b)).sqrt();
-            for (lanes, k) in seam.stiffness.iter_mut().zip([normal, shear]) {
+            for (lanes, k) in section.stiffness.iter_mut().zip([normal, shear]) {
                 lanes.0[lane] = k;
             }
         }
-        seam
+        section
     }
 
     fn key(&self) -> Vec<u64> {
@@ -168,7 +168,7 @@ impl Seam {
 
     /// Stiffness of the springs of a quarter of an element along the axes `[N/m]`.
     pub fn diagonal(&self, lane: usize) -> [f64; 3] {
-        let Stiffness { normal, shear } = self.stiffness(lane);
+        let SpringStiffness { normal, shear } = self.stiffness(lane);
         [0, 1, 2].map(|c| {
             let n = self.axes[(c, 0)];
             self.quarter.0[lane] * (shear + (normal - shear) * n * n)
@@ -177,7 +177,7 @@ impl Seam {
 
     /// Stiffness of the springs of a quarter of an element `[N/m]`.
     pub fn matrix(&self, lane: usize) -> Matrix3<f64> {
-        let Stiffness { normal, shear } = self.stiffness(lane);
+        let SpringStiffness { normal, shear } = self.stiffness(lane);
         let n = self.axes.column(0);
         let across = n * n.transpose();
         (Matrix3::identity() * shear + across * (normal - shear)) * self.quarter.0[lane]
@@ -185,27 +185,27 @@ impl Seam {
 
     /// Stiffness of the springs of a lane `[Pa/m]`.
     #[inline(always)]
-    pub fn stiffness(&self, lane: usize) -> Stiffness {
+    pub fn stiffness(&self, lane: usize) -> SpringStiffness {
         let [normal, shear] = self.stiffness;
-        Stiffness { normal: normal.0[lane], shear: shear.0[lane] }
+        SpringStiffness { normal: normal.0[lane], shear: shear.0[lane] }
     }
 }
 
 /// Mass that vibrates on a joint or contact at a face of a block, for each unit of area.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Moved {
+pub struct VibratingMass {
     /// Of the layer of nodes at the face, and of the whole block `[kg/m²]`.
     range: [f64; 2],
     /// Impedance `ρ c_P` `[kg/(m² s)]`.
     impedance: f64,
 }
 
-impl Moved {
+impl VibratingMass {
     /// At the faces of a body across a direction.
-    pub fn new(geometry: &Geometry, body: usize, d: usize, elastic: &Elastic) -> Self {
-        let height = geometry.height(body, d);
-        let whole = elastic.density * height * geometry.topology(body).divisions() as f64;
-        let layer = if geometry.is_rigid(body) { whole } else { 0.5 * elastic.density * height };
+    pub fn new(geometry: &Geometry, block: usize, d: usize, elastic: &Elastic) -> Self {
+        let height = geometry.height(block, d);
+        let whole = elastic.density * height * geometry.topology(block).divisions() as f64;
+        let layer = if geometry.is_rigid(block) { whole } else { 0.5 * elastic.density * height };
         Self { range: [layer, whole], impedance: (elastic.density * elastic.p_modulus()).sqrt() }
     }
 
@@ -245,7 +245,7 @@ fn own_axes(normal: Vector3<f64>, along: Vector3<f64>) -> Matrix3<f64> {
 #[derive(Clone, Copy)]
 pub struct FaceLattice<'a> {
     /// Its pairs.
-    pub places: &'a [PairPlace],
+    pub node_pairs: &'a [NodePair],
     /// Its areas and stiffnesses.
-    pub seam: &'a Seam,
+    pub section: &'a JointSection,
 }

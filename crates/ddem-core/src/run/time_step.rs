@@ -9,15 +9,15 @@ use crate::model::Model;
 use crate::model::stage::{Damping, TimeStep, allow_motion};
 use crate::state::motion::Motion;
 use crate::step::timestep::largest_eigenvalue;
-use ddem_joint::contact::{Added, Skins, bound};
+use ddem_joint::contact::{AddedStiffness, ContactSurfaces, bound};
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mechanics::math::sums::Sums;
+use ddem_mechanics::math::sums::StepSums;
 
 /// Part of the critical step that `"auto"` takes (§6).
 const SAFETY: f64 = 0.9;
 
-/// The same once pairs have failed: springs with friction of which some slide flutter when a step is close to
-/// the critical one.
+/// Safety factor of the critical step once pairs have failed: frictional springs, some sliding, flutter close to the
+/// critical step.
 const BROKEN_SAFETY: f64 = 0.8;
 
 /// Part of these that is left where rigid blocks may meet: a contact that lasts a few steps only gains or
@@ -98,27 +98,37 @@ impl Simulation {
             inertia.mass[at / 3].0[lane]
         };
         let model = &*self.model;
-        let surfaces = if broken { model.contact.as_ref() } else { model.open_surfaces() };
+        let contact_model = if broken { model.contact.as_ref() } else { model.open_surfaces() };
         // One set of blocks whose joints all hold has neither contacts nor dashpots.
-        let ratio = if broken || surfaces.is_some() { model.sliding.ratio } else { 0.0 };
+        let ratio = if broken || contact_model.is_some() { model.sliding.ratio } else { 0.0 };
         let Model { geometry, packs, assembly, .. } = model;
-        let own = || Skins::new(&model.properties, &model.laws, &model.geometry);
-        let skins = surfaces.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.skins));
-        let added = (surfaces.is_some() || ratio > 0.0)
-            .then(|| Added::new(&skins, geometry, packs, assembly, surfaces.is_some(), ratio));
-        let mut breaks = model.tangent(broken);
+        let own = || ContactSurfaces::new(&model.properties, &model.laws, &model.geometry);
+        let surfaces =
+            contact_model.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.surfaces));
+        let added = (contact_model.is_some() || ratio > 0.0).then(|| {
+            AddedStiffness::new(
+                &surfaces,
+                geometry,
+                packs,
+                assembly,
+                contact_model.is_some(),
+                ratio,
+            )
+        });
+        let mut broken_joints = model.tangent(broken);
         let stop = || self.stop.load(Ordering::Relaxed);
         let squares = added.as_ref().map_or(&[][..], |added| &added.squares);
         let scratch = &mut self.scratch;
-        let largest = largest_eigenvalue(model, &mut breaks, scratch, &mass, squares, &stop)?;
+        let largest =
+            largest_eigenvalue(model, &mut broken_joints, scratch, &mass, squares, &stop)?;
         let deformable = added.map_or(2.0 / largest.sqrt(), |added| added.critical_step(largest));
         // Rigid blocks without any joint have no stiffness: they step as if they met others.
-        let met = surfaces.is_some() || largest == 0.0;
+        let met = contact_model.is_some() || largest == 0.0;
         let fastest =
-            largest.max(if met { bound(&skins, geometry, packs, assembly)[1] } else { 0.0 });
+            largest.max(if met { bound(&surfaces, geometry, packs, assembly)[1] } else { 0.0 });
         let damped = if model.packs.rigid > 0 { ratio } else { 0.0 };
         let rigid = 2.0 / fastest.sqrt() * ((1.0 + damped * damped).sqrt() - damped);
-        let step = self.with_gas(deformable.min(rigid));
+        let step = self.critical_step_with_gas(deformable.min(rigid));
         self.critical_steps[usize::from(broken)] = Some(step);
         Ok(step)
     }
@@ -154,7 +164,7 @@ impl Simulation {
             // What can be stopped comes before the first change.
             self.critical(true)?;
         }
-        self.settle();
+        self.synchronise();
         let step = match given {
             Some(step) => step,
             None => self.automatic_step(damping, self.moves())?,
@@ -189,14 +199,14 @@ impl Simulation {
     /// Springs can be stiffer than the elements whose place they take, and faces can meet: an
     /// automatic step becomes shorter when the first pairs fail.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
-        self.state.breaks = self.model.breaks();
+        self.state.broken_joints = self.model.broken_joints();
         let safe = self.broken_step(self.damping)?;
         self.slow_down(safe);
         Ok(())
     }
 
-    /// Whether the step that was set is stable in what is left after an excavation, and with what has failed
-    /// between two steps. One that was chosen becomes shorter where need be.
+    /// Checks that the time step is stable after an excavation or after failures between two steps. An
+    /// automatic step is shortened if necessary.
     pub(super) fn check_step(&mut self) -> Result<(), RunError> {
         if self.state.automatic {
             // Between two steps velocities have been set anew.
@@ -235,7 +245,7 @@ impl Simulation {
     /// one of `(1 + κ) h` has `κ Σ v⁻ m d + ½ (1 + κ) (1 + κ − Δt⁺/h) Σ d m d` more. Velocities are right to the
     /// same order for every |κ| up to `1 − Δt⁺/h`.
     fn keep_energy(&mut self) {
-        let Sums { power, change, .. } = self.measure_once().sums;
+        let StepSums { power, change, .. } = self.measure_once().sums;
         let Motion { before, time_step, interval, .. } = *self.motion;
         let most = 1.0 - time_step / interval;
         let part = shift(power + change * (1.0 + most), change, change * most);
@@ -274,7 +284,7 @@ fn shift(b: f64, a: f64, c: f64) -> f64 {
     if root == 0.0 { -0.5 * b / a } else { -2.0 * c / (b + root.copysign(b)) }
 }
 
-/// Whole steps that fill a duration, at least one.
+/// Number of steps that fill a duration, at least one.
 fn whole_steps(duration: f64, step: f64) -> f64 {
     (duration / step - 1e-9).ceil().max(1.0)
 }

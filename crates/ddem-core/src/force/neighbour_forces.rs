@@ -1,5 +1,5 @@
-//! What neighbours leave for a pack: the forces and torques of the joints at its lower sides, and
-//! the nodal forces that balance the torque of each of its bodies.
+//! Forces that neighbours leave for a pack: forces and torques of the joints at its lower sides, and the nodal forces
+//! that balance the torque of each of its blocks.
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -7,7 +7,7 @@ use fearless_simd_macros::simd;
 use ddem_mechanics::element::corotation::{Frame, torque_forces};
 use ddem_mechanics::math::lanes::{Lanes, Vector, add, load, load_at, scale, splat, store_at, sub};
 use ddem_mesh::assembly::Assembly;
-use ddem_mesh::pack::{Packs, Shape};
+use ddem_mesh::pack::{BlockNumbering, Packs};
 
 /// Collects what the owners of the joints at the lower sides left for a pack: forces into `f`,
 /// torques into `torque`. Offsets in order, so that every node has one order of summation.
@@ -16,7 +16,7 @@ pub(crate) fn collect<S: Simd>(
     simd: S,
     packs: &Packs,
     index: usize,
-    shares: &[Lanes],
+    neighbour_forces: &[Lanes],
     f: &mut [Lanes],
     torque: &mut [Lanes; 3],
 ) {
@@ -27,30 +27,32 @@ pub(crate) fn collect<S: Simd>(
         if lower.is_none() {
             continue;
         }
-        let places = places(shape, offset);
+        let entries = entries(shape, offset);
         if let Some(other) = lower.aligned() {
-            let first = 3 * packs.packs[other].share_start;
-            for (local, place) in places {
-                let sum =
-                    add(load_at(simd, f, 3 * local), load_at(simd, shares, first + 3 * place));
+            let first = 3 * packs.packs[other].neighbour_force_start;
+            for (local, place) in entries {
+                let sum = add(
+                    load_at(simd, f, 3 * local),
+                    load_at(simd, neighbour_forces, first + 3 * place),
+                );
                 store_at(f, 3 * local, sum);
             }
-            let share = load_at(simd, shares, first + 3 * shape.torque(offset));
+            let share = load_at(simd, neighbour_forces, first + 3 * shape.torque(offset));
             let [x, y, z] = add(load(simd, torque), share);
             *torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
             continue;
         }
         for lane in 0..pack.filled {
             let Some((other, there)) = lower.at(lane) else { continue };
-            let first = 3 * packs.packs[other].share_start;
-            for (local, place) in places.clone() {
+            let first = 3 * packs.packs[other].neighbour_force_start;
+            for (local, place) in entries.clone() {
                 for c in 0..3 {
-                    f[3 * local + c].0[lane] += shares[first + 3 * place + c].0[there];
+                    f[3 * local + c].0[lane] += neighbour_forces[first + 3 * place + c].0[there];
                 }
             }
             let from = first + 3 * shape.torque(offset);
             for c in 0..3 {
-                torque[c].0[lane] += shares[from + c].0[there];
+                torque[c].0[lane] += neighbour_forces[from + c].0[there];
             }
         }
     }
@@ -87,7 +89,7 @@ pub(crate) fn spread_torque<S: Simd>(
 
 /// Local nodes at the lower side towards an offset, and their places in the owner's shares.
 #[inline(always)]
-fn places(shape: &Shape, offset: usize) -> impl Iterator<Item = (usize, usize)> + Clone {
-    let start = shape.share_start[offset];
+fn entries(shape: &BlockNumbering, offset: usize) -> impl Iterator<Item = (usize, usize)> + Clone {
+    let start = shape.neighbour_force_start[offset];
     shape.touched[offset].iter().enumerate().map(move |(i, &local)| (local, start + i))
 }

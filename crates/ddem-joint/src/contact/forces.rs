@@ -1,36 +1,40 @@
-//! What the pairs of points of patches exert.
+//! Forces of the pairs of points of patches.
 
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
-use super::friction::{Bare, Friction};
-use super::{ContactPoint, Contacts, Patch, Placing};
-use crate::losses::{Losses, Lost};
-use crate::point::Look;
-use ddem_mechanics::law::bearing::Bearing;
-use ddem_mechanics::law::{JointLaw, Loss, Memory, MohrCoulomb};
+use super::friction::{BareFaces, Friction};
+use super::{Configuration, ContactPoint, Contacts, Patch};
+use crate::losses::{LossSums, Losses};
+use crate::point::PairContext;
+use ddem_mechanics::law::springs::PointSprings;
+use ddem_mechanics::law::{JointLaw, MohrCoulomb, PointLoss, PointState};
 use ddem_mesh::Vec3;
 
 /// Patches that one task takes.
 const TOGETHER: usize = 64;
 
 /// Forces of all patches, and what they lose.
-pub(super) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts) -> Losses {
+pub(super) fn update(
+    configuration: Configuration<'_>,
+    context: PairContext<'_>,
+    contacts: &mut Contacts,
+) -> Losses {
     let chunks = contacts.patches.par_chunks_mut(TOGETHER);
     let acting = chunks.map(|patches| {
-        let (mut lost, mut deepest) = (Lost::default(), 0.0_f64);
+        let (mut lost, mut deepest) = (LossSums::default(), 0.0_f64);
         for patch in patches {
-            lost.add(&patch.act(&placing, look));
+            lost.add(&patch.update(&configuration, context));
             if patch.bond.is_none() {
                 deepest = deepest.max(patch.depth());
             }
-            if look.relaxing {
-                patch.settle();
+            if context.relaxing {
+                patch.set_equilibrium();
             }
         }
         (lost, deepest)
     });
-    let none = || (Lost::default(), 0.0);
+    let none = || (LossSums::default(), 0.0);
     let (lost, deepest) = acting.reduce(none, |(lost, deepest), (more, other)| {
         (lost.merge(&more), f64::max(deepest, other))
     });
@@ -39,59 +43,66 @@ pub(super) fn act(placing: Placing<'_>, look: Look<'_>, contacts: &mut Contacts)
 }
 
 impl Patch {
-    /// What it exerts at the present positions, and what is lost on the way there.
-    pub(super) fn act(&mut self, placing: &Placing<'_>, look: Look<'_>) -> Losses {
+    /// Updates the forces at the present positions; returns the losses.
+    pub(super) fn update(
+        &mut self,
+        configuration: &Configuration<'_>,
+        context: PairContext<'_>,
+    ) -> Losses {
         if let Some(bond) = self.bond {
             if self.pairs().all(|pair| pair.failure.is_some()) {
-                self.turn_with_larger(placing);
+                self.turn_with_larger(configuration);
             }
-            return self.act_by(look.law(bond.law), placing, look);
+            return self.act_by(context.law(bond.law), configuration, context);
         }
         match self.both.friction {
             Friction::Angle(tan) => {
                 let dry = MohrCoulomb { tan_friction: tan, ..MohrCoulomb::default() };
                 let dry = MohrCoulomb { tan_residual_friction: tan, ..dry };
-                self.act_by(Some(&dry), placing, look)
+                self.act_by(Some(&dry), configuration, context)
             }
-            Friction::Laws(strengths) => {
-                self.act_by(Some(&Bare { strengths, laws: look.laws }), placing, look)
-            }
+            Friction::Laws(strengths) => self.act_by(
+                Some(&BareFaces { strengths, laws: context.laws }),
+                configuration,
+                context,
+            ),
         }
     }
 
     fn act_by<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,
-        placing: &Placing<'_>,
-        look: Look<'_>,
+        configuration: &Configuration<'_>,
+        context: PairContext<'_>,
     ) -> Losses {
-        self.turn(placing);
+        self.turn(configuration);
         let axes = self.frame();
-        let mut bearing = look.bearing(self.both.stiffness, self.both.dashpot);
+        let mut springs = context.springs(self.both.stiffness, self.both.dashpot);
         if std::mem::take(&mut self.renewed) {
             // Points that have been made anew have the drag of those before.
-            bearing.time_step = None;
+            springs.time_step = None;
         }
-        let (is_joint, turned) = (self.bond.is_some(), look.turning && self.turned(placing));
-        let (blocks, faces, spacing) = (self.blocks, self.faces(), self.spacing(placing));
-        let rubs = self.both.friction.rubs();
+        let (is_joint, turned) =
+            (self.bond.is_some(), context.turning && self.turned(configuration));
+        let (blocks, faces, spacing) = (self.blocks, self.faces(), self.spacing(configuration));
+        let rubs = self.both.friction.slides_in_place();
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
             let point = &mut self.points[i];
-            let apart = placing.apart(blocks, faces, &point.spots);
+            let apart = configuration.apart(blocks, faces, &point.spots);
             let own = axes.tr_mul(&apart);
             let loss = if is_joint {
                 let pair = &mut point.pair;
-                let elastic = pair.elastic(bearing.stiffness, own);
+                let elastic = pair.elastic(springs.stiffness, own);
                 let fails =
-                    law.is_some_and(|law| pair.fail(law, look, elastic, turned, &mut losses));
-                let way = fails.then(|| {
+                    law.is_some_and(|law| pair.fail(law, context, elastic, turned, &mut losses));
+                let du = fails.then(|| {
                     pair.begin(elastic, own.x - pair.origin.x);
-                    axes.tr_mul(&placing.parted(blocks, faces, &point.spots))
+                    axes.tr_mul(&configuration.parted(blocks, faces, &point.spots))
                 });
-                pair.act(law.filter(|_| pair.failure.is_some()), &bearing, own, way)
+                pair.update(law.filter(|_| pair.failure.is_some()), &springs, own, du)
             } else {
-                point.rub(law, &bearing, own, rubs, spacing)
+                point.update_contact(law, &springs, own, rubs, spacing)
             };
             losses.add_point(point.pair.area, loss);
             couple += apart.cross(&self.force(&self.points[i]));
@@ -104,27 +115,27 @@ impl Patch {
 impl ContactPoint {
     /// Tractions of a contact where its sides are `apart` `[m]`; returns what is lost `[J/m²]`.
     #[inline(always)]
-    fn rub<L: JointLaw + ?Sized>(
+    fn update_contact<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,
-        bearing: &Bearing,
+        springs: &PointSprings,
         apart: Vec3,
         rubs: bool,
         spacing: f64,
-    ) -> Loss {
-        let Memory { slip: slip_before, gap: gap_before, .. } = self.pair.memory;
-        let mut loss = self.pair.act(law, bearing, apart, None);
-        let memory = &mut self.pair.memory;
-        let slipped = (memory.slip - slip_before).norm();
+    ) -> PointLoss {
+        let PointState { slip: slip_before, gap: gap_before, .. } = self.pair.state;
+        let mut loss = self.pair.update(law, springs, apart, None);
+        let state = &mut self.pair.state;
+        let slipped = (state.slip - slip_before).norm();
         // In a relaxation, straight from the last equilibrium.
-        let from = memory.settled.map_or(slip_before, |settled| settled.slip);
+        let from = state.equilibrium.map_or(slip_before, |equilibrium| equilibrium.slip);
         let slid =
             |gap: f64, slip: Vector2<f64>| if gap < 0.0 { (slip - from).norm() } else { 0.0 };
-        self.slid += slid(memory.gap, memory.slip) - slid(gap_before, slip_before);
+        self.slid += slid(state.gap, state.slip) - slid(gap_before, slip_before);
         // Over half an element.
         let part = (slipped / (0.5 * spacing)).min(1.0);
         let gap = apart.x - self.pair.origin.x;
-        self.ease(bearing.stiffness.normal, gap, part, loss.friction);
+        self.relax_offset(springs.stiffness.normal, gap, part, loss.friction);
         if !rubs {
             // What offsets take on their way back is no friction.
             loss.contact += std::mem::take(&mut loss.friction);
@@ -134,8 +145,8 @@ impl ContactPoint {
 
     /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
     /// part, and by a part while they slide over each other, as far as friction pays for it.
-    fn ease(&mut self, stiffness: f64, gap: f64, part: f64, friction: f64) {
-        let Memory { dilation: offset, gap: pressed, traction, .. } = &mut self.pair.memory;
+    fn relax_offset(&mut self, stiffness: f64, gap: f64, part: f64, friction: f64) {
+        let PointState { dilation: offset, gap: pressed, traction, .. } = &mut self.pair.state;
         if *offset == 0.0 {
             return;
         }

@@ -1,11 +1,11 @@
 //! Joints between two blocks.
 
 use super::Geometry;
-use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::collide::FaceId;
 
 /// One joint between two blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
+pub struct ConformingJoint {
     /// The block on side a.
     pub a: u32,
     /// The block on side b; the normal points to it.
@@ -20,7 +20,7 @@ pub struct Face {
     pub first_pair: u32,
 }
 
-impl Face {
+impl ConformingJoint {
     /// The joint that is there.
     pub fn at(&self, geometry: &Geometry) -> u16 {
         geometry.joint_above(self.a as usize, self.direction.into())
@@ -33,15 +33,15 @@ impl Face {
 }
 
 /// All joints, by block a and direction.
-pub fn faces(geometry: &Geometry) -> Vec<Face> {
+pub fn faces(geometry: &Geometry) -> Vec<ConformingJoint> {
     let mut faces = Vec::new();
     let mut first_pair = 0;
-    for a in 0..geometry.bodies.len() {
+    for a in 0..geometry.blocks.len() {
         for direction in 0..3 {
             let Some(b) = geometry.above(a, direction) else { continue };
             let n = geometry.topology(a).divisions();
             debug_assert!(n <= usize::from(u16::MAX), "its nodes have numbers of 32 bits");
-            faces.push(Face {
+            faces.push(ConformingJoint {
                 a: a as u32,
                 b: b as u32,
                 joint: geometry.joint_above(a, direction),
@@ -55,7 +55,7 @@ pub fn faces(geometry: &Geometry) -> Vec<Face> {
     faces
 }
 
-impl Face {
+impl ConformingJoint {
     /// Lattice steps, in block a's lattice, of the pairs in order: the first edge after the
     /// normal's direction, cyclically, runs fastest.
     fn steps(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
@@ -103,7 +103,7 @@ impl Face {
 
     /// Area `A_p` of each pair `[m²]`: a quarter of each joint element that it belongs to.
     pub fn areas(&self, geometry: &Geometry) -> impl Iterator<Item = f64> + use<> {
-        let (a, face) = (self.a as usize, FaceOf { direction: self.direction.into(), upper: true });
+        let (a, face) = (self.a as usize, FaceId { direction: self.direction.into(), upper: true });
         let (quarter, topology) = (geometry.joint_quarter(a, face.direction), geometry.topology(a));
         self.steps().map(move |at| quarter * topology.quads_at(face, at) as f64)
     }

@@ -1,13 +1,13 @@
 //! Strips and corners that touch a failed pair are gone.
 
-use super::{Breaks, Broken};
+use super::{BrokenJoints, BrokenLattice};
 use ddem_mechanics::math::lanes::LANES;
 use ddem_mesh::assembly::{Assembly, NO_TABLE};
 use ddem_mesh::pack::{JointLattice, Packs};
 
 /// An element of a strip or a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Cell {
+pub struct StripElement {
     /// Lattice of the strip or corner.
     pub lattice: JointLattice,
     /// Number of the element there.
@@ -16,10 +16,14 @@ pub struct Cell {
     pub lane: usize,
 }
 
-impl Breaks {
+impl BrokenJoints {
     /// Strip and corner elements around the pairs that failed since the last call, each once and
     /// in order; the elements are still alive.
-    pub fn touched(&mut self, packs: &Packs, assembly: &Assembly) -> Vec<Cell> {
+    pub fn strips_around_failures(
+        &mut self,
+        packs: &Packs,
+        assembly: &Assembly,
+    ) -> Vec<StripElement> {
         let mut cells = Vec::new();
         for (index, lattices) in self.packs.iter_mut().enumerate() {
             let Some(lattices) = lattices else { continue };
@@ -30,7 +34,7 @@ impl Breaks {
                 }
             }
         }
-        cells.retain(|&Cell { lattice: JointLattice { pack, offset }, element, lane }| {
+        cells.retain(|&StripElement { lattice: JointLattice { pack, offset }, element, lane }| {
             let table = assembly.pack_tables[pack][offset];
             table != NO_TABLE
                 && assembly.tables[table as usize].elements[lane].is_some()
@@ -42,11 +46,12 @@ impl Breaks {
     }
 
     /// Takes elements of one strip or corner lattice out.
-    pub fn remove(&mut self, packs: &Packs, assembly: &Assembly, cells: &[Cell]) {
-        for &Cell { lattice: JointLattice { pack, offset }, element, lane } in cells {
+    pub fn remove(&mut self, packs: &Packs, assembly: &Assembly, cells: &[StripElement]) {
+        for &StripElement { lattice: JointLattice { pack, offset }, element, lane } in cells {
             let tables = assembly.pack_tables[pack];
-            let lattice = self.at(pack)[offset]
-                .get_or_insert_with(|| Broken::intact(packs, &packs.packs[pack], tables, offset));
+            let lattice = self.at(pack)[offset].get_or_insert_with(|| {
+                BrokenLattice::intact(packs, &packs.packs[pack], tables, offset)
+            });
             lattice.alive[element].0[lane] = 0.0;
             let there = assembly.tables[tables[offset] as usize].elements;
             lattice.any_alive = (0..LANES).any(|lane| {
@@ -57,7 +62,14 @@ impl Breaks {
 }
 
 /// Cells across the joint of direction `d` that hold both nodes of a pair.
-fn around(packs: &Packs, index: usize, d: usize, pair: usize, lane: usize, cells: &mut Vec<Cell>) {
+fn around(
+    packs: &Packs,
+    index: usize,
+    d: usize,
+    pair: usize,
+    lane: usize,
+    cells: &mut Vec<StripElement>,
+) {
     let pack = &packs.packs[index];
     let n = packs.shape_of(pack).divisions;
     let [e, f] = [(d + 1) % 3, (d + 2) % 3];
@@ -82,6 +94,6 @@ fn around(packs: &Packs, index: usize, d: usize, pair: usize, lane: usize, cells
         let along = if crossed == 1 << e { at[1] } else { at[0] };
         let elements = if offset == 7 { 0..1 } else { along.saturating_sub(1)..(along + 1).min(n) };
         let lattice = JointLattice { pack: owner, offset };
-        cells.extend(elements.map(|element| Cell { lattice, element, lane }));
+        cells.extend(elements.map(|element| StripElement { lattice, element, lane }));
     }
 }

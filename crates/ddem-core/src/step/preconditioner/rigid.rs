@@ -3,12 +3,12 @@
 
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
-use super::Around;
+use super::MassContext;
 use crate::model::Model;
-use ddem_joint::contact::Skins;
-use ddem_mechanics::collide::FaceOf;
+use ddem_joint::contact::ContactSurfaces;
+use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::{Hold, Pose};
+use ddem_mechanics::rigid::{Pose, RigidConstraint};
 use ddem_mesh::Vec3;
 use ddem_mesh::pack::Pack;
 
@@ -18,48 +18,55 @@ const NOTHING: f64 = 1e-10;
 /// `K⁻¹` of the six motions of the bodies of a pack; turns count with the size of the block.
 pub(super) type Inverses = [Matrix6<f64>; LANES];
 
-pub(super) fn inverses(around: Around<'_>, index: usize) -> Inverses {
-    let Around { model, held, .. } = around;
+pub(super) fn inverses(around: MassContext<'_>, index: usize) -> Inverses {
+    let MassContext { model, held, .. } = around;
     let pack = &model.packs.packs[index];
     std::array::from_fn(|lane| {
         if lane >= pack.filled {
             return Matrix6::zeros();
         }
-        let body = pack.bodies[lane] as usize;
-        let matter = &model.assembly.rigid[pack.rigid_start][lane];
-        let first = model.geometry.bodies[body].first_node;
+        let block = pack.blocks[lane] as usize;
+        let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
+        let first = model.geometry.blocks[block].first_node;
         let supports = (0..8).flat_map(|corner| {
             let axes = held.get(&(first + corner)).copied().unwrap_or_default();
-            let arm = matter.arm(corner as usize);
+            let arm = mass_properties.arm(corner as usize);
             (0..3).filter(move |&axis| axes[axis]).map(move |axis| (arm, axis, 0.0))
         });
-        let hold = Hold::new(matter.size(), supports);
+        let hold = RigidConstraint::new(mass_properties.size(), supports);
         let free = hold.map_or_else(Matrix6::identity, |hold| hold.free());
-        let stiffness = stiffness(around, body, matter.size());
+        let stiffness = stiffness(around, block, mass_properties.size());
         pseudo_inverse(free * stiffness * free, NOTHING * stiffness.trace())
     })
 }
 
 /// Stiffness of a body's joints, its neighbours standing still.
-fn stiffness(around: Around<'_>, body: usize, size: f64) -> Matrix6<f64> {
+fn stiffness(around: MassContext<'_>, block: usize, size: f64) -> Matrix6<f64> {
     let model = around.model;
-    let half = model.geometry.element_edges(body).map(|edge| edge * 0.5);
+    let half = model.geometry.element_edges(block).map(|edge| edge * 0.5);
     let mut sum = Matrix6::zeros();
-    for face in FaceOf::all() {
+    for face in FaceId::all() {
         let (d, side) = (face.direction, face.side());
-        let Some(other) = model.geometry.beyond(body, face) else { continue };
-        let owner = if face.upper { body } else { other };
+        let Some(other) = model.geometry.beyond(block, face) else { continue };
+        let owner = if face.upper { block } else { other };
         let (pack, lane) = model.packs.slot(owner);
-        let Some(seam) = model.seams.get(pack, d) else { continue };
-        let k = seam.matrix(lane);
+        let Some(section) = model.sections.get(pack, d) else { continue };
+        let k = section.matrix(lane);
         for (e, f) in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
             let arm = half[d] * f64::from(side) + half[(d + 1) % 3] * e + half[(d + 2) % 3] * f;
             let turn = arm.cross_matrix() / -size;
             add_point(&mut sum, &k, &turn);
         }
     }
-    if let Some(surfaces) = around.surfaces {
-        add_contacts(&mut sum, &surfaces.skins, around.meeting.released, body, &half, size);
+    if let Some(contact_model) = around.contact_model {
+        add_contacts(
+            &mut sum,
+            &contact_model.surfaces,
+            around.meeting.released,
+            block,
+            &half,
+            size,
+        );
     }
     sum
 }
@@ -68,18 +75,18 @@ fn stiffness(around: Around<'_>, body: usize, size: f64) -> Matrix6<f64> {
 /// whose points are at the quarters.
 fn add_contacts(
     sum: &mut Matrix6<f64>,
-    skins: &Skins,
+    surfaces: &ContactSurfaces,
     released: bool,
-    body: usize,
+    block: usize,
     half: &[Vec3; 3],
     size: f64,
 ) {
-    for face in FaceOf::all() {
+    for face in FaceId::all() {
         let d = face.direction;
         let (e, f) = (half[(d + 1) % 3], half[(d + 2) % 3]);
         let area = e.cross(&f);
         let normal = area.try_normalize(0.0).unwrap_or_default();
-        let [stiff, shear] = super::meeting::of_contacts(skins, body, face, released);
+        let [stiff, shear] = super::contact_masses::of_contacts(surfaces, block, face, released);
         let across = normal * normal.transpose();
         let k = (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm();
         let side = half[d] * if face.upper { 1.0 } else { -1.0 };
@@ -121,14 +128,14 @@ pub(super) fn accelerations(
     // Lanes without a body do not move.
     out.fill(Lanes::ZERO);
     for lane in 0..filled {
-        let matter = &model.assembly.rigid[rigid_start][lane];
+        let mass_properties = &model.assembly.rigid[rigid_start][lane];
         let turn = poses.map_or_else(UnitQuaternion::identity, |poses| poses[lane].turn);
-        let size = matter.size();
+        let size = mass_properties.size();
         let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
         for corner in 0..8 {
             let on = Vec3::from([0, 1, 2].map(|c| f[3 * (start + corner) + c].0[lane]));
             force += on;
-            torque += (turn * matter.arm(corner)).cross(&on);
+            torque += (turn * mass_properties.arm(corner)).cross(&on);
         }
         let (force, torque) = (turn.inverse() * force, turn.inverse() * torque / size);
         let both = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
@@ -136,7 +143,7 @@ pub(super) fn accelerations(
         let shift: Vector3<f64> = moved.fixed_rows::<3>(0).into();
         let spin: Vector3<f64> = moved.fixed_rows::<3>(3) / size;
         for corner in 0..8 {
-            let value = turn * (shift + spin.cross(&matter.arm(corner)));
+            let value = turn * (shift + spin.cross(&mass_properties.arm(corner)));
             (0..3).for_each(|c| out[3 * corner + c].0[lane] = value[c]);
         }
     }

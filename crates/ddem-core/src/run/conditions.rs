@@ -7,10 +7,10 @@ use rayon::prelude::*;
 use super::Simulation;
 use crate::error::RunError;
 use crate::model::Model;
-use crate::model::boundary::{Column, Moving, Pace};
-use crate::model::charge::{Charge, ChargeState, Fill, Push};
+use crate::model::boundary::{Column, ColumnMotion, ColumnStep};
+use crate::model::charge::{ChargeForces, ChargeState, GasCharge, ShellState};
 use crate::state::view::StageView;
-use crate::state::{Fresh, State};
+use crate::state::{StageEntry, State};
 use ddem_mesh::Vec3;
 use ddem_mesh::slot::NodeSlot;
 
@@ -37,26 +37,28 @@ impl Simulation {
         if stage < left {
             return Err(RunError::EarlierStage { stage, present: left });
         }
-        self.settle();
+        self.synchronise();
         let active = self.model.active(stage, &self.state.applied);
         // What they bore, they bore with the blocks that are taken out now.
-        if !self.model.borders.list.is_empty() {
+        if !self.model.boundaries.list.is_empty() {
             self.measure_once();
-            let borne = (&self.view.active, &self.scratch.reactions[..], &self.state.kept);
-            self.state.kept = self.model.borders.kept(stage, borne, &active);
+            let borne =
+                (&self.view.conditions, &self.scratch.reactions[..], &self.state.locked_reactions);
+            self.state.locked_reactions =
+                self.model.boundaries.locked_reactions(stage, borne, &active);
             self.begin_columns(stage);
         }
         let state = &mut *self.state;
-        state.fresh.get_or_insert(Fresh { left, first: left + 1 });
+        state.fresh.get_or_insert(StageEntry { left, first: left + 1 });
         state.stage = stage;
         // Stages that were skipped begin together with this one.
         state.stage_starts.resize(stage, state.time);
         state.stage_starts.push(state.time);
-        let held = std::mem::take(&mut self.view.active.held_bodies);
+        let held = std::mem::take(&mut self.view.conditions.held_blocks);
         self.view.renew(&self.model, &self.state);
         self.excavate(left, stage);
-        let (packs, now) = (&self.model.packs, &self.view.active.held_bodies);
-        self.state.contacts.hold_anew(|block| {
+        let (packs, now) = (&self.model.packs, &self.view.conditions.held_blocks);
+        self.state.contacts.remake_where_supports_changed(|block| {
             let (pack, lane) = packs.slot(block);
             held[pack][lane] != now[pack][lane]
         });
@@ -65,9 +67,9 @@ impl Simulation {
 
     /// The critical step with the gas of charges, as stiff as it is at the start or more, beside the springs that
     /// a critical step is given for `[s]`.
-    pub(super) fn with_gas(&self, step: f64) -> f64 {
-        let gases = self.charged().filter_map(|(charge, fills)| {
-            Some((&charge.nodes, charge.stiffness(&self.moved(charge), fills)?))
+    pub(super) fn critical_step_with_gas(&self, step: f64) -> f64 {
+        let gases = self.charged().filter_map(|(charge, shells)| {
+            Some((&charge.nodes, charge.stiffness(&self.moved(charge), shells)?))
         });
         let gases: Vec<_> = gases.collect();
         let own = |(nodes, (stiffness, areas)): &(&Vec<u32>, (f64, Vec<Vec3>))| {
@@ -92,97 +94,97 @@ impl Simulation {
     pub fn charge(&self, index: usize) -> Option<ChargeState> {
         let conditions = &self.model.conditions;
         let State { stage, time, stage_starts, .. } = &*self.state;
-        let (charge, fills) = self.charged().nth(index)?;
-        let push = charge.push(&self.moved(charge), fills);
+        let (charge, shells) = self.charged().nth(index)?;
+        let push = charge.push(&self.moved(charge), shells);
         let factors = conditions.factors(*stage, *time, stage_starts).unwrap_or_default();
         let factor = factors.get(conditions.loaded.len() + index).copied().unwrap_or(0.0);
         Some(ChargeState {
             pressure: push.pressure * factor,
             volume: push.volume,
-            vented: push.fills.iter().all(|fill| fill.left.is_some()),
-            began: fills.iter().map(|fill| fill.began).sum(),
+            vented: push.shells.iter().all(|shell| shell.left.is_some()),
+            began: shells.iter().map(|shell| shell.began).sum(),
         })
     }
 
     /// Gas that goes off now where there is less room than at the start is stiffer, and its step shorter.
-    pub(super) fn look_at_new_gas(&mut self) -> Result<(), RunError> {
-        if self.state.fills.iter().all(|fill| fill.began.is_some()) {
+    pub(super) fn check_new_gas(&mut self) -> Result<(), RunError> {
+        if self.state.shells.iter().all(|shell| shell.began.is_some()) {
             return Ok(());
         }
-        self.take_factors()?;
+        self.update_factors()?;
         let factors = self.view.factors.iter().skip(self.model.conditions.loaded.len());
         let acts = self.charged().zip(factors).filter(|(_, factor)| **factor != 0.0);
-        let mut fills = acts.flat_map(|((_, fills), _)| fills);
-        let begins = fills.any(|fill| fill.began.is_none());
-        drop(fills);
+        let mut shells = acts.flat_map(|((_, shells), _)| shells);
+        let begins = shells.any(|shell| shell.began.is_none());
+        drop(shells);
         if !begins {
             return Ok(());
         }
-        let fills = self.press();
-        let before = std::mem::replace(&mut self.state.fills, fills);
-        let shells = self.charged().flat_map(|(charge, fills)| charge.shells.iter().zip(fills));
+        let shells = self.update_gas();
+        let before = std::mem::replace(&mut self.state.shells, shells);
+        let shells = self.charged().flat_map(|(charge, shells)| charge.shells.iter().zip(shells));
         let narrow = shells.zip(&before).any(|((shell, now), before)| {
             before.began.is_none() && now.began.is_some_and(|began| began < NARROW * shell.volume)
         });
         if narrow {
             self.critical_steps = [None; 2];
         } else {
-            self.state.fills = before;
+            self.state.shells = before;
         }
         Ok(())
     }
 
     /// Charges with what is in their shells.
-    pub(super) fn charged(&self) -> impl Iterator<Item = (&Charge, &[Fill])> {
-        let mut fills = self.state.fills.as_slice();
+    pub(super) fn charged(&self) -> impl Iterator<Item = (&GasCharge, &[ShellState])> {
+        let mut shells = self.state.shells.as_slice();
         self.model.conditions.charged.iter().map(move |charged| {
-            let (own, others) = fills.split_at(charged.charge.shells.len());
-            fills = others;
+            let (own, others) = shells.split_at(charged.charge.shells.len());
+            shells = others;
             (&charged.charge, own)
         })
     }
 
     /// Displacements of the nodes that a charge pushes.
-    pub(super) fn moved(&self, charge: &Charge) -> Vec<Vec3> {
+    pub(super) fn moved(&self, charge: &GasCharge) -> Vec<Vec3> {
         let u = |node: &u32| Vec3::from(self.model.get(&self.state.u, *node as usize));
         charge.nodes.iter().map(u).collect()
     }
 
     /// Gas of the charges in force pushes its walls where they are now. Returns what is in the shells by
     /// now.
-    pub(super) fn press(&mut self) -> Vec<Fill> {
+    pub(super) fn update_gas(&mut self) -> Vec<ShellState> {
         let loads = self.model.conditions.loaded.len();
         let acts = |load: usize| self.view.factors.get(load).is_some_and(|factor| *factor != 0.0);
         let charged: Vec<_> = self.charged().collect();
         let each = charged.par_iter().enumerate().map(|(index, (charge, before))| {
             acts(loads + index).then(|| charge.push(&self.moved(charge), before))
         });
-        let each: Vec<Option<Push>> = each.collect();
-        let mut fills = Vec::with_capacity(self.state.fills.len());
+        let each: Vec<Option<ChargeForces>> = each.collect();
+        let mut shells = Vec::with_capacity(self.state.shells.len());
         for (push, (_, before)) in each.iter().zip(charged) {
-            fills.extend(push.as_ref().map_or(before, |push| &push.fills));
+            shells.extend(push.as_ref().map_or(before, |push| &push.shells));
         }
-        let Self { model, view: StageView { active, .. }, .. } = self;
-        let pushes = model.conditions.charged.iter().zip(each).enumerate();
-        for (index, (charged, push)) in pushes {
+        let Self { model, view: StageView { conditions, .. }, .. } = self;
+        let boundary_forces = model.conditions.charged.iter().zip(each).enumerate();
+        for (index, (charged, push)) in boundary_forces {
             let Some(push) = push else { continue };
             for (node, force) in charged.charge.nodes.iter().zip(push.forces) {
                 let slot = model.node_slot(*node as usize);
-                if let Some(present) = active.force_mut(slot, (loads + index) as u32) {
+                if let Some(present) = conditions.force_mut(slot, (loads + index) as u32) {
                     *present = force.into();
                 }
             }
         }
-        fills
+        shells
     }
 
     /// Columns that come into force are at rest.
     fn begin_columns(&mut self, stage: usize) {
-        let borders = &self.model.borders;
-        for (index, border) in borders.list.iter().enumerate() {
-            let goes_on = borders.has(index, self.state.stage);
-            if borders.has(index, stage) && !goes_on {
-                for column in &border.columns {
+        let boundaries = &self.model.boundaries;
+        for (index, boundary) in boundaries.list.iter().enumerate() {
+            let goes_on = boundaries.has(index, self.state.stage);
+            if boundaries.has(index, stage) && !goes_on {
+                for column in &boundary.columns {
                     let levels = column.first..column.first + column.nodes.len();
                     self.state.columns[levels].fill([Vec3::zeros(); 2]);
                 }
@@ -190,19 +192,19 @@ impl Simulation {
         }
     }
 
-    /// What boundaries will do in the next step, and where that takes the columns.
-    pub(super) fn take_pushes(&mut self) -> Result<(), RunError> {
-        if self.view.outside.dashpots.is_empty() {
-            self.view.columns = Moving::default();
+    /// Updates the boundary forces of the next step and the motion of the columns.
+    pub(super) fn update_boundary_forces(&mut self) -> Result<(), RunError> {
+        if self.view.boundaries.dashpots.is_empty() {
+            self.view.columns = ColumnMotion::default();
             return Ok(());
         }
         let State { stage, time, stage_starts, columns, .. } = &*self.state;
-        let Model { borders, assembly, .. } = &*self.model;
-        let factors = borders.factors(*stage, *time, stage_starts)?;
+        let Model { boundaries, assembly, .. } = &*self.model;
+        let factors = boundaries.factors(*stage, *time, stage_starts)?;
         let motion = &self.motion;
-        let rates = |column: &Column, level: usize, dug: bool| {
+        let rates = |column: &Column, level: usize, excavated: bool| {
             // Beside what has been taken out the ground has the damping that it had.
-            if dug {
+            if excavated {
                 return column.squares[level].map(|square| motion.rate(square));
             }
             let NodeSlot { pack, at, lane } = column.slots[level];
@@ -211,7 +213,7 @@ impl Simulation {
             let mass = assembly.inertia[inertia].mass[at / 3].0[usize::from(lane)];
             [0, 1, 2].map(|c| motion.classes[inertia].at(at + c, usize::from(lane))[2] / mass)
         };
-        let pace = Pace {
+        let step = ColumnStep {
             interval: motion.interval,
             part: 0.5 * motion.behind(),
             local: motion.local,
@@ -220,15 +222,15 @@ impl Simulation {
             velocities: &self.view.velocities,
             rates: &rates,
         };
-        let mut moving = std::mem::take(&mut self.view.columns);
-        moving.clear(columns.len());
-        for standing in &self.view.outside.standing {
-            let column = &borders.list[standing.border].columns[standing.column];
-            column.step(standing, &pace, columns, &mut moving);
+        let mut column_motion = std::mem::take(&mut self.view.columns);
+        column_motion.clear(columns.len());
+        for active in &self.view.boundaries.columns {
+            let column = &boundaries.list[active.boundary].columns[active.column];
+            column.step(active, &step, columns, &mut column_motion);
         }
-        let StageView { outside, pushes, .. } = &mut self.view;
-        outside.push(borders, &factors, &moving, pushes);
-        self.view.columns = moving;
+        let StageView { boundaries: in_force, boundary_forces, .. } = &mut self.view;
+        in_force.forces(boundaries, &factors, &column_motion, boundary_forces);
+        self.view.columns = column_motion;
         Ok(())
     }
 

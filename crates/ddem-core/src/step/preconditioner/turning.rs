@@ -7,10 +7,10 @@
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use super::{Clusters, InverseMass};
+use super::{InverseMassRows, Preconditioner};
 use crate::model::Model;
 use ddem_mechanics::element::corotation::{Frame, mean_rotation};
-use ddem_mechanics::law::Stiffness;
+use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::lanes::{
     LANES, Lanes, add, load, load_at, scale, splat, store_at, times, transposed_times, zero,
 };
@@ -22,11 +22,11 @@ const TURNED: f64 = 0.05;
 /// Ratio of the stiffnesses of a layer along its normal and across it, as far as masses need to know.
 const LAYER: f64 = 4.0;
 
-impl InverseMass {
+impl InverseMassRows {
     /// Parts of the rotations of the bodies in each row in the mean of the cluster: none where a member
     /// is held along some axes, which do not turn.
     pub(super) fn share_rotations(&mut self) {
-        let (mut shares, mut rows) = (vec![Lanes::ZERO; self.partner.len()], Vec::new());
+        let (mut rotation_weights, mut rows) = (vec![Lanes::ZERO; self.partner.len()], Vec::new());
         for node in self.start.windows(2) {
             rows.clear();
             rows.extend(node[0] as usize..node[1] as usize);
@@ -36,11 +36,11 @@ impl InverseMass {
                 let members = rows.iter().filter(|&&row| free(row) == 3);
                 let count = members.clone().count();
                 if rows.iter().all(|&row| [0, 3].contains(&free(row))) {
-                    members.for_each(|&row| shares[row].0[lane] = 1.0 / count as f64);
+                    members.for_each(|&row| rotation_weights[row].0[lane] = 1.0 / count as f64);
                 }
             }
         }
-        self.shares = shares;
+        self.rotation_weights = rotation_weights;
     }
 }
 
@@ -50,14 +50,14 @@ pub(super) fn accelerations<S: Simd>(
     simd: S,
     model: &Model,
     turned: &[Frame],
-    clusters: &Clusters,
+    preconditioner: &Preconditioner,
     index: usize,
     f: &[Lanes],
     out: &mut [Lanes],
 ) {
     let packs = &model.packs.packs;
     let pack = &packs[index];
-    let class = &clusters.classes[clusters.of_pack[index] as usize];
+    let class = &preconditioner.classes[preconditioner.of_pack[index] as usize];
     for node in 0..out.len() / 3 {
         let rows = class.start[node] as usize..class.start[node + 1] as usize;
         let mut places = [[Some((index, 0)); LANES]; 8];
@@ -65,9 +65,9 @@ pub(super) fn accelerations<S: Simd>(
         let mut rest = splat(simd, 1.0);
         for (place, row) in places.iter_mut().zip(rows.clone()) {
             let partner = &class.partner[row];
-            let bodies = &clusters.beside[index][partner.beside];
-            *place = std::array::from_fn(|lane| bodies.at(lane));
-            let share = class.shares[row].load(simd);
+            let blocks = &preconditioner.beside[index][partner.beside];
+            *place = std::array::from_fn(|lane| blocks.at(lane));
+            let share = class.rotation_weights[row].load(simd);
             let rotation = rotation(turned, place);
             for (sum, row) in mean.iter_mut().zip(&rotation) {
                 *sum = add(*sum, scale(load(simd, row), share));
@@ -125,7 +125,7 @@ pub(crate) fn has_turned(model: &Model, frames: &[Frame]) -> bool {
         return false;
     }
     let ratio = |joint: &JointProperties| {
-        let Stiffness { normal, shear } = joint.stiffness();
+        let SpringStiffness { normal, shear } = joint.stiffness();
         (normal / shear).max(shear / normal)
     };
     let most = model.properties.joints.iter().map(ratio).fold(LAYER, f64::max);

@@ -1,8 +1,8 @@
-//! Where blocks and the points of their faces are.
+//! Present configuration of the blocks and of the points of their faces.
 
 use nalgebra::Matrix3;
 
-use ddem_mechanics::collide::{Cell, FaceOf};
+use ddem_mechanics::collide::{FaceId, Parallelepiped};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::grid::Bounds;
@@ -11,7 +11,7 @@ use ddem_mesh::{Geometry, SurfacePoint, Topology, Vec3};
 
 /// A block: its nodes at rest, and where these are in nodal fields.
 #[derive(Clone, Debug)]
-pub struct Placed {
+pub struct ContactBlock {
     /// The lowest node at rest `[m]`.
     corner: Vec3,
     /// The centre at rest `[m]`.
@@ -30,14 +30,14 @@ pub struct Placed {
     pub(super) lane: usize,
 }
 
-/// Where everything is: nodal displacements and the frames of the packs.
+/// Present configuration: nodal displacements and the frames of the packs.
 #[derive(Clone, Copy)]
-pub struct Placing<'a> {
+pub struct Configuration<'a> {
     /// Blocks at rest.
-    pub blocks: &'a [Placed],
+    pub blocks: &'a [ContactBlock],
     /// Displacements `[m]`.
     pub u: &'a [Lanes],
-    /// Those of rigid bodies always, of others where they turn.
+    /// Frames of rigid blocks, and of deformable blocks that rotate.
     pub frames: &'a [Frame],
     /// Small displacements: deformable bodies have no frames.
     pub small: bool,
@@ -47,31 +47,31 @@ pub struct Placing<'a> {
     pub start: bool,
 }
 
-pub(super) fn placed(geometry: &Geometry, packs: &Packs) -> Vec<Placed> {
-    let place = |body: usize| {
-        let topology = geometry.topology(body);
+pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBlock> {
+    let place = |block: usize| {
+        let topology = geometry.topology(block);
         let divisions = topology.divisions() as f64;
-        let (pack, lane) = packs.slot(body);
-        let steps = geometry.element_edges(body);
-        let corner = geometry.position(body, [0; 3]);
+        let (pack, lane) = packs.slot(block);
+        let steps = geometry.element_edges(block);
+        let corner = geometry.position(block, [0; 3]);
         let edges = steps.map(|step| step.norm());
-        Placed {
+        ContactBlock {
             corner,
             middle: corner + (steps[0] + steps[1] + steps[2]) * (0.5 * divisions),
             spacing: edges[0].min(edges[1]).min(edges[2]),
             size: 0.5 * divisions * (edges[0] + edges[1] + edges[2]),
             steps,
             topology,
-            rigid: geometry.is_rigid(body),
+            rigid: geometry.is_rigid(block),
             first: 3 * packs.packs[pack].start,
             pack,
             lane,
         }
     };
-    (0..geometry.bodies.len()).map(place).collect()
+    (0..geometry.blocks.len()).map(place).collect()
 }
 
-impl Placed {
+impl ContactBlock {
     /// Value of a nodal field at lattice steps `at`.
     #[inline(always)]
     pub(super) fn value(&self, field: &[Lanes], at: [usize; 3]) -> Vec3 {
@@ -95,10 +95,10 @@ impl Placed {
     }
 
     /// The parallelepiped nearest to its corners.
-    pub(super) fn cell(&self, u: &[Lanes]) -> Cell {
+    pub(super) fn cell(&self, u: &[Lanes]) -> Parallelepiped {
         let [a, b, c, d, e, f, g, h] = self.corners(u);
         let (low, high) = ((a + b) + (c + d), (e + f) + (g + h));
-        Cell {
+        Parallelepiped {
             centre: (low + high) / 8.0,
             half: [
                 ((b - a) + (d - c) + (f - e) + (h - g)) / 8.0,
@@ -119,15 +119,15 @@ impl Placed {
 
     /// Nodes that make a point of a face, numbered as in the block, and their weights.
     #[inline(always)]
-    pub fn shares(&self, face: FaceOf, point: &SurfacePoint) -> [(usize, f64); 4] {
-        point.shares(self.topology, face)
+    pub fn weights(&self, face: FaceId, point: &SurfacePoint) -> [(usize, f64); 4] {
+        point.weights(self.topology, face)
     }
 
     /// Value of a nodal field at a point.
     #[inline(always)]
-    fn at(&self, field: &[Lanes], face: FaceOf, point: &SurfacePoint) -> Vec3 {
+    fn at(&self, field: &[Lanes], face: FaceId, point: &SurfacePoint) -> Vec3 {
         let mut sum = Vec3::zeros();
-        for (node, weight) in self.shares(face, point) {
+        for (node, weight) in self.weights(face, point) {
             let node = &field[self.first + 3 * node..][..3];
             let value = Vec3::new(node[0].0[self.lane], node[1].0[self.lane], node[2].0[self.lane]);
             sum += value * weight;
@@ -136,17 +136,17 @@ impl Placed {
     }
 
     /// Position of a point at rest `[m]`, and the node that has most of it, numbered as in the block.
-    pub fn seat(&self, face: FaceOf, point: &SurfacePoint) -> (Vec3, usize) {
-        let shares = self.shares(face, point);
-        let most = shares
+    pub fn rest_point(&self, face: FaceId, point: &SurfacePoint) -> (Vec3, usize) {
+        let weights = self.weights(face, point);
+        let most = weights
             .iter()
-            .fold(shares[0], |most, &share| if share.1 > most.1 { share } else { most });
+            .fold(weights[0], |most, &share| if share.1 > most.1 { share } else { most });
         (self.rest(face, point), most.0)
     }
 
     /// Position of a point at rest `[m]`.
     #[inline(always)]
-    fn rest(&self, face: FaceOf, point: &SurfacePoint) -> Vec3 {
+    fn rest(&self, face: FaceId, point: &SurfacePoint) -> Vec3 {
         let d = face.direction;
         let along = |k: usize| f64::from(point.element[k]) + f64::from(point.on[k]);
         let up = if face.upper { self.topology.divisions() as f64 } else { 0.0 };
@@ -155,47 +155,48 @@ impl Placed {
     }
 
     /// Area of the face of one element at rest `[m²]`.
-    pub fn element_area(&self, face: FaceOf) -> f64 {
+    pub fn element_area(&self, face: FaceId) -> f64 {
         let d = face.direction;
         self.steps[(d + 1) % 3].cross(&self.steps[(d + 2) % 3]).norm()
     }
 }
 
-impl Placing<'_> {
+impl Configuration<'_> {
     /// Rotation of a block from its reference position.
     pub(super) fn rotation(&self, block: usize) -> Matrix3<f64> {
-        let Placed { pack, lane, .. } = self.blocks[block];
+        let ContactBlock { pack, lane, .. } = self.blocks[block];
         Matrix3::from_fn(|i, k| self.frames[pack].rotation[i][k].0[lane])
     }
 
-    /// How far a block turned in the last step, as a vector: the mean of its edges `[rad]`.
+    /// Rotation vector of a block in the last step: the mean over its edges `[rad]`.
     pub(super) fn turned(&self, block: usize) -> Vec3 {
-        let placed = &self.blocks[block];
+        let contact_block = &self.blocks[block];
         // Of a field of velocities, the half edges at rest and what they change by.
-        let ways = placed.cell(self.last.0).half;
-        let edges = placed.cell(self.u).half;
+        let ways = contact_block.cell(self.last.0).half;
+        let edges = contact_block.cell(self.u).half;
         let turn = |d: usize| {
-            let way = ways[d] - placed.steps[d] * (0.5 * placed.topology.divisions() as f64);
-            edges[d].cross(&way) / edges[d].norm_squared()
+            let du = ways[d]
+                - contact_block.steps[d] * (0.5 * contact_block.topology.divisions() as f64);
+            edges[d].cross(&du) / edges[d].norm_squared()
         };
         (turn(0) + turn(1) + turn(2)) * (0.5 * self.last.1)
     }
 
     /// Centre of a block `[m]`.
     pub(super) fn centre(&self, block: usize) -> Vec3 {
-        let placed = &self.blocks[block];
-        let Placed { pack, lane, .. } = *placed;
+        let contact_block = &self.blocks[block];
+        let ContactBlock { pack, lane, .. } = *contact_block;
         if self.small {
-            return placed.cell(self.u).centre;
+            return contact_block.cell(self.u).centre;
         }
-        placed.middle + Vec3::from(self.frames[pack].mean.map(|c| c.0[lane]))
+        contact_block.middle + Vec3::from(self.frames[pack].mean.map(|c| c.0[lane]))
     }
 
     /// Position of a point `[m]`.
     #[inline(always)]
-    pub fn position(&self, block: usize, face: FaceOf, point: &SurfacePoint) -> Vec3 {
-        let placed = &self.blocks[block];
-        placed.rest(face, point) + placed.at(self.u, face, point)
+    pub fn position(&self, block: usize, face: FaceId, point: &SurfacePoint) -> Vec3 {
+        let contact_block = &self.blocks[block];
+        contact_block.rest(face, point) + contact_block.at(self.u, face, point)
     }
 
     /// From a point on one block to that on another `[m]`.
@@ -203,26 +204,26 @@ impl Placing<'_> {
     pub(super) fn apart(
         &self,
         blocks: [u32; 2],
-        faces: [FaceOf; 2],
+        faces: [FaceId; 2],
         spots: &[SurfacePoint; 2],
     ) -> Vec3 {
         self.position(blocks[1] as usize, faces[1], &spots[1])
             - self.position(blocks[0] as usize, faces[0], &spots[0])
     }
 
-    /// What that changed by in the last step `[m]`.
+    /// Change of the distance between two points in the last step `[m]`.
     pub(super) fn parted(
         &self,
         blocks: [u32; 2],
-        faces: [FaceOf; 2],
+        faces: [FaceId; 2],
         spots: &[SurfacePoint; 2],
     ) -> Vec3 {
-        self.way(blocks[1] as usize, faces[1], &spots[1])
-            - self.way(blocks[0] as usize, faces[0], &spots[0])
+        self.du(blocks[1] as usize, faces[1], &spots[1])
+            - self.du(blocks[0] as usize, faces[0], &spots[0])
     }
 
     /// Way of a point in the last step `[m]`.
-    pub(super) fn way(&self, block: usize, face: FaceOf, point: &SurfacePoint) -> Vec3 {
+    pub(super) fn du(&self, block: usize, face: FaceId, point: &SurfacePoint) -> Vec3 {
         self.blocks[block].at(self.last.0, face, point) * self.last.1
     }
 }

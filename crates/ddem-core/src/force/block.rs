@@ -10,12 +10,12 @@ use ddem_mechanics::math::lanes::{
     Lanes, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, sub, times,
     transposed_times, zero,
 };
-use ddem_mesh::in_situ::Borne;
+use ddem_mesh::in_situ::InSituLattice;
 use ddem_mesh::pack::JointLattice;
 
 /// Forces of the bodies of one pack.
 #[simd]
-pub(crate) fn body<S: Simd>(
+pub(crate) fn block<S: Simd>(
     simd: S,
     input: Input<'_>,
     index: usize,
@@ -35,17 +35,17 @@ pub(crate) fn body<S: Simd>(
     work.reserve(3 * shape.nodes);
     let Workspace { planes, local, g, .. } = work;
     let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
-    let borne = input.borne(JointLattice { pack: index, offset: 0 });
+    let initial_stress = input.initial_stress(JointLattice { pack: index, offset: 0 });
     let Some(frames) = input.moved.frames else {
         force(simd, dims, &table.table, u, g, planes);
-        if let Some(borne) = borne {
-            borne.add(simd, None, g);
+        if let Some(initial_stress) = initial_stress {
+            initial_stress.add(simd, None, g);
         }
         for (f, g) in out.f.iter_mut().zip(&*g) {
             *f = Lanes::from(-g.load(simd));
         }
-        if let Some([bodies, _]) = &mut out.energy {
-            *bodies = Lanes::from(energy(simd, borne, u, g));
+        if let Some([blocks, _]) = &mut out.energy {
+            *blocks = Lanes::from(energy(simd, initial_stress, u, g));
         }
         return resist(simd, input, index, out, work);
     };
@@ -54,8 +54,8 @@ pub(crate) fn body<S: Simd>(
     local.copy_from_slice(u);
     turn(simd, &rotation, load(simd, &frame.mean), &table.edges, dims, local);
     force(simd, dims, &table.table, local, g, planes);
-    if let Some(borne) = borne {
-        borne.add(simd, None, g);
+    if let Some(initial_stress) = initial_stress {
+        initial_stress.add(simd, None, g);
     }
     let torque = over_nodes(simd, shape.divisions, |node| {
         let (ui, gi) = (load_at(simd, local, 3 * node), load_at(simd, g, 3 * node));
@@ -64,8 +64,8 @@ pub(crate) fn body<S: Simd>(
     });
     let [x, y, z] = times(&rotation, torque);
     *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
-    if let Some([bodies, _]) = &mut out.energy {
-        *bodies = Lanes::from(energy(simd, borne, local, g));
+    if let Some([blocks, _]) = &mut out.energy {
+        *blocks = Lanes::from(energy(simd, initial_stress, local, g));
     }
     resist(simd, input, index, out, work);
 }
@@ -105,14 +105,14 @@ fn stiffness_damping<S: Simd>(
     let shape = input.moved.packs.shape_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
     let v = &viscous.v[3 * pack.start..3 * (pack.start + shape.nodes)];
-    let Workspace { planes, local, g, way, .. } = work;
-    let (g, way) = (&mut g[..v.len()], &mut way[..v.len()]);
+    let Workspace { planes, local, g, du, .. } = work;
+    let (g, du) = (&mut g[..v.len()], &mut du[..v.len()]);
     let rotation = input.moved.frames.map(|frames| frames[index].matrix(simd));
     for node in 0..shape.nodes {
         let v = load_at(simd, v, 3 * node);
-        store_at(way, 3 * node, rotation.map_or(v, |r| transposed_times(&r, v)));
+        store_at(du, 3 * node, rotation.map_or(v, |r| transposed_times(&r, v)));
     }
-    force(simd, shape.dims(0), &table.table, way, g, planes);
+    force(simd, shape.dims(0), &table.table, du, g, planes);
     let beta = splat(simd, viscous.stiffness);
     let torque = over_nodes(simd, shape.divisions, |node| {
         let force = scale(load_at(simd, g, 3 * node), beta);
@@ -128,7 +128,12 @@ fn stiffness_damping<S: Simd>(
 
 /// Energy of the elements of a lattice `[J]`.
 #[inline(always)]
-fn energy<S: Simd>(simd: S, borne: Option<Borne<'_>>, u: &[Lanes], g: &[Lanes]) -> f64x4<S> {
+fn energy<S: Simd>(
+    simd: S,
+    initial_stress: Option<InSituLattice<'_>>,
+    u: &[Lanes],
+    g: &[Lanes],
+) -> f64x4<S> {
     let work = half_work(simd, u, g);
-    borne.map_or(work, |borne| work + borne.energy(simd, None, u))
+    initial_stress.map_or(work, |initial_stress| work + initial_stress.energy(simd, None, u))
 }

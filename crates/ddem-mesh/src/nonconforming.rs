@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use super::lattice::NO_JOINT;
 use super::{BlockFace, Geometry};
-use ddem_mechanics::collide::FaceOf;
+use ddem_mechanics::collide::FaceId;
 
 /// Two faces that lie on each other, or nearly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Abutment {
+pub struct NonconformingJoint {
     /// a and b, the lower number first.
     pub blocks: [u32; 2],
     /// A face of each.
-    pub faces: [FaceOf; 2],
+    pub faces: [FaceId; 2],
     /// Number of the joint.
     pub joint: u16,
     /// Of the parts of their cells' faces that lie on each other, gaps around included `[m²]`.
@@ -23,7 +23,7 @@ pub struct Abutment {
     pub stiffness: f64,
 }
 
-impl Abutment {
+impl NonconformingJoint {
     /// Its two faces.
     #[must_use]
     pub fn sides(&self) -> [BlockFace; 2] {
@@ -32,9 +32,9 @@ impl Abutment {
     }
 }
 
-/// What a face has of the joints to others that it does not match.
+/// Properties of a face's nonconforming joints.
 #[derive(Clone, Copy, Debug)]
-pub struct Abuts {
+pub struct NonconformingFace {
     /// Of several the stiffest, which bounds what the others do.
     pub joint: u16,
     stiffness: f64,
@@ -44,51 +44,52 @@ pub struct Abuts {
 
 impl Geometry {
     /// Gives faces of different lattices joints, sorted by their blocks.
-    pub fn join(&mut self, abutments: Vec<Abutment>) {
-        let place = |(at, abutment): (usize, &Abutment)| {
-            [0, 1].map(|k| (abutment.blocks[k], abutment.faces[k].number(), at as u32))
+    pub fn join(&mut self, nonconforming_joints: Vec<NonconformingJoint>) {
+        let place = |(at, joint_pair): (usize, &NonconformingJoint)| {
+            [0, 1].map(|k| (joint_pair.blocks[k], joint_pair.faces[k].number(), at as u32))
         };
-        let mut places: Vec<_> = abutments.iter().enumerate().flat_map(place).collect();
+        let mut places: Vec<_> = nonconforming_joints.iter().enumerate().flat_map(place).collect();
         places.sort_unstable();
-        (self.abutments, self.abutting) = (Arc::new(abutments), Arc::new(places));
+        (self.nonconforming_joints, self.by_face) =
+            (Arc::new(nonconforming_joints), Arc::new(places));
     }
 
     /// Forgets the joints of blocks that have been taken out.
-    pub fn forget_gone(&mut self) {
+    pub fn forget_removed(&mut self) {
         let left = self.joined().copied().collect();
         self.join(left);
     }
 
     /// Faces of different lattices with a joint between them, of blocks that are there.
-    pub fn joined(&self) -> impl Iterator<Item = &Abutment> {
-        self.abutments.iter().filter(|abutment| self.is_there(abutment))
+    pub fn joined(&self) -> impl Iterator<Item = &NonconformingJoint> {
+        self.nonconforming_joints.iter().filter(|joint_pair| self.is_there(joint_pair))
     }
 
-    fn is_there(&self, abutment: &Abutment) -> bool {
-        !abutment.blocks.iter().any(|&block| self.is_gone(block as usize))
+    fn is_there(&self, joint_pair: &NonconformingJoint) -> bool {
+        !joint_pair.blocks.iter().any(|&block| self.is_removed(block as usize))
     }
 
     /// The joints that a face of a block has to others that it does not match.
     #[must_use]
-    pub fn abuts(&self, block: usize, face: u8) -> Option<Abuts> {
+    pub fn nonconforming(&self, block: usize, face: u8) -> Option<NonconformingFace> {
         let place = (block as u32, face);
-        let from = self.abutting.partition_point(|&(block, face, _)| (block, face) < place);
-        let here = self.abutting[from..].iter().take_while(|(a, b, _)| (*a, *b) == place);
-        let here = here.map(|(.., at)| &self.abutments[*at as usize]);
-        let each = here.filter(|abutment| self.is_there(abutment)).map(|abutment| {
-            let &Abutment { joint, stiffness, gap, .. } = abutment;
-            Abuts { joint, stiffness, gap: gap.max(0.0) }
+        let from = self.by_face.partition_point(|&(block, face, _)| (block, face) < place);
+        let here = self.by_face[from..].iter().take_while(|(a, b, _)| (*a, *b) == place);
+        let here = here.map(|(.., at)| &self.nonconforming_joints[*at as usize]);
+        let each = here.filter(|joint_pair| self.is_there(joint_pair)).map(|joint_pair| {
+            let &NonconformingJoint { joint, stiffness, gap, .. } = joint_pair;
+            NonconformingFace { joint, stiffness, gap: gap.max(0.0) }
         });
         each.reduce(|known, new| {
             let gap = known.gap.min(new.gap);
-            Abuts { gap, ..if new.stiffness > known.stiffness { new } else { known } }
+            NonconformingFace { gap, ..if new.stiffness > known.stiffness { new } else { known } }
         })
     }
 
     /// Joint at a face of a block, whether another block is there or not.
-    pub fn joint_at(&self, body: usize, face: FaceOf) -> Option<u16> {
-        let lattice = self.lattice(body);
-        let (d, mut cell) = (face.direction, self.bodies[body].cell.map(|c| c as usize));
+    pub fn joint_at(&self, block: usize, face: FaceId) -> Option<u16> {
+        let lattice = self.lattice(block);
+        let (d, mut cell) = (face.direction, self.blocks[block].cell.map(|c| c as usize));
         let joint = match (face.upper, cell[d]) {
             (true, _) => lattice.joint_above(cell, d),
             (false, 0) => lattice.own_joint[d],
@@ -100,26 +101,27 @@ impl Geometry {
         Some(joint).filter(|&joint| joint != NO_JOINT)
     }
 
-    /// Whether a block has another material or other joints than before.
+    /// True if a block has another material or other joints than before.
     pub fn differs(&self, before: &Self, block: usize) -> bool {
         let joints = |geometry: &Self| {
             let number = |k: u8| {
-                let abuts = geometry.abuts(block, k);
-                abuts
-                    .map(|abuts| abuts.joint)
-                    .or_else(|| geometry.joint_at(block, FaceOf::of_number(k)))
+                let nonconforming = geometry.nonconforming(block, k);
+                nonconforming
+                    .map(|nonconforming| nonconforming.joint)
+                    .or_else(|| geometry.joint_at(block, FaceId::from_number(k)))
             };
             [0, 1, 2, 3, 4, 5].map(number)
         };
-        self.bodies[block].material != before.bodies[block].material
+        self.blocks[block].material != before.blocks[block].material
             || joints(self) != joints(before)
     }
 
     /// The joint of two blocks whose faces do not match, if there is one.
     pub fn joint_of(&self, blocks: [u32; 2]) -> Option<u16> {
-        let at = self.abutments.binary_search_by_key(&blocks, |abutment| abutment.blocks);
-        let abutment = &self.abutments[at.ok()?];
-        self.is_there(abutment).then_some(abutment.joint)
+        let at =
+            self.nonconforming_joints.binary_search_by_key(&blocks, |joint_pair| joint_pair.blocks);
+        let joint_pair = &self.nonconforming_joints[at.ok()?];
+        self.is_there(joint_pair).then_some(joint_pair.joint)
     }
 
     /// Takes joints and materials from what is where in another stage.
@@ -128,9 +130,12 @@ impl Geometry {
             let own = Arc::make_mut(own);
             (own.joint, own.material) = (other.joint.clone(), other.material.clone());
         }
-        self.bodies = other.bodies.clone();
-        let joint = |abutment: &Abutment| other.joint_of(abutment.blocks).unwrap_or(abutment.joint);
-        let joined = self.joined().map(|own| Abutment { joint: joint(own), ..*own }).collect();
+        self.blocks = other.blocks.clone();
+        let joint = |joint_pair: &NonconformingJoint| {
+            other.joint_of(joint_pair.blocks).unwrap_or(joint_pair.joint)
+        };
+        let joined =
+            self.joined().map(|own| NonconformingJoint { joint: joint(own), ..*own }).collect();
         self.join(joined);
     }
 }

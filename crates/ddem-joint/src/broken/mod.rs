@@ -2,7 +2,7 @@
 //! these remember.
 //!
 //! An unbroken joint lattice has no entry here and costs nothing. One in which something has
-//! failed, or that is springs from the start, is a [`Broken`].
+//! failed, or that is springs from the start, is a [`BrokenLattice`].
 
 mod springs;
 pub mod strips;
@@ -14,23 +14,23 @@ use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::NO_JOINT;
 use ddem_mesh::assembly::{Assembly, ElementPack, NO_TABLE};
-use ddem_mesh::pack::{Pack, Packs, PairPlace};
-use ddem_mesh::seams::{Seam, Seams};
+use ddem_mesh::joint_sections::{JointSection, JointSections};
+use ddem_mesh::pack::{NodePair, Pack, Packs};
 
-pub use springs::{Ground, Pull, Sides};
+pub use springs::{GroundFrame, SideDisplacements, SpringForces};
 
 /// A joint lattice of a pack that is not all elements.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Broken {
+pub struct BrokenLattice {
     /// 1 where an element is left, 0 where not, by element and lane.
     pub alive: Vec<Lanes>,
-    /// Whether any element is left.
+    /// True if any element is left.
     pub any_alive: bool,
-    /// Pairs of a face joint by lane, in the order of [`ddem_mesh::pack::Shape::pairs`].
+    /// Pairs of a face joint by lane, in the order of [`ddem_mesh::pack::BlockNumbering::pairs`].
     pub points: Vec<[JointPoint; LANES]>,
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],
-    /// Whether any pair of a joint that can fail may still be bonded.
+    /// True if a pair of a joint that can fail may still be bonded.
     #[serde(skip)]
     bonded: bool,
     /// Pairs and lanes that failed since the strips were last looked at.
@@ -38,17 +38,17 @@ pub struct Broken {
 }
 
 /// The broken joint lattices of a pack by offset.
-pub type PackBreaks = Option<Box<[Option<Broken>; 8]>>;
+pub type PackBreaks = Option<Box<[Option<BrokenLattice>; 8]>>;
 
 /// The broken joints of all packs.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Breaks {
+pub struct BrokenJoints {
     /// Of each pack.
     pub packs: Vec<PackBreaks>,
 }
 
 // Measurements copy the broken joints again and again: into the memory that they have.
-impl Clone for Breaks {
+impl Clone for BrokenJoints {
     fn clone(&self) -> Self {
         Self { packs: self.packs.clone() }
     }
@@ -58,7 +58,7 @@ impl Clone for Breaks {
     }
 }
 
-impl Clone for Broken {
+impl Clone for BrokenLattice {
     fn clone(&self) -> Self {
         let mut clone = Self::default();
         clone.clone_from(self);
@@ -74,46 +74,48 @@ impl Clone for Broken {
     }
 }
 
-impl Breaks {
+impl BrokenJoints {
     /// With every joint that `broken` selects turned to springs, all its pairs bonded.
     pub fn with(
         packs: &Packs,
         assembly: &Assembly,
-        seams: &Seams,
-        broken: &dyn Fn(&Seam, usize) -> bool,
+        sections: &JointSections,
+        broken: &dyn Fn(&JointSection, usize) -> bool,
     ) -> Self {
-        let mut breaks = Self { packs: vec![None; packs.packs.len()] };
+        let mut broken_joints = Self { packs: vec![None; packs.packs.len()] };
         for (index, pack) in packs.packs.iter().enumerate() {
             for d in 0..3 {
-                let Some(seam) = seams.get(index, d) else { continue };
-                let lanes: [bool; LANES] =
-                    std::array::from_fn(|lane| seam.joints[lane] != NO_JOINT && broken(seam, lane));
+                let Some(section) = sections.get(index, d) else { continue };
+                let lanes: [bool; LANES] = std::array::from_fn(|lane| {
+                    section.joints[lane] != NO_JOINT && broken(section, lane)
+                });
                 if lanes == [false; LANES] {
                     continue;
                 }
-                let mut lattice = Broken::intact(packs, pack, assembly.pack_tables[index], 1 << d);
+                let mut lattice =
+                    BrokenLattice::intact(packs, pack, assembly.pack_tables[index], 1 << d);
                 for lane in (0..LANES).filter(|&lane| lanes[lane]) {
                     lattice.alive.iter_mut().for_each(|alive| alive.0[lane] = 0.0);
                 }
-                lattice.count(&packs.shape_of(pack).pairs[d], seam);
-                breaks.at(index)[1 << d] = Some(lattice);
+                lattice.update_areas(&packs.shape_of(pack).pairs[d], section);
+                broken_joints.at(index)[1 << d] = Some(lattice);
             }
         }
-        breaks
+        broken_joints
     }
 
     /// Forgets the joints of a lattice that are no longer there: those without a seam, and strips and
     /// corners without an element.
-    pub fn keep(
+    pub fn forget_absent(
         &mut self,
         pack: usize,
         offset: usize,
-        seam: Option<&Seam>,
+        section: Option<&JointSection>,
         table: Option<&ElementPack>,
     ) {
         let Some(lattices) = &mut self.packs[pack] else { return };
         let there = |lane: usize| {
-            seam.is_some_and(|seam| seam.joints[lane] != NO_JOINT)
+            section.is_some_and(|section| section.joints[lane] != NO_JOINT)
                 || table.is_some_and(|table| table.elements[lane].is_some())
         };
         if !(0..LANES).any(there) {
@@ -128,19 +130,19 @@ impl Breaks {
     }
 
     /// Strengths have changed: pairs that are bonded may fail where none could.
-    pub fn look_again(&mut self) {
+    pub fn recheck(&mut self) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
         lattices.for_each(|broken| broken.bonded = true);
     }
 
     /// Takes the present state of all failed pairs for an equilibrium, or forgets the last one.
-    pub fn settle(&mut self, now: bool) {
+    pub fn set_equilibrium(&mut self, now: bool) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
         let points = lattices.flat_map(|broken| broken.points.iter_mut().flatten());
         for point in points.filter(|point| point.failure.is_some()) {
-            point.memory.settled = None;
+            point.state.equilibrium = None;
             if now {
-                point.settle();
+                point.set_equilibrium();
             }
         }
     }
@@ -152,26 +154,26 @@ impl Breaks {
     }
 
     /// The joint lattices of a pack.
-    pub fn at(&mut self, pack: usize) -> &mut [Option<Broken>; 8] {
+    pub fn at(&mut self, pack: usize) -> &mut [Option<BrokenLattice>; 8] {
         self.packs[pack].get_or_insert_with(Box::default)
     }
 
     /// A broken joint lattice.
-    pub fn get(&self, pack: usize, offset: usize) -> Option<&Broken> {
+    pub fn get(&self, pack: usize, offset: usize) -> Option<&BrokenLattice> {
         self.packs[pack].as_ref()?[offset].as_ref()
     }
 
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
-        let own = |l: &Broken| {
+        let own = |l: &BrokenLattice| {
             l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[JointPoint; LANES]>()
         };
         self.packs.len() * size_of::<PackBreaks>() + lattices.map(own).sum::<usize>()
     }
 }
 
-impl Broken {
+impl BrokenLattice {
     /// A joint lattice all of whose elements are left.
     pub fn intact(packs: &Packs, pack: &Pack, tables: [u32; 8], offset: usize) -> Self {
         let shape = packs.shape_of(pack);
@@ -200,7 +202,7 @@ impl Broken {
         sizes == [elements, pairs] && self.fresh.iter().all(known)
     }
 
-    /// Whether the lattice exerts any force.
+    /// True if the lattice exerts any force.
     pub fn acts(&self) -> bool {
         self.any_alive || !self.points.is_empty()
     }
@@ -211,8 +213,8 @@ impl Broken {
     }
 
     /// True where a lane's joint has turned so far that it lets go of the pairs that are still bonded.
-    fn turned(&self, seam: &Seam, lane: usize) -> bool {
-        !self.released[lane] && turned(self.lane(lane), seam.spacing(lane))
+    fn turned(&self, section: &JointSection, lane: usize) -> bool {
+        !self.released[lane] && turned(self.lane(lane), section.spacing(lane))
     }
 
     /// True where a pair of a lane's joint has failed and its springs are there.
@@ -221,23 +223,23 @@ impl Broken {
     }
 
     /// Takes the springs of a lane's joint out, for good.
-    pub fn let_go(&mut self, lane: usize) {
+    pub fn remove_springs(&mut self, lane: usize) {
         self.released[lane] = true;
-        self.points.iter_mut().for_each(|points| points[lane].let_go());
+        self.points.iter_mut().for_each(|points| points[lane].remove_springs());
     }
 
     /// Counts which pairs are springs, and by how much, from the elements that are left.
-    pub(super) fn count(&mut self, places: &[PairPlace], seam: &Seam) {
+    pub(super) fn update_areas(&mut self, node_pairs: &[NodePair], section: &JointSection) {
         let released = self.released;
-        let acts = |lane: &usize| seam.joints[*lane] != NO_JOINT && !released[*lane];
-        for (points, place) in self.points.iter_mut().zip(places) {
+        let acts = |lane: &usize| section.joints[*lane] != NO_JOINT && !released[*lane];
+        for (points, node_pair) in self.points.iter_mut().zip(node_pairs) {
             for lane in (0..LANES).filter(acts) {
-                let gone = place.elements().filter(|&e| self.alive[e].0[lane] == 0.0);
-                points[lane].area = seam.quarter.0[lane] * gone.count() as f64;
+                let gone = node_pair.elements().filter(|&e| self.alive[e].0[lane] == 0.0);
+                points[lane].area = section.quarter.0[lane] * gone.count() as f64;
             }
         }
         self.any_alive = (0..LANES).any(|lane| {
-            seam.joints[lane] != NO_JOINT && self.alive.iter().any(|alive| alive.0[lane] != 0.0)
+            section.joints[lane] != NO_JOINT && self.alive.iter().any(|alive| alive.0[lane] != 0.0)
         });
     }
 }

@@ -1,0 +1,65 @@
+//! Contacts in the masses of a relaxation.
+
+use super::MassContext;
+use crate::model::Model;
+use ddem_joint::contact::{ContactModel, ContactSurfaces, Contacts, JointStatus, outer};
+use ddem_mechanics::collide::FaceId;
+use ddem_mechanics::law::SpringStiffness;
+
+/// Contacts that the masses account for; a function of the state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ContactMasses {
+    /// Contacts on faces without a joint.
+    pub(crate) any: bool,
+    /// Contacts in place of joints, some of which have moved.
+    pub(super) released: bool,
+}
+
+impl ContactMasses {
+    pub(crate) fn new(model: &Model, contacts: &Contacts) -> Self {
+        if model.contact.is_none() {
+            return Self::default();
+        }
+        let released = contacts.joints.iter().flatten().any(|&joint| joint > JointStatus::InPlace);
+        let met = released || !contacts.patches.is_empty();
+        Self { any: met || model.open_surfaces().is_some(), released }
+    }
+}
+
+/// Stiffness of contacts on a face for each unit of area, twice for the other block `[Pa/m]`: where no
+/// joint is, as they may come there, and once joints have moved on all faces. What a joint has put into
+/// the masses couples nodes that face each other; those in contact after it may be others.
+pub(super) fn of_contacts(
+    surfaces: &ContactSurfaces,
+    block: usize,
+    face: FaceId,
+    released: bool,
+) -> [f64; 2] {
+    if !released {
+        return outer(surfaces, block, face);
+    }
+    let SpringStiffness { normal, shear } = surfaces.largest_with_joint(block as u32, face);
+    [2.0 * normal, 2.0 * shear]
+}
+
+/// Adds contacts.
+pub(super) fn contact_diagonal(
+    around: &MassContext<'_>,
+    contact_model: &ContactModel,
+    block: usize,
+    at: [usize; 3],
+    sum: &mut [f64; 3],
+) {
+    let contact_block = &contact_model.blocks[block];
+    let geometry = &around.model.geometry;
+    let topology = geometry.topology(block);
+    for face in FaceId::all().filter(|&face| topology.is_on(face, at)) {
+        let area = contact_block.element_area(face) / 4.0 * topology.quads_at(face, at) as f64;
+        let [stiff, shear] =
+            of_contacts(&contact_model.surfaces, block, face, around.meeting.released);
+        let normal = geometry.normal(block, face.direction);
+        for c in 0..3 {
+            sum[c] += area * (shear + (stiff - shear) * normal[c] * normal[c]);
+        }
+    }
+}

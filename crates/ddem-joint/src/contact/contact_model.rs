@@ -1,0 +1,58 @@
+//! Constant data of contacts: the faces of all blocks.
+
+use super::configuration::{ContactBlock, contact_block};
+use super::surfaces::ContactSurfaces;
+use ddem_mechanics::law::Laws;
+use ddem_mesh::Geometry;
+use ddem_mesh::connected::is_connected;
+use ddem_mesh::pack::Packs;
+use ddem_mesh::properties::Properties;
+
+/// Margin of the boxes in the search, as a part of the edges of the blocks.
+const MARGIN: f64 = 0.1;
+
+/// The faces of all blocks: what is fixed about contacts.
+#[derive(Debug)]
+pub struct ContactModel {
+    /// Stiffness and friction of all faces.
+    pub surfaces: ContactSurfaces,
+    /// Blocks at rest.
+    pub blocks: Vec<ContactBlock>,
+    /// Shortest edge of a block `[m]`.
+    pub shortest: f64,
+    /// Distance that blocks may go before their boxes are sorted anew `[m]`.
+    pub(super) margin: f64,
+    /// Blocks may meet before any joint has failed.
+    pub open: bool,
+    /// There are joints between faces that do not match.
+    pub joins: bool,
+    /// Contacts are looked for.
+    pub search: bool,
+}
+
+impl ContactModel {
+    /// Of the blocks of a model.
+    pub fn new(properties: &Properties, laws: &Laws, geometry: &Geometry, packs: &Packs) -> Self {
+        let mut edges: Vec<f64> =
+            (0..geometry.blocks.len()).map(|block| geometry.shortest_edge(block)).collect();
+        edges.sort_unstable_by(f64::total_cmp);
+        let median = edges.get(edges.len() / 2).copied().unwrap_or_default();
+        let shortest = edges.first().copied().unwrap_or(f64::INFINITY);
+        // Blocks that joints connect do not meet before some of these have failed.
+        let can_fail = properties.joints.iter().any(|joint| joint.law.is_some());
+        let open = !(can_fail && is_connected(geometry));
+        Self {
+            surfaces: ContactSurfaces::new(properties, laws, geometry),
+            blocks: contact_block(geometry, packs),
+            shortest,
+            margin: MARGIN * median,
+            open,
+            joins: geometry.joined().next().is_some(),
+            search: properties.contact.search,
+        }
+    }
+    /// Shortest edge of an element of two blocks `[m]`.
+    pub fn spacing(&self, [a, b]: [u32; 2]) -> f64 {
+        self.blocks[a as usize].spacing.min(self.blocks[b as usize].spacing)
+    }
+}
