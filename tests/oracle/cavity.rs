@@ -106,7 +106,7 @@ impl Hollow {
     fn relaxed(&self) -> Vec<f64> {
         let site = BuiltDeck::new(&self.deck()).unwrap_or_else(|error| panic!("{error}"));
         let model = site.model();
-        assert_eq!(site.warnings(&model), [""; 0]);
+        assert_eq!(site.warnings(&model), []);
         let mut simulation = Simulation::new(model);
         simulation.relax(1e-10, 100_000).unwrap_or_else(|error| panic!("{error}"));
         simulation.displacements().into_flattened()

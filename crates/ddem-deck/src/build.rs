@@ -3,7 +3,6 @@
 mod boundaries;
 mod charge;
 mod conditions;
-mod doubts;
 mod faces;
 mod geometry;
 mod mechanism;
@@ -11,6 +10,7 @@ mod properties;
 mod selections;
 mod stress;
 mod unbalanced;
+mod warnings;
 
 use std::sync::Arc;
 
@@ -20,6 +20,7 @@ use ddem_core::{Fault, Model, ModelError, Problem};
 use geometry::{Cut, Names, Region};
 pub use geometry::{Interface, Selection};
 
+use crate::lint::Diagnostic;
 use crate::schema::{Deck, Where};
 
 /// A deck whose blocks are cut: its problem, and the blocks that its parts of space select.
@@ -29,8 +30,8 @@ pub struct BuiltDeck {
     problem: Arc<Problem>,
     /// Blocks that curved and slanted shapes have split and taken out.
     taken: Vec<Selection>,
-    /// Doubts about each charge.
-    charges: Vec<Vec<String>>,
+    /// Warnings about each charge.
+    charges: Vec<Vec<Diagnostic>>,
     /// Supports at boundaries in each stage.
     holds: Vec<Vec<BoundaryHold>>,
 }

@@ -4,7 +4,6 @@ mod blocks;
 mod charge;
 mod conditions;
 mod contact;
-mod doubts;
 mod history;
 mod matter;
 mod region;
@@ -13,8 +12,9 @@ mod strength;
 #[cfg(test)]
 mod tests;
 mod units;
+mod warnings;
 
-pub(crate) use doubts::doubts;
+pub(crate) use warnings::warnings;
 
 use std::collections::HashSet;
 

@@ -26,6 +26,7 @@
 mod build;
 mod check;
 mod diagnose;
+pub mod lint;
 mod near;
 mod reader;
 mod schema;

@@ -12,6 +12,7 @@ mod contact;
 pub(crate) mod decimal;
 mod files;
 mod forms;
+mod lint;
 mod matter;
 pub mod names;
 mod orientation;
@@ -33,6 +34,7 @@ pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use conditions::{Boundary, BoundaryKind, Fix, Gradient, Initial, Load, Probe, Quantity};
 pub use contact::ContactTable;
 pub use files::{FileIn, FileOf, Heights, Triangles};
+pub use lint::LintTable;
 pub use matter::{Joint, Material};
 pub(crate) use orientation::normal_of;
 pub use orientation::{Orientation, Orientations};
@@ -57,6 +59,9 @@ pub struct Deck {
     /// Contacts between blocks that no joint holds together.
     #[serde(skip_serializing_if = "ContactTable::is_empty")]
     pub contact: ContactTable,
+    /// Diagnostics.
+    #[serde(skip_serializing_if = "LintTable::is_empty")]
+    pub lint: LintTable,
     /// Materials by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, Material>,

@@ -1,7 +1,6 @@
 //! A deck from start to end: stages, results, checkpoints.
 
 mod begun;
-mod doubts;
 mod drive;
 mod failure;
 mod files;
@@ -14,6 +13,9 @@ mod resume;
 mod safety;
 mod session;
 mod stage;
+#[cfg(test)]
+mod tests;
+mod warnings;
 
 pub use begun::{Begun, Went};
 pub use drive::run;
@@ -28,6 +30,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use ddem_core::Simd;
+use ddem_deck::lint::Diagnostic;
 
 use crate::folder::Earlier;
 use crate::summary::StageSummary;
@@ -98,7 +101,7 @@ pub enum Event<'a> {
     /// The model is built; the run begins (or goes on).
     Built(&'a Report),
     /// Something that is allowed but perhaps not meant.
-    Warning(&'a str),
+    Warning(&'a Diagnostic),
     /// A stage begins.
     StageStarted(&'a Progress),
     /// About ten times a second, and at the end of each stage.

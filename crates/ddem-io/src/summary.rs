@@ -8,6 +8,7 @@ use std::path::Path;
 
 use ddem_core::{ChargeSize, MovingBlock, SafetyTrial, Verdict};
 pub use ddem_core::{ContactSummary, FragmentSummary, StateSummary};
+use ddem_deck::lint::Diagnostic;
 use ddem_deck::{Interface, Selection};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -52,6 +53,9 @@ pub struct Summary {
     pub peak_memory_bytes: u64,
     /// The stages done, in order.
     pub stages: Vec<StageSummary>,
+    /// Diagnostics of the deck and the run.
+    #[serde(default)]
+    pub warnings: Vec<Diagnostic>,
     /// Text of the deck.
     pub deck: String,
 }

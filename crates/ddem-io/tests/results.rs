@@ -99,6 +99,7 @@ fn summary_has_the_documented_keys() {
         "selections",
         "peak_memory_bytes",
         "stages",
+        "warnings",
         "deck",
     ];
     documented.sort_unstable();

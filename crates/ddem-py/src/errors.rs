@@ -140,11 +140,11 @@ fn with_dictionaries(text: &str) -> String {
 }
 
 /// Sections of a deck, and those that are there once.
-const SECTIONS: [&str; 13] = [
-    "model", "contact", "blocks", "refine", "assign", "remove", "fix", "load", "charge",
+const SECTIONS: [&str; 14] = [
+    "model", "contact", "lint", "blocks", "refine", "assign", "remove", "fix", "load", "charge",
     "boundary", "initial", "stage", "probe",
 ];
-const ONE: [&str; 2] = ["model", "contact"];
+const ONE: [&str; 3] = ["model", "contact", "lint"];
 
 /// A place in a deck, as Python's arguments are called.
 fn python_place(place: &str) -> String {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{MutexGuard, TryLockError};
 use std::time::Duration;
 
+use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Stage, names};
 use ddem_io::run::{Begun, RunFailure, Session, Went};
 use pyo3::exceptions::PyValueError;
@@ -196,18 +197,18 @@ impl PySimulation {
         let waiting = waiting(session);
         let waiting: Vec<String> =
             waiting.into_iter().filter(|name| awaited.insert(name.clone())).collect();
+        let reported = !session.site().deck().lint.allow.contains(&Code::WaitingStages);
         drop(inner);
         let Some(first) = waiting.first() else { return Ok(()) };
         let names: Vec<String> = waiting.iter().map(|name| format!("`{name}`")).collect();
         let stages = if names.len() == 1 { "stage" } else { "stages" };
-        warn(
-            py,
-            &format!(
-                "supports or loads wait for the {stages} {} and do not act in this run: \
-                 run(..., name=\"{first}\") or enter(\"{first}\") begins it",
-                names.join(", ")
-            ),
-        )
+        let message = format!(
+            "supports or loads wait for the {stages} {} and do not act in this run",
+            names.join(", ")
+        );
+        let help = format!("run(..., name=\"{first}\") or enter(\"{first}\") begins it");
+        let warning = Diagnostic::warning(Code::WaitingStages, "stage", message).help(help);
+        if reported { warn(py, &warning.to_string()) } else { Ok(()) }
     }
 
     /// The simulation again, when no other thread looks at it any more; looks are short.

@@ -76,6 +76,22 @@ impl PyModel {
         self.set(py, "contact", keys)
     }
 
+    /// Silences diagnostics by their codes; a later call replaces an earlier one.
+    ///
+    /// Parameters
+    /// ----------
+    /// allow : list of str
+    ///     Codes, as in "far-probe": the last word of each warning, in brackets.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A code that does not exist.
+    #[pyo3(signature = (**keys))]
+    fn lint(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.set(py, "lint", keys)
+    }
+
     /// Gives a part of the model another joint or material; later calls win.
     ///
     /// Parameters

@@ -258,7 +258,7 @@ fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> 
             let named = Table::from_iter([("it".to_owned(), entry)]);
             (format!("{section}.it"), Value::Table(named))
         }
-        "model" | "contact" => (section.to_owned(), entry),
+        "model" | "contact" | "lint" => (section.to_owned(), entry),
         _ => (format!("{section}[0]"), Value::Array(vec![entry])),
     };
     let read = ddem_deck::from_table(&Table::from_iter([(section.to_owned(), entry)]));
@@ -278,7 +278,7 @@ fn shorthand((section, key): (&str, &str), value: Value) -> Value {
 }
 
 fn has_where(section: &str) -> bool {
-    !matches!(section, "blocks" | "stage" | "materials" | "joints" | "contact")
+    !matches!(section, "blocks" | "stage" | "materials" | "joints" | "contact" | "lint")
 }
 
 /// Reads one entry of a section alone, so that what is wrong is wrong in it.

@@ -59,7 +59,7 @@ def test_what_touches_is_saved_and_gone_on_with(tmp_path: Path) -> None:
 
 
 def test_contacts_that_are_not_meant_are_warned_of() -> None:
-    with pytest.warns(UserWarning, match=r"normal_stiffness.*no time step may be longer"):
+    with pytest.warns(UserWarning, match=r"normal_stiffness.*limits the time step.*\[stiff-contact\]"):
         fallen(normal_stiffness=1e18).build()
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -44,7 +44,7 @@ def test_a_face_moves_as_elasticity_says(release: float | None) -> None:
 
 
 def test_a_face_that_does_not_carry_the_stress_is_named() -> None:
-    with pytest.warns(UserWarning, match=r"not carried by the outer faces at z = 4\.0+ m"):
+    with pytest.warns(UserWarning, match=r"the outer faces at z = 4\.0+ m.*do not carry"):
         column(held=False).build()
 
 
@@ -116,7 +116,7 @@ def test_probes_leave_out_what_is_removed() -> None:
     model = column()
     model.probe("gone", at=(0.5, 0.5, 3.0), quantity="stress")
     model.probe("all", x=0.5, quantity="stress")
-    with pytest.warns(UserWarning, match="probe `gone` looks at blocks that are taken out by stage `dig`"):
+    with pytest.warns(UserWarning, match="all blocks of probe `gone` are removed by stage `dig`"):
         simulation = model.build()
     for stage in ("before", "dig"):
         simulation.relax(name=stage, tolerance=1e-9, quiet=True)

@@ -44,6 +44,7 @@ def full() -> ddem.Model:
         contact=True,
     )
     model.contact(normal_stiffness=1e10, shear_stiffness=5e9, friction=20, restitution=0.5)
+    model.lint(allow=["suspicious-unit"])
     model.add_blocks(
         name="base",
         size=(2, 1, 2),

@@ -55,11 +55,16 @@ def test_a_model_on_the_limit_has_an_end() -> None:
 def test_undecided_trials_warn() -> None:
     simulation = slope(38.0).build()
     simulation.relax(quiet=True)
-    with pytest.warns(UserWarning, match="undecided after 2 steps, and there is no factor"):
+    with pytest.warns(UserWarning, match=r"undecided after 2 steps, and there is no factor.*\[undecided-trial\]"):
         found = ddem.factor_of_safety(simulation, max_steps=2)
     assert (found.factor, found.bracket) == (None, (None, None))
     with pytest.warns(UserWarning, match="undecided after 200 steps, and it counts as unstable"):
         ddem.factor_of_safety(simulation, bracket=(0.9, 4.0), max_steps=200)
+
+
+def test_a_model_that_is_not_at_rest_is_a_warning() -> None:
+    with pytest.warns(UserWarning, match=r"not in equilibrium after 2 steps.*\[not-in-equilibrium\]"):
+        ddem.factor_of_safety(slope(38.0), max_steps=2)
 
 
 def test_later_stages_are_no_part_of_it() -> None:
@@ -67,7 +72,7 @@ def test_later_stages_are_no_part_of_it() -> None:
     model.load(force=(2e3, 0, 0), z=2.0, from_="push")
     model.stage("weight", kind="relax")
     model.stage("push", kind="relax")
-    with pytest.warns(UserWarning, match="wait for the stages `push`"):
+    with pytest.warns(UserWarning, match=r"wait for the stages `push`.*\[waiting-stages\]"):
         ddem.factor_of_safety(model)
 
 

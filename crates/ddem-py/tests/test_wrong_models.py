@@ -158,7 +158,7 @@ def test_doubts_about_a_charge_are_warned_of() -> None:
     model.add_blocks(size=(3, 3, 3), count=(3, 3, 3), divisions=1, material=ROCK, joint=SEAM)
     model.remove(x=(1, 2), y=(1, 2), z=(1, 3))
     model.charge(x=(0.9, 2.1), y=(0.9, 2.1), z=(0.9, 3), pressure=1e6)
-    with pytest.warns(UserWarning, match="open to the outside"):
+    with pytest.warns(UserWarning, match=r"open to the outside.*\[open-cavity\]"):
         model.build()
 
 
@@ -176,14 +176,14 @@ def test_what_a_charge_begins_with_is_known() -> None:
     # 1000 · 4000²/(2 · 4) Pa, expanded from a tenth of a cubic metre.
     assert charge["pressure"] == pytest.approx(2e9 * (0.1 / charge["volume"]) ** 3, rel=1e-12)
     model.charge(**hole, mass=0.01, explosive=own)
-    with pytest.warns(UserWarning, match="charge 1: 0.01 kg of explosive begin with"):
+    with pytest.warns(UserWarning, match=r"charge\[1\].mass: 0.01 kg of explosive begin with"):
         model.build()
 
 
 def test_a_probe_far_from_everything_is_warned_of() -> None:
     model = column()
     model.probe("off", at=(500, 500, 3000))
-    with pytest.warns(UserWarning, match="probe `off`: there is nothing at"):
+    with pytest.warns(UserWarning, match="probe `off` has no block at"):
         model.build()
 
 
@@ -249,7 +249,7 @@ def test_models_that_are_too_large(divisions: int) -> None:
 
 def test_warnings_are_those_of_python() -> None:
     weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e4, friction=20, tension=1e5)
-    with pytest.warns(UserWarning, match="joint `joint-1`: the tensile strength"):
+    with pytest.warns(UserWarning, match="joints.joint-1.tension: the tensile strength"):
         column(weak).build()
     with pytest.warns(UserWarning) as found:
         column(weak).build()

@@ -64,12 +64,11 @@ fn faces_that_do_not_carry_the_stress_are_named() {
     let (_, went) = went(&COLUMN.replace("where = { z = 4.0 }", "where = { z = 0.0 }"));
     assert_eq!(went.status, Some(0), "{}", went.stderr);
     let words = went.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
-    let expected = "the stress at the start is not carried by the outer faces at z = 4.000000 m, \
-                    looking along +z";
+    let expected = "initial: the outer faces at z = 4.000000 m, looking along +z do not carry the initial stress";
     assert!(words.contains(expected), "{words}");
     // -8 MPa on a square metre.
     assert!(words.contains("-8.0000e6] N are missing, 100.00 %"), "{words}");
-    assert!(!words.contains("z = 0.000000 m"), "{words}");
+    assert!(words.contains("[unbalanced-stress]") && !words.contains("z = 0.000000 m"), "{words}");
 }
 
 #[test]
@@ -119,7 +118,8 @@ fn probes_leave_out_what_is_taken_out() {
     let words = went.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     for name in ["gone", "top"] {
         let said = format!(
-            "probe `{name}` looks at blocks that are taken out by stage `dig`: it has no values"
+            "all blocks of probe `{name}` are removed by stage `dig`: it has no values from then on \
+             [probe-of-removed-blocks]"
         );
         assert!(words.contains(&said), "{words}");
     }

@@ -76,8 +76,9 @@ fn a_gap_that_the_joint_does_not_fill_is_warned_of() {
     for arguments in ["bed.toml --check", "bed.toml --out a"] {
         let went = desk.run(arguments);
         assert_eq!(went.status, Some(0), "{}", went.stderr);
-        let warning = "warning: sets `bed` and `block` are not joined over 8 faces: there is a gap of 5.000e-3 m, \
-                       and joint `seam` is 1.000e-2 m thick. Joints join sets that touch, or whose gap is as wide as the joint is thick";
+        let warning = "warning: blocks[1]: sets `bed` and `block` are not joined over 8 faces: there is a gap of \
+                       5.000e-3 m, but joint `seam` is 1.000e-2 m thick; joints join sets that touch, or whose \
+                       gap is as wide as the joint is thick [joint-does-not-fill]";
         assert!(went.stderr.lines().any(|own| own == warning), "{}", went.stderr);
         let said = went.stdout + &went.stderr;
         assert!(!said.contains("are joined by joint"), "{said}");

@@ -75,12 +75,15 @@ fn what_can_fail_is_said() {
         serde_json::from_slice(&desk.read("results/column/summary.json")).unwrap();
     assert_eq!(summary["failed_pairs"], serde_json::json!({ "shear": 0, "tension": 0 }));
 
-    // What is said of contacts where none are looked for is doubted.
+    // Keys of contacts that are not searched for have no effect.
     desk.write("column.toml", &(breakable() + PRESS + "[contact]\nfriction = 20\n"));
     for arguments in ["column.toml --check", "column.toml"] {
         let stderr = desk.run(arguments).stderr;
-        let start = "warning: `[contact]` has no effect: `contact = false` in [model]";
-        assert!(stderr.starts_with(start), "{stderr}");
+        let start = "warning: contact: `[contact]` has no effect: `contact = false` in `[model]`";
+        assert!(
+            stderr.starts_with(start) && stderr.contains("[contact-without-effect]"),
+            "{stderr}"
+        );
     }
 }
 

@@ -128,7 +128,8 @@ fn a_run_goes_on_after_a_failure_where_it_is_told_to() {
     let (status, said, stages) = ended(25.0, "kind = 'relax'\non_failure = 'continue'");
     assert_eq!((status, stages.len()), (Some(0), 2), "{said}");
     assert_eq!(stages[0]["verdict"], "fails");
-    assert!(said.contains("warning: stage `weight`: there is no equilibrium"), "{said}");
+    assert!(said.contains("warning: stage[0]: stage `weight`: there is no equilibrium"), "{said}");
+    assert!(said.contains("[failed-stage]"), "{said}");
 }
 
 #[test]
@@ -158,7 +159,7 @@ fn a_safety_stage_gives_the_factor_of_safety() {
     let (_, said, stages) = ended(35.0, &format!("{relaxed}\nbracket = [2, 3]"));
     assert_eq!((&stages[1]["factor"], &stages[1]["verdict"]), (&Value::Null, &"at rest".into()));
     assert!(
-        said.contains("do not even hold with a factor of 2: lower the first of `bracket`"),
+        said.contains("the blocks fail with the smallest factor, 2; lower the first number of `bracket` [factor-below-bracket]"),
         "{said}"
     );
 }
@@ -170,7 +171,10 @@ fn what_does_not_stand_has_a_factor_of_safety() {
     let (status, said, stages) = ended(20.0, relaxed);
     assert_eq!((status, stages.len()), (Some(0), 3), "{said}");
     assert_eq!(stages[0]["verdict"], "fails");
-    assert!(said.contains("that of the state at the start of `weight`"), "{said}");
+    assert!(
+        said.contains("the factor of safety refers to the state at the start of `weight`"),
+        "{said}"
+    );
     let factor = stages[1]["factor"].as_f64().expect("a factor");
     assert!((factor / 0.63041 - 1.0).abs() < 5e-3, "{said}");
     // Who says what is to be done then has it so.

@@ -44,11 +44,12 @@ impl Model {
 
     /// Stiffnesses of contacts far from those of the blocks.
     #[must_use]
-    pub fn contact_doubts(&self) -> Vec<ContactWarning> {
+    pub fn contact_warnings(&self) -> Vec<ContactWarning> {
         let Self { geometry, packs, assembly, properties, .. } = self;
         let contact = self.contact.iter().filter(|contact| contact.search);
-        let doubts = |contact: &ContactModel| contact.doubts(properties, geometry, packs, assembly);
-        contact.flat_map(doubts).collect()
+        let warnings =
+            |contact: &ContactModel| contact.warnings(properties, geometry, packs, assembly);
+        contact.flat_map(warnings).collect()
     }
 
     /// The fault of a stage, given by its place, that looks for a factor of safety where nothing can fail.

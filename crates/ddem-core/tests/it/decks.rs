@@ -55,7 +55,7 @@ pub(crate) fn site(deck: &Deck) -> BuiltDeck {
 /// Warnings about the model of a deck.
 pub(crate) fn warnings(deck: &Deck) -> Vec<String> {
     let site = site(deck);
-    site.warnings(&site.model())
+    site.warnings(&site.model()).iter().map(ToString::to_string).collect()
 }
 
 pub(crate) fn plane(axis: usize, at: f64) -> Where {

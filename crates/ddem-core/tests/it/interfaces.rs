@@ -46,14 +46,15 @@ fn a_gap_that_is_not_the_thickness_is_not_welded_over() {
             continue;
         }
         if gap > 0.01 {
-            let expected = "sets `bed` and `block` do not touch: there is a gap of 1.500e-2 m over 4 faces. Close it if \
-                            they are meant to touch or to be joined";
+            let expected = "blocks[1]: sets `bed` and `block` do not touch: there is a gap of 1.500e-2 m over 4 \
+                            faces; close the gap if they are meant to touch or to be joined [gap-between-sets]";
             assert_eq!(warnings, [expected]);
             continue;
         }
         let expected = format!(
-            "sets `bed` and `block` are not joined over 4 faces: there is a gap of {gap:.3e} m, and joint \
-             `seam` is 1.000e-2 m thick. Joints join sets that touch, or whose gap is as wide as the joint is thick"
+            "blocks[1]: sets `bed` and `block` are not joined over 4 faces: there is a gap of {gap:.3e} m, but \
+             joint `seam` is 1.000e-2 m thick; joints join sets that touch, or whose gap is as wide as the joint is \
+             thick [joint-does-not-fill]"
         );
         assert_eq!(warnings, [expected]);
     }

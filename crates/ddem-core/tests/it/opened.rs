@@ -59,7 +59,7 @@ fn what_is_said_is_of_that_stage() {
     assert_eq!(crate::decks::warnings(&deck), Vec::<String>::new());
     deck.boundary[0].from = Some("dig".into());
     let warnings = crate::decks::warnings(&deck);
-    let walls = "boundary 0: 4 of its faces are where blocks have been removed";
+    let walls = "boundary[0].where: 4 faces lie where blocks have been removed";
     assert!(warnings.len() == 1 && warnings[0].starts_with(walls), "{warnings:?}");
     // Half of the nodes are held, but those are gone.
     let mut deck = excavated([2, 1, 1], Some(within([0.0, 1.0], [0.0, 1.0])));
@@ -68,7 +68,7 @@ fn what_is_said_is_of_that_stage() {
     assert_eq!(crate::decks::warnings(&deck), Vec::<String>::new());
     deck.remove.clear();
     let warnings = crate::decks::warnings(&deck);
-    assert!(warnings.len() == 1 && warnings[0].contains("9 of its 18 nodes"), "{warnings:?}");
+    assert!(warnings.len() == 1 && warnings[0].contains("9 of 18 nodes"), "{warnings:?}");
 }
 
 /// A boundary of before has half of a joint that goes later: the rest of the face may still be taken.
@@ -197,7 +197,7 @@ fn loads_find_faces_that_are_whole_by_then() {
     let said = |deck: &Deck| crate::decks::warnings(deck).join("\n");
     assert_eq!(said(&deck), "");
     deck.load[0] = Load { region: Where::default(), ..load };
-    assert!(said(&deck).contains("load 0 leaves out 1 faces"), "{}", said(&deck));
+    assert!(said(&deck).contains("load[0].where: 1 faces are left out"), "{}", said(&deck));
     deck.load[0].from = Some("dig".into());
     assert_eq!(said(&deck), "");
 }

@@ -281,6 +281,6 @@ fn sets_that_touch_have_their_own_mass_and_whole_faces() {
     let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
     assert!((mass / (density * 17.0) - 1.0).abs() < 1e-12, "{mass}");
     let warnings = crate::decks::warnings(&deck);
-    let left_out = "load 0 leaves out 1 faces on a part of which other blocks stand";
+    let left_out = "load[0].where: 1 faces are left out, because other blocks cover them in part";
     assert!(warnings.iter().any(|w| w.starts_with(left_out)), "{warnings:?}");
 }

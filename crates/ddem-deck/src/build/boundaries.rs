@@ -11,6 +11,7 @@ use ddem_core::{Fault, Problem};
 use super::at_stage;
 use super::faces::{in_cavities, twice, with_areas};
 use super::geometry::{Region, nothing};
+use crate::lint::{Code, Diagnostic};
 use crate::schema::{Boundary, BoundaryKind, Deck, Stage, StageKind, Where};
 
 /// All boundaries of a deck.
@@ -72,42 +73,54 @@ pub(super) fn idle(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) 
 }
 
 /// Warnings about boundaries that are held in part.
-pub(super) fn doubts(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) -> Vec<String> {
-    let mut doubts = in_cavities(deck, problem);
-    let mut held: Vec<Option<String>> = vec![None; problem.boundaries.list.len()];
+pub(super) fn warnings(
+    deck: &Deck,
+    problem: &Problem,
+    holds: &[Vec<BoundaryHold>],
+) -> Vec<Diagnostic> {
+    let mut warnings = in_cavities(deck, problem);
+    let mut held: Vec<Option<Diagnostic>> = vec![None; problem.boundaries.list.len()];
     for (stage, holds) in holds.iter().enumerate() {
         for hold in holds {
             let known = &mut held[hold.boundary];
-            *known = known.take().or_else(|| doubt(deck, problem, stage, hold));
+            *known = known.take().or_else(|| held_in_part(deck, problem, stage, hold));
         }
     }
-    doubts.extend(held.into_iter().flatten());
-    doubts
+    warnings.extend(held.into_iter().flatten());
+    warnings
 }
 
 /// Warning about a boundary that is held in part in a stage.
-fn doubt(deck: &Deck, problem: &Problem, stage: usize, hold: &BoundaryHold) -> Option<String> {
+fn held_in_part(
+    deck: &Deck,
+    problem: &Problem,
+    stage: usize,
+    hold: &BoundaryHold,
+) -> Option<Diagnostic> {
     let index = hold.boundary;
+    let at = format!("boundary[{index}].where");
     if let Some([x, y, z]) = hold.first {
-        return Some(format!(
-            "boundary {index}: {} of its {} nodes are held in all directions by {}, first \
-             that at ({x}, {y}, {z}): no dashpot there can move",
+        let message = format!(
+            "{} of {} nodes are held in all directions by {}, the first at ({x}, {y}, {z}): no dashpot there \
+             can move",
             hold.held,
             hold.nodes,
             names(hold)
-        ));
+        );
+        return Some(Diagnostic::warning(Code::HeldBoundary, at, message));
     }
     let entry = deck.stage.get(stage);
     let moves = entry.is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
-    // A base that waves come in by may bear the weight.
+    // A base with an incoming wave may carry the weight.
     let side = problem.boundaries.list[index].wave.is_none() && moves;
     let (axis, fix) = hold.across.filter(|_| side)?;
-    Some(format!(
-        "boundary {index}: fix {fix} holds its nodes along {}, its normal, in stage `{}`: \
-         what comes straight to it goes back (`until` ends a fix, and what it bore goes on)",
+    let message = format!(
+        "fix {fix} holds the nodes along {}, their normal, in stage `{}`: waves along it are reflected",
         ["x", "y", "z"][axis],
         entry.map_or("", |stage| &stage.name)
-    ))
+    );
+    let help = "`until` ends a fix; its reaction stays as a constant force";
+    Some(Diagnostic::warning(Code::ReflectingBoundary, at, message).help(help))
 }
 
 /// Fault of a boundary behind a face of which no column can stand.

@@ -9,19 +9,20 @@ use ddem_core::{Fault, Problem};
 use super::at_stage;
 use super::charge::{Holes, charge};
 use super::geometry::{Region, no_node, nothing};
+use crate::lint::Diagnostic;
 use crate::schema::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind, Where};
 
 /// Supports, loads and charges of a deck. Their geometry is that at the start of their stage: faces that an
 /// excavation makes free can be loaded and held from then on.
 ///
-/// With doubts about each charge.
+/// With warnings about each charge.
 pub(super) fn conditions(
     deck: &Deck,
     problem: &Problem,
-) -> Result<(Conditions, Vec<Vec<String>>), Vec<Fault>> {
+) -> Result<(Conditions, Vec<Vec<Diagnostic>>), Vec<Fault>> {
     let mut faults = Vec::new();
     let (fixed, loaded) = (fixes(deck, problem, &mut faults), loads(deck, problem, &mut faults));
-    let (charged, doubts) = charges(deck, problem, &mut faults);
+    let (charged, warnings) = charges(deck, problem, &mut faults);
     let mut conditions = Conditions { fixed, loaded, charged };
     let Problem { stages, sets, .. } = problem;
     let charges = conditions.charged.iter().enumerate();
@@ -34,7 +35,7 @@ pub(super) fn conditions(
             faults.push(no_node(format!("initial[{index}].where"), &region, geometry));
         }
     }
-    if faults.is_empty() { Ok((conditions, doubts)) } else { Err(faults) }
+    if faults.is_empty() { Ok((conditions, warnings)) } else { Err(faults) }
 }
 
 /// Supports, with the nodes that each holds.
@@ -86,16 +87,16 @@ fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<LoadPat
     loaded
 }
 
-/// Charges, with the doubts about each.
+/// Charges, with the warnings about each.
 fn charges(
     deck: &Deck,
     problem: &Problem,
     faults: &mut Vec<Fault>,
-) -> (Vec<TimedCharge>, Vec<Vec<String>>) {
+) -> (Vec<TimedCharge>, Vec<Vec<Diagnostic>>) {
     let Problem { stages, sets, .. } = problem;
     let region = |r: &Where| Region::new(r, sets);
     let mut charged = Vec::new();
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let mut holes: Vec<Holes<'_>> = Vec::new();
     for (index, entry) in deck.charge.iter().enumerate() {
         let geometry = at_stage(deck, stages, entry.from.as_ref());
@@ -106,7 +107,7 @@ fn charges(
         });
         match charge(index, deck, &region(&entry.region), &holes[at]) {
             Ok((charge, doubtful)) => {
-                doubts.push(doubtful);
+                warnings.push(doubtful);
                 charged.push(TimedCharge {
                     charge,
                     history: match &entry.history {
@@ -120,7 +121,7 @@ fn charges(
             Err(fault) => faults.push(fault),
         }
     }
-    (charged, doubts)
+    (charged, warnings)
 }
 
 /// Motions of nodes at the start; entries without any count after others, whose nodes they put to rest.

@@ -8,6 +8,7 @@ use ddem_core::{Fault, Problem};
 use super::at_stage;
 use super::charge::is_wall;
 use super::geometry::Region;
+use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
 
 /// More of a face than this part of it cannot be taken by several boundaries.
@@ -54,22 +55,23 @@ pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
 }
 
 /// Warnings about boundaries on walls of cavities, behind which there is no rock.
-pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<String> {
-    let mut doubts = Vec::new();
+pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
     for (index, boundary) in problem.boundaries.list.iter().enumerate() {
         let geometry = at_stage(deck, &problem.stages, deck.boundary[index].from.as_ref());
         let faces = boundary.faces.iter().map(|(surface, _)| surface);
         let within: Vec<&BlockFace> = faces.filter(|face| is_wall(geometry, face)).collect();
         if let Some(first) = within.first() {
-            doubts.push(format!(
-                "boundary {index}: {} of its faces are where blocks have been removed, first that at {}: \
-                 no rock goes on behind them",
+            let message = format!(
+                "{} faces lie where blocks have been removed, the first at {}: there is no rock behind them",
                 within.len(),
                 shown(geometry, first)
-            ));
+            );
+            let at = format!("boundary[{index}].where");
+            warnings.push(Diagnostic::warning(Code::WallsInBoundary, at, message));
         }
     }
-    doubts
+    warnings
 }
 
 /// Faces with their areas `[m²]`, as far as a region selects them and as a whole.

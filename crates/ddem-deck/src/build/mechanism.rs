@@ -4,7 +4,7 @@ use ddem_core::problem::{FreeMotion, Geometry};
 use ddem_core::{Fault, Problem, Simulation};
 
 use super::BuiltDeck;
-use super::geometry::interface::ajar;
+use super::geometry::interface::gaps;
 use crate::schema::{Deck, StageKind};
 
 /// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
@@ -57,9 +57,8 @@ fn help(deck: &Deck, geometry: &Geometry) -> String {
         "hold that motion with [[fix]], or make the stage dynamic"
     } else {
         "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
-         which the boundary is there; it keeps what the fix bore"
+         which the boundary is there; it keeps the reaction of the fix"
     };
-    let mut help = ajar(deck, geometry);
-    help.push(hold.to_owned());
-    help.join("; ")
+    let gaps = gaps(deck, geometry).into_iter().map(|gap| gap.message);
+    gaps.chain([hold.to_owned()]).collect::<Vec<_>>().join("; ")
 }

@@ -6,6 +6,7 @@ use ddem_core::Model;
 use ddem_core::problem::{BlockFace, Geometry, Vec3};
 
 use super::BuiltDeck;
+use crate::lint::{Code, Diagnostic};
 use crate::schema::Where;
 
 /// Part of the force on a plane that it may lack without a word.
@@ -28,7 +29,7 @@ struct PlaneBalance {
 
 impl BuiltDeck {
     /// Planes whose supports and loads in the first stage do not carry the stress at the start.
-    pub(super) fn unbalanced(&self, model: &Model) -> Vec<String> {
+    pub(super) fn unbalanced_stress(&self, model: &Model) -> Vec<Diagnostic> {
         let (geometry, stresses) = (model.geometry(), &self.problem.stresses);
         // Later the walls of what has been taken out are free, and are meant to be.
         if stresses.is_empty() || (0..model.n_blocks()).any(|block| model.is_removed(block)) {
@@ -74,11 +75,11 @@ impl BuiltDeck {
         let most = planes.values().fold(0.0, |most: f64, plane| most.max(plane.asked));
         let much = |plane: &PlaneBalance| plane.lacks > SMALL * plane.asked.max(SMALL * most);
         let wrong = planes.into_values().filter(much);
-        wrong.map(|plane| plane.words(&self.problem.properties.gravity)).collect()
+        wrong.map(|plane| plane.warning(&self.problem.properties.gravity)).collect()
     }
 
     /// Warning about blocks whose initial stress does not balance their weight.
-    pub(super) fn unborne(&self, model: &Model) -> Option<String> {
+    pub(super) fn unbalanced_weight(&self, model: &Model) -> Option<Diagnostic> {
         let stresses = &self.problem.stresses;
         let gravity = self.problem.properties.gravity;
         let wrong = |&block: &usize| {
@@ -96,24 +97,23 @@ impl BuiltDeck {
         // Along one axis only, so that nothing else of the gradient changes.
         let axis = wanted.iamax();
         let alone = wanted.norm() - wanted[axis].abs() <= 1e-9 * wanted.norm();
-        let paste = if alone && (wanted - borne).norm() > 0.0 {
+        let paste = (alone && (wanted - borne).norm() > 0.0).then(|| {
             let mut slope = stress.gradient[axis];
             slope[axis] += (wanted - borne)[axis];
             let (axis, slope) = (AXES[axis], slope.map(|x| rounded(x, 9)));
-            format!("; in `[[initial]]` that is\n  gradient = {{ {axis} = {slope:?} }}")
-        } else {
-            String::new()
-        };
-        Some(format!(
-            "the stress at the start does not bear the weight of {} blocks, first of block {first} of set \
-             `{}`: its gradient gives ({:.4e}, {:.4e}, {:.4e}) N/m³ and the weight wants ({x:.4e}, {y:.4e}, \
-             {z:.4e}){paste}",
+            format!("put `gradient = {{ {axis} = {slope:?} }}` into `[[initial]]`")
+        });
+        let message = format!(
+            "the initial stress does not balance the weight of {} blocks, first of block {first} of set `{}`: \
+             its divergence is ({:.4e}, {:.4e}, {:.4e}) N/m³, but the weight requires ({x:.4e}, {y:.4e}, {z:.4e})",
             wrong.len(),
             model.set_name(first),
             borne.x,
             borne.y,
             borne.z
-        ))
+        );
+        let warning = Diagnostic::warning(Code::UnbalancedWeight, "initial", message);
+        Some(paste.into_iter().fold(warning, Diagnostic::help))
     }
 
     fn density(&self, model: &Model, block: usize) -> f64 {
@@ -145,7 +145,7 @@ fn plane_of(geometry: &Geometry, surface: &BlockFace) -> [i64; 4] {
 }
 
 impl PlaneBalance {
-    fn words(&self, gravity: &Vec3) -> String {
+    fn warning(&self, gravity: &Vec3) -> Diagnostic {
         let along = (0..3).find(|&c| self.normal[c].abs() > 1.0 - 1e-9);
         let place = match along {
             Some(axis) => format!(
@@ -158,18 +158,18 @@ impl PlaneBalance {
             None => format!("a plane through {:.4?} m", <[f64; 3]>::from(self.point)),
         };
         let [x, y, z] = self.lacking.into();
-        let cure = match along.and_then(|axis| self.paste(axis, gravity)) {
+        let message = format!(
+            "the outer faces at {place} do not carry the initial stress: [{x:.4e}, {y:.4e}, {z:.4e}] N are \
+             missing, {:.2} % of what it requires; the model will move to another equilibrium",
+            100.0 * self.lacks / self.asked
+        );
+        let help = match along.and_then(|axis| self.paste(axis, gravity)) {
             Some(lines) => format!("put in\n{lines}\n"),
             None => {
-                "hold them with [[fix]], or load them with the stress times the normal; ".to_owned()
+                "hold them with `[[fix]]`, or load them with the stress times the normal".to_owned()
             }
         };
-        format!(
-            "the stress at the start is not carried by the outer faces at {place}: [{x:.4e}, {y:.4e}, \
-             {z:.4e}] N are missing, {:.2} % of what it asks for: {cure}\
-             otherwise the model moves to another equilibrium",
-            100.0 * self.lacks / self.asked
-        )
+        Diagnostic::warning(Code::UnbalancedStress, "initial", message).help(help)
     }
 
     /// Lines of a deck that carry the stress: a support along the components that are missing; on faces that

@@ -2,7 +2,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use crate::lint::{Code, Diagnostic};
 use crate::schema::decimal::shifted;
+use crate::schema::names::segment;
 use crate::schema::{Damping, Deck, History, Joint, Material};
 
 /// Moduli below this are those of jelly `[Pa]`.
@@ -20,50 +22,53 @@ const SLACKEST: f64 = 1e5;
 /// Restitution of critical damping, below which no dashpot that never pulls gets.
 const CRITICAL: f64 = 0.135;
 
+fn suspicious(at: impl Into<String>, message: String, help: String) -> Diagnostic {
+    Diagnostic::warning(Code::SuspiciousUnit, at, message).help(help)
+}
+
 /// Warnings about units.
-pub(super) fn units(deck: &Deck) -> Vec<String> {
-    let mut doubts = Vec::new();
+pub(super) fn units(deck: &Deck) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
     for (name, Material { density, young, .. }) in &deck.materials {
-        let of = format!("material `{name}`");
-        doubts.extend(modulus(&of, *young));
-        doubts.extend(mass(&of, *density));
+        let at = format!("materials.{}", segment(name));
+        warnings.extend(modulus(&at, *young));
+        warnings.extend(mass(&at, *density));
     }
     for (name, joint) in &deck.joints {
-        let of = format!("joint `{name}`");
+        let at = format!("joints.{}", segment(name));
         let Joint { density, young, friction, residual_friction, .. } = joint;
-        doubts.extend(young.and_then(|young| modulus(&of, young)));
-        doubts.extend(density.and_then(|density| mass(&of, density)));
-        doubts.extend(strengths(&of, joint));
-        doubts.extend(friction.and_then(|angle| coefficient(&of, "friction", angle)));
-        doubts.extend(
-            residual_friction.and_then(|angle| coefficient(&of, "residual_friction", angle)),
+        warnings.extend(young.and_then(|young| modulus(&at, young)));
+        warnings.extend(density.and_then(|density| mass(&at, density)));
+        warnings.extend(strengths(&at, joint));
+        warnings.extend(friction.and_then(|angle| coefficient(&at, "friction", angle)));
+        warnings.extend(
+            residual_friction.and_then(|angle| coefficient(&at, "residual_friction", angle)),
         );
     }
-    doubts.extend(loads(deck));
-    for stage in &deck.stage {
+    warnings.extend(loads(deck));
+    for (index, stage) in deck.stage.iter().enumerate() {
         if let Some(Damping::Ratio(ratio)) = stage.damping
             && ratio > 1.0
         {
-            let of = format!("stage `{}`", stage.name);
-            doubts.push(format!(
-                "{of}: a damping `ratio` of {ratio} is beyond critical damping, 1: {ratio} % would be written {}",
-                shifted(ratio, -2)
-            ));
+            let message = format!("a damping `ratio` of {ratio} is above 1, critical damping");
+            let at = format!("stage[{index}].damping.ratio");
+            let warning = Diagnostic::warning(Code::Overdamped, at, message);
+            warnings.push(warning.help(format!("{ratio} % is {}", shifted(ratio, -2))));
         }
     }
     let contact = &deck.contact;
-    doubts.extend(contact.friction.and_then(|angle| coefficient("[contact]", "friction", angle)));
-    doubts.extend(contact.restitution.filter(|part| *part < CRITICAL).map(|part| {
-        format!(
-            "[contact]: no `restitution` below {CRITICAL} can be had, and {part} gives that: what is \
-             to come to rest wants a stage with `damping = {{ local = 0.8 }}`"
-        )
+    warnings.extend(contact.friction.and_then(|angle| coefficient("contact", "friction", angle)));
+    warnings.extend(contact.restitution.filter(|part| *part < CRITICAL).map(|part| {
+        let message =
+            format!("a `restitution` below {CRITICAL} is not possible; {part} gives {CRITICAL}");
+        Diagnostic::warning(Code::InfeasibleRestitution, "contact.restitution", message)
+            .help("a stage with `damping = { local = 0.8 }` brings blocks to rest")
     }));
-    doubts
+    warnings
 }
 
-/// Strengths and stiffnesses of a joint.
-fn strengths<'a>(of: &'a str, joint: &'a Joint) -> impl Iterator<Item = String> + 'a {
+/// Warnings about strengths and stiffnesses of a joint.
+fn strengths<'a>(at: &'a str, joint: &'a Joint) -> impl Iterator<Item = Diagnostic> + 'a {
     let Joint { cohesion, tension, residual_cohesion, jcs, .. } = joint;
     let strengths = [
         ("cohesion", cohesion),
@@ -71,85 +76,86 @@ fn strengths<'a>(of: &'a str, joint: &'a Joint) -> impl Iterator<Item = String> 
         ("residual_cohesion", residual_cohesion),
         ("jcs", jcs),
     ];
-    let weak = strengths.into_iter().filter_map(move |(key, value)| pressure(of, key, (*value)?));
+    let weak = strengths.into_iter().filter_map(move |(key, value)| pressure(at, key, (*value)?));
     let Joint { normal_stiffness, shear_stiffness, .. } = joint;
     let stiffnesses =
         [("normal_stiffness", normal_stiffness), ("shear_stiffness", shear_stiffness)];
     let slack = stiffnesses.into_iter().filter_map(move |(key, value)| {
         let value = value.filter(|value| *value < SLACKEST)?;
         let (unit, power) = if value < 1e3 { ("GPa/m", 9) } else { ("MPa/m", 6) };
-        let meant = shifted(value, power);
-        Some(format!("{of}: `{key}` is {value} Pa/m: {value} {unit} would be written {meant:e}"))
+        let message = format!("`{key}` is {value} Pa/m");
+        let help = format!("{value} {unit} is {:e}", shifted(value, power));
+        Some(suspicious(format!("{at}.{key}"), message, help))
     });
     weak.chain(slack)
 }
 
-/// Loads, charges and stresses at the start. A load of 1 may be a unit that a history multiplies.
-fn loads(deck: &Deck) -> Vec<String> {
+/// Warnings about loads, charges and initial stresses. A load of 1 may be a unit that a history multiplies.
+fn loads(deck: &Deck) -> Vec<Diagnostic> {
     let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     for (index, load) in deck.load.iter().enumerate() {
         let scaled = matches!(load.history, Some(History::Table(_)));
         let traction = load.traction.map(|traction| ("traction", largest(&traction)));
         let normal = load.pressure.map(|pressure| ("pressure", pressure.abs()));
         for (key, size) in [traction, normal].into_iter().flatten() {
             if !scaled && size != 1.0 {
-                doubts.extend(pressure(&format!("load {index}"), key, size));
+                warnings.extend(pressure(&format!("load[{index}]"), key, size));
             }
         }
     }
     for (index, charge) in deck.charge.iter().enumerate() {
-        let of = format!("charge {index}");
-        doubts.extend(charge.pressure.and_then(|size| pressure(&of, "pressure", size)));
+        let at = format!("charge[{index}]");
+        warnings.extend(charge.pressure.and_then(|size| pressure(&at, "pressure", size)));
     }
     for (index, initial) in deck.initial.iter().enumerate() {
         let Some(stress) = initial.stress.filter(|_| initial.gradient.is_none()) else { continue };
-        doubts.extend(pressure(&format!("initial {index}"), "stress", largest(&stress)));
+        warnings.extend(pressure(&format!("initial[{index}]"), "stress", largest(&stress)));
     }
-    doubts
+    warnings
 }
 
-fn pressure(of: &str, key: &str, size: f64) -> Option<String> {
+fn pressure(at: &str, key: &str, size: f64) -> Option<Diagnostic> {
     let [kilo, mega] = [3, 6].map(|power| shifted(size, power));
     (0.0 < size && size < WEAKEST).then(|| {
-        format!(
-            "{of}: `{key}` is {size} Pa, next to nothing: {size} kPa would be written {kilo:e}, \
-             {size} MPa {mega:e}"
-        )
+        let message = format!("`{key}` is only {size} Pa");
+        let help = format!("{size} kPa is {kilo:e}, {size} MPa is {mega:e}");
+        suspicious(format!("{at}.{key}"), message, help)
     })
 }
 
-fn modulus(of: &str, young: f64) -> Option<String> {
+fn modulus(at: &str, young: f64) -> Option<Diagnostic> {
     let (unit, power) = if young < 1e3 { ("GPa", 9) } else { ("MPa", 6) };
-    let meant = shifted(young, power);
-    (young < SOFTEST)
-        .then(|| format!("{of}: `young` is {young} Pa: {young} {unit} would be written {meant:e}"))
+    (young < SOFTEST).then(|| {
+        let help = format!("{young} {unit} is {:e}", shifted(young, power));
+        suspicious(format!("{at}.young"), format!("`young` is only {young} Pa"), help)
+    })
 }
 
-fn mass(of: &str, density: f64) -> Option<String> {
+fn mass(at: &str, density: f64) -> Option<Diagnostic> {
     let (unit, meant) = match density {
         // Rock weighs 15 to 35 kN/m³, and no more than 8 t/m³.
         ..10.0 => ("t/m³", shifted(density, 3)),
         _ => ("kN/m³", (density * 1e3 / GRAVITY).round()),
     };
     (density < LIGHTEST).then(|| {
-        format!("{of}: `density` is {density} kg/m³: {density} {unit} would be written {meant}")
+        let help = format!("{density} {unit} is {meant}");
+        suspicious(format!("{at}.density"), format!("`density` is only {density} kg/m³"), help)
     })
 }
 
-fn coefficient(of: &str, key: &str, angle: f64) -> Option<String> {
+fn coefficient(at: &str, key: &str, angle: f64) -> Option<Diagnostic> {
     let meant = libm::atan(angle).to_degrees();
     let rounded = (angle * 1e4).round() / 1e4;
     let short = if rounded > 0.0 { rounded } else { angle };
     let radians = if angle < FRAC_PI_2 {
-        format!(", {short} rad {:.1}", angle.to_degrees())
+        format!(", {short} rad are {:.1}", angle.to_degrees())
     } else {
         String::new()
     };
     (0.0 < angle && angle < SMALLEST).then(|| {
-        format!(
-            "{of}: `{key}` is an angle, {short} degrees: a coefficient of {short} would be written \
-             {meant:.1}{radians}"
-        )
+        let message = format!("`{key}` is an angle of only {short} degrees");
+        let help = format!("a coefficient of {short} is {meant:.1} degrees{radians}");
+        suspicious(format!("{at}.{key}"), message, help)
     })
 }

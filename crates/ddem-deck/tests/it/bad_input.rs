@@ -311,17 +311,20 @@ fn doubts_about_joints_that_fail() {
     assert_eq!(
         beyond,
         [
-            "joint `seam`: the tensile strength of 1.1e6 Pa is reached only where nothing shears the \
-             joint: no strength in shear is left at a tension of 1e6 Pa, cohesion/tan(friction)"
+            "joints.seam.tension: the tensile strength of 1.1e6 Pa is reached only without any shear: the shear \
+             strength is zero at a tension of 1e6 Pa, cohesion/tan(friction) [unreachable-tension]"
         ]
     );
     let no_cohesion = one(Joint { cohesion: None, friction: None, ..spring_with_tension() });
-    assert!(no_cohesion[0].contains("left at a tension of 0 Pa"), "{no_cohesion:?}");
+    assert!(no_cohesion[0].contains("zero at a tension of 0 Pa"), "{no_cohesion:?}");
     // Without friction the strength in shear never ends, and roughness has none in tension.
     assert_eq!(one(Joint { cohesion: Some(1e3), ..spring_with_tension() }), [""; 0]);
     assert_eq!(one(Joint { tension: Some(1e6), ..rough() }), [""; 0]);
     let steep = one(Joint { dilation: Some(31.0), ..strong });
-    assert!(steep[0].starts_with("joint `seam`: dilation, 31 degrees, is above"), "{steep:?}");
+    assert!(
+        steep[0].starts_with("joints.seam.dilation: a dilation of 31 degrees exceeds"),
+        "{steep:?}"
+    );
 }
 
 fn spring() -> Joint {
@@ -392,17 +395,19 @@ fn doubts_about_units() {
     deck.model.contact = Some(true);
     let warnings = warnings(&deck);
     let expected = [
-        "material `light`: `young` is 18 Pa: 18 GPa would be written 1.8e10",
-        "material `light`: `density` is 2.4 kg/m³: 2.4 t/m³ would be written 2400",
-        "material `weighed`: `density` is 26 kg/m³: 26 kN/m³ would be written 2650",
-        "joint `smooth`: `friction` is an angle, 0.6 degrees: a coefficient of 0.6 would be written 31.0, 0.6 rad 34.4",
-        "joint `weak`: `cohesion` is 0.5 Pa, next to nothing: 0.5 kPa would be written 5e2, 0.5 MPa 5e5",
-        "joint `weak`: `normal_stiffness` is 20 Pa/m: 20 GPa/m would be written 2e10",
-        "load 2: `traction` is 2 Pa, next to nothing: 2 kPa would be written 2e3, 2 MPa 2e6",
-        "stage `at 5`: a damping `ratio` of 5 is beyond critical damping, 1: 5 % would be written 0.05",
-        "[contact]: `friction` is an angle, 1 degrees: a coefficient of 1 would be written 45.0, 1 rad 57.3",
-        "[contact]: no `restitution` below 0.135 can be had, and 0 gives that: what is to come to \
-         rest wants a stage with `damping = { local = 0.8 }`",
+        "materials.light.young: `young` is only 18 Pa; 18 GPa is 1.8e10 [suspicious-unit]",
+        "materials.light.density: `density` is only 2.4 kg/m³; 2.4 t/m³ is 2400 [suspicious-unit]",
+        "materials.weighed.density: `density` is only 26 kg/m³; 26 kN/m³ is 2650 [suspicious-unit]",
+        "joints.smooth.friction: `friction` is an angle of only 0.6 degrees; a coefficient of 0.6 is 31.0 degrees, 0.6 rad \
+         are 34.4 [suspicious-unit]",
+        "joints.weak.cohesion: `cohesion` is only 0.5 Pa; 0.5 kPa is 5e2, 0.5 MPa is 5e5 [suspicious-unit]",
+        "joints.weak.normal_stiffness: `normal_stiffness` is 20 Pa/m; 20 GPa/m is 2e10 [suspicious-unit]",
+        "load[2].traction: `traction` is only 2 Pa; 2 kPa is 2e3, 2 MPa is 2e6 [suspicious-unit]",
+        "stage[1].damping.ratio: a damping `ratio` of 5 is above 1, critical damping; 5 % is 0.05 [overdamped]",
+        "contact.friction: `friction` is an angle of only 1 degrees; a coefficient of 1 is 45.0 degrees, 1 rad are 57.3 \
+         [suspicious-unit]",
+        "contact.restitution: a `restitution` below 0.135 is not possible; 0 gives 0.135; a stage with \
+         `damping = { local = 0.8 }` brings blocks to rest [infeasible-restitution]",
     ];
     assert_eq!(warnings, expected);
 }

@@ -150,7 +150,7 @@ fn no_text_stops_the_program() {
 fn the_schema_names_every_form() {
     let schema = json_schema();
     let properties = schema["properties"].as_object().unwrap();
-    assert_eq!(properties.len(), 16);
+    assert_eq!(properties.len(), 17);
     assert_eq!(schema["additionalProperties"], false);
     let forms = &schema["$defs"]["TimeStep"]["oneOf"];
     assert_eq!(forms[0]["const"], "auto");

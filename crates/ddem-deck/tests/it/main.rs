@@ -6,10 +6,11 @@ mod bad_decks;
 mod bad_input;
 mod files;
 mod good_decks;
+mod lint;
 mod places;
-mod said;
 mod selection;
 mod sets;
+mod warnings;
 
 // Shared with the tests of the method, which use more of them.
 #[allow(dead_code)]

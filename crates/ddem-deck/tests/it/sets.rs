@@ -167,7 +167,7 @@ fn sets_that_touch_are_warned_of_where_no_contacts_are_found() {
     deck.model.contact = Some(false);
     let warnings = crate::decks::warnings(&deck);
     assert_eq!(warnings.len(), 1);
-    assert!(warnings[0].starts_with("sets `row` and `top` touch, but their blocks"));
+    assert!(warnings[0].ends_with("[sets-not-in-contact]"));
     deck.blocks[1].origin[2] = 1.1;
     assert_eq!(crate::decks::warnings(&deck), [""; 0]);
 }
@@ -180,9 +180,9 @@ fn what_is_said_of_contacts_that_are_not_found_has_no_effect() {
         let warnings = crate::decks::warnings(deck);
         warnings.iter().map(|text| text.chars().take(60).collect()).collect::<Vec<String>>()
     };
-    assert_eq!(start(&deck), ["`[contact]` has no effect: none are looked for in one set of"]);
+    assert_eq!(start(&deck), ["contact: `[contact]` has no effect: no contacts are searched"]);
     deck.model.contact = Some(false);
-    assert_eq!(start(&deck), ["`[contact]` has no effect: `contact = false` in [model] says"]);
+    assert_eq!(start(&deck), ["contact: `[contact]` has no effect: `contact = false` in `[m"]);
     deck.model.contact = Some(true);
     assert_eq!(start(&deck), [""; 0]);
     deck.model.contact = None;
@@ -217,23 +217,23 @@ fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
         });
         println!("{warnings:#?}");
         assert_eq!(warnings.len(), 1);
-        let start = "`normal_stiffness` in [contact], 1e18 Pa/m, is ";
+        let start = "contact.normal_stiffness: 1e18 Pa/m is ";
         assert!(warnings[0].starts_with(start), "{}", warnings[0]);
-        assert!(warnings[0].contains("no time step may be longer than "), "{}", warnings[0]);
+        assert!(warnings[0].contains("it limits the time step to "), "{}", warnings[0]);
     }
     let across = said(&|deck| deck.contact.shear_stiffness = Some(1e16));
     assert_eq!(across.len(), 1);
-    assert!(across[0].starts_with("`shear_stiffness` in [contact], 1e16 Pa/m, is "), "{across:?}");
+    assert!(across[0].starts_with("contact.shear_stiffness: 1e16 Pa/m is "), "{across:?}");
     let soft = said(&|deck| deck.contact.normal_stiffness = Some(3e6));
     println!("{soft:#?}");
     assert_eq!(soft.len(), 1);
-    assert!(soft[0].ends_with("blocks sink into each other where they meet"), "{soft:?}");
+    assert!(soft[0].contains("blocks in contact sink into each other"), "{soft:?}");
     let sinks = said(&|deck| deck.contact.normal_stiffness = Some(1e5));
     assert_eq!(
         sinks,
         [
-            "contacts of 1.00e5 Pa/m are soft: under its own weight a block of 2400 kg/m³ sinks 23.5 % \
-          of its edge into what is below it"
+            "contact.normal_stiffness: under its own weight a block of 2400 kg/m³ sinks 23.5 % of its edge into \
+             the one below: contacts have 1.00e5 Pa/m [soft-contact]"
         ]
     );
     // Without contacts nothing is said of them, but that they are not there.

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use ddem_core::{Fault, ModelError, RunError, Simulation};
+use ddem_deck::lint::{Code, Diagnostic, load_at_rest};
 use ddem_deck::{BuiltDeck, Stage, StageKind};
 
 use super::report::{check_steps, unsafe_steps};
@@ -185,16 +186,16 @@ impl Session {
         if !faults.is_empty() {
             return Err(ModelError { faults }.into());
         }
-        let MovedBy { site, simulation, .. } = &mut self.moved;
+        let MovedBy { site, simulation, cursor, .. } = &mut self.moved;
         let stages = std::slice::from_ref(stage);
         if let Err(failure) = check_steps(simulation, stages) {
             return if failure.is_stopped() { Ok(None) } else { Err(failure) };
         }
-        for warning in unsafe_steps(simulation, stages) {
-            observer.event(Event::Warning(&warning));
+        let mut warnings = unsafe_steps(site.deck(), simulation, stages);
+        warnings.extend(begin(site, simulation, stage)?);
+        for warning in warnings {
+            cursor.warn(site.deck(), warning, observer);
         }
-        let doubts = begin(site, simulation, stage)?;
-        doubts.iter().for_each(|doubt| observer.event(Event::Warning(doubt)));
         let folder = folder.map(|path| self.open(path)).transpose()?;
         if let Some(kept) = folder.as_ref().and_then(Folder::kept) {
             observer.event(Event::Kept(kept));
@@ -239,13 +240,13 @@ pub(super) fn enter(
 }
 
 /// Brings the supports and loads of the deck's stage of the same name into force, if there is one.
-/// Gives what is allowed but perhaps not meant.
+/// Returns warnings.
 fn begin(
     site: &BuiltDeck,
     simulation: &mut Simulation,
     stage: &Stage,
-) -> Result<Vec<String>, ModelError> {
-    let mut doubts = Vec::new();
+) -> Result<Vec<Diagnostic>, ModelError> {
+    let mut warnings = Vec::new();
     let stages = &site.deck().stage;
     match stages.iter().position(|own| own.name == stage.name) {
         Some(own) if own != simulation.stage() => enter(site, simulation, own, "name")?,
@@ -254,11 +255,12 @@ fn begin(
         None => {
             let names = stages.iter().map(|own| own.name.as_str());
             if let Some(near) = ddem_deck::names::nearest(&stage.name, names) {
-                doubts.push(format!(
-                    "the model has a stage `{near}`, but none named `{}`: its supports and loads \
-                     do not come into force",
+                let message = format!(
+                    "the model has a stage `{near}`, but none named `{}`: its supports and loads do not come \
+                     into force",
                     stage.name
-                ));
+                );
+                warnings.push(Diagnostic::warning(Code::UnknownStage, "stage", message));
             }
         }
     }
@@ -267,9 +269,7 @@ fn begin(
             return Err(fault.into());
         }
         let idle = simulation.idle_loads().into_iter();
-        doubts.extend(idle.map(|load| {
-            format!("load {load} does not act: time stands still, and its history is 0 now")
-        }));
+        warnings.extend(idle.map(|load| load_at_rest(load, &stage.name)));
     }
-    Ok(doubts)
+    Ok(warnings)
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use ddem_core::Simulation;
-use ddem_deck::{Deck, Source};
-use ddem_deck::{Stage, StageKind};
+use ddem_deck::lint::{Code, Diagnostic};
+use ddem_deck::{Deck, Source, Stage, StageKind};
 
 use super::files::nudge;
 use super::record::Recorder;
@@ -13,6 +13,7 @@ use super::resume;
 use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, MovedBy, Running, failed};
+use super::warnings::stage_place;
 use super::{Event, Observer, Options, Outcome, RunFailure};
 use crate::OutputError;
 use crate::folder::{self, Earlier, Folder};
@@ -97,10 +98,10 @@ impl<'a> Drive<'a> {
             session = Session::assemble(site, fresh, recorder, text);
         }
         let mut drive = Self { options, observer, folder, session };
-        let MovedBy { site, simulation, recorder, .. } = &mut drive.session.moved;
+        let MovedBy { site, simulation, recorder, cursor, .. } = &mut drive.session.moved;
         let report = report(site, simulation, &recorder.samplers);
         for warning in &report.warnings {
-            drive.observer.event(Event::Warning(warning));
+            cursor.warn(site.deck(), warning.clone(), drive.observer);
         }
         drive.observer.event(Event::Built(&report));
         if let Some(kept) = drive.folder.kept() {
@@ -169,10 +170,12 @@ impl<'a> Drive<'a> {
         };
         // How far a slope is from standing is asked all the more where it does not stand.
         moved.simulation = moved.simulation.back_to(&start).map_err(failed(stage))?;
-        observer.event(Event::Warning(&format!(
-            "{failure}: the factor of safety is that of the state at the start of `{}`",
-            stage.name
-        )));
+        let MovedBy { site, cursor, .. } = moved;
+        let at = stage_place(site.deck(), stage);
+        let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string()).help(
+            format!("the factor of safety refers to the state at the start of `{}`", stage.name),
+        );
+        cursor.warn(site.deck(), warning, *observer);
         Ok(Ended::Done(None))
     }
 }

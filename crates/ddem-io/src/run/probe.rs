@@ -1,6 +1,7 @@
 //! Probes: what they look at, and their numbers.
 
 use ddem_core::{Fault, Field, FieldLocation, Model, Simulation};
+use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Deck, Probe, Quantity};
 
 /// A probe with its nodes and elements found.
@@ -13,7 +14,7 @@ pub(super) struct Sampler {
     /// Nodes or elements by their numbers, with their blocks.
     values: Vec<Value>,
     /// Warning.
-    pub(super) doubt: Option<String>,
+    pub(super) warning: Option<Diagnostic>,
     pub(super) every: Option<f64>,
     pub(super) every_steps: u64,
     pub(super) columns: Vec<String>,
@@ -64,13 +65,13 @@ impl Sampler {
             Some(Field { components: 6, .. }) => &["xx", "yy", "zz", "xy", "yz", "zx"],
             _ => &["x", "y", "z"],
         };
-        let doubt = field.and_then(|_| goes(probe, &values, (deck, model)));
+        let warning = field.and_then(|_| removed((index, probe), &values, (deck, model)));
         Ok(Self {
             name: probe.name.clone(),
             components,
             field,
             values,
-            doubt,
+            warning,
             every: probe.every,
             every_steps: probe.every_steps.unwrap_or(100),
             columns: components.iter().map(|c| format!("{}.{c}", probe.name)).collect(),
@@ -112,16 +113,21 @@ fn field(quantity: Quantity, index: usize, model: &Model) -> Result<Option<&'sta
 
 /// Warning about a probe that has nothing to record from some stage on. Reactions are exempt: without supports their
 /// sum is 0.
-fn goes(probe: &Probe, values: &[Value], (deck, model): (&Deck, &Model)) -> Option<String> {
+fn removed(
+    (index, probe): (usize, &Probe),
+    values: &[Value],
+    (deck, model): (&Deck, &Model),
+) -> Option<Diagnostic> {
     let mut blocks: Vec<usize> = values.iter().map(|value| value.block).collect();
     blocks.dedup();
     let stages: Option<Vec<usize>> = blocks.iter().map(|&block| model.removed_in(block)).collect();
     let last = stages?.into_iter().max()?;
     let stage = &deck.stage.get(last)?.name;
-    Some(format!(
-        "probe `{}` looks at blocks that are taken out by stage `{stage}`: it has no values from then on",
+    let message = format!(
+        "all blocks of probe `{}` are removed by stage `{stage}`: it has no values from then on",
         probe.name
-    ))
+    );
+    Some(Diagnostic::warning(Code::ProbeOfRemovedBlocks, format!("probe[{index}]"), message))
 }
 
 /// Rigid blocks have none.

@@ -3,13 +3,15 @@
 use std::fmt;
 
 use ddem_core::{ChargeSize, Fault, Model, ModelError, SHORTEST_STEP, Simulation};
-use ddem_deck::{Deck, Interface, Selection, Size};
-use ddem_deck::{Stage, StageKind, TimeStep};
+use ddem_deck::lint::{Code, Diagnostic};
+use ddem_deck::{
+    BuiltDeck, Deck, DeckError, Interface, Selection, Size, Source, Stage, StageKind, TimeStep,
+};
 
 use super::RunFailure;
 use super::plan::{Plan, estimate, plans};
 use super::probe::Sampler;
-use ddem_deck::{BuiltDeck, DeckError, Source};
+use super::warnings::stage_place;
 
 /// Size of a model and what running it will take.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,7 +48,7 @@ pub struct Report {
     /// Estimate of each stage.
     pub stages: Vec<Plan>,
     /// Warnings.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// Steps that a stage may take: a thousand years at a microsecond a step.
@@ -255,8 +257,9 @@ pub(super) fn report(
         false => f64::NAN,
     };
     let mut warnings = site.warnings(simulation.model());
-    warnings.extend(samplers.iter().filter_map(|sampler| sampler.doubt.clone()));
-    warnings.extend(unsafe_steps(simulation, &deck.stage));
+    warnings.extend(samplers.iter().filter_map(|sampler| sampler.warning.clone()));
+    warnings.extend(unsafe_steps(deck, simulation, &deck.stage));
+    warnings.retain(|warning| deck.reports(warning));
     let plans = plans(simulation, &deck.stage);
     let near = simulation.contact_counts().near as u64;
     let model = simulation.model();
@@ -281,8 +284,12 @@ pub(super) fn report(
     }
 }
 
-/// Time steps that are given, and stable only as long as no joint fails.
-pub(super) fn unsafe_steps(simulation: &mut Simulation, stages: &[Stage]) -> Vec<String> {
+/// Warnings about given time steps that are stable only until joints fail.
+pub(super) fn unsafe_steps(
+    deck: &Deck,
+    simulation: &mut Simulation,
+    stages: &[Stage],
+) -> Vec<Diagnostic> {
     let given = stages.iter().filter(|stage| stage.kind == StageKind::Dynamic);
     let given = given.filter_map(|stage| match stage.time_step {
         Some(TimeStep::Seconds(step)) => Some((stage, step)),
@@ -292,12 +299,12 @@ pub(super) fn unsafe_steps(simulation: &mut Simulation, stages: &[Stage]) -> Vec
     for (stage, step) in given {
         let Ok(safe) = simulation.safe_step() else { break };
         let safe = stage.damping.unwrap_or_default().stable_step(safe);
-        let name = &stage.name;
         if simulation.model().can_fail() && step > safe {
-            warnings.push(format!(
-                "stage `{name}`: once joints have failed, a step of {step:e} s may make energy; up \
-                 to {safe:.3e} s it does not"
-            ));
+            let message =
+                format!("once joints have failed, a time step of {step:e} s may create energy");
+            let at = format!("{}.time_step", stage_place(deck, stage));
+            let warning = Diagnostic::warning(Code::UnsafeTimeStep, at, message);
+            warnings.push(warning.help(format!("up to {safe:.3e} s is safe")));
         }
     }
     warnings

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ddem_core::{Model, Saved, Simd, Simulation};
+use ddem_deck::lint::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 use super::RunFailure;
@@ -34,6 +35,8 @@ pub(super) struct Cursor {
     /// Stages that are done.
     #[serde(with = "as_json")]
     pub(super) done: Vec<StageSummary>,
+    /// Diagnostics so far.
+    pub(super) warnings: Vec<Diagnostic>,
 }
 
 /// Data that a run needs besides its simulation to continue.

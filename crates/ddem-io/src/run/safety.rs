@@ -4,9 +4,11 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use ddem_core::{RunError, Safety, SafetyTrial, Simulation, Verdict, undecided};
-use ddem_deck::{SafetySearch, Stage};
+use ddem_deck::Stage;
+use ddem_deck::lint::{Code, Diagnostic};
 
 use super::stage::{MovedBy, failed};
+use super::warnings::stage_place;
 use super::{Event, Observer, RunFailure};
 use crate::summary::StageSummary;
 
@@ -18,7 +20,7 @@ pub(super) fn search(
     observer: &mut dyn Observer,
 ) -> Result<bool, RunFailure> {
     let start = Instant::now();
-    let MovedBy { simulation, recorder, cursor, .. } = moved;
+    let MovedBy { site, simulation, recorder, cursor } = moved;
     recorder.start(simulation, &stage.name, &mut |event| observer.event(event))?;
     let shared = Mutex::new(&mut *observer);
     let found = simulation.factor_of_safety(&stage.search(), &|trial| {
@@ -37,9 +39,9 @@ pub(super) fn search(
         }
     }
     let verdict = verdict(cursor.done.last().map(|stage| stage.verdict), &found);
-    for doubt in doubts(&found, &stage.search(), simulation) {
-        let warning = format!("stage `{}`: {doubt}", stage.name);
-        observer.event(Event::Warning(&warning));
+    let deck = site.deck();
+    for warning in warnings(&found, stage, &stage_place(deck, stage), simulation) {
+        cursor.warn(deck, warning, observer);
     }
     let steps = found.trials.iter().map(|trial| trial.steps).sum();
     let seconds = start.elapsed().as_secs_f64();
@@ -79,48 +81,64 @@ fn verdict(before: Option<Verdict>, found: &Safety) -> Verdict {
     }
 }
 
-/// Reasons why the factor of safety may be another one, or why there is none.
-fn doubts(found: &Safety, search: &SafetySearch, simulation: &mut Simulation) -> Vec<String> {
-    let mut doubts = Vec::new();
-    let [low, high] = search.bracket;
+/// Warnings about a factor of safety that may be another one, or that was not found.
+pub(super) fn warnings(
+    found: &Safety,
+    stage: &Stage,
+    place: &str,
+    simulation: &mut Simulation,
+) -> Vec<Diagnostic> {
+    let of = |code: Code, key: &str, message: String| {
+        Diagnostic::warning(code, format!("{place}.{key}"), message)
+    };
+    let mut warnings = Vec::new();
+    let [low, high] = stage.search().bracket;
     match found.bracket {
         [None, None] => {
             let Some(SafetyTrial { factor, steps, .. }) = found.trials.first() else {
-                return doubts;
+                return warnings;
             };
-            doubts.push(format!(
+            let message = format!(
                 "there is no factor of safety: the trial with strengths / {factor:.4} was undecided after {steps} \
-                 steps; raise `max_steps`"
-            ));
+                 steps"
+            );
+            let warning = of(Code::UndecidedTrial, "max_steps", message);
+            warnings.push(warning.help("raise `max_steps`"));
         }
-        [None, Some(_)] => doubts.push(format!(
-            "the blocks do not even hold with a factor of {low}: lower the first of `bracket`"
-        )),
+        [None, Some(_)] => {
+            let message = format!("the blocks fail with the smallest factor, {low}");
+            let warning = of(Code::FactorBelowBracket, "bracket", message);
+            warnings.push(warning.help("lower the first number of `bracket`"));
+        }
         [Some(_), None] => {
             let why = why_it_holds(simulation);
-            doubts.push(format!(
-                "the blocks hold with a factor of {high}, too: raise the second of `bracket`{why}"
-            ));
+            let message = format!("the blocks hold with the largest factor, {high}{why}");
+            let warning = of(Code::FactorAboveBracket, "bracket", message);
+            warnings.push(warning.help("raise the second number of `bracket`"));
         }
         _ => {}
     }
-    let Some(unstable) = found.bracket[1] else { return doubts };
+    let Some(unstable) = found.bracket[1] else { return warnings };
     let is_end =
         |trial: &&SafetyTrial| trial.factor == unstable && trial.verdict == Verdict::Undecided;
     if let Some(SafetyTrial { steps, .. }) = found.trials.iter().find(is_end) {
-        doubts.push(format!(
+        let message = format!(
             "the trial with strengths / {unstable:.4} was undecided after {steps} steps and counts as unstable: the \
-             factor of safety may be larger; raise `max_steps`"
-        ));
+             factor of safety may be larger"
+        );
+        let warning = of(Code::UndecidedTrial, "max_steps", message);
+        warnings.push(warning.help("raise `max_steps`"));
     }
     let rests = |trial: &&SafetyTrial| trial.factor > unstable && trial.verdict == Verdict::AtRest;
     if let Some(SafetyTrial { factor, .. }) = found.trials.iter().rev().find(rests) {
-        doubts.push(format!(
-            "strengths / {factor:.4} came to rest although strengths / {unstable:.4} did not: the factor of safety \
-             may be larger, by up to this; look for it with a `bracket` above {unstable:.4}"
-        ));
+        let message = format!(
+            "strengths / {factor:.4} came to rest, but strengths / {unstable:.4} did not: the factor of safety may \
+             be as large as {factor:.4}"
+        );
+        let warning = of(Code::NonmonotonicSafety, "bracket", message);
+        warnings.push(warning.help(format!("search again with a `bracket` above {unstable:.4}")));
     }
-    doubts
+    warnings
 }
 
 /// Reasons why blocks may hold that should not.
@@ -130,7 +148,7 @@ fn why_it_holds(simulation: &mut Simulation) -> String {
     if simulation.model().problem().properties.gravity.iter().all(|g| *g == 0.0) {
         why += "; the deck has no `gravity`";
     } else if energy.strain_bodies + energy.strain_joints == 0.0 && simulation.unbalanced() == 0.0 {
-        why += "; nothing bears any load: look at `gravity` and at the supports";
+        why += "; no joint carries any load: check `gravity` and the supports";
     }
     for joint in simulation.model().joints_without_strength() {
         why += &format!("; joint `{joint}` has no strength and never fails");

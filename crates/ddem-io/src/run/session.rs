@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use ddem_core::{Fault, ModelError, Simd, Simulation};
+use ddem_deck::lint::Diagnostic;
 use ddem_deck::{BuiltDeck, Deck};
 
 use super::RunFailure;
@@ -100,9 +101,11 @@ impl Session {
 
     /// Warnings about the model and its probes.
     #[must_use]
-    pub fn warnings(&self) -> Vec<String> {
-        let doubts = self.moved.recorder.samplers.iter().filter_map(|s| s.doubt.clone());
-        self.site().warnings(self.simulation().model()).into_iter().chain(doubts).collect()
+    pub fn warnings(&self) -> Vec<Diagnostic> {
+        let deck = self.site().deck();
+        let probes = self.moved.recorder.samplers.iter().filter_map(|s| s.warning.clone());
+        let probes = probes.filter(|warning| deck.reports(warning));
+        self.site().warnings(self.simulation().model()).into_iter().chain(probes).collect()
     }
 
     /// Names and columns of the probes, in the order of
@@ -219,6 +222,7 @@ impl Session {
             selections: site.selections().into_iter().map(SelectionSummary::from).collect(),
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.moved.cursor.done.clone(),
+            warnings: self.moved.cursor.warnings.clone(),
             deck: self.text.clone(),
         }
     }

@@ -4,11 +4,12 @@ use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 use ddem_core::{Relaxed, RunError, Simulation, Verdict};
+use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{BuiltDeck, OnFailure, Stage, StageKind};
 
-use super::doubts::{charges, flutter, gone_off, unbalanced_energy};
 use super::record::{Recorder, Schedule};
 use super::resume::Cursor;
+use super::warnings::{charges, detonations, energy_imbalance, stage_place, undamped_sliding};
 use super::{Event, Observer, Progress, RunFailure};
 use crate::summary::StageSummary;
 
@@ -264,7 +265,7 @@ impl<'a> Running<'a> {
     pub(super) fn finish(self) -> Result<Option<RunFailure>, RunFailure> {
         let seconds = self.moved.cursor.seconds + self.seconds();
         let relax = self.relax();
-        let MovedBy { simulation, recorder, cursor, .. } = &mut *self.moved;
+        let MovedBy { site, simulation, recorder, cursor } = &mut *self.moved;
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
         let verdict = match &self.pace.failure {
@@ -301,20 +302,23 @@ impl<'a> Running<'a> {
             state: simulation.state_summary(),
             ..StageSummary::default()
         };
-        let doubts = [
-            unbalanced_energy(&energy, cursor.imbalance, relax),
-            flutter(simulation, self.stage, cursor),
+        let deck = site.deck();
+        let warnings = [
+            energy_imbalance(&energy, cursor.imbalance, self.stage, deck),
+            undamped_sliding(simulation, self.stage, cursor),
         ];
-        let went_off = gone_off(simulation, &self.pace.off);
-        for doubt in doubts.iter().flatten().chain(&went_off) {
-            self.observer.event(Event::Warning(doubt));
+        let detonations = detonations(simulation, &self.pace.off);
+        for warning in warnings.into_iter().flatten().chain(detonations) {
+            cursor.warn(deck, warning, self.observer);
         }
         self.observer.event(Event::StageDone(&summary));
         cursor.done.push(summary);
         (cursor.step, cursor.seconds) = (None, 0.0);
         let Some(failure) = self.pace.failure.map(failed(self.stage)) else { return Ok(None) };
         if self.stage.on_failure == Some(OnFailure::Continue) {
-            self.observer.event(Event::Warning(&failure.to_string()));
+            let at = stage_place(deck, self.stage);
+            let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string());
+            cursor.warn(deck, warning, self.observer);
             return Ok(None);
         }
         Ok(Some(failure))

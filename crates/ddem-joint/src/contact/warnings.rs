@@ -53,7 +53,7 @@ pub enum ContactWarning {
 
 impl ContactModel {
     /// Stiffnesses of contacts far from those of the blocks.
-    pub fn doubts(
+    pub fn warnings(
         &self,
         properties: &Properties,
         geometry: &Geometry,
@@ -66,7 +66,7 @@ impl ContactModel {
             2.0 / more.max(rigid).sqrt()
         };
         let contact = &properties.contact;
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         let sinks = self.surfaces.settlement(properties.gravity.norm(), SINKS);
         for (direction, given) in
             [contact.normal_stiffness, contact.shear_stiffness].iter().enumerate()
@@ -79,9 +79,9 @@ impl ContactModel {
             let times = given / own;
             let [step, without] = [&self.surfaces, &bare].map(longest_step);
             if times > STIFF || (times > 1.0 && step < SHORT * without) {
-                doubts.push(ContactWarning::Stiff { shear, given, own, step, without });
+                warnings.push(ContactWarning::Stiff { shear, given, own, step, without });
             } else if times < SOFT && (shear || sinks.is_none()) {
-                doubts.push(ContactWarning::Soft { shear, given, own });
+                warnings.push(ContactWarning::Soft { shear, given, own });
             }
         }
         let sinks = sinks.map(|[part, density, stiffness]| ContactWarning::Sinks {
@@ -89,7 +89,7 @@ impl ContactModel {
             density,
             stiffness,
         });
-        doubts.extend(sinks);
-        doubts
+        warnings.extend(sinks);
+        warnings
     }
 }

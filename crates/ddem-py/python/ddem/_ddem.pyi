@@ -129,6 +129,7 @@ class Model:
         damping: float | None = None,
         restitution: float | None = None,
     ) -> None: ...
+    def lint(self, *, allow: Sequence[str] = ...) -> None: ...
     def assign(
         self,
         *,

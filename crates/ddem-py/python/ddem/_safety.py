@@ -123,7 +123,7 @@ def _warn_of_undecided(
             then = "there is no factor of safety" if bracket[0] is None else "it counts as unstable"
             warnings.warn(
                 f"the trial with strengths / {tried:.4f} was undecided after {steps} steps, and "
-                f"{then}: raise `max_steps`",
+                f"{then}; raise `max_steps` [undecided-trial]",
                 stacklevel=3,
             )
 
@@ -135,16 +135,18 @@ def _settled(model: Model, max_steps: int | None, threads: int | None) -> Simula
         names = ", ".join(f"`{name}`" for name in waiting)
         warnings.warn(
             f"supports, loads, excavations or joints wait for the stages {names} and are no part of this factor: "
-            "enter them in a simulation, or give the model a stage of kind \"safety\" and run it with run_deck",
+            "enter them in a simulation, or give the model a stage of kind \"safety\" and run it with run_deck "
+            "[waiting-stages]",
             stacklevel=3,
         )
+    steps = min(_FIRST, max_steps or _FIRST)
     try:
-        simulation.relax(max_steps=min(_FIRST, max_steps or _FIRST), quiet=True)
+        simulation.relax(max_steps=steps, quiet=True)
     except NotConverged as error:
         if not isinstance(error, Collapsed):
             warnings.warn(
-                f"the model is not in equilibrium after {_FIRST} steps: trials start from it as built; "
-                "give a simulation in equilibrium",
+                f"the model is not in equilibrium after {steps} steps: trials start from it as built; "
+                "give a simulation in equilibrium [not-in-equilibrium]",
                 stacklevel=3,
             )
         with warnings.catch_warnings():

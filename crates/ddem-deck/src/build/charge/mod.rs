@@ -1,9 +1,9 @@
 //! From `[[charge]]` to the surfaces that its gas pushes.
 
 mod cavity;
-mod doubts;
 mod holes;
 mod mesh;
+mod warnings;
 
 use std::collections::BTreeSet;
 
@@ -13,6 +13,7 @@ pub(super) use self::holes::{Holes, is_wall};
 use self::mesh::SurfaceBuilder;
 use super::geometry::abut::Seats;
 use super::geometry::{Region, place};
+use crate::lint::Diagnostic;
 use crate::schema::{self, ChargeHistory, Deck};
 use ddem_core::Fault;
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3};
@@ -24,9 +25,9 @@ pub(super) fn charge(
     deck: &Deck,
     region: &Region,
     holes: &Holes<'_>,
-) -> Result<(GasCharge, Vec<String>), Fault> {
+) -> Result<(GasCharge, Vec<Diagnostic>), Fault> {
     let (cavities, geometry) = (cavities(region, holes), holes.geometry);
-    let mut doubts = doubts::of_cavities(&cavities, deck, geometry);
+    let mut warnings = warnings::of_cavities(index, &cavities, deck, geometry);
     let mut size = ChargeSize {
         walls: cavities.iter().map(|cavity| cavity.walls[0]).sum(),
         area: cavities.iter().map(|cavity| cavity.area).sum(),
@@ -39,7 +40,7 @@ pub(super) fn charge(
         let near = holes.blocks_near(region);
         let joints = near.flat_map(|block| joints_of(geometry, block));
         let inside: Vec<_> = joints.filter(|s| selects(region, geometry, s)).collect();
-        doubts.extend(doubts::of_joints(inside.len(), region, holes));
+        warnings.extend(warnings::of_joints(index, inside.len(), region, holes));
         size.joints = inside.len();
         size.area = inside.iter().map(|sides| sides[0].area(geometry)).sum();
         parts.extend(inside.iter().map(|sides| seam(geometry, sides)));
@@ -59,22 +60,23 @@ pub(super) fn charge(
     };
     let shells: Vec<Shell> = parts.iter().map(shell).collect();
     let mut charge = GasCharge { nodes, start, shells, pressure: 0.0, gas: None, size };
-    doubts.extend(fill(&mut charge, index, &deck.charge[index], in_cavity)?);
+    warnings.extend(fill(&mut charge, index, &deck.charge[index], in_cavity)?);
     let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(gas.start, 0.0));
     charge.size.pressure = first;
     charge.size.timed = matches!(deck.charge[index].history, Some(ChargeHistory::Given(_)));
     let room = charge.size.volume;
-    doubts.extend(doubts::of_little(charge.size.mass, room, first));
-    Ok((charge, doubts))
+    warnings.extend(warnings::weak(index, charge.size.mass, room, first));
+    Ok((charge, warnings))
 }
 
-/// Takes in what is in the cavity: pressure, and gas if it expands. Returns a doubt about it.
+/// Sets the pressure of a charge, and its gas if it expands. Returns a warning about an explosive too large for its
+/// cavity.
 fn fill(
     charge: &mut GasCharge,
     index: usize,
     entry: &schema::Charge,
     in_cavity: bool,
-) -> Result<Option<String>, Fault> {
+) -> Result<Option<Diagnostic>, Fault> {
     let room: f64 = charge.shells.iter().map(|shell| shell.volume).sum();
     charge.size.volume = room;
     let explosive = entry.explosive.as_ref().and_then(schema::Explosive::detonation);
@@ -82,12 +84,8 @@ fn fill(
     if let (Some(mass), Some(explosive)) = (entry.mass, explosive) {
         let own = mass / explosive.density;
         (charge.size.mass, charge.size.density) = (Some(mass), Some(explosive.density));
-        let doubt = (in_cavity && own > room * (1.0 + 1e-9)).then(|| {
-            format!(
-                "{own:.4e} m³ of explosive in a cavity of {room:.4e} m³: it begins with the pressure \
-                 of detonation"
-            )
-        });
+        let is_full = in_cavity && own > room * (1.0 + 1e-9);
+        let warning = is_full.then(|| warnings::full(index, own, room));
         // Explosive in a joint makes its own room.
         let start = if in_cavity { own.max(room) } else { own };
         let gas = Gas { gamma, own, start, own_room: !in_cavity, given: false };
@@ -96,7 +94,7 @@ fn fill(
             true => (peak, Some(gas)),
             false => (peak * gas.part(start, 0.0), None),
         };
-        return Ok(doubt);
+        return Ok(warning);
     }
     charge.pressure = entry.pressure.unwrap_or(0.0);
     if entry.expands() {

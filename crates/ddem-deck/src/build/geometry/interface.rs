@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use super::abut::Seats;
+use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
 use ddem_core::problem::{Geometry, NonconformingJoint};
 
@@ -66,22 +67,23 @@ pub(in crate::build) fn interfaces(geometry: &Geometry, deck: &Deck) -> Vec<Inte
 }
 
 /// Warnings about sets that nearly touch and are not joined.
-pub(in crate::build) fn ajar(deck: &Deck, geometry: &Geometry) -> Vec<String> {
-    let mut said = unfilled_gaps(deck, geometry);
-    said.extend(narrow_gaps(deck, geometry));
-    said
+pub(in crate::build) fn gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
+    let mut warnings = unfilled_gaps(deck, geometry);
+    warnings.extend(narrow_gaps(deck, geometry));
+    warnings
+}
+
+fn of_set(set: usize, code: Code, message: String) -> Diagnostic {
+    Diagnostic::warning(code, format!("blocks[{set}]"), message)
 }
 
 /// Warnings about sets that are nearer to each other than their joint is thick.
-fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
-    let mut places: BTreeMap<(SetPair, u16), Vec<&NonconformingJoint>> = BTreeMap::new();
-    for joint_pair in &*geometry.apart {
-        places
-            .entry((sets(geometry, joint_pair.blocks), joint_pair.joint))
-            .or_default()
-            .push(joint_pair);
+fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
+    let mut pairs: BTreeMap<(SetPair, u16), Vec<&NonconformingJoint>> = BTreeMap::new();
+    for joint in &*geometry.apart {
+        pairs.entry((sets(geometry, joint.blocks), joint.joint)).or_default().push(joint);
     }
-    let said = places.into_iter().map(|((sets, joint), faces)| {
+    let warnings = pairs.into_iter().map(|((sets, joint), faces)| {
         let [a, b] = sets.map(|set| deck.set_name(set));
         let thickness = deck.joints.values().nth(joint.into()).map_or(0.0, |j| j.thickness);
         let gap = faces.iter().map(|a| a.gap).fold(f64::INFINITY, f64::min);
@@ -90,18 +92,19 @@ fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
         } else {
             format!("there is a gap of {gap:.3e} m")
         };
-        format!(
-            "sets `{a}` and `{b}` are not joined {}: {apart}, and joint `{}` is {thickness:.3e} m thick. \
-             Joints join sets that touch, or whose gap is as wide as the joint is thick",
+        let message = format!(
+            "sets `{a}` and `{b}` are not joined {}: {apart}, but joint `{}` is {thickness:.3e} m thick",
             over(faces.len()),
             name(deck, joint)
-        )
+        );
+        let help = "joints join sets that touch, or whose gap is as wide as the joint is thick";
+        of_set(sets[1], Code::JointDoesNotFill, message).help(help)
     });
-    said.collect()
+    warnings.collect()
 }
 
 /// Warnings about sets that are farther apart and do not touch.
-fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
+fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
     if deck.blocks.len() < 2 {
         return Vec::new();
     }
@@ -116,15 +119,16 @@ fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<String> {
             (*least, *faces) = (least.min(gap), *faces + 1);
         }
     }
-    let said = gaps.into_iter().map(|(sets, (gap, faces))| {
+    let warnings = gaps.into_iter().map(|(sets, (gap, faces))| {
         let [a, b] = sets.map(|set| deck.set_name(set));
-        format!(
-            "sets `{a}` and `{b}` do not touch: there is a gap of {gap:.3e} m {}. Close it if they are \
-             meant to touch or to be joined",
+        let message = format!(
+            "sets `{a}` and `{b}` do not touch: there is a gap of {gap:.3e} m {}",
             over(faces)
-        )
+        );
+        let help = "close the gap if they are meant to touch or to be joined";
+        of_set(sets[1], Code::GapBetweenSets, message).help(help)
     });
-    said.collect()
+    warnings.collect()
 }
 
 fn name(deck: &Deck, joint: u16) -> String {

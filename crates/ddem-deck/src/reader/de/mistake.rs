@@ -9,6 +9,9 @@ use serde::de::{Error, Expected, Unexpected};
 
 use super::{Reader, ValueForm};
 
+/// Largest number of words that a message lists.
+const MOST_WORDS: usize = 12;
+
 /// One mistake, placed by the innermost value that it concerns.
 #[derive(Clone, Debug)]
 pub(in crate::reader) struct Mistake {
@@ -107,8 +110,13 @@ impl Error for Mistake {
     }
 
     fn unknown_variant(found: &str, known: &'static [&'static str]) -> Self {
-        let expected: Vec<String> = known.iter().map(|word| format!("`\"{word}\"`")).collect();
-        let expected = expected.join(" or ");
+        // Long lists are no help: the nearest word is, or the page that lists them.
+        let expected = if known.len() > MOST_WORDS {
+            format!("one of {} words", known.len())
+        } else {
+            let words: Vec<String> = known.iter().map(|word| format!("`\"{word}\"`")).collect();
+            words.join(" or ")
+        };
         let near = nearest(found, known.iter().copied());
         let near = near.map(|word| format!("did you mean `\"{word}\"`?"));
         let message = format!("expected {expected}, found {}", quoted(found));

@@ -1,4 +1,4 @@
-//! What is said before a run: how much there is of each charge, and what is perhaps not meant.
+//! Sizes of charges, and warnings about decks.
 
 use ddem_deck::*;
 
@@ -52,7 +52,7 @@ fn charges_have_walls_volumes_and_pressures() {
     let model_of = |deck: &Deck| {
         let model = model(deck);
         let said = crate::decks::warnings(deck);
-        assert!(said.iter().all(|said| said.contains("one cavity")), "{said:?}");
+        assert!(said.iter().all(|said| said.contains("[shared-cavity]")), "{said:?}");
         model.charges()
     };
     let [mass, pressure]: [_; 2] =
@@ -80,12 +80,12 @@ fn a_charge_is_warned_of_whose_hole_was_forgotten() {
     let line = Cylinder { from: [1.5, 1.5, 0.0], to: [1.5, 1.5, 4.0], radius: 0.2 };
     let hole = Where { cylinder: Some(line), ..Where::default() };
     deck.charge = vec![tnt(hole.clone(), 1.0)];
-    let said = one_of(&deck, "forgotten");
-    assert!(said.starts_with("charge 0: it pushes 3 joints apart"), "{said}");
+    let said = one_of(&deck, "[missing-remove]");
+    assert!(said.contains("the charge pushes 3 joints apart"), "{said}");
     assert!(said.contains("the block at [1.5, 1.5, 0.5]"), "{said}");
     let reaches = Cylinder { radius: 0.6, ..line };
     deck.charge = vec![tnt(Where { cylinder: Some(reaches), ..Where::default() }, 1.0)];
-    assert!(one_of(&deck, "forgotten").contains("the block at [1.5, 1.5, 0.5]"));
+    assert!(one_of(&deck, "[missing-remove]").contains("the block at [1.5, 1.5, 0.5]"));
     // Around joints alone, or on a plane of joints, it is meant; also where it takes those of several
     // blocks: along a line of joints, and all in a part of the model.
     let joints = Cylinder { from: [2.0, 1.5, 0.0], to: [2.0, 1.5, 4.0], radius: 0.8 };
@@ -106,8 +106,8 @@ fn a_charge_that_hardly_pushes_is_warned_of() {
     let region = ball([1.5; 3], 0.7);
     // In a cubic metre 10.5016e9 (m/1630)^2.727 is 0.1 MPa at 23.5 kg.
     deck.charge = vec![tnt(region.clone(), 23.0)];
-    let said = one_of(&deck, "less than the air");
-    assert!(said.starts_with("charge 0: 23 kg of explosive begin with 9.4"), "{said}");
+    let said = one_of(&deck, "[weak-charge]");
+    assert!(said.starts_with("charge[0].mass: 23 kg of explosive begin with 9.4"), "{said}");
     deck.charge = vec![tnt(region.clone(), 24.0)];
     assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.charge = vec![gas(region, 1e4)];
@@ -126,9 +126,9 @@ fn a_blast_in_statics_is_warned_of() {
     };
     let charge = tnt(region.clone(), 500.0);
     let warned = said(&charge);
-    assert!(warned.contains("in relax stage `weight` already: `from`"), "{warned}");
+    assert!(warned.contains("in relax stage `weight`; `from`"), "{warned}");
     let strong = gas(region.clone(), 2e8);
-    assert!(said(&strong).contains("charge 0 pushes with 2.000e8 Pa"), "{}", said(&strong));
+    assert!(said(&strong).contains("the charge exerts 2.000e8 Pa"), "{}", said(&strong));
     let from = Some("blast".to_owned());
     assert_eq!(said(&Charge { from, ..charge.clone() }), "");
     assert_eq!(said(&Charge { delay: Some(0.05), ..charge.clone() }), "");
@@ -160,8 +160,8 @@ fn stemming_of_another_set_is_warned_of() {
         joint: None,
         ..deck.blocks[0].clone()
     });
-    let said = one_of(&deck, "stand in its cavity");
-    assert!(said.starts_with("charge 0: 1 blocks of set `stemming`"), "{said}");
+    let said = one_of(&deck, "[blocks-in-cavity]");
+    assert!(said.starts_with("charge[0].where: 1 blocks of set `stemming`"), "{said}");
     assert!(said.contains("at [1.5, 1.5, 2.5]"), "{said}");
     // Many small ones, oblique to the cavity, are counted as one by one.
     deck.blocks[1] = BlockSet {
@@ -172,15 +172,15 @@ fn stemming_of_another_set_is_warned_of() {
         joint: deck.blocks[0].joint.clone(),
         ..deck.blocks[1].clone()
     };
-    let said = one_of(&deck, "stand in its cavity");
-    assert!(said.starts_with("charge 0: 27 blocks of set `stemming`"), "{said}");
+    let said = one_of(&deck, "[blocks-in-cavity]");
+    assert!(said.starts_with("charge[0].where: 27 blocks of set `stemming`"), "{said}");
     let set = Some("stemming".to_owned());
     deck.remove.push(Remove {
         region: Where { set, ..ball([1.47, 1.29, 2.3], 0.02) },
         ..Remove::default()
     });
-    let said = one_of(&deck, "stand in its cavity");
-    assert!(said.starts_with("charge 0: 26 blocks of set `stemming`"), "{said}");
+    let said = one_of(&deck, "[blocks-in-cavity]");
+    assert!(said.starts_with("charge[0].where: 26 blocks of set `stemming`"), "{said}");
 }
 
 /// Whether nothing is there, blocks of another set, or of another size; and where.
@@ -188,7 +188,7 @@ fn stemming_of_another_set_is_warned_of() {
 fn it_is_said_where_a_cavity_ends_and_at_what() {
     let mut deck = boxes(&[[1.0, 1.0, 3.0]]);
     deck.charge = vec![gas(within([0.9, 0.9, 2.9], [2.1, 2.1, 4.1]), 1e6)];
-    let said = one_of(&deck, "charge 0");
+    let said = one_of(&deck, "charge[0]");
     assert!(said.contains("open to the outside at [1.5, 1.5, 4]"), "{said}");
     let mut lid = deck.clone();
     lid.blocks.push(BlockSet {
@@ -198,13 +198,13 @@ fn it_is_said_where_a_cavity_ends_and_at_what() {
         count: Some([2, 2, 1]),
         ..deck.blocks[0].clone()
     });
-    let said = one_of(&lid, "charge 0");
+    let said = one_of(&lid, "charge[0]");
     assert!(said.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"), "{said}");
     assert!(!said.contains("open"), "{said}");
     // Over a seam, and farther away.
     for (seam, closed) in [(4e-3, true), (0.04, true), (0.2, false)] {
         lid.blocks[1].origin[2] = 4.0 + seam;
-        let said = one_of(&lid, "charge 0");
+        let said = one_of(&lid, "charge[0]");
         assert_eq!(
             said.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"),
             closed,
@@ -216,13 +216,13 @@ fn it_is_said_where_a_cavity_ends_and_at_what() {
     let mut split = boxes(&[[1.0; 3]]);
     split.refine = vec![Refine { region: within([0.0; 3], [4.0, 4.0, 1.0]), factor: 2 }];
     split.charge = vec![gas(within([0.9; 3], [2.1; 3]), 1e6)];
-    let said = one_of(&split, "charge 0");
-    assert!(said.contains("splits otherwise, at [1.5, 1.5, 1]"), "{said}");
+    let said = one_of(&split, "charge[0]");
+    assert!(said.contains("splits in another way, at [1.5, 1.5, 1]"), "{said}");
     split
         .remove
         .push(Remove { region: within([1.0, 1.0, 0.5], [2.0, 2.0, 1.0]), ..Remove::default() });
-    let said = one_of(&split, "charge 0");
-    assert!(said.contains("goes on at [1.5, 1.5, 1] among blocks"), "{said}");
+    let said = one_of(&split, "charge[0]");
+    assert!(said.contains("continues at [1.5, 1.5, 1] among blocks"), "{said}");
 }
 
 /// A single wall is measured against its own start: the others' mean would be its own way.
@@ -257,11 +257,11 @@ fn a_release_that_has_no_end_or_no_effect_is_warned_of() {
     assert_eq!(said(0.5, slow()), "");
     assert_eq!(
         said(2.0, slow()),
-        "remove 0: `release` is 2 s, and the dynamic stages from `dig` on take 0.5 s: 75 % of the forces \
-         never go"
+        "remove[0].release: `release` takes 2 s, but the dynamic stages from `dig` on take 0.5 s: 75 % of the \
+         forces are never released [unfinished-release]"
     );
     let ended = [slow(), vec![relax_stage("rest")]].concat();
-    assert!(said(1.0, ended).ends_with("50 % of the forces go at once in relax stage `rest`"));
+    assert!(said(1.0, ended).contains("50 % of the forces vanish at once in relax stage `rest`"));
     let still = |increments: Option<u32>| Stage { increments, ..relax_stage("dig") };
     assert!(said(1.0, vec![still(None)]).contains("relax stage `dig` has one increment"));
     assert_eq!(said(1.0, vec![still(Some(5))]), "");
@@ -312,7 +312,8 @@ fn a_probe_where_nothing_is_is_warned_of() {
     assert_eq!(
         crate::decks::warnings(&deck),
         [
-            "probe `top`: there is nothing at [4, 4, 14]: it looks at the nearest node, at [4, 4, 4], 10.0000 m away"
+            "probe[0].at: probe `top` has no block at [4, 4, 14]; it records the nearest node, at [4, 4, 4], 10.0000 m \
+             away [far-probe]"
         ]
     );
 }
@@ -323,12 +324,12 @@ fn two_charges_in_one_cavity_are_not_one() {
     let hole = |at: f64| ball([at + 0.5; 3], 0.7);
     deck.charge = vec![tnt(hole(1.0), 500.0), tnt(hole(3.0), 500.0)];
     let alone = crate::decks::warnings(&deck);
-    assert!(!alone.iter().any(|said| said.contains("one cavity")), "{alone:?}");
+    assert!(!alone.iter().any(|said| said.contains("[shared-cavity]")), "{alone:?}");
     deck.charge.push(Charge { delay: Some(1e-3), ..tnt(hole(1.0), 500.0) });
-    assert!(one_of(&deck, "one cavity").contains("charges 0 and 2"));
+    assert!(one_of(&deck, "[shared-cavity]").contains("charges 0 and 2"));
     deck.charge[2].until = Some("later".into());
     deck.stage = vec![dynamic("blast", 0.01), dynamic("later", 0.01)];
-    assert!(!crate::decks::warnings(&deck).iter().any(|said| said.contains("one cavity")));
+    assert!(!crate::decks::warnings(&deck).iter().any(|said| said.contains("[shared-cavity]")));
 }
 
 #[test]
@@ -352,9 +353,9 @@ fn a_set_that_is_taken_out_as_a_whole_is_named() {
     let lining =
         BlockSet { name: Some("lining".into()), origin: [9.0; 3], ..deck.blocks[0].clone() };
     deck.blocks.push(lining);
-    assert!(!crate::decks::warnings(&deck).iter().any(|said| said.contains("is left")));
+    assert!(!crate::decks::warnings(&deck).iter().any(|said| said.contains("[empty-set]")));
     deck.remove.push(Remove { region: within([8.0; 3], [20.0; 3]), ..Remove::default() });
-    assert!(one_of(&deck, "is left").contains("no block of set `lining`"));
+    assert!(one_of(&deck, "[empty-set]").contains("all blocks of set `lining`"));
 }
 
 /// A roller on a side that does not reflect; a base that waves come in by may stand on some.
@@ -369,14 +370,15 @@ fn boundaries_that_are_held_across_are_named() {
         from: None,
         until: None,
     };
-    let held =
-        |deck: &Deck| crate::decks::warnings(deck).iter().any(|said| said.contains("its normal"));
+    let held = |deck: &Deck| {
+        crate::decks::warnings(deck).iter().any(|said| said.contains("[reflecting-boundary]"))
+    };
     deck.boundary.push(side.clone());
     deck.fix.push(fix(plane(0, 0.0), "y"));
     deck.stage = vec![dynamic("go", 0.01)];
     assert!(!held(&deck));
     deck.fix[0].axes = "x".into();
-    assert!(one_of(&deck, "its normal").contains("fix 0 holds its nodes along x"));
+    assert!(one_of(&deck, "[reflecting-boundary]").contains("fix 0 holds the nodes along x"));
     deck.boundary[0].velocity = Some([0.0, 0.1, 0.0]);
     assert!(!held(&deck));
     deck.boundary[0].velocity = None;

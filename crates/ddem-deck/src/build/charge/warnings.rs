@@ -1,0 +1,145 @@
+//! Warnings about charges.
+
+use std::collections::BTreeMap;
+
+use super::super::geometry::abut::Seats;
+use super::super::geometry::{Region, place};
+use super::cavity::{Cavity, CavityEnd};
+use super::holes::Holes;
+use crate::lint::{Code, Diagnostic};
+use crate::schema::Deck;
+use ddem_core::problem::{Geometry, Vec3};
+
+/// Pressure of the air `[Pa]`.
+const AIR: f64 = 1e5;
+
+fn of_region(index: usize, code: Code, message: String) -> Diagnostic {
+    Diagnostic::warning(code, format!("charge[{index}].where"), message)
+}
+
+/// Warnings about the cavities of a charge.
+pub(super) fn of_cavities(
+    index: usize,
+    cavities: &[Cavity],
+    deck: &Deck,
+    geometry: &Geometry,
+) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    for cavity in cavities {
+        let mut ends: BTreeMap<CavityEnd, Vec3> = BTreeMap::new();
+        for (at, end) in &cavity.ends {
+            ends.entry(*end).or_insert(*at);
+        }
+        warnings.extend(ends.into_iter().map(|(end, at)| ended(index, end, at, deck)));
+        let [own, all] = cavity.walls;
+        if own < all {
+            let message = format!("the charge pushes {own} of the {all} walls of its cavity");
+            let help = "`where` must contain the centres of all walls";
+            warnings.push(of_region(index, Code::UnselectedWalls, message).help(help));
+        }
+        if let Some(&first) = cavity.within.first() {
+            let message = format!(
+                "{} blocks of set `{}` stand in its cavity, the first with its centre at {}: the gas exerts \
+                 no pressure on them, and their volume counts as cavity",
+                cavity.within.len(),
+                deck.set_name(geometry.set(first)),
+                place(geometry.centre(first))
+            );
+            warnings.push(of_region(index, Code::BlocksInCavity, message));
+        }
+    }
+    warnings
+}
+
+/// Warning about a cavity whose surface ends at a point.
+fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
+    let at = place(at);
+    let split = "split all blocks around the cavity alike";
+    match end {
+        CavityEnd::Open => {
+            let message = format!(
+                "its cavity is open to the outside at {at}: the gas pushes the walls that are there, and \
+                 nothing balances its force on the opening"
+            );
+            of_region(index, Code::OpenCavity, message)
+        }
+        CavityEnd::GoesOn => {
+            let message = format!(
+                "its cavity continues at {at} among blocks that `[[refine]]` splits in another way: the gas does \
+                 not get there"
+            );
+            of_region(index, Code::DividedCavity, message).help(split)
+        }
+        CavityEnd::Split => {
+            let message = format!(
+                "its cavity borders on blocks that `[[refine]]` splits in another way, at {at}: the gas does not \
+                 push them"
+            );
+            of_region(index, Code::DividedCavity, message).help(split)
+        }
+        CavityEnd::Set(set) => {
+            let message = format!(
+                "its cavity borders on blocks of set `{}` at {at}: the gas does not push them",
+                deck.set_name(set)
+            );
+            let help = "all blocks around a cavity must belong to one set";
+            of_region(index, Code::SetsInCavity, message).help(help)
+        }
+    }
+}
+
+/// Warnings about a charge in a number of conforming joints.
+pub(super) fn of_joints(
+    index: usize,
+    joints: usize,
+    region: &Region,
+    holes: &Holes<'_>,
+) -> Vec<Diagnostic> {
+    let (mut warnings, geometry) = (Vec::new(), holes.geometry);
+    let others = Seats(geometry).joins_at(region);
+    if others > 0 {
+        let message =
+            format!("the gas does not push {others} joints between faces that do not match");
+        warnings.push(of_region(index, Code::NonconformingJoints, message));
+    }
+    // A sphere or a cylinder around the middle of a block is a hole, unless it is wider than two blocks:
+    // then it may as well take the joints of a part of the model. Joints are also named by planes.
+    let hole = region.is_round() && region.planes() == 0;
+    let inside = |&block: &usize| {
+        let (centre, edge) = (geometry.centre(block), geometry.shortest_edge(block));
+        region.in_ranges(&centre)
+            && region.off_middle(&centre).is_some_and(|[off, r]| off < 0.25 * edge && r <= edge)
+    };
+    if hole && let Some(block) = holes.blocks_near(region).find(inside) {
+        let message = format!(
+            "there is no cavity: the block at {} is there, and the charge pushes {joints} joints apart",
+            place(geometry.centre(block))
+        );
+        let help = "a `[[remove]]` makes the hole";
+        warnings.push(of_region(index, Code::MissingRemove, message).help(help));
+    }
+    warnings
+}
+
+/// Warning about an explosive whose gas has hardly any pressure.
+pub(super) fn weak(
+    index: usize,
+    mass: Option<f64>,
+    room: f64,
+    pressure: f64,
+) -> Option<Diagnostic> {
+    let mass = mass.filter(|_| pressure < AIR)?;
+    let message = format!(
+        "{mass} kg of explosive begin with {pressure:.3e} Pa in a cavity of {room:.4e} m³, less than the \
+         pressure of the air"
+    );
+    Some(Diagnostic::warning(Code::WeakCharge, format!("charge[{index}].mass"), message))
+}
+
+/// Warning about an explosive with more volume than its cavity `[m³]`.
+pub(super) fn full(index: usize, own: f64, room: f64) -> Diagnostic {
+    let message = format!(
+        "{own:.4e} m³ of explosive in a cavity of {room:.4e} m³: it begins with the detonation pressure"
+    );
+    Diagnostic::warning(Code::FullCavity, format!("charge[{index}].mass"), message)
+}

@@ -1,0 +1,175 @@
+//! Warnings about a deck.
+
+use std::collections::BTreeSet;
+
+use super::shown;
+use super::units::units;
+use crate::lint::{Code, Diagnostic};
+use crate::schema::names::segment;
+use crate::schema::{ContactTable, Deck, Joint, Stage, StageKind};
+
+/// Part of the resolution of a factor of safety that the tolerance may be.
+const FINER: f64 = 0.02;
+
+/// Warnings about contacts, rigid blocks and the used joints, which are given by their numbers in sorted order of the
+/// names.
+pub(crate) fn warnings(deck: &Deck, used: &BTreeSet<u16>) -> Vec<Diagnostic> {
+    let numbered = deck.joints.iter().enumerate();
+    let later = |name: &String| {
+        deck.assign.iter().any(|entry| entry.joint.as_ref() == Some(name) && entry.from.is_some())
+    };
+    let breaking: Vec<(&str, &Joint)> = numbered
+        .filter(|(i, (name, joint))| {
+            joint.breaks() && (u16::try_from(*i).is_ok_and(|i| used.contains(&i)) || later(name))
+        })
+        .map(|(_, (name, joint))| (name.as_str(), joint))
+        .collect();
+    let mut warnings = units(deck);
+    warnings.extend(contact_without_effect(deck));
+    warnings.extend(upward_gravity(deck));
+    warnings.extend(no_support(deck));
+    warnings.extend(loose_tolerances(deck));
+    warnings.extend(releases(deck));
+    for (name, joint) in breaking {
+        let at = format!("joints.{}", segment(name));
+        warnings.extend(unreachable_tension(&at, joint));
+        warnings.extend(steep_dilation(&at, joint));
+    }
+    warnings
+}
+
+/// Warning about contact keys where no contacts are searched for.
+fn contact_without_effect(deck: &Deck) -> Option<Diagnostic> {
+    // Failed pairs have the damping of contacts.
+    let breaks = deck.joints.values().any(Joint::breaks);
+    let others = match breaks {
+        true => ContactTable { damping: None, restitution: None, ..deck.contact },
+        false => deck.contact,
+    };
+    if others.is_empty() || deck.finds_contacts() {
+        return None;
+    }
+    let (why, help) = match deck.model.contact {
+        Some(_) => ("`contact = false` in `[model]` switches the search for contacts off", None),
+        None => (
+            "no contacts are searched for in one set of blocks whose joints never fail",
+            Some("`contact = true` in `[model]` switches the search on"),
+        ),
+    };
+    let but = if others == deck.contact { "" } else { " besides its damping" };
+    let message = format!("`[contact]` has no effect{but}: {why}");
+    let warning = Diagnostic::warning(Code::ContactWithoutEffect, "contact", message);
+    Some(help.into_iter().fold(warning, Diagnostic::help))
+}
+
+fn upward_gravity(deck: &Deck) -> Option<Diagnostic> {
+    let [x, y, z] = deck.model.gravity;
+    (x == 0.0 && y == 0.0 && z > 0.0).then(|| {
+        let message = "`gravity` points along +z, usually upwards";
+        Diagnostic::warning(Code::UpwardGravity, "model.gravity", message)
+            .help(format!("where z is up, gravity is [0.0, 0.0, -{}]", shown(z)))
+    })
+}
+
+fn no_support(deck: &Deck) -> Option<Diagnostic> {
+    let held = !deck.fix.is_empty() || !deck.boundary.is_empty();
+    (deck.model.gravity != [0.0; 3] && !held).then(|| {
+        let message = "nothing supports the model: it falls under its `gravity`";
+        Diagnostic::warning(Code::NoSupport, "model.gravity", message)
+            .help("`[[fix]]` or `[[boundary]]` supports it")
+    })
+}
+
+/// Warnings about searches for a factor of safety finer than the balance of forces.
+fn loose_tolerances(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
+    let searches = deck.stage.iter().enumerate();
+    let searches = searches.filter(|(_, stage)| stage.kind == StageKind::Safety);
+    searches.filter_map(|(index, stage)| {
+        let search = stage.search();
+        let most = FINER * search.resolution;
+        (search.tolerance > most * (1.0 + 1e-9)).then(|| {
+            let message = format!(
+                "with a `tolerance` of {:e} trials that do not hold count as at rest",
+                search.tolerance
+            );
+            let at = format!("stage[{index}].tolerance");
+            Diagnostic::warning(Code::LooseTolerance, at, message).help(format!(
+                "at most {most:e} for a `resolution` of {}",
+                shown(search.resolution)
+            ))
+        })
+    })
+}
+
+/// Warnings about forces of removed blocks that vanish at once although they are to fade, or have not faded in the end.
+fn releases(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
+    deck.remove.iter().enumerate().filter_map(|(index, remove)| {
+        let release = remove.release.filter(|&time| time > 0.0)?;
+        let first = deck.stage.iter().position(|stage| remove.from.as_ref() == Some(&stage.name))?;
+        let relax = |stage: &&Stage| stage.kind == StageKind::Relax;
+        let stages = &deck.stage[first..];
+        let at = format!("remove[{index}].release");
+        if let Some(stage) = stages.first().filter(relax) {
+            return (stage.increments.unwrap_or(1) == 1).then(|| {
+                let message = format!(
+                    "`release` has no effect: relax stage `{}` has one increment",
+                    stage.name
+                );
+                Diagnostic::warning(Code::ReleaseWithoutEffect, at, message)
+                    .help("more `increments` release the forces gradually")
+            });
+        }
+        let moving = stages.iter().take_while(|stage| !relax(stage));
+        let time: f64 = moving.filter_map(|stage| stage.duration).sum();
+        let left = 100.0 * (1.0 - time / release);
+        let then = match stages.iter().find(relax) {
+            Some(stage) => format!("vanish at once in relax stage `{}`", stage.name),
+            None => "are never released".to_owned(),
+        };
+        (time < release * (1.0 - 1e-9)).then(|| {
+            let message = format!(
+                "`release` takes {} s, but the dynamic stages from `{}` on take {} s: {left:.0} % of the forces \
+                 {then}",
+                shown(release),
+                deck.stage[first].name,
+                shown(time)
+            );
+            Diagnostic::warning(Code::UnfinishedRelease, at, message)
+        })
+    })
+}
+
+/// In tension the strength in shear falls by tan φ per unit: at c/tan φ none is left.
+fn unreachable_tension(at: &str, joint: &Joint) -> Option<Diagnostic> {
+    // Roughness has no cohesion, and gives no strength in shear under tension.
+    if joint.jrc.is_some() {
+        return None;
+    }
+    let (tension, cohesion) = (joint.tension?, joint.cohesion.unwrap_or(0.0));
+    let slope = libm::tan(joint.friction.unwrap_or(0.0).to_radians());
+    let apex = if cohesion > 0.0 { cohesion / slope } else { 0.0 };
+    // A tension that is meant to be the apex is off by rounding.
+    (tension > apex * (1.0 + 1e-9)).then(|| {
+        let message = format!(
+            "the tensile strength of {} Pa is reached only without any shear: the shear strength is zero at a \
+             tension of {} Pa, cohesion/tan(friction)",
+            shown(tension),
+            shown(format!("{apex:.3e}").parse().unwrap_or(apex))
+        );
+        Diagnostic::warning(Code::UnreachableTension, format!("{at}.tension"), message)
+    })
+}
+
+/// The work of a slip s against a pressure σ is `σ s (tan φ_r − tan ψ)`.
+fn steep_dilation(at: &str, joint: &Joint) -> Option<Diagnostic> {
+    let (dilation, residual) = (joint.dilation?, joint.residual_friction.or(joint.friction)?);
+    (dilation > residual).then(|| {
+        let message = format!(
+            "a dilation of {} degrees exceeds the residual friction, {} degrees: sliding under pressure would \
+             create energy",
+            shown(dilation),
+            shown(residual)
+        );
+        Diagnostic::warning(Code::SteepDilation, format!("{at}.dilation"), message)
+    })
+}

@@ -1,0 +1,160 @@
+//! Diagnostics: settings and results that are allowed but perhaps not meant, each by a rule with a stable code.
+//!
+//! `[lint] allow = ["code"]` in a deck silences a rule. `docs/diagnostics.md` lists them all.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Severity of a diagnostic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// The run goes on; the result may not be the one that is wanted.
+    Warning,
+}
+
+macro_rules! rules {
+    ($($rule:ident $code:literal $meaning:literal)*) => {
+        /// Rule of a diagnostic.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum Code {
+            $(#[doc = $meaning] $rule,)*
+        }
+
+        impl Code {
+            /// All rules, in the order of their codes.
+            pub const ALL: &'static [Self] = &[$(Self::$rule),*];
+
+            /// Code of the rule, as in `far-probe`.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$rule => $code,)*
+                }
+            }
+
+            /// Condition under which the diagnostic is issued.
+            #[must_use]
+            pub const fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$rule => $meaning,)*
+                }
+            }
+        }
+    };
+}
+
+rules! {
+    BlastAtRest "blast-at-rest" "A charge without `from` detonates in a relax stage before the first dynamic stage."
+    BlocksInCavity "blocks-in-cavity" "Blocks of another set stand inside the cavity of a charge."
+    CavityChanged "cavity-changed" "The volume of a cavity changed by more than 10 % before its charge detonated."
+    ContactWithoutEffect "contact-without-effect" "`[contact]` has keys, but no contacts are searched for."
+    DividedCavity "divided-cavity" "A cavity borders on, or continues among, blocks that `[[refine]]` splits in another way."
+    EmptySet "empty-set" "`[[remove]]` removes all blocks of a set."
+    EnergyImbalance "energy-imbalance" "The energy balance of a stage is off by more than 1 % of the largest energy."
+    FactorAboveBracket "factor-above-bracket" "The blocks hold with the largest factor of `bracket`."
+    FactorBelowBracket "factor-below-bracket" "The blocks fail with the smallest factor of `bracket`."
+    FailedStage "failed-stage" "A stage failed, and `on_failure` or a search for the factor of safety lets the run continue."
+    FarProbe "far-probe" "The point `at` of a probe lies outside of all blocks."
+    FullCavity "full-cavity" "The explosive has more volume than its cavity."
+    GapBetweenSets "gap-between-sets" "Two sets do not touch: there is a narrow gap between them."
+    HeldBoundary "held-boundary" "Nodes of a boundary are fixed in all directions."
+    HeldJoint "held-joint" "A `[[fix]]` holds both sides of joints that can fail."
+    InfeasibleRestitution "infeasible-restitution" "`restitution` is below that of critical damping."
+    JointDoesNotFill "joint-does-not-fill" "Two sets are not joined: their gap is not as wide as the joint is thick."
+    LoadAtRest "load-at-rest" "A load in a relax stage has a history that begins at 0."
+    LooseTolerance "loose-tolerance" "`tolerance` of a safety stage is too large for its `resolution`."
+    MissingRemove "missing-remove" "A charge in a hole finds no cavity there."
+    NoSupport "no-support" "The model has gravity, but neither `[[fix]]` nor `[[boundary]]`."
+    NonconformingJoints "nonconforming-joints" "A charge selects joints between faces that do not match."
+    NonmonotonicSafety "nonmonotonic-safety" "Blocks held with a larger factor than one with which they failed."
+    NotInEquilibrium "not-in-equilibrium" "In Python, a model whose factor of safety is wanted has not come to rest."
+    OpenCavity "open-cavity" "The cavity of a charge is open to the outside."
+    Overdamped "overdamped" "The damping `ratio` of a stage is above 1, critical damping."
+    PartlyCoveredFaces "partly-covered-faces" "A load or boundary leaves out faces that other blocks cover in part."
+    ProbeOfRemovedBlocks "probe-of-removed-blocks" "All blocks that a probe records are removed by some stage."
+    ReflectingBoundary "reflecting-boundary" "A `[[fix]]` holds the nodes of a boundary along its normal in a dynamic stage."
+    ReleaseWithoutEffect "release-without-effect" "`release` of a `[[remove]]` in a relax stage with one increment."
+    SetsInCavity "sets-in-cavity" "The cavity of a charge borders on blocks of another set."
+    SetsNotInContact "sets-not-in-contact" "Two sets touch, but they are neither joined nor searched for contacts."
+    SharedCavity "shared-cavity" "Two charges push walls of one cavity."
+    SoftContact "soft-contact" "Contacts are so soft that blocks sink into each other."
+    SteepDilation "steep-dilation" "The dilation of a joint exceeds its residual friction."
+    StiffContact "stiff-contact" "A given contact stiffness shortens the time step much."
+    SuspiciousUnit "suspicious-unit" "A number looks as if it were given in another unit."
+    UnbalancedStress "unbalanced-stress" "Supports and loads of the first stage do not carry the initial stress."
+    UnbalancedWeight "unbalanced-weight" "The gradient of the initial stress does not balance the weight."
+    UndampedSliding "undamped-sliding" "Deformable blocks slid without any damping."
+    UndecidedTrial "undecided-trial" "A trial of a search for the factor of safety reached `max_steps`."
+    UnfinishedRelease "unfinished-release" "The dynamic stages are shorter than `release` of a `[[remove]]`."
+    UnknownStage "unknown-stage" "A stage of a program has nearly the name of a stage of its deck."
+    UnreachableTension "unreachable-tension" "The tensile strength of a joint exceeds cohesion/tan(friction)."
+    UnsafeTimeStep "unsafe-time-step" "A given `time_step` is stable only until joints fail."
+    UnselectedWalls "unselected-walls" "`where` of a charge selects only some walls of its cavity."
+    UpwardGravity "upward-gravity" "`gravity` points along +z."
+    VentedCharge "vented-charge" "The gas of a charge vented at its detonation."
+    WaitingStages "waiting-stages" "In Python, supports or loads wait for stages that have not begun."
+    WallsInBoundary "walls-in-boundary" "A boundary selects walls of a cavity."
+    WeakCharge "weak-charge" "The initial pressure of an explosive is below that of the air."
+}
+
+/// A diagnostic: rule, location, message and advice.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnostic {
+    /// Rule.
+    pub code: Code,
+    /// Severity.
+    pub severity: Severity,
+    /// Path of the key in the deck, as in `load[0].history`.
+    pub place: String,
+    /// Finding, with numbers.
+    pub message: String,
+    /// Advice.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// A warning at a location of the deck.
+    #[must_use]
+    pub fn warning(code: Code, place: impl Into<String>, message: impl Into<String>) -> Self {
+        let (place, message) = (place.into(), message.into());
+        Self { code, severity: Severity::Warning, place, message, help: None }
+    }
+
+    /// Adds advice.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+/// Location, message, advice and code on one line.
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { code, place, message, help, .. } = self;
+        let code = code.name();
+        match help {
+            None => write!(f, "{place}: {message} [{code}]"),
+            // Lines to paste stand at the end.
+            Some(help) if help.contains('\n') => write!(f, "{place}: {message} [{code}]; {help}"),
+            Some(help) => write!(f, "{place}: {message}; {help} [{code}]"),
+        }
+    }
+}
+
+/// Warning about a load whose history is 0 in a relax stage, by its number.
+#[must_use]
+pub fn load_at_rest(load: usize, stage: &str) -> Diagnostic {
+    let stage = if stage.is_empty() {
+        "this relaxation".to_owned()
+    } else {
+        format!("relax stage `{stage}`")
+    };
+    let message = format!("load {load} does not act in {stage}: its history is 0 there");
+    Diagnostic::warning(Code::LoadAtRest, format!("load[{load}].history"), message)
+        .help("time stands still in a relax stage")
+}

@@ -1,0 +1,113 @@
+//! Warnings during a run.
+
+use ddem_core::{ChargeState, Energy, Simulation};
+use ddem_deck::lint::{Code, Diagnostic};
+use ddem_deck::{Damping, Deck, Stage, StageKind};
+
+use super::resume::Cursor;
+use super::{Event, Observer};
+
+/// Part of the energy out of balance above which a warning is issued.
+const MUCH: f64 = 0.01;
+/// Part of the volume of a cavity by which it may change until its charge detonates.
+const CHANGED: f64 = 0.1;
+/// Part of the energy lost to friction above which blocks have slid.
+const SLID: f64 = 0.1;
+
+/// Key path of a stage that is in the deck, or may be.
+pub(super) fn stage_place(deck: &Deck, stage: &Stage) -> String {
+    let index = deck.stage.iter().position(|own| own.name == stage.name);
+    index.map_or_else(|| "stage".to_owned(), |index| format!("stage[{index}]"))
+}
+
+impl Cursor {
+    /// Reports a diagnostic and keeps it for the summary, unless the deck allows it.
+    pub(super) fn warn(&mut self, deck: &Deck, warning: Diagnostic, observer: &mut dyn Observer) {
+        if !deck.reports(&warning) {
+            return;
+        }
+        observer.event(Event::Warning(&warning));
+        if !self.warnings.contains(&warning) {
+            self.warnings.push(warning);
+        }
+    }
+}
+
+/// Warning about deformable blocks that slide where a deck has switched all damping off.
+pub(super) fn undamped_sliding(
+    simulation: &mut Simulation,
+    stage: &Stage,
+    begun: &Cursor,
+) -> Option<Diagnostic> {
+    let contact = simulation.model().problem().properties.contact.damping_ratio();
+    let undamped = stage.damping.unwrap_or_default() == Damping::None && contact == 0.0;
+    if stage.kind == StageKind::Relax || !undamped {
+        return None;
+    }
+    let energy = simulation.energy();
+    let most = energy.kinetic.max(energy.external.abs());
+    let model = simulation.model();
+    let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
+    (!rigid && energy.friction - begun.friction > SLID * most).then(|| {
+        let message =
+            "deformable blocks have slid without damping: they flutter and slide too easily";
+        Diagnostic::warning(Code::UndampedSliding, "contact.damping", message)
+            .help("check whether 0.2 changes the result")
+    })
+}
+
+/// Charges of a deck at the present time, by their numbers.
+pub(super) fn charges(simulation: &Simulation) -> impl Iterator<Item = (usize, ChargeState)> {
+    (0..).map_while(|index| Some((index, simulation.charge(index)?)))
+}
+
+/// Warnings about charges that have detonated since, where the rock around had moved.
+pub(super) fn detonations(simulation: &Simulation, before: &[bool]) -> Vec<Diagnostic> {
+    let sizes = simulation.model().charges();
+    let fresh = charges(simulation).zip(&sizes).zip(before).filter(|(_, off)| !**off);
+    let warnings = fresh.filter_map(|(((index, charge), size), _)| {
+        let part = charge.began.filter(|_| size.walls > 0)? / size.volume;
+        let at = format!("charge[{index}]");
+        if charge.vented && charge.began == Some(charge.volume) {
+            let message = "the charge had no effect: its cavity had already vented at detonation";
+            return Some(Diagnostic::warning(Code::VentedCharge, at, message));
+        }
+        ((part - 1.0).abs() > CHANGED).then(|| {
+            let message = format!(
+                "the charge detonated in {:.3e} m³, {:.0} % of its cavity at the start: the rock around had moved",
+                part * size.volume,
+                100.0 * part
+            );
+            Diagnostic::warning(Code::CavityChanged, at, message)
+        })
+    });
+    warnings.collect()
+}
+
+/// Warning about the energy imbalance of a stage.
+pub(super) fn energy_imbalance(
+    energy: &Energy,
+    before: f64,
+    stage: &Stage,
+    deck: &Deck,
+) -> Option<Diagnostic> {
+    let relax = stage.kind == StageKind::Relax;
+    let help = if relax { "more `increments`" } else { "a shorter `time_step`" };
+    let Energy { balance, contact, .. } = *energy;
+    // Losses have the other sign in `balance`.
+    let (error, column, cause) = if contact.abs() > balance.abs() {
+        (-contact, "contact", " in contacts that form, part and turn")
+    } else {
+        (balance, "balance", "")
+    };
+    let went = if error < 0.0 { "lost" } else { "gained" };
+    let imbalance = energy.imbalance();
+    (imbalance > MUCH && imbalance > before + 0.5 * MUCH).then(|| {
+        let message = format!(
+            "energy imbalance: {:.1} % of the largest energy is {went}{cause} (`{column}` in energy.csv)",
+            100.0 * imbalance
+        );
+        Diagnostic::warning(Code::EnergyImbalance, stage_place(deck, stage), message)
+            .help(format!("check whether {help} changes the result"))
+    })
+}
