@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Every check there is. Run from anywhere; leaves only target/ and .venv/ behind.
+# `./check.sh full` adds the runs of large models, which take some minutes and need a quiet machine.
 set -euo pipefail
 cd "$(dirname "$0")"
 export PYTHONDONTWRITEBYTECODE=1 MYPY_CACHE_DIR=target/mypy HYPOTHESIS_STORAGE_DIRECTORY=target/hypothesis
@@ -47,4 +48,13 @@ say "Python tests"
 .venv/bin/python -m mypy.stubtest ddem._ddem --ignore-disjoint-bases
 .venv/bin/python -m mypy --strict examples/beam.py
 .venv/bin/python -m pytest --quiet -p no:cacheprovider crates/ddem-py/tests
+
+if [ "${1:-}" = full ]; then
+    say "large runs"
+    for name in million excavations; do
+        SLOW=1 cargo test --test contract --locked -- --nocapture "$name"
+    done
+    cargo test --test contract --locked -- --ignored --nocapture
+    cargo test --package ddem-core --test it --locked -- --ignored --nocapture
+fi
 printf '\nAll checks passed.\n'

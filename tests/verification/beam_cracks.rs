@@ -4,8 +4,8 @@ use super::ROCK;
 use super::energy::closes;
 use super::fem::{Formulation, Lattice, System};
 use super::intact_planes::tractions;
-use super::record::Tolerance::{Absolute, AtMost, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{at_most, check, of};
 use super::shared::{Frames, Run, edited, example, run};
 
 const STRENGTH: f64 = 0.8e6;
@@ -74,7 +74,7 @@ fn it_cracks_from_below_at_midspan() {
             _ => rows.push((points[pair][2], times[pair])),
         }
     }
-    check(case, "rows that have cracked: at least 3", 1.0, 3.0 / rows.len() as f64, AtMost);
+    at_most(case, "rows that have cracked: at least 3", 1.0, 3.0 / rows.len() as f64);
     let downward = rows.windows(2).filter(|pair| pair[1].1 < pair[0].1).count();
     check(case, "rows that cracked before the one below", 0.0, downward as f64, Absolute(0.0));
     closes(case, "", &run);

@@ -1,7 +1,7 @@
 //! What a blast does.
 
-use super::record::Tolerance::{AtMost, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::Relative;
+use super::record::{at_most, check, of};
 use super::shared::{example, run};
 
 #[test]
@@ -15,7 +15,7 @@ fn a_piston() {
     let exact = |x: f64| (2.0 * energy(x) / mass).sqrt();
     let pairs = || way.iter().zip(&speed).filter(|(way, _)| way[1] > 0.1);
     let worst = pairs().map(|(x, v)| (v[1] / exact(x[1]) - 1.0).abs()).fold(0.0, f64::max);
-    check(case, "largest relative difference of v(x), from x = 0.1 m on", 5e-3, worst, AtMost);
+    at_most(case, "largest relative difference of v(x), from x = 0.1 m on", 5e-3, worst);
     let x = run.last("way.z");
     assert!((1.4..1.9).contains(&x), "it goes far: {x}");
     check(case, "speed at the end [m/s]", exact(x), run.last("speed.z"), Relative(5e-3));
@@ -46,5 +46,5 @@ fn a_pulse_in_a_column() {
     check(case, "peak velocity after 30 elements [m/s]", exact, peak(&seen), Relative(2e-2));
     let away = |[t, v]: &[f64; 2]| (v / exact - pulse(t - 7.5 / 3000.0, [100.0, 300.0])).abs();
     let most = seen.iter().map(away).fold(0.0, f64::max);
-    check(case, "largest difference from p(t - x/c)/(rho c) / peak", 2e-2, most, AtMost);
+    at_most(case, "largest difference from p(t - x/c)/(rho c) / peak", 2e-2, most);
 }

@@ -1,7 +1,7 @@
 //! V14: waves that leave, waves that come in, and level ground beside the model.
 
-use super::record::Tolerance::{Absolute, AtMost, Relative};
-use super::record::{Case, check, of};
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{Case, at_most, check, of};
 use super::shared::{Run, edited, example, run};
 
 /// Largest size after a time.
@@ -14,7 +14,7 @@ fn largest_after(samples: &[[f64; 2]], time: f64) -> f64 {
 pub(crate) fn closes(case: Case, what: &str, run: &Run) {
     let largest = |column: &str| largest_after(&run.energy.series(column), 0.0);
     let error = largest("balance") / largest("external_work");
-    check(case, &format!("energy balance / external work{what}"), 1e-9, error, AtMost);
+    at_most(case, &format!("energy balance / external work{what}"), 1e-9, error);
 }
 
 /// Time and value of the largest sample times a sign, within a range of times.
@@ -33,10 +33,10 @@ fn leaves(deck: &str, axis: &str, [speed, peak, length]: [f64; 3]) {
     assert!(passed < back, "what comes back is apart from what passes");
     check(case, "peak velocity of the pulse [m/s]", peak, largest_after(&mid, 0.0), Relative(1e-2));
     let reflected = largest_after(&mid, back) / largest_after(&mid, 0.0);
-    check(case, "reflected amplitude / peak", 1e-2, reflected, AtMost);
+    at_most(case, "reflected amplitude / peak", 1e-2, reflected);
     let energy = |column: &str| *run.energy.column(column).last().expect("a row");
     let left = energy("kinetic") + energy("strain_bodies") + energy("strain_joints");
-    check(case, "energy left / work done", 1e-4, left / energy("external_work"), AtMost);
+    at_most(case, "energy left / work done", 1e-4, left / energy("external_work"));
     closes(case, "", &run);
 }
 
@@ -105,12 +105,12 @@ fn level_ground() {
     check(case, "its time [s]", at + 16.0 / speed(soft), t2, Relative(1e-2));
     let [middle, side] = ["middle.x", "side.x"].map(|column| run.probes.series(column));
     let apart = middle.iter().zip(&side).map(|(a, b)| (a[1] - b[1]).abs()).fold(0.0, f64::max);
-    check(case, "largest difference of side and middle / peak", 1e-5, apart / v1, AtMost);
+    at_most(case, "largest difference of side and middle / peak", 1e-5, apart / v1);
     let risen = largest_after(&run.probes.series("side.z"), 0.0);
-    check(case, "largest velocity of the side along z / peak", 1e-5, risen / v1, AtMost);
+    at_most(case, "largest velocity of the side along z / peak", 1e-5, risen / v1);
     closes(case, "", &run);
     // The same with dashpots alone at the sides: they hold back what the free field carries.
     let bare = super::shared::run(&edited(&text, "free-field\"", "viscous\""));
     let [[_, held], _] = peaks(&bare);
-    check(case, "first peak with viscous sides / with a free field", 0.5, held / v1, AtMost);
+    at_most(case, "first peak with viscous sides / with a free field", 0.5, held / v1);
 }

@@ -1,7 +1,7 @@
 //! Bending with one element a block, with and without incompatible modes.
 
-use super::record::Tolerance::{AtMost, BlendedLaw, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::Relative;
+use super::record::{at_most, between, check, of};
 use super::shared::{edited, example, run};
 
 /// Timoshenko: P L³/(3 E I) + P L/(κ G A), κ = 5/6.
@@ -12,7 +12,7 @@ fn standard_elements_lock() {
     let case = of("cantilever_standard");
     let run = run(&example(case.deck));
     let part = run.last("tip.z") / EXACT;
-    check(case, "u_z of the tip / Timoshenko", 1.0, part, BlendedLaw(0.6, 0.7));
+    between(case, "u_z of the tip / Timoshenko", part, [0.6, 0.7]);
     check(case, "force of the wall, z [N]", 1e5, run.last("wall.z"), Relative(1e-6));
 }
 
@@ -50,5 +50,5 @@ fn what_sets_nothing_bends() {
     let thick = steps(&deck, "joints of 1 mm");
     let thin =
         steps(&edited(&deck, "thickness = 0.001 ", "thickness = 1e-5 "), "joints of 0.01 mm");
-    check(case, "steps, joints of 0.01 mm", 1.5 * thick, thin, AtMost);
+    at_most(case, "steps, joints of 0.01 mm", 1.5 * thick, thin);
 }

@@ -8,7 +8,7 @@ use ddem_deck::TimeStep;
 use nalgebra::Vector3;
 
 use super::record::Tolerance::{Absolute, Relative};
-use super::record::{Case, check, of};
+use super::record::{Case, check, consistent, of};
 use super::shared::{deck, example, simulation};
 
 type Corners = [Vector3<f64>; 8];
@@ -178,11 +178,17 @@ fn checked(case: Case, simulation: &mut Simulation) {
     let coarse = (2.4 - 5.0 * gap).powi(3) - 8.0 * (0.4 - gap).powi(3);
     let rock = coarse + [0.2, 0.1, 0.05].map(|x| 56.0 * (x - gap).powi(3)).iter().sum::<f64>();
     let volume: f64 = all.iter().map(|f| f.volume).sum();
-    check(case, &format!("volume of all fragments, {time} [m3]"), rock, volume, Relative(1e-9));
+    consistent(
+        case,
+        &format!("volume of all fragments, {time} [m3]"),
+        rock,
+        volume,
+        Relative(1e-9),
+    );
     // The rest is joints, but for the crossings beside split blocks.
     let exact = 2600.0 * rock + 2400.0 * (2.4_f64.powi(3) - 0.1_f64.powi(3) - rock);
     let mass: f64 = all.iter().map(|f| f.mass).sum();
-    check(case, &format!("mass of all fragments, {time} [kg]"), exact, mass, Relative(1e-3));
+    consistent(case, &format!("mass of all fragments, {time} [kg]"), exact, mass, Relative(1e-3));
     let model = simulation.model();
     let base = (0..model.n_nodes()).filter(|&i| model.point(i)[2] == 0.0);
     let way = base.map(|i| Vector3::from(simulation.displacement(i)).norm()).fold(0.0, f64::max);
@@ -214,7 +220,7 @@ fn a_block_of_rock_is_blasted() {
     let size = |f: &Fragment| f.mass * Vector3::from(f.velocity).norm();
     let off = watched.left_over / simulation.fragments().iter().map(size).sum::<f64>();
     let what = "largest difference of momentum and impulse of the support / sum of m v, to 0.005 s";
-    check(case, what, 0.0, off, Absolute(1e-12));
+    consistent(case, what, 0.0, off, Absolute(1e-12));
     while watched.simulation.steps_left() != Some(0) {
         watched.step();
     }

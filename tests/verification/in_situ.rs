@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::record::Tolerance::{Absolute, AtMost, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{at_most, check, of};
 use super::shared::{example, run};
 
 #[test]
@@ -11,7 +11,7 @@ fn overburden_stays() {
     let case = of("v16_overburden");
     let run = run(&example(case.deck));
     let unbalanced = run.summary.stages[0].unbalanced;
-    check(case, "unbalanced force ratio at the start", 1e-10, unbalanced, AtMost);
+    at_most(case, "unbalanced force ratio at the start", 1e-10, unbalanced);
     check(case, "steps to equilibrium", 0.0, run.steps() as f64, Absolute(0.0));
     check(case, "way of the top, in motion [m]", 0.0, run.last("top.z"), Absolute(1e-15));
     let weight = 3.0 * 2.0 * 2500.0 * 9.81 * 54.0;
@@ -59,7 +59,7 @@ fn a_round_tunnel_closes() {
         let fine = errors(deck, 0.04);
         for (distance, (fine, coarse)) in distances.iter().zip(fine.into_iter().zip(coarse)) {
             let what = format!("error at {distance} m / that with blocks of 1/4 m");
-            check(of(deck), &what, 0.7, fine / coarse, AtMost);
+            at_most(of(deck), &what, 0.7, fine / coarse);
         }
     }
 }

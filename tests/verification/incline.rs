@@ -1,8 +1,8 @@
 //! V4: a block on an incline.
 
 use super::energy::closes;
-use super::record::Tolerance::{Absolute, AtMost, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{at_most, check, of};
 use super::shared::{edited, example, run};
 
 pub(crate) const G: f64 = 9.81;
@@ -62,8 +62,8 @@ fn it_stays_where_friction_is_larger() {
     let largest = |column: &str| {
         run.probes.column(column).into_iter().fold(0.0, |most: f64, x| most.max(x.abs()))
     };
-    check(case, "largest velocity [m/s]", 1e-5, largest("block.x"), AtMost);
-    check(case, "largest displacement [m]", 1e-5, largest("way.x"), AtMost);
+    at_most(case, "largest velocity [m/s]", 1e-5, largest("block.x"));
+    at_most(case, "largest displacement [m]", 1e-5, largest("way.x"));
     let weight = 2.0 * MASS * G;
     check(case, "base, x [N]", -weight * slope.sin(), run.last("base.x"), Relative(1e-4));
     check(case, "base, z [N]", weight * slope.cos(), run.last("base.z"), Relative(1e-4));

@@ -2,8 +2,8 @@
 
 use super::energy::closes;
 use super::incline::{G, rate};
-use super::record::Tolerance::{Absolute, AtMost, BlendedLaw, Relative};
-use super::record::{Case, check, of};
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{Case, at_most, between, check, of};
 use super::shared::{Run, edited, example, run};
 
 /// Mass of the block `[kg]`.
@@ -66,7 +66,7 @@ fn it_stays_on_another_block() {
         let run = run(&body(&text, "block", kind));
         for axis in ["x", "y", "z"] {
             let creep = spread(&run, &format!("block.{axis}"), 0.301);
-            check(case, &format!("creep along {axis} in 10 s, {kind} [m]"), 1e-6, creep, AtMost);
+            at_most(case, &format!("creep along {axis} in 10 s, {kind} [m]"), 1e-6, creep);
         }
         let weight = G * (MASS + 2400.0);
         check(case, &format!("base, z, {kind} [N]"), weight, run.last("base.z"), Relative(1e-4));
@@ -96,7 +96,7 @@ fn near_the_limit_deformable_blocks_slide_and_stay() {
     closes(case, " at 34°", &run_34);
     let run_36 = run(&edited(&text, "friction = 34.0", "friction = 36.0"));
     let speed = down(&run_36).last().expect("a row")[1];
-    check(case, "speed at the end at 36° [m/s]", 1e-6, speed.abs(), AtMost);
+    at_most(case, "speed at the end at 36° [m/s]", 1e-6, speed.abs());
     closes(case, " at 36°", &run_36);
 }
 
@@ -112,11 +112,11 @@ fn topples(case: Case, kind: &str, text: &str, level: f64) {
         if part > 1.0 {
             // A part of the way that would bring the weight over the edge.
             let most = 0.1 * 0.5 * (part - 1.0) * limit * level;
-            check(case, &format!("{what}: leans [m]"), most, leans.abs(), AtMost);
+            at_most(case, &format!("{what}: leans [m]"), most, leans.abs());
             let speed = run.last("speed.x").abs();
-            check(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed, AtMost);
+            at_most(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed);
         } else {
-            check(case, &format!("{what}: falls by [m]"), 0.5, leans, BlendedLaw(0.1, 10.0));
+            between(case, &format!("{what}: falls by [m]"), leans, [0.1, 10.0]);
         }
         closes(case, &format!(", {what}"), &run);
     }

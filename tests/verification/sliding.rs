@@ -6,8 +6,8 @@ use ddem_deck::{Body, Extent, Fix, Stage, StageKind, Where};
 
 use super::energy::closes;
 use super::incline::G;
-use super::record::Tolerance::{AtMost, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::Relative;
+use super::record::{at_most, check, of};
 use super::shared::{deck, edited, example, run};
 
 /// Contact or joint between the block and the plane.
@@ -202,7 +202,7 @@ fn a_cube_on_a_soft_layer_slides_as_fast_as_a_plate() {
     let exact = G * (a.sin() - a.cos() * f.tan());
     let what = format!("cube on a soft layer, acceleration at {friction}° on {slope}° [m/s²]");
     check(case, &what, exact, found, Relative(1e-2));
-    check(case, "cube on a soft layer, imbalance", 2e-2, simulation.energy().imbalance(), AtMost);
+    at_most(case, "cube on a soft layer, imbalance", 2e-2, simulation.energy().imbalance());
 }
 
 /// Near the limit on a soft joint a cube tilts until half of its base is open, and its joint becomes a contact, which
@@ -218,7 +218,7 @@ fn a_cube_on_a_soft_joint_comes_to_rest() {
         let mut simulation = simulation(&deck);
         simulation.relax(1e-5, 200_000).unwrap_or_else(|error| panic!("{stiffness:e}: {error}"));
         let what = format!("cube on {stiffness:e} Pa/m, imbalance of a relax stage");
-        check(case, &what, 5e-2, simulation.energy().imbalance(), AtMost);
+        at_most(case, &what, 5e-2, simulation.energy().imbalance());
     }
 }
 
@@ -261,7 +261,7 @@ fn it_stays_below_the_limit() {
             let rows = down(&deck, &mut simulation(&deck), &sliding_set(), 200);
             let creep = (rows[rows.len() - 1][2] - rows[rows.len() / 4][2]).abs();
             let what = format!("creep, weight at once, {plane:?}, {name} [m]");
-            check(case, &what, 1e-4, creep, AtMost);
+            at_most(case, &what, 1e-4, creep);
             // The weight put on in a relax stage, the block held along the plane meanwhile.
             let hold = Fix {
                 region: sliding_set(),
@@ -284,7 +284,7 @@ fn it_stays_below_the_limit() {
             let rows = down(&deck, &mut simulation, &sliding_set(), 200);
             let creep = rows[rows.len() - 1][2] - rows[rows.len() / 50][2];
             let what = format!("creep, weight relaxed, {plane:?}, {name} [m]");
-            check(case, &what, 1e-4, creep.abs(), AtMost);
+            at_most(case, &what, 1e-4, creep.abs());
         }
     }
 }
@@ -311,7 +311,7 @@ fn a_rough_joint_goes_there_and_back() {
             }
             for (name, off) in ["shear", "pressure"].into_iter().zip(worst) {
                 let what = format!("{name} on the way {how}, dilation {dilation}° [part off]");
-                check(case, &what, 0.01, off, AtMost);
+                at_most(case, &what, 0.01, off);
             }
         }
         closes(case, &format!(", dilation {dilation}°"), &run);

@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 
 use super::ROCK;
 use super::fem::{Formulation, Lattice, Mesh, System};
-use super::record::Tolerance::{AtMost, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::Relative;
+use super::record::{at_most, check, of};
 use super::shared::{deck, example, run, simulation};
 
 type Vec3 = Vector3<f64>;
@@ -184,7 +184,7 @@ fn peaks(name: &str, step: f64) -> [f64; 2] {
         worst = away.fold(worst, f64::max);
     }
     most += step / 3000.0 * PI / 3e-3;
-    check(case, "largest difference from Sharpe / peak, at any time", most, worst, AtMost);
+    at_most(case, "largest difference from Sharpe / peak, at any time", most, worst);
     mean.map(|sum| sum / deck.probe.len() as f64)
 }
 
@@ -194,5 +194,5 @@ fn waves_from_a_sphere() {
     let [fine, allowed_fine] = peaks("blast_sphere_fine", 0.125);
     // The staircase's part is of first order, what carries the wave beyond 3 m is the same in both.
     let what = "mean error of the peaks / that with blocks of 1/2 m";
-    check(of("blast_sphere_fine"), what, allowed_fine / allowed, fine / coarse, AtMost);
+    at_most(of("blast_sphere_fine"), what, allowed_fine / allowed, fine / coarse);
 }

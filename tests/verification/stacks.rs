@@ -3,8 +3,8 @@
 use super::energy::closes;
 use super::incline::G;
 use super::incline_contact::{body, largest, spread};
-use super::record::Tolerance::{Absolute, AtMost, BlendedLaw, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{at_most, between, check, of};
 use super::shared::{edited, example, run};
 
 #[test]
@@ -18,7 +18,7 @@ fn a_column_stands() {
         check(case, &format!("base, {kind} [N]"), weight, run.last("base.z"), Relative(1e-3));
         for column in ["top.x", "top.y", "top.z", "middle.x", "middle.y", "middle.z"] {
             let creep = spread(&run, column, 2.501);
-            check(case, &format!("creep in 10 s, {column}, {kind} [m]"), 1e-6, creep, AtMost);
+            at_most(case, &format!("creep in 10 s, {column}, {kind} [m]"), 1e-6, creep);
         }
         if kind == "rigid" {
             let settled = -210.0 * 300.0 * G / (1e9 * 0.25);
@@ -75,12 +75,12 @@ fn a_corbelled_stack_stands_up_to_its_limit() {
             let what = format!("{part} of the limit, {kind}");
             if part < 1.0 {
                 let moved = largest(&run, "top.z", 0.0);
-                check(case, &format!("{what}: moves by [m]"), 2e-4, moved, AtMost);
+                at_most(case, &format!("{what}: moves by [m]"), 2e-4, moved);
                 let speed = run.last("speed.z").abs();
-                check(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed, AtMost);
+                at_most(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed);
             } else {
                 let fallen = -run.last("top.z");
-                check(case, &format!("{what}: falls by [m]"), 0.5, fallen, BlendedLaw(0.02, 10.0));
+                between(case, &format!("{what}: falls by [m]"), fallen, [0.02, 10.0]);
             }
             closes(case, &format!(", {what}"), &run);
         }
@@ -98,7 +98,7 @@ fn a_block_slides_on_to_the_neighbour() {
         let way = 4.0 / (2.0 * slowing);
         check(case, &format!("way to rest, {kind} [m]"), way, run.last("way.x"), Relative(2e-3));
         let bump = largest(&run, "block.z", 0.05);
-        check(case, &format!("largest speed up or down, {kind} [m/s]"), 1e-3, bump, AtMost);
+        at_most(case, &format!("largest speed up or down, {kind} [m/s]"), 1e-3, bump);
         let taken = *run.energy.column("friction").last().expect("a row");
         check(case, &format!("taken by friction, {kind} [J]"), 240.0, taken, Relative(1e-2));
         closes(case, &format!(", {kind}"), &run);

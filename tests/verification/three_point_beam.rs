@@ -1,7 +1,7 @@
 //! V3: the beam under a line load.
 
-use super::record::Tolerance::{Absolute, AtMost, Relative};
-use super::record::{check, of};
+use super::record::Tolerance::{Absolute, Relative};
+use super::record::{at_most, check, of};
 use super::shared::{Frames, edited, example, root, run};
 
 fn beam(deck: &str, exact: f64) {
@@ -15,7 +15,7 @@ fn beam(deck: &str, exact: f64) {
     let text = edited(&example(deck), "tolerance = 1e-8", "tolerance = 1e-6");
     let quick = super::shared::run(&text);
     let what = "steps of relaxation to a ratio of 1e-6";
-    check(case, what, 5000.0, quick.steps() as f64, AtMost);
+    at_most(case, what, 5000.0, quick.steps() as f64);
     let what = "u_z below midspan, relaxed to 1e-6 [m]";
     check(case, what, exact, quick.last("mid.z"), Relative(2e-5));
     if deck == "v03_beam" {

@@ -114,6 +114,15 @@ pub enum RunError {
         /// The node.
         node: usize,
     },
+    /// Strengths that change gradually between more joints than can be numbered.
+    #[error(
+        "the relaxation needs {laws} joint laws, more than 65 534, to change strengths gradually: `increments = 1` \
+         changes them at once"
+    )]
+    TooManyLaws {
+        /// Number of laws.
+        laws: usize,
+    },
     /// Values that a program gives are none that a deck could have; nothing has changed.
     #[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("; "))]
     Values {

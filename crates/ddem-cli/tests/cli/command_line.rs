@@ -204,3 +204,28 @@ fn info_says_why_there_is_nothing_to_print() {
     let file = "error: `column.toml` is a file: give the folder of the results, such as `results/column`\n";
     assert_eq!(said("info column.toml"), file);
 }
+
+/// The deck in README.md is `examples/block.toml`, and what it shows of its run is what the run prints, but for
+/// wall times.
+#[test]
+fn the_first_deck_of_the_readme_prints_what_is_shown() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let read = |path: &str| std::fs::read_to_string(root.join(path)).expect("a file");
+    let (readme, deck) = (read("README.md"), read("examples/block.toml"));
+    assert!(readme.contains(&format!("```toml\n{deck}```")), "the deck is another one");
+    let shown = readme.split("```").find(|block| block.trim().starts_with("model: 4 blocks"));
+    let desk = Desk::new();
+    desk.write("block.toml", &deck);
+    let went = desk.run("block.toml");
+    // Times are followed by their unit.
+    let timeless = |line: &str| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let is_time = |at: usize| matches!(words.get(at + 1), Some(&("s," | "million")));
+        let kept = (0..words.len()).filter(|&at| !is_time(at)).map(|at| words[at]);
+        kept.collect::<Vec<_>>().join(" ")
+    };
+    let printed: Vec<String> = (went.stdout + &went.stderr).lines().map(timeless).collect();
+    for line in shown.expect("the output").lines().filter(|line| *line != "...") {
+        assert!(printed.contains(&timeless(line)), "{line}\n{printed:#?}");
+    }
+}

@@ -62,6 +62,10 @@ impl Simulation {
         let conditions = &self.model.conditions;
         let mut to = conditions.factors(state.stage, state.time, &state.stage_starts)?;
         to.push(1.0);
+        let left = state.fresh.map_or(state.stage, |fresh| fresh.left);
+        if increments > 1 {
+            self.model.check_ramp(&self.model.back(left, state.stage))?;
+        }
         self.synchronise();
         self.stop();
         self.drop_relaxation();
@@ -71,7 +75,7 @@ impl Simulation {
         let progress = RelaxationProgress {
             increments: u64::from(increments.max(1)),
             increment: 1,
-            left: state.fresh.map_or(state.stage, |fresh| fresh.left),
+            left,
             driven: state.fresh.map(|fresh| fresh.first),
             from: match all {
                 true => self.model.conditions.at_once(&to, &state.load_factors),

@@ -333,3 +333,24 @@ fn mistakes_are_said() {
     });
     refused(&other, &["assign[1].joint"]);
 }
+
+/// Laws are numbered in 16 bits; those between two joints need numbers, too.
+#[test]
+fn strengths_between_too_many_joints_are_refused() {
+    let mut deck = slab(false, Body::Rigid);
+    deck.stage = vec![relax_stage("rest"), relax_stage("slide"), relax_stage("brake")];
+    let start = |deck: &Deck, increments: u32| {
+        let mut simulation = simulation(deck);
+        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
+        simulation.start_relaxation(increments).map_err(|error| error.to_string())
+    };
+    deck.joints.extend((2..65_533).map(|number| (format!("unused {number:05}"), dry(30.0))));
+    assert_eq!(start(&deck, 2), Ok(()));
+    deck.joints.insert("unused last".into(), dry(30.0));
+    let error = start(&deck, 2).expect_err("no number is left");
+    assert!(
+        error.contains("needs 65535 joint laws") && error.contains("`increments = 1`"),
+        "{error}"
+    );
+    assert_eq!(start(&deck, 1), Ok(()));
+}
