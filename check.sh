@@ -51,7 +51,7 @@ say "Python tests"
 
 if [ "${1:-}" = full ]; then
     say "large runs"
-    for name in million excavations; do
+    for name in million_nodes_are excavations; do
         SLOW=1 cargo test --test contract --locked -- --nocapture "$name"
     done
     cargo test --test contract --locked -- --ignored --nocapture

@@ -13,7 +13,7 @@ fn status(name: &str) -> f64 {
     1024.0 * kilobytes
 }
 
-/// A million nodes, alone in its process: `SLOW=1 cargo test --test contract million`.
+/// A million nodes, alone in its process: `SLOW=1 cargo test --test contract million_nodes_are`.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {

@@ -143,9 +143,10 @@ fn a_thousand_rigid_cubes_fill_a_box() {
     dropped(10, 0, 1e9, ([4.0, 2.0], 100));
 }
 
-/// Stiff enough for the pressure at the foot on the parts of faces that meet there.
+/// Stiff enough for the pressure at the foot on the parts of faces that meet there. The last cube
+/// on top rocks on its neighbours until 9 s.
 #[test]
 #[ignore = "takes minutes"]
 fn a_thousand_deformable_cubes_fill_a_box() {
-    dropped(10, 1, 4e8, ([3.0, 4.0], 100));
+    dropped(10, 1, 4e8, ([3.0, 8.0], 100));
 }

@@ -97,7 +97,7 @@ impl MassProperties {
         turn * (self.inverse * turn.inverse_transform_vector(&momentum))
     }
 
-    /// The inverse of [`spin`](Self::spin).
+    /// Angular momentum at a rotation, of an angular velocity.
     #[inline]
     pub fn momentum(&self, turn: &UnitQuaternion<f64>, spin: Vector3<f64>) -> Vector3<f64> {
         turn * (self.inertia * turn.inverse_transform_vector(&spin))
