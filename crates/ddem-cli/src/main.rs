@@ -207,7 +207,12 @@ fn say(failure: &CommandFailure) {
             }
         }
         CommandFailure::Run(failure) => {
-            complain(&format!("error: {failure}{}\n", advice::advice(failure)));
+            let code = match failure {
+                // Each of its faults ends in its code.
+                RunFailure::Model(_) => String::new(),
+                failure => format!(" [{}]", failure.code()),
+            };
+            complain(&format!("error: {failure}{}{code}\n", advice::advice(failure)));
         }
         CommandFailure::NoCommand(arguments) => {
             let deck = if arguments.is_empty() { "deck.toml".into() } else { arguments.join(" ") };

@@ -1,8 +1,14 @@
-//! Faults of a deck, and errors of a run.
+//! Faults of the input, and errors of a run.
+
+mod advice;
+mod code;
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+
+use advice::{after, hint, moving, named, stiff, thicker, too_deep, too_fast};
+pub use code::ErrorCode;
 
 /// A block that moves on where a stage fails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,10 +24,12 @@ pub struct MovingBlock {
     pub direction: [f64; 3],
 }
 
-/// One thing that is wrong with a deck: where, what, and what would be right.
+/// An error in the input: its code, its place, and what would be right.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fault {
+    /// Code of the error.
+    pub code: ErrorCode,
     /// Path of the key, as in `materials.rock.poisson` or `blocks[0].count`.
     pub place: String,
     /// The value and the rule it breaks.
@@ -32,8 +40,8 @@ pub struct Fault {
 
 impl Fault {
     /// A fault at a place.
-    pub fn new(place: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { place: place.into(), message: message.into(), help: None }
+    pub fn new(code: ErrorCode, place: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { code, place: place.into(), message: message.into(), help: None }
     }
 
     /// Adds a hint.
@@ -44,6 +52,7 @@ impl Fault {
     }
 }
 
+/// Place, message, help and code on one line.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // What is wrong with a whole deck has no place.
@@ -54,7 +63,7 @@ impl fmt::Display for Fault {
         if let Some(help) = &self.help {
             write!(f, " ({help})")?;
         }
-        Ok(())
+        write!(f, " [{}]", self.code)
     }
 }
 
@@ -80,7 +89,7 @@ impl From<Fault> for ModelError {
 pub enum RunError {
     /// The time step that was asked for is not stable.
     #[error(
-        "time step {time_step:.6e} s is above the critical one, {critical:.6e} s (2/ω_max): the \
+        "the time step, {time_step:.6e} s, exceeds the critical time step, {critical:.6e} s (2/ω_max): the \
          motion would grow without bound"
     )]
     TimeStep {
@@ -91,7 +100,7 @@ pub enum RunError {
     },
     /// The time step, or the whole duration, is out of all proportion.
     #[error(
-        "a time step of {time_step:e} s is less than a billionth of the critical one, \
+        "the time step, {time_step:e} s, is less than a billionth of the critical time step, \
          {critical:.6e} s"
     )]
     TooShort {
@@ -101,12 +110,12 @@ pub enum RunError {
         critical: f64,
     },
     /// The stiffness or the masses are outside what numbers can hold.
-    #[error("the critical time step is not a number: density or moduli are out of all proportion")]
+    #[error("the critical time step is not a number: density or moduli are far out of range")]
     NoCriticalStep,
     /// Relaxation finds no mass for a node: rounding has taken what its joints do not hold.
     #[error(
-        "relaxation finds no mass for node {node} of block {block}: the joints there are stiffer than the block by more \
-         than numbers can tell, or a stiffness is not a number; thicker or softer joints have masses"
+        "relaxation finds no mass for node {node} of block {block}: its joints are so much stiffer than the block that \
+         rounding removes it, or a stiffness is not a number; use thicker or softer joints"
     )]
     NoMass {
         /// Block of the node.
@@ -116,7 +125,7 @@ pub enum RunError {
     },
     /// Strengths that change gradually between more joints than can be numbered.
     #[error(
-        "the relaxation needs {laws} joint laws, more than 65 534, to change strengths gradually: `increments = 1` \
+        "the relaxation needs {laws} joint laws, more than 65 534, to change strengths gradually; `increments = 1` \
          changes them at once"
     )]
     TooManyLaws {
@@ -145,7 +154,7 @@ pub enum RunError {
     /// A stage is entered that comes before the present one; nothing has changed.
     #[error(
         "stage {stage} comes before stage {present}, which has begun: stages are entered forwards only; \
-         a state that was saved before goes back"
+         to go back, load a state that was saved before"
     )]
     EarlierStage {
         /// The stage, by its number in the deck.
@@ -155,9 +164,9 @@ pub enum RunError {
     },
     /// A force is not a number any more.
     #[error(
-        "diverged at step {step}, time {time:.6e} s: the forces are not finite any more, first on \
-         node {node} of block {block}; loads or velocities beyond what the blocks can bear, or a \
-         block turned inside out, are the usual causes"
+        "diverged at step {step}, time {time:.6e} s: the forces are no longer finite, first at \
+         node {node} of block {block}; the usual causes are excessive loads or velocities, or an \
+         inverted element"
     )]
     Diverged {
         /// Steps since the start of the run.
@@ -171,8 +180,8 @@ pub enum RunError {
     },
     /// A block goes so far in a step that contacts could be missed.
     #[error(
-        "block {block} of `{set}` went {distance:.3e} m in step {step}, at time {time:.6e} s: more than a \
-         quarter of the shortest edge of a block, {edge} m, so that it could pass through another; {}",
+        "block {block} of `{set}` moved {distance:.3e} m in step {step}, at time {time:.6e} s: more than a \
+         quarter of the shortest edge of a block, {edge} m, so that contacts could be missed; {}",
         too_fast(*driven)
     )]
     TooFast {
@@ -193,7 +202,7 @@ pub enum RunError {
     },
     /// Two blocks are so deep in each other that they could pass through.
     #[error(
-        "block {} of `{}` and block {} of `{}` are {depth:.3e} m in each other in step {step}, at time \
+        "block {} of `{}` and block {} of `{}` penetrate each other by {depth:.3e} m in step {step}, at time \
          {time:.6e} s: more than a quarter of their shortest edge, {edge} m; {}",
         .blocks[0], .sets[0], .blocks[1], .sets[1], too_deep(*driven, *relaxes)
     )]
@@ -231,7 +240,7 @@ pub enum RunError {
     },
     /// Relaxation took too long.
     #[error(
-        "not in equilibrium after {max_steps} steps: unbalanced ratio {ratio:.3e}, wanted \
+        "not in equilibrium after {max_steps} steps: unbalanced ratio {ratio:.3e}, tolerance \
          {tolerance:.3e}{}{}",
         hint(*ratio, *failed), moving(fastest.as_ref())
     )]
@@ -249,8 +258,8 @@ pub enum RunError {
     },
     /// Relaxation has come as near to equilibrium as rounding lets it.
     #[error(
-        "the unbalanced ratio stays at {ratio:.1e}, wanted {tolerance:.1e}: the rest is rounding, most of it \
-         at block {block}{}; a tolerance of {:.0e} can be reached{}",
+        "the unbalanced ratio stays at {ratio:.1e}, above the tolerance {tolerance:.1e}: the rest is rounding, most of \
+         it at block {block}{}; use a tolerance of {:.0e}{}",
         stiff(joint.as_ref(), *force, *far), 3.0 * ratio, thicker(joint.as_ref(), ratio / tolerance, *far)
     )]
     OutOfReach {
@@ -283,109 +292,3 @@ macro_rules! debug_as_display {
 }
 
 debug_as_display!(Fault, ModelError, RunError);
-
-/// Likely cause of a block that moves too fast.
-fn too_fast(driven: Option<usize>) -> String {
-    driven.map_or_else(
-        || {
-            "a shorter `time_step` follows such a speed, loads beyond what the blocks can bear are the \
-             usual cause of one"
-                .to_owned()
-        },
-        |fix| {
-            format!("its support, fix[{fix}], moves it: a smaller `velocity` or a shorter `time_step`")
-        },
-    )
-}
-
-/// Likely cause of an excessive penetration.
-fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String {
-    match driven {
-        Some((fix, block)) => format!(
-            "the support fix[{fix}] moves block {block}, whatever is in its way: a smaller `velocity`, \
-             or one that ends before, is the usual remedy"
-        ),
-        None if relaxes => "a contact as soft as this does not carry what is as heavy: a larger \
-                            `normal_stiffness` in [contact] does; blocks that nothing holds are for \
-                            a dynamic stage"
-            .to_owned(),
-        None => "a contact as soft as this does not stop what is as fast or as heavy: a larger \
-                 `normal_stiffness` in [contact] does"
-            .to_owned(),
-    }
-}
-
-/// Source of forces of the last digits of displacements, or of positions far from the origin.
-fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>) -> String {
-    if let Some(far) = far {
-        return format!(
-            ", {far:.0e} m from the origin, where the last digit of a position is {force:.0e} N in its contacts"
-        );
-    }
-    let what = joint.map_or_else(String::new, |(name, thickness)| match thickness {
-        0.0 => format!(" with its springs of joint `{name}`"),
-        _ => format!(" with its joint `{name}`, {thickness:e} m thick"),
-    });
-    format!("{what}, where the last digit of a displacement is {force:.0e} N")
-}
-
-/// Change to a joint that would reduce the ratio by a factor of `missing`.
-fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f64>) -> String {
-    if far.is_some() {
-        return ", or a smaller one with the model nearer to the origin".to_owned();
-    }
-    // No joint is to be that much thicker or softer for its sake.
-    let some = joint.filter(|_| missing < 1e4);
-    let Some((_, thickness)) = some else { return String::new() };
-    match thickness {
-        0.0 => format!(", or this one with springs {:.0e} times as soft", 3.0 * missing),
-        _ => format!(", or this one with a thickness of {:.0e} m", 3.0 * missing * thickness),
-    }
-}
-
-/// Fastest block of an unfinished relaxation.
-fn moving(fastest: Option<&(usize, String, f64)>) -> String {
-    fastest.map_or_else(String::new, |(block, set, distance)| {
-        format!("; block {block} of `{set}` moves most, {distance:.1e} m in the last step")
-    })
-}
-
-/// Blocks named in a message.
-const NAMED: usize = 3;
-
-/// Blocks that move.
-fn named(moving: &[MovingBlock]) -> String {
-    if moving.is_empty() {
-        return "no block has moved so far".to_owned();
-    }
-    let each = moving.iter().take(NAMED).map(
-        |MovingBlock { set, block, distance, direction: [x, y, z] }| {
-            format!("block {block} of `{set}`, {distance:.2e} m towards ({x:.2}, {y:.2}, {z:.2})")
-        },
-    );
-    let more = if moving.len() > NAMED { ", ..." } else { "" };
-    let blocks = if moving.len() == 1 {
-        "1 block moves".to_owned()
-    } else {
-        format!("{} blocks move", moving.len())
-    };
-    format!("{blocks} on: {}{more}", each.collect::<Vec<_>>().join("; "))
-}
-
-/// Failures before an error.
-fn after(failed: u64) -> String {
-    if failed == 0 { String::new() } else { format!(", after {failed} pairs have failed") }
-}
-
-/// Likely cause of a relaxation that takes too long.
-fn hint(ratio: f64, failed: u64) -> String {
-    match (ratio > 1.0, failed) {
-        (true, _) => "; the motion grows: look whether more `increments` change that; a damped dynamic stage \
-                      follows what no relaxation does"
-            .to_owned(),
-        (false, 0) => String::new(),
-        (false, failed) => {
-            format!("; {failed} pairs have failed, and what they let go may still be on its way")
-        }
-    }
-}

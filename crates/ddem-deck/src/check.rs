@@ -18,8 +18,8 @@ pub(crate) use warnings::warnings;
 
 use std::collections::HashSet;
 
-use ddem_core::Fault;
 use ddem_core::problem::{Faults, Rule, shown};
+use ddem_core::{ErrorCode, Fault};
 
 use crate::schema::{Deck, names};
 
@@ -74,16 +74,25 @@ impl NameFaults for Faults {
                 .unwrap_or_default();
             format!("{near}{kind}s of this deck: {}", names::list(known))
         };
-        self.add_help(place, format!("there is no {kind} named `{name}`"), help);
+        self.add_help(
+            ErrorCode::UnknownName,
+            place,
+            format!("there is no {kind} named `{name}`"),
+            help,
+        );
     }
 
     fn unique<'a>(&mut self, kind: &str, names: impl IntoIterator<Item = (String, &'a str)>) {
         let mut seen: HashSet<&str> = HashSet::new();
         for (place, name) in names {
             if name.is_empty() {
-                self.add(place, format!("the name of a {kind} is empty"));
+                self.add(ErrorCode::InvalidName, place, format!("the name of a {kind} is empty"));
             } else if !seen.insert(name) {
-                self.add(place, format!("there is another {kind} named `{name}`"));
+                self.add(
+                    ErrorCode::InvalidName,
+                    place,
+                    format!("there is another {kind} named `{name}`"),
+                );
             }
         }
     }

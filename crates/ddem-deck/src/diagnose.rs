@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ddem_core::Fault;
+use ddem_core::{ErrorCode, Fault};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 
 use crate::reader::Source;
@@ -23,7 +23,7 @@ const SHOWN: usize = 20;
 #[non_exhaustive]
 pub enum DeckError {
     /// The file cannot be read.
-    #[error("{}: {source} ({A_DECK})", unreadable(path))]
+    #[error("{}: {source} ({A_DECK}) [{}]", unreadable(path), ErrorCode::InvalidFile)]
     Unreadable {
         /// Path of the file.
         path: PathBuf,
@@ -31,7 +31,7 @@ pub enum DeckError {
         source: io::Error,
     },
     /// A deck made by a program has a value that TOML cannot hold.
-    #[error("the deck cannot be written as TOML: {message}")]
+    #[error("the deck cannot be written as TOML: {message} [{}]", ErrorCode::InvalidArgument)]
     Unwritable {
         /// Reason.
         message: String,
@@ -78,6 +78,18 @@ impl DeckError {
     pub(crate) fn wrong(source: &Source, mut findings: Vec<Finding>) -> Self {
         findings.sort_by_key(|finding| finding.span.start);
         Self::Wrong { name: source.name().to_owned(), findings }
+    }
+
+    /// Code of the error; that of the first finding in a text.
+    #[must_use]
+    pub fn code(&self) -> ErrorCode {
+        match self {
+            Self::Unreadable { .. } => ErrorCode::InvalidFile,
+            Self::Unwritable { .. } => ErrorCode::InvalidArgument,
+            Self::Wrong { findings, .. } => {
+                findings.first().map_or(ErrorCode::Syntax, |finding| finding.fault.code)
+            }
+        }
     }
 
     /// Findings in the order of the text; empty without a text.
@@ -150,11 +162,11 @@ impl Finding {
     pub(crate) fn syntax(source: &Source, errors: &[toml::de::Error]) -> Option<Self> {
         let start = |error: &toml::de::Error| error.span().map_or(0, |span| span.start);
         let first = errors.iter().min_by_key(|error| start(error))?;
-        let mut fault = Fault::new("", first.message());
+        let mut fault = Fault::new(ErrorCode::Syntax, "", first.message());
         // The end of the text is where a missing bracket is noticed, not where it is missing.
         let unclosed = errors.iter().find(|error| error.message().starts_with("unclosed"));
         if let Some(hint) = numbers::hint(numbers::word(source.text(), start(first))) {
-            fault = Fault::new("", "this is not a number").help(hint);
+            fault = Fault::new(ErrorCode::Syntax, "", "this is not a number").help(hint);
         } else if let Some(unclosed) = unclosed.filter(|unclosed| start(unclosed) > start(first)) {
             fault = fault.help(format!("before this there is an {}", unclosed.message()));
         }
@@ -177,7 +189,8 @@ struct InText<'a>(&'a Finding);
 
 impl fmt::Display for InText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0.fault.message)
+        let Fault { code, message, .. } = &self.0.fault;
+        write!(f, "{message} [{code}]")
     }
 }
 
@@ -209,7 +222,7 @@ struct Unreadable<'a> {
 
 impl fmt::Display for Unreadable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&unreadable(self.path))
+        write!(f, "{} [{}]", unreadable(self.path), ErrorCode::InvalidFile)
     }
 }
 

@@ -15,39 +15,11 @@ pub enum Severity {
     Warning,
 }
 
-macro_rules! rules {
-    ($($rule:ident $code:literal $meaning:literal)*) => {
-        /// Rule of a diagnostic.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-        #[serde(rename_all = "kebab-case")]
-        pub enum Code {
-            $(#[doc = $meaning] $rule,)*
-        }
-
-        impl Code {
-            /// All rules, in the order of their codes.
-            pub const ALL: &'static [Self] = &[$(Self::$rule),*];
-
-            /// Code of the rule, as in `far-probe`.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self {
-                    $(Self::$rule => $code,)*
-                }
-            }
-
-            /// Condition under which the diagnostic is issued.
-            #[must_use]
-            pub const fn meaning(self) -> &'static str {
-                match self {
-                    $(Self::$rule => $meaning,)*
-                }
-            }
-        }
-    };
-}
-
-rules! {
+ddem_core::codes! {
+    /// Code of a warning.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+    #[serde(rename_all = "kebab-case")]
+    Code:
     BlastAtRest "blast-at-rest" "A charge without `from` detonates in a relax stage before the first dynamic stage."
     BlocksInCavity "blocks-in-cavity" "Blocks of another set stand inside the cavity of a charge."
     CavityChanged "cavity-changed" "The volume of a cavity changed by more than 10 % before its charge detonated."

@@ -10,7 +10,7 @@ pub use source::Source;
 
 use std::path::Path;
 
-use ddem_core::{Fault, ModelError};
+use ddem_core::{ErrorCode, Fault, ModelError};
 use toml::de::DeTable;
 
 use crate::diagnose::{DeckError, Finding};
@@ -73,7 +73,8 @@ pub fn parse_alone(text: &str, name: &str) -> Result<(Deck, Source), DeckError> 
 ///
 /// Unknown keys, values of the wrong type and missing keys: all that are found.
 pub fn from_table(table: &toml::Table) -> Result<Deck, ModelError> {
-    let unreadable = |message: String| ModelError::from(Fault::new("", message));
+    let unreadable =
+        |message: String| ModelError::from(Fault::new(ErrorCode::WrongType, "", message));
     let text = toml::to_string(table).map_err(|error| unreadable(error.to_string()))?;
     match parse_alone(&text, "") {
         Ok((deck, _)) => Ok(deck),

@@ -43,7 +43,7 @@ pub enum FolderError {
         title: String,
     },
     /// A file has the name of a result, but nothing tells that this program wrote it.
-    #[error("{} holds {file}, which is not known to be a result of ddem", folder.display())]
+    #[error("{} holds {file}, which ddem did not write", folder.display())]
     ForeignFile {
         /// The folder.
         folder: PathBuf,
@@ -70,8 +70,7 @@ pub enum FolderError {
     },
     /// The deck is not the one the run was started with.
     #[error(
-        "the deck has changed since the run in {} was started, and a run resumes only with the \
-         same deck",
+        "the deck has changed since the run in {} started; a run resumes with the same deck only",
         folder.display()
     )]
     DeckChanged {

@@ -21,7 +21,7 @@ pub enum OutputError {
         source: Cause,
     },
     /// Another program holds the file.
-    #[error("{} is held by another program, closing it there lets {operation} go on", path.display())]
+    #[error("{operation} {} failed: another program holds the file; close it there", path.display())]
     Busy {
         /// The file which is held.
         path: PathBuf,

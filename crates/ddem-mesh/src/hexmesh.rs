@@ -70,8 +70,8 @@ pub enum MeshError {
     },
     /// The hexahedra of a block are not a grid of n × n × n equal parallelepipeds.
     #[error(
-        "block {block} with {hexes} hexahedra is no parallelepiped that is divided evenly, n × n × n: {why}; \
-         hexahedra of other shapes do not run yet"
+        "block {block} with {hexes} hexahedra is not a parallelepiped divided evenly into n × n × n: {why}; \
+         other hexahedra are not supported"
     )]
     Shape {
         /// Number of the block.

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use ddem_core::{Fault, ModelError, MovingBlock, RunError};
+use ddem_core::{ErrorCode, Fault, ModelError, MovingBlock, RunError};
 use ddem_deck::DeckError;
 use ddem_io::OutputError;
 use ddem_io::folder::FolderError;
@@ -41,7 +41,7 @@ pub(crate) fn internal(py: Python<'_>, panic: &(dyn std::any::Any + Send)) -> Py
 
 /// One thing that is wrong with an argument or a key.
 pub(crate) fn model_error(py: Python<'_>, place: &str, message: &str, help: Option<&str>) -> PyErr {
-    let fault = Fault::new(place, message);
+    let fault = Fault::new(ErrorCode::InvalidArgument, place, message);
     let fault = help.into_iter().fold(fault, Fault::help);
     faults(py, &[fault], &|_| None)
 }
@@ -81,8 +81,9 @@ pub(crate) fn faults(
         if let Some(help) = &help {
             text += &format!(" ({help})");
         }
+        text += &format!(" [{}]", fault.code);
         lines.push(text);
-        list.push((place, message, help));
+        list.push((place, message, help, fault.code.name()));
     }
     raise!(py, "ModelError", (lines.join("\n"), list))
 }
@@ -161,8 +162,9 @@ fn python_place(place: &str) -> String {
 
 /// A step that went wrong. `stage` comes before the message.
 pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr {
-    let message = format!("{stage}{error}");
-    match *error {
+    let code = error.code();
+    let message = format!("{stage}{error} [{code}]");
+    let raised = match *error {
         RunError::NotConverged { ratio, .. } | RunError::OutOfReach { ratio, .. } => {
             raise!(py, "NotConverged", (message, ratio))
         }
@@ -178,15 +180,21 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
             raise!(py, "Diverged", (message, step, time, block, node))
         }
         RunError::History { ref entry, .. } => {
-            model_error(py, &format!("{entry}.history"), &message, None)
+            let place = format!("{entry}.history");
+            faults(py, &[Fault::new(code, place, format!("{stage}{error}"))], &|_| None)
         }
         RunError::Values { faults: ref wrong } => faults(py, wrong, &|_| None),
-        RunError::EarlierStage { .. } => model_error(py, "stage", &error.to_string(), None),
+        RunError::EarlierStage { .. } => {
+            faults(py, &[Fault::new(code, "stage", error.to_string())], &|_| None)
+        }
         RunError::TimeStep { .. } | RunError::TooShort { .. } => {
-            model_error(py, "time_step", &error.to_string(), None)
+            faults(py, &[Fault::new(code, "time_step", error.to_string())], &|_| None)
         }
         _ => raise!(py, "Error", (message,)),
-    }
+    };
+    // An exception always takes an attribute.
+    let _ = raised.value(py).setattr("code", code.name());
+    raised
 }
 
 /// Exception for faults of arguments, which a deck has at `prefix`.
@@ -196,7 +204,8 @@ pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> 
         let place = place.trim_start_matches('.');
         fault.place = place.strip_prefix("where.").unwrap_or(place).to_owned();
         if fault.place == "where" && fault.message.ends_with("is missing") {
-            *fault = Fault::new("", "it is not said where").help(where_keys());
+            *fault =
+                Fault::new(ErrorCode::MissingKey, "", "it is not said where").help(where_keys());
         }
         fault.help = fault.help.take().map(|help| python_keys(&help));
     }
@@ -226,7 +235,8 @@ pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
         }
         DeckError::Wrong { findings, .. } => {
             let python = |f: &ddem_deck::Finding| {
-                (f.fault.place.clone(), f.fault.message.clone(), f.fault.help.clone())
+                let Fault { code, place, message, help, .. } = f.fault.clone();
+                (place, message, help, code.name())
             };
             let list: Vec<_> = findings.iter().map(python).collect();
             raise!(py, "ModelError", (error.report(false), list))

@@ -76,7 +76,7 @@ impl PySimulation {
     /// NotConverged
     ///     With `ratio`, what was reached; :class:`Collapsed` when blocks part without end.
     /// Diverged
-    ///     Forces are not finite any more.
+    ///     Forces are no longer finite.
     /// ModelError
     ///     An argument is wrong.
     /// OSError
@@ -148,7 +148,7 @@ impl PySimulation {
     /// Collapsed
     ///     Blocks fail in a run with `until_rest`, unless `on_failure` is "continue".
     /// Diverged
-    ///     Forces are not finite any more.
+    ///     Forces are no longer finite.
     /// ModelError
     ///     An argument is wrong, or the time step above the critical one.
     /// OSError

@@ -60,7 +60,7 @@ impl PySimulation {
     /// Raises
     /// ------
     /// Diverged
-    ///     Forces are not finite any more.
+    ///     Forces are no longer finite.
     /// ValueError
     ///     `n` is no whole number, or negative.
     /// KeyboardInterrupt

@@ -72,7 +72,7 @@ def test_a_call_says_what_is_wrong_at_once(call: Any, message: str) -> None:
     with pytest.raises(ddem.ModelError) as caught:
         call(model)
     assert str(caught.value).startswith(message)
-    ((place, text, _),) = caught.value.faults
+    ((place, text, _, _),) = caught.value.faults
     assert f"{place}: {text}" in str(caught.value)
     assert model.deck == before
 
@@ -114,7 +114,7 @@ def test_build_says_where_the_script_is_wrong() -> None:
     with pytest.raises(ddem.ModelError) as caught:
         model.build()
     lines = str(caught.value).splitlines()
-    places = [place for place, _, _ in caught.value.faults]
+    places = [fault.place for fault in caught.value.faults]
     assert any(text.startswith(f"{HERE}:{fixed}: fix[1].axes: ") for text in lines)
     assert any(
         re.match(rf"{HERE}:\d+: blocks\[1\].material: there is no material named `chalk`", text)
@@ -193,7 +193,7 @@ def test_all_mistakes_at_once() -> None:
     model.add_blocks(size=(1, 1, 0), count=(2, 1, 1), material=chalk)
     with pytest.raises(ddem.ModelError) as caught:
         model.build()
-    places = {place for place, _, _ in caught.value.faults}
+    places = {fault.place for fault in caught.value.faults}
     assert {
         "materials.material-1.density",
         "materials.material-1.young",

@@ -92,7 +92,7 @@ fn output_that_cannot_be_written_is_said() {
 #[test]
 fn a_missing_deck_with_the_name_of_one_near() {
     insta::assert_snapshot!(refused("colum.toml --out new"), @r"
-      × cannot read the deck `colum.toml`
+      × cannot read the deck `colum.toml` [invalid-file]
       ╰─▶ No such file or directory (os error 2)
       help: a deck is a TOML file
       did you mean `column.toml`?
@@ -127,7 +127,7 @@ fn a_misspelt_key_is_shown_and_nothing_is_written() {
         insta::allow_duplicates! { insta::assert_snapshot!(went.stderr, @r"
         the deck `column.toml` has a mistake in line 7
 
-          × unknown key `yuong`
+          × unknown key `yuong` [unknown-key]
            ╭─[column.toml:7:1]
          6 │ density = 2400
          7 │ yuong = 18e9

@@ -68,7 +68,11 @@ fn mistakes_in_contacts_and_of_rigid_blocks_are_refused() {
             "`normal_stiffness` is 0 but must be",
         ),
         ("[model]", "[contact]\nfriktion = 30\n[model]", "did you mean `friction`"),
-        ("[model]", "[contact]\ndamping = 0.1\nrestitution = 0.5\n[model]", "does not go with"),
+        (
+            "[model]",
+            "[contact]\ndamping = 0.1\nrestitution = 0.5\n[model]",
+            "cannot be combined with",
+        ),
         ("every = 1e-3", "quantity = 'stress'", "rigid"),
     ] {
         let went = said(|text| text.replace(from, to), "");
@@ -108,7 +112,7 @@ fn blocks_that_are_too_fast_stop_the_run() {
     desk.write("pair.toml", &PAIR.replace("[1, 0, -0.5]", "[3e4, 0, 0]"));
     let went = desk.run("pair.toml --out a");
     assert_eq!(went.status, Some(1), "{}", went.stderr);
-    assert!(went.stderr.contains("block 1 of `above` went "), "{}", went.stderr);
+    assert!(went.stderr.contains("block 1 of `above` moved "), "{}", went.stderr);
     assert!(went.stderr.contains("in step 1, at time "), "{}", went.stderr);
     assert!(desk.path("a/energy.csv").exists());
 }

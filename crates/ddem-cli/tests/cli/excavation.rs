@@ -79,7 +79,7 @@ fn mistakes_are_shown_and_nothing_runs() {
         ("from = 'dig'", "from = 'before'", "`before` is the first stage"),
         ("from = 'dig'", "", "`release` needs `from`"),
         ("{ z = [2.0, 4.0] }", "{ z = [8.0, 9.0] }", "remove[0].where"),
-        ("{ z = [2.0, 4.0] }", "{ z = [0.0, 4.0] }", "nothing is left"),
+        ("{ z = [2.0, 4.0] }", "{ z = [0.0, 4.0] }", "all blocks are removed"),
         ("[-3e6, -3e6, -8e6, 0, 0, 0]", "[-3e6, -8e6]", "expected 6 numbers, found 2"),
         ("stress = ", "velocity = [0, 0, 1]\ngradient = { z = ", "`gradient` needs `stress`"),
     ] {

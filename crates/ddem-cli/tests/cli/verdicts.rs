@@ -64,7 +64,7 @@ fn what_slides_fails_and_is_named() {
     for kind in [RELAX, TO_REST] {
         let (status, said, stages) = ended(25.0, kind);
         assert_eq!(status, Some(1), "{said}");
-        let error = "error: stage `weight`: there is no equilibrium: 1 block moves on: block 1 of `block`, ";
+        let error = "error: stage `weight`: there is no equilibrium: 1 block keeps moving: block 1 of `block`, ";
         assert!(said.contains(error), "{said}");
         assert_eq!((stages.len(), &stages[0]["verdict"]), (1, &Value::from("fails")));
         assert!(stages[0]["steps"].as_u64().is_some_and(|steps| steps < 60_000), "{stages:?}");

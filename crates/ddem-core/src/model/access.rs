@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::Model;
-use crate::error::Fault;
+use crate::error::{ErrorCode, Fault};
 use crate::model::charge::ChargeSize;
 use crate::model::conditions::Conditions;
 use crate::model::problem::Problem;
@@ -58,7 +58,7 @@ impl Model {
         let nothing = "there is no strength to divide: no joint can fail, and blocks do not meet";
         let help = "give joints `friction`, `cohesion` or `tension`, or let blocks meet";
         let weak = self.laws.iter().all(Option::is_none) && !self.can_meet();
-        weak.then(|| Fault::new(place, nothing).help(help))
+        weak.then(|| Fault::new(ErrorCode::NotSupported, place, nothing).help(help))
     }
 
     /// Names of the joints between blocks that never fail.

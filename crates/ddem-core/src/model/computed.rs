@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Model;
-use crate::error::Fault;
+use crate::error::{ErrorCode, Fault};
 use crate::model::history::{Function, no_velocity};
 use crate::model::sliding::SlidingDamping;
 use ddem_joint::contact::{ContactModel, ContactSurfaces};
@@ -44,9 +44,14 @@ impl Model {
     pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
         let Some(index) = self.properties.joints.iter().position(|known| known.name == joint)
         else {
-            return Err(Fault::new(format!("joints.{joint}"), "no joint has this name"));
+            return Err(Fault::new(
+                ErrorCode::UnknownName,
+                format!("joints.{joint}"),
+                "no joint has this name",
+            ));
         };
-        law::check(&*law).map_err(|why| Fault::new(format!("joints.{joint}"), why))?;
+        law::check(&*law)
+            .map_err(|why| Fault::new(ErrorCode::InvalidLaw, format!("joints.{joint}"), why))?;
         self.properties.joints[index].law = Some(law.clone());
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));

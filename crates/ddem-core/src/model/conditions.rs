@@ -9,7 +9,7 @@ pub(crate) use active::{ActiveConditions, AppliedForces, NodalLoad, SupportedAxi
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use crate::error::{Fault, RunError};
+use crate::error::{ErrorCode, Fault, RunError};
 use crate::model::charge::GasCharge;
 use crate::model::history::{Function, TimeFunction};
 use crate::model::stage::StageRange;
@@ -95,8 +95,8 @@ impl Conditions {
             _ => self.fixed.get_mut(index).map(|fix| &mut fix.history),
         };
         let place = format!("{section}[{index}].history");
-        let time_function =
-            time_function.ok_or_else(|| Fault::new(place, "there is no such entry"))?;
+        let time_function = time_function
+            .ok_or_else(|| Fault::new(ErrorCode::UnknownName, place, "there is no such entry"))?;
         *time_function = TimeFunction::Computed(function);
         Ok(())
     }

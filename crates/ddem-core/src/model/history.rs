@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::Fault;
+use crate::error::{ErrorCode, Fault};
 
 /// A factor in time that a program computes from the time `[s]` since its history begins; an error
 /// says why it cannot. It must depend on that time alone: it is asked at every step, and whenever
@@ -92,7 +92,7 @@ impl TimeFunction {
 
 /// Fault of a history of a support that is not driven.
 pub fn no_velocity(at: &str) -> Fault {
-    Fault::new(format!("{at}.history"), "`history` needs `velocity`").help(
+    Fault::new(ErrorCode::MissingKey, format!("{at}.history"), "`history` needs `velocity`").help(
         "it is the factor on the velocity in time; without a velocity the support stands still",
     )
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use crate::error::{Fault, RunError};
+use crate::error::{ErrorCode, Fault, RunError};
 
 /// Rule for a number that must also be finite.
 #[derive(Clone, Copy, Debug)]
@@ -52,18 +52,19 @@ impl Faults {
     }
 
     /// A fault without help.
-    pub fn add(&mut self, place: impl Into<String>, message: impl Into<String>) {
-        self.0.push(Fault::new(place, message));
+    pub fn add(&mut self, code: ErrorCode, place: impl Into<String>, message: impl Into<String>) {
+        self.0.push(Fault::new(code, place, message));
     }
 
     /// A fault with help.
     pub fn add_help(
         &mut self,
+        code: ErrorCode,
         place: impl Into<String>,
         message: impl Into<String>,
         help: impl Into<String>,
     ) {
-        self.0.push(Fault::new(place, message).help(help));
+        self.0.push(Fault::new(code, place, message).help(help));
     }
 
     /// A number that keeps a rule; says whether it does.
@@ -72,12 +73,12 @@ impl Faults {
         let key = key_of(&place);
         if !value.is_finite() {
             let message = format!("`{key}` is {} but must be a finite number", shown(value));
-            self.add(place, message);
+            self.add(ErrorCode::OutOfRange, place, message);
             return false;
         }
         let Some(rule) = rule.broken(value) else { return true };
         let message = format!("`{key}` is {} but must be {rule}", shown(value));
-        self.add(place, message);
+        self.add(ErrorCode::OutOfRange, place, message);
         false
     }
 
@@ -106,7 +107,7 @@ impl Faults {
         let held = value.into() > 0;
         if !held {
             let message = format!("`{}` is 0 but must be 1 or more", key_of(&place));
-            self.add(place, message);
+            self.add(ErrorCode::OutOfRange, place, message);
         }
         held
     }

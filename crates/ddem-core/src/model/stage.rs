@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use crate::error::{Fault, RunError};
+use crate::error::{ErrorCode, Fault, RunError};
 use crate::model::rules::{Faults, Rule};
 
 /// Kind of a stage.
@@ -163,16 +163,29 @@ impl SafetySearch {
         if !(low > 0.0 && low < high && high.is_finite()) {
             let message =
                 format!("`bracket` is [{low}, {high}]: two factors above 0, the smaller one first");
-            faults.add("bracket", message);
+            faults.add(ErrorCode::OutOfRange, "bracket", message);
         }
         if self.joints.as_ref().is_some_and(Vec::is_empty) {
             let message = "`joints` is empty: no strength would be divided";
-            faults.add_help("joints", message, "without it those of all joints are");
+            faults.add_help(
+                ErrorCode::MissingKey,
+                "joints",
+                message,
+                "without it those of all joints are",
+            );
         }
         for name in self.joints.iter().flatten() {
             match breaks(name) {
-                None => faults.add("joints", format!("there is no joint named `{name}`")),
-                Some(false) => faults.add("joints", format!("joint `{name}` never fails")),
+                None => faults.add(
+                    ErrorCode::UnknownName,
+                    "joints",
+                    format!("there is no joint named `{name}`"),
+                ),
+                Some(false) => faults.add(
+                    ErrorCode::NotSupported,
+                    "joints",
+                    format!("joint `{name}` never fails"),
+                ),
                 Some(true) => {}
             }
         }

@@ -238,13 +238,13 @@ fn sets_given_as_meshes_are_those_of_single_blocks() {
         error.faults[0].to_string()
     };
     let both = refused(&|set| set.size = Some([1.0; 3]));
-    assert!(both.starts_with("blocks[0].size: `size` does not go with `mesh`"), "{both}");
+    assert!(both.starts_with("blocks[0].size: `size` cannot be combined with `mesh`"), "{both}");
     let far = refused(&|set| {
         let [_, other] = faces(&mesh, 2.0, 1);
         set.mesh.as_mut().unwrap().joints[0].faces[1] = other;
     });
     assert!(
-        far.starts_with("blocks[0].mesh.joints[0].faces: the two faces do not lie on"),
+        far.starts_with("blocks[0].mesh.joints[0].faces: the two faces do not face"),
         "{far}"
     );
     let none = refused(&|set| set.mesh.as_mut().unwrap().joints[1].faces[0] = [0, 1, 2, 40]);

@@ -322,7 +322,7 @@ fn mistakes_are_said() {
     let without = change(&|deck| deck.blocks[0].joint = None);
     refused(&without, &["assign[0].where", "no joint"]);
     let ends = change(&|deck| (deck.blocks[0].joint, deck.assign[0].from) = (None, None));
-    refused(&ends, &["assign[0].joint", "do not come and go"]);
+    refused(&ends, &["assign[0].joint", "cannot add or remove joints"]);
     let stays = wet(Joint { friction: None, ..dry(10.0) });
     refused(&stays, &["assign[0].joint", "never does"]);
     // Others that change in the same stage have nothing to do with it.

@@ -38,13 +38,13 @@ fn charges_that_cannot_be() {
     let mut timed = with(Charge { delay: Some(1.0), ..good.clone() });
     timed.stage =
         vec![Stage { kind: StageKind::Dynamic, duration: Some(0.1), ..relax_stage("blast") }];
-    refused(&timed, &["charge[0].delay", "never goes off"]);
+    refused(&timed, &["charge[0].delay", "never detonates"]);
     let slow = History::Duvall(Duvall { alpha: 2e3, beta: 1e3 });
     refused(&with(given(hole.clone(), 1e6, slow)), &["charge[0].history.duvall.beta", "above"]);
     let both = Triangle { rise: 1.0, fall: Some(1.0), duration: Some(3.0) };
     refused(
         &with(given(hole.clone(), 1e6, History::Triangle(both))),
-        &["charge[0].history.triangle.duration", "does not go with `fall`"],
+        &["charge[0].history.triangle.duration", "cannot be combined with `fall`"],
     );
     let line = Cylinder { from: [1.0; 3], to: [1.0; 3], radius: 1.0 };
     let region = Where { cylinder: Some(line), ..Where::default() };

@@ -356,7 +356,7 @@ fn boundaries_that_cannot_be() {
     split.fix = vec![fix(Where::default(), "y")];
     model(&split);
     split.refine = vec![Refine { region: lower, factor: 2 }];
-    refused(&split, &["boundary[0].where", "split blocks"]);
+    refused(&split, &["boundary[0].where", "blocks are split"]);
     let endless = Boundary { velocity: Some([f64::NAN; 3]), ..viscous(plane(0, 0.0)) };
     refused(&with(endless), &["boundary[0].velocity", "finite"]);
 }

@@ -56,7 +56,8 @@ fn nodes_in_what_the_deck_does_not_have_are_an_error() {
     let refused = |region: &Where| region.nodes(&model).expect_err("a fault").to_string();
     assert_eq!(
         refused(&set("pyle")),
-        "where.set: there is no set named `pyle` (did you mean `pile`? sets of this deck: `pile`)"
+        "where.set: there is no set named `pyle` (did you mean `pile`? sets of this deck: `pile`) \
+         [unknown-name]"
     );
     let unread = FileOf { path: "ore.stl".into(), ..FileOf::default() };
     let inside = Where { inside: Some(unread), ..Where::default() };

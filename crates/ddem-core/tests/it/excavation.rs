@@ -249,13 +249,13 @@ fn mistakes_are_said() {
         error.to_string()
     };
     let until = faults(&|deck| deck.remove[0].until = Some("dig".into()));
-    assert!(until.contains("do not come back"), "{until}");
+    assert!(until.contains("do not return"), "{until}");
     let first = faults(&|deck| deck.remove[0].from = Some("before".into()));
     assert!(first.contains("`before` is the first stage"), "{first}");
     let nothing = faults(&|deck| deck.remove[0].region = plane(0, 55.0));
     assert!(nothing.contains("remove[0].where") && nothing.contains("no block"), "{nothing}");
     let all = faults(&|deck| deck.remove[0].region = Where::default());
-    assert!(all.contains("nothing is left"), "{all}");
+    assert!(all.contains("all blocks are removed"), "{all}");
     let never = faults(&|deck| (deck.remove[0].from, deck.remove[0].release) = (None, Some(1.0)));
     assert!(never.contains("`release` needs `from`"), "{never}");
     let charged = |until: Option<String>| {

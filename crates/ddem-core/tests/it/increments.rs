@@ -153,7 +153,7 @@ fn a_displacement_is_for_relax_stages_and_held_directions() {
     let free = said(&|deck| deck.fix[1].displacement = Some([0.0, 1e-3, 0.0]));
     assert!(free.contains("fix[1].displacement[1]: a displacement of 0.001 along y"), "{free}");
     let both = said(&|deck| deck.fix[1].velocity = Some([1.0, 0.0, 0.0]));
-    assert!(both.contains("`displacement` does not go with `velocity`"), "{both}");
+    assert!(both.contains("`displacement` cannot be combined with `velocity`"), "{both}");
     let dynamic = said(&|deck| {
         deck.stage[1].kind = StageKind::Dynamic;
         deck.stage[1].duration = Some(1.0);

@@ -85,7 +85,7 @@ fn a_relaxation_names_blocks_that_sink_into_each_other() {
         assert!(*depth > 0.25 && *depth < 0.5, "{depth}");
         let message = error.map(|error| error.to_string()).unwrap_or_default();
         assert!(
-            message.starts_with("block 0 of `piece 0` and block 1 of `piece 1` are"),
+            message.starts_with("block 0 of `piece 0` and block 1 of `piece 1` penetrate"),
             "{message}"
         );
     }
@@ -105,7 +105,7 @@ fn a_support_that_moves_a_block_into_another_is_named() {
         panic!("{error:?}");
     };
     let message = error.map(|error| error.to_string()).unwrap_or_default();
-    assert!(message.contains("the support fix[1] moves block 1"), "{message}");
+    assert!(message.contains("the support fix[1] drives block 1"), "{message}");
 }
 
 /// A frame of cells, all held but for one that hangs from it by a weak joint, 15 mm above its foot.

@@ -253,7 +253,8 @@ fn laws_without_a_strength_are_refused() {
     for (cohesion, told) in [(f64::NAN, "NaN"), (-2.5, "-2.5")] {
         let refused =
             model.set_law("seam", Arc::new(Cohesion(cohesion))).map_err(|e| e.to_string());
-        let expected = format!("joints.seam: peak(0) is {told}, expected 0 Pa or more");
+        let expected =
+            format!("joints.seam: peak(0) is {told}, expected 0 Pa or more [invalid-law]");
         assert_eq!(refused, Err(expected));
     }
     assert!(model.set_law("seam", Arc::new(Cohesion(f64::INFINITY))).is_ok());

@@ -6,7 +6,7 @@ use ddem_core::problem::{
     BlockFace, Boundaries, BoundaryHold, ColumnBuilder, Geometry, ModelBoundary, NoColumn,
     TimeFunction, Vec3, impedance,
 };
-use ddem_core::{Fault, Problem};
+use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
 use super::faces::{in_cavities, twice, with_areas};
@@ -32,33 +32,35 @@ pub(super) fn idle(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) 
     let mut faults = twice(deck, problem);
     let known = faults.len();
     for (stage, holds) in holds.iter().enumerate() {
-        let name = deck.stage.get(stage).map_or("", |stage| &stage.name);
+        let entry = deck.stage.get(stage);
+        let during = entry.map_or(String::new(), |stage| format!(" in stage `{}`", stage.name));
         for hold in holds {
             let index = hold.boundary;
             if hold.nodes > 0 && hold.held == hold.nodes {
                 faults.push(
                     Fault::new(
+                        ErrorCode::InvalidBoundary,
                         format!("boundary[{index}]"),
                         format!(
-                            "all {} nodes of this boundary are held in all directions in stage \
-                             `{name}`, by {}: no dashpot there can move",
+                            "all {} nodes of this boundary are held in all directions{during}, by {}: no \
+                             dashpot there can move",
                             hold.nodes,
                             names(hold)
                         ),
                     )
                     .help(
                         "`until` ends the fix at the start of the stage from which (`from`) the \
-                         boundary is there; what the fix bore goes on as constant forces",
+                         boundary is there; its reactions then act as constant forces",
                     ),
                 );
             }
             if let Some([x, y, z]) = hold.floating {
                 faults.push(
                     Fault::new(
+                        ErrorCode::InvalidBoundary,
                         format!("boundary[{index}]"),
                         format!(
-                            "the free-field column at ({x}, {y}, {z}) stands on nothing in \
-                             stage `{name}`"
+                            "the free-field column at ({x}, {y}, {z}) stands on nothing{during}"
                         ),
                     )
                     .help("give the base of the model a boundary of kind \"viscous\", or fix it"),
@@ -127,19 +129,19 @@ fn held_in_part(
 fn no_column(why: NoColumn, place: &str) -> Fault {
     let (what, help) = match why {
         NoColumn::Level => (
-            "a face that looks up or down is no side of a free field",
+            "a face that looks up or down cannot be a free-field side",
             "free-field sides are upright, z; the base has a boundary of kind \"viscous\"",
         ),
         NoColumn::Aslant => (
             "a free field needs blocks with one upright edge, along z, and two level ones",
-            "take kind \"viscous\" for the sides of other blocks",
+            "use kind \"viscous\" for the sides of other blocks",
         ),
         NoColumn::Unmatched => (
-            "a side that goes on in split blocks or in another set has no free field in this version",
-            "let the blocks along the side be of one set, and none of them split, from the base up",
+            "a side whose blocks are split, or of several sets, has no free field",
+            "use blocks of one set along the side, none of them split, from the base up",
         ),
     };
-    Fault::new(format!("{place}.where"), what).help(help)
+    Fault::new(ErrorCode::InvalidBoundary, format!("{place}.where"), what).help(help)
 }
 
 /// Fixes that hold nodes, for a message.
@@ -211,12 +213,12 @@ fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<Blo
         });
     }
     if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {
-        let message = "a range cuts an oblique face askew, which cannot be taken in part";
-        return Err(Fault::new(place, message));
+        let message = "a range cuts an oblique face askew: a boundary takes whole faces";
+        return Err(Fault::new(ErrorCode::InvalidBoundary, place, message));
     }
     if surfaces.iter().any(|surface| geometry.is_rigid(surface.block)) {
-        let message = "selects faces of rigid blocks: waves go through deformable ones only";
-        return Err(Fault::new(place, message).help(
+        let message = "selects faces of rigid blocks: waves travel in deformable blocks only";
+        return Err(Fault::new(ErrorCode::InvalidBoundary, place, message).help(
             "leave the boundary out, or make the blocks along it a set with `body = \"deformable\"`",
         ));
     }

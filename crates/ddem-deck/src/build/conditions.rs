@@ -4,7 +4,7 @@ use ddem_core::problem::{
     BlockFace, Conditions, ForceFading, Geometry, LoadPattern, StageRange, Stages, StartMotion,
     SupportGroup, TimeFunction, TimedCharge, Vec3,
 };
-use ddem_core::{Fault, Problem};
+use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
 use super::charge::{Holes, charge};
@@ -188,7 +188,7 @@ fn without_walls(
     })?;
     let message = format!("blocks that it pushes are taken out in stage `{}`", stage.name);
     let help = format!("`until = \"{}\"` ends it in time", stage.name);
-    Some(Fault::new(format!("charge[{index}]"), message).help(help))
+    Some(Fault::new(ErrorCode::NotSupported, format!("charge[{index}]"), message).help(help))
 }
 
 /// The load in which the forces that blocks exerted go on when they are taken out: there are none before.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use ddem_core::problem::{BlockFace, Geometry};
-use ddem_core::{Fault, Problem};
+use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
 use super::charge::is_wall;
@@ -47,7 +47,7 @@ pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
         let message = format!(
             "takes faces that boundary {before} has, first that at {at}: their dashpots would add up"
         );
-        Fault::new(format!("boundary[{index}].where"), message).help(
+        Fault::new(ErrorCode::InvalidBoundary, format!("boundary[{index}].where"), message).help(
             "give each part of the surface one boundary at a time, by `where`, `from` and `until`",
         )
     };

@@ -1,7 +1,7 @@
 //! Relax stages whose supports leave a rigid motion free.
 
 use ddem_core::problem::{FreeMotion, Geometry};
-use ddem_core::{Fault, Problem, Simulation};
+use ddem_core::{ErrorCode, Fault, Problem, Simulation};
 
 use super::BuiltDeck;
 use super::geometry::interface::gaps;
@@ -48,7 +48,7 @@ fn fault(
     };
     let motions = motion.motions.join(", ");
     let message = format!("the supports {whose} let {who} move as a rigid body: {motions}");
-    Fault::new(format!("stage[{stage}]"), message).help(help(deck, geometry))
+    Fault::new(ErrorCode::Mechanism, format!("stage[{stage}]"), message).help(help(deck, geometry))
 }
 
 /// Suggests supports or joints that may be missing.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use ddem_core::problem::Stress;
-use ddem_core::{Fault, Problem};
+use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::geometry::abut::Seats;
 use super::geometry::{Region, nothing};
@@ -27,13 +27,13 @@ pub(super) fn met(deck: &Deck, problem: &Problem) -> Vec<Fault> {
         .collect();
     let fault = |[a, b]: [usize; 2]| {
         let message = format!(
-            "sets `{}` and `{}` touch without a joint: contacts begin without force, and do not bear \
-             a stress at the start",
+            "sets `{}` and `{}` touch without a joint: contacts begin without force, so they carry \
+             no initial stress",
             deck.set_name(a),
             deck.set_name(b)
         );
-        let help = "give both a `joint`, or bring the stress on by loads in a relax stage";
-        Fault::new(format!("initial[{index}].stress"), message).help(help)
+        let help = "give both a `joint`, or apply the stress by loads in a relax stage";
+        Fault::new(ErrorCode::NotSupported, format!("initial[{index}].stress"), message).help(help)
     };
     alone.into_iter().map(fault).collect()
 }
@@ -58,7 +58,7 @@ pub(super) fn stresses(deck: &Deck, problem: &Problem) -> Result<Vec<Option<Stre
             let set = deck.set_name(geometry.set(rigid));
             let message = format!("block {rigid} of set `{set}` is rigid: it has no stress");
             let help = "select deformable blocks only, as in `where = { set = … }`";
-            faults.push(Fault::new(place, message).help(help));
+            faults.push(Fault::new(ErrorCode::NotSupported, place, message).help(help));
         }
         for block in blocks {
             stresses[block] = Some(Stress { origin, gradient });

@@ -2,14 +2,14 @@
 
 use super::conditions::force_time;
 use super::region::{RegionKind, dips, region};
-use super::{Faults, NameFaults, Rule, shown};
+use super::{ErrorCode, Faults, NameFaults, Rule, shown};
 use crate::schema::{BlockMesh, BlockSet, COORDINATES, Deck, JointChoice, Remove};
-
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     if deck.blocks.is_empty() {
         faults.add_help(
+            ErrorCode::EmptyModel,
             "blocks",
             "the deck has no blocks",
             "`[[blocks]]` with `size` and `material` makes a set of blocks",
@@ -22,7 +22,11 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, set) in deck.blocks.iter().enumerate() {
         let at = format!("blocks[{i}]");
         if set.material.is_empty() {
-            faults.add(format!("{at}.material"), "key `material` is missing or empty");
+            faults.add(
+                ErrorCode::MissingKey,
+                format!("{at}.material"),
+                "key `material` is missing or empty",
+            );
         } else {
             material(deck, format!("{at}.material"), &set.material, faults);
         }
@@ -84,6 +88,7 @@ fn lattice(at: &str, set: &BlockSet, faults: &mut Faults) {
     }
     if let Some(axis) = without.first() {
         faults.add_help(
+            ErrorCode::MissingKey,
             format!("{at}.size"),
             format!("key `size` is missing: the set has no length along {}", without.join(", ")),
             format!("give `size = [x, y, z]`, or the cuts in `edges = {{ {axis} = […] }}`"),
@@ -95,6 +100,7 @@ fn lattice(at: &str, set: &BlockSet, faults: &mut Faults) {
     if nodes > f64::from(u32::MAX) {
         let key = if set.count.is_some() { "count" } else { "divisions" };
         faults.add(
+            ErrorCode::TooLarge,
             format!("{at}.{key}"),
             format!("the set would have {nodes:.2e} nodes; at most {} can be numbered", u32::MAX),
         );
@@ -117,11 +123,17 @@ fn of_mesh(deck: &Deck, at: &str, (set, mesh): (&BlockSet, &BlockMesh), faults: 
     ];
     for (key, _) in given.into_iter().filter(|(_, given)| *given) {
         let help = "the blocks are where their nodes are, and divided as their hexahedra are";
-        faults.add_help(format!("{at}.{key}"), format!("`{key}` does not go with `mesh`"), help);
+        faults.add_help(
+            ErrorCode::ConflictingKeys,
+            format!("{at}.{key}"),
+            format!("`{key}` cannot be combined with `mesh`"),
+            help,
+        );
     }
     match &set.joint {
         Some(JointChoice::All(name)) => joint(deck, format!("{at}.joint"), name, faults),
         Some(JointChoice::ByNormal { .. }) => faults.add_help(
+            ErrorCode::NotSupported,
             format!("{at}.joint"),
             "blocks of a `mesh` have no common normals",
             "name one joint, and others in `mesh.joints` or by `[[assign]]`",
@@ -141,11 +153,17 @@ fn edge(at: &str, set: &BlockSet, k: usize, cuts: &[f64], faults: &mut Faults) {
     }
     let (Some(first), Some(last), true) = (cuts.first(), cuts.last(), cuts.len() >= 2) else {
         let message = format!("`edges.{axis}` needs 2 or more entries but has {}", cuts.len());
-        faults.add_help(place, message, "it lists the cuts from the first face to the last");
+        faults.add_help(
+            ErrorCode::InvalidGeometry,
+            place,
+            message,
+            "it lists the cuts from the first face to the last",
+        );
         return;
     };
     if let Some(i) = cuts.windows(2).position(|pair| pair[0] >= pair[1]) {
         faults.add(
+            ErrorCode::InvalidGeometry,
             format!("{place}[{}]", i + 1),
             format!(
                 "`edges.{axis}` must increase: {} comes after {}",
@@ -160,6 +178,7 @@ fn edge(at: &str, set: &BlockSet, k: usize, cuts: &[f64], faults: &mut Faults) {
         && (size[k] - length).abs() > 1e-9 * length
     {
         faults.add_help(
+            ErrorCode::ConflictingKeys,
             format!("{at}.size[{k}]"),
             format!(
                 "`size` is {} along {axis} but `edges.{axis}` spans {}",
@@ -174,6 +193,7 @@ fn edge(at: &str, set: &BlockSet, k: usize, cuts: &[f64], faults: &mut Faults) {
     {
         let parts = cuts.len() - 1;
         faults.add_help(
+            ErrorCode::ConflictingKeys,
             format!("{at}.count[{k}]"),
             format!("`count` is {} along {axis} but `edges.{axis}` makes {parts} blocks", count[k]),
             "an edge given in `edges` needs no `count`; when both are given they must agree",
@@ -196,12 +216,18 @@ fn joints(deck: &Deck, at: &str, set: &BlockSet, faults: &mut Faults) {
         match by_normal[k] {
             Some(name) => joint(deck, format!("{at}.joint.{axis}"), name, faults),
             None if blocks > 1 && set.joint.is_some() => faults.add_help(
+                ErrorCode::MissingKey,
                 format!("{at}.joint"),
                 message,
                 format!("name the joint as `{axis} = …`"),
             ),
             None if blocks > 1 => {
-                faults.add_help(at, message, "name the joint as `joint = …`");
+                faults.add_help(
+                    ErrorCode::MissingKey,
+                    at,
+                    message,
+                    "name the joint as `joint = …`",
+                );
                 // One fault is enough where the whole key is missing.
                 return;
             }
@@ -220,18 +246,23 @@ fn turned(at: &str, set: &BlockSet, faults: &mut Faults) {
     let mut given = ways.into_iter().filter(|(_, given)| *given).map(|(key, _)| key);
     if let (Some(first), Some(second)) = (given.next(), given.next()) {
         let help = "a set is turned by one of `axes`, `dip` with `dip_direction`, and `planes`";
-        let message = format!("`{second}` does not go with `{first}`");
-        faults.add_help(format!("{at}.{second}"), message, help);
+        let message = format!("`{second}` cannot be combined with `{first}`");
+        faults.add_help(ErrorCode::ConflictingKeys, format!("{at}.{second}"), message, help);
     }
     dips(at, (set.dip, set.dip_direction), faults);
     match (set.dip, set.dip_direction) {
         (Some(_), None) => faults.add_help(
+            ErrorCode::MissingKey,
             format!("{at}.dip"),
             "`dip` needs `dip_direction`",
             "the direction in which the joints go down, clockwise from north, y",
         ),
         (None, Some(_)) => {
-            faults.add(format!("{at}.dip_direction"), "`dip_direction` needs `dip`");
+            faults.add(
+                ErrorCode::MissingKey,
+                format!("{at}.dip_direction"),
+                "`dip_direction` needs `dip`",
+            );
         }
         _ => {}
     }
@@ -243,6 +274,7 @@ fn turned(at: &str, set: &BlockSet, faults: &mut Faults) {
     let [x, y, z] = planes.normals();
     if volume([x, y, z]).abs() < 1e-6 {
         faults.add_help(
+            ErrorCode::InvalidGeometry,
             format!("{at}.planes"),
             "the three `planes` have a direction in common: they enclose no blocks",
             "their normals must not lie in one plane",
@@ -267,16 +299,17 @@ fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
         lengths[k] = axis.iter().fold(0.0_f64, |length, &component| libm::hypot(length, component));
         if !(lengths[k] > 0.0 && lengths[k].is_finite()) {
             let message = format!("axis {} has length {}", AXES[k], shown(lengths[k]));
-            faults.add(format!("{place}[{k}]"), message);
+            faults.add(ErrorCode::InvalidGeometry, format!("{place}[{k}]"), message);
             return;
         }
     }
     let unit = |k: usize| set.axes[k].map(|component| component / lengths[k]);
     let volume = volume([unit(0), unit(1), unit(2)]);
     if volume.abs() < 1e-6 {
-        faults.add(place, "the three `axes` lie in one plane");
+        faults.add(ErrorCode::InvalidGeometry, place, "the three `axes` lie in one plane");
     } else if volume < 0.0 {
         faults.add_help(
+            ErrorCode::InvalidGeometry,
             place,
             "the three `axes` are left-handed",
             "swap two of them, or turn one round: they must be right-handed, as x y z is",
@@ -291,7 +324,7 @@ fn changes(deck: &Deck, faults: &mut Faults) {
         region(deck, &format!("{at}.where"), (&assign.region, of), faults);
         if assign.joint.is_none() && assign.material.is_none() {
             let message = "the entry assigns nothing: it needs `joint` or `material`";
-            faults.add(at.as_str(), message);
+            faults.add(ErrorCode::MissingKey, at.as_str(), message);
         }
         if let Some(name) = &assign.joint {
             joint(deck, format!("{at}.joint"), name, faults);
@@ -312,7 +345,7 @@ fn changes(deck: &Deck, faults: &mut Faults) {
         region(deck, &format!("{at}.where"), (&refine.region, RegionKind::Blocks), faults);
         if refine.factor < 2 {
             let message = format!("{} parts leave blocks as they are", refine.factor);
-            faults.add_help(format!("{at}.factor"), message, "at least 2");
+            faults.add_help(ErrorCode::OutOfRange, format!("{at}.factor"), message, "at least 2");
         }
     }
 }
@@ -321,8 +354,9 @@ fn changes(deck: &Deck, faults: &mut Faults) {
 fn excavation(deck: &Deck, at: &str, remove: &Remove, faults: &mut Faults) {
     if remove.until.is_some() {
         faults.add_help(
+            ErrorCode::IneffectiveKey,
             format!("{at}.until"),
-            "blocks that are taken out do not come back: `remove` has no `until`",
+            "removed blocks do not return: `remove` has no `until`",
             "leave it out",
         );
     }
@@ -330,19 +364,22 @@ fn excavation(deck: &Deck, at: &str, remove: &Remove, faults: &mut Faults) {
     let same = |other: &&Remove| other.from == remove.from && other.release != remove.release;
     if remove.from.is_some() && deck.remove.iter().any(|other| same(&other)) {
         faults.add_help(
+            ErrorCode::ConflictingKeys,
             format!("{at}.release"),
-            "blocks that are taken out together have different `release`",
-            "give all entries of one stage the same, or take blocks out in several stages",
+            "blocks removed in one stage have different `release`",
+            "give all entries of one stage the same, or remove blocks in several stages",
         );
     }
     match &remove.from {
         None if remove.release.is_some() => faults.add_help(
+            ErrorCode::MissingKey,
             format!("{at}.release"),
-            "`release` needs `from`: blocks that were never there exerted no force",
-            "`from = \"stage\"` takes them out at the start of that stage",
+            "`release` needs `from`: blocks that never existed exerted no force",
+            "`from = \"stage\"` removes them at the start of that stage",
         ),
         Some(from) if deck.stage.first().is_some_and(|stage| stage.name == *from) => {
             faults.add_help(
+                ErrorCode::NeverInForce,
                 format!("{at}.from"),
                 format!("`{from}` is the first stage: there is nothing before it"),
                 "leave `from` out for a cavity that was always there, or put a stage before it in \

@@ -2,11 +2,10 @@
 
 use super::conditions::force_time;
 use super::region::{RegionKind, region};
-use super::{Faults, Rule, history, names, shown};
+use super::{ErrorCode, Faults, Rule, history, names, shown};
 use crate::schema::{
     Charge, ChargeHistory, Deck, Detonation, EXPLOSIVES, Explosive, StageKind, Where,
 };
-
 /// Beyond it nothing detonates: a density in g/cm³, or a velocity in km/s, is below.
 const LEAST: [f64; 2] = [100.0, 100.0];
 
@@ -28,6 +27,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
 fn place(deck: &Deck, at: &str, place: &Where, faults: &mut Faults) {
     if place.is_everywhere() {
         faults.add_help(
+            ErrorCode::MissingKey,
             format!("{at}.where"),
             "`where` of a charge names no part of the model",
             "a sphere or a cylinder around the hole, ranges, or a set of blocks",
@@ -40,11 +40,19 @@ fn place(deck: &Deck, at: &str, place: &Where, faults: &mut Faults) {
 fn strength(at: &str, charge: &Charge, faults: &mut Faults) {
     let help = "a charge has `mass` and `explosive`, or `pressure`";
     match (charge.mass, charge.pressure) {
-        (None, None) => faults.add_help(at, "the charge has no strength", help),
+        (None, None) => {
+            faults.add_help(ErrorCode::MissingKey, at, "the charge has no strength", help)
+        }
         (Some(_), Some(_)) => {
-            faults.add_help(format!("{at}.pressure"), "`pressure` does not go with `mass`", help);
+            faults.add_help(
+                ErrorCode::ConflictingKeys,
+                format!("{at}.pressure"),
+                "`pressure` cannot be combined with `mass`",
+                help,
+            );
         }
         (Some(_), None) if charge.explosive.is_none() => faults.add_help(
+            ErrorCode::MissingKey,
             format!("{at}.mass"),
             "`mass` needs `explosive`",
             format!("one of {}, or its numbers", known()),
@@ -58,6 +66,7 @@ fn strength(at: &str, charge: &Charge, faults: &mut Faults) {
             let near = names::nearest(name, EXPLOSIVES.iter().map(|(name, _)| *name));
             let near = near.map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
             faults.add_help(
+                ErrorCode::UnknownName,
                 format!("{at}.explosive"),
                 format!("there is no explosive named `{name}`"),
                 format!(
@@ -83,7 +92,12 @@ fn detonation(at: &str, numbers: Detonation, faults: &mut Faults) {
         let place = format!("{at}.{key}");
         if faults.number(place.as_str(), value, Rule::AboveZero) && value < least {
             let message = format!("`{key}` is {} {unit}: no explosive has that", shown(value));
-            faults.add_help(place, message, format!("it is given in {unit}"));
+            faults.add_help(
+                ErrorCode::OutOfRange,
+                place,
+                message,
+                format!("it is given in {unit}"),
+            );
         }
     }
     index(&format!("{at}.gamma"), gamma, faults);
@@ -92,6 +106,7 @@ fn detonation(at: &str, numbers: Detonation, faults: &mut Faults) {
 fn index(place: &str, gamma: f64, faults: &mut Faults) {
     if faults.number(place, gamma, Rule::AboveZero) && gamma <= 1.0 {
         faults.add_help(
+            ErrorCode::OutOfRange,
             place,
             format!("`gamma` is {} but must be above 1", shown(gamma)),
             "the adiabatic index of a gas; about 3 for the products of a detonation",
@@ -105,8 +120,9 @@ fn gas(at: &str, charge: &Charge, faults: &mut Faults) {
         index(&format!("{at}.gamma"), gamma, faults);
         if charge.mass.is_some() {
             faults.add_help(
+                ErrorCode::ConflictingKeys,
                 format!("{at}.gamma"),
-                "`gamma` does not go with `mass`",
+                "`gamma` cannot be combined with `mass`",
                 "it is a number of the explosive",
             );
         }
@@ -115,6 +131,7 @@ fn gas(at: &str, charge: &Charge, faults: &mut Faults) {
         let keys = [("gamma", charge.gamma.is_some()), ("explosive", charge.explosive.is_some())];
         for (key, _) in keys.into_iter().filter(|(_, given)| *given) {
             faults.add_help(
+                ErrorCode::IneffectiveKey,
                 format!("{at}.{key}"),
                 format!("`{key}` has no effect on a `pressure` that does not fall as gas expands"),
                 "give `history = \"gas\"`, or leave it out",
@@ -124,6 +141,7 @@ fn gas(at: &str, charge: &Charge, faults: &mut Faults) {
     // An unknown explosive has been said.
     if charge.expands() && charge.gamma.is_none() && charge.explosive.is_none() {
         faults.add_help(
+            ErrorCode::MissingKey,
             format!("{at}.history"),
             "\"gas\" needs `gamma`, or an explosive that has it",
             "p = p0 (V0/V)^gamma",
@@ -148,9 +166,10 @@ fn late(deck: &Deck, at: &str, charge: &Charge, delay: f64, faults: &mut Faults)
     let time: f64 = dynamic.filter_map(|stage| stage.duration).sum();
     if !stages.is_empty() && delay > 0.0 && delay >= time {
         faults.add_help(
+            ErrorCode::NeverInForce,
             format!("{at}.delay"),
             format!(
-                "it never goes off: the stages in which the charge is in force last {} s in all",
+                "it never detonates: the stages in which the charge is in force last {} s in all",
                 shown(time)
             ),
             "`delay` counts from the start of the stage named in `from`, otherwise of the run",

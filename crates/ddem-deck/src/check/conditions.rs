@@ -1,7 +1,7 @@
 //! Supports, loads, boundaries and the state at the start.
 
 use super::region::{RegionKind, region};
-use super::{Faults, NameFaults, Rule, history, shown};
+use super::{ErrorCode, Faults, NameFaults, Rule, history, shown};
 use crate::schema::{Boundary, BoundaryKind, Deck, Fix, Gradient, Initial, Load, StageKind};
 use ddem_core::problem::no_velocity;
 
@@ -56,11 +56,13 @@ pub(super) fn force_time(
     let help = "`until` names the stage at whose start it ends";
     match from {
         None if until.1 == 0 => faults.add_help(
+            ErrorCode::NeverInForce,
             format!("{at}.until"),
             format!("never in force: `{}` is the first stage", until.0),
             help,
         ),
         Some(from) if index(from).is_some_and(|start| start >= until.1) => faults.add_help(
+            ErrorCode::NeverInForce,
             format!("{at}.until"),
             format!("never in force: stage `{}` does not come after stage `{from}`", until.0),
             help,
@@ -74,14 +76,14 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
     let help = "`axes` names directions, as in \"x\" or \"xyz\"";
     let letters: Vec<char> = fix.axes.chars().collect();
     if letters.is_empty() {
-        faults.add_help(place, "`axes` names no direction", help);
+        faults.add_help(ErrorCode::WrongType, place, "`axes` names no direction", help);
     } else if let Some(&wrong) = letters.iter().find(|letter| !"xyz".contains(**letter)) {
         let message = format!("`axes` has the letter {wrong:?}; only x, y and z are directions");
-        faults.add_help(place, message, help);
+        faults.add_help(ErrorCode::WrongType, place, message, help);
     } else if let Some((_, twice)) =
         letters.iter().enumerate().find(|(i, letter)| letters[..*i].contains(letter))
     {
-        faults.add_help(place, format!("`axes` names {twice} twice"), help);
+        faults.add_help(ErrorCode::WrongType, place, format!("`axes` names {twice} twice"), help);
     }
     for (key, ways) in [("velocity", fix.velocity), ("displacement", fix.displacement)] {
         let Some(ways) = ways else { continue };
@@ -89,6 +91,7 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
         for (k, axis) in ['x', 'y', 'z'].into_iter().enumerate() {
             if ways[k] != 0.0 && ways[k].is_finite() && !letters.contains(&axis) {
                 faults.add_help(
+                    ErrorCode::IneffectiveKey,
                     format!("{at}.{key}[{k}]"),
                     format!("a {key} of {} along {axis}, which is free", shown(ways[k])),
                     format!("only directions named in `axes` are driven: give 0, or name {axis}"),
@@ -111,7 +114,12 @@ fn driven(deck: &Deck, at: &str, fix: &Fix, faults: &mut Faults) {
     if fix.velocity.is_some() {
         let help = "supports go to a `displacement` in relax stages and with a `velocity` in dynamic ones: \
                     two entries with `from` and `until`";
-        faults.add_help(place, "`displacement` does not go with `velocity`", help);
+        faults.add_help(
+            ErrorCode::ConflictingKeys,
+            place,
+            "`displacement` cannot be combined with `velocity`",
+            help,
+        );
         return;
     }
     let stage = match &fix.from {
@@ -123,7 +131,7 @@ fn driven(deck: &Deck, at: &str, fix: &Fix, faults: &mut Faults) {
             format!("stage `{}`, in which the support comes into force, is dynamic", stage.name);
         let help = "a support goes to its `displacement` by the `increments` of a relax stage: name one in \
                     `from`, or give a `velocity`";
-        faults.add_help(place, message, help);
+        faults.add_help(ErrorCode::IneffectiveKey, place, message, help);
     }
 }
 
@@ -145,16 +153,17 @@ fn load(at: &str, load: &Load, faults: &mut Faults) {
         kinds.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect();
     let help = "a load has exactly one of `traction`, `pressure`, `line` and `force`";
     match given[..] {
-        [] => faults.add_help(at, "the load has no value", help),
+        [] => faults.add_help(ErrorCode::MissingKey, at, "the load has no value", help),
         [_] => {}
         [first, second, ..] => {
-            let message = format!("`{second}` does not go with `{first}`");
-            faults.add_help(format!("{at}.{second}"), message, help);
+            let message = format!("`{second}` cannot be combined with `{first}`");
+            faults.add_help(ErrorCode::ConflictingKeys, format!("{at}.{second}"), message, help);
         }
     }
     let planes = load.region.n_planes();
     if load.line.is_some() && planes != 2 {
         faults.add_help(
+            ErrorCode::WrongType,
             format!("{at}.where"),
             format!("`line` needs two planes in `where`, found {planes}"),
             "they meet in the line, as in `where = { x = 6.0, z = 3.0 }`",
@@ -168,14 +177,16 @@ fn boundary(at: &str, boundary: &Boundary, faults: &mut Faults) {
         faults.finite(format!("{at}.velocity"), &velocity);
         if boundary.kind == BoundaryKind::FreeField {
             faults.add_help(
+                ErrorCode::ConflictingKeys,
                 format!("{at}.velocity"),
-                "`velocity` does not go with `kind = \"free-field\"`",
+                "`velocity` cannot be combined with `kind = \"free-field\"`",
                 "the wave comes in through the base, a boundary of kind \"viscous\" or a driven \
                  [[fix]]; the sides follow",
             );
         }
     } else if boundary.history.is_some() {
         faults.add_help(
+            ErrorCode::MissingKey,
             format!("{at}.history"),
             "`history` needs `velocity`",
             "it is the factor in time on the velocity of a wave that comes in",
@@ -201,15 +212,24 @@ fn initial(at: &str, initial: &Initial, faults: &mut Faults) {
             }
         }
         if initial.stress.is_none() {
-            let message = "`gradient` needs `stress`: it is what the stress changes by for a metre";
-            faults.add_help(format!("{at}.gradient"), message, "`stress` is the one at the origin");
+            let message = "`gradient` needs `stress`: it is the change of stress per metre";
+            faults.add_help(
+                ErrorCode::MissingKey,
+                format!("{at}.gradient"),
+                message,
+                "`stress` is the one at the origin",
+            );
         }
     }
     if initial.velocity.is_none() && initial.spin.is_none() && initial.stress.is_none() {
-        faults.add(at, "the entry sets nothing: it needs `velocity`, `spin` or `stress`");
+        faults.add(
+            ErrorCode::MissingKey,
+            at,
+            "the entry sets nothing: it needs `velocity`, `spin` or `stress`",
+        );
     }
     if initial.centre.is_some() && initial.spin.is_none() {
         let message = "`centre` needs `spin`: it is the point about which the nodes turn";
-        faults.add(format!("{at}.centre"), message);
+        faults.add(ErrorCode::MissingKey, format!("{at}.centre"), message);
     }
 }

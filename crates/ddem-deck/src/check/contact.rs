@@ -1,8 +1,7 @@
 //! Contacts.
 
-use super::{Faults, Rule};
+use super::{ErrorCode, Faults, Rule};
 use crate::schema::ContactTable;
-
 pub(super) fn check(contact: &ContactTable, faults: &mut Faults) {
     let fraction = Rule::Within(0.0, 1.0);
     for (key, value, rule) in [
@@ -16,9 +15,10 @@ pub(super) fn check(contact: &ContactTable, faults: &mut Faults) {
     }
     if contact.damping.is_some() && contact.restitution.is_some() {
         faults.add_help(
+            ErrorCode::ConflictingKeys,
             "contact.restitution",
-            "`restitution` does not go with `damping`",
-            "both say how much of the speed is lost in a collision: give one of them",
+            "`restitution` cannot be combined with `damping`",
+            "both set the speed lost in a collision: give one of them",
         );
     }
 }

@@ -1,8 +1,7 @@
 //! Histories.
 
-use super::{Faults, Rule, shown};
+use super::{ErrorCode, Faults, Rule, shown};
 use crate::schema::{Duvall, History, Triangle};
-
 /// A factor in time.
 pub(super) fn check(at: &str, history: Option<&History>, faults: &mut Faults) {
     match history {
@@ -17,7 +16,11 @@ pub(super) fn check(at: &str, history: Option<&History>, faults: &mut Faults) {
         Some(History::Table(rows)) => {
             let place = format!("{at}.history.table");
             if rows.is_empty() {
-                faults.add(place.as_str(), "`table` has no rows but needs 1 or more");
+                faults.add(
+                    ErrorCode::InvalidHistory,
+                    place.as_str(),
+                    "`table` has no rows but needs 1 or more",
+                );
             }
             let mut finite = true;
             for (i, row) in rows.iter().enumerate() {
@@ -28,6 +31,7 @@ pub(super) fn check(at: &str, history: Option<&History>, faults: &mut Faults) {
             {
                 let (before, after) = (rows[i][0], rows[i + 1][0]);
                 faults.add(
+                    ErrorCode::InvalidHistory,
                     format!("{place}[{}][0]", i + 1),
                     format!(
                         "the times of a `table` must increase: {} comes after {}",
@@ -46,6 +50,7 @@ fn duvall(at: &str, Duvall { alpha, beta }: Duvall, faults: &mut Faults) {
     // Rates that are equal to rounding have no peak that can be computed.
     if held && beta < alpha * (1.0 + 1e-6) {
         faults.add_help(
+            ErrorCode::OutOfRange,
             format!("{at}.beta"),
             format!("`beta` is {} but must be above `alpha`, {}", shown(beta), shown(alpha)),
             "it rises with `beta` and fades with `alpha`, in 1/s",
@@ -58,9 +63,19 @@ fn triangle(at: &str, triangle: Triangle, faults: &mut Faults) {
     let held = faults.number(format!("{at}.rise"), rise, Rule::ZeroOrMore);
     let help = "a triangle has `rise`, and exactly one of `fall` and `duration`";
     match (fall, duration) {
-        (None, None) => faults.add_help(at, "the triangle does not say how it falls", help),
+        (None, None) => faults.add_help(
+            ErrorCode::MissingKey,
+            at,
+            "the triangle has neither `fall` nor `duration`",
+            help,
+        ),
         (Some(_), Some(_)) => {
-            faults.add_help(format!("{at}.duration"), "`duration` does not go with `fall`", help);
+            faults.add_help(
+                ErrorCode::ConflictingKeys,
+                format!("{at}.duration"),
+                "`duration` cannot be combined with `fall`",
+                help,
+            );
         }
         _ => {}
     }
@@ -70,6 +85,7 @@ fn triangle(at: &str, triangle: Triangle, faults: &mut Faults) {
         && duration.is_some_and(|duration| duration <= rise)
     {
         faults.add_help(
+            ErrorCode::OutOfRange,
             format!("{at}.duration"),
             format!("`duration` is {} but must be above `rise`", shown(duration.unwrap_or(0.0))),
             "it is that of rise and fall together",

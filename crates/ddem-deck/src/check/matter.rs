@@ -1,15 +1,15 @@
 //! Materials and joints.
 
-use super::{Faults, NameFaults, Rule, strength};
+use super::{ErrorCode, Faults, NameFaults, Rule, strength};
 use crate::schema::names::segment;
 use crate::schema::{Deck, Joint};
-
 /// Most materials, and most joints: they have numbers of 16 bits, and one of them means none.
 const MOST: usize = u16::MAX as usize;
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     if deck.materials.is_empty() {
         faults.add_help(
+            ErrorCode::EmptyModel,
             "materials",
             "the deck has no materials",
             "`[materials.rock]` with `density`, `young` and `poisson` makes one",
@@ -17,13 +17,17 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     }
     for (section, number) in [("materials", deck.materials.len()), ("joints", deck.joints.len())] {
         if number > MOST {
-            faults.add(section, format!("the deck has {number} {section}: {MOST} are the most"));
+            faults.add(
+                ErrorCode::TooLarge,
+                section,
+                format!("the deck has {number} {section}: {MOST} are the most"),
+            );
         }
     }
     for (name, material) in &deck.materials {
         let at = format!("materials.{}", segment(name));
         if name.is_empty() {
-            faults.add(at.as_str(), "the name of a material is empty");
+            faults.add(ErrorCode::InvalidName, at.as_str(), "the name of a material is empty");
         }
         constants(
             &at,
@@ -34,7 +38,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (name, joint) in &deck.joints {
         let at = format!("joints.{}", segment(name));
         if name.is_empty() {
-            faults.add(at.as_str(), "the name of a joint is empty");
+            faults.add(ErrorCode::InvalidName, at.as_str(), "the name of a joint is empty");
         }
         stiffness(deck, &at, joint, faults);
         strength::check(deck, &at, joint, faults);
@@ -71,11 +75,11 @@ fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
         .flatten()
         .collect();
     match given[..] {
-        [] => faults.add_help(at, "the joint has no stiffness", ways),
+        [] => faults.add_help(ErrorCode::MissingKey, at, "the joint has no stiffness", ways),
         [_] => {}
         [first, second, ..] => {
-            let message = format!("`{second}` does not go with `{first}`");
-            faults.add_help(format!("{at}.{second}"), message, ways);
+            let message = format!("`{second}` cannot be combined with `{first}`");
+            faults.add_help(ErrorCode::ConflictingKeys, format!("{at}.{second}"), message, ways);
         }
     }
     // With two ways at once it is not said which one to complete.
@@ -84,7 +88,7 @@ fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
             let Some((first, _)) = group.iter().find(|(_, given)| *given) else { continue };
             for (missing, _) in group.iter().filter(|(_, given)| !*given) {
                 let message = format!("key `{missing}` is missing: it is needed with `{first}`");
-                faults.add_help(format!("{at}.{missing}"), message, ways);
+                faults.add_help(ErrorCode::MissingKey, format!("{at}.{missing}"), message, ways);
             }
         }
     }
@@ -95,6 +99,7 @@ fn thickness(at: &str, thickness: f64, is_spring: bool, faults: &mut Faults) {
     let place = format!("{at}.thickness");
     if thickness == 0.0 && !is_spring {
         faults.add_help(
+            ErrorCode::MissingKey,
             place,
             "key `thickness` is missing or 0",
             "the thickness of the layer, in metres; only a spring joint may have none",

@@ -1,6 +1,6 @@
 //! Parts of space.
 
-use super::{Faults, NameFaults, Rule, shown};
+use super::{ErrorCode, Faults, NameFaults, Rule, shown};
 use crate::schema::{Deck, Extent, Heights, Plane, Sheet, Triangles, Where};
 use ddem_core::problem::Set;
 
@@ -74,7 +74,12 @@ fn in_sets<'a>(
     } else if region.side.is_some() && sets.len() > 1 {
         let sets = sets.len();
         let message = format!("`side` is that of one set, and the deck has {sets}");
-        faults.add_help(format!("{at}.side"), message, "name the set with `set = …` beside it");
+        faults.add_help(
+            ErrorCode::MissingKey,
+            format!("{at}.side"),
+            message,
+            "name the set with `set = …` beside it",
+        );
     }
 }
 
@@ -88,7 +93,12 @@ fn along(place: &str, axis: &str, extent: Option<Extent>, faults: &mut Faults) {
             if finite && from > to {
                 let message =
                     format!("the range along {axis} goes from {} to {}", shown(from), shown(to));
-                faults.add_help(place, message, "the smaller number comes first");
+                faults.add_help(
+                    ErrorCode::InvalidGeometry,
+                    place,
+                    message,
+                    "the smaller number comes first",
+                );
             }
         }
         None => {}
@@ -108,6 +118,7 @@ fn round(at: &str, region: &Where, faults: &mut Faults) {
         if from.is_some() && from == to {
             let message = "the cylinder has no length: `to` is `from`";
             faults.add_help(
+                ErrorCode::InvalidGeometry,
                 format!("{at}.cylinder.to"),
                 message,
                 "they are the centres of its two ends",
@@ -126,13 +137,18 @@ fn plane(at: &str, plane: &Plane, faults: &mut Faults) {
             let length = normal.iter().fold(0.0_f64, |length, part| libm::hypot(length, *part));
             if !(length > 0.0 && length.is_finite()) {
                 let message = format!("`normal` has length {}", shown(length));
-                faults.add_help(place, message, "any other length will do: it gives a direction");
+                faults.add_help(
+                    ErrorCode::InvalidGeometry,
+                    place,
+                    message,
+                    "it gives a direction: any length but 0",
+                );
             }
         }
         for (key, angle) in [("dip", plane.dip), ("dip_direction", plane.dip_direction)] {
             if angle.is_some() {
-                let message = format!("`{key}` does not go with `normal`");
-                faults.add_help(format!("{at}.{key}"), message, help);
+                let message = format!("`{key}` cannot be combined with `normal`");
+                faults.add_help(ErrorCode::ConflictingKeys, format!("{at}.{key}"), message, help);
                 break;
             }
         }
@@ -140,12 +156,24 @@ fn plane(at: &str, plane: &Plane, faults: &mut Faults) {
     }
     dips(at, (plane.dip, plane.dip_direction), faults);
     match (plane.dip, plane.dip_direction) {
-        (None, None) => faults.add_help(at, "the plane has no orientation", help),
+        (None, None) => {
+            faults.add_help(ErrorCode::MissingKey, at, "the plane has no orientation", help)
+        }
         (None, Some(_)) => {
-            faults.add_help(format!("{at}.dip_direction"), "`dip_direction` needs `dip`", help);
+            faults.add_help(
+                ErrorCode::MissingKey,
+                format!("{at}.dip_direction"),
+                "`dip_direction` needs `dip`",
+                help,
+            );
         }
         (Some(dip), None) if dip != 0.0 => {
-            faults.add_help(format!("{at}.dip"), "`dip` needs `dip_direction`", help);
+            faults.add_help(
+                ErrorCode::MissingKey,
+                format!("{at}.dip"),
+                "`dip` needs `dip_direction`",
+                help,
+            );
         }
         _ => {}
     }
@@ -175,7 +203,7 @@ fn orientation(at: &str, region: &Where, of: RegionKind, faults: &mut Faults) {
         RegionKind::Faces if region.dip.is_none() => {
             let message = format!("`{first}` needs `dip`");
             let help = "a set of joints has `dip`, and `dip_direction` where it is not level";
-            faults.add_help(format!("{at}.{first}"), message, help);
+            faults.add_help(ErrorCode::MissingKey, format!("{at}.{first}"), message, help);
             return;
         }
         RegionKind::Faces => return,
@@ -183,6 +211,7 @@ fn orientation(at: &str, region: &Where, of: RegionKind, faults: &mut Faults) {
         RegionKind::Blocks => "blocks",
     };
     faults.add_help(
+        ErrorCode::IneffectiveKey,
         format!("{at}.{first}"),
         format!(
             "`{first}` selects joints and outer faces; here {what} are selected, which have none"
@@ -202,7 +231,7 @@ fn heights(place: &str, (path, heights): (&str, Option<&Heights>), faults: &mut 
     if !(rises(x) && rises(y)) || z.len() != x.len() * y.len() || !rim.is_finite() || *rim < 0.0 {
         let message = format!("`{path}` is no grid of heights");
         let help = "two or more columns and rows, at increasing x and y, with a height at each";
-        faults.add_help(place, message, help);
+        faults.add_help(ErrorCode::InvalidFile, place, message, help);
     }
 }
 
@@ -210,12 +239,17 @@ fn heights(place: &str, (path, heights): (&str, Option<&Heights>), faults: &mut 
 fn surface(place: &str, (path, triangles): (&str, Option<&Triangles>), faults: &mut Faults) {
     let Some(triangles) = triangles else { return unread(place, path, faults) };
     if triangles.0.iter().flatten().flatten().any(|number| !number.is_finite()) {
-        faults.add(place, format!("`{path}` has a corner that is not a finite number"));
+        faults.add(
+            ErrorCode::InvalidFile,
+            place,
+            format!("`{path}` has a corner that is not a finite number"),
+        );
         return;
     }
     let mesh = triangles.mesh();
     if mesh.triangles.is_empty() {
         faults.add_help(
+            ErrorCode::InvalidFile,
             place,
             format!("`{path}` has no triangle"),
             "an STL file of a closed surface has four triangles or more",
@@ -233,6 +267,7 @@ fn surface(place: &str, (path, triangles): (&str, Option<&Triangles>), faults: &
             point(mesh.points[*to as usize]),
         );
         faults.add_help(
+            ErrorCode::InvalidFile,
             place,
             message,
             "close it in the program that wrote it: what is inside has to be known",
@@ -246,5 +281,10 @@ fn point([x, y, z]: [f64; 3]) -> String {
 
 fn unread(place: &str, path: &str, faults: &mut Faults) {
     let message = format!("the file `{path}` has not been read");
-    faults.add_help(place, message, "a program that makes a deck itself puts the content in");
+    faults.add_help(
+        ErrorCode::InvalidFile,
+        place,
+        message,
+        "a program that makes a deck itself puts the content in",
+    );
 }

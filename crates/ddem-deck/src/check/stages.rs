@@ -5,7 +5,7 @@ use super::{Faults, NameFaults, Rule};
 use crate::schema::{
     BlockSet, Body, Deck, Joint, Probe, Quantity, SafetySearch, Stage, StageKind, TimeStep, Where,
 };
-use ddem_core::Fault;
+use ddem_core::{ErrorCode, Fault};
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let named = deck.stage.iter().enumerate();
@@ -46,14 +46,20 @@ fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
     numbers(at, stage, faults);
     if stage.fields_every.is_some() && stage.frames.is_some() {
         faults.add_help(
+            ErrorCode::ConflictingKeys,
             format!("{at}.frames"),
-            "`frames` does not go with `fields_every`",
+            "`frames` cannot be combined with `fields_every`",
             "give the time between frames or their number",
         );
     }
     if stage.kind == StageKind::Dynamic && stage.duration.is_none() {
         let message = "key `duration` is missing: a dynamic stage needs it";
-        faults.add_help(format!("{at}.duration"), message, "the simulated time, in seconds");
+        faults.add_help(
+            ErrorCode::MissingKey,
+            format!("{at}.duration"),
+            message,
+            "the simulated time, in seconds",
+        );
     }
 }
 
@@ -113,7 +119,12 @@ fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
         if given && !kinds.contains(&stage.kind) {
             let kinds: Vec<&str> = kinds.iter().map(|&kind| word(kind)).collect();
             let message = format!("`{key}` is a key of {} stages", kinds.join(" and "));
-            faults.add_help(format!("{at}.{key}"), message, help.clone());
+            faults.add_help(
+                ErrorCode::IneffectiveKey,
+                format!("{at}.{key}"),
+                message,
+                help.clone(),
+            );
         }
     }
 }
@@ -137,9 +148,16 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
     let help = "a probe has exactly one of `at` (a point) and `where` (a part of the model)";
     match (probe.at, &probe.region) {
         (Some(_), Some(_)) => {
-            faults.add_help(format!("{at}.where"), "`where` does not go with `at`", help);
+            faults.add_help(
+                ErrorCode::ConflictingKeys,
+                format!("{at}.where"),
+                "`where` cannot be combined with `at`",
+                help,
+            );
         }
-        (None, None) => faults.add_help(at, "the probe has no place", help),
+        (None, None) => {
+            faults.add_help(ErrorCode::MissingKey, at, "the probe has no location", help)
+        }
         _ => {}
     }
     if let Some(point) = probe.at {
@@ -154,6 +172,7 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
     }
     if probe.quantity == Quantity::Reaction && deck.fix.is_empty() {
         faults.add_help(
+            ErrorCode::NotSupported,
             format!("{at}.quantity"),
             "there is no reaction to record: the deck has no `[[fix]]`",
             "a reaction is the sum of the forces of supports",
@@ -177,9 +196,10 @@ fn stress(deck: &Deck, at: &str, region: Option<&Where>, faults: &mut Faults) {
         _ => return,
     };
     faults.add_help(
+        ErrorCode::NotSupported,
         format!("{at}.quantity"),
         format!("there is no stress to record: {whose}"),
-        "only blocks with `body = \"deformable\"` have stresses; what rigid ones bear is in the \
+        "only blocks with `body = \"deformable\"` have stresses; the loads of rigid ones are in the \
          tractions of their joints",
     );
 }

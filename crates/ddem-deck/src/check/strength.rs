@@ -1,8 +1,7 @@
 //! Strength of joints: what each number must be, what goes together, and what is above what.
 
-use super::{Faults, Rule, shown};
+use super::{ErrorCode, Faults, Rule, shown};
 use crate::schema::{Deck, Joint};
-
 /// Largest angle of friction that roughness gives `[degrees]`: Barton's own limit.
 const STEEPEST: f64 = 70.0;
 
@@ -58,6 +57,7 @@ fn keys_of_failure(joint: &Joint) -> [(&'static str, bool); 4] {
 fn without_strength(at: &str, joint: &Joint, faults: &mut Faults) {
     for (key, _) in keys_of_failure(joint).iter().filter(|(_, given)| *given) {
         faults.add_help(
+            ErrorCode::IneffectiveKey,
             format!("{at}.{key}"),
             format!("`{key}` has no effect: the joint never fails"),
             "a joint with none of `cohesion`, `friction`, `tension` and `jrc` never fails",
@@ -75,10 +75,10 @@ fn peaks(at: &str, joint: &Joint, faults: &mut Faults) {
         let Some(value) = value.filter(|value| *value > peak.unwrap_or(0.0)) else { continue };
         let peak = match peak {
             Some(peak) => format!("which is {}", shown(peak)),
-            None => "which is 0 where it is not given".to_owned(),
+            None => "which is 0 if not given".to_owned(),
         };
         let message = format!("`{key}` is {}, above `{peak_key}`, {peak}", shown(value));
-        faults.add(format!("{at}.{key}"), message);
+        faults.add(ErrorCode::OutOfRange, format!("{at}.{key}"), message);
     }
 }
 
@@ -95,8 +95,8 @@ fn roughness(at: &str, joint: &Joint, faults: &mut Faults) {
         ("fracture_energy", joint.fracture_energy.is_some()),
     ] {
         if given {
-            let message = format!("`{key}` does not go with `{first}`");
-            faults.add_help(format!("{at}.{key}"), message, law);
+            let message = format!("`{key}` cannot be combined with `{first}`");
+            faults.add_help(ErrorCode::ConflictingKeys, format!("{at}.{key}"), message, law);
         }
     }
     for (key, value) in
@@ -104,7 +104,7 @@ fn roughness(at: &str, joint: &Joint, faults: &mut Faults) {
     {
         if value.is_none() {
             let message = format!("key `{key}` is missing: it is needed with `{first}`");
-            faults.add_help(format!("{at}.{key}"), message, law);
+            faults.add_help(ErrorCode::MissingKey, format!("{at}.{key}"), message, law);
         }
     }
     for (key, value) in
@@ -115,7 +115,7 @@ fn roughness(at: &str, joint: &Joint, faults: &mut Faults) {
                 "`{key}` is {}, above the largest angle of friction that `jrc` gives, {STEEPEST}",
                 shown(value)
             );
-            faults.add(format!("{at}.{key}"), message);
+            faults.add(ErrorCode::OutOfRange, format!("{at}.{key}"), message);
         }
     }
 }
@@ -139,6 +139,7 @@ fn softening(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
         if strength > 0.0 && energies[i] <= least {
             let (least, stiffness) = (shown(rounded_up(least)), shown(four_digits(stiffness)));
             faults.add_help(
+                ErrorCode::OutOfRange,
                 format!("{at}.fracture_energy[{i}]"),
                 format!(
                     "`fracture_energy` in {mode} is {} J/m² but must be above {least} J/m²",

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::schema::{Deck, FileIn, FileOf, Heights, Triangles};
-use ddem_core::{Fault, ModelError};
+use ddem_core::{ErrorCode, Fault, ModelError};
 
 use crate::near::near;
 
@@ -77,7 +77,7 @@ fn fill<T>(
     };
     let opened = open().map_err(|error: std::io::Error| {
         let message = format!("cannot read `{}`: {error}", path.display());
-        let fault = Fault::new("", message);
+        let fault = Fault::new(ErrorCode::InvalidFile, "", message);
         match near(&path, |_| true) {
             Some(near) => {
                 let near = near.strip_prefix(folder).unwrap_or(&near);
@@ -99,8 +99,9 @@ const STL: &str = "a closed surface is an STL file, in text or in binary";
 
 /// The triangles of an STL file, in text or in binary.
 fn triangles(mut file: File) -> Result<Triangles, Fault> {
-    let wrong =
-        |error: std::io::Error| Fault::new("", format!("this is no STL file: {error}")).help(STL);
+    let wrong = |error: std::io::Error| {
+        Fault::new(ErrorCode::InvalidFile, "", format!("this is no STL file: {error}")).help(STL)
+    };
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(wrong)?;
     let mut file = Cursor::new(plain(bytes)?);
@@ -135,14 +136,15 @@ fn plain(mut bytes: Vec<u8>) -> Result<Vec<u8>, Fault> {
         }
         None => "this is no STL file: it is too short".to_owned(),
     };
-    Err(Fault::new("", message).help(STL))
+    Err(Fault::new(ErrorCode::InvalidFile, "", message).help(STL))
 }
 
 /// Heights as an ESRI ASCII grid, which begins with `ncols`, or else as CSV.
 fn heights(mut file: File) -> Result<Heights, Fault> {
     let mut text = String::new();
-    file.read_to_string(&mut text)
-        .map_err(|error| Fault::new("", format!("this is no text: {error}")).help(FORMATS))?;
+    file.read_to_string(&mut text).map_err(|error| {
+        Fault::new(ErrorCode::InvalidFile, "", format!("this is no text: {error}")).help(FORMATS)
+    })?;
     let first = text.split_whitespace().next().unwrap_or_default();
     if first.eq_ignore_ascii_case("ncols") || first.eq_ignore_ascii_case("nrows") {
         raster(&text)
@@ -154,7 +156,7 @@ fn heights(mut file: File) -> Result<Heights, Fault> {
 const FORMATS: &str = "heights are CSV with the columns x, y, z, a row for each point of a grid, or an ESRI ASCII grid";
 
 fn no_grid(message: impl Into<String>) -> Fault {
-    Fault::new("", message).help(FORMATS)
+    Fault::new(ErrorCode::InvalidFile, "", message).help(FORMATS)
 }
 
 /// A number of a file; none where no number is.

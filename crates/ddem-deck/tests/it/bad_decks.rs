@@ -267,7 +267,7 @@ fn a_file_that_is_not_there() {
     let error = ddem_deck::read("no such deck.toml".as_ref()).expect_err("no file");
     let said = error.to_string();
     assert!(said.starts_with("cannot read the deck `no such deck.toml`: "), "{said}");
-    assert!(said.ends_with("(a deck is a TOML file)"), "{said}");
+    assert!(said.ends_with("(a deck is a TOML file) [invalid-file]"), "{said}");
     assert!(error.findings().is_empty());
 }
 

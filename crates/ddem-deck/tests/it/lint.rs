@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use ddem_core::ErrorCode;
 use ddem_deck::lint::Code;
 use ddem_deck::*;
 
@@ -15,21 +16,36 @@ fn root() -> PathBuf {
 /// The page `docs/diagnostics.md`.
 fn page() -> String {
     let mut page = "# Diagnostics\n\n\
-        A diagnostic warns about a setting or a result that is allowed but perhaps not meant. The command line, Python and\n\
+        Every error and every warning has a stable code: new versions may add codes, but rename none.\n\n\
+        ## Warnings\n\n\
+        A warning is about a setting or a result that is allowed but perhaps not meant. The command line, Python and\n\
         `summary.json` show it alike: the key of the deck, the finding, advice and the code of the rule.\n\n\
         ```\n\
         warning: joints.seam.friction: `friction` is an angle of only 0.6 degrees; a coefficient of 0.6 is 31.0 degrees, 0.6 rad are 34.4 [suspicious-unit]\n\
         ```\n\n\
         A deck silences a rule by its code:\n\n\
         ```toml\n[lint]\nallow = [\"suspicious-unit\"]\n```\n\n\
-        Python issues each diagnostic as a `UserWarning`; `summary.json` has `code`, `severity`, `place`, `message` and `help`\n\
-        in its list `warnings`. Codes are stable: new versions may add rules, but rename none.\n\n\
-        | Code | Issued when |\n|---|---|\n"
+        Python issues each warning as a `UserWarning`; `summary.json` has `code`, `severity`, `place`, `message` and `help`\n\
+        in its list `warnings`.\n\n"
         .to_owned();
-    for code in Code::ALL {
-        writeln!(page, "| `{}` | {} |", code.name(), code.meaning().trim_end_matches('.')).unwrap();
-    }
+    let warnings = Code::ALL.iter().map(|code| (code.name(), code.meaning()));
+    table(&mut page, warnings);
+    page += "\n## Errors\n\n\
+        An error ends the run. The command line shows the line of the deck and underlines what is wrong; exit status 2 means\n\
+        that nothing has run, 1 that the run failed. In Python the exceptions under `ddem.Error` have the attribute `code`, and\n\
+        each of `ddem.ModelError.faults` has its own. In Rust `Fault`, `RunError`, `DeckError` and `RunFailure` have it.\n\n\
+        ```\n\
+        deck.toml:10:1: materials.rock.denisty: unknown key `denisty` (did you mean `density`? keys here: `density`, `young`, `poisson`) [unknown-key]\n\
+        ```\n\n";
+    table(&mut page, ErrorCode::ALL.iter().map(|code| (code.name(), code.meaning())));
     page
+}
+
+fn table(page: &mut String, codes: impl Iterator<Item = (&'static str, &'static str)>) {
+    *page += "| Code | Issued when |\n|---|---|\n";
+    for (name, meaning) in codes {
+        writeln!(page, "| `{name}` | {} |", meaning.trim_end_matches('.')).unwrap();
+    }
 }
 
 /// `DDEM_DOCS=1 cargo test -p ddem-deck --test it lint` writes the page.
@@ -49,6 +65,9 @@ fn codes_are_sorted_words() {
     for code in Code::ALL {
         assert_eq!(toml::Value::try_from(code).unwrap().as_str(), Some(code.name()));
     }
+    let errors: Vec<&str> = ErrorCode::ALL.iter().map(|code| code.name()).collect();
+    assert!(errors.is_sorted(), "{errors:?}");
+    assert!(!errors.iter().any(|name| names.contains(name)));
 }
 
 /// Text of all files of tests below a folder.
@@ -66,12 +85,13 @@ fn texts(folder: &Path, all: &mut String) {
 }
 
 #[test]
-fn every_rule_has_a_test_of_its_message() {
+fn every_code_has_a_test_of_its_message() {
     let mut tests = String::new();
     texts(&root().join("crates"), &mut tests);
-    let missing: Vec<&str> = Code::ALL
-        .iter()
-        .map(|code| code.name())
+    let errors = ErrorCode::ALL.iter().map(|code| code.name());
+    let warnings = Code::ALL.iter().map(|code| code.name());
+    let missing: Vec<&str> = errors
+        .chain(warnings)
         // Regular expressions of Python have a backslash there.
         .filter(|name| !["]", r"\]"].iter().any(|end| tests.contains(&format!("[{name}{end}"))))
         .collect();
@@ -101,7 +121,7 @@ fn a_deck_silences_a_rule() {
 }
 
 /// A block of 3 x 3 x 3 cells on a base, with a hole where `hole` says so.
-fn text(changes: &[(&str, &str)], more: &str) -> String {
+pub(crate) fn text(changes: &[(&str, &str)], more: &str) -> String {
     let mut text = "
         [model]
         gravity = [0, 0, -10]

@@ -383,7 +383,7 @@ fn bad_orientations_are_refused() {
     let half = Plane { dip: Some(45.0), ..Plane::default() };
     fixed(half, &["fix[0].where.plane.dip", "`dip` needs `dip_direction`"]);
     let twice = Plane { normal: Some([0.0, 0.0, 1.0]), ..dipping([0.0; 3], 45.0, 0.0) };
-    fixed(twice, &["`dip` does not go with `normal`"]);
+    fixed(twice, &["`dip` cannot be combined with `normal`"]);
 
     let steep = Where { dip: Some(60.0), ..Where::default() };
     refused(&remove(cube(), steep), &["remove[0].where.dip", "here blocks are selected"]);
@@ -394,7 +394,10 @@ fn bad_orientations_are_refused() {
 
     let mut deck = cube();
     (deck.blocks[0].dip, deck.blocks[0].axes) = (Some(30.0), LEANING);
-    refused(&deck, &["blocks[0].dip", "`dip` does not go with `axes`", "needs `dip_direction`"]);
+    refused(
+        &deck,
+        &["blocks[0].dip", "`dip` cannot be combined with `axes`", "needs `dip_direction`"],
+    );
     let mut deck = cube();
     let upright = |dip_direction| Orientation { dip: 90.0, dip_direction };
     let [x, y, z] = [0.0, 50.0, 100.0].map(upright);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use ddem_core::{Fault, ModelError, RunError, Simulation};
+use ddem_core::{ErrorCode, Fault, ModelError, RunError, Simulation};
 use ddem_deck::lint::{Code, Diagnostic, load_at_rest};
 use ddem_deck::{BuiltDeck, Stage, StageKind};
 
@@ -178,8 +178,11 @@ impl Session {
     ) -> Result<Option<Option<Folder>>, RunFailure> {
         let mut faults = stage.check();
         if stage.kind == StageKind::Safety {
-            let fault =
-                Fault::new("kind", "a session has no stage that looks for a factor of safety");
+            let fault = Fault::new(
+                ErrorCode::NotSupported,
+                "kind",
+                "a session has no stage that looks for a factor of safety",
+            );
             faults
                 .push(fault.help("`Simulation::factor_of_safety` finds that of the present state"));
         }
@@ -233,9 +236,10 @@ pub(super) fn enter(
                 name(stage),
                 name(present)
             );
-            Fault::new(place, message).help("load a state that was saved before to go back")
+            Fault::new(ErrorCode::EarlierStage, place, message)
+                .help("load a state that was saved before to go back")
         }
-        error => Fault::new(place, error.to_string()),
+        error => Fault::new(error.code(), place, error.to_string()),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ddem_core::{ModelError, RunError};
+use ddem_core::{ErrorCode, ModelError, RunError};
 
 use crate::folder::FolderError;
 use ddem_deck::DeckError;
@@ -87,6 +87,22 @@ impl RunFailure {
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         matches!(self, Self::Stopped | Self::Stage { error: RunError::Stopped, .. })
+    }
+
+    /// Code of the error.
+    #[must_use]
+    pub fn code(&self) -> ErrorCode {
+        match self {
+            Self::Deck(error) => error.code(),
+            Self::Model(error) => error.code(),
+            Self::Stage { error, .. } => error.code(),
+            Self::Folder(_) | Self::Recorded { .. } => ErrorCode::ResultsFolder,
+            Self::Memory { .. } => ErrorCode::OutOfMemory,
+            Self::Threads { .. } => ErrorCode::Threads,
+            Self::Stopped => ErrorCode::Stopped,
+            Self::Output(_) => ErrorCode::UnwritableFile,
+            Self::Checkpoint { .. } => ErrorCode::CheckpointMismatch,
+        }
     }
 
     /// Exit status of a command that ends so: 2 when nothing has run, 1 when the run failed.

@@ -1,6 +1,6 @@
 //! Probes: what they look at, and their numbers.
 
-use ddem_core::{Fault, Field, FieldLocation, Model, Simulation};
+use ddem_core::{ErrorCode, Fault, Field, FieldLocation, Model, Simulation};
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Deck, Probe, Quantity};
 
@@ -106,7 +106,7 @@ fn field(quantity: Quantity, index: usize, model: &Model) -> Result<Option<&'sta
         .find(|field| field.name == name && field.on != FieldLocation::Pair);
     found.map(Some).ok_or_else(|| {
         let message = format!("there is no `{name}`: the model keeps no peaks");
-        Fault::new(format!("probe[{index}].quantity"), message)
+        Fault::new(ErrorCode::MissingKey, format!("probe[{index}].quantity"), message)
             .help("`peaks = true` in `[model]` keeps them from the start of the run on")
     })
 }
@@ -135,7 +135,7 @@ fn stress_is_there(index: usize, elements: &[Value], model: &Model) -> Result<()
     let mut blocks = elements.iter().map(|element| element.block);
     let Some(block) = blocks.find(|&block| model.is_rigid(block)) else { return Ok(()) };
     let message = format!("block {block} is rigid: it has no stress");
-    Err(Fault::new(format!("probe[{index}].quantity"), message).help(
+    Err(Fault::new(ErrorCode::NotSupported, format!("probe[{index}].quantity"), message).help(
         "only blocks with `body = \"deformable\"` have stresses; `set` in `where` selects those \
          of one set",
     ))

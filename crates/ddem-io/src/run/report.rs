@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ddem_core::{ChargeSize, Fault, Model, ModelError, SHORTEST_STEP, Simulation};
+use ddem_core::{ChargeSize, ErrorCode, Fault, Model, ModelError, SHORTEST_STEP, Simulation};
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{
     BuiltDeck, Deck, DeckError, Interface, Selection, Size, Source, Stage, StageKind, TimeStep,
@@ -124,7 +124,7 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
 pub(super) fn prepare(deck: &Deck, source: &Source, available: u64) -> Result<Built, RunFailure> {
     // What is wrong with the tables that are there comes first.
     if deck.stage.is_empty() && ddem_deck::check(deck).is_empty() {
-        let fault = Fault::new("stage", "the deck has no stage: nothing would happen")
+        let fault = Fault::new(ErrorCode::EmptyModel, "stage", "the deck has no stage")
             .help("add a [[stage]] with kind = \"relax\" or \"dynamic\"");
         return Err(located(ModelError::from(fault).into(), source));
     }
@@ -202,8 +202,10 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
     }
     let critical = simulation.critical_step().map_err(|_| RunFailure::Stopped)?;
     if !(critical.is_finite() && critical > 0.0) {
-        let message = "densities or moduli are out of all proportion: no time step is stable";
-        return Err(ModelError::from(Fault::new("materials", message)).into());
+        let message = "densities or moduli are far out of range: no time step is stable";
+        return Err(
+            ModelError::from(Fault::new(ErrorCode::NoCriticalStep, "materials", message)).into()
+        );
     }
     let mut faults = Vec::new();
     for (index, stage) in stages.iter().enumerate().filter(|(_, stage)| dynamic(stage)) {
@@ -211,10 +213,14 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
         if let Some(TimeStep::Seconds(step)) = stage.time_step
             && step > critical
         {
-            let message = format!("{step:e} s is above the critical step, {critical:.6e} s");
+            let message = format!("{step:e} s exceeds the critical time step, {critical:.6e} s");
             faults.push(
-                Fault::new(format!("stage[{index}].time_step"), message)
-                    .help(format!("at most {critical:.4e}, or \"auto\" for 0.9 of it")),
+                Fault::new(
+                    ErrorCode::UnstableTimeStep,
+                    format!("stage[{index}].time_step"),
+                    message,
+                )
+                .help(format!("at most {critical:.4e}, or \"auto\" for 0.9 of it")),
             );
         }
         let given = match stage.time_step {
@@ -224,18 +230,25 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
         for (key, seconds) in [("time_step", given), ("duration", stage.duration)] {
             if let Some(seconds) = seconds.filter(|seconds| *seconds < SHORTEST_STEP * critical) {
                 let message = format!(
-                    "{seconds:e} s is less than a billionth of the critical step, {critical:.3e} s"
+                    "{seconds:e} s is less than a billionth of the critical time step, {critical:.3e} s"
                 );
                 let help = "is it in seconds?";
-                faults.push(Fault::new(format!("stage[{index}].{key}"), message).help(help));
+                faults.push(
+                    Fault::new(
+                        ErrorCode::UnstableTimeStep,
+                        format!("stage[{index}].{key}"),
+                        message,
+                    )
+                    .help(help),
+                );
             }
         }
         let steps = stage.duration.unwrap_or(0.0) / critical;
         if steps > MOST_STEPS {
             let message = format!("takes {steps:.1e} steps of the critical {critical:.3e} s");
             faults.push(
-                Fault::new(format!("stage[{index}].duration"), message)
-                    .help("that would never end: is the duration in seconds?"),
+                Fault::new(ErrorCode::TooLarge, format!("stage[{index}].duration"), message)
+                    .help("is the duration in seconds?"),
             );
         }
     }

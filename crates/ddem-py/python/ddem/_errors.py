@@ -2,9 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import NamedTuple
+
+
+class Fault(NamedTuple):
+    """One error in a model or in an argument."""
+
+    place: str
+    """Key or argument, as it is written in Python."""
+    message: str
+    """The value and the rule that it breaks."""
+    help: str | None
+    """Expected value, or None."""
+    code: str
+    """Stable code, as in ``out-of-range``."""
+
 
 class Error(Exception):
-    """Everything that ddem raises itself, but for files (``OSError``) and memory (``MemoryError``)."""
+    """Everything that ddem raises itself, but for files (``OSError``) and memory (``MemoryError``).
+
+    Attributes
+    ----------
+    code : str or None
+        Stable code of the error, as in ``no-equilibrium``.
+    """
+
+    code: str | None = None
 
     def __str__(self) -> str:
         return str(self.args[0]) if self.args else ""
@@ -15,15 +39,15 @@ class ModelError(Error, ValueError):
 
     Attributes
     ----------
-    faults : list of (place, message, help)
-        Each thing that is wrong: the key as it is written in Python, what is wrong with it, and
-        what was expected (or None).
+    faults : list of (place, message, help, code)
+        The errors: key as it is written in Python, message, expected value (or None) and code.
     """
 
     def __init__(
-        self, message: str, faults: list[tuple[str, str, str | None]] | None = None
+        self, message: str, faults: Iterable[tuple[str, str, str | None, str]] = ()
     ) -> None:
-        self.faults: list[tuple[str, str, str | None]] = faults or []
+        self.faults = [Fault(*fault) for fault in faults]
+        self.code = self.faults[0].code if self.faults else None
         super().__init__(message, self.faults)
 
 
@@ -72,7 +96,7 @@ class Collapsed(NotConverged):
 
 
 class Diverged(Error):
-    """Forces are not finite any more.
+    """Forces are no longer finite.
 
     Attributes
     ----------

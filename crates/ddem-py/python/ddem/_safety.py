@@ -79,7 +79,7 @@ def factor_of_safety(
     Raises
     ------
     Diverged
-        Forces are not finite any more.
+        Forces are no longer finite.
     ModelError
         An argument is wrong.
     KeyboardInterrupt

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::error::{Fault, RunError};
+use crate::error::{ErrorCode, Fault, RunError};
 use crate::model::conditions::{ActiveConditions, AppliedForces};
 use crate::model::history::{Function, TimeFunction};
 use crate::model::stage::StageRange;
@@ -131,7 +131,13 @@ impl Boundaries {
         function: Arc<Function>,
     ) -> Result<(), Fault> {
         let boundary = self.list.get_mut(index).filter(|boundary| boundary.wave.is_some());
-        let fault = || Fault::new(format!("boundary[{index}].history"), "there is no such wave");
+        let fault = || {
+            Fault::new(
+                ErrorCode::UnknownName,
+                format!("boundary[{index}].history"),
+                "there is no such wave",
+            )
+        };
         boundary.ok_or_else(fault)?.history = TimeFunction::Computed(function);
         Ok(())
     }

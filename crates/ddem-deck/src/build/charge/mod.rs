@@ -15,9 +15,9 @@ use super::geometry::abut::Seats;
 use super::geometry::{Region, place};
 use crate::lint::Diagnostic;
 use crate::schema::{self, ChargeHistory, Deck};
-use ddem_core::Fault;
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3};
 use ddem_core::problem::{ChargeSize, Gas, GasCharge, Shell};
+use ddem_core::{ErrorCode, Fault};
 
 /// The charge of an entry of a deck.
 pub(super) fn charge(
@@ -102,6 +102,7 @@ fn fill(
         let size: f64 = charge.shells.iter().map(|shell| shell.reach.powi(3)).sum();
         if room <= 1e-9 * size {
             return Err(Fault::new(
+                ErrorCode::NotSupported,
                 format!("charge[{index}].history"),
                 "\"gas\" in joints without thickness: there is no volume to expand from",
             )
@@ -148,11 +149,10 @@ fn seam(geometry: &Geometry, sides: &[BlockFace; 2]) -> (SurfaceBuilder, f64, f6
 fn no_face(index: usize, region: &Region, holes: &Holes<'_>) -> Fault {
     let geometry = holes.geometry;
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";
-    let fault = Fault::new(format!("charge[{index}].where"), what);
+    let fault = Fault::new(ErrorCode::EmptySelection, format!("charge[{index}].where"), what);
     if Seats(geometry).joins_at(region) > 0 {
         return fault.help(
-            "there are joints between faces that do not match, which gas does not push: split the blocks on \
-             both sides alike",
+            "gas does not push joints between faces that do not match: split the blocks on both sides alike",
         );
     }
     let hole = |(lattice, empty): (&Lattice, &[[usize; 3]])| {

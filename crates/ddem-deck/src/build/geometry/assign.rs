@@ -8,8 +8,8 @@ use super::nothing::{no_block, no_joint, nothing};
 use super::{Names, Region};
 use crate::schema::names::segment;
 use crate::schema::{Assign, Deck, Joint};
-use ddem_core::Fault;
 use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets};
+use ddem_core::{ErrorCode, Fault};
 
 /// The entries in force in a stage, with their numbers.
 pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize, &Assign)> {
@@ -162,10 +162,10 @@ fn changed(
     let place = entry.map_or("assign".to_owned(), |entry| format!("assign[{entry}].joint"));
     let [Some(old), Some(new)] = [old, new].map(|joint| (joint != NO_JOINT).then_some(joint))
     else {
-        let message = "joints do not come and go in a run: blocks that touch without one of their own \
+        let message = "a run cannot add or remove joints: blocks that touch without a joint \
                        are in contact";
         let help = "give the sets a `joint`, or assign one without `until`";
-        return Some(Fault::new(place, message).help(help));
+        return Some(Fault::new(ErrorCode::NotSupported, place, message).help(help));
     };
     let said = |number: u16| {
         let (thickness, stiffness, density, _) = matter(deck, joint(number)?);
@@ -181,11 +181,11 @@ fn changed(
     let stay = joint(old_number).zip(joint(new_number));
     let help = if stay.is_some_and(|(a, b)| matter(deck, a) == matter(deck, b)) {
         "a joint that can fail cannot become one that never does: give that one a cohesion, a friction and \
-         a tension, so that it is known what failed pairs bear"
+         a tension, so that the strength of failed pairs is known"
     } else {
-        "only strengths of joints change as a run goes: thickness, stiffness and density stay"
+        "only strengths of joints can change during a run: thickness, stiffness and density cannot"
     };
-    Some(Fault::new(place, message).help(help))
+    Some(Fault::new(ErrorCode::NotSupported, place, message).help(help))
 }
 
 /// Thickness `[m]`, stiffnesses `[Pa/m]` and density `[kg/m³]` of a joint, and whether it is springs.

@@ -7,8 +7,8 @@ use super::mesh;
 use super::region::{PlaneEquation, Region};
 use crate::schema::names::segment;
 use crate::schema::{BlockSet, Body, Deck, JointChoice};
-use ddem_core::Fault;
 use ddem_core::problem::{Lattice, NO_JOINT, NONE, Vec3};
+use ddem_core::{ErrorCode, Fault};
 
 /// Nodes are numbered by 32 bits.
 pub(super) const MOST_NODES: f64 = u32::MAX as f64;
@@ -36,7 +36,7 @@ pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Arc<Lattice>>, 
 
 pub(super) fn too_many(place: String, nodes: f64) -> Vec<Fault> {
     let message = format!("the model would have {nodes:.3e} nodes, more than 4.29e9");
-    vec![Fault::new(place, message).help("fewer blocks or divisions")]
+    vec![Fault::new(ErrorCode::TooLarge, place, message).help("fewer blocks or divisions")]
 }
 
 /// Keys of a set for one edge.
@@ -175,6 +175,7 @@ pub(super) fn open_gaps(lattice: &mut Lattice, deck: &Deck, names: &Names) -> Ve
                 let other = names.joint_name(first[plane]);
                 faults.push(
                     Fault::new(
+                        ErrorCode::ThickJoint,
                         format!("joints.{}.thickness", segment(names.joint_name(joint))),
                         format!(
                             "{} m, but joint `{other}` on the same plane ({} = {} of {place}) \
@@ -220,17 +221,18 @@ fn too_thick(
         let message = format!(
             "parts of {edge} m along {axis} leave no room for joint `{name}` of {thickness} m"
         );
-        return Fault::new(format!("refine[{index}].factor"), message)
+        return Fault::new(ErrorCode::ThickJoint, format!("refine[{index}].factor"), message)
             .help("a smaller factor, or a thinner joint");
     }
     Fault::new(
+        ErrorCode::ThickJoint,
         format!("joints.{}.thickness", segment(name)),
         format!(
             "{thickness} m is not smaller than the block edge {edge} m that it narrows along \
              {axis}"
         ),
     )
-    .help("the joints on both sides must leave a body between them")
+    .help("the joints on both sides must leave a part of the block between them")
 }
 
 /// Positions of the cuts and lengths of the cells between them.

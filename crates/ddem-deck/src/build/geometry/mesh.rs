@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ddem_core::Fault;
 use ddem_core::problem::{Geometry, HexMesh, Lattice, MeshBlock, MeshFaces};
+use ddem_core::{ErrorCode, Fault};
 
 use super::Names;
 use crate::schema::{BlockMesh, BlockSet, Body, Deck, JointChoice};
@@ -13,7 +13,9 @@ use crate::schema::{BlockMesh, BlockSet, Body, Deck, JointChoice};
 fn blocks(index: usize, mesh: &BlockMesh) -> Result<Vec<MeshBlock>, Fault> {
     let BlockMesh { nodes, hexes, blocks, .. } = mesh.clone();
     let found = HexMesh { nodes, hexes, blocks }.parallelepipeds();
-    found.map_err(|error| Fault::new(format!("blocks[{index}].mesh"), error.to_string()))
+    found.map_err(|error| {
+        Fault::new(ErrorCode::InvalidMesh, format!("blocks[{index}].mesh"), error.to_string())
+    })
 }
 
 /// Lattices of a set given as a mesh: one of a single cell for each block.
@@ -55,7 +57,7 @@ pub(super) fn joints(geometry: &Geometry, deck: &Deck, names: &Names) -> Result<
             let place = format!("blocks[{index}].mesh.joints[{k}]");
             let [Some((a, _)), Some((b, _))] = entry.faces.map(|quad| faces.of(quad)) else {
                 let message = "four of the nodes are not on one face of a block";
-                faults.push(Fault::new(format!("{place}.faces"), message));
+                faults.push(Fault::new(ErrorCode::InvalidMesh, format!("{place}.faces"), message));
                 continue;
             };
             let block = |block: usize| geometry.lattices[first + block].block[0];
@@ -78,10 +80,9 @@ pub(super) fn apart(geometry: &Geometry, given: Given) -> Vec<Fault> {
     let mut places: Vec<String> = alone.map(|(_, (_, place))| place).collect();
     places.sort();
     let fault = |place: String| {
-        let message = "the two faces do not lie on each other";
-        let help =
-            "they must look at each other and touch, or be as far apart as the joint is thick";
-        Fault::new(format!("{place}.faces"), message).help(help)
+        let message = "the two faces do not face each other";
+        let help = "they must face each other and touch, or be as far apart as the joint is thick";
+        Fault::new(ErrorCode::InvalidMesh, format!("{place}.faces"), message).help(help)
     };
     places.into_iter().map(fault).collect()
 }

@@ -30,8 +30,8 @@ pub(super) use terrain::uncovered;
 use std::sync::Arc;
 
 use crate::schema::{Assign, BlockSet, Deck, Remove};
-use ddem_core::Fault;
 use ddem_core::problem::{Geometry, Lattice, Sets};
+use ddem_core::{ErrorCode, Fault};
 
 /// Geometry of a deck at the start, and what its parts of space refer to.
 pub(in crate::build) struct Cut {
@@ -79,7 +79,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     }
     let mut geometry = Geometry::new(lattices, sets.bounds);
     if geometry.blocks.is_empty() {
-        return Err(vec![Fault::new("remove", "every block is taken out: nothing is left")]);
+        return Err(vec![Fault::new(ErrorCode::EmptyModel, "remove", "all blocks are removed")]);
     }
     geometry.touching = Arc::new(overlap::touching(&geometry.lattices));
     let given = mesh::joints(&geometry, deck, names)?;
@@ -158,14 +158,18 @@ impl Names {
     /// Number of the material of a set.
     fn material_of(&self, index: usize, set: &BlockSet) -> Result<u16, Vec<Fault>> {
         let message = || format!("no material has the name `{}`", set.material);
-        let fault = || vec![Fault::new(format!("blocks[{index}].material"), message())];
+        let fault = || {
+            vec![Fault::new(ErrorCode::UnknownName, format!("blocks[{index}].material"), message())]
+        };
         self.material(&set.material).ok_or_else(fault)
     }
 
     /// Number of a joint that a set names.
     fn joint_of(&self, index: usize, name: &str) -> Result<u16, Vec<Fault>> {
         let message = || format!("no joint has the name `{name}`");
-        let fault = || vec![Fault::new(format!("blocks[{index}].joint"), message())];
+        let fault = || {
+            vec![Fault::new(ErrorCode::UnknownName, format!("blocks[{index}].joint"), message())]
+        };
         self.joint(name).ok_or_else(fault)
     }
 

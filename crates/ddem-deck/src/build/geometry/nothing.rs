@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use super::region::Region;
-use ddem_core::Fault;
 use ddem_core::problem::{Geometry, Lattice, Vec3, moved_to};
+use ddem_core::{ErrorCode, Fault};
 
 /// A selection without anything in it.
 pub(crate) fn nothing(place: String, what: &str) -> Fault {
-    Fault::new(place, format!("selects nothing: {what} there")).help(RULES)
+    Fault::new(ErrorCode::EmptySelection, place, format!("selects nothing: {what} there"))
+        .help(RULES)
 }
 
 /// Rules of planes and ranges.
@@ -75,7 +76,7 @@ pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fa
             format!("; the nearest node is at {}", show(node))
         };
     }
-    Fault::new(place, "selects nothing: no node there").help(help)
+    Fault::new(ErrorCode::EmptySelection, place, "selects nothing: no node there").help(help)
 }
 
 impl Region {

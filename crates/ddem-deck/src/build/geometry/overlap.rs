@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::schema::Deck;
-use ddem_core::Fault;
 use ddem_core::problem::{Lattice, Vec3, bounds_of, meeting};
+use ddem_core::{ErrorCode, Fault};
 
 /// Most faults: nobody reads more, and of many sets on one place there would be very many.
 const MOST: usize = 50;
@@ -38,7 +38,14 @@ pub(super) fn overlaps(lattices: &[Arc<Lattice>], deck: &Deck) -> Vec<Fault> {
             "move one of the sets: they may touch, or overlap by {allowed:.3e} m, {whence}; blocks \
              are counted along x, y, z from 0"
         );
-        Some(Fault::new(format!("blocks[{}].origin", lattices[j].set), message).help(help))
+        Some(
+            Fault::new(
+                ErrorCode::OverlappingBlocks,
+                format!("blocks[{}].origin", lattices[j].set),
+                message,
+            )
+            .help(help),
+        )
     };
     close(lattices).into_iter().filter_map(fault).take(MOST).collect()
 }

@@ -12,8 +12,8 @@ use super::nothing::{no_block, nothing};
 use super::region::Region;
 use crate::schema::Deck;
 use crate::schema::names::segment;
-use ddem_core::Fault;
 use ddem_core::problem::{ELSEWHERE, Lattice, NO_JOINT, Pages};
+use ddem_core::{ErrorCode, Fault};
 
 /// Most cells of the lattice of one `[[refine]]`, whether split blocks are in them or not.
 const MOST_CELLS: f64 = 1e8;
@@ -57,19 +57,21 @@ pub(super) fn refine(
     let boxes: f64 = boxes.map(|count| count.iter().map(|&n| n as f64).product::<f64>()).sum();
     if boxes >= MOST_CELLS {
         let message = format!(
-            "the box around what is split would have {boxes:.1e} cells, and {MOST_CELLS:e} is the most"
+            "the boxes around the split blocks would have {boxes:.1e} cells; at most {MOST_CELLS:e} are possible"
         );
-        return Ok(Some(Fault::new(format!("refine[{index}].where"), message).help(
-            "split what is far apart, or aslant, in several `[[refine]]`, or by a lower `factor`",
+        return Ok(Some(Fault::new(ErrorCode::TooLarge, format!("refine[{index}].where"), message).help(
+            "use several `[[refine]]` for blocks that lie far apart or in an oblique row, or a smaller `factor`",
         )));
     }
     for (at, cells) in selected.iter().enumerate().filter(|(_, cells)| !cells.is_empty()) {
         if lattices[at].joint.iter().any(|joint| joint.contains(&NO_JOINT)) {
-            let message =
-                format!("the blocks of blocks[{}] that are split have no joint", lattices[at].set);
+            let message = format!(
+                "split blocks need a joint between their parts: blocks[{}] has none",
+                lattices[at].set
+            );
             return Ok(Some(
-                Fault::new(format!("refine[{index}]"), message)
-                    .help("name the joint between the parts with `joint` in that [[blocks]]"),
+                Fault::new(ErrorCode::MissingKey, format!("refine[{index}]"), message)
+                    .help("name it with `joint` in that [[blocks]]"),
             ));
         }
         let mut finer = split(&lattices[at], cells, factor as usize);
@@ -161,8 +163,10 @@ pub(super) fn too_fine(lattice: &Lattice, deck: &Deck, names: &Names) -> Option<
         names.joint_name(joint),
         thickness[joint as usize]
     );
-    Some(Fault::new(format!("refine[{index}].factor"), message).help(format!(
-        "a smaller factor, or a smaller joints.{}.thickness",
-        segment(names.joint_name(joint))
-    )))
+    Some(Fault::new(ErrorCode::ThickJoint, format!("refine[{index}].factor"), message).help(
+        format!(
+            "a smaller factor, or a smaller joints.{}.thickness",
+            segment(names.joint_name(joint))
+        ),
+    ))
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::nothing::{no_block, nothing};
 use super::{Names, Region, Selection, assign, refined};
 use crate::schema::{Deck, Where};
-use ddem_core::Fault;
 use ddem_core::problem::{Geometry, Sets, Stages};
+use ddem_core::{ErrorCode, Fault};
 
 /// Geometries of the stages, and the blocks that curved and slanted shapes remove.
 pub(in crate::build) fn stages(
@@ -40,8 +40,8 @@ pub(in crate::build) fn stages(
                 after.forget_removed();
             }
             if (0..after.blocks.len()).all(|block| after.is_removed(block)) {
-                let message = "every block is taken out: nothing is left";
-                faults.push(Fault::new(format!("remove[{index}]"), message));
+                let message = "all blocks are removed";
+                faults.push(Fault::new(ErrorCode::EmptyModel, format!("remove[{index}]"), message));
             }
             now = Some(after);
         }

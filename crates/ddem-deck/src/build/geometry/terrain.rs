@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::{Region, place};
 use crate::schema::{Heights, Where};
-use ddem_core::Fault;
 use ddem_core::problem::{Lattice, Sets, Vec3};
+use ddem_core::{ErrorCode, Fault};
 
 /// Part of a cell of the grid within which a point is on a line of it.
 const ON_LINE: f64 = 1e-9;
@@ -91,8 +91,8 @@ pub(crate) fn uncovered(
                 file.path,
                 terrain.missing(&x, region.clear())
             );
-            faults.push(Fault::new(format!("{at}.{key}.topography"), message).help(
-                "a larger grid, or `x`, `y` or `set` in the same `where`, which leave out what it \
+            faults.push(Fault::new(ErrorCode::InvalidFile, format!("{at}.{key}.topography"), message).help(
+                "a larger grid, or `x`, `y` or `set` in the same `where`, to leave out the part that it \
                  does not cover",
             ));
         }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 
 use crate::schema::names::{list, nearest};
-use ddem_core::Fault;
+use ddem_core::{ErrorCode, Fault};
 use serde::de::{Error, Expected, Unexpected};
 
 use super::{Reader, ValueForm};
@@ -26,6 +26,16 @@ enum MistakeKind {
     Value,
     MissingKey(&'static str),
     UnknownKey(String),
+}
+
+impl MistakeKind {
+    fn code(&self) -> ErrorCode {
+        match self {
+            Self::Value => ErrorCode::WrongType,
+            Self::MissingKey(_) => ErrorCode::MissingKey,
+            Self::UnknownKey(_) => ErrorCode::UnknownKey,
+        }
+    }
 }
 
 impl Mistake {
@@ -78,7 +88,7 @@ impl Mistake {
 
     pub(super) fn into_fault(self) -> (Fault, Range<usize>) {
         let (place, span) = self.at.unwrap_or_default();
-        let fault = Fault::new(place, self.message);
+        let fault = Fault::new(self.kind.code(), place, self.message);
         (self.help.into_iter().fold(fault, Fault::help), span)
     }
 }

@@ -1,0 +1,109 @@
+//! Causes and remedies, as errors of a run name them.
+
+use super::MovingBlock;
+
+/// Likely cause of a block that moves too fast.
+pub(super) fn too_fast(driven: Option<usize>) -> String {
+    driven.map_or_else(
+        || {
+            "use a shorter `time_step`; the usual cause of such a speed is an excessive load"
+                .to_owned()
+        },
+        |fix| {
+            format!("its support, fix[{fix}], moves it: use a smaller `velocity` or a shorter `time_step`")
+        },
+    )
+}
+
+/// Likely cause of an excessive penetration.
+pub(super) fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String {
+    match driven {
+        Some((fix, block)) => format!(
+            "the support fix[{fix}] drives block {block} into the other: use a smaller `velocity`, or end \
+             the motion earlier"
+        ),
+        None if relaxes => {
+            "the contact is too soft for the weight on it: increase `normal_stiffness` \
+                            in [contact]; use a dynamic stage for blocks that nothing supports"
+                .to_owned()
+        }
+        None => "the contact is too soft to stop a block as fast or as heavy: increase \
+                 `normal_stiffness` in [contact]"
+            .to_owned(),
+    }
+}
+
+/// Source of forces of the last digits of displacements, or of positions far from the origin.
+pub(super) fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>) -> String {
+    if let Some(far) = far {
+        return format!(
+            ", {far:.0e} m from the origin, where the last digit of a position is {force:.0e} N in its contacts"
+        );
+    }
+    let what = joint.map_or_else(String::new, |(name, thickness)| match thickness {
+        0.0 => format!(" with its springs of joint `{name}`"),
+        _ => format!(" with its joint `{name}`, {thickness:e} m thick"),
+    });
+    format!("{what}, where the last digit of a displacement is {force:.0e} N")
+}
+
+/// Change to a joint that would reduce the ratio by a factor of `missing`.
+pub(super) fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f64>) -> String {
+    if far.is_some() {
+        return ", or move the model nearer to the origin".to_owned();
+    }
+    // A joint that much thicker or softer would be another joint.
+    let some = joint.filter(|_| missing < 1e4);
+    let Some((_, thickness)) = some else { return String::new() };
+    match thickness {
+        0.0 => format!(", or make the springs of this joint {:.0e} times as soft", 3.0 * missing),
+        _ => format!(", or make this joint {:.0e} m thick", 3.0 * missing * thickness),
+    }
+}
+
+/// Fastest block of an unfinished relaxation.
+pub(super) fn moving(fastest: Option<&(usize, String, f64)>) -> String {
+    fastest.map_or_else(String::new, |(block, set, distance)| {
+        format!("; block {block} of `{set}` moves most, {distance:.1e} m in the last step")
+    })
+}
+
+/// Blocks named in a message.
+const NAMED: usize = 3;
+
+/// Blocks that move.
+pub(super) fn named(moving: &[MovingBlock]) -> String {
+    if moving.is_empty() {
+        return "no block has moved so far".to_owned();
+    }
+    let each = moving.iter().take(NAMED).map(
+        |MovingBlock { set, block, distance, direction: [x, y, z] }| {
+            format!("block {block} of `{set}`, {distance:.2e} m towards ({x:.2}, {y:.2}, {z:.2})")
+        },
+    );
+    let more = if moving.len() > NAMED { ", ..." } else { "" };
+    let blocks = if moving.len() == 1 {
+        "1 block keeps moving".to_owned()
+    } else {
+        format!("{} blocks keep moving", moving.len())
+    };
+    format!("{blocks}: {}{more}", each.collect::<Vec<_>>().join("; "))
+}
+
+/// Failures before an error.
+pub(super) fn after(failed: u64) -> String {
+    if failed == 0 { String::new() } else { format!(", after {failed} pairs have failed") }
+}
+
+/// Likely cause of a relaxation that takes too long.
+pub(super) fn hint(ratio: f64, failed: u64) -> String {
+    match (ratio > 1.0, failed) {
+        (true, _) => {
+            "; the motion grows: use more `increments`, or a damped dynamic stage".to_owned()
+        }
+        (false, 0) => String::new(),
+        (false, failed) => {
+            format!("; {failed} pairs have failed, and blocks that they held may still move")
+        }
+    }
+}
