@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use ddem_core::ErrorCode;
+
 /// The cause of an [`OutputError`]: its `source()` where the text does not have it.
 pub type Cause = Box<dyn std::error::Error + Send + Sync + 'static>;
 
@@ -81,6 +83,15 @@ impl OutputError {
             | Self::Format { path, .. }
             | Self::Unusable { path, .. }
             | Self::Mismatch { path, .. } => path,
+        }
+    }
+
+    /// Code of the error.
+    #[must_use]
+    pub fn code(&self) -> ErrorCode {
+        match self {
+            Self::Unusable { .. } | Self::Mismatch { .. } => ErrorCode::InvalidFile,
+            _ => ErrorCode::FileAccess,
         }
     }
 

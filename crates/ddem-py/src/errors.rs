@@ -247,16 +247,17 @@ pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
 
 /// A run that did not start, or did not reach its end.
 pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
+    let message = format!("{failure} [{}]", failure.code());
     match failure {
         RunFailure::Deck(error) => deck(py, error),
         RunFailure::Model(error) => model(py, error),
         RunFailure::Folder(error) => folder(error),
-        RunFailure::Memory { .. } => PyMemoryError::new_err(failure.to_string()),
+        RunFailure::Memory { .. } => PyMemoryError::new_err(message),
         RunFailure::Stage { stage, error } => run_error(py, error, &format!("stage `{stage}`: ")),
         RunFailure::Output(error) => output(error),
-        RunFailure::Recorded { .. } => PyFileExistsError::new_err(failure.to_string()),
-        RunFailure::Checkpoint { .. } => PyOSError::new_err(failure.to_string()),
-        _ => PyRuntimeError::new_err(failure.to_string()),
+        RunFailure::Recorded { .. } => PyFileExistsError::new_err(message),
+        RunFailure::Checkpoint { .. } => PyOSError::new_err(message),
+        _ => PyRuntimeError::new_err(message),
     }
 }
 
@@ -272,7 +273,7 @@ fn folder(error: &FolderError) -> PyErr {
         FolderError::DeckChanged { .. } => ": restore it, or run without resume=True to start over",
         _ => "",
     };
-    let message = format!("{error}{advice}");
+    let message = format!("{error}{advice} [{}]", ErrorCode::ResultsFolder);
     match error {
         FolderError::NotWritable { source } => output(source),
         FolderError::OtherDeck { .. }
@@ -285,7 +286,7 @@ fn folder(error: &FolderError) -> PyErr {
 pub(crate) fn output(error: &OutputError) -> PyErr {
     let full = matches!(error, OutputError::DiskFull { .. });
     let advice = if full { ": free some space or give another folder" } else { "" };
-    let message = format!("{error}{advice}");
+    let message = format!("{error}{advice} [{}]", error.code());
     match error {
         OutputError::Io { path, error, .. } => os_error(error, path, &message),
         _ => PyOSError::new_err(message),

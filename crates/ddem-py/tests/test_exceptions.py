@@ -31,7 +31,7 @@ def test_the_tree_of_exceptions() -> None:
         ddem.NotConverged("a", 0.5),
         ddem.Collapsed("a", 0.5, (1, 2), 3.0, [("slope", 2, 3.0, (0.0, 0.0, -1.0))]),
         ddem.Diverged("a", 1, 2.0, 3, 4),
-        ddem.ModelError("a", [("density", "is wrong", None)]),
+        ddem.ModelError("a", [("density", "is wrong", None, "out-of-range")]),
         ddem.ModelError("a"),
     ],
 )
@@ -51,6 +51,7 @@ def test_relaxations_that_do_not_converge() -> None:
     with pytest.raises(ddem.NotConverged) as caught:
         simulation.relax(max_steps=7, quiet=True)
     error = caught.value
+    assert error.code == "not-converged" and str(error).endswith("[not-converged]")
     assert isinstance(error.ratio, float) and 1e-6 < error.ratio < 10
     assert error.ratio == simulation.unbalanced
     assert str(error).startswith("not in equilibrium after 7 steps")

@@ -47,5 +47,5 @@ def test_what_is_wrong_with_a_mesh_is_named():
     mesh["nodes"][3] += 0.1
     model = ddem.Model()
     model.add_blocks(mesh=mesh, material=rock)
-    with pytest.raises(ddem.ModelError, match="block 0 with 1 hexahedra is no parallelepiped"):
+    with pytest.raises(ddem.ModelError, match="block 0 with 1 hexahedra is not a parallelepiped"):
         model.build()

@@ -80,7 +80,7 @@ def test_files_of_others_stay(tmp_path: Path) -> None:
     (out / "probes.csv").write_text("mine")
     simulation = column().build()
     with pytest.raises(
-        FileExistsError, match=r"probes\.csv.*not known to be a result of ddem"
+        FileExistsError, match=r"probes\.csv.*which ddem did not write"
     ) as c:
         simulation.run(1e-4, record=out, quiet=True)
     assert "--out" not in str(c.value)

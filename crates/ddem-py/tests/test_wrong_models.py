@@ -126,7 +126,7 @@ def test_build_says_where_the_script_is_wrong() -> None:
     model.contact(friction=90, damping=1); said = line()  # fmt: skip # noqa: E702
     model.add_blocks(size=(1, 1, 1), origin=(9, 9, 9), material=ROCK)
     message = refused(model.build, ddem.ModelError)
-    what = "contact.friction: `friction` is 90 but must be 0 or more and below 90"
+    what = "contact.friction: `friction` is 90 but must be 0 or more and below 90 [out-of-range]"
     assert message == f"{HERE}:{said}: {what}"
     model = column()
     model.load(force=(1, 0, 0), x=77.0); loaded = line()  # fmt: skip # noqa: E702

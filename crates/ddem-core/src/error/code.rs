@@ -49,11 +49,12 @@ codes! {
     EarlierStage "earlier-stage" "A stage before the present one is entered."
     EmptyModel "empty-model" "The model has no materials, no blocks or no stages."
     EmptySelection "empty-selection" "`where` selects nothing."
+    FileAccess "file-access" "A file of results cannot be read or written."
     HistoryFailed "history-failed" "A history that a program computes has no value."
     IneffectiveKey "ineffective-key" "A key has no effect on its entry."
     InvalidArgument "invalid-argument" "An argument that a program gives is wrong."
     InvalidBoundary "invalid-boundary" "The dashpots of a boundary could not act on its faces."
-    InvalidFile "invalid-file" "A file cannot be read, or has another format."
+    InvalidFile "invalid-file" "A file has another format or content than expected, or a file of the deck cannot be read."
     InvalidGeometry "invalid-geometry" "Cuts, axes, planes or surfaces bound no volume."
     InvalidHistory "invalid-history" "A history has no rows, or its times do not increase."
     InvalidLaw "invalid-law" "A joint law of a program breaks a rule of joint laws."
@@ -80,7 +81,6 @@ codes! {
     UnknownName "unknown-name" "A name refers to nothing."
     UnreachableTolerance "unreachable-tolerance" "Rounding keeps a relaxation above its tolerance."
     UnstableTimeStep "unstable-time-step" "A given time step is above the critical one, or out of proportion."
-    UnwritableFile "unwritable-file" "A file cannot be written."
     WrongType "wrong-type" "A value has another type or form than its key."
 }
 

@@ -243,10 +243,7 @@ fn sets_given_as_meshes_are_those_of_single_blocks() {
         let [_, other] = faces(&mesh, 2.0, 1);
         set.mesh.as_mut().unwrap().joints[0].faces[1] = other;
     });
-    assert!(
-        far.starts_with("blocks[0].mesh.joints[0].faces: the two faces do not face"),
-        "{far}"
-    );
+    assert!(far.starts_with("blocks[0].mesh.joints[0].faces: the two faces do not face"), "{far}");
     let none = refused(&|set| set.mesh.as_mut().unwrap().joints[1].faces[0] = [0, 1, 2, 40]);
     assert!(none.starts_with("blocks[0].mesh.joints[1].faces: four of the nodes"), "{none}");
     let bent = refused(&|set| set.mesh.as_mut().unwrap().nodes[5][2] += 0.1);

@@ -124,7 +124,7 @@ fn messages_of_runs() {
 #[test]
 fn messages_of_failures() {
     let folder = || "out".into();
-    let failures: [RunFailure; 13] = [
+    let failures: [RunFailure; 14] = [
         DeckError::Unwritable { message: "a whole number of 2^63".to_owned() }.into(),
         FolderError::OtherDeck {
             folder: folder(),
@@ -142,6 +142,12 @@ fn messages_of_failures() {
         RunFailure::Threads { threads: 4, error: "no more".into() },
         RunFailure::Stopped,
         ddem_io::OutputError::Unusable { path: folder(), message: "no frames".to_owned() }.into(),
+        ddem_io::OutputError::Io {
+            path: folder(),
+            operation: "writing",
+            error: std::io::ErrorKind::PermissionDenied.into(),
+        }
+        .into(),
         RunFailure::Checkpoint { path: folder(), message: "another model".to_owned() },
     ];
     let line = |failure: &RunFailure| match failure {

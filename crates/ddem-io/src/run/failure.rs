@@ -100,7 +100,7 @@ impl RunFailure {
             Self::Memory { .. } => ErrorCode::OutOfMemory,
             Self::Threads { .. } => ErrorCode::Threads,
             Self::Stopped => ErrorCode::Stopped,
-            Self::Output(_) => ErrorCode::UnwritableFile,
+            Self::Output(error) => error.code(),
             Self::Checkpoint { .. } => ErrorCode::CheckpointMismatch,
         }
     }

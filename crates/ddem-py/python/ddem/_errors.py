@@ -28,7 +28,9 @@ class Error(Exception):
         Stable code of the error, as in ``no-equilibrium``.
     """
 
-    code: str | None = None
+    def __init__(self, *args: object) -> None:
+        self.code: str | None = None
+        super().__init__(*args)
 
     def __str__(self) -> str:
         return str(self.args[0]) if self.args else ""
@@ -47,8 +49,8 @@ class ModelError(Error, ValueError):
         self, message: str, faults: Iterable[tuple[str, str, str | None, str]] = ()
     ) -> None:
         self.faults = [Fault(*fault) for fault in faults]
-        self.code = self.faults[0].code if self.faults else None
         super().__init__(message, self.faults)
+        self.code = self.faults[0].code if self.faults else None
 
 
 class NotConverged(Error):
