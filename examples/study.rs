@@ -14,7 +14,7 @@ use ddem::deck::{
 use ddem::io::run::{Event, Observer, RunFailure, Session};
 use ddem::{Deck, RunError, Simd, Simulation};
 
-/// Hears of warnings, stages, frames, samples of probes and progress.
+/// Receives warnings, stages, frames, samples of probes and progress.
 struct Listener;
 
 impl Observer for Listener {
