@@ -5,7 +5,7 @@ use std::path::Path;
 use ddem_core::Simd;
 use ddem_deck::Deck;
 use ddem_deck::{Stage, StageKind};
-use ddem_io::run::{Event, Observer, Session, Went};
+use ddem_io::run::{Event, Observer, Session, StageStatus};
 
 use super::decks::mixed;
 use super::shared::{Frames, How, run_into};
@@ -135,7 +135,7 @@ fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
         let mut begun =
             looked.begin(&stage, None, every, &mut samples).expect("a stage").expect("begun");
         let mut looks = 0;
-        while looked.go_on(&mut begun, &mut samples).expect("steps") == Went::ToLook {
+        while looked.advance(&mut begun, &mut samples).expect("steps") == StageStatus::Paused {
             looks += 1;
             // What is only looked at stays as it is.
             let simulation = looked.simulation_mut();
@@ -157,7 +157,7 @@ fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
         .begin(stage, None, Some(duration / 4.0), &mut samples)
         .expect("a stage")
         .expect("begun");
-    assert_eq!(short.go_on(&mut begun, &mut samples).expect("steps"), Went::ToLook);
+    assert_eq!(short.advance(&mut begun, &mut samples).expect("steps"), StageStatus::Paused);
     let before = short.simulation().time();
     short.end(begun, true, &mut samples).expect("an end");
     assert_eq!(short.simulation().time(), before);

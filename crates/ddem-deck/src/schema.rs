@@ -52,7 +52,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Deck {
-    /// A line that says what this is.
+    /// Title of the results; default empty.
     pub title: String,
     /// Settings of the whole model.
     pub model: ModelTable,
@@ -107,17 +107,18 @@ pub struct Deck {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelTable {
-    /// Find new contacts between blocks; default true where a joint can fail or there is more than
-    /// one set of blocks.
+    /// Search for contacts between blocks; default `true` if there are several sets of blocks or a joint
+    /// that can fail.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<bool>,
-    /// Acceleration of gravity `[m/s²]`; default none.
+    /// Acceleration of gravity in all stages `[m/s²]`; default `[0, 0, 0]`.
     pub gravity: [f64; 3],
-    /// Treatment of block rotation.
+    /// Rotation of blocks: `"corotational"` (finite) or `"small"` (linear theory); default
+    /// `"corotational"`.
     pub kinematics: Kinematics,
-    /// The element of the blocks.
+    /// Element of deformable blocks: `"incompatible"` or `"standard"`; default `"incompatible"`.
     pub element: ElementKind,
-    /// Keep the largest velocities and principal stresses of the run; default false.
+    /// Record the largest velocities and principal stresses of the run; default `false`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub peaks: bool,
 }

@@ -1,10 +1,10 @@
 //! A deck from start to end: stages, results, checkpoints.
 
-mod begun;
 mod drive;
 mod failure;
 mod files;
 mod mesh;
+mod open_stage;
 mod plan;
 mod probe;
 mod record;
@@ -17,9 +17,9 @@ mod stage;
 mod tests;
 mod warnings;
 
-pub use begun::{Begun, Went};
 pub use drive::run;
 pub use failure::RunFailure;
+pub use open_stage::{OpenStage, StageStatus};
 pub use plan::Plan;
 pub use report::{Report, inspect};
 pub use session::{Session, model_name};

@@ -12,12 +12,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use toml::Value;
 
-use crate::away::{Pool, Watch, away, outcome, warn};
 use crate::errors::{self, model_error};
 use crate::functions::{Called, Functions};
 use crate::samples::Samples;
 use crate::simulation::PySimulation;
 use crate::values::{alone, no_matter, table};
+use crate::worker::{Pool, Watch, away, outcome, warn};
 
 /// Passes on what happens.
 pub(crate) struct PyObserver<'a> {

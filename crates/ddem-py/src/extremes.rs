@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 
-use crate::look;
+use crate::fields;
 use crate::simulation::PySimulation;
 
 #[pymethods]
@@ -36,13 +36,13 @@ impl PySimulation {
     #[getter]
     fn fragments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let fragments = self.looked(py, |inner| inner.session.simulation_mut().fragments())?;
-        look::fragment_array(py, &fragments)
+        fields::fragment_array(py, &fragments)
     }
 
     /// The number of the fragment of each block, a row of :attr:`fragments`, shape (n_blocks,).
     #[getter]
     fn block_fragment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let numbers = self.looked(py, |inner| inner.session.simulation_mut().block_fragments())?;
-        look::integers(py, numbers.into_iter().map(|number| number as i64).collect())
+        fields::integers(py, numbers.into_iter().map(|number| number as i64).collect())
     }
 }

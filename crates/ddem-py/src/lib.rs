@@ -2,14 +2,13 @@
 //! Nothing physical lives here.
 
 mod arrays;
-mod away;
+mod callbacks;
 mod draft;
 mod drive;
 mod errors;
 mod extremes;
+mod fields;
 mod functions;
-mod look;
-mod looks;
 mod matter;
 mod mesh;
 mod model;
@@ -20,6 +19,7 @@ mod sections;
 mod simulation;
 mod values;
 mod view;
+mod worker;
 
 use std::path::{Path, PathBuf};
 
@@ -31,12 +31,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
-use away::Pool;
 use errors::refuse;
 use functions::Functions;
 use matter::{PyJoint, PyMaterial};
 use model::PyModel;
 use simulation::PySimulation;
+use worker::Pool;
 
 /// Goes on from what :meth:`Simulation.save` has written, or from the `checkpoint.h5` of a run.
 /// Histories of probes begin anew.

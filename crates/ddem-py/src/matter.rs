@@ -13,16 +13,9 @@ use crate::values::{Matter, no_matter, table, to_python};
 
 /// A linear elastic, isotropic material.
 ///
-/// Parameters
-/// ----------
-/// density : float
-///     Density ρ [kg/m³].
-/// young : float
-///     Young's modulus E [Pa].
-/// poisson : float
-///     Poisson's ratio ν, in (−1, 0.5).
+#[doc = include_str!("keys/Material.txt")]
 /// name : str, optional
-///     Name in decks and results; without one it is given one there.
+///     Name in decks and results; by default `material-1`, ...
 ///
 /// Raises
 /// ------
@@ -47,27 +40,9 @@ pub(crate) struct PyMaterial {
 /// With none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` it never fails; with any given
 /// it can, and those left out of the first three are 0.
 ///
-/// Parameters
-/// ----------
-/// thickness : float
-///     Thickness t along the normal [m].
-/// material : Material or str, optional
-///     Whose elastic constants and density the layer has; or give `density`, `young` and
-///     `poisson` here, or `normal_stiffness` and `shear_stiffness` of a spring joint.
-/// density, young, poisson : float, optional
-///     Of the layer: [kg/m³], [Pa], [1].
-/// normal_stiffness, shear_stiffness : float, optional
-///     Of a spring joint [Pa/m].
-/// cohesion, friction, tension : float, optional
-///     Cohesion c [Pa], friction angle φ [degrees], tensile strength σ_t [Pa].
-/// residual_cohesion, residual_friction, dilation : float, optional
-///     After failure [Pa], [degrees]; dilation angle ψ [degrees].
-/// fracture_energy : (float, float), optional
-///     In opening and in sliding [J/m²]; without, the joint is brittle.
-/// jrc, jcs : float, optional
-///     Roughness [1] and strength of the walls [Pa] of Barton and Bandis.
+#[doc = include_str!("keys/Joint.txt")]
 /// name : str, optional
-///     Name in decks and results.
+///     Name in decks and results; by default `joint-1`, ...
 ///
 /// Raises
 /// ------

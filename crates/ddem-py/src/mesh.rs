@@ -5,7 +5,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::simulation::PySimulation;
-use crate::{arrays, look};
+use crate::{arrays, fields};
 
 #[pymethods]
 impl PySimulation {
@@ -38,56 +38,56 @@ impl PySimulation {
     /// Reference positions of the nodes [m], shape (n_nodes, 3).
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| look::points(&inner.session))?)
+        arrays::rows(py, self.looked(py, |inner| fields::points(&inner.session))?)
     }
 
     /// Lumped masses of the nodes [kg], shape (n_nodes,).
     #[getter]
     fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::components(py, self.looked(py, |inner| look::masses(&inner.session))?, 1)
+        arrays::components(py, self.looked(py, |inner| fields::masses(&inner.session))?, 1)
     }
 
     /// The block of each node, shape (n_nodes,).
     #[getter]
     fn node_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        look::integers(py, self.looked(py, |inner| look::node_blocks(&inner.session))?)
+        fields::integers(py, self.looked(py, |inner| fields::node_blocks(&inner.session))?)
     }
 
     /// The nodes of each element, in VTK's order, shape (n_elements, 8).
     #[getter]
     fn elements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| look::elements(&inner.session))?)
+        arrays::rows(py, self.looked(py, |inner| fields::elements(&inner.session))?)
     }
 
     /// The block of each element, shape (n_elements,).
     #[getter]
     fn element_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        look::integers(py, self.looked(py, |inner| look::element_blocks(&inner.session))?)
+        fields::integers(py, self.looked(py, |inner| fields::element_blocks(&inner.session))?)
     }
 
     /// The pairs around each joint element, shape (n_quads, 4).
     #[getter]
     fn quads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| look::quads(&inner.session))?)
+        arrays::rows(py, self.looked(py, |inner| fields::quads(&inner.session))?)
     }
 
     /// The material of each element, shape (n_elements,): numbers in sorted order of the names.
     #[getter]
     fn element_material<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        look::integers(py, self.looked(py, |inner| look::element_materials(&inner.session))?)
+        fields::integers(py, self.looked(py, |inner| fields::element_materials(&inner.session))?)
     }
 
     /// True for elements that are rigid blocks, which have no stress, shape (n_elements,).
     #[getter]
     fn element_rigid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let rigid = self.looked(py, |inner| look::element_rigid(&inner.session))?;
+        let rigid = self.looked(py, |inner| fields::element_rigid(&inner.session))?;
         Ok(PyArray1::from_vec(py, rigid).into_any())
     }
 
     /// Names of the fields at nodes, and of elements.
     #[getter]
     fn _fields(&self, py: Python<'_>) -> PyResult<[Vec<&'static str>; 2]> {
-        let fields = look::fields(&self.lock(py)?.session);
+        let fields = fields::fields(&self.lock(py)?.session);
         Ok([FieldLocation::Node, FieldLocation::Element].map(|on| {
             fields.iter().filter(|field| field.on == on).map(|field| field.name).collect()
         }))

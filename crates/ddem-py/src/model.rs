@@ -10,14 +10,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyTuple};
 use toml::{Table, Value};
 
-use crate::away::Pool;
 use crate::draft::Draft;
 use crate::drive::assembled;
 use crate::errors::{self, model_error, refuse};
+use crate::fields;
 use crate::functions::Functions;
-use crate::look;
 use crate::simulation::PySimulation;
 use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, value, with_files};
+use crate::worker::Pool;
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
 ///
@@ -29,22 +29,9 @@ use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, val
 /// `side="z+"` of a set, joints by `dip`, `dip_direction` and `within`, and `set="name"`. Paths of files are
 /// relative to the current directory. The key `from` is `from_`.
 ///
-/// Parameters
-/// ----------
+#[doc = include_str!("keys/ModelTable.txt")]
 /// title : str, optional
-///     A line that says what this is.
-/// gravity : (float, float, float), optional
-///     Acceleration of gravity [m/s²]; none without it.
-/// kinematics : {"corotational", "small"}, optional
-///     Whether each block follows its own finite rotation.
-/// element : {"incompatible", "standard"}, optional
-///     The element of the blocks: with incompatible modes, which bends as it must, or the trilinear one.
-/// contact : bool, optional
-///     Find new contacts between blocks; without it, where a joint can fail or there is more than
-///     one set of blocks. What they are is said by :meth:`contact`.
-/// peaks : bool, optional
-///     Keep the largest velocities and principal stresses of the run: :attr:`Simulation.peak_velocity`,
-///     :attr:`Simulation.peak_tension`, :attr:`Simulation.peak_compression`.
+///     Title of the results.
 ///
 /// Raises
 /// ------
@@ -180,7 +167,7 @@ impl PyModel {
     }
 
     fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<Py<PyAny>> {
-        Err(look::no_attribute(slf.as_any(), name))
+        Err(fields::no_attribute(slf.as_any(), name))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

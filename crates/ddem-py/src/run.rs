@@ -1,4 +1,4 @@
-//! `relax` and `run`: stages through the driver that decks have, with looks on the way.
+//! `relax` and `run`: stages through the driver that decks have, with callbacks on the way.
 
 use std::path::PathBuf;
 use std::sync::{MutexGuard, TryLockError};
@@ -6,18 +6,18 @@ use std::time::Duration;
 
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Stage, names};
-use ddem_io::run::{Begun, RunFailure, Session, Went};
+use ddem_io::run::{OpenStage, RunFailure, Session, StageStatus};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::away::{outcome, parted, warn};
+use crate::callbacks::Callbacks;
 use crate::drive::{PyObserver, progress_bar, read_stage};
 use crate::errors::{self, model_error};
-use crate::looks::Looks;
 use crate::simulation::{Inner, PySimulation};
+use crate::worker::{outcome, parted, warn};
 
-/// Time to wait for another thread that looks at the simulation.
+/// Time to wait for another thread that callbacks at the simulation.
 const WAIT: Duration = Duration::from_millis(1);
 /// Arguments of `relax`.
 const RELAX: [&str; 7] =
@@ -95,7 +95,7 @@ impl PySimulation {
         known(slf.py(), keys, &RELAX, &RUN[4..])?;
         let mut stage = read_stage(slf.py(), "relax", None, keys)?;
         stage.name = name.unwrap_or_default();
-        StageCall { stage, record, looks: None }.go(slf, quiet)
+        StageCall { stage, record, callbacks: None }.go(slf, quiet)
     }
 
     /// Moves in time, under the supports and loads in force.
@@ -180,12 +180,12 @@ impl PySimulation {
     ) -> PyResult<u64> {
         known(slf.py(), keys, &RUN, &RELAX)?;
         let mut stage = read_stage(slf.py(), "dynamic", Some(duration), keys)?;
-        let looks = Looks::new(slf.py(), [until, callback], every, stage.duration)?;
+        let callbacks = Callbacks::new(slf.py(), [until, callback], every, stage.duration)?;
         if name.is_none() {
             slf.get().warn_of_waiting(slf.py())?;
         }
         stage.name = name.unwrap_or_default();
-        StageCall { stage, record, looks }.go(slf, quiet)
+        StageCall { stage, record, callbacks }.go(slf, quiet)
     }
 }
 
@@ -211,7 +211,7 @@ impl PySimulation {
         if reported { warn(py, &warning.to_string()) } else { Ok(()) }
     }
 
-    /// The simulation again, when no other thread looks at it any more; looks are short.
+    /// The simulation again, when no other thread callbacks at it any more; callbacks are short.
     fn again(&self, py: Python<'_>) -> MutexGuard<'_, Box<Inner>> {
         loop {
             match self.try_lock() {
@@ -265,7 +265,7 @@ fn known(
 struct StageCall<'py> {
     stage: Stage,
     record: Option<PathBuf>,
-    looks: Option<Looks<'py>>,
+    callbacks: Option<Callbacks<'py>>,
 }
 
 impl<'py> StageCall<'py> {
@@ -281,11 +281,11 @@ impl<'py> StageCall<'py> {
             inner.running = true;
             inner.session.simulation().steps()
         };
-        let mut begun = None;
-        let went = self.move_on(simulation, &mut begun, bar.as_ref());
-        let ended = self.end(simulation, begun, &went, bar.as_ref());
-        let last = match (&went, &ended, &self.looks) {
-            (Ok(Went::ToEnd), Ok(()), Some(looks)) => looks.look_last(simulation),
+        let mut open = None;
+        let status = self.advance(simulation, &mut open, bar.as_ref());
+        let ended = self.end(simulation, open, &status, bar.as_ref());
+        let last = match (&status, &ended, &self.callbacks) {
+            (Ok(StageStatus::Done), Ok(()), Some(callbacks)) => callbacks.call_last(simulation),
             _ => Ok(()),
         };
         let mut inner = simulation.get().again(py);
@@ -293,37 +293,37 @@ impl<'py> StageCall<'py> {
         let steps = inner.session.simulation().steps() - before;
         drop(inner);
         let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
-        went?;
+        status?;
         ended?;
         last?;
         closed?;
         Ok(steps)
     }
 
-    /// From look to look: to the end, or to where `until` ends it.
-    fn move_on(
+    /// From callback to callback: to the end, or until `until` ends it.
+    fn advance(
         &self,
         simulation: &Bound<'py, PySimulation>,
-        begun: &mut Option<Begun>,
+        open: &mut Option<OpenStage>,
         bar: Option<&Py<PyAny>>,
-    ) -> PyResult<Went> {
+    ) -> PyResult<StageStatus> {
         let (py, this) = (simulation.py(), simulation.get());
-        let every = self.looks.as_ref().map(|looks| looks.every);
+        let every = self.callbacks.as_ref().map(|callbacks| callbacks.every);
         let Self { stage, record, .. } = self;
         part(py, this, bar, |session, observer| {
-            *begun = session.begin(stage, record.as_deref(), every, observer)?;
+            *open = session.begin(stage, record.as_deref(), every, observer)?;
             Ok(())
         })?;
-        let Some(begun) = begun else { return Ok(Went::Stopped) };
+        let Some(open) = open else { return Ok(StageStatus::Stopped) };
         loop {
-            let went = part(py, this, bar, |session, observer| session.go_on(begun, observer))?;
-            match (went, &self.looks) {
-                (Went::ToLook, Some(looks)) => {
-                    if looks.look(simulation)? {
-                        return Ok(Went::ToLook);
+            let status = part(py, this, bar, |session, observer| session.advance(open, observer))?;
+            match (status, &self.callbacks) {
+                (StageStatus::Paused, Some(callbacks)) => {
+                    if callbacks.call(simulation)? {
+                        return Ok(StageStatus::Paused);
                     }
                 }
-                (went, _) => return Ok(went),
+                (status, _) => return Ok(status),
             }
         }
     }
@@ -331,14 +331,14 @@ impl<'py> StageCall<'py> {
     fn end(
         &self,
         simulation: &Bound<'py, PySimulation>,
-        begun: Option<Begun>,
-        went: &PyResult<Went>,
+        open: Option<OpenStage>,
+        status: &PyResult<StageStatus>,
         bar: Option<&Py<PyAny>>,
     ) -> PyResult<()> {
-        let Some(begun) = begun else { return Ok(()) };
-        let done = matches!(went, Ok(Went::ToEnd | Went::ToLook));
+        let Some(open) = open else { return Ok(()) };
+        let done = matches!(status, Ok(StageStatus::Done | StageStatus::Paused));
         part(simulation.py(), simulation.get(), bar, |session, observer| {
-            session.end(begun, done, observer)
+            session.end(open, done, observer)
         })
     }
 }

@@ -4,11 +4,11 @@ use ddem_core::{ModelError, Safety, SafetyTrial};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::away::{away, outcome};
 use crate::drive::read_stage;
 use crate::errors;
 use crate::run::{later, waiting};
 use crate::simulation::PySimulation;
+use crate::worker::{away, outcome};
 
 /// Factor, bracket, trials, and set and number of the blocks that move in the failing one.
 type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(String, usize)>);

@@ -11,12 +11,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::away::{Pool, away, outcome};
 use crate::drive::{progress_bar, read_stage, steps};
 use crate::errors;
+use crate::fields;
 use crate::functions::Called;
-use crate::look;
 use crate::samples::Samples;
+use crate::worker::{Pool, away, outcome};
 
 /// A model in motion: its state, and what is done to it.
 ///
@@ -97,7 +97,7 @@ impl PySimulation {
         for key in keys.into_iter().flat_map(|keys| keys.keys()) {
             let key: String = key.extract()?;
             if !["damping", "time_step"].contains(&key.as_str()) {
-                return Err(look::unknown(py, &key, &key, &["damping", "time_step"]));
+                return Err(fields::unknown(py, &key, &key, &["damping", "time_step"]));
             }
         }
         drop(self.idle(py)?);
@@ -135,7 +135,7 @@ impl PySimulation {
         let stages = &inner.session.site().deck().stage;
         let names: Vec<&str> = stages.iter().map(|stage| stage.name.as_str()).collect();
         let Some(index) = names.iter().position(|name| *name == stage) else {
-            return Err(look::unknown(py, "stage", stage, &names));
+            return Err(fields::unknown(py, "stage", stage, &names));
         };
         let Inner { session, .. } = &mut **inner;
         let enter = |_: &_| session.enter(index, "stage");
@@ -205,7 +205,7 @@ impl PySimulation {
     }
 
     fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<Py<PyAny>> {
-        Err(look::no_attribute(slf.as_any(), name))
+        Err(fields::no_attribute(slf.as_any(), name))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -8,11 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use toml::{Table, Value};
 
-use crate::away::{away, outcome};
 use crate::errors::model_error;
 use crate::simulation::{Inner, PySimulation};
 use crate::values::{alone, no_matter, table, to_python};
-use crate::{arrays, errors, look};
+use crate::worker::{away, outcome};
+use crate::{arrays, errors, fields};
 
 /// Values of a field that are found at once for an array which was given for them.
 const PIECE: usize = 65_536;
@@ -48,8 +48,8 @@ impl PySimulation {
         nodes: Option<&Bound<'py, PyAny>>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let known = look::fields(&self.lock(py)?.session);
-        let field = look::field(py, name, &known)?;
+        let known = fields::fields(&self.lock(py)?.session);
+        let field = fields::field(py, name, &known)?;
         let n_nodes = self.n_nodes(py)?;
         let nodes = nodes.map(|nodes| arrays::nodes(nodes, "nodes", n_nodes)).transpose()?;
         if nodes.is_some() && field.on != FieldLocation::Node {
@@ -147,8 +147,8 @@ impl PySimulation {
     /// bonded), `damage`.
     #[getter]
     fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let pairs = self.looked(py, |inner| look::pairs(&mut inner.session))?;
-        look::pair_array(py, pairs)
+        let pairs = self.looked(py, |inner| fields::pairs(&mut inner.session))?;
+        fields::pair_array(py, pairs)
     }
 
     /// The contacts between blocks that press now, a structured array of shape (n_contacts,), one
@@ -161,7 +161,7 @@ impl PySimulation {
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let contacts = self.looked(py, |inner| inner.session.simulation_mut().contacts())?;
-        look::contact_array(py, &contacts)
+        fields::contact_array(py, &contacts)
     }
 
     /// Momentum of the whole model now, the sum of m v [kg m/s], shape (3,).
@@ -223,7 +223,7 @@ impl PySimulation {
             Ok(nodes.into_iter().map(i64::from).collect())
         })?;
         let found = found.map_err(|error| errors::arguments(py, error, "where"))?;
-        look::integers(py, found)
+        fields::integers(py, found)
     }
 
     /// The node nearest to a reference position; on a tie the lower number.
@@ -273,7 +273,7 @@ impl PySimulation {
     #[getter]
     fn probes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock(py)?;
-        look::probes(py, &inner)
+        fields::probes(py, &inner)
     }
 
     /// Title of the model.

@@ -39,7 +39,7 @@ frames = 5
 damping = 'none'
 ";
 
-fn said(change: impl Fn(&str) -> String, arguments: &str) -> Went {
+fn said(change: impl Fn(&str) -> String, arguments: &str) -> RunOutput {
     let desk = Desk::new();
     desk.write("pair.toml", &change(PAIR));
     desk.run(&format!("pair.toml {arguments}"))

@@ -42,7 +42,7 @@ duration = 2e-3
 frames = 4
 ";
 
-fn went(deck: &str) -> (Desk, Went) {
+fn went(deck: &str) -> (Desk, RunOutput) {
     let desk = Desk::new();
     desk.write("dug.toml", deck);
     let went = desk.run("dug.toml --out a");

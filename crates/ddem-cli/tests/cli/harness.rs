@@ -92,7 +92,7 @@ pub(crate) struct Desk {
 
 /// How a command went.
 #[derive(Debug)]
-pub(crate) struct Went {
+pub(crate) struct RunOutput {
     pub(crate) status: Option<i32>,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
@@ -137,10 +137,10 @@ impl Desk {
         command
     }
 
-    pub(crate) fn run(&self, arguments: &str) -> Went {
+    pub(crate) fn run(&self, arguments: &str) -> RunOutput {
         let output = self.command(arguments).output().unwrap();
         let text = |bytes| String::from_utf8(bytes).unwrap();
-        Went {
+        RunOutput {
             status: output.status.code(),
             stdout: text(output.stdout),
             stderr: text(output.stderr),
@@ -149,7 +149,7 @@ impl Desk {
 
     /// Interrupts a run a little after its stage has begun.
     #[cfg(unix)]
-    pub(crate) fn interrupt(&self, arguments: &str, stage: &str) -> Went {
+    pub(crate) fn interrupt(&self, arguments: &str, stage: &str) -> RunOutput {
         let mut child = self.command(arguments).stderr(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(child.stderr.take().unwrap());
         let mut stderr = String::new();
@@ -160,7 +160,7 @@ impl Desk {
         let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
         assert!(kill.unwrap().success());
         lines.read_to_string(&mut stderr).unwrap();
-        Went { status: child.wait().unwrap().code(), stdout: String::new(), stderr }
+        RunOutput { status: child.wait().unwrap().code(), stdout: String::new(), stderr }
     }
 }
 

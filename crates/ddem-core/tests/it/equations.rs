@@ -76,6 +76,41 @@ fn equations_of_the_source_are_those_of_the_table() {
     assert!(where_cited.is_empty(), "not in the table of docs/method.md: {where_cited:?}");
 }
 
+/// True if a source file declares an item, or names a type by a macro as `Name:`.
+fn declares(text: &str, item: &str) -> bool {
+    let name = item.rsplit("::").next().unwrap_or(item);
+    let ends = |at: usize| {
+        text[at..].chars().next().is_none_or(|next| !next.is_alphanumeric() && next != '_')
+    };
+    let kinds = ["fn", "struct", "enum", "type"].map(|kind| format!("{kind} {name}"));
+    let declared = |words: &String| {
+        text.match_indices(words.as_str()).any(|(at, found)| ends(at + found.len()))
+    };
+    kinds.iter().any(declared) || text.contains(&format!("\n    {name}:\n"))
+}
+
+/// Files and functions that ARCHITECTURE.md names under "Where to look" exist.
+#[test]
+fn the_places_to_look_at_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let read = |path: &str| std::fs::read_to_string(root.join(path));
+    let text = read("ARCHITECTURE.md").unwrap_or_else(|error| panic!("{error}"));
+    let (_, section) = text.split_once("## Where to look").expect("a section");
+    let (section, _) = section.split_once("\n## ").expect("a next section");
+    let rows: Vec<&str> = section.lines().filter(|line| line.contains("crates/")).collect();
+    assert!(rows.len() > 5, "{rows:?}");
+    for row in rows {
+        let mut file = String::new();
+        for name in quoted(row) {
+            if name.ends_with(".rs") {
+                file = read(name).unwrap_or_else(|error| panic!("`{name}`: {error}"));
+            } else {
+                assert!(declares(&file, name), "`{name}` is not where {row} says");
+            }
+        }
+    }
+}
+
 /// Files and functions that the table names exist.
 #[test]
 fn the_table_names_what_is_there() {
@@ -89,18 +124,8 @@ fn the_table_names_what_is_there() {
                 assert!(sources.iter().any(|(name, _)| name == file), "no file `{file}`");
             }
             for item in items {
-                let name = item.rsplit("::").next().unwrap_or(item);
-                let text = sources.iter().filter(|(file, _)| files.contains(&file.as_str()));
-                let kinds = ["fn", "struct", "enum", "type"];
-                let found = text.into_iter().any(|(_, text)| {
-                    kinds.iter().any(|kind| {
-                        text.match_indices(&format!("{kind} {name}")).any(|(at, found)| {
-                            let next = text[at + found.len()..].chars().next();
-                            next.is_none_or(|c| !c.is_alphanumeric() && c != '_')
-                        })
-                    })
-                });
-                assert!(found, "`{item}` is not in {files:?}");
+                let mut text = sources.iter().filter(|(file, _)| files.contains(&file.as_str()));
+                assert!(text.any(|(_, text)| declares(text, item)), "`{item}` is not in {files:?}");
             }
         }
     }

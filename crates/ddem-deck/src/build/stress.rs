@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use ddem_core::problem::Stress;
 use ddem_core::{ErrorCode, Fault, Problem};
 
-use super::geometry::abut::Seats;
+use super::geometry::touching::TouchingFaces;
 use super::geometry::{Region, nothing};
 use crate::schema::Deck;
 
@@ -18,7 +18,7 @@ pub(super) fn met(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let index = deck.initial.iter().position(|entry| entry.stress.is_some()).unwrap_or_default();
     let stressed = |blocks: &[u32; 2]| blocks.iter().any(|&b| stresses[b as usize].is_some());
     let sets = |blocks: [u32; 2]| blocks.map(|block| geometry.set(block as usize));
-    let alone: BTreeSet<[usize; 2]> = Seats(geometry)
+    let alone: BTreeSet<[usize; 2]> = TouchingFaces(geometry)
         .unjoined()
         .into_iter()
         .filter(stressed)

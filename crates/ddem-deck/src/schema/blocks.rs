@@ -11,43 +11,44 @@ use super::{Deck, Orientations, Where};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BlockSet {
-    /// Name of the set, for `where = { set = … }`.
+    /// Name of the set, for `where`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// The corner from which edges are measured `[m]`.
+    /// Corner from which the edges are measured `[m]`; default `[0, 0, 0]`.
     pub origin: [f64; 3],
-    /// Length of the three edges of the whole set `[m]`.
+    /// Lengths of the three edges of the set `[m]`; needed without `edges`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<[f64; 3]>,
-    /// Blocks along the three edges; default 1.
+    /// Numbers of blocks along the three edges, of equal size; default `[1, 1, 1]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub count: Option<[u32; 3]>,
-    /// Blocks as hexahedra of another program, instead of a lattice.
+    /// Blocks as hexahedra of another program, instead of a lattice; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<BlockMesh>,
-    /// Uneven cuts; an edge given here needs neither `size` nor `count`.
+    /// Positions of all cuts along an edge, as in `{ x = [0.0, 1.0, 2.5] }`, instead of `size` and
+    /// `count` `[m]`; default even cuts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub edges: Option<Edges>,
-    /// Elements along each edge of a deformable block.
+    /// Number of elements along each edge of a deformable block; default 4.
     pub divisions: u32,
-    /// Name of the material.
+    /// Name of the material; needed.
     pub material: String,
-    /// Name of the joint between the blocks, one for all or one for each normal; needed where
-    /// there is more than one block.
+    /// Name of the joint between the blocks, or one for each normal, `{ x = …, y = …, z = … }`; needed
+    /// for more than one block.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<JointChoice>,
-    /// Deformable or rigid blocks.
+    /// Kind of the blocks, `"deformable"` or `"rigid"`; default `"deformable"`.
     pub body: Body,
-    /// Directions of the three edges (any length); oblique ones give parallelepipeds.
+    /// Directions of the three edges, right-handed, of any length; default the coordinate axes.
     pub axes: [[f64; 3]; 3],
-    /// Dip of the joints that cut the third edge, from 0 to 90 `[degrees]`, instead of `axes`: the
-    /// first edge points down the dip, the second along the strike.
+    /// Dip of the joints that cut the third edge, from 0 to 90, instead of `axes` `[degrees]`; default
+    /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dip: Option<f64>,
-    /// Direction of that dip, clockwise from north, y, from 0 to 360 `[degrees]`.
+    /// Direction of that dip, clockwise from north, y, from 0 to 360 `[degrees]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dip_direction: Option<f64>,
-    /// Orientations of all three sets of joints, instead of `axes`; oblique ones give parallelepipeds.
+    /// Orientations of all three sets of joints, instead of `axes` `[degrees]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planes: Option<Orientations>,
 }
@@ -108,13 +109,13 @@ impl Deck {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlockMesh {
-    /// Positions of the nodes, shape `(n_nodes, 3)` `[m]`.
+    /// Positions of the nodes, shape (n_nodes, 3) `[m]`.
     pub nodes: Vec<[f64; 3]>,
-    /// Nodes of the hexahedra in VTK's order, from 0, shape `(n_hexes, 8)`.
+    /// Eight nodes of each hexahedron, from 0, in VTK's order, shape (n_hexes, 8).
     pub hexes: Vec<[u32; 8]>,
-    /// Block of each hexahedron, numbers from 0 without gaps, shape `(n_hexes)`.
+    /// Block of each hexahedron, numbers from 0 without gaps, shape (n_hexes,).
     pub blocks: Vec<u32>,
-    /// Joints of single pairs of faces, instead of the `joint` of the set; later entries win.
+    /// Joints of single pairs of faces; later entries win; default the `joint` of the set.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<MeshJoint>,
 }
@@ -180,21 +181,20 @@ pub enum Body {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Assign {
-    /// Joints whose face centre lies inside; blocks whose centroid does, or a face of which lies on
-    /// a plane given.
+    /// Joints by the centre of their faces, blocks by their centroid; later entries win; default
+    /// everywhere.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Name of the joint for the joints inside. From a later stage on it can have other strengths than the
-    /// one before, and must have its thickness, stiffness and density.
+    /// Name of the joint for the joints inside; needed without `material`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
-    /// Name of the material for the blocks inside.
+    /// Name of the material for the blocks inside; needed without `joint`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// Stage from whose start this is in force.
+    /// Stage at whose start the entry comes into force; default the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// Stage up to whose start this is in force.
+    /// Stage at whose start the entry ends; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
 }
@@ -203,17 +203,17 @@ pub struct Assign {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Remove {
-    /// Blocks whose centroid lies inside, or a face of which lies on a plane given.
+    /// Blocks to remove, by their centroid.
     #[serde(rename = "where")]
     pub region: Where,
-    /// Stage at whose start they are taken out; without it they were never there.
+    /// Stage at whose start they are removed; default never there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// Blocks do not come back: refused.
+    /// Not allowed: removed blocks do not return.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
-    /// Time over which the forces that they exerted on the rest go to zero `[s]`, in a relax stage
-    /// its increments; default 0, at once.
+    /// Time in which the forces of the removed blocks decrease linearly to 0, in a relax stage its
+    /// increments `[s]`; default 0: at once.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub release: Option<f64>,
 }
@@ -222,9 +222,9 @@ pub struct Remove {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Refine {
-    /// Blocks whose centroid lies inside.
+    /// Blocks to split, by their centroid.
     #[serde(rename = "where")]
     pub region: Where,
-    /// Parts along each edge.
+    /// Number of parts along each edge, at least 2.
     pub factor: u32,
 }

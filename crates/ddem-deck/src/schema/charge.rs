@@ -15,33 +15,33 @@ use super::{History, Where, forms};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Charge {
-    /// Walls of cavities that removed blocks have left, by the centres of the faces; where there is
-    /// none, joints by their centres.
+    /// Walls of cavities left by `[[remove]]`, or joints, by their centres.
     #[serde(rename = "where")]
     pub region: Where,
-    /// Mass of the explosive `[kg]`.
+    /// Mass of the explosive `[kg]`; needed without `pressure`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// Explosive: `"tnt"`, `"anfo"`, `"emulsion"`, or its numbers.
+    /// Explosive: `"tnt"`, `"anfo"`, `"emulsion"`, or `{ density, detonation_velocity, gamma }` in kg/m³
+    /// and m/s; needed with `mass`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explosive: Option<Explosive>,
-    /// Peak of the pressure `[Pa]`.
+    /// Peak pressure `[Pa]`; needed without `mass`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure: Option<f64>,
-    /// Adiabatic index of the gas where `pressure` is given.
+    /// Adiabatic index of the gas of a given `pressure`; needed with `"gas"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gamma: Option<f64>,
-    /// `"gas"`, or a factor in time; default `"gas"` with `mass`, constant with `pressure`.
+    /// Decrease of the pressure: `"gas"`, as the cavity grows, or a factor in time; default `"gas"` with
+    /// `mass`, constant with `pressure`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub history: Option<ChargeHistory>,
-    /// Time at which it goes off, from the start of the stage named in `from`, otherwise of the run
-    /// `[s]`; default 0.
+    /// Time of detonation after the start of the stage `from`, otherwise of the run `[s]`; default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay: Option<f64>,
-    /// Stage from whose start this is in force.
+    /// Stage at whose start the entry comes into force; default the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// Stage up to whose start this is in force.
+    /// Stage at whose start the entry ends; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
 }

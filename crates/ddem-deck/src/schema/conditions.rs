@@ -9,16 +9,16 @@ use super::{History, Where, forms};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fix {
-    /// Nodes; every node when left out.
+    /// Supported nodes; default all.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Axes, of `"xyz"`.
+    /// Supported directions, of `"xyz"`; if two entries support the same one, the later counts.
     pub axes: String,
-    /// Velocity of the named axes `[m/s]`; default at rest.
+    /// Velocity of the supported directions in dynamic stages `[m/s]`; default at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[f64; 3]>,
-    /// Displacement of the named axes `[m]`, from where they are when the support comes into force; they get
-    /// there by the increments of the relax stage in which it does.
+    /// Displacement of the supported directions in the relax stage in which the support comes into
+    /// force `[m]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement: Option<[f64; 3]>,
     /// Factor on the velocity in time; default constant.
@@ -28,10 +28,10 @@ pub struct Fix {
         deserialize_with = "forms::optional_history"
     )]
     pub history: Option<History>,
-    /// Stage from whose start this is in force.
+    /// Stage at whose start the entry comes into force; default the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// Stage up to whose start this is in force.
+    /// Stage at whose start the entry ends; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
 }
@@ -40,32 +40,33 @@ pub struct Fix {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// Region that it acts on.
+    /// Outer faces, a line, or nodes; default everywhere.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Force per area of the outer faces selected `[Pa]`.
+    /// Force per area of the selected outer faces `[Pa]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traction: Option<[f64; 3]>,
-    /// Pressure on the outer faces selected, inward positive `[Pa]`.
+    /// Pressure on the selected outer faces, inward positive, along their initial normals `[Pa]`;
+    /// default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure: Option<f64>,
-    /// Force per length of the selected line `[N/m]`.
+    /// Force per length of the line in which two planes of `where` meet `[N/m]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line: Option<[f64; 3]>,
-    /// Force in all, shared by the selected nodes `[N]`.
+    /// Total force, shared by the selected nodes `[N]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<[f64; 3]>,
-    /// Factor in time; default constant.
+    /// Factor on the load in time; default constant.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
         deserialize_with = "forms::optional_history"
     )]
     pub history: Option<History>,
-    /// Stage from whose start this is in force.
+    /// Stage at whose start the entry comes into force; default the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// Stage up to whose start this is in force.
+    /// Stage at whose start the entry ends; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
 }
@@ -77,13 +78,14 @@ pub struct Load {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
-    /// Outer faces of deformable blocks.
+    /// Outer faces of deformable blocks; default all.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Kind.
+    /// Kind: `"viscous"`, absorbing dashpots, or `"free-field"`, for upright sides of a model that is
+    /// shaken from below.
     pub kind: BoundaryKind,
-    /// viscous: velocity of a wave that comes in through the faces `[m/s]`; a free surface that it
-    /// meets moves twice as fast.
+    /// Velocity of an incoming wave, for `"viscous"`; a free surface moves twice as fast `[m/s]`;
+    /// default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[f64; 3]>,
     /// Factor on the velocity in time; default constant.
@@ -93,10 +95,10 @@ pub struct Boundary {
         deserialize_with = "forms::optional_history"
     )]
     pub history: Option<History>,
-    /// Stage from whose start this is in force.
+    /// Stage at whose start the entry comes into force; default the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// Stage up to whose start this is in force.
+    /// Stage at whose start the entry ends; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until: Option<String>,
 }
@@ -116,23 +118,23 @@ pub enum BoundaryKind {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
-    /// Nodes; every node when left out.
+    /// Nodes; for `stress` deformable blocks and their joints; default everything.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Velocity `[m/s]`.
+    /// Velocity `[m/s]`; default `[0, 0, 0]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[f64; 3]>,
-    /// Angular velocity about `centre`, added to `velocity` `[rad/s]`.
+    /// Angular velocity about `centre`, added to `velocity` `[rad/s]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<[f64; 3]>,
-    /// Point about which `spin` turns `[m]`; default the origin.
+    /// Point on the axis of `spin` `[m]`; default `[0, 0, 0]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre: Option<[f64; 3]>,
-    /// Stress xx yy zz xy yz zx at the origin, tension positive `[Pa]`, in place before the first
-    /// step in the blocks whose centroid lies inside, and in their joints (§12).
+    /// Stress xx, yy, zz, xy, yz, zx at the origin, tension positive `[Pa]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<[f64; 6]>,
-    /// Gradient of `stress`.
+    /// Change of `stress` per metre along x, y or z, as in `{ z = [xx, yy, zz, xy, yz, zx] }` `[Pa/m]`;
+    /// default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gradient: Option<Gradient>,
 }
@@ -156,21 +158,21 @@ pub struct Gradient {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
-    /// Name: the column in `probes.csv`.
+    /// Name: the beginning of its columns in `probes.csv`.
     pub name: String,
-    /// The node nearest to this reference position `[m]`; on a tie the lower node number.
+    /// Reference position; the probe records the nearest node `[m]`; needed without `where`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<[f64; 3]>,
-    /// Selected nodes: the sum of reactions, the mean of anything else.
+    /// Nodes: the sum of their reactions, the mean of other quantities; needed without `at`.
     #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Where>,
-    /// Recorded quantity; default displacement.
+    /// Recorded quantity; default `"displacement"`.
     #[serde(default)]
     pub quantity: Quantity,
-    /// Time between samples in a dynamic stage `[s]`; default a thousandth of the stage.
+    /// dynamic stages: time between samples `[s]`; default a thousandth of the stage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<f64>,
-    /// Steps between samples in a relax stage; default 100.
+    /// relax stages: number of steps between samples; default 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_steps: Option<u64>,
 }

@@ -13,21 +13,20 @@ const CRITICAL: f64 = 0.135_335_283_236_612_7;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactTable {
-    /// Normal stiffness of all contacts `[Pa/m]`; default that of the two faces in series.
+    /// Normal stiffness of all contacts, above 0 `[Pa/m]`; default that of the two faces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal_stiffness: Option<f64>,
-    /// Shear stiffness of all contacts `[Pa/m]`; default that of the two faces in series.
+    /// Shear stiffness of all contacts, above 0 `[Pa/m]`; default that of the two faces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_stiffness: Option<f64>,
-    /// Friction angle, in [0, 90) `[degrees]`; default the smaller angle that failure leaves to the
-    /// joints of the two faces, 30 where neither has a joint that can fail.
+    /// Friction angle of all contacts, in [0, 90) `[degrees]`; default that of the two faces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Damping of contacts and failed pairs along the normal, and of the deformation of the blocks around them,
-    /// as a fraction of critical, from 0 to 1; default 0.2, or 0 in a deck with charges.
+    /// Damping of contacts, failed pairs and the blocks around them as a fraction of critical, from 0 to
+    /// 1; default 0.2, 0 with a `[[charge]]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
-    /// Instead of `damping`: the part of the speed with which two blocks rebound, from 0 to 1.
+    /// Coefficient of restitution e of two blocks, from 0 to 1, instead of `damping`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
 }

@@ -10,7 +10,7 @@ use crate::lint::{Code, Diagnostic};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LintTable {
-    /// Codes of diagnostics that are not reported.
+    /// Codes of warnings that are not issued; default none.
     pub allow: Vec<Code>,
 }
 

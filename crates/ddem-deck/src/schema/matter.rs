@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// Density ρ `[kg/m³]`.
+    /// Density ρ, above 0 `[kg/m³]`.
     pub density: f64,
-    /// Young's modulus E `[Pa]`.
+    /// Young's modulus E, above 0 `[Pa]`.
     pub young: f64,
     /// Poisson's ratio ν, in (−1, 0.5).
     pub poisson: f64,
@@ -31,54 +31,56 @@ pub struct Material {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Joint {
-    /// Thickness t, measured along the joint's normal `[m]`.
+    /// Thickness t along the normal of the joint, equal for all joints on one plane `[m]`; needed unless
+    /// it is a spring joint.
     pub thickness: f64,
-    /// Name of the material whose elastic constants and density the joint has.
+    /// Name of the material whose constants the joint has; needed without constants or stiffnesses of
+    /// its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
-    /// Density ρ `[kg/m³]`, when no material is named.
+    /// Density ρ of the joint's own material, with `young` and `poisson`, instead of
+    /// `material` `[kg/m³]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
-    /// Young's modulus E `[Pa]`, when no material is named.
+    /// Young's modulus E of the joint's own material `[Pa]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
-    /// Poisson's ratio ν, when no material is named.
+    /// Poisson's ratio ν of the joint's own material; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
-    /// Normal stiffness k_n of a spring joint `[Pa/m]`.
+    /// Normal stiffness k_n of a spring joint, above 0, instead of constants `[Pa/m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal_stiffness: Option<f64>,
-    /// Shear stiffness k_s of a spring joint `[Pa/m]`.
+    /// Shear stiffness k_s of a spring joint, above 0, with `normal_stiffness` `[Pa/m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_stiffness: Option<f64>,
-    /// Cohesion c `[Pa]`; default 0 where the joint can fail.
+    /// Cohesion c, 0 or more `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cohesion: Option<f64>,
-    /// Friction angle φ, in [0, 90) `[degrees]`; default 0 where the joint can fail.
+    /// Friction angle φ, in [0, 90) `[degrees]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Tensile strength σ_t `[Pa]`; default 0 where the joint can fail.
+    /// Tensile strength σ_t, 0 or more `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension: Option<f64>,
-    /// Cohesion left after failure where faces have not opened, not above `cohesion` `[Pa]`; default 0.
+    /// Cohesion c_r after failure, not above `cohesion`; open points have none `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_cohesion: Option<f64>,
-    /// Friction angle after failure, not above `friction` `[degrees]`; default `friction`. With
-    /// `jrc` it is the angle φ_r, which must be given.
+    /// Friction angle φ_r after failure, not above `friction`; needed with `jrc` `[degrees]`; default
+    /// `friction`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_friction: Option<f64>,
-    /// Dilation angle ψ: sliding by s opens the joint by `s tan ψ`; not above `friction`
-    /// `[degrees]`; default 0.
+    /// Dilation angle ψ, not above `friction`: sliding by s opens a failed joint by s tan ψ `[degrees]`;
+    /// default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dilation: Option<f64>,
-    /// Energies that failing takes in opening and in sliding, G_I and G_II `[J/m²]`; absent means
-    /// brittle.
+    /// Fracture energies G_I in opening and G_II in sliding `[J/m²]`; default none: brittle.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fracture_energy: Option<[f64; 2]>,
-    /// Joint roughness coefficient JRC of Barton and Bandis, from 0 to 20 `[1]`; with `jcs`.
+    /// Joint roughness coefficient JRC of Barton's criterion, from 0 to 20 `[1]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jrc: Option<f64>,
-    /// Compressive strength of the joint's walls JCS of Barton and Bandis `[Pa]`; with `jrc`.
+    /// Compressive strength JCS of the joint walls, above 0, with `jrc` `[Pa]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jcs: Option<f64>,
 }

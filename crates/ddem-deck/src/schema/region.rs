@@ -9,46 +9,48 @@ use super::{FileOf, Heights, Triangles, normal_of};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Where {
-    /// A plane or a range along x `[m]`.
+    /// Plane at a number, or range from … to including its ends, along x `[m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<Extent>,
-    /// A plane or a range along y `[m]`.
+    /// Plane or range along y `[m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<Extent>,
-    /// A plane or a range along z `[m]`.
+    /// Plane or range along z `[m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub z: Option<Extent>,
-    /// Inside a sphere.
+    /// Inside of a sphere, `{ centre, radius }` `[m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sphere: Option<Sphere>,
-    /// Inside a cylinder.
+    /// Inside of a cylinder with flat ends, `{ from, to, radius }`, as a borehole or a tunnel `[m]`;
+    /// default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cylinder: Option<Cylinder>,
-    /// On a plane of any orientation.
+    /// Points on a plane, `{ point, normal }` or `{ point, dip, dip_direction }`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<Plane>,
-    /// Above a level z, a plane or a topography.
+    /// Half-space above a level z, a plane, or `{ topography = "heights.csv" }`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<Sheet>,
-    /// Below a level z, a plane or a topography.
+    /// Half-space below a level z, a plane, or a topography; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<Sheet>,
-    /// Inside the closed surface of an STL file; the path is relative to the deck.
+    /// Inside of the closed surface of an STL file, whose path is relative to the deck; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inside: Option<FileOf<Triangles>>,
-    /// On this side of a set, along the set's own edges.
+    /// Side of a set along its own edges, `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"` or `"z+"`; default
+    /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub side: Option<Side>,
-    /// Joints and outer faces of this dip, from 0 to 90 `[degrees]`.
+    /// Joints and outer faces of this dip, from 0 to 90 `[degrees]`; default any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dip: Option<f64>,
-    /// Direction of that dip, clockwise from north, y, from 0 to 360 `[degrees]`; default any.
+    /// Dip direction of these joints, clockwise from north, y, from 0 to 360 `[degrees]`; default any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dip_direction: Option<f64>,
-    /// Angle by which joints may deviate from `dip` and `dip_direction` `[degrees]`; default 2.
+    /// Largest angle to `dip` and `dip_direction` `[degrees]`; default 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within: Option<f64>,
-    /// Only this set of blocks.
+    /// Name of a set of blocks; default all sets.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub set: Option<String>,
 }

@@ -11,56 +11,62 @@ use super::{Damping, Deck, SafetySearch, StageKind, TimeStep, forms};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
-    /// Name, for `from` and `until`.
+    /// Name, for `from`, `until` and the results.
     pub name: String,
-    /// Static, dynamic, or a search for the factor of safety.
+    /// Kind: `"relax"` (static), `"dynamic"` (in time), or `"safety"` (factor of safety of the present
+    /// state).
     pub kind: StageKind,
-    /// safety: factors between which it is looked for; default `[0.5, 4.0]`.
+    /// safety: smallest and largest factor of the search; default `[0.5, 4.0]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bracket: Option<[f64; 2]>,
-    /// safety: width of the bracket that is left; default 0.005.
+    /// safety: width of the final bracket; default 0.005.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<f64>,
-    /// safety: joints whose strengths are divided; default all, and the friction of contacts.
+    /// safety: names of the joints whose strengths are divided; default all, and the friction of
+    /// contacts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints: Option<Vec<String>>,
-    /// safety: motion of neighbours that counts as failure where it goes on, as a part of an edge; default
+    /// safety: continuing motion between neighbours that counts as failure, relative to an edge; default
     /// 0.02.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
-    /// relax, safety: unbalanced force ratio at which the stage is done; default 1e-5.
+    /// relax, safety: unbalanced force ratio at which the stage, or a trial, is done, in (0, 1); default
+    /// 1e-5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// relax, safety: steps after which the stage, or a trial, is undecided; default 200 000.
+    /// relax, safety: number of steps after which the stage, or a trial, is undecided; default 200 000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<u64>,
-    /// relax: equal parts in which loads reach their value; default 1, and 10 where supports are driven by a
-    /// `displacement`.
+    /// relax: number of equal parts in which loads and other changes are applied; default 1, 10 with
+    /// supports driven by a `displacement`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub increments: Option<u32>,
-    /// Way on after a stage that fails or stays undecided; default `"stop"`.
+    /// relax, dynamic: behaviour if the stage fails or stays undecided, `"stop"` or `"continue"`;
+    /// default `"stop"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_failure: Option<OnFailure>,
-    /// dynamic: simulated time `[s]`.
+    /// dynamic: simulated time, with `until_rest` the longest `[s]`; needed in dynamic stages.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
-    /// dynamic: damping; default none.
+    /// dynamic: `"none"`, or one of `ratio`, `mass`, `stiffness` and `local`, as in `{ ratio = 0.05 }`;
+    /// default `"none"`.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "forms::damping")]
     pub damping: Option<Damping>,
-    /// dynamic: `"auto"`, or seconds.
+    /// dynamic: `"auto"`, or a number `[s]`; default `"auto"`.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",
         deserialize_with = "forms::time_step"
     )]
     pub time_step: Option<TimeStep>,
-    /// dynamic: whether the stage ends as soon as blocks are at rest or fail; default false.
+    /// dynamic: end as soon as blocks are at rest, or fail: keep moving without slowing down; default
+    /// `false`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_rest: Option<bool>,
-    /// dynamic: simulated time between frames `[s]`.
+    /// dynamic: time between frames, instead of `frames` `[s]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fields_every: Option<f64>,
-    /// dynamic: frames in the stage, instead of `fields_every`; default 20.
+    /// dynamic: number of frames; default 20.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<u64>,
 }

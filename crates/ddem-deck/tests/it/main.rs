@@ -7,6 +7,7 @@ mod bad_input;
 mod errors;
 mod files;
 mod good_decks;
+mod keys;
 mod lint;
 mod places;
 mod selection;

@@ -32,7 +32,14 @@ __version__: str
 @final
 class Material:
     def __new__(
-        cls, *, density: float, young: float, poisson: float, name: str | None = None
+        cls,
+        *,
+        # keys: Material
+        density: float,
+        young: float,
+        poisson: float,
+        # end
+        name: str | None = None,
     ) -> Material: ...
     @property
     def name(self) -> str | None: ...
@@ -49,6 +56,7 @@ class Joint:
     def __new__(
         cls,
         *,
+        # keys: Joint
         thickness: float = 0.0,
         material: str | Material | None = None,
         density: float | None = None,
@@ -65,6 +73,7 @@ class Joint:
         fracture_energy: Vector | None = None,
         jrc: float | None = None,
         jcs: float | None = None,
+        # end
         name: str | None = None,
     ) -> Joint: ...
     @property
@@ -95,16 +104,21 @@ class Model:
     def __new__(
         cls,
         *,
+        # keys: Deck
         title: str = "",
-        gravity: Vector = ...,
-        kinematics: Literal["corotational", "small"] = "corotational",
-        element: Literal["incompatible", "standard"] = "incompatible",
+        # end
+        # keys: ModelTable
         contact: bool | None = None,
+        gravity: Vector = ...,
+        kinematics: Literal["small", "corotational"] = "corotational",
+        element: Literal["standard", "incompatible"] = "incompatible",
         peaks: bool = False,
+        # end
     ) -> Model: ...
     def add_blocks(
         self,
         *,
+        # keys: BlockSet
         name: str | None = None,
         origin: Vector = ...,
         size: Vector | None = None,
@@ -119,80 +133,116 @@ class Model:
         dip: float | None = None,
         dip_direction: float | None = None,
         planes: Mapping[str, Mapping[str, float]] | None = None,
+        # end
     ) -> None: ...
     def contact(
         self,
         *,
+        # keys: ContactTable
         normal_stiffness: float | None = None,
         shear_stiffness: float | None = None,
         friction: float | None = None,
         damping: float | None = None,
         restitution: float | None = None,
+        # end
     ) -> None: ...
-    def lint(self, *, allow: Sequence[str] = ...) -> None: ...
+    def lint(
+        self,
+        *,
+        # keys: LintTable
+        allow: Sequence[str] = ...,
+        # end
+    ) -> None: ...
     def assign(
         self,
         *,
+        # keys: Assign
         joint: str | Joint | None = None,
         material: str | Material | None = None,
+        # end
         **where: Unpack[When],
     ) -> None: ...
-    def remove(self, *, release: float | None = None, **where: Unpack[When]) -> None: ...
-    def refine(self, *, factor: int, **where: Unpack[Where]) -> None: ...
+    def remove(
+        self,
+        *,
+        # keys: Remove
+        release: float | None = None,
+        # end
+        **where: Unpack[When],
+    ) -> None: ...
+    def refine(
+        self,
+        *,
+        # keys: Refine
+        factor: int,
+        # end
+        **where: Unpack[Where],
+    ) -> None: ...
     def fix(
         self,
         axes: str,
         *,
+        # keys: Fix but axes
         velocity: Vector | None = None,
         displacement: Vector | None = None,
         history: History | None = None,
+        # end
         **where: Unpack[When],
     ) -> None: ...
     def load(
         self,
         *,
+        # keys: Load
         traction: Vector | None = None,
         pressure: float | None = None,
         line: Vector | None = None,
         force: Vector | None = None,
         history: History | None = None,
+        # end
         **where: Unpack[When],
     ) -> None: ...
     def charge(
         self,
         *,
+        # keys: Charge
         mass: float | None = None,
         explosive: str | Mapping[str, float] | None = None,
         pressure: float | None = None,
         gamma: float | None = None,
         history: Literal["gas"] | History | None = None,
         delay: float | None = None,
+        # end
         **where: Unpack[When],
     ) -> None: ...
     def boundary(
         self,
         kind: Literal["viscous", "free-field"],
         *,
+        # keys: Boundary but kind
         velocity: Vector | None = None,
         history: History | None = None,
+        # end
         **where: Unpack[When],
     ) -> None: ...
     def initial(
         self,
         *,
+        # keys: Initial
         velocity: Vector | None = None,
         spin: Vector | None = None,
         centre: Vector | None = None,
         stress: Vector | None = None,
         gradient: Mapping[str, Vector] | None = None,
+        # end
         **where: Unpack[Where],
     ) -> None: ...
     def stage(
         self,
         name: str,
         *,
+        # keys: Stage but name
         kind: Literal["relax", "dynamic", "safety"],
-        bracket: tuple[float, float] | None = None,
+        bracket: Vector | None = None,
         resolution: float | None = None,
         joints: Sequence[str] | None = None,
         limit: float | None = None,
@@ -201,29 +251,23 @@ class Model:
         increments: int | None = None,
         on_failure: Literal["stop", "continue"] | None = None,
         duration: float | None = None,
-        until_rest: bool | None = None,
         damping: Damping | None = None,
         time_step: float | Literal["auto"] | None = None,
+        until_rest: bool | None = None,
         fields_every: float | None = None,
         frames: int | None = None,
+        # end
     ) -> None: ...
     def probe(
         self,
         name: str,
         *,
+        # keys: Probe but name
         at: Vector | None = None,
-        quantity: Literal[
-            "displacement",
-            "velocity",
-            "stress",
-            "reaction",
-            "fragment",
-            "peak_velocity",
-            "peak_tension",
-            "peak_compression",
-        ] = "displacement",
+        quantity: Literal["displacement", "velocity", "stress", "reaction", "fragment", "peak_velocity", "peak_tension", "peak_compression"] = "displacement",
         every: float | None = None,
         every_steps: int | None = None,
+        # end
         **where: Unpack[Where],
     ) -> None: ...
     def build(self, *, threads: int | None = None) -> Simulation: ...

@@ -193,12 +193,12 @@ impl Simulation {
         state.contacts.bonds_mut().for_each(|(_, bond)| bond.law = bond.joint);
         state.broken_joints.recheck();
         let mut simulation = Self::with_state(model, state, simd);
-        simulation.go_on(run);
+        simulation.restore_run(run);
         Ok(simulation)
     }
 
     /// Goes on as it did when it was saved.
-    fn go_on(&mut self, run: RunState) {
+    fn restore_run(&mut self, run: RunState) {
         self.damping = run.damping;
         let before = self.state.before;
         *self.motion = Motion::dynamic(&self.model.assembly, run.damping, before, run.time_step);

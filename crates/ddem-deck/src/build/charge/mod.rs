@@ -11,7 +11,7 @@ use self::cavity::{between, cavities};
 use self::holes::walls;
 pub(super) use self::holes::{Holes, is_wall};
 use self::mesh::SurfaceBuilder;
-use super::geometry::abut::Seats;
+use super::geometry::touching::TouchingFaces;
 use super::geometry::{Region, place};
 use crate::lint::Diagnostic;
 use crate::schema::{self, ChargeHistory, Deck};
@@ -150,7 +150,7 @@ fn no_face(index: usize, region: &Region, holes: &Holes<'_>) -> Fault {
     let geometry = holes.geometry;
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";
     let fault = Fault::new(ErrorCode::EmptySelection, format!("charge[{index}].where"), what);
-    if Seats(geometry).joins_at(region) > 0 {
+    if TouchingFaces(geometry).joins_at(region) > 0 {
         return fault.help(
             "gas does not push joints between faces that do not match: split the blocks on both sides alike",
         );

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::geometry::abut::Seats;
+use super::super::geometry::touching::TouchingFaces;
 use super::super::geometry::{Region, place};
 use super::cavity::{Cavity, CavityEnd};
 use super::holes::Holes;
@@ -96,7 +96,7 @@ pub(super) fn of_joints(
     holes: &Holes<'_>,
 ) -> Vec<Diagnostic> {
     let (mut warnings, geometry) = (Vec::new(), holes.geometry);
-    let others = Seats(geometry).joins_at(region);
+    let others = TouchingFaces(geometry).joins_at(region);
     if others > 0 {
         let message =
             format!("the gas does not push {others} joints between faces that do not match");

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::abut::{Seats, nonconforming_joints};
+use super::empty_selection::{no_block, no_joint, nothing};
 use super::mesh;
-use super::nothing::{no_block, no_joint, nothing};
+use super::touching::{TouchingFaces, nonconforming_joints};
 use super::{Names, Region};
 use crate::schema::names::segment;
 use crate::schema::{Assign, Deck, Joint};
@@ -108,7 +108,7 @@ pub(super) fn unused_faults(
 ) -> Vec<Fault> {
     let fault = |&index: &usize| {
         let (entry, region) = (&deck.assign[index], region(&deck.assign[index]));
-        (Seats(geometry).joins_at(&region) == 0)
+        (TouchingFaces(geometry).joins_at(&region) == 0)
             .then(|| assigns_nothing(geometry, index, entry, &region))
     };
     unused.iter().filter_map(fault).collect()

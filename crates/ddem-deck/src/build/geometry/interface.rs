@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use super::abut::Seats;
+use super::touching::TouchingFaces;
 use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
 use ddem_core::problem::{Geometry, NonconformingJoint};
@@ -53,7 +53,8 @@ fn sets(geometry: &Geometry, blocks: [u32; 2]) -> SetPair {
 pub(in crate::build) fn interfaces(geometry: &Geometry, deck: &Deck) -> Vec<Interface> {
     let mut faces: BTreeMap<(SetPair, Option<u16>), usize> = BTreeMap::new();
     let joined = geometry.joined().map(|a| (sets(geometry, a.blocks), Some(a.joint)));
-    let contacts = if deck.finds_contacts() { Seats(geometry).unjoined() } else { Vec::new() };
+    let contacts =
+        if deck.finds_contacts() { TouchingFaces(geometry).unjoined() } else { Vec::new() };
     let contacts = contacts.into_iter().map(|blocks| (sets(geometry, blocks), None));
     for place in joined.filter(|([a, b], _)| a != b).chain(contacts) {
         *faces.entry(place).or_default() += 1;
@@ -109,10 +110,12 @@ fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
         return Vec::new();
     }
     let all = geometry.joined().chain(&*geometry.apart).map(|joint_pair| joint_pair.blocks);
-    let known: BTreeSet<SetPair> =
-        all.chain(Seats(geometry).unjoined()).map(|blocks| sets(geometry, blocks)).collect();
+    let known: BTreeSet<SetPair> = all
+        .chain(TouchingFaces(geometry).unjoined())
+        .map(|blocks| sets(geometry, blocks))
+        .collect();
     let mut gaps: BTreeMap<SetPair, (f64, usize)> = BTreeMap::new();
-    for (blocks, gap) in Seats(geometry).across_gaps(NARROW) {
+    for (blocks, gap) in TouchingFaces(geometry).across_gaps(NARROW) {
         let sets = sets(geometry, blocks);
         if !known.contains(&sets) {
             let (least, faces) = gaps.entry(sets).or_insert((gap, 0));

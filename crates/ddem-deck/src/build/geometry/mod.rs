@@ -1,12 +1,11 @@
 //! Sets of blocks: cut, split, assigned and taken out.
 
-pub(super) mod abut;
 mod assign;
 mod convex;
+mod empty_selection;
 pub(super) mod interface;
 mod lattice;
 mod mesh;
-mod nothing;
 mod orientation;
 mod overlap;
 mod refine;
@@ -17,11 +16,12 @@ mod solid;
 mod stages;
 mod taken;
 mod terrain;
+pub(super) mod touching;
 
+use empty_selection::no_block;
+pub(super) use empty_selection::{no_node, nothing, place};
 pub use interface::Interface;
 use lattice::lattices;
-use nothing::no_block;
-pub(super) use nothing::{no_node, nothing, place};
 pub(super) use region::Region;
 pub(super) use stages::stages;
 pub use taken::Selection;
@@ -84,7 +84,8 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     geometry.touching = Arc::new(overlap::touching(&geometry.lattices));
     let given = mesh::joints(&geometry, deck, names)?;
     let pairs = given.iter().map(|(blocks, (joint, _))| (*blocks, *joint)).collect();
-    let [joined, apart] = abut::nonconforming_joints(&geometry, (deck, names, 0), &sets, &pairs);
+    let [joined, apart] =
+        touching::nonconforming_joints(&geometry, (deck, names, 0), &sets, &pairs);
     geometry.join(joined);
     geometry.apart = Arc::new(apart);
     let mut faults = assign::unused_faults(&geometry, deck, &unused, &of);

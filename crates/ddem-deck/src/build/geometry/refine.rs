@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use super::Names;
+use super::empty_selection::{no_block, nothing};
 use super::lattice::{MOST_NODES, too_many};
-use super::nothing::{no_block, nothing};
 use super::region::Region;
 use crate::schema::Deck;
 use crate::schema::names::segment;

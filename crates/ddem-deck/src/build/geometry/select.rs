@@ -8,7 +8,7 @@
 //! ```
 
 use super::Region;
-use super::abut::Seats;
+use super::touching::TouchingFaces;
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Strip, Vec3};
 
 impl Region {
@@ -191,7 +191,7 @@ impl Region {
 
     /// The faces that would be selected, but that another block abuts on a part of them.
     pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<BlockFace> {
-        let seats = Seats(geometry);
+        let seats = TouchingFaces(geometry);
         let covered = seats.covered();
         self.sides(geometry, |surface| seats.is_covered_in_part(surface, &covered))
     }

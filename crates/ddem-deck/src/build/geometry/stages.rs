@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::nothing::{no_block, nothing};
+use super::empty_selection::{no_block, nothing};
 use super::{Names, Region, Selection, assign, refined};
 use crate::schema::{Deck, Where};
 use ddem_core::problem::{Geometry, Sets, Stages};

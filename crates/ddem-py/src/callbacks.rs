@@ -1,23 +1,23 @@
-//! Python functions that a run calls on its way.
+//! Python functions that a run calls between steps.
 
 use pyo3::prelude::*;
 
 use crate::errors::{self, model_error};
 use crate::simulation::PySimulation;
 
-/// Looks in a run without `every`.
-const LOOKS: f64 = 100.0;
+/// Number of calls in a run without `every`.
+const CALLS: f64 = 100.0;
 
-/// Python functions that a run calls on its way.
-pub(crate) struct Looks<'py> {
+/// Python functions that a run calls between steps.
+pub(crate) struct Callbacks<'py> {
     until: Option<Bound<'py, PyAny>>,
     callback: Option<Bound<'py, PyAny>>,
-    /// Simulated time between two looks `[s]`.
+    /// Simulated time between two callbacks `[s]`.
     pub(crate) every: f64,
 }
 
-impl<'py> Looks<'py> {
-    /// None where nothing is to be called.
+impl<'py> Callbacks<'py> {
+    /// The functions; `None` without any.
     pub(crate) fn new(
         py: Python<'py>,
         [until, callback]: [Option<Bound<'py, PyAny>>; 2],
@@ -51,18 +51,18 @@ impl<'py> Looks<'py> {
             let message = format!("must be a finite number above 0, found {every}");
             return Err(model_error(py, "every", &message, None));
         }
-        let every = every.or(duration.map(|duration| duration / LOOKS)).unwrap_or(f64::INFINITY);
+        let every = every.or(duration.map(|duration| duration / CALLS)).unwrap_or(f64::INFINITY);
         Ok((!none).then_some(Self { until, callback, every }))
     }
 
-    /// Calls the functions; whether the run is to end.
-    pub(crate) fn look(&self, simulation: &Bound<'py, PySimulation>) -> PyResult<bool> {
-        self.look_last(simulation)?;
+    /// Calls both functions. Returns true if the run must end.
+    pub(crate) fn call(&self, simulation: &Bound<'py, PySimulation>) -> PyResult<bool> {
+        self.call_last(simulation)?;
         self.until.as_ref().map_or(Ok(false), |until| until.call1((simulation,))?.is_truthy())
     }
 
-    /// Calls what is called at the end, too.
-    pub(crate) fn look_last(&self, simulation: &Bound<'py, PySimulation>) -> PyResult<()> {
+    /// Calls `callback`, as at the end of a run.
+    pub(crate) fn call_last(&self, simulation: &Bound<'py, PySimulation>) -> PyResult<()> {
         self.callback.as_ref().map_or(Ok(()), |callback| callback.call1((simulation,)).map(|_| ()))
     }
 }

@@ -1,4 +1,4 @@
-//! Stages of a session: begun, moved from look to look, ended.
+//! Stages of a session: begun, advanced from pause to pause, ended.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,21 +17,21 @@ use crate::folder::Folder;
 
 /// A stage that a session has begun and not ended.
 #[derive(Debug)]
-pub struct Begun {
+pub struct OpenStage {
     stage: Stage,
     folder: Option<Folder>,
-    /// None only while it goes on.
-    pace: Option<StageProgress>,
+    /// `None` only while it advances.
+    progress: Option<StageProgress>,
 }
 
-/// Point that a stage went to.
+/// Status of a stage after [`advance`](Session::advance).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Went {
-    /// To its end.
-    ToEnd,
-    /// To a look that is due.
-    ToLook,
-    /// To where the observer stopped it.
+pub enum StageStatus {
+    /// At its end.
+    Done,
+    /// At a pause that is due.
+    Paused,
+    /// Stopped by the observer.
     Stopped,
 }
 
@@ -63,21 +63,20 @@ impl Session {
         folder: Option<&Path>,
         observer: &mut dyn Observer,
     ) -> Result<bool, RunFailure> {
-        let Some(mut begun) = self.begin(stage, folder, None, observer)? else { return Ok(false) };
-        let went = self.go_on(&mut begun, observer);
-        let done = matches!(went, Ok(Went::ToEnd));
-        let closed = self.end(begun, done, observer);
-        went?;
+        let Some(mut open) = self.begin(stage, folder, None, observer)? else { return Ok(false) };
+        let status = self.advance(&mut open, observer);
+        let done = matches!(status, Ok(StageStatus::Done));
+        let closed = self.end(open, done, observer);
+        status?;
         closed?;
         Ok(done)
     }
 
-    /// Begins what [`stage`](Self::stage) does in one call, for a program that looks at the simulation
-    /// on the way. [`go_on`](Self::go_on) moves it, [`end`](Self::end) must follow in any case.
-    /// `looks` is the time between looks in a dynamic stage, rounded to whole steps as that of a probe
-    /// is `[s]`.
+    /// Begins a stage that [`advance`](Self::advance) moves and [`end`](Self::end) must end, for a
+    /// program that reads the simulation in between. [`stage`](Self::stage) does all three.
+    /// `pauses` is the time between pauses in a dynamic stage, rounded to whole steps `[s]`.
     ///
-    /// None when the observer stopped it.
+    /// `None` if the observer stopped it.
     ///
     /// # Errors
     ///
@@ -86,16 +85,16 @@ impl Session {
         &mut self,
         stage: &Stage,
         folder: Option<&Path>,
-        looks: Option<f64>,
+        pauses: Option<f64>,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Begun>, RunFailure> {
+    ) -> Result<Option<OpenStage>, RunFailure> {
         self.stoppable(observer.stop_flag(), |session| {
             let Some(folder) = session.prepare(stage, folder, observer)? else { return Ok(None) };
             let stage = session.named(stage);
-            match Running::new((&stage, 1), looks, &mut session.moved, observer) {
+            match Running::new((&stage, 1), pauses, &mut session.moved, observer) {
                 Ok(running) => {
-                    let pace = running.aside();
-                    Ok(Some(Begun { stage, folder, pace: Some(pace) }))
+                    let progress = running.aside();
+                    Ok(Some(OpenStage { stage, folder, progress: Some(progress) }))
                 }
                 Err(failure) => {
                     let closed = session.close(folder.as_ref());
@@ -108,49 +107,49 @@ impl Session {
         })
     }
 
-    /// Moves the simulation to the next look that is due, or to the end of the stage.
+    /// Moves the simulation to the next pause that is due, or to the end of the stage.
     ///
     /// # Errors
     ///
     /// A run that fails; a file that cannot be written.
-    pub fn go_on(
+    pub fn advance(
         &mut self,
-        begun: &mut Begun,
+        open: &mut OpenStage,
         observer: &mut dyn Observer,
-    ) -> Result<Went, RunFailure> {
-        let Begun { stage, pace, .. } = begun;
-        let Some(held) = pace.take() else { return Ok(Went::Stopped) };
+    ) -> Result<StageStatus, RunFailure> {
+        let OpenStage { stage, progress, .. } = open;
+        let Some(held) = progress.take() else { return Ok(StageStatus::Stopped) };
         self.stoppable(observer.stop_flag(), |session| {
             let mut running = Running::again(stage, &mut session.moved, observer, held);
-            let went = running.go(Duration::MAX);
-            *pace = Some(running.aside());
-            Ok(match went? {
-                Halt::End => Went::ToEnd,
-                Halt::Look => Went::ToLook,
-                Halt::Stopped | Halt::Due => Went::Stopped,
+            let status = running.go(Duration::MAX);
+            *progress = Some(running.aside());
+            Ok(match status? {
+                Halt::End => StageStatus::Done,
+                Halt::Look => StageStatus::Paused,
+                Halt::Stopped | Halt::Due => StageStatus::Stopped,
             })
         })
     }
 
-    /// Ends a stage, and its files where there are some. With `done` it ends as at its last step,
-    /// wherever it is; without, the simulation stays where it was stopped.
+    /// Ends a stage and its files. With `done` it ends as at its last step; without, the simulation
+    /// stays where it was stopped.
     ///
     /// # Errors
     ///
     /// A stage that has failed; a file that cannot be written.
     pub fn end(
         &mut self,
-        begun: Begun,
+        open: OpenStage,
         done: bool,
         observer: &mut dyn Observer,
     ) -> Result<(), RunFailure> {
-        let Begun { stage, folder, pace } = begun;
-        let finish = |pace| {
-            let mut running = Running::again(&stage, &mut self.moved, observer, pace);
+        let OpenStage { stage, folder, progress } = open;
+        let finish = |progress| {
+            let mut running = Running::again(&stage, &mut self.moved, observer, progress);
             running.end_here()?;
             running.finish()?.map_or(Ok(()), Err)
         };
-        let ended = pace.filter(|_| done).map_or(Ok(()), finish);
+        let ended = progress.filter(|_| done).map_or(Ok(()), finish);
         let closed = self.close(folder.as_ref());
         ended?;
         closed

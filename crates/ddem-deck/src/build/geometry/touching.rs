@@ -39,7 +39,7 @@ pub(super) fn nonconforming_joints(
     let other = |&[a, b]: &[u32; 2]| {
         geometry.blocks[a as usize].lattice != geometry.blocks[b as usize].lattice
     };
-    let (seats, rules) = (Seats(geometry), JointRules { joints, assigned, pairs });
+    let (seats, rules) = (TouchingFaces(geometry), JointRules { joints, assigned, pairs });
     let abut = |blocks: [u32; 2]| {
         let mut faces = BlockFace::pairs(blocks.map(|block| block as usize));
         faces.find_map(|faces| seats.abut(faces, &rules))
@@ -60,9 +60,9 @@ struct JointRules<'a> {
 }
 
 /// Faces of the blocks of a geometry, as they lie on each other.
-pub(in crate::build) struct Seats<'a>(pub(in crate::build) &'a Geometry);
+pub(in crate::build) struct TouchingFaces<'a>(pub(in crate::build) &'a Geometry);
 
-impl Seats<'_> {
+impl TouchingFaces<'_> {
     /// Number of nonconforming joints with the centre of one face in a region.
     pub(in crate::build) fn joins_at(&self, region: &Region) -> usize {
         let inside = |joint_pair: &&NonconformingJoint| {

@@ -1,0 +1,347 @@
+//! Tables, docstrings and stubs that list the keys of a deck: all of them come from the schema.
+//!
+//! `DDEM_DOCS=1 cargo test -p ddem-deck --test it keys` writes them.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+/// A key of a table, as its documentation in the schema has it.
+struct Key {
+    name: String,
+    meaning: String,
+    unit: Option<String>,
+    /// Text after "default", or "–" with the condition under which the key is needed.
+    default: String,
+    schema: Value,
+    optional: bool,
+}
+
+impl Key {
+    /// Splits "Meaning `[unit]`; default value." or "…; needed if … .".
+    fn new(name: &str, schema: &Value, required: bool) -> Self {
+        let text =
+            schema["description"].as_str().unwrap_or_else(|| panic!("`{name}` says nothing"));
+        let text = text.replace('\n', " ");
+        let text = text.strip_suffix('.').unwrap_or_else(|| panic!("`{name}`: {text}"));
+        let (text, default) = match (text.rsplit_once("; default "), text.rsplit_once("; needed")) {
+            (Some((text, default)), _) => (text, default.to_owned()),
+            (None, Some((text, case))) => (text, format!("–{case}")),
+            (None, None) if required => (text, "–".to_owned()),
+            (None, None) => panic!("`{name}` has neither a default nor a condition: {text}"),
+        };
+        let unit = text.strip_suffix("]`").and_then(|text| text.rsplit_once(" `["));
+        let (meaning, unit) = unit.map_or((text, None), |(text, unit)| (text, Some(unit.into())));
+        let (name, meaning) = (name.to_owned(), meaning.to_owned());
+        let optional = !required && default != "–";
+        Self { name, meaning, unit, default, schema: schema.clone(), optional }
+    }
+
+    /// A row of a page.
+    fn row(&self, prefix: &str) -> String {
+        let Self { name, meaning, unit, default, .. } = self;
+        let unit = unit.as_deref().unwrap_or_default();
+        format!("| `{prefix}{name}` | {meaning} | {unit} | {default} |")
+    }
+
+    fn python_name(&self) -> &str {
+        if self.name == "from" { "from_" } else { &self.name }
+    }
+
+    /// A parameter of a docstring.
+    fn parameter(&self) -> String {
+        let Self { meaning, unit, default, .. } = self;
+        let unit = unit.as_ref().map_or_else(String::new, |unit| format!(" [{unit}]"));
+        let default = match default.strip_prefix('–') {
+            None if default == "none" => String::new(),
+            None => format!("; default {default}"),
+            Some("") => String::new(),
+            Some(case) => format!("; needed{case}"),
+        };
+        let optional = if self.optional { ", optional" } else { "" };
+        let text = in_python(&format!("{meaning}{unit}{default}."));
+        let head = if self.name == "where" {
+            format!("{} : optional", WHERE.join(", "))
+        } else {
+            format!("{} : {}{optional}", self.python_name(), self.words())
+        };
+        format!("{head}\n{}", wrapped(&text))
+    }
+
+    /// Type in a docstring.
+    fn words(&self) -> String {
+        match self.python_type().as_str() {
+            "Vector" => match self.schema["minItems"].as_u64() {
+                Some(n) if n <= 3 => format!("({})", vec!["float"; n as usize].join(", ")),
+                _ => "array of float".to_owned(),
+            },
+            "Sequence[int]" => "array of int".to_owned(),
+            "Sequence[Vector]" => "array of vectors".to_owned(),
+            "Sequence[str]" => "list of str".to_owned(),
+            "History" => "callable, dict or rows".to_owned(),
+            "Damping" => "float, str or dict".to_owned(),
+            name if name.starts_with("Literal[\"gas\"]") => {
+                "\"gas\", callable, dict or rows".to_owned()
+            }
+            name if name.starts_with("Literal[") => {
+                format!("{{{}}}", &name["Literal[".len()..name.len() - 1])
+            }
+            name if name.starts_with("Mapping") => "dict".to_owned(),
+            "str | Joint | Mapping[str, str | Joint]" => "Joint, str or dict".to_owned(),
+            "str | Mapping[str, float]" => "str or dict".to_owned(),
+            name => {
+                name.replace("str | ", "str or ").replace(" | Literal[\"auto\"]", " or \"auto\"")
+            }
+        }
+    }
+
+    /// Type in a stub.
+    fn python_type(&self) -> String {
+        match self.name.as_str() {
+            "material" => return "str | Material".to_owned(),
+            "joint" if reference(&self.schema) != Some("JointChoice") => {
+                return "str | Joint".to_owned();
+            }
+            _ => {}
+        }
+        if let Some(name) = reference(&self.schema) {
+            return named(name);
+        }
+        let kind = |schema: &Value| {
+            let kinds = &schema["type"];
+            let kind = kinds.as_str().or_else(|| kinds[0].as_str());
+            kind.unwrap_or_else(|| panic!("{schema}")).to_owned()
+        };
+        match kind(&self.schema).as_str() {
+            "number" => "float".to_owned(),
+            "integer" => "int".to_owned(),
+            "boolean" => "bool".to_owned(),
+            "string" => "str".to_owned(),
+            _ => {
+                let items = &self.schema["items"];
+                let inner =
+                    if reference(items).is_some() { "string".to_owned() } else { kind(items) };
+                match inner.as_str() {
+                    "number" => "Vector",
+                    "integer" => "Sequence[int]",
+                    "array" => "Sequence[Vector]",
+                    _ => "Sequence[str]",
+                }
+                .to_owned()
+            }
+        }
+    }
+
+    /// An argument of a stub.
+    fn argument(&self) -> String {
+        let (name, kind) = (self.python_name(), self.python_type());
+        let nullable = self.schema["type"].as_array().is_some() || self.schema["anyOf"].is_array();
+        if !self.optional {
+            let default = if self.default == "–" { "" } else { " | None = None" };
+            return format!("{name}: {kind}{default},");
+        }
+        match &self.schema["default"] {
+            _ if nullable => format!("{name}: {kind} | None = None,"),
+            Value::String(text) => format!("{name}: {kind} = \"{text}\","),
+            Value::Number(number) => format!("{name}: {kind} = {number},"),
+            _ if kind == "bool" => format!("{name}: {kind} = False,"),
+            Value::Array(_) if kind == "Sequence[Vector]" => {
+                format!("{name}: {kind} | None = None,")
+            }
+            _ => format!("{name}: {kind} = ...,"),
+        }
+    }
+}
+
+/// Keys of `where`, which are arguments in Python.
+const WHERE: [&str; 14] = [
+    "x",
+    "y",
+    "z",
+    "sphere",
+    "cylinder",
+    "plane",
+    "above",
+    "below",
+    "inside",
+    "side",
+    "dip",
+    "dip_direction",
+    "within",
+    "set",
+];
+
+/// Name of the definition that a schema refers to.
+fn reference(schema: &Value) -> Option<&str> {
+    let target = schema["$ref"].as_str().or_else(|| schema["anyOf"][0]["$ref"].as_str())?;
+    target.rsplit('/').next()
+}
+
+/// Type of a definition in a stub.
+fn named(name: &str) -> String {
+    match name {
+        "History" | "Damping" => name.to_owned(),
+        "ChargeHistory" => "Literal[\"gas\"] | History".to_owned(),
+        "TimeStep" => "float | Literal[\"auto\"]".to_owned(),
+        "Explosive" => "str | Mapping[str, float]".to_owned(),
+        "Edges" | "Gradient" => "Mapping[str, Vector]".to_owned(),
+        "BlockMesh" => "Mapping[str, Any]".to_owned(),
+        "Orientations" => "Mapping[str, Mapping[str, float]]".to_owned(),
+        "JointChoice" => "str | Joint | Mapping[str, str | Joint]".to_owned(),
+        "Where" => "Where".to_owned(),
+        name => {
+            let schema = json_schema();
+            let definition = &schema["$defs"][name];
+            let listed = definition["enum"].as_array().into_iter().flatten();
+            let one_of = definition["oneOf"].as_array().into_iter().flatten();
+            let words = listed.chain(one_of.map(|one| &one["const"]));
+            let words: Vec<String> = words.map(|word| format!("{word}")).collect();
+            assert!(!words.is_empty(), "{name}: {definition}");
+            format!("Literal[{}]", words.join(", "))
+        }
+    }
+}
+
+fn json_schema() -> Value {
+    ddem_deck::json_schema()
+}
+
+/// Keys of a table in the order of its struct, without those that are refused.
+fn keys(table: &str) -> Vec<Key> {
+    let schema = json_schema();
+    let definition = if table == "Deck" { &schema } else { &schema["$defs"][table] };
+    let required: Vec<&str> =
+        definition["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    let all = definition["properties"].as_object().unwrap_or_else(|| panic!("no table {table}"));
+    let said = |schema: &Value| {
+        schema["description"].as_str().is_some_and(|text| !text.starts_with("Not allowed"))
+    };
+    all.iter()
+        .filter(|(name, schema)| said(schema) && (table != "Deck" || *name == "title"))
+        .map(|(name, schema)| Key::new(name, schema, required.contains(&name.as_str())))
+        .collect()
+}
+
+/// A text about a deck in the words of Python.
+fn in_python(text: &str) -> String {
+    let mut out = text.replace("`true`", "True").replace("`false`", "False");
+    out = out
+        .replace("`[[charge]]`", "charge")
+        .replace("`[[remove]]`", "remove")
+        .replace("`from`", "`from_`");
+    let mut parts: Vec<String> = out.split('`').map(str::to_owned).collect();
+    for code in parts.iter_mut().skip(1).step_by(2) {
+        for key in ["x", "y", "z", "ratio", "topography"] {
+            *code = code.replace(&format!("{key} = "), &format!("\"{key}\": "));
+        }
+        if code.starts_with('{') {
+            *code = format!("`{}`", code.replace("{ ", "{").replace(" }", "}"));
+        }
+    }
+    parts.join("`")
+}
+
+/// A paragraph of a docstring, indented.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::from("   ")];
+    for word in text.split(' ') {
+        let last = lines.len() - 1;
+        if lines[last].chars().count() + 1 + word.chars().count() > 100 {
+            lines.push(String::from("   "));
+        }
+        let last = lines.len() - 1;
+        write!(lines[last], " {word}").unwrap();
+    }
+    lines.join("\n")
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Compares a file with what it must be, or writes it.
+fn expect(path: &str, text: &str) {
+    let path = root().join(path);
+    if std::env::var_os("DDEM_DOCS").is_some() {
+        std::fs::write(&path, text).unwrap();
+    }
+    let found = std::fs::read_to_string(&path).unwrap_or_default();
+    let first = found.lines().zip(text.lines()).find(|(found, wanted)| found != wanted);
+    assert!(found == text, "{} is not what the schema says: {first:?}", path.display());
+}
+
+/// Replaces the lines between those that begin with `begin` and `end`; `write` makes them of the
+/// words after `begin`.
+fn between(text: &str, (begin, end): (&str, &str), write: &dyn Fn(&str, &str) -> String) -> String {
+    let mut out = String::new();
+    let mut skips = false;
+    for line in text.lines() {
+        let indent = &line[..line.len() - line.trim_start().len()];
+        skips &= !line.trim_start().starts_with(end);
+        if !skips {
+            out += line;
+            out.push('\n');
+        }
+        if let Some(words) = line.trim().strip_prefix(begin) {
+            skips = true;
+            out += &write(words.trim_end_matches("-->").trim(), indent);
+        }
+    }
+    out
+}
+
+#[test]
+fn tables_of_the_page() {
+    let path = "docs/deck.md";
+    let page = std::fs::read_to_string(root().join(path)).unwrap();
+    let table = |words: &str, _: &str| {
+        let (table, prefix) = words.split_once(' ').unwrap_or((words, ""));
+        let mut text = String::from("\n| Key | Meaning | Unit | Default |\n|---|---|---|---|\n");
+        keys(table).iter().for_each(|key| text += &(key.row(prefix) + "\n"));
+        text + "\n"
+    };
+    expect(path, &between(&page, ("<!-- keys:", "<!-- end -->"), &table));
+}
+
+#[test]
+fn stubs() {
+    let path = "crates/ddem-py/python/ddem/_ddem.pyi";
+    let stub = std::fs::read_to_string(root().join(path)).unwrap();
+    let arguments = |words: &str, indent: &str| {
+        let (table, but) = words.split_once(" but ").unwrap_or((words, ""));
+        let own = |key: &&Key| {
+            key.name != but && !["where", "from", "until"].contains(&key.name.as_str())
+        };
+        let line = |key: &Key| format!("{indent}{}\n", key.argument());
+        keys(table).iter().filter(own).map(line).collect()
+    };
+    expect(path, &between(&stub, ("# keys:", "# end"), &arguments));
+}
+
+/// Parameters of the methods of a model, which `sections.rs` and `matter.rs` of `ddem-py` include.
+#[test]
+fn docstrings() {
+    for table in [
+        "ModelTable",
+        "Material",
+        "Joint",
+        "BlockSet",
+        "ContactTable",
+        "LintTable",
+        "Assign",
+        "Remove",
+        "Refine",
+        "Fix",
+        "Load",
+        "Charge",
+        "Boundary",
+        "Initial",
+        "Stage",
+        "Probe",
+    ] {
+        let parameters: Vec<String> = keys(table).iter().map(Key::parameter).collect();
+        let text = format!("Parameters\n----------\n{}\n", parameters.join("\n"));
+        expect(&format!("crates/ddem-py/src/keys/{table}.txt"), &text);
+    }
+}
