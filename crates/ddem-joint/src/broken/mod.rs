@@ -1,8 +1,7 @@
-//! §5: what has become of the joints: which elements are left, which pairs are springs, and what
-//! these remember.
+//! State of broken joints (§5): elements that are left, pairs that are springs, and their history.
 //!
-//! An unbroken joint lattice has no entry here and costs nothing. One in which something has
-//! failed, or that is springs from the start, is a [`BrokenLattice`].
+//! A joint lattice without failed pairs has no entry here and costs nothing. A [`BrokenLattice`]
+//! holds a lattice in which a pair has failed or that consists of springs from the start.
 
 mod springs;
 pub mod strips;
@@ -19,12 +18,12 @@ use ddem_mesh::pack::{NodePair, Pack, Packs};
 
 pub use springs::{GroundFrame, SideDisplacements, SpringForces};
 
-/// A joint lattice of a pack that is not all elements.
+/// Joint lattice of a pack in which springs have replaced some or all elements.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BrokenLattice {
-    /// 1 where an element is left, 0 where not, by element and lane.
+    /// 1 for each element that is left, 0 for each removed one, by element and lane.
     pub alive: Vec<Lanes>,
-    /// True if any element is left.
+    /// True if at least one element is left.
     pub any_alive: bool,
     /// Pairs of a face joint by lane, in the order of [`ddem_mesh::pack::BlockNumbering::pairs`].
     pub points: Vec<[JointPoint; LANES]>,
@@ -33,7 +32,7 @@ pub struct BrokenLattice {
     /// True if a pair of a joint that can fail may still be bonded.
     #[serde(skip)]
     bonded: bool,
-    /// Pairs and lanes that failed since the strips were last looked at.
+    /// Pairs and lanes that failed since strips and corners were last checked.
     fresh: Vec<(u32, u8)>,
 }
 
@@ -43,11 +42,11 @@ pub type PackBreaks = Option<Box<[Option<BrokenLattice>; 8]>>;
 /// The broken joints of all packs.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BrokenJoints {
-    /// Of each pack.
+    /// Broken joints of each pack.
     pub packs: Vec<PackBreaks>,
 }
 
-// Measurements copy the broken joints again and again: into the memory that they have.
+// Frequent copies reuse the memory of the target.
 impl Clone for BrokenJoints {
     fn clone(&self) -> Self {
         Self { packs: self.packs.clone() }
@@ -75,7 +74,8 @@ impl Clone for BrokenLattice {
 }
 
 impl BrokenJoints {
-    /// With every joint that `broken` selects turned to springs, all its pairs bonded.
+    /// Broken joints in which springs replace each joint that `broken` selects; all pairs are
+    /// bonded.
     pub fn with(
         packs: &Packs,
         assembly: &Assembly,
@@ -104,7 +104,7 @@ impl BrokenJoints {
         broken_joints
     }
 
-    /// Forgets the joints of a lattice that are no longer there: those without a seam, and strips and
+    /// Resets the state of joints that no longer exist: face joints without a section, strips and
     /// corners without an element.
     pub fn forget_absent(
         &mut self,
@@ -129,13 +129,13 @@ impl BrokenJoints {
         }
     }
 
-    /// Strengths have changed: pairs that are bonded may fail where none could.
+    /// Marks all lattices for a new failure check after strengths have changed.
     pub fn recheck(&mut self) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
         lattices.for_each(|broken| broken.bonded = true);
     }
 
-    /// Takes the present state of all failed pairs for an equilibrium, or forgets the last one.
+    /// Stores the present state of all failed pairs as equilibrium if `now`; otherwise clears it.
     pub fn set_equilibrium(&mut self, now: bool) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
         let points = lattices.flat_map(|broken| broken.points.iter_mut().flatten());
@@ -147,18 +147,19 @@ impl BrokenJoints {
         }
     }
 
-    /// Energy that points have given and not taken: the accounts below nothing `[J]`.
+    /// Energy that points have given in excess of what they took `[J]`: sum of the negative
+    /// accounts, at most 0.
     pub fn debt(&self) -> f64 {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
         sum(lattices.flat_map(|broken| broken.points.iter().flatten()).map(JointPoint::debt))
     }
 
-    /// The joint lattices of a pack.
+    /// Joint lattices of a pack, created if absent.
     pub fn at(&mut self, pack: usize) -> &mut [Option<BrokenLattice>; 8] {
         self.packs[pack].get_or_insert_with(Box::default)
     }
 
-    /// A broken joint lattice.
+    /// Broken joint lattice of a pack at an offset, if there is one.
     pub fn get(&self, pack: usize, offset: usize) -> Option<&BrokenLattice> {
         self.packs[pack].as_ref()?[offset].as_ref()
     }
@@ -174,7 +175,7 @@ impl BrokenJoints {
 }
 
 impl BrokenLattice {
-    /// A joint lattice all of whose elements are left.
+    /// Joint lattice with all its elements.
     pub fn intact(packs: &Packs, pack: &Pack, tables: [u32; 8], offset: usize) -> Self {
         let shape = packs.shape_of(pack);
         let elements = shape.dims(offset).iter().product();
@@ -194,7 +195,7 @@ impl BrokenLattice {
         }
     }
 
-    /// True where it has so many elements and pairs, and knows of no others.
+    /// True if the numbers of elements and pairs match and all recorded failures lie within them.
     pub fn fits(&self, elements: usize, pairs: usize) -> bool {
         let known =
             |&(pair, lane): &(u32, u8)| (pair as usize) < pairs && usize::from(lane) < LANES;
@@ -207,28 +208,28 @@ impl BrokenLattice {
         self.any_alive || !self.points.is_empty()
     }
 
-    /// Pairs of a lane's joint.
+    /// Pairs of the joint in one lane.
     pub(super) fn lane(&self, lane: usize) -> impl Iterator<Item = &JointPoint> {
         self.points.iter().map(move |points| &points[lane])
     }
 
-    /// True where a lane's joint has turned so far that it lets go of the pairs that are still bonded.
+    /// True if the joint in a lane has turned so far that its bonded pairs must fail.
     fn turned(&self, section: &JointSection, lane: usize) -> bool {
         !self.released[lane] && turned(self.lane(lane), section.spacing(lane))
     }
 
-    /// True where a pair of a lane's joint has failed and its springs are there.
+    /// True if the joint in a lane still has its springs and at least one failed pair.
     pub fn slides(&self, lane: usize) -> bool {
         !self.released[lane] && self.lane(lane).any(|point| point.failure.is_some())
     }
 
-    /// Takes the springs of a lane's joint out, for good.
+    /// Removes the springs of the joint in a lane permanently.
     pub fn remove_springs(&mut self, lane: usize) {
         self.released[lane] = true;
         self.points.iter_mut().for_each(|points| points[lane].remove_springs());
     }
 
-    /// Counts which pairs are springs, and by how much, from the elements that are left.
+    /// Updates the areas of the springs from the elements that are left.
     pub(super) fn update_areas(&mut self, node_pairs: &[NodePair], section: &JointSection) {
         let released = self.released;
         let acts = |lane: &usize| section.joints[*lane] != NO_JOINT && !released[*lane];

@@ -1,4 +1,4 @@
-//! The pairs of one joint lattice: which fail, and what their springs do.
+//! Pairs of one joint lattice: their failure and the forces of their springs.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -20,7 +20,7 @@ pub struct SpringForces {
     pub couple: [Lanes; 3],
     /// Energy in the springs `[J]`.
     pub stored: Lanes,
-    /// 1 where the springs turn with the ground, 0 where with both bodies.
+    /// 1 where the springs turn with the ground block, 0 where they turn with both blocks.
     pub grounded: Lanes,
 }
 
@@ -29,25 +29,26 @@ pub struct SpringForces {
 pub struct SideDisplacements<'a> {
     /// Displacements of the nodes in the joint's frame `[m]`.
     pub local: &'a [Lanes],
-    /// Way of the nodes in the last step, if pairs have just failed `[m]`.
+    /// Displacement increments of the nodes in the last step `[m]`; only if pairs have just failed.
     pub du: Option<&'a [Lanes]>,
-    /// Ground of each lane that the springs turn with, if there is one.
+    /// Ground block's frame for each lane whose springs turn with it.
     pub grounds: &'a [Option<GroundFrame>; LANES],
 }
 
-/// The frame of a ground with which the springs of a lane turn, from the joint's mean frame.
+/// Frame of the ground block with which the springs of a lane turn, relative to the joint's mean
+/// frame.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundFrame {
     /// Axes of the springs, as columns, in the mean frame.
     axes: Matrix3<f64>,
-    /// Turns openings along the joint's own axes to those along the springs'.
+    /// Rotation from openings along the joint's axes to openings along the springs' axes.
     turn: Matrix3<f64>,
-    /// Opening that turning the gap makes, along the springs' axes `[m]`.
+    /// Opening that the rotation of the gap causes, along the springs' axes `[m]`.
     shift: Vector3<f64>,
 }
 
 impl GroundFrame {
-    /// Of a ground that is turned so against the mean frame.
+    /// Frame of a ground block whose rotation relative to the mean frame is `turned`.
     pub fn new(turned: &Matrix3<f64>, section: &JointSection, lane: usize) -> Self {
         let axes = turned * section.axes;
         let gap = lane_of(section.gap(), lane);
@@ -57,7 +58,7 @@ impl GroundFrame {
 }
 
 impl BrokenLattice {
-    /// The springs of a lane bear tractions, along the joint's own axes, where nothing has moved.
+    /// Sets the tractions of a lane's springs at zero displacement, along the joint's axes.
     pub fn preload(&mut self, section: &JointSection, lane: usize, tractions: &[Vector3<f64>]) {
         let k = section.stiffness(lane);
         for (points, &traction) in self.points.iter_mut().zip(tractions) {
@@ -66,9 +67,8 @@ impl BrokenLattice {
         }
     }
 
-    /// Lets pairs fail under the forces `g` that the elements exert (`K u`) and those of the
-    /// springs. Elements that hold a failed pair are no longer alive then. Returns whether any
-    /// pair failed.
+    /// Checks bonded pairs for failure under the element forces `g` (`K u`) plus the spring forces.
+    /// Removes the elements that hold a failed pair. Returns true if any pair failed.
     pub fn fail(
         &mut self,
         FaceLattice { node_pairs, section }: FaceLattice<'_>,
@@ -102,14 +102,15 @@ impl BrokenLattice {
         self.fresh.len() > before
     }
 
-    /// Elements that hold a pair are no longer alive.
+    /// Marks a pair as failed and removes the elements that hold it.
     pub fn set_failed(&mut self, node_pairs: &[NodePair], p: usize, lane: usize) {
         self.fresh.push((p as u32, lane as u8));
         node_pairs[p].elements().for_each(|e| self.alive[e].0[lane] = 0.0);
     }
 
-    /// Hands the forces of elements that are gone over to springs, without a jump at any pair:
-    /// `forces` are those with them and without; `du` is that of the nodes in the last step.
+    /// Transfers the forces of removed elements to springs without a jump at any pair. `forces` are
+    /// the nodal forces before and after the removal; `du` are the displacement increments of the
+    /// last step.
     pub fn transfer_to_springs(
         &mut self,
         FaceLattice { node_pairs, section }: FaceLattice<'_>,
@@ -137,8 +138,8 @@ impl BrokenLattice {
                 let traction = split(force / point.area);
                 let elastic = joined(traction.normal / k.normal, traction.shear / k.shear);
                 point.origin = across(local, section, node_pair, lane) - elastic;
-                // What both nodes felt alike is gone before it could do its half of the work on
-                // the last way.
+                // The part of the forces that is equal at both nodes vanishes before it does its
+                // half of the work over the last displacement increment.
                 let [a, b] = node_pair.sides;
                 let alike =
                     [a, b].map(|node| at(forces[0], node, lane) - at(forces[1], node, lane));
@@ -146,7 +147,7 @@ impl BrokenLattice {
                 losses.fracture -= 0.25 * (alike[0] + alike[1]).dot(&ways);
             }
         }
-        // What a pair bore when it failed is where its law begins.
+        // The law of a failed pair begins at the traction at failure.
         for &(p, lane) in &self.fresh {
             let (node_pair, lane) = (&node_pairs[p as usize], lane as usize);
             let point = &mut self.points[p as usize][lane];
@@ -156,7 +157,7 @@ impl BrokenLattice {
         }
     }
 
-    /// Adds the forces of the springs to `g`, the forces `K u` of the elements that are left.
+    /// Adds the spring forces to `g`, the forces `K u` of the elements that are left.
     pub fn add_spring_forces(
         &mut self,
         FaceLattice { node_pairs, section }: FaceLattice<'_>,
@@ -189,7 +190,7 @@ impl BrokenLattice {
                 let Traction { normal: t_n, shear } = point.state.total_traction();
                 let axes = ground.as_ref().map_or(&section.axes, |ground| &ground.axes);
                 let force = axes * joined(t_n, shear) * area;
-                // A ground takes the whole torque.
+                // The ground block takes the whole couple.
                 let couple = match ground {
                     Some(_) => Vector3::zeros(),
                     None => (axes * joined(0.0, point.state.slip)).cross(&force),
@@ -223,7 +224,7 @@ fn elastic_force(
     joined(elastic.normal, elastic.shear) * point.area
 }
 
-/// Energy of springs over an area that bear a force `[J]`.
+/// Energy of springs that carry a force over an area `[J]`.
 fn energy(section: &JointSection, lane: usize, force: Vector3<f64>, area: f64) -> f64 {
     if area == 0.0 {
         return 0.0;
@@ -243,7 +244,7 @@ fn lost(local: &[Lanes], [before, after]: [&[Lanes]; 2]) -> f64 {
     sum
 }
 
-/// Displacement of side b against side a, along the joint's own axes.
+/// Displacement of side b relative to side a, along the joint's axes `[m]`.
 fn across(
     local: &[Lanes],
     section: &JointSection,
@@ -254,8 +255,7 @@ fn across(
     section.axes.tr_mul(&(at(local, b, lane) - at(local, a, lane)))
 }
 
-/// Half the difference of the forces of the elements on the two nodes, (M1), along the joint's own
-/// axes.
+/// Half the difference of the element forces at the two nodes (M1), along the joint's axes `[N]`.
 fn element_force(
     g: &[Lanes],
     section: &JointSection,

@@ -1,4 +1,4 @@
-//! Strips and corners that touch a failed pair are gone.
+//! Removal of the strip and corner elements that touch a failed pair.
 
 use super::{BrokenJoints, BrokenLattice};
 use ddem_mechanics::math::lanes::LANES;
@@ -10,15 +10,15 @@ use ddem_mesh::pack::{JointLattice, Packs};
 pub struct StripElement {
     /// Lattice of the strip or corner.
     pub lattice: JointLattice,
-    /// Number of the element there.
+    /// Number of the element in the lattice.
     pub element: usize,
     /// Lane of the pack.
     pub lane: usize,
 }
 
 impl BrokenJoints {
-    /// Strip and corner elements around the pairs that failed since the last call, each once and
-    /// in order; the elements are still alive.
+    /// Live strip and corner elements around the pairs that failed since the last call, sorted and
+    /// without duplicates.
     pub fn strips_around_failures(
         &mut self,
         packs: &Packs,
@@ -45,7 +45,7 @@ impl BrokenJoints {
         cells
     }
 
-    /// Takes elements of one strip or corner lattice out.
+    /// Removes elements of strip and corner lattices.
     pub fn remove(&mut self, packs: &Packs, assembly: &Assembly, cells: &[StripElement]) {
         for &StripElement { lattice: JointLattice { pack, offset }, element, lane } in cells {
             let tables = assembly.pack_tables[pack];
@@ -61,7 +61,8 @@ impl BrokenJoints {
     }
 }
 
-/// Cells across the joint of direction `d` that hold both nodes of a pair.
+/// Adds the strip and corner elements across the joint of direction `d` that hold both nodes of a
+/// pair.
 fn around(
     packs: &Packs,
     index: usize,
@@ -74,7 +75,7 @@ fn around(
     let n = packs.shape_of(pack).divisions;
     let [e, f] = [(d + 1) % 3, (d + 2) % 3];
     let at = [pair % (n + 1), pair / (n + 1)];
-    // Bits of the directions at whose ends the pair lies, and of those at the lower end.
+    // Directions at whose ends the pair lies, as bits.
     let ends = |want: usize| -> usize {
         [(e, at[0]), (f, at[1])].iter().filter(|(_, i)| *i == want).map(|(axis, _)| 1 << axis).sum()
     };
@@ -83,14 +84,14 @@ fn around(
         if crossed & !(upper | lower) != 0 {
             continue;
         }
-        // Who owns the cells: across the lower ends.
+        // The block on the lower side owns the cells.
         let owner = match crossed & lower {
             0 => Some((index, lane)),
             down => pack.lower[down].at(lane),
         };
         let Some((owner, lane)) = owner else { continue };
         let offset = 1 << d | crossed;
-        // Along a strip the pair touches the elements on both sides of its line.
+        // The pair touches the strip elements on both sides of its line.
         let along = if crossed == 1 << e { at[1] } else { at[0] };
         let elements = if offset == 7 { 0..1 } else { along.saturating_sub(1)..(along + 1).min(n) };
         let lattice = JointLattice { pack: owner, offset };

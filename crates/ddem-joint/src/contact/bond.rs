@@ -1,8 +1,9 @@
-//! §1, §5: joints between faces that do not match.
+//! Nonconforming joints (§1, §5).
 //!
-//! A patch whose points are held by the law of a joint: they are springs from the start, the pairs of points stay where
-//! they are, and they fail as the pairs of any joint do. When all of them have failed and one has moved, the patch is a
-//! contact like any other, which begins with the force that the joint bore.
+//! The law of a joint governs the points of a bonded patch. The joint consists of springs from the
+//! start, and its pairs keep their positions. They fail like the pairs of any joint. Once all of
+//! them have failed and one has moved, the patch becomes an ordinary contact, which begins with the
+//! load of the joint.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -19,34 +20,35 @@ use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::{JointProperties, Properties};
 use ddem_mesh::{Geometry, NonconformingJoint, Vec3};
 
-/// Ratio of the areas of two faces above which one is the ground of the other.
+/// Ratio of face areas above which the larger face is the ground of the other.
 const LARGER: f64 = 1.01;
 
-/// The joint whose pairs the points of a patch are.
+/// Joint that a patch represents.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bond {
     /// Number of the joint's properties.
     pub joint: u16,
-    /// Number of its law: that of the joint, but while its strengths change by parts.
+    /// Number of its law; differs from `joint` only while strengths change in increments.
     #[serde(skip)]
     pub law: u16,
     /// Status of the joint.
     pub release: JointStatus,
 }
 
-/// A joint between faces that do not match once a contact has taken its place.
+/// Nonconforming joint that a contact has replaced.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReleasedJoint {
     /// Its blocks, the lower number first.
     pub blocks: [u32; 2],
-    /// Numbers of the joint.
+    /// Joint, law and status.
     pub bond: Bond,
-    /// Its pairs as they were last.
+    /// Its pairs in their last state.
     pub pairs: Box<[JointPoint]>,
 }
 
 impl PatchBuilder<'_> {
-    /// The joint of two faces that lie on each other, at rest; its first pair is given.
+    /// Bonded patch of a nonconforming joint at rest. `both` are the initial stresses of its
+    /// blocks; the caller sets `first_pair`.
     fn bond(
         &self,
         joint_pair: &NonconformingJoint,
@@ -66,7 +68,7 @@ impl PatchBuilder<'_> {
         let SpringStiffness { normal, shear } = stiffness;
         let dashpot = self.surfaces.dashpot_of_joint(surfaces, normal);
         patch.both = CombinedSurface { stiffness, dashpot, ..CombinedSurface::default() };
-        // There are no strips beside it: it reaches to the middle of the gaps around.
+        // No strips lie beside the joint: its area extends to the middle of the surrounding gaps.
         let own = patch.area();
         let part = if own > 0.0 { joint_pair.area / own } else { 1.0 };
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
@@ -75,7 +77,7 @@ impl PatchBuilder<'_> {
         for ContactPoint { spots, pair, .. } in &mut patch.points {
             pair.origin = axes.tr_mul(&self.configuration.apart(blocks, faces, spots));
         }
-        // It bears the stress that is there at the start.
+        // The springs carry the initial stress.
         let middle = |point: &ContactPoint| {
             let at = |side: usize| {
                 self.configuration.position(blocks[side] as usize, faces[side], &point.spots[side])
@@ -94,27 +96,27 @@ impl PatchBuilder<'_> {
     }
 }
 
-/// A joint between faces that do not match, at rest.
+/// Nonconforming joint at rest.
 #[derive(Clone, Debug)]
 pub struct BondedPatch {
-    /// Its points.
+    /// Patch that holds its points.
     pub patch: Patch,
-    /// Its pairs around each part of it.
+    /// Corner points of each part of its area.
     pub quads: Vec<[u32; 4]>,
     /// Number of its first pair.
     pub first_pair: usize,
-    /// Distance of the two faces `[m]`.
+    /// Distance between the two faces `[m]`.
     gap: f64,
 }
 
 impl BondedPatch {
-    /// One more than the number of its last pair.
+    /// Number after that of its last pair.
     pub fn end(&self) -> usize {
         self.first_pair + self.patch.points.len()
     }
 }
 
-/// All joints between faces that do not match; their pairs come after `first` others.
+/// All nonconforming joints; the numbers of their pairs start at `first`.
 pub fn bonded_patches(
     contact_model: &ContactModel,
     properties: &Properties,
@@ -143,7 +145,7 @@ pub fn bonded_patches(
     let bond = |joint_pair: &NonconformingJoint| {
         let of = |block: u32| stresses.get(block as usize).copied().flatten();
         let [a, b] = joint_pair.blocks.map(of);
-        // A rigid block has no stress, and bears that of the other.
+        // A rigid block has no stress of its own and takes that of the other block.
         let [rigid_a, rigid_b] = joint_pair.blocks.map(|block| geometry.is_rigid(block as usize));
         let both = [if rigid_a { b } else { a }, if rigid_b { a } else { b }];
         builder.bond(joint_pair, joints[usize::from(joint_pair.joint)], both)
@@ -157,8 +159,9 @@ pub fn bonded_patches(
     seated
 }
 
-/// Mass `[kg]` and diagonal of the stiffness `[N/m]` that joints have at nodes. `layers` are the thickness `[m]` and
-/// the density `[kg/m³]` of each joint: half of what there is room for goes to each side.
+/// Nodal masses `[kg]` and stiffness diagonals `[N/m]` of nonconforming joints. `layers` are the
+/// thickness `[m]` and density `[kg/m³]` of each joint. Each side gets half the mass of the layer,
+/// whose thickness is limited to the gap.
 pub fn at_nodes(
     seated: &[BondedPatch],
     blocks: &[ContactBlock],
@@ -190,14 +193,14 @@ pub fn at_nodes(
     at_nodes
 }
 
-/// A polygon as quadrilaterals from its first corner; the last one may have two corners in one.
+/// Quadrilaterals that fan out from the first corner of a polygon; the last may repeat a corner.
 fn quads_of(corners: &[u32]) -> impl Iterator<Item = [u32; 4]> {
     let fan = (1..corners.len().saturating_sub(1)).step_by(2);
     fan.map(|i| [corners[0], corners[i], corners[i + 1], corners[(i + 2).min(corners.len() - 1)]])
 }
 
 impl Patch {
-    /// True where its points can slide: it is a contact that bears anything, or a joint with a failed pair.
+    /// True if its points can slide: a contact that exerts force, or a joint with a failed pair.
     pub fn slides(&self) -> bool {
         match &self.bond {
             Some(_) => self.pairs().any(|pair| pair.failure.is_some()),
@@ -205,7 +208,7 @@ impl Patch {
         }
     }
 
-    /// Points that know no equilibrium take the present state for one.
+    /// Stores the present state as equilibrium in all sliding points that have none.
     pub(super) fn set_equilibrium(&mut self) {
         let is_contact = self.bond.is_none();
         let pairs = self.points.iter_mut().map(|point| &mut point.pair);
@@ -213,7 +216,7 @@ impl Patch {
         loose.for_each(JointPoint::set_equilibrium);
     }
 
-    /// The joint that it is no longer, if it was one.
+    /// Ends the joint of the patch, if there is one, and returns its last state.
     pub fn ended(&mut self) -> Option<ReleasedJoint> {
         let bond = Bond { release: JointStatus::Released, ..self.bond.take()? };
         let mut pairs: Box<[JointPoint]> = self.pairs().copied().collect();
@@ -221,7 +224,7 @@ impl Patch {
         Some(ReleasedJoint { blocks: self.blocks, bond, pairs })
     }
 
-    /// True where it is a joint that has turned so far that it lets go of the pairs that are still bonded.
+    /// True if the joint has turned so far that its bonded pairs must fail.
     pub(super) fn turned(&self, configuration: &Configuration<'_>) -> bool {
         self.bond.is_some() && turned(self.pairs(), self.spacing(configuration))
     }
@@ -246,8 +249,9 @@ impl Patch {
         failing
     }
 
-    /// Once all pairs have failed the axes turn with the larger face: the ground on which the other slides,
-    /// however that tilts as it sinks into a soft joint. No opening jumps when the axes change.
+    /// Makes the axes turn with the block of the larger face, once all pairs have failed. That
+    /// block is the ground on which the other slides, even if the other tilts on a soft joint. No
+    /// opening jumps when the axes change.
     pub(super) fn turn_with_larger(&mut self, configuration: &Configuration<'_>) {
         let area = |side: usize| {
             let contact_block = &configuration.blocks[self.blocks[side] as usize];
@@ -259,7 +263,7 @@ impl Patch {
             return;
         }
         let before = self.present_frame(configuration);
-        // At rest the axes are the same in both blocks.
+        // At rest the axes have the same components in the frames of both blocks.
         self.reference = 1 - self.reference;
         let after = self.present_frame(configuration);
         let (blocks, faces) = (self.blocks, self.faces());
@@ -270,7 +274,7 @@ impl Patch {
         }
     }
 
-    /// Status of the joint from its pairs' motion.
+    /// Status of the joint according to the motion of its pairs; `None` without a joint.
     pub(super) fn moved(
         &self,
         configuration: &Configuration<'_>,

@@ -1,8 +1,8 @@
-//! §6: how stiff contacts can make a model, and how fast their dashpots and those of joints can be.
+//! Upper bounds of the stiffness of contacts and of the rates of dashpots (§6).
 //!
-//! Contacts come and go, so that they are bounded instead of computed: two blocks in contact are at most twice
-//! as stiff as one against ground that stands still, and a block is stiffest with contacts on all its
-//! faces.
+//! Contacts come and go, so their stiffness is bounded, not computed. Two blocks in contact are at
+//! most twice as stiff as one block against fixed ground. A block is stiffest with contacts on all
+//! its faces.
 
 use nalgebra::{Matrix3, Matrix6};
 
@@ -15,8 +15,8 @@ use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::{Geometry, Vec3};
 
-/// Most that contacts add to the square of the largest angular frequency of deformable blocks, and
-/// the square of that of rigid ones with all their joints and contacts `[1/s²]`.
+/// Upper bounds `[1/s²]`: the amount that contacts add to the largest squared angular frequency of
+/// deformable blocks, and that frequency squared of rigid blocks with all joints and contacts.
 pub fn bound(
     surfaces: &ContactSurfaces,
     geometry: &Geometry,
@@ -38,29 +38,29 @@ pub fn bound(
     most
 }
 
-/// Stiffness of contacts on a face of a block for each unit of area, where no joint is, twice for the
-/// other block `[Pa/m]`: along the normal and across.
+/// Contact stiffness of a face in excess of its joint's, normal and shear `[Pa/m]`. It is doubled
+/// for the motion of the other block.
 pub fn outer(surfaces: &ContactSurfaces, block: usize, face: FaceId) -> [f64; 2] {
     let SpringStiffness { normal, shear } = surfaces.excess_over_joint(block as u32, face);
     [2.0 * normal, 2.0 * shear]
 }
 
-/// Stiffness and damping that contacts, and dashpots with velocities half a step old, add at most to the nodes of
-/// deformable blocks.
+/// Upper bound of the stiffness and damping that contacts and dashpots add to the nodes of
+/// deformable blocks. Dashpots act on velocities half a step old.
 ///
-/// A step is stable where `M − Δt C/2 − Δt² K/4` has no negative eigenvalue. For the step `g` that is expected the
-/// dashpots are springs of stiffness `2 C/g`.
+/// A step is stable if `M − Δt C/2 − Δt² K/4` has no negative eigenvalue. For the expected step `g`
+/// a dashpot counts as a spring of stiffness `2 C/g`.
 pub struct AddedStiffness {
-    /// Of each node, for its mass `[1/s²]`.
+    /// Added stiffness of each node over its mass `[1/s²]`.
     pub squares: Vec<Lanes>,
-    /// Step that is expected `[s]`.
+    /// Expected time step `[s]`.
     expected: f64,
-    /// Largest of half the dampings of nodes, for their mass `[1/s]`.
+    /// Largest nodal value of half the damping over the mass `[1/s]`.
     dashpots: f64,
 }
 
 impl AddedStiffness {
-    /// Of contacts, if there can be any, and of dashpots with a damping ratio.
+    /// Additions of dashpots with a damping ratio and, if `contacts`, of contacts.
     pub fn new(
         surfaces: &ContactSurfaces,
         geometry: &Geometry,
@@ -89,7 +89,7 @@ impl AddedStiffness {
         }
         let most = |field: &[Lanes]| field.iter().flat_map(|lanes| lanes.0).fold(0.0, f64::max);
         let dashpots = most(&rates);
-        // The stiffness of a node alone is near that of the fastest mode.
+        // The largest diagonal stiffness over mass of a node approximates the fastest mode.
         let alone = assembly.inertia.iter().flat_map(|inertia| {
             let of = |(i, k): (usize, &Lanes)| (inertia.mass[i / 3], *k);
             inertia.diagonal.iter().enumerate().map(of)
@@ -106,14 +106,14 @@ impl AddedStiffness {
         Self { squares, expected, dashpots }
     }
 
-    /// Critical step, from the largest eigenvalue of `M⁻¹ K` with these additions `[s]`.
+    /// Critical time step for the largest eigenvalue of `M⁻¹ K` including these additions `[s]`.
     pub fn critical_step(&self, largest: f64) -> f64 {
         let step = 2.0 / largest.sqrt();
         if self.dashpots == 0.0 || step >= self.expected {
-            // The dashpots are less of it than was expected.
+            // The assumed springs are at least as stiff as the dashpots at this step.
             return step;
         }
-        // They are more: by no more than the largest of them.
+        // The dashpots exceed the assumed springs, at most by the largest rate.
         longest((0.25 * largest - self.dashpots / self.expected).max(0.0), self.dashpots)
     }
 }
@@ -123,14 +123,14 @@ fn longest(a: f64, b: f64) -> f64 {
     2.0 / (b + (b * b + 4.0 * a).sqrt())
 }
 
-/// Contacts and dashpots on one face of a deformable block, for the mass of a node on it.
+/// Contacts and dashpots on one face of a deformable block, relative to the mass of a node on it.
 #[derive(Clone, Copy, Default)]
 struct FaceStiffness {
-    /// Stiffness along the normal, and across `[1/s²]`.
+    /// Normal and shear stiffness over mass `[1/s²]`.
     normal: f64,
     shear: f64,
-    /// Rate of the dashpots for a damping ratio of 1: `ω_c √(m/m_n)` with the mass m that vibrates on them and that
-    /// of the node `[1/s]`.
+    /// Rate of the dashpots for a damping ratio of 1 `[1/s]`: `ω_c √(m/m_n)`, with the mass m that
+    /// vibrates on them and the mass m_n of the node.
     rate: f64,
 }
 
@@ -149,8 +149,9 @@ fn each_face(surfaces: &ContactSurfaces, geometry: &Geometry, block: usize) -> [
     })
 }
 
-/// Stiffness `[1/s²]` and rate `[1/s]` of a node that is, in each direction, on the lower or upper face or on
-/// none. On an edge or at a corner the shear of the faces beside adds to the normal of one.
+/// Stiffness over mass `[1/s²]` and dashpot rate `[1/s]` of a node. `at` says for each direction if
+/// the node is on the lower face, on the upper face or on none. On edges and corners the shear of
+/// adjacent faces adds to the normal stiffness.
 fn on_node(faces: &[FaceStiffness; 6], at: [Option<bool>; 3]) -> [f64; 2] {
     let on: [FaceStiffness; 3] = std::array::from_fn(|d| match at[d] {
         Some(upper) => faces[2 * d + usize::from(upper)],
@@ -161,12 +162,14 @@ fn on_node(faces: &[FaceStiffness; 6], at: [Option<bool>; 3]) -> [f64; 2] {
     [square, on[0].rate.max(on[1].rate).max(on[2].rate)]
 }
 
-/// Area over mass of a node on a face, twice for the other block, `A/m = 2/(ρ h)` `[m²/kg]`.
+/// Area over mass of a node on a face, doubled for the motion of the other block: `A/m = 2/(ρ h)`
+/// `[m²/kg]`.
 fn per_mass(surfaces: &ContactSurfaces, geometry: &Geometry, block: usize, face: FaceId) -> f64 {
     4.0 / (surfaces.density(block as u32, face) * geometry.height(block, face.direction))
 }
 
-/// All faces in contact, or in their joint where that is stiffer, at their corners.
+/// Largest squared angular frequency with springs at the corners of all faces `[1/s²]`. Each face
+/// has the stiffness of its contact or its joint, the larger one.
 fn rigid(surfaces: &ContactSurfaces, block: u32, mass_properties: &MassProperties) -> f64 {
     let mut sum = Matrix6::zeros();
     let mass = mass_properties.mass.sqrt();

@@ -1,4 +1,4 @@
-//! Present configuration of the blocks and of the points of their faces.
+//! Present configuration of the blocks and of the points on their faces.
 
 use nalgebra::Matrix3;
 
@@ -9,14 +9,14 @@ use ddem_mesh::grid::Bounds;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::{Geometry, SurfacePoint, Topology, Vec3};
 
-/// A block: its nodes at rest, and where these are in nodal fields.
+/// Geometry of a block at rest, and the location of its nodes in nodal fields.
 #[derive(Clone, Debug)]
 pub struct ContactBlock {
-    /// The lowest node at rest `[m]`.
+    /// Position of the lowest node at rest `[m]`.
     corner: Vec3,
-    /// The centre at rest `[m]`.
+    /// Position of the centre at rest `[m]`.
     middle: Vec3,
-    /// Edges of one element `[m]`.
+    /// Edge vectors of one element `[m]`.
     steps: [Vec3; 3],
     /// Shortest edge of an element `[m]`.
     pub(super) spacing: f64,
@@ -24,7 +24,7 @@ pub struct ContactBlock {
     pub(super) size: f64,
     pub(super) topology: Topology,
     pub(super) rigid: bool,
-    /// First number in a nodal field.
+    /// Index of its first component in a nodal field.
     first: usize,
     pub(super) pack: usize,
     pub(super) lane: usize,
@@ -39,11 +39,11 @@ pub struct Configuration<'a> {
     pub u: &'a [Lanes],
     /// Frames of rigid blocks, and of deformable blocks that rotate.
     pub frames: &'a [Frame],
-    /// Small displacements: deformable bodies have no frames.
+    /// True for small displacements: deformable blocks have no frames.
     pub small: bool,
-    /// Velocities of the last half step and its time step `[m/s, s]`.
+    /// Nodal velocities of the last half step `[m/s]` and the time step `[s]`.
     pub last: (&'a [Lanes], f64),
-    /// Nothing has moved since the last look: the first half step of a stage.
+    /// True in the first half step of a stage: nothing has moved since the last evaluation.
     pub start: bool,
 }
 
@@ -94,7 +94,7 @@ impl ContactBlock {
         std::array::from_fn(|corner| self.node(u, corners[corner]))
     }
 
-    /// The parallelepiped nearest to its corners.
+    /// Best-fit parallelepiped of its corners.
     pub(super) fn cell(&self, u: &[Lanes]) -> Parallelepiped {
         let [a, b, c, d, e, f, g, h] = self.corners(u);
         let (low, high) = ((a + b) + (c + d), (e + f) + (g + h));
@@ -108,7 +108,7 @@ impl ContactBlock {
         }
     }
 
-    /// The box around its corners, wider by a margin.
+    /// Bounding box of its corners, enlarged by a margin `[m]`.
     pub(super) fn bounds(&self, u: &[Lanes], margin: f64) -> Bounds {
         let corners = self.corners(u);
         let first = [corners[0]; 2];
@@ -117,7 +117,7 @@ impl ContactBlock {
         [low.add_scalar(-margin), high.add_scalar(margin)]
     }
 
-    /// Nodes that make a point of a face, numbered as in the block, and their weights.
+    /// Nodes of the element face that holds a point, numbered as in the block, and their weights.
     #[inline(always)]
     pub fn weights(&self, face: FaceId, point: &SurfacePoint) -> [(usize, f64); 4] {
         point.weights(self.topology, face)
@@ -135,7 +135,8 @@ impl ContactBlock {
         sum
     }
 
-    /// Position of a point at rest `[m]`, and the node that has most of it, numbered as in the block.
+    /// Position of a point at rest `[m]`, and the node with the largest weight, numbered as in the
+    /// block.
     pub fn rest_point(&self, face: FaceId, point: &SurfacePoint) -> (Vec3, usize) {
         let weights = self.weights(face, point);
         let most = weights
@@ -168,10 +169,10 @@ impl Configuration<'_> {
         Matrix3::from_fn(|i, k| self.frames[pack].rotation[i][k].0[lane])
     }
 
-    /// Rotation vector of a block in the last step: the mean over its edges `[rad]`.
+    /// Rotation vector of a block in the last step `[rad]`, averaged over its edges.
     pub(super) fn turned(&self, block: usize) -> Vec3 {
         let contact_block = &self.blocks[block];
-        // Of a field of velocities, the half edges at rest and what they change by.
+        // `cell` of a velocity field gives the half edges at rest plus their rates.
         let ways = contact_block.cell(self.last.0).half;
         let edges = contact_block.cell(self.u).half;
         let turn = |d: usize| {
@@ -199,7 +200,7 @@ impl Configuration<'_> {
         contact_block.rest(face, point) + contact_block.at(self.u, face, point)
     }
 
-    /// From a point on one block to that on another `[m]`.
+    /// Vector from a point on the first block to a point on the second `[m]`.
     #[inline(always)]
     pub(super) fn apart(
         &self,
@@ -211,7 +212,7 @@ impl Configuration<'_> {
             - self.position(blocks[0] as usize, faces[0], &spots[0])
     }
 
-    /// Change of the distance between two points in the last step `[m]`.
+    /// Change of the vector between two points in the last step `[m]`.
     pub(super) fn parted(
         &self,
         blocks: [u32; 2],
@@ -222,7 +223,7 @@ impl Configuration<'_> {
             - self.du(blocks[0] as usize, faces[0], &spots[0])
     }
 
-    /// Way of a point in the last step `[m]`.
+    /// Displacement increment of a point in the last step `[m]`.
     pub(super) fn du(&self, block: usize, face: FaceId, point: &SurfacePoint) -> Vec3 {
         self.blocks[block].at(self.last.0, face, point) * self.last.1
     }

@@ -8,10 +8,10 @@ use ddem_mesh::connected::is_connected;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::Properties;
 
-/// Margin of the boxes in the search, as a part of the edges of the blocks.
+/// Margin of the boxes in the search, as a fraction of the median block edge.
 const MARGIN: f64 = 0.1;
 
-/// The faces of all blocks: what is fixed about contacts.
+/// Constant data of contacts for all blocks.
 #[derive(Debug)]
 pub struct ContactModel {
     /// Stiffness and friction of all faces.
@@ -20,25 +20,25 @@ pub struct ContactModel {
     pub blocks: Vec<ContactBlock>,
     /// Shortest edge of a block `[m]`.
     pub shortest: f64,
-    /// Distance that blocks may go before their boxes are sorted anew `[m]`.
+    /// Distance that blocks may travel before their boxes are sorted again `[m]`.
     pub(super) margin: f64,
-    /// Blocks may meet before any joint has failed.
+    /// True if blocks may meet before any joint has failed.
     pub open: bool,
-    /// There are joints between faces that do not match.
+    /// True if there are nonconforming joints.
     pub joins: bool,
-    /// Contacts are looked for.
+    /// True if contacts are searched for.
     pub search: bool,
 }
 
 impl ContactModel {
-    /// Of the blocks of a model.
+    /// Contact data of a model's blocks.
     pub fn new(properties: &Properties, laws: &Laws, geometry: &Geometry, packs: &Packs) -> Self {
         let mut edges: Vec<f64> =
             (0..geometry.blocks.len()).map(|block| geometry.shortest_edge(block)).collect();
         edges.sort_unstable_by(f64::total_cmp);
         let median = edges.get(edges.len() / 2).copied().unwrap_or_default();
         let shortest = edges.first().copied().unwrap_or(f64::INFINITY);
-        // Blocks that joints connect do not meet before some of these have failed.
+        // Connected blocks cannot meet before one of their joints has failed.
         let can_fail = properties.joints.iter().any(|joint| joint.law.is_some());
         let open = !(can_fail && is_connected(geometry));
         Self {
@@ -51,7 +51,7 @@ impl ContactModel {
             search: properties.contact.search,
         }
     }
-    /// Shortest edge of an element of two blocks `[m]`.
+    /// Shortest element edge of two blocks `[m]`.
     pub fn spacing(&self, [a, b]: [u32; 2]) -> f64 {
         self.blocks[a as usize].spacing.min(self.blocks[b as usize].spacing)
     }

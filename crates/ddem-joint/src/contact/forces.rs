@@ -1,4 +1,4 @@
-//! Forces of the pairs of points of patches.
+//! Forces of the point pairs of patches.
 
 use nalgebra::Vector2;
 use rayon::prelude::*;
@@ -11,10 +11,10 @@ use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::{JointLaw, MohrCoulomb, PointLoss, PointState};
 use ddem_mesh::Vec3;
 
-/// Patches that one task takes.
+/// Patches per parallel task.
 const TOGETHER: usize = 64;
 
-/// Forces of all patches, and what they lose.
+/// Updates the forces of all patches; returns the losses.
 pub(super) fn update(
     configuration: Configuration<'_>,
     context: PairContext<'_>,
@@ -79,7 +79,7 @@ impl Patch {
         let axes = self.frame();
         let mut springs = context.springs(self.both.stiffness, self.both.dashpot);
         if std::mem::take(&mut self.renewed) {
-            // Points that have been made anew have the drag of those before.
+            // The new points have inherited the dashpot tractions of the old ones.
             springs.time_step = None;
         }
         let (is_joint, turned) =
@@ -113,7 +113,8 @@ impl Patch {
 }
 
 impl ContactPoint {
-    /// Tractions of a contact where its sides are `apart` `[m]`; returns what is lost `[J/m²]`.
+    /// Updates the tractions of a contact point for the vector `apart` between its sides `[m]`.
+    /// Returns the loss `[J/m²]`.
     #[inline(always)]
     fn update_contact<L: JointLaw + ?Sized>(
         &mut self,
@@ -127,24 +128,25 @@ impl ContactPoint {
         let mut loss = self.pair.update(law, springs, apart, None);
         let state = &mut self.pair.state;
         let slipped = (state.slip - slip_before).norm();
-        // In a relaxation, straight from the last equilibrium.
+        // In relaxation slip is measured from the last equilibrium.
         let from = state.equilibrium.map_or(slip_before, |equilibrium| equilibrium.slip);
         let slid =
             |gap: f64, slip: Vector2<f64>| if gap < 0.0 { (slip - from).norm() } else { 0.0 };
         self.slid += slid(state.gap, state.slip) - slid(gap_before, slip_before);
-        // Over half an element.
+        // Slip over half an element removes the whole offset.
         let part = (slipped / (0.5 * spacing)).min(1.0);
         let gap = apart.x - self.pair.origin.x;
         self.relax_offset(springs.stiffness.normal, gap, part, loss.friction);
         if !rubs {
-            // What offsets take on their way back is no friction.
+            // Without friction the work of a vanishing offset is a numerical loss.
             loss.contact += std::mem::take(&mut loss.friction);
         }
         loss
     }
 
-    /// Lets the distance at which the springs bear nothing go to where the faces touch: while they
-    /// part, and by a part while they slide over each other, as far as friction pays for it.
+    /// Reduces the offset, the gap at which the springs carry nothing, towards zero. It follows the
+    /// gap while the faces separate. While they slide it shrinks with the slip, as far as the
+    /// friction loss pays for it.
     fn relax_offset(&mut self, stiffness: f64, gap: f64, part: f64, friction: f64) {
         let PointState { dilation: offset, gap: pressed, traction, .. } = &mut self.pair.state;
         if *offset == 0.0 {
@@ -156,7 +158,7 @@ impl ContactPoint {
         }
         let back = *offset * part;
         let pressure = -traction.normal;
-        // What the springs take on the way back, as they are pressed more and more.
+        // Energy that the springs gain as the offset shrinks and their pressure grows.
         let taken = |back: f64| -back * pressure + 0.5 * stiffness * back * back;
         if back > 0.0 || taken(back) <= friction {
             *offset -= back;

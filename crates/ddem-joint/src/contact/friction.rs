@@ -1,7 +1,8 @@
-//! Friction of contacts: the strength that failure leaves to the joints of the two faces.
+//! Friction of contacts, taken from the residual strength of the joints of the two faces.
 //!
-//! A law whose strength is proportional to the pressure is a tangent, and so are two of them. Others are asked at every
-//! point, by their numbers, so that a saved state knows them.
+//! A law whose strength is proportional to the pressure is reduced to a tangent, and so are two
+//! such laws. Other laws are evaluated at every point by their number, so that a saved state can
+//! store them.
 
 #[cfg(test)]
 mod tests;
@@ -12,39 +13,39 @@ use serde::{Deserialize, Serialize};
 
 use ddem_mechanics::law::{JointLaw, Laws};
 
-/// Numbers of the law of a face: the one before and the present one, while strengths go from that to this.
+/// Numbers of a face's previous and present law, between which strengths are interpolated.
 type Numbers = [u16; 2];
 
-/// Friction that the joint of a face gives it; of an edge that of the two faces beside it, in the mean.
+/// Friction of a face from its joint; for an edge, the mean of the two adjacent faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FaceFriction {
-    /// Tangent of the friction angle, if there is one for all pressures.
+    /// Tangent of the friction angle, if it is the same at all pressures.
     pub(super) tan: Option<f64>,
     laws: [Option<Numbers>; 2],
 }
 
 impl FaceFriction {
-    /// Of a face whose joint has a law, by its number.
+    /// Friction of a face whose joint has a law with this number; `None` without a law.
     pub(super) fn new(laws: &Laws, number: usize) -> Option<Self> {
         let law = laws.get(number)?.as_deref()?;
         let number = u16::try_from(number).ok()?;
         Some(Self { tan: law.tan_contact_friction(), laws: [Some([number; 2]), None] })
     }
 
-    /// A part of the way from another friction.
+    /// Friction interpolated from `before` to this one by the fraction `part`.
     pub(super) fn after(self, before: Self, part: f64) -> Self {
         let tan = self.tan.zip(before.tan).map(|(new, old)| old + (new - old) * part);
         let numbers = before.laws[0].zip(self.laws[0]).map(|([_, old], [_, new])| [old, new]);
         Self { tan, laws: [numbers, None] }
     }
 
-    /// Of an edge between two faces.
+    /// Mean friction of the two faces at an edge.
     pub(super) fn mean(self, other: Self) -> Self {
         let tan = self.tan.zip(other.tan).map(|(a, b)| 0.5 * (a + b));
         Self { tan, laws: [self.laws[0], other.laws[0]] }
     }
 
-    /// Numbers that tell it from others: tangent, and law where there is no tangent.
+    /// Numbers that identify it: tangent, and the number of the law if there is no tangent.
     pub(super) fn key(this: Option<Self>) -> [f64; 2] {
         let Some(Self { tan, laws: [numbers, _] }) = this else { return [-1.0; 2] };
         let number = numbers.filter(|_| tan.is_none()).map_or(-1.0, |[_, now]| f64::from(now));
@@ -57,19 +58,20 @@ impl FaceFriction {
 pub enum Friction {
     /// Tangent of the friction angle.
     Angle(f64),
-    /// Strengths of laws.
+    /// Strength of the weaker of two laws.
     Laws(WeakerStrength),
 }
 
-/// The smaller one of the strengths of two blocks.
+/// Smaller strength of two blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WeakerStrength {
-    /// Laws of the faces of each block.
+    /// Laws of the faces of each block: one, or two at an edge.
     sides: [[Option<Numbers>; 2]; 2],
-    /// Part of the way from the laws before to the present ones.
+    /// Fraction of the way from the previous laws to the present ones.
     part: f64,
-    /// Areas of the points that pressed when they were made, in parts of those on which the faces press. Points that
-    /// press later have the areas on which they do; the law is asked at the pressure of the others there, too.
+    /// Ratio of the point areas to the areas on which the faces press. It is set for the points in
+    /// compression when they are made. Points that come into compression later have unscaled areas,
+    /// but use the same ratio.
     stretch: f64,
 }
 
@@ -80,7 +82,8 @@ impl Default for Friction {
 }
 
 impl Friction {
-    /// Of two faces, some of whose strengths are a part of the way from those before; `None` without a law.
+    /// Friction of two faces. Some strengths may be a fraction `part` of the way from previous
+    /// ones. `None` without a law.
     pub(super) fn of([a, b]: [Option<FaceFriction>; 2], part: f64) -> Option<Self> {
         let tan = match (a, b) {
             (Some(a), Some(b)) => a.tan.zip(b.tan).map(|(a, b)| a.min(b)),
@@ -90,19 +93,20 @@ impl Friction {
         Some(tan.map_or(Self::Laws(WeakerStrength { sides, part, stretch: 1.0 }), Self::Angle))
     }
 
-    /// True where a contact bears any shear.
+    /// True if a contact carries shear.
     pub(super) fn slides_in_place(&self) -> bool {
         !matches!(self, Self::Angle(tan) if *tan <= 0.0)
     }
 
-    /// Areas of the points are a multiple of those on which the faces press: laws go by the pressure on these.
+    /// Sets the ratio of the point areas to the areas on which the faces press. Laws are evaluated
+    /// at the pressure on the latter.
     pub(super) fn set_stretch(&mut self, to: f64) {
         if let Self::Laws(strengths) = self {
             strengths.stretch = to;
         }
     }
 
-    /// Areas of the points, in parts of those on which the faces press; 1 where no law asks.
+    /// Ratio of the point areas to the areas on which the faces press; 1 if no law is used.
     pub(super) fn stretch(&self) -> f64 {
         match self {
             Self::Angle(_) => 1.0,
@@ -110,7 +114,7 @@ impl Friction {
         }
     }
 
-    /// Shear strength under a normal traction of at most 0 `[Pa]`.
+    /// Shear strength under a normal traction `[Pa]`, which is at most 0.
     pub fn strength(&self, laws: &[Option<Arc<dyn JointLaw>>], normal: f64) -> f64 {
         match self {
             Self::Angle(tan) => -normal * tan,
@@ -118,7 +122,7 @@ impl Friction {
         }
     }
 
-    /// True where its numbers are those of laws.
+    /// True if its values are in range and all its numbers have a law.
     pub fn is_sound(&self, laws: &[Option<Arc<dyn JointLaw>>]) -> bool {
         match self {
             Self::Angle(tan) => *tan >= 0.0 && tan.is_finite(),
@@ -137,12 +141,12 @@ impl Friction {
 }
 
 impl WeakerStrength {
-    /// Under a normal traction `[Pa]`.
+    /// Shear strength under a normal traction `[Pa]`.
     fn at(&self, laws: &[Option<Arc<dyn JointLaw>>], normal: f64) -> f64 {
         if normal >= 0.0 {
             return 0.0;
         }
-        // Numbers are those of laws: else the run would stop.
+        // Every number has a law; otherwise NaN stops the run.
         let bears = |number: u16| {
             let law = laws.get(usize::from(number)).and_then(Option::as_deref);
             let strength = |law: &dyn JointLaw| law.contact_strength(normal * self.stretch);
@@ -167,7 +171,7 @@ impl WeakerStrength {
     }
 }
 
-/// The law of a contact: friction alone.
+/// Law of a contact: friction without bond.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BareFaces<'a> {
     pub(super) strengths: WeakerStrength,

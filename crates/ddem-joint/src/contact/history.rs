@@ -1,4 +1,4 @@
-//! Transfer of contact history from old points to new ones.
+//! Transfer of the history of contact points from old points to new ones.
 
 use nalgebra::Vector2;
 
@@ -9,18 +9,19 @@ use crate::point::JointPoint;
 use ddem_mechanics::law::{Equilibrium, PointState, Traction};
 use ddem_mesh::Vec3;
 
-/// Part by which pressed areas may differ from those of the overlap, up or down, so that the energy stays.
+/// Largest factor by which the areas of compressed points may differ from those of the overlap, up
+/// or down, to conserve energy.
 const SCALE: f64 = 1.25;
 
-/// A patch whose points are to be made anew.
+/// Patch whose points must be remade.
 pub(super) struct OldPatch {
     pub(super) patch: Patch,
-    /// Energies that its springs keep, along the normal and in the plane `[J]`.
+    /// Energies of its springs, normal and shear `[J]`.
     held: [f64; 2],
 }
 
 impl OldPatch {
-    /// Follows the blocks to where they are. Also returns what is lost on the way.
+    /// Updates the old points at the present positions. Also returns the losses of this update.
     pub(super) fn new(mut patch: Patch, builder: &PatchBuilder<'_>) -> (Self, Losses) {
         let opening = |pair: &JointPoint| pair.state.gap + pair.state.lifted;
         let mut opened: Vec<f64> = patch.pairs().map(opening).collect();
@@ -32,20 +33,21 @@ impl OldPatch {
         (Self { patch, held }, losses)
     }
 
-    /// Energy in its springs, and in its bank `[J]`.
+    /// Energy in its springs and its reserve `[J]`.
     pub(super) fn kept(&self) -> f64 {
         self.held[0] + self.held[1] + self.patch.reserve()
     }
 }
 
 impl Patch {
-    /// Energy in the bank and on the accounts of the points `[J]`.
+    /// Energy in the reserve and on the accounts of the points `[J]`.
     pub(super) fn reserve(&self) -> f64 {
         let accounts = self.pairs().map(|pair| pair.area * pair.state.account);
         self.energy_reserve + accounts.sum::<f64>()
     }
 
-    /// Openings of the points in the last step `[m]`, in which the normal turned with its block.
+    /// Opening increments of the points in the last step `[m]`, including the rotation of the
+    /// normal.
     fn opened(&self, configuration: &Configuration<'_>) -> Vec<f64> {
         if configuration.start {
             return Vec::new();
@@ -61,8 +63,8 @@ impl Patch {
         self.points.iter().map(opened).collect()
     }
 
-    /// Energies in the springs, along the normal and in the plane `[J]`. What the scheme of the step
-    /// keeps along the normal is half the traction now times the gap a step ago.
+    /// Energies in the springs, normal and shear `[J]`. The time scheme conserves, as normal
+    /// energy, half the present traction times the gap of one step ago.
     pub(super) fn held(&self, opened: &[f64]) -> [f64; 2] {
         let mut held = [0.0; 2];
         for (k, JointPoint { area, state, .. }) in self.pairs().enumerate() {
@@ -74,18 +76,20 @@ impl Patch {
         held
     }
 
-    /// Energy in the springs as the scheme of the step keeps it, and in the bank `[J]`.
+    /// Energy in the springs as the time scheme conserves it, plus the reserve `[J]`.
     pub(super) fn kept(&self, configuration: &Configuration<'_>) -> f64 {
         let [normal, shear] = self.held(&self.opened(configuration));
         normal + shear + self.reserve()
     }
 
-    /// Areas change as blocks turn and slide under pressure, and a corner that leaves a face meets an
-    /// edge: new points hold as much energy along the normal as the old ones did, or less. Pressed
-    /// areas make up for it, by [`SCALE`], or to that of an element; what is then too much is an offset,
-    /// part of the gap that they do not bear, and what is too little goes to the bank. Shear is less only.
+    /// Transfers the energy of the old points. Areas change as blocks turn and slide under
+    /// pressure, so new points may hold no more normal energy than the old ones did.
+    ///
+    /// The areas of compressed points compensate by a factor of [`SCALE`], or up to the area of an
+    /// element. Excess energy becomes an offset, a part of the gap that springs do not carry. A
+    /// deficit goes to the reserve. Shear energy only decreases.
     pub(super) fn transfer_energy(&mut self, configuration: &Configuration<'_>, old: &OldPatch) {
-        // Rounding, and faces that have just met, may leave less than nothing.
+        // Rounding, and faces that have just met, may give negative values.
         let [normal, shear] = old.held.map(|energy| energy.max(0.0));
         let before = [(normal + old.patch.reserve()).max(0.0), shear];
         let opened = self.opened(configuration);
@@ -101,16 +105,17 @@ impl Patch {
         }
         self.both.friction.set_stretch(scale);
         self.limit_energy(before, &opened);
-        // Of faces that have parted nothing comes back.
+        // Energy of separated faces is not returned.
         let now = self.held(&opened)[0];
         self.energy_reserve = if now > 0.0 { (before[0] - now).max(0.0) } else { 0.0 };
     }
 
-    /// Takes out what the springs hold more than before, along the normal and in the plane.
+    /// Removes the energy that the springs hold in excess of `before`, normal and shear.
     pub(super) fn limit_energy(&mut self, before: [f64; 2], opened: &[f64]) {
         let now = self.held(opened);
         let shear = if now[1] > before[1] { (before[1] / now[1]).sqrt() } else { 1.0 };
-        // With a part p of all gaps: p² gg − p gw, of half the traction times the gap and times the way.
+        // With all gaps scaled by p the energy is p² gg − p gw. Here gg is half the traction times
+        // the gap, and gw half the traction times the displacement increment.
         let press = if now[0] > before[0] {
             let square = self.held(&[])[0];
             let du = square - now[0];
@@ -132,7 +137,7 @@ impl Patch {
                 *lifted = *dilation;
                 traction.normal *= press;
             }
-            // Friction may bear no more than before of what is pressed less.
+            // Friction decreases with the pressure.
             let part = shear.min(press);
             *slip += traction.shear * ((1.0 - part) / soft);
             traction.shear *= part;
@@ -143,19 +148,19 @@ impl Patch {
 /// History of the points of a patch.
 pub(super) struct PatchHistory {
     points: Vec<(Vec3, PointHistory)>,
-    /// Distance within which a point is known `[m]`.
+    /// Distance within which a point passes on its history `[m]`.
     near: f64,
 }
 
 #[derive(Clone, Copy, Default)]
 pub(super) struct PointHistory {
-    /// Gap at which the springs bear nothing `[m]`.
+    /// Gap at which the springs carry nothing `[m]`.
     pub(super) offset: f64,
     /// Shear traction in space `[Pa]`.
     pub(super) shear: Vec3,
     pub(super) drag: [f64; 2],
     pub(super) slid: f64,
-    /// The last equilibrium of a relaxation, and the slip since in space `[m]`.
+    /// Last equilibrium of a relaxation, and the slip since then in space `[m]`.
     pub(super) equilibrium: Option<(Equilibrium, Vec3)>,
 }
 
@@ -175,8 +180,8 @@ impl PatchHistory {
         Self { points: old.points.iter().map(hand).collect(), near: old.spacing(configuration) }
     }
 
-    /// History of the nearest point, if that is near; otherwise an empty one, as the point has come within
-    /// reach without a jump.
+    /// History of the nearest point. It is empty if that point is not near: the new point has come
+    /// within reach without a jump. `None` if there are no old points.
     pub(super) fn nearest(&self, x: Vec3) -> Option<PointHistory> {
         let mut best: (f64, Option<PointHistory>) = (f64::INFINITY, None);
         for (at, handed) in &self.points {

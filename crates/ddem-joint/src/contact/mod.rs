@@ -1,26 +1,28 @@
-//! §9: contact between blocks that no joint holds together.
+//! Contact between blocks that no joint holds together (§9).
 //!
-//! Where two blocks come near each other they get a [`Patch`]: the faces that meet, as separating axes
-//! say, and pairs of points that face each other, one for each node or vertex of the part where the
-//! faces overlap, with the area that it stands for. Between the two points of a pair acts what acts in
-//! a failed joint: springs with friction. Pairs are made anew when the blocks have moved against each
-//! other by a small part of an element; then friction goes over to the nearest new pair. So a contact
-//! is a joint that follows, and the areas of its points change with the overlap without a jump.
+//! Two blocks that come near each other get a [`Patch`]. It consists of the two faces that meet,
+//! found by separating axes, and of pairs of facing points. Each node or vertex of the overlap of
+//! the faces is a pair with its share of the area. Springs with friction act between the points of
+//! a pair, as in a failed joint.
 //!
-//! | file | what |
+//! Pairs are remade when the blocks have moved against each other by a small part of an element.
+//! Each new pair inherits the friction of the nearest old one. So the areas of the points change
+//! with the overlap without a jump.
+//!
+//! | file | content |
 //! |---|---|
-//! | `patch_index` | where blocks are, points fixed to their faces |
+//! | `configuration` | positions of blocks and of points fixed to their faces |
 //! | `surfaces` | stiffness and friction of two faces |
-//! | `friction` | the strength that laws of joints leave to faces |
-//! | `search` | which blocks are near each other, and which of these are left to their joints |
-//! | `fit`, `side` | the pairs of points of a patch, on faces and edges |
-//! | `history` | what old points hand on to new ones |
-//! | `act` | what they exert |
-//! | `bond` | the same of a joint between faces that do not match |
-//! | `bound` | how stiff contacts can make a model |
-//! | `doubts` | contacts that are perhaps not meant |
-//! | `contact_model` | what is fixed about contacts |
-//! | `release` | from a joint that has moved to a contact |
+//! | `friction` | strength that the laws of joints leave to faces |
+//! | `search` | search for near blocks, without those that their joints keep apart |
+//! | `patch_builder`, `side` | pairs of points of a patch, on faces and edges |
+//! | `history` | transfer of history from old points to new ones |
+//! | `forces` | forces of the points |
+//! | `bond` | nonconforming joints |
+//! | `bound` | upper bounds of the stiffness of contacts |
+//! | `warnings` | warnings about contacts that may be unintended |
+//! | `contact_model` | constant data of contacts |
+//! | `release` | replacement of displaced joints by contacts |
 
 mod bond;
 mod bound;
@@ -58,82 +60,82 @@ use release::release;
 use serde::{Deserialize, Serialize};
 pub use surfaces::{CombinedSurface, ContactSurfaces};
 
-/// Part of an element by which two blocks move against each other before their patch is made anew,
-/// and the distance at which they get one.
+/// Motion of two blocks against each other at which their patch is remade, and distance at which
+/// they get one, as a fraction of an element edge.
 const REACH: f64 = 0.02;
 /// Two points that face each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactPoint {
-    /// On blocks a and b.
+    /// Points on blocks a and b.
     pub spots: [SurfacePoint; 2],
     /// The springs between the two.
     pub pair: JointPoint,
-    /// Way that it has slid since the blocks met, or it took the place of a joint `[m]`.
+    /// Accumulated slip since the blocks met or the joint was released `[m]`.
     pub slid: f64,
 }
 
 /// Two blocks that are near each other.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Patch {
-    /// a and b, the lower number first.
+    /// Blocks a and b, the lower number first.
     pub blocks: [u32; 2],
     /// Numbers of the faces of a and b that the points are on.
     pub faces: [u8; 2],
     /// Reference block, 0 or 1: the normal turns with it.
     pub reference: u8,
-    /// Motion after which the points are made anew `[m]`.
+    /// Motion after which the points are remade `[m]`.
     pub limit: f32,
     /// Unit normal from a to b, and a tangent, in the reference block's frame at rest.
     pub axes: [Vec3; 2],
     /// Axes in space.
     pub now: [Vec3; 2],
-    /// Axes in the other block's frame, when the points were made.
+    /// Axes in the other block's frame when the points were made.
     pub seen: [Vector3<f32>; 2],
-    /// From the centre of a to that of b in the reference block's frame, then `[m]`.
+    /// Vector from the centre of a to that of b in the reference block's frame, when the points
+    /// were made `[m]`.
     pub apart: Vec3,
     /// Stiffness and friction of the two faces.
     pub both: CombinedSurface,
-    /// None: the patch is of no more use.
+    /// Pairs of points; a patch without points is dropped.
     pub points: Box<[ContactPoint]>,
-    /// The joint that the points are of, if they are.
+    /// Joint that the points belong to, if any.
     pub bond: Option<Bond>,
-    /// Couple on the reference block, with which the axes turn: it balances the forces of two points at
-    /// a distance, and does the work of turning them `[N m]`.
+    /// Couple on the reference block, with which the axes turn `[N m]`. It balances the forces of
+    /// two points at a distance and does the work of turning them.
     pub couple: Vec3,
-    /// Energy that new points held less than those before, and may hold again `[J]`.
+    /// Energy that new points held less than the old ones, and may hold again `[J]`.
     pub energy_reserve: f64,
-    /// The points have been made anew at the present positions: they have not moved since.
+    /// True if the points have been remade at the present positions and have not moved since.
     pub(super) renewed: bool,
 }
 
-/// All patches, the blocks that may get one, and how far joints have moved.
+/// Patches, near pairs of blocks, and statuses of the joints.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Contacts {
     /// Patches, sorted by their blocks.
     pub patches: Vec<Patch>,
-    /// Pairs of blocks without a patch that are not far from each other, sorted.
+    /// Pairs of blocks without a patch that may soon come within reach, sorted.
     pub near: Vec<NearPair>,
     /// True if the list of near pairs is complete.
     pub known: bool,
-    /// Upper bound of the distance that the blocks of each pack have travelled since the boxes were sorted
-    /// `[m]`.
+    /// Upper bound of the travel of the blocks of each pack since the boxes were sorted `[m]`.
     pub travel: Vec<Lanes>,
-    /// Of the joint at the upper side of each block along each direction.
+    /// Status of the joint at the upper side of each block along each direction.
     pub joints: Vec<[JointStatus; 3]>,
-    /// Joints between faces that do not match that have become contacts, sorted by their blocks.
+    /// Nonconforming joints that contacts have replaced, sorted by their blocks.
     pub ended: Vec<ReleasedJoint>,
     /// Largest penetration `[m]`.
     pub deepest: f64,
-    /// Patches of each block: places in `entries`, shape `(blocks + 1)`.
+    /// Start of each block's patches in `entries`, shape `(blocks + 1)`.
     #[serde(skip)]
     starts: Vec<u32>,
-    /// Twice the patch, plus one for block b.
+    /// Twice the number of the patch, plus one if the block is b.
     #[serde(skip)]
     entries: Vec<u32>,
 }
 
 impl Contacts {
-    /// None, for a number of blocks in packs.
+    /// Empty contacts of a number of blocks in packs.
     pub fn new(blocks: usize, packs: usize) -> Self {
         let joints = vec![[JointStatus::default(); 3]; blocks];
         let mut contacts = Self { joints, travel: vec![Lanes::ZERO; packs], ..Self::default() };
@@ -141,7 +143,7 @@ impl Contacts {
         contacts
     }
 
-    /// Patches of a block, and which of its two blocks, 0 or 1, it is.
+    /// Patches of a block, and its side in each: 0 for a, 1 for b.
     #[inline]
     pub fn of(&self, block: usize) -> impl Iterator<Item = (&Patch, usize)> {
         let (from, to) = match self.starts.get(block..block + 2) {
@@ -152,37 +154,37 @@ impl Contacts {
         entries.map(|&entry| (&self.patches[entry as usize / 2], entry as usize % 2))
     }
 
-    /// The patch of a joint of two blocks whose faces do not match, as long as it holds them.
+    /// Patch of the nonconforming joint of two blocks, unless a contact has replaced it.
     pub fn held(&self, blocks: [u32; 2]) -> Option<(&Patch, Bond)> {
         let patch = &self.patches[self.patch_index(blocks).ok()?];
         Some((patch, patch.bond?))
     }
 
-    /// A joint of two blocks whose faces do not match, once a contact has taken its place.
+    /// Nonconforming joint of two blocks after a contact has replaced it.
     pub fn ended(&self, blocks: [u32; 2]) -> Option<&ReleasedJoint> {
         let at = self.ended.binary_search_by_key(&blocks, |ended| ended.blocks).ok()?;
         Some(&self.ended[at])
     }
 
-    /// All joints between faces that do not match, with their blocks.
+    /// All nonconforming joints with their blocks.
     pub fn bonds_mut(&mut self) -> impl Iterator<Item = ([u32; 2], &mut Bond)> {
         let Self { patches, ended, .. } = self;
         let held = patches.iter_mut().filter_map(|p| Some((p.blocks, p.bond.as_mut()?)));
         held.chain(ended.iter_mut().map(|ended| (ended.blocks, &mut ended.bond)))
     }
 
-    /// Takes in joints that have ended.
+    /// Adds nonconforming joints that contacts have replaced.
     pub fn take_in_released(&mut self, ended: impl IntoIterator<Item = ReleasedJoint>) {
         self.ended.extend(ended);
         self.ended.sort_by_key(|ended| ended.blocks);
     }
 
-    /// Place of the patch of two blocks, or where it would be.
+    /// Index of the patch of two blocks, or its insertion point.
     pub fn patch_index(&self, blocks: [u32; 2]) -> Result<usize, usize> {
         self.patches.binary_search_by_key(&blocks, |patch| patch.blocks)
     }
 
-    /// Adds patches, and drops those without points.
+    /// Adds patches and drops those without points.
     pub fn renew(&mut self, more: Vec<Patch>) {
         let before = self.patches.len();
         self.patches.retain(|patch| !patch.points.is_empty());
@@ -194,7 +196,7 @@ impl Contacts {
         self.index();
     }
 
-    /// Takes the present state of all points for an equilibrium, or forgets the last one.
+    /// Stores the present state of all points as equilibrium if `now`; otherwise clears it.
     pub fn set_equilibrium(&mut self, now: bool) {
         for patch in &mut self.patches {
             patch.points.iter_mut().for_each(|point| point.pair.state.equilibrium = None);
@@ -204,7 +206,7 @@ impl Contacts {
         }
     }
 
-    /// Forgets all patches but joints: blocks have been put elsewhere.
+    /// Removes all patches except joints, because blocks have been repositioned.
     pub fn clear_contacts(&mut self) {
         self.patches.retain(|patch| patch.bond.is_some());
         self.near.clear();
@@ -212,7 +214,7 @@ impl Contacts {
         self.index();
     }
 
-    /// Finds the patches of each block.
+    /// Indexes the patches of each block.
     pub fn index(&mut self) {
         let blocks = self.joints.len();
         let mut counts = vec![0_u32; blocks + 1];
@@ -238,7 +240,8 @@ impl Contacts {
         sum(self.patches.iter().map(Patch::stored))
     }
 
-    /// Energy that points have given and not taken: the accounts below nothing `[J]`.
+    /// Energy that points have given in excess of what they took `[J]`: sum of the negative
+    /// accounts, at most 0.
     pub fn debt(&self) -> f64 {
         sum(self.patches.iter().flat_map(Patch::pairs).map(JointPoint::debt))
     }
@@ -261,7 +264,7 @@ impl Clone for Contacts {
         contacts
     }
 
-    /// Into the memory that is there.
+    /// Reuses the memory of the target.
     fn clone_from(&mut self, from: &Self) {
         self.patches.clone_from(&from.patches);
         self.near.clone_from(&from.near);
@@ -279,7 +282,7 @@ impl Clone for Patch {
         Self { points: self.points.clone(), ..*self }
     }
 
-    /// Into the memory that is there.
+    /// Reuses the memory of the target.
     fn clone_from(&mut self, from: &Self) {
         let mut points = std::mem::take(&mut self.points);
         points.clone_from(&from.points);
@@ -288,20 +291,20 @@ impl Clone for Patch {
 }
 
 impl ContactPoint {
-    /// Penetration, whether pressed or not `[m]`.
+    /// Geometric penetration `[m]`, with or without pressure.
     fn depth(&self) -> f64 {
         -(self.pair.state.gap + self.pair.state.lifted)
     }
 }
 
 impl Patch {
-    /// Energy in the springs, and what is in the bank `[J]`.
+    /// Energy in the springs and the reserve `[J]`.
     fn stored(&self) -> f64 {
         let [normal, shear] = self.held(&[]);
         normal + shear + self.reserve()
     }
 
-    /// Shortest edge of an element `[m]`.
+    /// Shortest element edge of the two blocks `[m]`.
     fn spacing(&self, configuration: &Configuration<'_>) -> f64 {
         let [a, b] = self.blocks.map(|block| configuration.blocks[block as usize].spacing);
         a.min(b)
@@ -317,7 +320,7 @@ impl Patch {
         self.points.iter().map(|point| &point.pair)
     }
 
-    /// True where a point exerts anything.
+    /// True if a point exerts a force.
     #[inline]
     pub fn acts(&self, point: &ContactPoint) -> bool {
         let state = &point.pair.state;
@@ -344,7 +347,7 @@ impl Patch {
         self.faces.map(FaceId::from_number)
     }
 
-    /// The block that the normal turns with, and the other.
+    /// Reference block, with which the normal turns, and the other block.
     pub(super) fn order(&self) -> [usize; 2] {
         let [a, b] = self.blocks.map(|block| block as usize);
         if self.reference == 0 { [a, b] } else { [b, a] }
@@ -360,7 +363,7 @@ impl Patch {
         self.axes.map(|axis| rotation * axis)
     }
 
-    /// Columns: the normal and two tangents, in space, where the axes were turned last.
+    /// Normal and two tangents in space as columns, from the last update of the axes.
     pub fn frame(&self) -> Matrix3<f64> {
         columns(self.now)
     }

@@ -1,9 +1,9 @@
-//! The pairs of points of a patch, from where two blocks are.
+//! Pairs of points of a patch, from the positions of two blocks.
 //!
-//! The axis of largest separation says which face is the ground. The part of each element's face of
-//! the finer side that lies over the outline of the other becomes a polygon, and its corners pairs:
-//! every area is counted once, and a corner, an edge or two crossed faces are nothing special. Two
-//! edges that cross at an angle to all faces are one pair.
+//! The axis of largest separation determines the reference face. Each element face of the finer
+//! side is clipped by the outline of the other face. The corners of the resulting polygons become
+//! pairs. So every area counts once, and corners, edges and crossed faces need no special case. Two
+//! edges that cross at an angle to all faces form one pair.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -20,11 +20,11 @@ use ddem_mechanics::collide::{
 use ddem_mechanics::law::{Equilibrium, PointState, Traction};
 use ddem_mesh::{NonconformingJoint, SurfacePoint, Vec3};
 
-/// Part of the area of an element's face below which a point of it is nothing.
+/// Fraction of an element's face area below which a point is ignored.
 const NOTHING: f64 = 1e-9;
-/// Sine of the angle between edges that count as parallel.
+/// Sine of the angle below which edges count as parallel.
 const PARALLEL: f64 = 1e-9;
-/// Part of the reach that a patch is valid at least.
+/// Least limit of a patch, as a fraction of the reach.
 const SHORTEST: f64 = 0.01;
 
 /// Context in which patches are built.
@@ -48,10 +48,10 @@ impl PatchBuilder<'_> {
         self.configuration.blocks[block as usize].cell(self.configuration.u)
     }
 
-    /// Travel of two blocks, together, that cannot bring them within reach `[m]`; 0 where they are
-    /// to have a patch. What is found is the same whenever it is looked for: the gap of their boxes
-    /// changes no faster than they travel, and the height of one over a face of the other, which
-    /// tilts, no faster than by a lever.
+    /// Combined travel of two blocks that cannot bring them within reach `[m]`; 0 if they need a
+    /// patch. The gap of their boxes changes no faster than the blocks travel. The height of one
+    /// block over a face of the other changes at most by `lever` times the travel. So the patches
+    /// found do not depend on the time of the check.
     pub(super) fn free_travel(&self, blocks: [u32; 2]) -> f64 {
         let surface: f64 = blocks.iter().map(|&block| self.surfaces.thickness(block)).sum();
         let near = self.reach(blocks) + surface;
@@ -68,7 +68,7 @@ impl PatchBuilder<'_> {
         if separation.distance <= near {
             return 0.0;
         }
-        // Where crossed edges keep them apart, the best face does so for some time, or not at all.
+        // Where crossed edges separate the blocks, the best face still does so for some travel.
         let height = match separation.meeting {
             ContactFeature::Face { .. } => separation.distance,
             ContactFeature::Edges(_) => separation.distance - separation.margin,
@@ -77,7 +77,7 @@ impl PatchBuilder<'_> {
         height.max(f64::MIN_POSITIVE)
     }
 
-    /// The patch of two blocks; `None` when they are far apart. `old` is what they had, as it is now.
+    /// Patch of two blocks; `None` if they are far apart. `old` is their updated previous patch.
     pub(super) fn patch(&self, blocks: [u32; 2], old: Option<&OldPatch>) -> Option<Patch> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = collide::separation(&cells[0], &cells[1]);
@@ -112,12 +112,12 @@ impl PatchBuilder<'_> {
         Some(patch)
     }
 
-    /// The patch of two faces that lie on each other, its points with nothing to remember. `seen` gets the
-    /// polygons that they are the corners of, and those inside.
+    /// Patch of the two faces of a nonconforming joint; its points have no history. `seen` receives
+    /// the corners of the overlap polygons and the points inside them.
     pub(super) fn by_face(&self, joint_pair: &NonconformingJoint, seen: Polygons<'_>) -> Patch {
         let NonconformingJoint { blocks, faces, .. } = *joint_pair;
         let cells = blocks.map(|block| self.cell(block));
-        // The normal is that of the finer side, which has more to say.
+        // The finer side determines the normal.
         let of = usize::from(
             self.configuration.blocks[blocks[1] as usize].element_area(faces[1])
                 < self.configuration.blocks[blocks[0] as usize].element_area(faces[0]),
@@ -155,7 +155,7 @@ impl PatchBuilder<'_> {
         let mut patch = Patch { blocks, reference: reference as u8, both, ..Patch::default() };
         let [own, other] = patch.order().map(|block| self.configuration.rotation(block));
         let normal = separation.normal;
-        // Along an edge of the reference block, or any.
+        // Along an edge of the reference block.
         let half = &cells[reference].half;
         let along = (0..3).map(|d| half[d] - normal * normal.dot(&half[d]));
         let along = along.max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
@@ -164,7 +164,7 @@ impl PatchBuilder<'_> {
         patch.now = [normal, along];
         patch.seen = patch.now.map(|axis| other.tr_mul(&axis).map(|x| x as f32));
         patch.apart = own.tr_mul(&self.apart(blocks));
-        // Where another axis is almost as good, it is looked at again soon.
+        // If another axis is almost as good, the patch is checked again soon.
         patch.limit = reach.min(0.5 * separation.margin).max(SHORTEST * reach) as f32;
         patch
     }
@@ -183,9 +183,9 @@ impl PatchBuilder<'_> {
         motion > f64::from(patch.limit) || !motion.is_finite()
     }
 
-    /// Pairs of points of two faces, over the outline of the coarser one. With `seen` over each of its
-    /// elements, so that shape functions of both sides are summed exactly; it gets the polygons of which
-    /// the points are the corners, and those inside.
+    /// Adds the pairs of points of two faces, over the outline of the coarser one. With `seen` they
+    /// are made over each of its elements, so that the shape functions of both sides are integrated
+    /// exactly. `seen` receives the corners of the polygons and the points inside them.
     fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], mut seen: Option<Polygons<'_>>) {
         let faces = patch.faces();
         let sides = [0, 1].map(|side| {
@@ -220,7 +220,7 @@ impl PatchBuilder<'_> {
         patch.points = over.points.into();
     }
 
-    /// The pair of points where two edges cross.
+    /// Makes the pair of points at the crossing of two edges.
     fn edges(&self, patch: &mut Patch, edges: [EdgeId; 2]) {
         let ends = [0, 1].map(|side| {
             let contact_block = &self.configuration.blocks[patch.blocks[side] as usize];
@@ -239,11 +239,11 @@ impl PatchBuilder<'_> {
         patch.points = [ContactPoint::new(spots, least)].into();
     }
 
-    /// Gives new points the history of the old ones nearby.
+    /// Initialises the points and passes on the history of old points nearby.
     fn inherit(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&OldPatch>) {
         let known = old.map(|old| PatchHistory::new(&self.configuration, &old.patch));
         let last = if old.is_some() { 0.0 } else { 1.0 };
-        // Areas will be about as large as they were: else friction would dip with every new patch.
+        // Areas stay about as large; without this, friction would drop with every new patch.
         let stretch = old.map_or(1.0, |old| old.patch.both.friction.stretch());
         patch.both.friction.set_stretch(stretch);
         let CombinedSurface { surface, stiffness, .. } = patch.both;
@@ -253,10 +253,10 @@ impl PatchBuilder<'_> {
             let x = self.configuration.position(blocks[0] as usize, faces[0], &spots[0]);
             let [gap, sx, sy] = own(self.configuration.apart(blocks, faces, spots));
             let [opened, wx, wy] = own(self.configuration.parted(blocks, faces, spots));
-            // What is new begins as it would have been a step ago: the last way is part of what comes.
+            // A new contact begins with the gap of one step ago, before the last increment.
             let before = gap - surface - opened * last;
             let handed = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
-                // Blocks that overlap when they meet do not spring apart.
+                // Blocks that already overlap when they meet are not pushed apart.
                 PointHistory { offset: before.min(0.0), ..PointHistory::default() }
             });
             let PointHistory { offset, drag, .. } = handed;
@@ -298,7 +298,7 @@ impl PatchBuilder<'_> {
 }
 
 impl ContactPoint {
-    /// At two spots, for an area `[m²]`, with nothing to remember.
+    /// Pair of points at two spots for an area `[m²]`, without history.
     fn new(spots: [SurfacePoint; 2], area: f64) -> Self {
         Self { spots, pair: JointPoint { area, ..JointPoint::default() }, slid: 0.0 }
     }
@@ -307,27 +307,28 @@ impl ContactPoint {
 /// Callback that receives the corners of polygons and the points inside.
 type Polygons<'a> = &'a mut dyn FnMut(&[u32], &[u32]);
 
-/// The part of the finer one of two faces over the other.
+/// Part of the finer of two faces that lies over the other.
 struct Over<'a> {
-    /// The finer one and the other.
+    /// Finer side and coarser side.
     sides: [&'a ContactSide<'a>; 2],
     /// Block of the finer face, 0 or 1.
     fine: usize,
-    /// The point at each node of the finer one, if there is one yet.
+    /// Number of the point at each node of the finer side, or `usize::MAX`.
     at_node: Vec<usize>,
     points: Vec<ContactPoint>,
 }
 
 impl Over<'_> {
-    /// Adds the part of an element that is over an outline.
+    /// Adds the part of an element that lies over an outline.
     fn add(&mut self, element: [usize; 2], quad: &[[f64; 2]; 4], outline: &[[f64; 2]; 4]) {
         for vertex in collide::overlap(quad, outline).as_slice() {
             self.put(element, vertex);
         }
     }
 
-    /// Adds the part of an element over an outline, with points inside where areas at the corners do not
-    /// integrate the shape functions of both sides exactly. Returns the corners and those points.
+    /// Adds the part of an element over an outline. It also adds inner points where areas at the
+    /// corners do not integrate the shape functions of both sides exactly. Returns the corners and
+    /// the inner points.
     fn add_inside(
         &mut self,
         element: [usize; 2],
@@ -346,7 +347,7 @@ impl Over<'_> {
         (put(&corners), put(&inside))
     }
 
-    /// Adds a point of an element, or its area to that at the same node. Returns its number.
+    /// Adds a point, or adds its area to the point at the same node. Returns the point's number.
     fn put(&mut self, [i, k]: [usize; 2], vertex: &Vertex) -> Option<u32> {
         let [fine, coarse] = self.sides;
         let n = fine.contact_block.topology.divisions();
@@ -379,12 +380,13 @@ fn are_parallel(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
     (same(1, 1) && same(3, 3)) || (same(1, 3) && same(3, 1))
 }
 
-/// Way of a corner of one cell over the plane of any face of the other, for each unit of travel of
-/// the two.
+/// Upper bound of the displacement of a corner of one cell normal to a face of the other, per unit
+/// of their combined travel.
 fn lever(cells: &[Parallelepiped; 2]) -> f64 {
     let size = |cell: &Parallelepiped| cell.half.iter().map(Vector3::norm).sum::<f64>();
     let reach = (cells[1].centre - cells[0].centre).norm() + size(&cells[0]).max(size(&cells[1]));
-    // Half of the least width of a face: as far from its middle it tilts by as much as it moves.
+    // Half the least width of a face: a tilt moves a point at this distance from the middle by as
+    // much as the face travels.
     let width = |cell: &Parallelepiped| {
         let of = |d: usize| {
             let (x, y) = (cell.half[(d + 1) % 3], cell.half[(d + 2) % 3]);

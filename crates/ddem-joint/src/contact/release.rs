@@ -1,8 +1,8 @@
-//! §9: from a joint that has moved to a contact.
+//! Replacement of displaced joints by contacts (§9).
 //!
-//! Facing nodes are the right pairs until they have slid by half their spacing, or opened. Then a
-//! joint all of whose pairs have failed is released: its springs are gone, and the two blocks are a
-//! contact like any other, which begins with the force that the joint bore.
+//! Pairs of facing nodes are valid until they have slid by half their spacing, or opened. Then a
+//! joint whose pairs have all failed is released. Its springs are removed, and its two blocks
+//! become an ordinary contact, which begins with the load of the joint.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
@@ -18,29 +18,29 @@ use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::pack::{Pack, Packs};
 use ddem_mesh::{Geometry, Vec3};
 
-/// Part of the spacing of its pairs by which a joint has moved when the blocks around are no longer
-/// held in place by it.
+/// Motion of a mobilised joint, as a fraction of the spacing of its pairs. Such a joint no longer
+/// keeps the blocks around it from meeting.
 pub(super) const LOOSE: f64 = 0.01;
-/// Part of the spacing of its pairs by which a joint that is released has slid.
+/// Slip of a joint at its release, as a fraction of the spacing of its pairs.
 pub(super) const SLID: f64 = 0.5;
-/// Packs that one task looks at, or more.
+/// Least number of packs per parallel task.
 const PACKS: usize = 256;
 
 /// Status of a joint on its way to a contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum JointStatus {
-    /// Its blocks are where they were.
+    /// None of its pairs has moved noticeably.
     #[default]
     InPlace,
-    /// Some of its pairs have moved.
+    /// Some of its pairs have slipped or opened.
     Mobilised,
-    /// From the next step on a contact takes its place.
+    /// A contact replaces it in the next step.
     Pending,
-    /// A contact has taken its place.
+    /// A contact has replaced it.
     Released,
 }
 
-/// Lookup of joints.
+/// Data for the lookup of joints.
 #[derive(Clone, Copy)]
 pub struct JointLookup<'a> {
     /// Blocks.
@@ -52,7 +52,8 @@ pub struct JointLookup<'a> {
 }
 
 impl Contacts {
-    /// Looks how far the joints have moved: blocks of those that have come further may meet.
+    /// Updates the statuses of the joints from their motion. Blocks of joints whose status has
+    /// advanced may meet.
     pub fn update_statuses(
         &mut self,
         at: JointLookup<'_>,
@@ -83,7 +84,7 @@ impl Contacts {
     }
 }
 
-/// Stage of its release that a broken joint of a pack has come to.
+/// Status of a broken joint of a pack.
 fn status_of(
     pack: &Pack,
     broken: &BrokenLattice,
@@ -92,14 +93,14 @@ fn status_of(
     lane: usize,
 ) -> JointStatus {
     let (moved, whole) = PairMotion::of(broken.lane(lane), law);
-    // Without any strength a pair that has not failed is no better than one that has. Nor are the last two
-    // of rigid blocks: they are at the quarters of a face, and the block turns about its edge.
+    // Without bond strength an unfailed pair holds no more than a failed one. Neither do the last
+    // two pairs of rigid blocks: they lie at quarter points, but the block turns about its edge.
     let hinges = pack.rigid && moved.open >= 2;
     let bonded = whole && !hinges && law.is_none_or(|law| law.bonds());
     moved.release(bonded, pack.rigid, section.spacing(lane))
 }
 
-/// A broken joint and its seam.
+/// Broken lattice and section of a joint.
 fn joint<'a>(
     at: JointLookup<'a>,
     broken_joints: &'a BrokenJoints,
@@ -120,12 +121,12 @@ pub(super) struct PairMotion {
     opened: f64,
     /// Number of pairs that are open.
     open: usize,
-    /// True where a pair bears tension that softens.
+    /// True if a pair carries tension that softens.
     softens: bool,
 }
 
 impl PairMotion {
-    /// Of the failed ones of some pairs, and whether there are others.
+    /// Motion of the failed pairs, and true if there are unfailed ones.
     pub(super) fn of<'a>(
         pairs: impl Iterator<Item = &'a JointPoint>,
         law: Option<&dyn JointLaw>,
@@ -145,8 +146,8 @@ impl PairMotion {
         (moved, whole)
     }
 
-    /// True where a contact must take the place of the joint. Pairs of rigid blocks are not at the corners on which
-    /// a block turns, so that the contact comes when one opens.
+    /// True if a contact must replace the joint. Between rigid blocks this happens when one pair
+    /// opens, because their pairs are not at the corners about which a block turns.
     fn is_released(self, rigid: bool, spacing: f64) -> bool {
         let open = match (self.softens, rigid) {
             (true, _) => SLID,
@@ -168,8 +169,8 @@ impl PairMotion {
 }
 
 impl BrokenLattice {
-    /// True where all pairs of a lane's joint have failed, and none has slid or opened so far that the joint is
-    /// released.
+    /// True if all pairs of the joint in a lane have failed but have not moved so far that the
+    /// joint is released.
     pub fn slides_in_place(
         &self,
         context: PairContext<'_>,
@@ -182,9 +183,10 @@ impl BrokenLattice {
     }
 }
 
-/// Load of a joint at its release: force on its lower side, moment about a point, and the energy in its springs.
+/// Load of a joint at its release: force on its lower side, moment about a point, and energy of its
+/// springs.
 pub(super) struct JointLoad {
-    /// Along the normal and in the plane `[J]`.
+    /// Energy of its springs, normal and shear `[J]`.
     pub(super) energy: [f64; 2],
     /// Area of its springs `[m²]`.
     pub(super) area: f64,
@@ -193,8 +195,8 @@ pub(super) struct JointLoad {
     pub(super) about: Vec3,
 }
 
-/// Lets go the joints that are due. `make` makes the patch of two blocks, which begins with what the
-/// joint bore. Returns the energy that is lost on the way `[J]`, and how many pairs were still bonded.
+/// Releases the pending joints. `make` makes the patch of two blocks, which begins with the load of
+/// the joint. Returns the lost energy `[J]` and the number of pairs that were still bonded.
 pub(super) fn release(
     at: JointLookup<'_>,
     configuration: &Configuration<'_>,
@@ -235,7 +237,7 @@ pub(super) fn release(
     (lost.value(), failed)
 }
 
-/// Pairs of a joint that is released, and that are bonded, fail with the others. Returns how many.
+/// Marks the bonded pairs of a released joint as failed in shear. Returns their number.
 fn fail_bonded_pairs(
     at: JointLookup<'_>,
     context: PairContext<'_>,
@@ -258,7 +260,7 @@ fn fail_bonded_pairs(
     failed
 }
 
-/// Takes the springs of a joint out and returns what they bore, and what was on their accounts `[J]`.
+/// Removes the springs of a joint. Returns their load and the energy on their accounts `[J]`.
 fn remove_springs(
     at: JointLookup<'_>,
     configuration: &Configuration<'_>,
@@ -292,13 +294,13 @@ fn remove_springs(
 }
 
 impl Configuration<'_> {
-    /// Mean rotation of two blocks, near enough for what they hand over.
+    /// Mean rotation of two blocks, accurate enough for the transfer of loads.
     fn between(&self, a: usize, b: usize) -> Matrix3<f64> {
         let sum = self.rotation(a) + self.rotation(b);
         nalgebra::Rotation3::from_matrix(&(sum * 0.5)).into_inner()
     }
 
-    /// Position of pair `p` of the joint at the upper side of a block along d.
+    /// Position of pair `p` of the joint at the upper side of a block along `d` `[m]`.
     fn pair(&self, block: usize, rigid: bool, d: usize, p: usize, n: usize) -> Vec3 {
         let contact_block = &self.blocks[block];
         let mut at = [0; 3];
@@ -312,15 +314,17 @@ impl Configuration<'_> {
         if !rigid {
             return node(i, k);
         }
-        // At the centre of its quarter.
+        // Centre of a quarter of the face.
         let quarter = [(i, k, 9.0), (1 - i, k, 3.0), (i, 1 - k, 3.0), (1 - i, 1 - k, 1.0)];
         quarter.iter().map(|&(i, k, part)| node(i, k) * (part / 16.0)).sum()
     }
 }
 
 impl Patch {
-    /// Begins with a load: a pressure that goes linearly over the area so that force and moments
-    /// are those of the joint, and a shear in proportion, which friction bears wherever it bore the joint's. `sign` is 1 where block a was on the joint's side a.
+    /// Begins with the load of a released joint. The pressure varies linearly over the area, so
+    /// that its force and moments equal those of the joint. Shear is proportional to the pressure,
+    /// so friction carries it wherever it carried that of the joint. `sign` is 1 if block a is on
+    /// side a of the joint.
     pub(super) fn preload(
         &mut self,
         configuration: &Configuration<'_>,
@@ -335,13 +339,13 @@ impl Patch {
         if area <= 0.0 {
             return;
         }
-        // About the middle of the area, so that shear in its plane has no moment that tilts.
+        // Moments about the centroid of the area: there shear in its plane has no tilting moment.
         let position = |p: &ContactPoint| configuration.position(block, face, &p.spots[0]);
         let middle: Vec3 = self.points.iter().map(|p| position(p) * (p.pair.area / area)).sum();
         let positions: Vec<Vec3> = self.points.iter().map(|p| position(p) - middle).collect();
         let force = load.force * sign;
         let moment = load.moment * sign - (middle - load.about).cross(&force);
-        // Σ A p (1, y, z) is given, y and z along the tangents: p = α + β y + γ z.
+        // Σ A p (1, y, z) is given, with y and z along the tangents: p = α + β y + γ z.
         let mut matrix = Matrix3::zeros();
         for (pair, x) in self.pairs().zip(&positions) {
             let basis = Vector3::new(1.0, s.dot(x), t.dot(x));
@@ -349,7 +353,7 @@ impl Patch {
         }
         // Moment of a traction p n at y s + z t: p (z s − y t), with s × n = −t and t × n = s.
         let given = Vector3::new(normal.dot(&force), -t.dot(&moment), s.dot(&moment));
-        // Points on a line bear an even pressure.
+        // Points on a line carry a uniform pressure.
         let even = Vector3::new(given.x / area, 0.0, 0.0);
         let field = matrix.try_inverse().map_or(even, |inverse| inverse * given);
         let wanted = |x: &Vec3| field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
@@ -359,7 +363,7 @@ impl Patch {
         for (point, x) in self.points.iter_mut().zip(&positions) {
             let wanted = wanted(x);
             let shear = if normal < 0.0 { shear * (wanted / normal) } else { Vector2::zeros() };
-            // The gap as it was is where the springs bear what is wanted.
+            // Shifts the offset so that the springs carry the required pressure at the present gap.
             let state = &mut point.pair.state;
             let bare = state.gap + state.dilation;
             state.gap = wanted / stiff;
@@ -370,7 +374,7 @@ impl Patch {
             state.slip += (state.traction.shear - bears) / soft;
             state.traction = Traction { normal: wanted, shear: bears };
         }
-        // The same force on a smaller area holds more energy; softer springs do not.
+        // A smaller area may hold more energy under the same force; softer springs may not.
         self.limit_energy(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);
     }
 }

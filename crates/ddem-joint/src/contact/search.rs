@@ -1,7 +1,7 @@
 //! Search for blocks that are near each other.
 //!
-//! The boxes of the blocks are sorted into a grid only when a block may have gone further than their
-//! margin; pairs of blocks in between are looked at only when they may have come within reach.
+//! The boxes of the blocks are sorted into a grid only if a block may have left its margin. Pairs
+//! of near blocks are checked only if they may have come within reach.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -20,17 +20,17 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::Geometry;
 use ddem_mesh::grid;
 
-/// Part of their reach after which two blocks that are just beyond it are looked at again.
+/// Travel, as a fraction of the reach, after which two blocks just beyond it are checked again.
 const SOON: f64 = 0.01;
-/// Pairs that one task looks at.
+/// Least number of pairs per parallel task.
 const TOGETHER: usize = 256;
 
-/// Two blocks that may meet and have no patch.
+/// Two near blocks without a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NearPair {
     /// The two blocks, the lower number first.
     pub blocks: [u32; 2],
-    /// Travel of both together before which they need not be looked at `[m]`.
+    /// Combined travel before which they need no check `[m]`.
     pub until: f64,
 }
 
@@ -41,7 +41,7 @@ pub struct SearchContext<'a> {
     pub joints: JointLookup<'a>,
     /// Faces of all blocks.
     pub contact_model: &'a ContactModel,
-    /// Blocks that have supports, by pack.
+    /// Blocks with supports, by pack and lane.
     pub held: &'a [[bool; LANES]],
     /// Context of the pairs.
     pub context: PairContext<'a>,
@@ -67,14 +67,14 @@ impl Contacts {
         failing.iter().fold([0; 2], |sum, more| [sum[0] + more[0], sum[1] + more[1]])
     }
 
-    /// Counts how far the bodies of a pack have gone `[m]`.
+    /// Adds the displacement increments of a pack's blocks to their travel `[m]`.
     pub fn add_travel(&mut self, pack: usize, du: [f64; LANES]) {
         if let Some(travel) = self.travel.get_mut(pack) {
             (0..LANES).for_each(|lane| travel.0[lane] += du[lane]);
         }
     }
 
-    /// Distance that two blocks have travelled together since the boxes were sorted `[m]`.
+    /// Combined travel of two blocks since the boxes were sorted `[m]`.
     fn travel_of(&self, configuration: &Configuration<'_>, blocks: [u32; 2]) -> f64 {
         let [a, b] = blocks.map(|block| {
             let ContactBlock { pack, lane, .. } = configuration.blocks[block as usize];
@@ -83,7 +83,7 @@ impl Contacts {
         a + b
     }
 
-    /// Sorts the boxes of all blocks if any may have left its own.
+    /// Sorts the boxes of all blocks if a block may have left its margin.
     fn sort_boxes(&mut self, search: &SearchContext<'_>, configuration: &Configuration<'_>) {
         let SearchContext { joints, contact_model, .. } = *search;
         let travelled = self.travel.iter().flat_map(|lanes| lanes.0).fold(0.0, f64::max);
@@ -108,8 +108,7 @@ impl Contacts {
         self.known = true;
     }
 
-    /// Makes patches of blocks that have come within reach, and drops those of blocks that no longer
-    /// face each other.
+    /// Makes patches of blocks that have come within reach, and drops patches without points.
     fn make_patches(&mut self, builder: &PatchBuilder<'_>) {
         let configuration = &builder.configuration;
         let context = |near: &NearPair| -> Option<Result<Patch, f64>> {
@@ -124,7 +123,7 @@ impl Contacts {
             Some(match builder.patch(near.blocks, None) {
                 Some(patch) if patch.points.is_empty() => Err(travelled + f64::from(patch.limit)),
                 Some(patch) => Ok(patch),
-                // Faces that are nearest may have thinner skins than others of the two blocks.
+                // The nearest faces may have thinner skins than other faces of the two blocks.
                 None => Err(travelled + SOON * builder.reach(near.blocks)),
             })
         };
@@ -145,7 +144,7 @@ impl Contacts {
         self.replace_patches(configuration, more);
     }
 
-    /// Takes patches in, and those without points out.
+    /// Adds patches, and moves the blocks of patches without points back to the near pairs.
     fn replace_patches(&mut self, configuration: &Configuration<'_>, more: Vec<Patch>) {
         let idle = self.patches.iter().filter(|patch| patch.points.is_empty());
         let idle: Vec<NearPair> = idle
@@ -167,7 +166,7 @@ impl Contacts {
     }
 }
 
-/// Before joints act: those that are due are let go. Returns what is lost on the way.
+/// Releases the pending joints before joints act. Returns the losses.
 pub fn release_due_joints(
     search: SearchContext<'_>,
     configuration: Configuration<'_>,
@@ -185,8 +184,8 @@ pub fn release_due_joints(
     Losses { failed: [failed, 0], ..of_release(lost, search.context) }
 }
 
-/// Energy that the springs of a joint held and its contact does not: a relaxation damps it as all that is out of
-/// equilibrium.
+/// Loss from the energy that the springs of a joint held in excess of its contact. In relaxation it
+/// counts as damping, as all energy of an unbalanced state does.
 fn of_release(lost: f64, context: PairContext<'_>) -> Losses {
     if context.relaxing && lost > 0.0 {
         Losses { damping: lost, ..Losses::default() }
@@ -195,7 +194,8 @@ fn of_release(lost: f64, context: PairContext<'_>) -> Losses {
     }
 }
 
-/// Contacts at the present positions: patches are made, renewed and dropped; then what they exert.
+/// Updates the contacts at the present positions: makes, renews and drops patches, then updates
+/// their forces. Returns the losses.
 pub fn find(
     search: SearchContext<'_>,
     configuration: Configuration<'_>,
@@ -209,8 +209,8 @@ pub fn find(
     losses
 }
 
-/// Makes the points of patches anew whose blocks have moved. Their springs follow to where the blocks
-/// are first; what these and the bank keep then and the new ones do not is lost.
+/// Remakes the points of patches whose blocks have moved. The old springs are updated at the
+/// present positions first. The energy that they hold in excess of the new ones is lost.
 fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut Contacts) -> Losses {
     let each = |patch: &mut Patch| -> Option<(Losses, Option<Loosened>)> {
         if patch.bond.is_some() && search.contact_model.search {
@@ -233,7 +233,7 @@ fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut C
     for (lost, loosened) in lost {
         losses.add(&lost);
         if let Some(ended) = loosened {
-            // Blocks of joints that have come further may meet others.
+            // Blocks of joints whose status has advanced may meet others.
             contacts.known = false;
             contacts.take_in_released(ended);
         }
@@ -241,11 +241,11 @@ fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut C
     losses.total()
 }
 
-/// A joint that has come further: with what is left of it where it has ended.
+/// Result for a joint whose status has advanced: its last state if a contact has replaced it.
 type Loosened = Option<ReleasedJoint>;
 
-/// Makes a contact of a joint between faces that do not match, once it has failed and moved. Returns what
-/// is lost on the way, and the joint; nothing where it has not come further.
+/// Turns a nonconforming joint into a contact once it has failed and moved. Returns the losses and
+/// the last state of the joint; `None` if its status has not advanced.
 fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losses, Loosened)> {
     let context = builder.context;
     let found = patch.moved(&builder.configuration, context);
@@ -254,7 +254,7 @@ fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losse
         bond.release = release;
         return Some((Losses::default(), None));
     }
-    // Its axes are those of the last step, which a run that has just been resumed does not know.
+    // The axes are those of the last step, which a resumed run does not have.
     patch.turn(&builder.configuration);
     let load = patch.load(&builder.configuration);
     let before = patch.stored();
@@ -266,8 +266,8 @@ fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losse
 }
 
 impl Contacts {
-    /// True if two blocks are left to their joints: neighbours connected by joints that have not moved, or by
-    /// their own joint.
+    /// True if contact between two blocks is left to joints: neighbours connected by joints that
+    /// have not moved, or by their own joint.
     fn joined(&self, geometry: &Geometry, [a, b]: [u32; 2]) -> bool {
         let (a, b) = (a as usize, b as usize);
         if geometry.is_removed(a) || geometry.is_removed(b) {
@@ -276,11 +276,12 @@ impl Contacts {
         if let Some(step) = geometry.steps_between(a, b) {
             return in_lattice(geometry, &self.joints, [a, b], step);
         }
-        // Across faces that do not match, by way of one block.
+        // Blocks that both have a joint in place with the same third block, across nonconforming
+        // faces.
         self.held_by(geometry, a).any(|of_a| self.held_by(geometry, b).any(|of_b| of_a == of_b))
     }
 
-    /// Blocks that a joint which has not moved holds at a block.
+    /// Blocks that a joint in place connects to a block.
     fn held_by<'a>(
         &'a self,
         geometry: &'a Geometry,
@@ -299,7 +300,7 @@ impl Contacts {
     }
 }
 
-/// True if two blocks of one lattice are left to their joints.
+/// True if contact between two blocks of one lattice is left to joints.
 fn in_lattice(
     geometry: &Geometry,
     joints: &[[JointStatus; 3]],
@@ -317,7 +318,8 @@ fn in_lattice(
     connected(geometry, joints, a, step)
 }
 
-/// True if joints that have not moved connect a block with the one some steps away, one direction after the other.
+/// True if joints in place connect a block with the one some steps away, one direction after the
+/// other.
 fn connected(
     geometry: &Geometry,
     joints: &[[JointStatus; 3]],

@@ -1,13 +1,13 @@
-//! Faces and edges as a patch sees them: along the normal, in its plane.
+//! Projection of faces and edges onto the plane of a patch.
 
 use super::{Configuration, ContactBlock};
 use ddem_mechanics::collide::{self, EdgeId, FaceId};
 use ddem_mesh::{SurfacePoint, Vec3};
 
-/// One side of a face contact, seen along the normal.
+/// One side of a face contact, projected along the normal.
 pub(super) struct ContactSide<'a> {
     pub(super) contact_block: &'a ContactBlock,
-    /// Its nodes in the plane.
+    /// Its nodes in the plane `[m]`.
     nodes: Vec<[f64; 2]>,
     pub(super) outline: [[f64; 2]; 4],
     /// Area of one element's face `[m²]`.
@@ -39,13 +39,13 @@ impl<'a> ContactSide<'a> {
         [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]].map(|[i, k]| self.nodes[i + m * k])
     }
 
-    /// The spot over a point of the plane.
+    /// Point of the face over a point of the plane.
     pub(super) fn spot(&self, at: [f64; 2]) -> SurfacePoint {
         let n = self.contact_block.topology.divisions();
         let whole = collide::bilinear(&self.outline, at);
         let mut element = whole.map(|x| ((x * n as f64) as usize).min(n - 1));
         let mut on = collide::bilinear(&self.quad(element), at);
-        // Faces are not quite flat: the element may be the next one.
+        // Faces are not quite flat, so the adjacent element may hold the point.
         for axis in 0..2 {
             if on[axis] < 0.0 && element[axis] > 0 {
                 element[axis] -= 1;
@@ -72,13 +72,13 @@ pub(super) fn apart(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
     })
 }
 
-/// The node of an element that bilinear coordinates are, if they are one.
+/// Node of an element at bilinear coordinates, if they are those of a node.
 pub(super) fn node_at(on: [f64; 2]) -> Option<[usize; 2]> {
     let end = |x: f64| if x == 0.0 { Some(0) } else { (x == 1.0).then_some(1) };
     Some([end(on[0])?, end(on[1])?])
 }
 
-/// The i-th node along an edge.
+/// Lattice steps of the i-th node along an edge.
 pub(super) fn edge_node(contact_block: &ContactBlock, edge: EdgeId, i: usize) -> [usize; 3] {
     let mut at = [0; 3];
     at[edge.direction] = i;
@@ -89,7 +89,7 @@ pub(super) fn edge_node(contact_block: &ContactBlock, edge: EdgeId, i: usize) ->
     at
 }
 
-/// The spot at a part of an edge, on the face beside it that lies across its next direction.
+/// Point at a fraction of an edge, on the adjacent face across its next direction.
 pub(super) fn edge_spot(contact_block: &ContactBlock, edge: EdgeId, part: f64) -> SurfacePoint {
     let n = contact_block.topology.divisions();
     let along = part * n as f64;

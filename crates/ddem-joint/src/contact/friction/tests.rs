@@ -1,9 +1,9 @@
-//! Friction of two faces against its definition.
+//! Tests of the friction of two faces against its definition.
 
 use super::*;
 use ddem_mechanics::law::{MohrCoulomb, ReducedLaw};
 
-/// `√(p · 1 MPa)`: a strength that no angle gives.
+/// Strength `0.2 MPa + √(p · 1 MPa)`, which no friction angle can represent.
 #[derive(Debug)]
 struct Root;
 
@@ -27,7 +27,7 @@ fn coulomb(tan: f64) -> Arc<dyn JointLaw> {
     Arc::new(strength)
 }
 
-/// Friction of 0.5, of 0.8, the root, none, and half of the root.
+/// Laws with the tangents 0.5 and 0.8, the root law, no law, and half of the root law.
 fn laws() -> Laws {
     let half = ReducedLaw { law: Arc::new(Root), factor: 2.0 };
     vec![Some(coulomb(0.5)), Some(coulomb(0.8)), Some(Arc::new(Root)), None, Some(Arc::new(half))]
@@ -53,7 +53,7 @@ fn two_angles_are_one_and_nothing_else_is() {
     assert!(matches!(of(2, 2), Some(Friction::Laws(_))));
 }
 
-/// 1 MPa at 1 MPa and 4 MPa at 16 MPa, without the cohesion.
+/// The strength is 1 MPa at 1 MPa and 4 MPa at 16 MPa, without the cohesion.
 #[test]
 fn a_law_is_asked_at_each_pressure() {
     for friction in [of(2, 2), of(2, 3), of(3, 2)] {
@@ -64,7 +64,7 @@ fn a_law_is_asked_at_each_pressure() {
     assert!((at(of(4, 4), 16e6) - 2e6).abs() < 1e-3, "with a factor of safety");
 }
 
-/// The root is above 0.5 p below 4 MPa, and below it beyond.
+/// The root law is stronger than 0.5 p below 4 MPa and weaker above.
 #[test]
 fn the_weaker_of_two_faces_counts_at_each_pressure() {
     for friction in [of(0, 2), of(2, 0)] {
@@ -83,7 +83,7 @@ fn an_edge_has_the_mean_of_its_faces() {
     assert_eq!(Friction::of([mean(0, 1), None], 1.0), Some(Friction::Angle(0.65)));
 }
 
-/// A quarter of the way from 0.5 to the root at 16 MPa, and from 0.5 to 0.8.
+/// The strength is a quarter of the way from 0.5 to the root law at 16 MPa, and from 0.5 to 0.8.
 #[test]
 fn strengths_go_by_parts() {
     let ramp = |old: usize, new: usize| Some(face(new)?.after(face(old)?, 0.25));
@@ -93,7 +93,7 @@ fn strengths_go_by_parts() {
     assert!(matches!(of(0, 1), Some(Friction::Angle(_))));
 }
 
-/// Points that stand for 1.25 times the area on which they press bear the same force.
+/// Points with 1.25 times the area on which they press carry the same force.
 #[test]
 fn scaled_areas_change_no_force() {
     let Some(mut friction) = of(2, 2) else { panic!("no friction") };
