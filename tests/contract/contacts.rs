@@ -134,7 +134,7 @@ fn a_checkpoint_with_a_state_that_cannot_be_is_refused() {
         (Vec::new(), "damaged"),
         (whole[..whole.len() - 1].to_vec(), "damaged"),
         (whole[..whole.len() / 2].to_vec(), "damaged"),
-        ([&whole[..], &[0]].concat(), "goes on beyond its end"),
+        ([&whole[..], &[0]].concat(), "continues beyond its end"),
         (changed(0, whole[0] + 1), "run again from the start"),
         (changed(1, whole[1] + 1), "another model"),
     ] {

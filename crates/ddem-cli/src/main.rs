@@ -143,7 +143,7 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
         }
         Ok(Outcome::Interrupted(checkpoint)) => {
             let resume = args.resume_command();
-            screen.line(&format!("saved in {}, to go on: {resume}", checkpoint.display()));
+            screen.line(&format!("saved in {}, to continue: {resume}", checkpoint.display()));
             Ok(CommandOutcome::Interrupted)
         }
         Err(RunFailure::Stopped) => {

@@ -114,11 +114,11 @@ fn check_format(file: &File) -> std::result::Result<(), String> {
         Ok(version) => {
             let other = if version < VERSION { "an earlier" } else { "a later" };
             Err(format!(
-                "the checkpoint has format {version}, of {other} version of ddem, and this one reads format {VERSION}: \
-                 go on with the version that wrote it, or run again from the start"
+                "the checkpoint has format {version}, written by {other} version of ddem; this one reads format {VERSION}: \
+                 resume with the version that wrote it, or run from the start"
             ))
         }
-        Err(e) => Err(format!("the checkpoint does not tell its format ({e})")),
+        Err(e) => Err(format!("the checkpoint has no format number ({e})")),
     }
 }
 

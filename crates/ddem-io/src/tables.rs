@@ -171,7 +171,7 @@ fn header_and_end(path: &Path, rows: u64) -> Result<(Vec<String>, u64), OutputEr
     let mut record = csv::ByteRecord::new();
     for have in 0..rows {
         if !reader.read_byte_record(&mut record).map_err(reading)? {
-            let message = format!("has {have} rows, but the run to go on with had written {rows}");
+            let message = format!("has {have} rows, but the run to resume had written {rows}");
             return Err(OutputError::unusable(path, message));
         }
     }

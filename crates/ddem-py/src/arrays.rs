@@ -42,7 +42,7 @@ fn real<'py>(any: &Bound<'py, PyAny>, argument: &str) -> PyResult<Bound<'py, PyA
     let fits = numpy.call_method1("can_cast", (array.getattr("dtype")?, "f8", "same_kind"))?;
     if !fits.is_truthy()? {
         let dtype = array.getattr("dtype")?.str()?;
-        return Err(refused(&format!("has dtype {dtype}, which is not one of real numbers")));
+        return Err(refused(&format!("has dtype {dtype}, expected real numbers")));
     }
     Ok(array)
 }
@@ -90,7 +90,7 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
     let size = shape.iter().fold(1_usize, |size, n| size.saturating_mul(*n));
     if size > MOST.max(10 * n_nodes) {
-        return Err(refused(format!("has shape {}, more than there can be", shown(&shape))));
+        return Err(refused(format!("has shape {}, which is too large", shown(&shape))));
     }
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     let numpy = py.import("numpy")?;

@@ -90,7 +90,7 @@ pub(crate) fn driven(
             if error.is_instance_of::<PyKeyboardInterrupt>(py) =>
         {
             let path = checkpoint.display();
-            let message = format!("saved in {path}; run_deck(..., resume=True) goes on");
+            let message = format!("saved in {path}; run_deck(..., resume=True) continues");
             return Err(PyKeyboardInterrupt::new_err(message));
         }
         (ended, _) => outcome(ended, stopped, |failure| match &failure {

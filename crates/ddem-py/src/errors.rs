@@ -35,7 +35,7 @@ pub(crate) fn internal(py: Python<'_>, panic: &(dyn std::any::Any + Send)) -> Py
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     let message =
-        format!("a fault in ddem itself, please report it: {}", text.unwrap_or("unknown"));
+        format!("internal error, please report it: {}", text.unwrap_or("unknown"));
     raise!(py, "Error", (message,))
 }
 

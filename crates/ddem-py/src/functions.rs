@@ -105,7 +105,7 @@ impl Called {
     fn factor(&self, timed: Timed, time: f64) -> Result<f64, String> {
         Python::attach(|py| {
             let function = locked(&self.functions).0.get(&timed).map(|f| f.clone_ref(py));
-            let Some(function) = function else { return Err("it is gone".to_owned()) };
+            let Some(function) = function else { return Err("it no longer exists".to_owned()) };
             let factor = function.call1(py, (time,)).and_then(|factor| {
                 factor.extract::<f64>(py).map_err(|error| {
                     let found = factor.bind(py).get_type().qualname();

@@ -111,7 +111,7 @@ fn scalar(any: &Bound<'_, PyAny>, place: &str, name: &mut Name<'_>) -> PyResult<
         let number = number.value();
         return match number.is_finite() {
             true => Ok(Some(Value::Float(number))),
-            false => refused(format!("{number} where a finite number must be")),
+            false => refused(format!("must be a finite number, found {number}")),
         };
     }
     Ok(None)
@@ -127,7 +127,7 @@ fn of_mapping(
     for item in mapping.items()? {
         let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
         let Ok(key) = key.extract::<String>() else {
-            let message = format!("the key {} is no text", key.repr()?);
+            let message = format!("the key {} is not a string", key.repr()?);
             return Err(model_error(mapping.py(), place, &message, None));
         };
         if !value.is_none() {

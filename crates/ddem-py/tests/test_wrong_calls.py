@@ -17,7 +17,7 @@ from small import column, cube, refused
     [
         (lambda s: s.run(-1), "duration: `duration` is -1 but must be above 0"),
         (lambda s: s.run(0), "duration: `duration` is 0 but must be above 0"),
-        (lambda s: s.run(np.nan), "duration: NaN where a finite number must be"),
+        (lambda s: s.run(np.nan), "duration: must be a finite number, found NaN"),
         (lambda s: s.run("long"), "duration: expected a number"),
         (lambda s: s.run(1e300), "duration: takes "),
         (lambda s: s.run(1e-320), "duration: "),
@@ -43,7 +43,7 @@ from small import column, cube, refused
         (lambda s: s.nodes(set="al"), "set: "),
         (lambda s: s.nodes(x=(3, 1)), "x: "),
         (lambda s: s.nodes(sphere={"centre": (0, 0, 0), "radius": -1}), "sphere.radius: "),
-        (lambda s: s.nodes(x=np.inf), "x: inf where a finite number must be"),
+        (lambda s: s.nodes(x=np.inf), "x: must be a finite number, found inf"),
         (lambda s: s.nodes(from_="push"), "from_: "),
     ],
 )

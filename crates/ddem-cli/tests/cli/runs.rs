@@ -262,7 +262,7 @@ fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
         assert!(went.stderr.contains("stopping at the next step"), "{}", went.stderr);
         let last = went.stderr.lines().last();
         let checkpoint = Path::new("parts").join("checkpoint.h5");
-        let hint = "to go on: ddem column.toml --out=parts --resume";
+        let hint = "to continue: ddem column.toml --out=parts --resume";
         assert_eq!(last, Some(&*format!("saved in {}, {hint}", checkpoint.display())));
         assert!(desk.path("parts/checkpoint.h5").exists());
 

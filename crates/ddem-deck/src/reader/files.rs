@@ -143,7 +143,7 @@ fn plain(mut bytes: Vec<u8>) -> Result<Vec<u8>, Fault> {
 fn heights(mut file: File) -> Result<Heights, Fault> {
     let mut text = String::new();
     file.read_to_string(&mut text).map_err(|error| {
-        Fault::new(ErrorCode::InvalidFile, "", format!("this is no text: {error}")).help(FORMATS)
+        Fault::new(ErrorCode::InvalidFile, "", format!("this is not text: {error}")).help(FORMATS)
     })?;
     let first = text.split_whitespace().next().unwrap_or_default();
     if first.eq_ignore_ascii_case("ncols") || first.eq_ignore_ascii_case("nrows") {

@@ -210,7 +210,7 @@ fn what_is_no_grid_of_heights() {
         said(path, region, &["remove[0].where.above.topography", words]);
     }
     put(path, "ground", [0, 159, 146, 150]);
-    said(path, region, &["this is no text"]);
+    said(path, region, &["this is not text"]);
 }
 
 /// A run goes on with the files that it began with, and with no others.

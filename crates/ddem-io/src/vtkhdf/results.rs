@@ -127,7 +127,7 @@ fn steps(root: &Group) -> hdf5::Result<usize> {
 fn count(root: &Group, name: &str, step: usize) -> hdf5::Result<usize> {
     let steps = steps(root)?;
     if step >= steps {
-        return Err(format!("step {step} was asked for, but there are {steps}").into());
+        return Err(format!("there is no step {step}: the file has {steps}").into());
     }
     number(root, name, number(&root.group("Steps")?, "PartOffsets", step)?)
 }

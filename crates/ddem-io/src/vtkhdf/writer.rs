@@ -80,7 +80,7 @@ impl Writer {
         data::check(&path, &nothing, &[], fields)?;
         if let Some(field) = fields.iter().find(|field| field.location != Location::Point) {
             let message =
-                format!("`{}` is a field of cells, but there are points alone", field.name);
+                format!("`{}` is a field of cells, but the file has points only", field.name);
             return Err(OutputError::mismatch(&path, message));
         }
         let mesh = MeshRows::Cloud { rows: 0 };
@@ -265,7 +265,7 @@ fn reopen(
     let root = file.group("VTKHDF").map_err(unusable)?;
     let have = steps_of(&root).map_err(unusable)?;
     if have < steps {
-        let message = format!("has {have} steps, but the run to go on with had written {steps}");
+        let message = format!("has {have} steps, but the run to resume had written {steps}");
         return Err(OutputError::mismatch(path, message));
     }
     let mesh = mesh(&root, points, steps).map_err(unusable)?;

@@ -119,7 +119,7 @@ impl Saved {
             }
         }
         let (image, rest) = postcard::take_from_bytes(rest)?;
-        check::expect(rest.is_empty(), "it goes on beyond its end")?;
+        check::expect(rest.is_empty(), "it continues beyond its end")?;
         Ok(image)
     }
 }
