@@ -269,21 +269,21 @@ fn plain(number: f64) -> String {
 const HEAD: &str = "\
 # Verification
 
-Every row is asserted by `cargo test --test verification`. This command writes the page:
+`cargo test --test verification` asserts every row. This command writes the page:
 
 ```
 DDEM_VERIFICATION=docs/verification.md cargo test --test verification
 ```
 
-SI units. A tolerance is ten times the error found, or less. Where the error is rounding, the tolerance is that of
-rounding, and the word stands beside it. A change that makes an error ten times larger fails the tests.
+Numbers are in SI units. A tolerance is at most ten times the error found. If the error is rounding, the tolerance is
+that of rounding, and the row is marked `rounding`. A change that makes an error ten times larger fails the tests.
 ";
 
 const EXACT: &str = "
 ## Exact
 
-The exact value comes from outside of this program: a closed form, equilibrium, or an independent finite element model
-(`tests/fem`, `tests/data`). The header of each deck says which.
+The exact value does not come from this program. It comes from a closed form, from equilibrium, or from an independent
+finite element model (`tests/fem`, `tests/data`). The header of each deck names the source.
 
 | Case | Deck | Quantity | Exact | Computed | Error | Tolerance |
 |---|---|---|---|---|---|---|
@@ -292,8 +292,8 @@ The exact value comes from outside of this program: a closed form, equilibrium, 
 const BOUNDS: &str = "
 ## Bounds
 
-Theory gives no single number here, but a limit: energy must not grow, what holds must not creep, orders of convergence
-are at least those of the scheme.
+Theory gives a limit here, not a single number. Energy must not grow, and stable blocks must not creep. The order of
+convergence must be at least that of the scheme.
 
 | Case | Deck | Quantity | Bound | Computed |
 |---|---|---|---|---|
@@ -302,7 +302,7 @@ are at least those of the scheme.
 const CONSISTENCY: &str = "
 ## Consistency
 
-The expected value is a conservation law, or another way to compute the same from the same run.
+The expected value comes from a conservation law, or from a second way to compute the same quantity in the same run.
 
 | Case | Deck | Quantity | Expected | Computed | Error | Tolerance |
 |---|---|---|---|---|---|---|
