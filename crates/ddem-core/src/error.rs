@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use advice::{after, hint, moving, named, stiff, thicker, too_deep, too_fast};
 pub use code::ErrorCode;
 
-/// A block that moves on where a stage fails.
+/// A block that still moves when a stage fails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MovingBlock {
     /// Name of its set.
@@ -18,13 +18,13 @@ pub struct MovingBlock {
     /// Number of the block.
     #[serde(rename = "index")]
     pub block: usize,
-    /// Length of the mean displacement of its nodes in the stage `[m]`.
+    /// Magnitude of the mean displacement of its nodes in the stage `[m]`.
     pub distance: f64,
     /// Direction of that displacement, a unit vector.
     pub direction: [f64; 3],
 }
 
-/// An error in the input: its code, its place, and what would be right.
+/// An error in the input, with its code, its place and the valid value.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fault {
@@ -39,12 +39,12 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// A fault at a place.
+    /// Fault at a place, without help.
     pub fn new(code: ErrorCode, place: impl Into<String>, message: impl Into<String>) -> Self {
         Self { code, place: place.into(), message: message.into(), help: None }
     }
 
-    /// Adds a hint.
+    /// Adds the help.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
@@ -55,7 +55,7 @@ impl Fault {
 /// Place, message, help and code on one line.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // What is wrong with a whole deck has no place.
+        // A fault of the whole deck has no place.
         if !self.place.is_empty() {
             write!(f, "{}: ", self.place)?;
         }
@@ -69,7 +69,7 @@ impl fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// A deck that cannot become a model: every fault that was found, at least one.
+/// Error of a deck that cannot become a model: all faults found, at least one.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[error("{}", .faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
 pub struct ModelError {
@@ -83,36 +83,37 @@ impl From<Fault> for ModelError {
     }
 }
 
-/// A run that cannot go on.
+/// Error of a run that cannot continue.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// The time step that was asked for is not stable.
+    /// The requested time step is unstable.
     #[error(
         "the time step, {time_step:.6e} s, exceeds the critical time step, {critical:.6e} s (2/ω_max): the \
          motion would grow without bound"
     )]
     TimeStep {
-        /// Asked for `[s]`.
+        /// Requested time step `[s]`.
         time_step: f64,
-        /// Largest stable one `[s]`.
+        /// Critical time step `[s]`.
         critical: f64,
     },
-    /// The time step, or the whole duration, is out of all proportion.
+    /// The time step or the duration is less than a billionth of the critical time step.
     #[error(
         "the time step, {time_step:e} s, is less than a billionth of the critical time step, \
          {critical:.6e} s"
     )]
     TooShort {
-        /// Asked for `[s]`.
+        /// Requested time step `[s]`.
         time_step: f64,
-        /// Largest stable one `[s]`.
+        /// Critical time step `[s]`.
         critical: f64,
     },
-    /// The stiffness or the masses are outside what numbers can hold.
+    /// The critical time step is not a positive number: stiffnesses or masses are out of range.
     #[error("the critical time step is not a number: density or moduli are far out of range")]
     NoCriticalStep,
-    /// Relaxation finds no mass for a node: rounding has taken what its joints do not hold.
+    /// Relaxation finds no mass for a node: its joints are so stiff that rounding removes the
+    /// block's stiffness.
     #[error(
         "relaxation finds no mass for node {node} of block {block}: its joints are so much stiffer than the block that \
          rounding removes it, or a stiffness is not a number; use thicker or softer joints"
@@ -120,49 +121,49 @@ pub enum RunError {
     NoMass {
         /// Block of the node.
         block: usize,
-        /// The node.
+        /// Number of the node.
         node: usize,
     },
-    /// Strengths that change gradually between more joints than can be numbered.
+    /// Gradual changes of strengths need more joint laws than can be numbered.
     #[error(
         "the relaxation needs {laws} joint laws, more than 65 534, to change strengths gradually; `increments = 1` \
          changes them at once"
     )]
     TooManyLaws {
-        /// Number of laws.
+        /// Number of required laws.
         laws: usize,
     },
-    /// Values that a program gives are none that a deck could have; nothing has changed.
+    /// A program passed values that are invalid in a deck. Nothing has changed.
     #[error("{}", faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("; "))]
     Values {
         /// Faults of the values, by key.
         faults: Vec<Fault>,
     },
-    /// A program wanted it to stop, before anything moved.
+    /// A program stopped the run before anything moved.
     #[error("stopped")]
     Stopped,
     /// A history that a program computes has no value.
     #[error("the history of {entry} failed at time {time:.6e} s: {message}")]
     History {
-        /// The load or support, as in `load[0]`.
+        /// The load, charge, support or boundary, as in `load[0]`.
         entry: String,
         /// Time since the history began `[s]`.
         time: f64,
         /// Reason.
         message: String,
     },
-    /// A stage is entered that comes before the present one; nothing has changed.
+    /// A program entered a stage before the present one. Nothing has changed.
     #[error(
         "stage {stage} comes before stage {present}, which has begun: stages are entered forwards only; \
          to go back, load a state that was saved before"
     )]
     EarlierStage {
-        /// The stage, by its number in the deck.
+        /// Number of the stage in the deck.
         stage: usize,
-        /// The present one.
+        /// Number of the present stage.
         present: usize,
     },
-    /// A force is not a number any more.
+    /// A force is no longer finite.
     #[error(
         "diverged at step {step}, time {time:.6e} s: the forces are no longer finite, first at \
          node {node} of block {block}; the usual causes are excessive loads or velocities, or an \
@@ -178,7 +179,7 @@ pub enum RunError {
         /// First node without a finite force.
         node: usize,
     },
-    /// A block goes so far in a step that contacts could be missed.
+    /// A block moves so far in one step that contacts could be missed.
     #[error(
         "block {block} of `{set}` moved {distance:.3e} m in step {step}, at time {time:.6e} s: more than a \
          quarter of the shortest edge of a block, {edge} m, so that contacts could be missed; {}",
@@ -187,7 +188,7 @@ pub enum RunError {
     TooFast {
         /// The fastest block.
         block: usize,
-        /// The set that it belongs to.
+        /// Name of its set.
         set: String,
         /// Steps since the start of the run.
         step: u64,
@@ -197,10 +198,10 @@ pub enum RunError {
         distance: f64,
         /// Shortest edge of a block `[m]`.
         edge: f64,
-        /// The support that moves it, by its number in the deck.
+        /// Number in the deck of the support that moves it.
         driven: Option<usize>,
     },
-    /// Two blocks are so deep in each other that they could pass through.
+    /// Two blocks penetrate each other so deeply that they could pass through each other.
     #[error(
         "block {} of `{}` and block {} of `{}` penetrate each other by {depth:.3e} m in step {step}, at time \
          {time:.6e} s: more than a quarter of their shortest edge, {edge} m; {}",
@@ -209,7 +210,7 @@ pub enum RunError {
     TooDeep {
         /// The two blocks.
         blocks: [usize; 2],
-        /// The sets that they belong to.
+        /// Names of their sets.
         sets: Box<[String; 2]>,
         /// Steps since the start of the run.
         step: u64,
@@ -219,26 +220,29 @@ pub enum RunError {
         depth: f64,
         /// Their shortest edge `[m]`.
         edge: f64,
-        /// A support that moves one of them, by its number in the deck, and which block.
+        /// Number in the deck of a support that moves one of the blocks, and the number of that
+        /// block.
         driven: Option<(usize, usize)>,
-        /// In a relaxation.
+        /// True in a relaxation.
         relaxes: bool,
     },
-    /// Blocks part or slide without end in a relaxation: their joints have failed.
+    /// There is no equilibrium: blocks separate or slide without end, because their joints have
+    /// failed.
     #[error("there is no equilibrium: {}{}", named(moving), after(*failed))]
     Collapsed {
-        /// Two blocks that have moved farthest against each other since pairs last failed.
+        /// Two neighbours with the largest relative displacement since the last event: the start of
+        /// the stage, an increment or a failure.
         blocks: [usize; 2],
-        /// Displacement `[m]`.
+        /// Relative displacement of the two blocks `[m]`.
         distance: f64,
-        /// All blocks that move, and how far they have come in the stage.
+        /// Moving blocks, with their displacements in the stage.
         moving: Vec<MovingBlock>,
         /// Unbalanced ratio reached.
         ratio: f64,
-        /// Pairs that have failed.
+        /// Number of failed pairs.
         failed: u64,
     },
-    /// Relaxation took too long.
+    /// Relaxation has not converged within the allowed number of steps.
     #[error(
         "not in equilibrium after {max_steps} steps: unbalanced ratio {ratio:.3e}, tolerance \
          {tolerance:.3e}{}{}",
@@ -247,16 +251,16 @@ pub enum RunError {
     NotConverged {
         /// Unbalanced ratio reached.
         ratio: f64,
-        /// Unbalanced ratio wanted.
+        /// Required unbalanced ratio.
         tolerance: f64,
-        /// Steps allowed.
+        /// Allowed number of steps.
         max_steps: u64,
-        /// Pairs that have failed.
+        /// Number of failed pairs.
         failed: u64,
-        /// The block that moves most, its set, and its way in the last step `[m]`.
+        /// Fastest block, its set, and its displacement in the last step `[m]`.
         fastest: Option<(usize, String, f64)>,
     },
-    /// Relaxation has come as near to equilibrium as rounding lets it.
+    /// Rounding keeps the unbalanced ratio above the tolerance.
     #[error(
         "the unbalanced ratio stays at {ratio:.1e}, above the tolerance {tolerance:.1e}: the rest is rounding, most of \
          it at block {block}{}; use a tolerance of {:.0e}{}",
@@ -265,20 +269,22 @@ pub enum RunError {
     OutOfReach {
         /// Unbalanced ratio reached.
         ratio: f64,
-        /// Unbalanced ratio wanted.
+        /// Required unbalanced ratio.
         tolerance: f64,
         /// Block with the largest rounding force.
         block: usize,
         /// Rounding force `[N]`.
         force: f64,
-        /// The stiffest joint of that block, and its thickness `[m]`, 0 if it is springs.
+        /// Name of the stiffest joint of that block, and its thickness `[m]`, 0 for springs.
         joint: Option<(String, f64)>,
-        /// Distance from the origin `[m]`, where the last digit of a position makes that force.
+        /// Distance of the block from the origin `[m]`, if the rounding of its positions causes
+        /// that force.
         far: Option<f64>,
     },
 }
 
-/// Implements `Debug` by `Display`: a program whose `main` returns an error shows its `Debug`.
+/// Implements `Debug` by `Display`, because a program whose `main` returns an error prints its
+/// `Debug` form.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! debug_as_display {

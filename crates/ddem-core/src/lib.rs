@@ -1,13 +1,21 @@
 //! The deformable block discrete element method: models, the step, relaxation, results.
 //!
-//! A [`Problem`] is the input as plain data, a [`Model`] is made of it, a [`Simulation`] moves it. The crate `ddem-deck`
-//! makes problems from decks, a [`ProblemBuilder`](problem::ProblemBuilder) from arrays.
-//! [`FIELDS`] lists what can be seen. No file, no clock and no environment is touched here.
+//! A [`Problem`] is the input as plain data. A [`Model`] is made from it, and a [`Simulation`]
+//! moves the model. The crate `ddem-deck` makes problems from decks; a
+//! [`ProblemBuilder`](problem::ProblemBuilder) makes them from arrays. [`FIELDS`] lists all result
+//! fields. This crate uses no files, no clock and no environment.
 //!
 //! To read the method in the source, begin with `step/mod.rs`: one explicit step in its order. Then
-//! `force/block.rs` and `force/joint.rs`, the elastic forces, with `element/lattice.rs` of `ddem-mechanics`; `law/` there, what a
-//! joint bears; `broken_joints/` of `ddem-joint`, what becomes of it; `pack.rs` of `ddem-mesh`, how four bodies lie side by side;
-//! `run/relax.rs`, static equilibrium. `docs/method.md` has the theory.
+//! read
+//!
+//! - `force/block.rs` and `force/joint.rs`, the elastic forces, with `element/lattice.rs` of
+//!   `ddem-mechanics`;
+//! - `law/` of `ddem-mechanics`, the strength of joints;
+//! - `broken/` of `ddem-joint`, the state of joints that fail;
+//! - `pack.rs` of `ddem-mesh`, the storage of four blocks side by side;
+//! - `run/relax.rs`, static equilibrium.
+//!
+//! `docs/method.md` has the theory.
 
 #![warn(clippy::print_stdout)]
 #![cfg_attr(test, allow(clippy::disallowed_methods))]

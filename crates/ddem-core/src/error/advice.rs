@@ -1,4 +1,4 @@
-//! Causes and remedies, as errors of a run name them.
+//! Causes and remedies in the messages of run errors.
 
 use super::MovingBlock;
 
@@ -33,7 +33,8 @@ pub(super) fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String 
     }
 }
 
-/// Source of forces of the last digits of displacements, or of positions far from the origin.
+/// Cause of the rounding forces: the last digit of displacements, or of positions far from the
+/// origin.
 pub(super) fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>) -> String {
     if let Some(far) = far {
         return format!(
@@ -47,12 +48,13 @@ pub(super) fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>)
     format!("{what}, where the last digit of a displacement is {force:.0e} N")
 }
 
-/// Change to a joint that would reduce the ratio by a factor of `missing`.
+/// Change to a joint, or to the position of the model, that would reduce the ratio by a factor of
+/// `missing`.
 pub(super) fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f64>) -> String {
     if far.is_some() {
         return ", or move the model nearer to the origin".to_owned();
     }
-    // A joint that much thicker or softer would be another joint.
+    // A change by a larger factor would make it a different joint.
     let some = joint.filter(|_| missing < 1e4);
     let Some((_, thickness)) = some else { return String::new() };
     match thickness {
@@ -68,10 +70,10 @@ pub(super) fn moving(fastest: Option<&(usize, String, f64)>) -> String {
     })
 }
 
-/// Blocks named in a message.
+/// Largest number of blocks that a message names.
 const NAMED: usize = 3;
 
-/// Blocks that move.
+/// Moving blocks, for a message.
 pub(super) fn named(moving: &[MovingBlock]) -> String {
     if moving.is_empty() {
         return "no block has moved so far".to_owned();
@@ -90,7 +92,7 @@ pub(super) fn named(moving: &[MovingBlock]) -> String {
     format!("{blocks}: {}{more}", each.collect::<Vec<_>>().join("; "))
 }
 
-/// Failures before an error.
+/// Number of failed pairs, for a message.
 pub(super) fn after(failed: u64) -> String {
     if failed == 0 { String::new() } else { format!(", after {failed} pairs have failed") }
 }

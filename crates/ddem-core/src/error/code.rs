@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::{Fault, ModelError, RunError};
 
-/// Declares an enum of codes, each with its meaning, in the order of the codes.
+/// Declares an enum of codes with their meanings, in alphabetical order.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! codes {
@@ -91,7 +91,7 @@ impl fmt::Display for ErrorCode {
 }
 
 impl RunError {
-    /// Code of the error; that of the first fault where values are wrong.
+    /// Code of the error; for [`Values`](Self::Values) the code of the first fault.
     #[must_use]
     pub fn code(&self) -> ErrorCode {
         match self {

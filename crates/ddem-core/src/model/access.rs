@@ -12,7 +12,7 @@ use ddem_joint::contact::{ContactModel, ContactWarning};
 use ddem_mesh::Geometry;
 
 impl Model {
-    /// The problem that it was made from.
+    /// The problem from which the model was made.
     #[must_use]
     pub fn problem(&self) -> &Arc<Problem> {
         &self.problem
@@ -30,19 +30,19 @@ impl Model {
         &self.conditions
     }
 
-    /// Size of each charge before it goes off, in their order.
+    /// Size of each charge before detonation, in the order of the charges.
     #[must_use]
     pub fn charges(&self) -> Vec<ChargeSize> {
         self.conditions.charged.iter().map(|charged| charged.charge.size).collect()
     }
 
-    /// True for a joint, given by its number, that can fail.
+    /// True if the joint with this number can fail.
     #[must_use]
     pub fn joint_can_fail(&self, joint: u16) -> bool {
         self.laws.get(usize::from(joint)).is_some_and(Option::is_some)
     }
 
-    /// Stiffnesses of contacts far from those of the blocks.
+    /// Warnings about contact stiffnesses far from those of the blocks.
     #[must_use]
     pub fn contact_warnings(&self) -> Vec<ContactWarning> {
         let Self { geometry, packs, assembly, properties, .. } = self;
@@ -52,7 +52,8 @@ impl Model {
         contact.flat_map(warnings).collect()
     }
 
-    /// The fault of a stage, given by its place, that looks for a factor of safety where nothing can fail.
+    /// Fault of a search for a factor of safety in a model in which nothing can fail, at the place
+    /// of the stage.
     #[must_use]
     pub fn without_strength(&self, place: &str) -> Option<Fault> {
         let nothing = "there is no strength to divide: no joint can fail, and blocks do not meet";

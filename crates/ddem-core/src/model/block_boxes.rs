@@ -1,4 +1,4 @@
-//! Nodes and elements by place.
+//! Search for nodes and elements by position.
 
 use std::cmp::Reverse;
 
@@ -8,7 +8,7 @@ use rstar::{PointDistance, RTree};
 use super::Model;
 use ddem_mesh::{Geometry, ON_FACE, Vec3, bounds_of};
 
-/// Part of its longest edge by which the box around a block is larger than the block.
+/// Margin of the box around a block, as a fraction of its longest edge.
 const MARGIN: f64 = 1e-8;
 
 /// Boxes around the blocks at rest.
@@ -27,7 +27,7 @@ impl BlockBoxes {
         Self(RTree::bulk_load((0..geometry.blocks.len()).map(around).collect()))
     }
 
-    /// Blocks whose boxes have a point, in order.
+    /// Blocks whose boxes contain a point, in ascending order.
     fn with(&self, point: [f64; 3]) -> Vec<usize> {
         let found = self.0.locate_all_at_point(point);
         let mut blocks: Vec<usize> = found.map(|around| around.data as usize).collect();
@@ -35,7 +35,7 @@ impl BlockBoxes {
         blocks
     }
 
-    /// Blocks and the distances of their boxes from a point, the nearest first `[m]`.
+    /// Blocks and the distances of their boxes from a point `[m]`, the nearest first.
     fn nearest_first(&self, point: [f64; 3]) -> impl Iterator<Item = (usize, f64)> + '_ {
         let near = self.0.nearest_neighbor_iter(point);
         near.map(move |around| (around.data as usize, around.distance_2(&point).sqrt()))
@@ -47,8 +47,8 @@ impl Model {
         self.boxes.get_or_init(|| BlockBoxes::new(&self.geometry))
     }
 
-    /// The node nearest to a reference position; on a tie that of a block that is not taken out, or later,
-    /// and of these the lower number.
+    /// Node nearest to a reference position. In a tie it is a node of the block that is removed
+    /// last or never, and of these the one with the lowest number.
     ///
     /// # Panics
     ///
@@ -78,10 +78,11 @@ impl Model {
         best.map_or(0, |(.., node)| node)
     }
 
-    /// The element that a reference position lies in, as block and lattice steps; on faces between
-    /// elements the lower one, on faces between blocks that of the one that is not taken out, or later, or
-    /// the lower one, and where no block is the one nearest to it among the elements that have the
-    /// nearest node.
+    /// Element that contains a reference position, as block and lattice steps.
+    ///
+    /// On a face between elements it is the lower one. On a face between blocks it is in the block
+    /// that is removed last or never, in a tie in the lower one. Outside of all blocks it is the
+    /// element with the nearest centre among those that have the nearest node.
     ///
     /// # Panics
     ///
@@ -93,7 +94,7 @@ impl Model {
         let mut most: Option<(f64, (usize, [usize; 3]))> = None;
         for block in self.boxes().with(point) {
             let (inside, element) = self.geometry.inside(block, &at);
-            // Blocks of sets that reach into each other: the one it is deeper in.
+            // If blocks overlap, the one in which the point is deeper counts.
             let better = |(other, (before, _)): (f64, (usize, _))| {
                 let as_deep = inside >= other - ON_FACE;
                 inside > other + ON_FACE || (as_deep && self.stays(block) > self.stays(before))

@@ -11,8 +11,8 @@ use ddem_mechanics::law::{self, JointLaw};
 use ddem_mesh::properties::JointProperties;
 
 impl Model {
-    /// The model of the same problem before its first stage, with the laws and histories that a program has given
-    /// to this one.
+    /// New model of the same problem before its first stage, with the laws and histories that a
+    /// program has set in this one.
     ///
     /// # Errors
     ///
@@ -31,16 +31,18 @@ impl Model {
         Ok(model)
     }
 
-    /// Gives all joints of a name a law of your own instead of the deck's strengths. It is not part
-    /// of the deck: a simulation that is restored needs a model with the same laws, and warnings
-    /// and reports speak of the deck's strengths. Contacts are looked for from now on, unless the deck
-    /// has `contact = false`; they bear what [`JointLaw::contact_strength`] says, unless `[contact]` of the deck has a
-    /// friction.
+    /// Gives all joints of a name a custom law instead of the deck's strengths.
+    ///
+    /// The law is not part of the deck. A simulation that is restored needs a model with the same
+    /// laws, and warnings and reports refer to the deck's strengths. Contacts are searched for from
+    /// now on, unless the deck has `contact = false`. Their strength is
+    /// [`JointLaw::contact_strength`], unless `[contact]` of the deck has a friction.
     ///
     /// # Errors
     ///
-    /// No joint has that name; a strength of the law is negative or not a number, its dilation takes more than its
-    /// friction gives, or what it says of contacts or failure contradicts its strengths.
+    /// No joint has that name. A strength of the law is negative or not a number, its dilation
+    /// takes more energy than its friction dissipates, or its methods for contacts or failure
+    /// contradict its strengths.
     pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
         let Some(index) = self.properties.joints.iter().position(|known| known.name == joint)
         else {
@@ -59,7 +61,7 @@ impl Model {
         let ratio = properties.contact.damping_ratio();
         self.sliding =
             SlidingDamping::new(laws, contact.as_ref(), ratio, geometry, packs, assembly);
-        // Blocks whose joints can fail now may meet, unless the deck says that none do.
+        // Blocks whose joints can fail now may meet, unless the deck excludes contacts.
         if !self.properties.contact.given && self.can_fail() {
             let new =
                 || ContactModel::new(&self.properties, &self.laws, &self.geometry, &self.packs);
@@ -76,8 +78,8 @@ impl Model {
         Ok(())
     }
 
-    /// Gives a load, by its number in the deck, a factor in time that a program computes, instead of
-    /// the deck's history. It is not part of the deck, as with [`set_law`](Self::set_law).
+    /// Gives a load, by its number in the deck, a factor in time that a program computes. It
+    /// replaces the deck's history and is not part of the deck, as with [`set_law`](Self::set_law).
     ///
     /// # Errors
     ///
@@ -89,7 +91,7 @@ impl Model {
     }
 
     /// Gives a charge, by its number in the deck, a factor in time on its pressure that a program
-    /// computes from the time since it went off, instead of the deck's history.
+    /// computes. Its time counts from the detonation. It replaces the deck's history.
     ///
     /// # Errors
     ///
@@ -105,7 +107,7 @@ impl Model {
     }
 
     /// Gives a driven support, by its number in the deck, a factor in time on its velocity that a
-    /// program computes, instead of the deck's history.
+    /// program computes. It replaces the deck's history.
     ///
     /// # Errors
     ///
@@ -120,7 +122,7 @@ impl Model {
     }
 
     /// Gives the wave of a boundary, by its number in the deck, a factor in time that a program
-    /// computes, instead of the deck's history.
+    /// computes. It replaces the deck's history.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! Supports, loads and charges, and which are in force in a stage.
+//! Supports, loads and charges, and the stages in which they are in force.
 
 mod active;
 mod idle;
@@ -23,7 +23,7 @@ pub use release::ForceFading;
 pub struct SupportGroup {
     /// Numbers of the nodes.
     pub nodes: Vec<u32>,
-    /// Nodes that it would hold if their blocks had not been removed before it came into force.
+    /// Nodes of its selection whose blocks were removed before it came into force.
     pub removed: Vec<u32>,
     /// Directions that it holds.
     pub axes: [bool; 3],
@@ -46,18 +46,18 @@ pub struct LoadPattern {
     pub history: TimeFunction,
     /// Stages in which it is in force.
     pub in_force: StageRange,
-    /// Of forces of removed blocks that fade.
+    /// Fading of the forces; only for forces of removed blocks.
     pub fading: Option<ForceFading>,
 }
 
-/// A charge, and when it goes off.
+/// A charge and its detonation time.
 #[derive(Clone, Debug)]
 pub struct TimedCharge {
-    /// Surfaces that its gas pushes, and its pressure.
+    /// Surfaces on which its gas acts, and its pressure.
     pub charge: GasCharge,
     /// Factor in time.
     pub history: TimeFunction,
-    /// Time at which it goes off, from the start of its period `[s]`.
+    /// Detonation time `[s]`, counted from the start of its first stage.
     pub delay: f64,
     /// Stages in which it is in force.
     pub in_force: StageRange,
@@ -68,18 +68,18 @@ pub struct TimedCharge {
 pub struct Conditions {
     /// Supports.
     pub fixed: Vec<SupportGroup>,
-    /// Loads, then those of the forces of removed blocks.
+    /// Loads, followed by the forces of removed blocks.
     pub loaded: Vec<LoadPattern>,
     /// Charges.
     pub charged: Vec<TimedCharge>,
 }
 
 impl Conditions {
-    /// A load, a charge or a driven support that goes with time as a program says.
+    /// Gives a load, a charge or a support a history that a program computes.
     ///
     /// # Errors
     ///
-    /// There is no such entry, or the support stands still.
+    /// There is no such entry.
     pub(super) fn set_history(
         &mut self,
         section: &str,
@@ -101,7 +101,8 @@ impl Conditions {
         Ok(())
     }
 
-    /// Takes over the histories of the same supports, loads and charges, some of which a program may compute.
+    /// Copies the histories of the supports, loads and charges of `from`. A program may compute
+    /// some of them.
     pub(super) fn take_histories(&mut self, from: &Self) {
         let Self { fixed, loaded, charged } = self;
         fixed.iter_mut().zip(&from.fixed).for_each(|(a, b)| a.history.clone_from(&b.history));
@@ -109,23 +110,24 @@ impl Conditions {
         charged.iter_mut().zip(&from.charged).for_each(|(a, b)| a.history.clone_from(&b.history));
     }
 
-    /// Number of the factor of what programs apply; that of gravity follows, as the last one.
+    /// Index of the factor of the forces that programs apply. The factor of gravity follows as the
+    /// last one.
     pub(crate) fn applied_factor(&self) -> usize {
         self.loaded.len() + self.charged.len()
     }
 
-    /// Number of the shells of all charges.
+    /// Number of shells of all charges.
     pub(crate) fn n_shells(&self) -> usize {
         self.charged.iter().map(|charged| charged.charge.shells.len()).sum()
     }
 
-    /// Number of all factors, that of gravity included.
+    /// Number of all factors, including that of gravity.
     pub(crate) fn n_factors(&self) -> usize {
         self.applied_factor() + 2
     }
 
-    /// Factor of each load and of each charge in a stage, at a time, given the times at which stages
-    /// began; then 1 for what programs apply.
+    /// Factors of all loads and charges in a stage at a time, then 1 for the forces that programs
+    /// apply. `starts` are the start times of the stages.
     ///
     /// # Errors
     ///
@@ -140,7 +142,7 @@ impl Conditions {
         }
         for (index, charged) in self.charged.iter().enumerate() {
             let TimedCharge { history, delay, in_force, .. } = charged;
-            // Before it goes off there is nothing to be asked.
+            // The history is not evaluated before the detonation.
             let burns = in_force.has(stage) && in_force.since(time, starts) >= *delay;
             factors.push(match burns {
                 true => in_force.factor(history, time - delay, starts).at("charge", index)?,
@@ -151,14 +153,14 @@ impl Conditions {
         Ok(factors)
     }
 
-    /// Supports that hold all directions of their nodes, by their numbers in the deck.
+    /// Supports that hold all three directions: their numbers in the deck and their nodes.
     pub fn clamped(&self) -> impl Iterator<Item = (usize, &[u32])> {
         let fixed = self.fixed.iter().enumerate();
         fixed.filter(|(_, fix)| fix.axes == [true; 3]).map(|(i, fix)| (i, fix.nodes.as_slice()))
     }
 
-    /// Way that each fix goes in a part of the displacement that it is driven to `[m]`: those that come into
-    /// force in one of the stages from the first to the last.
+    /// Displacement of each fix in a `part` of its prescribed displacement `[m]`; zero for fixes
+    /// that come into force outside of `stages`.
     pub(crate) fn support_increments(
         &self,
         stages: RangeInclusive<usize>,
@@ -172,7 +174,7 @@ impl Conditions {
         self.fixed.iter().map(increment).collect()
     }
 
-    /// True where a charge has gone off within a span of time before now `[s]`.
+    /// True if a charge has detonated within the last `span` of time `[s]`.
     pub(super) fn have_gone_off(&self, span: f64, time: f64, starts: &[f64]) -> bool {
         self.charged.iter().any(|TimedCharge { delay, in_force, .. }| {
             let begun = in_force.from.is_none_or(|from| from < starts.len());
@@ -190,7 +192,7 @@ impl Conditions {
     }
 }
 
-/// A factor, or at what time and why there is none.
+/// A factor or, if it has no value, the time and the reason.
 pub(super) struct Factor(Result<f64, (f64, String)>);
 
 impl Factor {
@@ -208,12 +210,12 @@ impl Factor {
 }
 
 impl StageRange {
-    /// Time since the start of the stage named in `from`, otherwise of the run.
+    /// Time `[s]` since the start of the stage `from`, or since the start of the run without it.
     pub(super) fn since(&self, time: f64, starts: &[f64]) -> f64 {
         time - self.from.and_then(|stage| starts.get(stage)).copied().unwrap_or(0.0)
     }
 
-    /// Factor of a history that counts time from the start of the stage named in `from`.
+    /// Factor of a history whose time counts from the start of the stage `from`.
     pub(super) fn factor(&self, history: &TimeFunction, time: f64, starts: &[f64]) -> Factor {
         Factor::of(history, self.since(time, starts))
     }

@@ -5,7 +5,7 @@ use ddem_joint::contact::{BondedPatch, ContactModel, Contacts, at_nodes};
 use ddem_mesh::Geometry;
 use ddem_mesh::properties::{JointProperties, Properties};
 
-/// Mass and stiffness that joints between faces that do not match have at nodes.
+/// Nodal masses `[kg]` and stiffness diagonals `[N/m]` of nonconforming joints, by node.
 pub(super) fn at_bonds(
     properties: &Properties,
     geometry: &Geometry,
@@ -22,7 +22,7 @@ pub(super) fn at_bonds(
 }
 
 impl Model {
-    /// Contacts at the start of a run: joints between faces that do not match.
+    /// Contacts at the start of a run: the patches of nonconforming joints.
     pub(crate) fn contacts(&self) -> Contacts {
         let packs = if self.contact.is_some() { self.packs.packs.len() } else { 0 };
         let mut contacts = Contacts::new(self.n_blocks(), packs);
@@ -31,8 +31,8 @@ impl Model {
         contacts
     }
 
-    /// The faces of the blocks, where contacts may be before any joint has failed, or joints are that no
-    /// lattice has.
+    /// Contact data, if blocks may meet before any joint has failed or if there are nonconforming
+    /// joints.
     pub(crate) fn open_surfaces(&self) -> Option<&ContactModel> {
         self.contact.as_ref().filter(|contact_model| contact_model.open || contact_model.joins)
     }
@@ -43,7 +43,7 @@ impl Model {
         self.searched().is_some()
     }
 
-    /// The faces of the blocks, where contacts are looked for.
+    /// Contact data, if contacts are searched for.
     pub(crate) fn searched(&self) -> Option<&ContactModel> {
         self.contact.as_ref().filter(|contact_model| contact_model.search)
     }

@@ -1,4 +1,4 @@
-//! Joints as they are now: one view of those whose faces match and of those whose faces do not.
+//! Present state of the joints: one view of conforming and nonconforming joints.
 
 use super::Model;
 use super::pairs::BlockJoint;
@@ -11,13 +11,13 @@ use ddem_mechanics::law::JointLaw;
 pub(crate) struct Damage<'a> {
     /// Its two blocks.
     pub(crate) blocks: [usize; 2],
-    /// Its law; `None`: it never fails.
+    /// Its law; `None` if it never fails.
     law: Option<&'a dyn JointLaw>,
     pairs: usize,
     points: JointPairs<'a>,
-    /// Shortest distance of its pairs `[m]`.
+    /// Shortest distance between its pairs `[m]`.
     spacing: f64,
-    /// A contact has taken its place.
+    /// True if a contact has replaced the joint.
     released: bool,
 }
 
@@ -25,13 +25,13 @@ pub(crate) struct Damage<'a> {
 enum JointPairs<'a> {
     /// The joint is absent.
     Nowhere,
-    /// Elements alone.
+    /// The joint consists of elements only.
     Elements,
     /// A lane of a lattice with springs.
     Lane(&'a BrokenLattice, usize),
-    /// Faces that do not match.
+    /// Points of a nonconforming joint.
     Patch(&'a [ContactPoint]),
-    /// Pairs as they were when a contact took their place.
+    /// Last state of the pairs of a joint that a contact has replaced.
     Released(&'a [JointPoint]),
 }
 
@@ -79,7 +79,7 @@ impl Model {
         Damage { blocks, law, pairs, points, spacing, released }
     }
 
-    /// Damage of all joints whose two blocks are there.
+    /// Damage of all joints between blocks that have not been removed.
     pub(crate) fn damages<'a>(
         &'a self,
         broken_joints: &'a BrokenJoints,
@@ -92,7 +92,7 @@ impl Model {
 }
 
 impl<'a> Damage<'a> {
-    /// A pair; `None` where there are elements alone.
+    /// A pair; `None` if the joint has no springs.
     pub(crate) fn point(&self, pair: usize) -> Option<&'a JointPoint> {
         match self.points {
             JointPairs::Nowhere | JointPairs::Elements => None,
@@ -102,17 +102,17 @@ impl<'a> Damage<'a> {
         }
     }
 
-    /// Its pairs; none where there are elements alone.
+    /// Its pairs; empty if the joint has no springs.
     pub(crate) fn points(&self) -> impl Iterator<Item = &'a JointPoint> {
         (0..self.pairs).filter_map(|pair| self.point(pair))
     }
 
-    /// True where a pair has failed.
+    /// True if a pair has failed.
     pub(crate) fn has_failed(&self) -> bool {
         self.points().any(|point| point.failure.is_some())
     }
 
-    /// True where a pair is bonded, and has a strength to hold with.
+    /// True if a pair is bonded and the joint has bond strength.
     pub(crate) fn holds(&self) -> bool {
         self.law.is_none_or(JointLaw::bonds)
             && match self.points {
@@ -122,12 +122,12 @@ impl<'a> Damage<'a> {
             }
     }
 
-    /// True where a contact has taken the place of the joint.
+    /// True if a contact has replaced the joint.
     pub(crate) fn is_released(&self) -> bool {
         self.released
     }
 
-    /// True where the joint has turned about pairs that still hold, so far that it is to let go of them.
+    /// True if the joint has turned so far about its bonded pairs that they must fail.
     pub(crate) fn hinges(&self) -> bool {
         let can = self.law.is_some_and(JointLaw::bonds) && !self.released;
         can && self.holds() && turned(self.points(), self.spacing)

@@ -48,7 +48,7 @@ impl Model {
         elements.start + topology.element(at)
     }
 
-    /// The elements that have one of some nodes, as block and lattice steps.
+    /// Elements with at least one of the given nodes, as block and lattice steps.
     ///
     /// # Panics
     ///

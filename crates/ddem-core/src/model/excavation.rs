@@ -1,4 +1,4 @@
-//! Blocks that are taken out, and joints and materials that change, as a run goes.
+//! Removal of blocks, and changes of joints and materials, during a run.
 
 use std::sync::Arc;
 
@@ -13,12 +13,12 @@ use ddem_mesh::in_situ::InSitu;
 use ddem_mesh::joint_sections::JointSections;
 
 impl Model {
-    /// Geometries between two stages, with removed blocks, new joints and materials.
+    /// Geometries that come into force on the way from one stage to another, with their stages.
     pub(crate) fn steps(&self, from: usize, to: usize) -> Vec<(usize, Arc<Geometry>)> {
         self.stages.steps(from, to)
     }
 
-    /// Blocks of the present stage with joints and materials of an earlier one.
+    /// Blocks of a stage with the joints and materials of an earlier one.
     pub(crate) fn back(&self, earlier: usize, stage: usize) -> Arc<Geometry> {
         self.stages.back(earlier, stage)
     }
@@ -40,7 +40,7 @@ impl Model {
         self.geometry.is_removed(block)
     }
 
-    /// The stage at whose start a block is taken out, by its number in the deck.
+    /// Number in the deck of the stage at whose start a block is removed.
     ///
     /// # Panics
     ///
@@ -51,25 +51,27 @@ impl Model {
         self.stages.removes(block)
     }
 
-    /// Stage in which a block is removed; of equally near blocks the one that stays longest is chosen.
+    /// Stage at whose start a block is removed, or `usize::MAX`. Of equally near blocks, searches
+    /// choose the one that stays longest.
     pub(super) fn stays(&self, block: usize) -> usize {
         self.removed_in(block).unwrap_or(usize::MAX)
     }
 
-    /// Panics where values that a program gives to all nodes are more or fewer than these.
+    /// Panics if the number of values that a program gives is not the number of nodes.
     #[track_caller]
     pub(crate) fn one_for_each_node(&self, what: &str, found: usize) {
         let n = self.n_nodes();
         assert!(found == n, "there are {found} {what} for the {n} nodes of the model");
     }
 
-    /// Numbers and values of the nodes of blocks that have not been taken out, of values of all nodes.
+    /// Numbers and values of the nodes of blocks that have not been removed. `values` has all
+    /// nodes.
     pub(crate) fn there<'a, T>(&'a self, values: &'a [T]) -> impl Iterator<Item = (usize, &'a T)> {
         values.iter().enumerate().filter(|(node, _)| !self.is_removed(self.block_of(*node)))
     }
 
-    /// Takes out the blocks that are gone, with their joints; the others have the joints and materials that
-    /// are there now. Returns what was where before.
+    /// Removes the blocks that are absent in `now`, with their joints. The other blocks get the
+    /// joints and materials of `now`. Returns the geometry before.
     pub(crate) fn excavate(&mut self, now: Arc<Geometry>) -> Arc<Geometry> {
         let before = std::mem::replace(&mut self.geometry, now);
         let Self { geometry, packs, properties, .. } = self;
@@ -101,7 +103,7 @@ impl Model {
         before
     }
 
-    /// Loads of the forces of blocks that are taken out on the way from one stage to another, and that fade.
+    /// Loads of the fading forces of blocks that are removed on the way from one stage to another.
     pub(crate) fn fading(&self, from: usize, to: usize) -> Vec<usize> {
         let fades = |load: &LoadPattern| {
             let begins = |fading: &ForceFading| from < fading.from && fading.from <= to;
@@ -111,7 +113,7 @@ impl Model {
         (0..loads.len()).filter(|&load| fades(&loads[load])).collect()
     }
 
-    /// Sets the forces that go on in a load when blocks are taken out.
+    /// Sets the forces of removed blocks that remain as a load.
     pub(crate) fn set_released(&mut self, load: usize, released: &FadingForces) {
         if let Some(load) = self.conditions.loaded.get_mut(load) {
             load.release(released);

@@ -1,4 +1,4 @@
-//! §6: factors in time.
+//! Factors in time (§6).
 
 use std::fmt;
 use std::sync::Arc;
@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ErrorCode, Fault};
 
-/// A factor in time that a program computes from the time `[s]` since its history begins; an error
-/// says why it cannot. It must depend on that time alone: it is asked at every step, and whenever
-/// forces are looked at.
+/// Factor in time that a program computes from the time `[s]` since the start of its history. An
+/// error states the reason for a missing value. The result must depend on that time alone, because
+/// the function is called at every step and whenever forces are evaluated.
 pub type Function = dyn Fn(f64) -> Result<f64, String> + Send + Sync;
 
 /// A factor in time, counted from the start of the stage named in `from`, otherwise of the run.
@@ -38,34 +38,34 @@ pub struct Duvall {
     pub beta: f64,
 }
 
-/// Up and down along straight lines: exactly one of `fall` and `duration`.
+/// Triangular pulse of straight lines. Give exactly one of `fall` and `duration`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Triangle {
     /// From 0 to 1 in this time `[s]`.
     pub rise: f64,
-    /// Then back to 0 in this time `[s]`.
+    /// From 1 to 0 in this time `[s]`, after the rise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fall: Option<f64>,
-    /// Rise and fall together `[s]`.
+    /// Total time of rise and fall `[s]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
 }
 
-/// Time function of a load or driven support.
+/// Time function of a load, charge, driven support or boundary.
 #[derive(Clone)]
 pub enum TimeFunction {
     /// Always 1.
     Constant,
-    /// As given.
+    /// A given history.
     Given(History),
-    /// As a program computes it.
+    /// A function that a program computes.
     Computed(Arc<Function>),
 }
 
 impl TimeFunction {
-    /// Constant where none is given.
+    /// Time function of a history; constant without one.
     pub fn new(history: Option<&History>) -> Self {
         history.map_or(Self::Constant, |history| Self::Given(history.clone()))
     }
@@ -84,7 +84,7 @@ impl TimeFunction {
 }
 
 impl TimeFunction {
-    /// True if the factor may change after a time `[s]`; always true for functions of a program.
+    /// True if the factor may change after a time `[s]`; false for functions of a program.
     pub(super) fn changes_after(&self, time: f64) -> bool {
         matches!(self, Self::Given(history) if time < history.end())
     }
@@ -134,12 +134,13 @@ impl History {
 }
 
 impl History {
-    /// From when on the factor stays as it is, a pulse that fades to within a thousandth `[s]`.
+    /// Time from which the factor is constant `[s]`; for a blast, from which it is within a
+    /// thousandth of its peak.
     fn end(&self) -> f64 {
         match self {
             Self::Ramp(rise) => *rise,
             Self::Duvall(pulse) => {
-                // The slower of the two exponentials is left.
+                // Only the slower one of the two exponentials remains.
                 let slower = pulse.alpha.min(pulse.beta);
                 libm::log(1000.0 / pulse.bare(pulse.peak()).abs()) / slower
             }
@@ -164,14 +165,14 @@ impl Duvall {
         self.bare(time) / self.bare(self.peak())
     }
 
-    /// The pulse, not yet divided by its peak.
+    /// Pulse before the division by its peak.
     fn bare(&self, time: f64) -> f64 {
         libm::exp(-self.alpha * time) - libm::exp(-self.beta * time)
     }
 }
 
 impl Triangle {
-    /// Time of the way back `[s]`.
+    /// Time of the fall from 1 to 0 `[s]`.
     pub fn down(&self) -> f64 {
         let rest = self.duration.map(|duration| duration - self.rise);
         self.fall.or(rest).unwrap_or(0.0)

@@ -11,14 +11,14 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// A rigid motion that supports leave free.
 #[derive(Clone, Debug)]
 pub struct FreeMotion {
-    /// A block of those that move, which joints or contacts connect; `None`: all of them do.
+    /// A block of the group that moves; `None` if all blocks are one group.
     pub block: Option<usize>,
     /// Translations and rotations, in words.
     pub motions: Vec<String>,
 }
 
-/// A motion of a group of blocks that the supports in force leave free; with `contacts` those of sets that touch
-/// are one group.
+/// Rigid motions of the first group of connected blocks that the supports in force leave free. With
+/// `contacts`, sets that touch are one group.
 pub(crate) fn free_motion(
     geometry: &Geometry,
     active: &ActiveConditions,
@@ -47,7 +47,7 @@ pub(crate) fn free_motion(
     Some(FreeMotion { block, motions: describe(&motions, &centre, size) })
 }
 
-/// Centre and half size of each group: turns are measured against it.
+/// Centre and half size of each group, to which rotations are scaled.
 fn extents(geometry: &Geometry, groups: &[usize], n_groups: usize) -> Vec<(Vec3, f64)> {
     let nothing = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
     let mut bounds = vec![nothing; n_groups];
@@ -83,7 +83,7 @@ fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
             names.push(format!("translation along {axis}"));
         }
     }
-    // A turn about an axis parallel to x, y or z, wherever it passes.
+    // A rotation about an axis parallel to x, y or z, at any position.
     for (k, axis) in AXES.iter().enumerate() {
         let turns =
             nalgebra::Matrix3xX::from_columns(&motions.iter().map(&rotation).collect::<Vec<_>>());
@@ -94,7 +94,7 @@ fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
             let shift: Vec3 =
                 motions.iter().zip(share.iter()).map(|(m, s)| translation(m) * *s).sum();
             let through = centre + wanted.cross(&shift) * size;
-            // No −0 from rounding.
+            // Adding 0 avoids −0 from rounding.
             let through = through.map(|x| (x * 1e4).round() / 1e4 + 0.0);
             names.push(format!(
                 "rotation about {axis} through ({:.4}, {:.4}, {:.4})",

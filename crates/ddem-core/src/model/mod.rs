@@ -43,10 +43,11 @@ use ddem_mesh::properties::{Kinematics, Properties};
 use ddem_mesh::slot::NodeSlot;
 use ddem_mesh::{ConformingJoint, Geometry, Stages, faces};
 
-/// Times that waves of a charge cross the model, on its diagonal, before joints and contacts are damped again.
+/// Number of crossings of the model's diagonal by a charge's waves before joints and contacts are
+/// damped again.
 const CROSSINGS: f64 = 10.0;
 
-/// A model: what is where, its elements, supports and loads.
+/// A model: blocks with their elements and joints, supports and loads.
 #[derive(Debug)]
 pub struct Model {
     pub(crate) geometry: Arc<Geometry>,
@@ -60,17 +61,17 @@ pub struct Model {
     pub(crate) faces: Vec<ConformingJoint>,
     pub(crate) sections: JointSections,
     pub(crate) laws: Laws,
-    /// The stress that is there at the start; `None`: no block has one.
+    /// Initial stress; `None` if no block has one.
     pub(crate) in_situ: Option<InSitu>,
-    /// Data of contacts; `None` without contact search.
+    /// Data of contacts; `None` without contact search and nonconforming joints.
     pub(crate) contact: Option<ContactModel>,
-    /// Joints between faces that do not match, by their blocks.
+    /// Nonconforming joints, in the order of their blocks.
     pub(crate) bonded_patches: Vec<BondedPatch>,
-    /// Damping of failed pairs, of contacts and of the blocks that have them.
+    /// Damping of failed pairs, of contacts and of the blocks around them.
     pub(crate) sliding: SlidingDamping,
     pub(crate) problem: Arc<Problem>,
     computed: Vec<String>,
-    /// Boxes around the blocks, once something is looked for by its place.
+    /// Boxes around the blocks, built at the first search by position.
     boxes: OnceLock<BlockBoxes>,
 }
 
@@ -122,7 +123,7 @@ impl Model {
         }
     }
 
-    /// Laws and histories that a program computes, by their location in the model.
+    /// Keys of the laws and histories that a program computes, as in `load[0].history`.
     #[must_use]
     pub fn computed(&self) -> &[String] {
         &self.computed
@@ -132,8 +133,8 @@ impl Model {
         self.properties.kinematics == Kinematics::Corotational
     }
 
-    /// Joints as they start, or with all that can fail turned to springs: the stiffest that the
-    /// model can be.
+    /// Joints in their initial state. With `broken`, springs replace all joints that can fail. The
+    /// critical time step is computed for both states.
     pub(crate) fn tangent(&self, broken: bool) -> BrokenJoints {
         let springs = |section: &JointSection, lane: usize| {
             section.springs[lane] || (broken && self.laws[section.joints[lane] as usize].is_some())
@@ -141,8 +142,7 @@ impl Model {
         BrokenJoints::with(&self.packs, &self.assembly, &self.sections, &springs)
     }
 
-    /// Joints at the start of a run: those given by stiffnesses are springs, which bear the stress
-    /// that is there.
+    /// Joints at the start of a run. Joints that consist of springs carry the initial stress.
     pub(crate) fn broken_joints(&self) -> BrokenJoints {
         let mut broken_joints = self.tangent(false);
         let Some(in_situ) = &self.in_situ else { return broken_joints };
@@ -178,7 +178,7 @@ impl Model {
         StageGeometry { now: &self.geometry, start: self.stages.at(0), packs: &self.packs }
     }
 
-    /// Number of stages; without any there is one.
+    /// Number of stages, at least one.
     pub(crate) fn n_stages(&self) -> usize {
         self.problem.kinds.len().max(1)
     }
@@ -195,13 +195,13 @@ impl Model {
         self.geometry.n_nodes
     }
 
-    /// Number of loads.
+    /// Number of loads, without the forces of removed blocks.
     #[must_use]
     pub fn n_loads(&self) -> usize {
         self.conditions.loaded.iter().filter(|load| load.fading.is_none()).count()
     }
 
-    /// Number of hex8 elements of the bodies.
+    /// Number of hex8 elements of all blocks.
     #[must_use]
     pub fn n_elements(&self) -> usize {
         self.geometry.n_elements
@@ -268,8 +268,8 @@ impl Model {
         self.geometry.block_of(node)
     }
 
-    /// True while waves of charges cross the model: there is no damping of failed joints
-    /// and contacts then, unless the deck says so.
+    /// True while waves of charges cross the model. Failed joints and contacts then have no
+    /// damping, unless the deck gives one.
     pub(crate) fn is_shaken(&self, time: f64, starts: &[f64]) -> bool {
         if self.conditions.charged.is_empty() || self.properties.contact.damping.is_some() {
             return false;
@@ -286,7 +286,7 @@ impl Model {
         first..first + self.geometry.topology(block).nodes()
     }
 
-    /// Memory of everything whose size grows with the model `[bytes]`.
+    /// Memory of all data that grow with the model `[bytes]`.
     pub(crate) fn bytes(&self) -> usize {
         let tables: usize = self.assembly.tables.iter().map(|table| table.bytes()).sum();
         let inertia: usize = self.assembly.inertia.iter().map(|i| i.bytes()).sum();
@@ -312,7 +312,7 @@ impl Model {
         self.assembly.inertia[class].mass[slot.local(&self.packs)].0[slot.lane()]
     }
 
-    /// Diagonal of the assembled intact stiffness at a node `[N/m]`: body, joints, strips.
+    /// Diagonal of the assembled stiffness at a node `[N/m]`: block, joints and strips, all intact.
     ///
     /// # Panics
     ///
@@ -330,7 +330,7 @@ impl Model {
         self.packs.node_slot(&self.geometry, node)
     }
 
-    /// Volume of all bodies, face joints, strips and corners `[m³]`.
+    /// Volumes of all blocks, face joints, strips and corners `[m³]`.
     #[must_use]
     pub fn volumes(&self) -> [f64; 4] {
         let mut volumes = [0.0; 4];

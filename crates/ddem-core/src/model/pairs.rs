@@ -1,4 +1,4 @@
-//! Joint faces and pairs: two facing nodes, one on each side of a joint (§1).
+//! Joints and their pairs of points, one on each side of the joint (§1).
 
 use std::ops::Range;
 
@@ -7,8 +7,8 @@ use ddem_joint::contact::BondedPatch;
 use ddem_mesh::ConformingJoint;
 
 impl Model {
-    /// All joints between two blocks of one lattice, whose faces match. Those of faces that do not are
-    /// in [`pairs`](Self::pairs) after them.
+    /// All conforming joints. In [`pairs`](Self::pairs) the pairs of nonconforming joints follow
+    /// theirs.
     #[must_use]
     pub fn faces(&self) -> &[ConformingJoint] {
         &self.faces
@@ -20,7 +20,7 @@ impl Model {
         self.faces.iter().map(|face| face.joint).chain(by_face)
     }
 
-    /// Numbers of joints and of pairs that can fail in some stage.
+    /// Numbers of joints and of pairs that can fail in at least one stage.
     #[must_use]
     pub fn n_breakable(&self) -> [usize; 2] {
         let broken_joints =
@@ -44,7 +44,7 @@ impl Model {
         self.faces.len() + self.bonded_patches.len()
     }
 
-    /// Number of pairs: of facing nodes, and of a node and a point of a face where faces do not match.
+    /// Number of pairs of all conforming and nonconforming joints.
     #[must_use]
     pub fn n_pairs(&self) -> usize {
         self.bonded_patches
@@ -52,7 +52,7 @@ impl Model {
             .map_or_else(|| self.faces.last().map_or(0, ConformingJoint::end), BondedPatch::end)
     }
 
-    /// Numbers of the pairs of a joint; those between faces that do not match come last.
+    /// Numbers of the pairs of a joint; those of nonconforming joints come last.
     pub(crate) fn pairs_of(&self, joint: usize) -> Range<usize> {
         match self.joint(joint) {
             BlockJoint::Matching(face) => face.first_pair as usize..face.end(),
@@ -60,7 +60,7 @@ impl Model {
         }
     }
 
-    /// The joint that has a pair; where there is no such pair, the number of joints.
+    /// Number of the joint that has a pair; the number of joints if there is no such pair.
     pub(crate) fn joint_of(&self, pair: usize) -> usize {
         let matching = self.faces.partition_point(|face| face.end() <= pair);
         matching + self.bonded_patches.partition_point(|joint| joint.end() <= pair)
@@ -87,7 +87,7 @@ impl Model {
         matching.chain(self.bonded_patches.iter().flat_map(|joint| self.bonded_patch(joint)))
     }
 
-    /// Pairs of a joint between faces that do not match.
+    /// Pairs of a nonconforming joint.
     pub(super) fn bonded_patch<'a>(
         &'a self,
         joint: &'a BondedPatch,
@@ -114,7 +114,8 @@ impl Model {
         })
     }
 
-    /// Pairs at the corners of each part of all joints, around it; the last two of a triangle are one.
+    /// Pairs at the corners of each part of all joints, in order around it. A triangle repeats its
+    /// last pair.
     pub fn quads(&self) -> impl Iterator<Item = [u32; 4]> + '_ {
         let bonded_patch = self.bonded_patches.iter().flat_map(|joint| {
             joint.quads.iter().map(|quad| quad.map(|at| at + joint.first_pair as u32))
@@ -126,9 +127,9 @@ impl Model {
 /// A joint between two blocks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum BlockJoint<'a> {
-    /// Of one lattice, whose faces match.
+    /// Conforming joint of one lattice.
     Matching(&'a ConformingJoint),
-    /// A joint whose faces do not match.
+    /// Nonconforming joint.
     Nonconforming(&'a BondedPatch),
 }
 
@@ -164,9 +165,10 @@ impl BlockJoint<'_> {
 /// A pair of a joint at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairAtRest {
-    /// The nodes on sides a and b; where faces do not match, on one side the nearest one.
+    /// Nodes on sides a and b. In a nonconforming joint each is the node with the largest shape
+    /// function at its point.
     pub nodes: [u32; 2],
-    /// Between the two sides `[m]`.
+    /// Midpoint between the two sides `[m]`.
     pub point: [f64; 3],
     /// Unit normal, from a to b.
     pub normal: [f64; 3],

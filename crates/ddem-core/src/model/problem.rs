@@ -1,8 +1,8 @@
 //! The input of the method: blocks, joints, supports, loads and stages as plain data, in SI units.
 //!
-//! A [`Problem`] is what a [`Model`](crate::Model) is made from. The crate `ddem-deck` makes one from a deck. What
-//! can be asked of a problem before a model exists (rigid motions that its supports leave free, boundaries that are
-//! held) is answered here.
+//! A [`Model`](crate::Model) is made from a [`Problem`]. The crate `ddem-deck` makes problems from
+//! decks. A problem itself finds the rigid motions that its supports leave free, and the boundaries
+//! that supports hold.
 
 mod builder;
 
@@ -41,18 +41,18 @@ use crate::model::mechanism::free_motion;
 use crate::model::stage::StageKind;
 use ddem_mesh::pack::Packs;
 
-/// Everything that a model is made from.
+/// Complete input of a model.
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// Materials, joints, contacts and settings.
     pub properties: Properties,
-    /// Blocks and joints from which stage on.
+    /// Blocks and joints of each stage.
     pub stages: Stages,
     /// Supports, loads and charges.
     pub conditions: Conditions,
     /// Non-reflecting boundaries.
     pub boundaries: Boundaries,
-    /// Stress of each block at the start; empty where none has any.
+    /// Stress of each block at the start; empty if no block has one.
     pub stresses: Vec<Option<Stress>>,
     /// Motions at the start; later ones replace earlier ones.
     pub motions: Vec<StartMotion>,
@@ -62,7 +62,7 @@ pub struct Problem {
     pub sets: Sets,
 }
 
-/// Motion of nodes at the start, as of a rigid body.
+/// Rigid motion of nodes at the start.
 #[derive(Clone, Debug)]
 pub struct StartMotion {
     /// Numbers of the nodes.
@@ -71,7 +71,7 @@ pub struct StartMotion {
     pub velocity: Vec3,
     /// Angular velocity `[rad/s]`.
     pub spin: Vec3,
-    /// Centre of the turn `[m]`.
+    /// Centre of the rotation `[m]`.
     pub centre: Vec3,
 }
 
@@ -91,7 +91,7 @@ pub struct Set {
     pub name: Option<String>,
     /// Name in messages.
     pub label: String,
-    /// Unit normals of the planes that cut its edges, and positions of its two ends along them `[m]`.
+    /// Unit normals of its three pairs of sides, and positions of both sides along them `[m]`.
     pub ends: [(Vec3, [f64; 2]); 3],
     /// Corners, numbered by bits `[m]`.
     pub corners: [Vec3; 8],
@@ -104,26 +104,29 @@ pub struct BoundaryHold {
     pub boundary: usize,
     /// Number of its nodes.
     pub nodes: usize,
-    /// Number of those that are held in all directions, and whose block has no free node there.
+    /// Number of its nodes that are held in all directions. A block counts if all its nodes on the
+    /// boundary are held.
     pub held: usize,
-    /// Position of the first of those `[m]`.
+    /// Position of the first held node `[m]`.
     pub first: Option<[f64; 3]>,
-    /// Numbers of the supports that hold them.
+    /// Numbers of the supports that hold these nodes.
     pub fixes: Vec<usize>,
-    /// Axis along the normal that a support holds, and the number of that support.
+    /// Axis normal to the boundary along which supports hold all its nodes, and the number of one
+    /// of them.
     pub across: Option<(usize, usize)>,
-    /// Foot of a free-field column that stands on nothing `[m]`.
+    /// Foot of a free-field column without dashpots and supports below it `[m]`.
     pub floating: Option<[f64; 3]>,
 }
 
 impl Problem {
-    /// Number of stages; without any there is one.
+    /// Number of stages, at least one.
     #[must_use]
     pub fn n_stages(&self) -> usize {
         self.kinds.len().max(1)
     }
 
-    /// Rigid motion that the supports of a stage leave free to blocks that joints and contacts hold together.
+    /// Rigid motion that the supports of a stage leave free, of blocks connected by joints and
+    /// contacts.
     #[must_use]
     pub fn free_motion(&self, stage: usize) -> Option<FreeMotion> {
         let geometry = self.stages.at(stage);
@@ -148,7 +151,7 @@ impl Problem {
             && periods.all(|in_force| in_force.has(before) == in_force.has(stage))
     }
 
-    /// Supports at each boundary that is in force in a stage, for each stage.
+    /// Supports at the boundaries in force, for each stage.
     #[must_use]
     pub fn boundary_holds(&self) -> Vec<Vec<BoundaryHold>> {
         let stages = 0..self.n_stages();
@@ -206,7 +209,7 @@ impl Problem {
         here.into_iter().map(hold).collect()
     }
 
-    /// Degrees of freedom, node and axis, that supports hold in a stage.
+    /// Degrees of freedom (node and axis) that supports hold in a stage.
     #[must_use]
     pub fn held(&self, stage: usize) -> Vec<(u32, usize)> {
         let geometry = self.stages.at(stage);

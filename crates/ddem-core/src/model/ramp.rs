@@ -1,4 +1,4 @@
-//! Strengths that change by parts, as loads do, when a relax stage is entered.
+//! Strengths that change in increments of a relax stage, as loads do.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -12,7 +12,8 @@ use ddem_mesh::NO_JOINT;
 use ddem_mesh::joint_sections::JointSections;
 
 impl Model {
-    /// Numbers of joints, then and now, whose strengths change gradually: both can fail.
+    /// Numbers of joint properties, before and now, between which strengths change gradually. Both
+    /// can fail.
     fn gradual_changes(&self, before: &Geometry) -> Vec<[u16; 2]> {
         let now = &self.geometry;
         let number =
@@ -37,9 +38,10 @@ impl Model {
         if laws < usize::from(NO_JOINT) { Ok(()) } else { Err(RunError::TooManyLaws { laws }) }
     }
 
-    /// Gives joints that are others than in `before` strengths that are a part of the way from those to their
-    /// own: laws beyond those of the deck. A joint that could not fail before has its own law at once. At part 1
-    /// the laws are those of the deck. Returns the laws of nonconforming joints, by their blocks.
+    /// Gives joints that differ from `before` intermediate strengths, at a `part` of the way to
+    /// their own. The intermediate laws follow those of the deck. A joint that could not fail
+    /// before has its own law at once. At part 1 all laws are those of the deck. Returns the laws
+    /// of nonconforming joints, by their blocks.
     pub(crate) fn ramp(&mut self, before: &Geometry, part: f64) -> BTreeMap<[u32; 2], u16> {
         let own = self.properties.joints.len();
         self.laws.truncate(own);

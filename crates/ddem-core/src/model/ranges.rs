@@ -1,4 +1,4 @@
-//! Values of blocks and joints, in ranges of all.
+//! Values of nodes, elements and pairs in ranges of their numbers.
 
 use std::ops::Range;
 
@@ -7,11 +7,12 @@ use rayon::prelude::*;
 use crate::model::Model;
 use ddem_mechanics::math::lanes::Lanes;
 
-/// Values below which a range is not worth waking a thread for.
+/// Smallest number of values that several threads share.
 const FEWEST: usize = 4096;
 
-/// Fills a range of values of `N` numbers each. Owners follow each other from `first` on, each with a
-/// `span` of all values; `of` gives the values of an owner by their numbers there.
+/// Fills a range of values of `N` numbers each. Owners (blocks or joints) are consecutive from
+/// `first` on, and `span` gives the range of values of each owner. `of` gives the values of an
+/// owner by their numbers within it.
 fn fill<const N: usize, F: Fn(usize) -> [f64; N]>(
     range: Range<usize>,
     out: &mut [f64],
@@ -42,7 +43,7 @@ impl Model {
         at(nodes.start).saturating_sub(1)..end
     }
 
-    /// Fills a range of nodes: `of` gives the values of a block by its nodes, x fastest.
+    /// Fills the values of a range of nodes. `of` gives the values of a block by node, x fastest.
     pub(crate) fn fill_nodes<const N: usize, F: Fn(usize) -> [f64; N]>(
         &self,
         range: Range<usize>,
@@ -53,7 +54,8 @@ impl Model {
         fill(range, out, (first, |block| self.nodes_of(block)), of);
     }
 
-    /// Fills a range of elements: `of` gives the values of a block by its elements, x fastest.
+    /// Fills the values of a range of elements. `of` gives the values of a block by element, x
+    /// fastest.
     pub(crate) fn fill_elements<const N: usize, F: Fn(usize) -> [f64; N]>(
         &self,
         range: Range<usize>,
@@ -65,7 +67,7 @@ impl Model {
         fill(range, out, (after.saturating_sub(1), |block| self.elements_of(block)), of);
     }
 
-    /// Fills a range of pairs: `of` gives the values of a joint by its pairs.
+    /// Fills the values of a range of pairs. `of` gives the values of a joint by pair.
     pub(crate) fn fill_pairs<const N: usize, F: Fn(usize) -> [f64; N]>(
         &self,
         range: Range<usize>,
@@ -83,7 +85,7 @@ impl Model {
         plain
     }
 
-    /// Fills a range of nodes from a nodal field.
+    /// Fills the values of a range of nodes from a nodal field.
     pub(crate) fn fill_nodal(&self, field: &[Lanes], range: Range<usize>, out: &mut [f64]) {
         self.fill_nodes(range, out, |block| {
             let (pack, lane) = self.packs.slot(block);

@@ -1,10 +1,10 @@
-//! Rules that numbers keep, and the faults of those that do not.
+//! Rules for numbers, and faults of numbers that break them.
 
 use std::fmt::Display;
 
 use crate::error::{ErrorCode, Fault, RunError};
 
-/// Rule for a number that must also be finite.
+/// Rule for a number. The number must also be finite.
 #[derive(Clone, Copy, Debug)]
 pub enum Rule {
     /// Any number.
@@ -46,17 +46,17 @@ impl Rule {
 pub struct Faults(pub Vec<Fault>);
 
 impl Faults {
-    /// Fails where there are any.
+    /// Returns an error if there are faults.
     pub fn none(self) -> Result<(), RunError> {
         if self.0.is_empty() { Ok(()) } else { Err(RunError::Values { faults: self.0 }) }
     }
 
-    /// A fault without help.
+    /// Adds a fault without help.
     pub fn add(&mut self, code: ErrorCode, place: impl Into<String>, message: impl Into<String>) {
         self.0.push(Fault::new(code, place, message));
     }
 
-    /// A fault with help.
+    /// Adds a fault with help.
     pub fn add_help(
         &mut self,
         code: ErrorCode,
@@ -67,7 +67,7 @@ impl Faults {
         self.0.push(Fault::new(code, place, message).help(help));
     }
 
-    /// A number that keeps a rule; says whether it does.
+    /// Adds a fault if a number breaks a rule; returns true if it keeps the rule.
     pub fn number(&mut self, place: impl Into<String>, value: f64, rule: Rule) -> bool {
         let place = place.into();
         let key = key_of(&place);
@@ -82,12 +82,12 @@ impl Faults {
         false
     }
 
-    /// A number that may be left out.
+    /// Checks a number that may be absent.
     pub fn optional(&mut self, place: impl Into<String>, value: Option<f64>, rule: Rule) -> bool {
         value.is_none_or(|value| self.number(place, value, rule))
     }
 
-    /// A list of numbers that all keep a rule.
+    /// Checks that all numbers of a list keep a rule.
     pub fn numbers(&mut self, place: impl Display, values: &[f64], rule: Rule) -> bool {
         let mut held = true;
         for (i, &value) in values.iter().enumerate() {
@@ -96,12 +96,12 @@ impl Faults {
         held
     }
 
-    /// A list of finite numbers.
+    /// Checks that all numbers of a list are finite.
     pub fn finite(&mut self, place: impl Display, values: &[f64]) -> bool {
         self.numbers(place, values, Rule::Any)
     }
 
-    /// A whole number that must not be 0.
+    /// Checks that a whole number is not 0.
     pub fn not_zero(&mut self, place: impl Into<String>, value: impl Into<u64>) -> bool {
         let place = place.into();
         let held = value.into() > 0;

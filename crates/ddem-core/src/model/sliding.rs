@@ -1,9 +1,10 @@
-//! §5: damping of failed joints, contacts and the blocks around them.
+//! Damping of failed joints, contacts and the blocks around them (§5).
 //!
-//! Elastic blocks that slide under Coulomb friction flutter, and those that hit each other ring. Failed pairs
-//! and contacts have dashpots against that, and the deformation of the blocks around them is damped by mass:
-//! `f −= α m (v − v̄)`, v̄ the rigid part of the motion, with `α = 2 ζ ω`, `ω = 2π c_P/L`, so that waves as long
-//! as the longest edge L have the damping ratio ζ of the dashpots.
+//! Elastic blocks flutter when they slide under Coulomb friction, and ring when they collide.
+//! Dashpots at failed pairs and contacts damp this motion. Mass damping acts on the deformation of
+//! the blocks around them: `f −= α m (v − v̄)` with the rigid part v̄ of the motion, `α = 2 ζ ω`
+//! and `ω = 2π c_P/L`. Waves as long as the longest edge L then have the damping ratio ζ of the
+//! dashpots.
 
 use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::{ContactModel, Contacts};
@@ -14,17 +15,17 @@ use ddem_mesh::Geometry;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::Packs;
 
-/// Damping of the blocks that slide.
+/// Damping of sliding blocks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SlidingDamping {
-    /// ζ, as a fraction of critical.
+    /// Damping ratio ζ.
     pub(crate) ratio: f64,
-    /// α of the bodies of each pack, where they slide `[1/s]`.
+    /// α of the blocks of each pack while they slide `[1/s]`.
     rates: Vec<Lanes>,
 }
 
 impl SlidingDamping {
-    /// Damping of a model whose joints can fail, or whose blocks can meet; nothing otherwise.
+    /// Damping of a model whose joints can fail or whose blocks can meet; otherwise no damping.
     pub(crate) fn new(
         laws: &Laws,
         contact: Option<&ContactModel>,
@@ -52,7 +53,8 @@ impl SlidingDamping {
         sliding
     }
 
-    /// α of the bodies of each pack `[1/s]`; empty where none slides. Says whether any pair has failed.
+    /// Sets `rates` to α of the sliding blocks of each pack `[1/s]`, or to nothing if no block
+    /// slides. `failed` is true if any pair has failed.
     pub(crate) fn rates(
         &self,
         packs: &Packs,

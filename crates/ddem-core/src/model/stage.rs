@@ -1,4 +1,4 @@
-//! Stages: kinds, damping, time step, and from when to when something is in force.
+//! Stages: kinds, damping, time step, and ranges of stages.
 
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -13,9 +13,9 @@ pub enum StageKind {
     /// Static, by dynamic relaxation (§7).
     #[default]
     Relax,
-    /// In time (§6).
+    /// Motion in time (§6).
     Dynamic,
-    /// Static, with strengths divided by factors: how large one the blocks bear (§7).
+    /// Static search for the largest factor by which strengths can be divided (§7).
     Safety,
 }
 
@@ -31,23 +31,25 @@ pub enum Damping {
     Ratio(f64),
     /// `c = α m`, α given `[1/s]`.
     Mass(f64),
-    /// `C = β K` with the stiffness K of the blocks, β given `[s]`: a vibration of a block at f Hz has
-    /// the ratio `π f β`. Motions of whole blocks are left alone.
+    /// `C = β K` with the stiffness K of the blocks, β given `[s]`: a vibration of a block at f Hz
+    /// has the ratio `π f β`. Rigid motion of blocks is not damped.
     Stiffness(f64),
     /// Cundall's local damping, `F_d = −α |F| sign v`, α in [0, 1).
     Local(f64),
 }
 
 impl Damping {
-    /// The longest stable step where `critical` is that without damping `[s]` (§6). Local damping adds
-    /// to a force that slows a node down, as in the fastest mode every force does: that mode is
-    /// 1 + α times as stiff, `1/√(1 + α)`. That of the stiffness works with velocities half a step old:
-    /// `√(1 + ξ²) − ξ` with `ξ = β/Δt_c`. The others are part of the scheme.
+    /// Longest stable step `[s]`, where `critical` is that without damping (§6).
+    ///
+    /// Local damping adds to a force that slows a node down. In the fastest mode every force does
+    /// so: the mode is 1 + α times as stiff, and the step is multiplied by `1/√(1 + α)`. Stiffness
+    /// damping uses velocities half a step old: the step is multiplied by `√(1 + ξ²) − ξ` with
+    /// `ξ = β/Δt_c`. The other kinds are part of the scheme and do not change the step.
     #[must_use]
     pub fn stable_step(self, critical: f64) -> f64 {
         match self {
             Self::Local(alpha) => critical / (1.0 + alpha).sqrt(),
-            // √(1 + ξ²) − ξ without the difference of large numbers.
+            // √(1 + ξ²) − ξ, written without a difference of large numbers.
             Self::Stiffness(beta) => {
                 let xi = beta / critical;
                 critical / ((1.0 + xi * xi).sqrt() + xi)
@@ -56,7 +58,7 @@ impl Damping {
         }
     }
 
-    /// Faults of its number, below a place.
+    /// Adds a fault if the number is invalid, with a place below `at`.
     pub fn check(self, at: &str, faults: &mut Faults) {
         let (key, number, rule) = match self {
             Self::None => return,
@@ -68,7 +70,7 @@ impl Damping {
         faults.number(format!("{at}.{key}"), number, rule);
     }
 
-    /// β of damping by the stiffness of the blocks `[s]`; 0: none.
+    /// β of stiffness damping `[s]`; 0 without it.
     pub(crate) fn stiffness(self) -> f64 {
         if let Self::Stiffness(beta) = self { beta } else { 0.0 }
     }
@@ -77,9 +79,9 @@ impl Damping {
 /// Time step of a dynamic stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TimeStep {
-    /// 0.9 of the critical step, a quarter of that where rigid blocks may meet, shrunk so that the stage
-    /// ends on time; 0.8 of the one with failed joints from the first failure on, or from the start where blocks
-    /// already move and joints can fail.
+    /// 0.9 of the critical step, or a quarter of that if rigid blocks may meet, shrunk so that the
+    /// stage ends on time. From the first failure on it is 0.8 of the critical step with failed
+    /// joints. If joints can fail and blocks already move, this holds from the start.
     #[default]
     Auto,
     /// Taken as given `[s]`.
@@ -89,13 +91,15 @@ pub enum TimeStep {
 /// Search for a factor of safety.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SafetySearch {
-    /// Factors between which it is looked for.
+    /// Lowest and highest factor of the search.
     pub bracket: [f64; 2],
-    /// Largest width of the bracket that is left.
+    /// Largest width of the final bracket.
     pub resolution: f64,
-    /// Names of the joints whose strengths are divided; `None`: all, and the friction of contacts.
+    /// Names of the joints whose strengths are divided; `None` for all joints and the friction of
+    /// contacts.
     pub joints: Option<Vec<String>>,
-    /// Motion of neighbours that counts as failure where it goes on, as a part of an edge.
+    /// Relative motion of neighbours that counts as failure if it continues, as a fraction of an
+    /// edge.
     pub limit: f64,
     /// Unbalanced force ratio at which a trial is at rest.
     pub tolerance: f64,
@@ -152,7 +156,8 @@ impl Default for SafetySearch {
 }
 
 impl SafetySearch {
-    /// Faults of a search, by key; `breaks` says whether a joint can fail, `None` where there is none of the name.
+    /// Faults of the search, by key. `breaks` tells if a joint can fail; it returns `None` for an
+    /// unknown name.
     pub fn check(&self, breaks: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {
         let mut faults = Faults::default();
         faults.number("resolution", self.resolution, Rule::AboveZero);
@@ -192,15 +197,15 @@ impl SafetySearch {
         faults.0
     }
 
-    /// True for a joint whose strengths are divided.
+    /// True if the strengths of a joint are divided.
     pub(crate) fn divides(&self, name: &String) -> bool {
         self.joints.as_ref().is_none_or(|joints| joints.contains(name))
     }
 }
 
-/// Refuses a tolerance of forces that is no part of them.
+/// Refuses a tolerance of forces that is not between 0 and 1.
 pub(crate) fn allow_tolerance(tolerance: f64) -> Result<(), RunError> {
-    // Asked at every step.
+    // Called at every step, so a valid value returns at once.
     if tolerance > 0.0 && tolerance < 1.0 {
         return Ok(());
     }
@@ -209,7 +214,7 @@ pub(crate) fn allow_tolerance(tolerance: f64) -> Result<(), RunError> {
     faults.none()
 }
 
-/// Refuses a damping, a time step and a duration that cannot be.
+/// Refuses an invalid damping, time step or duration.
 pub(crate) fn allow_motion(
     damping: Damping,
     time_step: TimeStep,
@@ -224,12 +229,12 @@ pub(crate) fn allow_motion(
     faults.none()
 }
 
-/// From the start of one stage up to the start of another.
+/// Range of stages, from the start of one up to the start of another.
 #[derive(Clone, Debug)]
 pub struct StageRange {
-    /// The first stage; `None`: from the start of the run.
+    /// The first stage; `None` for the start of the run.
     pub from: Option<usize>,
-    /// The stage at whose start it ends; `None`: never.
+    /// The stage at whose start the range ends; `None` if it does not end.
     pub until: Option<usize>,
 }
 
@@ -237,7 +242,7 @@ impl StageRange {
     /// All stages.
     pub const ALWAYS: Self = Self { from: None, until: None };
 
-    /// True in a stage between them.
+    /// True if the range contains a stage.
     #[must_use]
     pub fn has(&self, stage: usize) -> bool {
         self.from.is_none_or(|from| stage >= from) && self.until.is_none_or(|until| stage < until)

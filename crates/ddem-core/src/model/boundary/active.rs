@@ -1,4 +1,4 @@
-//! The boundaries that are in force in one stage, sorted by pack.
+//! Boundaries in force in one stage, sorted by pack.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -10,32 +10,32 @@ use crate::model::conditions::{ActiveConditions, AppliedForces, Conditions, star
 use ddem_mesh::slot::NodeSlot;
 use ddem_mesh::{BlockFace, Vec3};
 
-/// No fix.
+/// Mark of an axis that no fix holds.
 const FREE: u32 = u32::MAX;
 
-/// All dashpots of one node.
+/// Sum of the dashpots of one node.
 #[derive(Clone, Debug)]
 pub(crate) struct Dashpot {
     /// Place of the x component in a nodal field.
     pub(crate) at: u32,
     pub(crate) lane: u8,
     node: u32,
-    /// `[N s/m]`.
+    /// Damping matrix `[N s/m]`.
     pub(crate) resistance: Resistance,
-    /// The fix that holds each axis, or [`FREE`].
+    /// Number of the fix that holds each axis, or [`FREE`].
     held: [u32; 3],
-    /// Reaction locked in when a support ended here `[N]`.
+    /// Constant force that replaces the last reaction of an ended support `[N]`.
     locked_reactions: Vec3,
 }
 
 impl Dashpot {
-    /// The fix that holds an axis.
+    /// Number of the fix that holds an axis.
     pub(crate) fn held(&self, axis: usize) -> Option<usize> {
         (self.held[axis] != FREE).then_some(self.held[axis] as usize)
     }
 }
 
-/// A wave that comes in at a node: force at factor 1 `[N]`.
+/// Incoming wave at a node: force at factor 1 `[N]`.
 #[derive(Clone, Debug)]
 struct NodeWave {
     dashpot: usize,
@@ -46,21 +46,21 @@ struct NodeWave {
 /// Base of a column.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ColumnBase {
-    /// Dashpots below it `[Pa s/m]`, x, y and z.
+    /// Dashpots below the column `[Pa s/m]`, x, y and z.
     pub(super) impedance: Vec3,
     /// Traction of waves at factor 1 `[Pa]`, by boundary.
     pub(super) waves: Vec<(usize, Vec3)>,
 }
 
-/// A column that stands in a stage.
+/// A column in force in a stage.
 #[derive(Clone, Debug)]
 pub(crate) struct ActiveColumn {
     pub(crate) boundary: usize,
     pub(crate) column: usize,
     pub(super) base: ColumnBase,
-    /// The fix that holds each axis of each of its nodes.
+    /// Number of the fix that holds each axis of each of its nodes.
     pub(super) held: Vec<[Option<usize>; 3]>,
-    /// Levels at and beside blocks that have been taken out.
+    /// True for levels at removed blocks and at their neighbours.
     pub(super) excavated: Vec<bool>,
 }
 
@@ -71,13 +71,14 @@ pub(crate) struct ActiveBoundaries {
     start: Vec<u32>,
     waves: Vec<NodeWave>,
     pub(crate) columns: Vec<ActiveColumn>,
-    /// Sides of the boundaries with columns: boundary, number there, dashpot.
+    /// Side nodes of boundaries with columns: boundary, number of the side node there, dashpot.
     sides: Vec<[usize; 3]>,
     /// Dashpot of each node.
     by_node: BTreeMap<u32, usize>,
 }
 
-/// Nodes of a boundary that are held in all directions: those of blocks all of whose nodes on it are.
+/// Nodes of a boundary that are held in all directions. A block counts if all its nodes on the
+/// boundary are held.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HeldNodes {
     pub(crate) nodes: usize,
@@ -98,7 +99,7 @@ impl ActiveBoundaries {
     ) -> Self {
         let here = || boundaries.list.iter().enumerate().filter(|(_, b)| b.in_force.has(stage));
         let mut sums: BTreeMap<u32, Resistance> = BTreeMap::new();
-        // What has been taken out answers nothing.
+        // Removed blocks have no dashpots.
         let there = |node: u32| !geometries.now.is_removed(geometries.now.block_of(node as usize));
         let dashpots = here().flat_map(|(_, boundary)| &boundary.dashpots);
         for (node, resistance) in dashpots.filter(|(node, _)| there(*node)) {
@@ -146,17 +147,17 @@ impl ActiveBoundaries {
         in_force
     }
 
-    /// Places of the dashpots of a pack.
+    /// Index range of the dashpots of a pack.
     pub(crate) fn of(&self, pack: usize) -> Range<usize> {
         self.first(pack)..self.first(pack + 1)
     }
 
-    /// Place of the first dashpot of a pack; one past the last pack is allowed.
+    /// Index of the first dashpot of a pack; `pack` may be one past the last.
     pub(crate) fn first(&self, pack: usize) -> usize {
         self.start.get(pack).map_or(0, |&start| start as usize)
     }
 
-    /// Forces on the nodes at rest.
+    /// Boundary forces at rest: the locked reactions.
     pub(crate) fn locked_reactions(&self) -> impl Iterator<Item = BoundaryForce> {
         let force = |dashpot: &Dashpot| BoundaryForce {
             force: dashpot.locked_reactions,
@@ -165,7 +166,8 @@ impl ActiveBoundaries {
         self.dashpots.iter().map(force)
     }
 
-    /// Writes the forces in motion, from the factors of the waves and the motion of the columns.
+    /// Writes the boundary forces in motion, from the factors of the waves and the motion of the
+    /// columns.
     pub(crate) fn forces(
         &self,
         boundaries: &Boundaries,
@@ -215,7 +217,8 @@ impl ActiveBoundaries {
         held_nodes
     }
 
-    /// The axis along which all nodes of a boundary are held that looks along it, and a fix that does so.
+    /// Axis normal to all faces of a boundary, if supports hold all its nodes along it, and one of
+    /// these supports.
     pub(crate) fn held_across(
         &self,
         geometries: StageGeometry<'_>,
@@ -233,7 +236,7 @@ impl ActiveBoundaries {
         straight.then_some((axis, first))
     }
 
-    /// A column of a boundary that stands on nothing.
+    /// A column of a boundary without dashpots and supports at its base.
     pub(crate) fn floating<'a>(
         &self,
         index: usize,
@@ -249,12 +252,13 @@ impl ActiveBoundaries {
     }
 }
 
-/// The fixes that hold the axes of a node.
+/// Numbers of the fixes that hold the axes of a node.
 pub(super) fn held(active: &ActiveConditions, slot: NodeSlot) -> [Option<u32>; 3] {
     [0, 1, 2].map(|axis| Some(active.supports[active.support_at(slot, axis)?].fix))
 }
 
-/// Dashpots and waves below a column: those of the faces below its lowest node, which look down.
+/// Dashpots and waves at the base of a column. They belong to boundaries on downward faces at its
+/// lowest node.
 fn base(boundaries: &Boundaries, stage: usize, column: &Column) -> ColumnBase {
     let mut base = ColumnBase::default();
     for (index, boundary) in boundaries.list.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Properties that a column takes from the model in front of it: supports, and damping of its nodes, also where blocks
-//! have been removed.
+//! Properties that a column takes from the model in front of it: supports, and damping of its
+//! nodes. They remain where blocks have been removed.
 
 use super::active::held;
 use super::{Column, StageGeometry};
@@ -9,7 +9,7 @@ use ddem_mesh::inertia::Inertia;
 use ddem_mesh::slot::NodeSlot;
 
 impl Column {
-    /// Fixes that hold the axes of the nodes it stands behind.
+    /// Numbers of the fixes that hold the axes of the nodes in front of the column.
     pub(super) fn held(
         &self,
         geometries: StageGeometry<'_>,
@@ -19,7 +19,7 @@ impl Column {
     ) -> Vec<[Option<usize>; 3]> {
         let of = |node: &u32| {
             let removed = geometries.now.is_removed(geometries.now.block_of(*node as usize));
-            // The ground goes on as it was held.
+            // The column keeps the supports of removed ground.
             let fixes = match removed {
                 true => conditions.holds(*node, stage),
                 false => held(active, geometries.packs.node_slot(geometries.now, *node as usize)),
@@ -29,8 +29,8 @@ impl Column {
         self.nodes.iter().map(of).collect()
     }
 
-    /// Levels at blocks that have been taken out, and at those beside them, whose mass and stiffness that
-    /// changes.
+    /// True for levels at removed blocks and at their neighbours, whose mass and stiffness have
+    /// changed.
     pub(super) fn excavated(&self, geometries: StageGeometry<'_>) -> Vec<bool> {
         let StageGeometry { now, start, .. } = geometries;
         if std::ptr::eq(now, start) {

@@ -1,8 +1,8 @@
-//! Free-field columns: what a side of the model would do if no model stood beside it.
+//! Free-field columns: motion of the ground beside the model as if the model were not there.
 //!
-//! A column of unit area stands behind each upright line of nodes of a side, with the line's own levels,
-//! rock and joints. It moves by shear and by compression alone, as level ground does that a plane wave
-//! comes up through; it has no weight, and its joints do not fail.
+//! A column of unit area stands behind each upright line of nodes of a side. It has the levels,
+//! rock and joints of that line. It deforms in shear and compression only, like level ground under
+//! a plane wave that travels straight up. It has no weight, and its joints do not fail.
 
 use std::collections::BTreeMap;
 
@@ -16,45 +16,45 @@ use ddem_mesh::properties::Properties;
 use ddem_mesh::slot::NodeSlot;
 use ddem_mesh::{BlockFace, Geometry, Strip, Vec3, moved_to};
 
-/// Between two levels: tractions by difference of displacements `[Pa/m]`.
+/// Segment between two levels: traction per difference of displacements `[Pa/m]`.
 #[derive(Clone, Copy, Debug)]
 struct ColumnSegment {
     normal: f64,
     shear: f64,
-    /// Normal and shear traction across upright planes: none in springs.
+    /// Normal and shear traction on upright planes; 0 for springs.
     across: [f64; 2],
-    /// `[kg/m²]`.
+    /// Mass per area `[kg/m²]`.
     mass: f64,
-    /// Of a block, not of a joint.
+    /// True for a segment of a block, false for a joint.
     block: bool,
 }
 
-/// One column, from the foot up.
+/// One column, with its levels from the foot up.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// The nodes of the model that it stands behind.
+    /// Nodes of the model in front of it.
     pub nodes: Vec<u32>,
-    /// Storage of each.
+    /// Storage of each node.
     pub(crate) slots: Vec<NodeSlot>,
     segments: Vec<ColumnSegment>,
     /// Mass of each level `[kg/m²]`.
     mass: Vec<f64>,
     /// `ρ c` of the rock at its foot, x, y and z `[Pa s/m]`.
     pub(super) impedance: Vec3,
-    /// Place of its lowest level among those of all columns.
+    /// Index of its lowest level among the levels of all columns.
     pub(crate) first: usize,
-    /// Stiffness by mass of the nodes as the run starts, each axis `[1/s²]`.
+    /// Stiffness over mass of each node at the start of the run, by axis `[1/s²]`.
     pub(crate) squares: Vec<[f64; 3]>,
 }
 
-/// A node of a side, and the level of a column that it hangs on.
+/// A node of a side, and the level of the column to which it is connected.
 #[derive(Clone, Debug)]
 pub struct SideNode {
     /// Number of the node.
     pub node: u32,
-    /// Place of the level among those of all columns.
+    /// Index of the level among the levels of all columns.
     level: usize,
-    /// Dashpots between them `[N s/m]`.
+    /// Dashpots between node and level `[N s/m]`.
     pub resistance: Resistance,
     outward: Vec3,
     /// Area below and above the level `[m²]`.
@@ -66,12 +66,12 @@ pub struct SideNode {
 pub(crate) struct ColumnMotion {
     /// Velocity at the end of the step `[m/s]`.
     pub(crate) ahead: Vec<Vec3>,
-    /// Velocity at the time.
+    /// Velocity at the present time `[m/s]`.
     pub(crate) mean: Vec<Vec3>,
-    /// Shear along x and y and normal traction across upright planes, in the segment above each level
-    /// `[Pa]`.
+    /// Tractions on upright planes in the segment above each level `[Pa]`: shear along x and y, and
+    /// normal.
     above: Vec<Vec3>,
-    /// Forces of the segments on each level by area `[Pa]`.
+    /// Forces of the segments on each level, per area `[Pa]`.
     forces: Vec<Vec3>,
 }
 
@@ -79,7 +79,7 @@ pub(crate) struct ColumnMotion {
 pub(crate) struct ColumnStep<'a> {
     /// h, the time between the half steps before and after `[s]`.
     pub(crate) interval: f64,
-    /// Part of the change of velocities that leads to the present time.
+    /// Part θ of the velocity change that leads to the present time.
     pub(crate) part: f64,
     /// α of local damping.
     pub(crate) local: f64,
@@ -89,12 +89,12 @@ pub(crate) struct ColumnStep<'a> {
     pub(crate) factors: &'a [f64],
     /// Velocity of each fix.
     pub(crate) velocities: &'a [[f64; 3]],
-    /// Damping `c/m` at a level of a column, which is dug or not, by axis `[1/s]`.
+    /// Damping `c/m` at a level of a column, excavated or not, by axis `[1/s]`.
     pub(crate) rates: &'a dyn Fn(&Column, usize, bool) -> [f64; 3],
 }
 
 impl ColumnMotion {
-    /// Nothing moves.
+    /// Sets the motion of this number of levels to zero.
     pub(crate) fn clear(&mut self, levels: usize) {
         for field in [&mut self.ahead, &mut self.mean, &mut self.above, &mut self.forces] {
             field.clear();
@@ -102,7 +102,7 @@ impl ColumnMotion {
         }
     }
 
-    /// Force of a column on a side node at rest.
+    /// Force of a column on a side node, without the drag on the node's own velocity.
     pub(super) fn force_on(&self, side: &SideNode) -> BoundaryForce {
         let n = side.outward;
         let traction = |s: Vec3| Vec3::new(s.z * n.x, s.z * n.y, s.x * n.x + s.y * n.y);
@@ -116,7 +116,7 @@ impl ColumnMotion {
 }
 
 impl Column {
-    /// One step, (M2), from displacement and velocity of each level of all columns.
+    /// Computes one step, (M2), from the displacements and velocities of all levels.
     pub(crate) fn step(
         &self,
         active: &ActiveColumn,
@@ -163,21 +163,21 @@ impl Column {
 /// Reason why no column can stand behind a face.
 #[derive(Clone, Copy, Debug)]
 pub enum NoColumn {
-    /// The face looks up or down.
+    /// The face is level: its normal points up or down.
     Level,
-    /// The blocks have no upright edge, or other edges that are not level.
+    /// The blocks have no upright edge, or their other edges are not level.
     Aslant,
-    /// The side goes on in blocks that do not match.
+    /// The side continues in blocks that do not match.
     Unmatched,
 }
 
-/// Columns and sides as they are found, face by face.
+/// Builder of columns and side nodes, face by face.
 pub struct ColumnBuilder<'a> {
     geometry: &'a Geometry,
-    /// The ground at the start, which goes on beside holes that have been dug.
+    /// Geometry at the start: beside excavations the ground continues as it was.
     start: &'a Geometry,
     properties: &'a Properties,
-    /// First place that is free among the levels of all columns.
+    /// First free index among the levels of all columns.
     first: &'a mut usize,
     columns: Vec<Column>,
     sides: Vec<SideNode>,
@@ -186,7 +186,7 @@ pub struct ColumnBuilder<'a> {
 }
 
 impl<'a> ColumnBuilder<'a> {
-    /// Nothing yet; `first` is the first free place among the levels of all columns.
+    /// Builder without columns; `first` is the first free index among the levels of all columns.
     pub fn new(
         geometry: &'a Geometry,
         start: &'a Geometry,
@@ -197,12 +197,12 @@ impl<'a> ColumnBuilder<'a> {
         Self { geometry, start, properties, first, columns: Vec::new(), sides: Vec::new(), by_base }
     }
 
-    /// The columns, and the nodes that hang on them.
+    /// Columns, and the side nodes that are connected to them.
     pub fn done(self) -> (Vec<Column>, Vec<SideNode>) {
         (self.columns, self.sides)
     }
 
-    /// Columns behind the nodes of a face, which are given with their strips.
+    /// Adds the columns behind the nodes of a face, given with their strips.
     pub fn add_columns(&mut self, surface: &BlockFace, strips: Vec<Strip>) -> Result<(), NoColumn> {
         let geometry = self.geometry;
         let block = surface.block;
@@ -228,7 +228,7 @@ impl<'a> ColumnBuilder<'a> {
         Ok(())
     }
 
-    /// The upright edge of a face, or what is wrong with it.
+    /// Direction of the upright edge of a face, or the reason why the face has no column.
     fn upright(&self, surface: &BlockFace) -> Result<usize, NoColumn> {
         let axes = self.geometry.axes(surface.block);
         let is_upright = |d: &usize| axes[*d].z.abs() > 1.0 - 1e-12;
@@ -245,7 +245,7 @@ impl<'a> ColumnBuilder<'a> {
         self.properties.materials[self.geometry.blocks[block].material as usize]
     }
 
-    /// The column behind a node.
+    /// Number of the column behind a node. A missing column is added.
     fn column(&mut self, node: u32, upright: usize, raised: bool) -> Result<usize, NoColumn> {
         let (geometry, start) = (self.geometry, self.start);
         let (mut block, at) = geometry.locate(node as usize);
@@ -279,7 +279,7 @@ impl<'a> ColumnBuilder<'a> {
         Ok(self.columns.len() - 1)
     }
 
-    /// The bodies of a column from the lowest one up, and what is between its levels.
+    /// Blocks of a column from the lowest one up, and the segments between its levels.
     fn stack(&self, lowest: usize, top: FaceId) -> (Vec<usize>, Vec<ColumnSegment>) {
         let (geometry, start) = (self.geometry, self.start);
         let upright = top.direction;
@@ -297,13 +297,13 @@ impl<'a> ColumnBuilder<'a> {
             segments.push(self.joint(if top.upper { block } else { above }, upright));
             block = above;
         }
-        // It ends where nothing of the model is left above.
+        // The column ends at its highest block that has not been removed.
         blocks.truncate(end.0);
         segments.truncate(end.1);
         (blocks, segments)
     }
 
-    /// The joint at the upper end of a body along an edge.
+    /// Segment of the joint at the upper end of a block along an edge.
     fn joint(&self, block: usize, d: usize) -> ColumnSegment {
         let (geometry, properties) = (self.geometry, self.properties);
         let gap = geometry.gap_above(block, d);

@@ -1,8 +1,8 @@
-//! §10: non-reflecting boundaries.
+//! Non-reflecting boundaries (§10).
 //!
-//! Dashpots of Lysmer and Kuhlemeyer: a face with the outward normal n answers the velocity v of its
-//! rock with the traction `−ρ c_P v_n n − ρ c_S v_s`. A wave that meets it head-on leaves; one that is to
-//! come in with the velocity w is made by the traction `2 ρ c w`.
+//! The dashpots of Lysmer and Kuhlemeyer act on faces. With the outward normal n and the velocity v
+//! of the rock, their traction is `−ρ c_P v_n n − ρ c_S v_s`. A wave with normal incidence leaves
+//! the model. The traction `2 ρ c w` creates an incoming wave with the velocity w.
 
 mod active;
 mod beside;
@@ -27,7 +27,7 @@ pub(crate) use active::{ActiveBoundaries, Dashpot};
 pub use column::{Column, ColumnBuilder, NoColumn, SideNode};
 pub(crate) use column::{ColumnMotion, ColumnStep};
 
-/// A matrix of damping `[N s/m]`, or of impedance `[Pa s/m]`.
+/// Matrix of damping `[N s/m]` or impedance `[Pa s/m]`.
 pub type Resistance = Matrix3<f64>;
 
 /// Boundary force on a node, dashpots excluded `[N]`.
@@ -35,35 +35,36 @@ pub type Resistance = Matrix3<f64>;
 pub(crate) struct BoundaryForce {
     /// Constant forces, and stresses of the free field.
     pub(crate) force: Vec3,
-    /// Force `C w` of dashpots moved from outside; local damping does not apply to it.
+    /// Force of incoming waves, and of dashpots whose far end moves with a column. Local damping
+    /// does not act on it.
     pub(crate) wave: Vec3,
 }
 
 /// One boundary.
 #[derive(Clone, Debug)]
 pub struct ModelBoundary {
-    /// Dashpots by face and node, a node as often as it has faces `[N s/m]`.
+    /// Dashpots by face and node `[N s/m]`. A node occurs once for each of its faces.
     pub dashpots: Vec<(u32, Resistance)>,
-    /// Faces that it takes, how much of them and how much there is `[m²]`.
+    /// Faces of the boundary, each with its selected area and its whole area `[m²]`.
     pub faces: Vec<(BlockFace, [f64; 2])>,
-    /// Nodes of faces that look down.
+    /// Nodes of faces whose normal points down.
     pub under: BTreeSet<u32>,
-    /// Velocity of the wave that comes in `[m/s]`.
+    /// Velocity of the incoming wave `[m/s]`.
     pub wave: Option<Vec3>,
     /// Factor in time of the wave.
     pub history: TimeFunction,
     /// Stages in which it is in force.
     pub in_force: StageRange,
-    /// Free-field columns, and where the model hangs on them.
+    /// Free-field columns.
     pub columns: Vec<Column>,
-    /// Nodes that hang on the columns.
+    /// Nodes that are connected to the columns.
     pub sides: Vec<SideNode>,
 }
 
 /// All boundaries of a model.
 #[derive(Clone, Debug, Default)]
 pub struct Boundaries {
-    /// In the order of the problem.
+    /// Boundaries, in the order of the problem.
     pub list: Vec<ModelBoundary>,
 }
 
@@ -78,7 +79,7 @@ pub(crate) struct StageGeometry<'a> {
 }
 
 impl Boundaries {
-    /// Nodes of all columns.
+    /// Number of nodes of all columns.
     pub(crate) fn column_nodes(&self) -> usize {
         let columns = self.list.iter().flat_map(|boundary| &boundary.columns);
         columns.map(|column| column.nodes.len()).sum()
@@ -89,14 +90,14 @@ impl Boundaries {
         self.list[boundary].in_force.has(stage)
     }
 
-    /// Takes down where the nodes are that columns stand behind, and what damping needs of the ground that they
-    /// are made of, before anything is taken out.
+    /// Stores the slots of the nodes in front of the columns, and their stiffness over mass for
+    /// damping. This happens before any block is removed.
     pub(super) fn note_damping(&mut self, geometries: StageGeometry<'_>, assembly: &Assembly) {
         let columns = self.list.iter_mut().flat_map(|boundary| &mut boundary.columns);
         columns.for_each(|column| column.note_damping(geometries, assembly));
     }
 
-    /// Factor of each boundary's wave at a time, given the times at which stages began.
+    /// Factor of each boundary's wave at a time. `starts` are the start times of the stages.
     pub(crate) fn factors(
         &self,
         stage: usize,
@@ -111,7 +112,7 @@ impl Boundaries {
         self.list.iter().enumerate().map(factor).collect()
     }
 
-    /// True if any wave may change after a time.
+    /// True if any wave in force may change after a time.
     pub(crate) fn change_after(&self, stage: usize, time: f64, starts: &[f64]) -> bool {
         let changes = |boundary: &ModelBoundary| {
             let since = boundary.in_force.since(time, starts);
@@ -120,7 +121,7 @@ impl Boundaries {
         self.list.iter().any(changes)
     }
 
-    /// A wave that goes with time as a program says.
+    /// Gives the wave of a boundary a history that a program computes.
     ///
     /// # Errors
     ///
@@ -142,14 +143,14 @@ impl Boundaries {
         Ok(())
     }
 
-    /// Takes over the histories of the same boundaries, some of which a program may compute.
+    /// Copies the histories of the boundaries of `from`. A program may compute some of them.
     pub(super) fn take_histories(&mut self, from: &Self) {
         let both = self.list.iter_mut().zip(&from.list);
         both.for_each(|(own, other)| own.history.clone_from(&other.history));
     }
 
-    /// Forces that go on where supports end at boundaries: what held a node before a stage, besides
-    /// what went on there already.
+    /// Constant forces that replace supports which end at boundaries: their reactions before the
+    /// stage, plus the locked reactions of earlier stages.
     pub(crate) fn locked_reactions(
         &self,
         stage: usize,
@@ -179,13 +180,13 @@ impl Boundaries {
     }
 }
 
-/// `ρ c_P n nᵀ + ρ c_S (1 − n nᵀ)` of the block behind a face `[Pa s/m]`.
+/// Impedance `ρ c_P n nᵀ + ρ c_S (1 − n nᵀ)` of the block behind a face `[Pa s/m]`.
 pub fn impedance(geometry: &Geometry, properties: &Properties, surface: &BlockFace) -> Resistance {
     let rock = &properties.materials[geometry.blocks[surface.block].material as usize];
     resistance(rock, &surface.outward(geometry))
 }
 
-/// Dashpot matrix of the rock behind a face with normal n.
+/// Impedance of the rock behind a face with the normal n `[Pa s/m]`.
 fn resistance(rock: &Elastic, n: &Vec3) -> Resistance {
     let along = n * n.transpose();
     let [p, s] = [rock.p_speed(), rock.s_speed()].map(|speed| rock.density * speed);

@@ -1,8 +1,9 @@
-//! §10: charges. The surfaces that their gas pushes, and its pressure.
+//! Charges (§11): the surfaces on which their gas acts, and its pressure.
 //!
-//! The gas fills a closed surface of facets between nodes, or several; where a cavity is open, the
-//! surface ends. A pressure p does `p A` on the nodes, with the present areas A: of a closed surface no
-//! force and no moment are left, and the work is `p dV`.
+//! The gas fills one or several closed surfaces of facets between nodes. At an opening of a cavity
+//! the surface ends. A pressure p exerts the forces `p A` on the nodes, with their present area
+//! vectors A. On a closed surface these forces have no resultant and no moment, and their work is
+//! `p dV`.
 
 mod shell;
 mod size;
@@ -16,35 +17,37 @@ use ddem_mesh::Vec3;
 /// The gas in one shell of a charge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShellState {
-    /// Volume of the shell when the charge went off, if it has `[m³]`.
+    /// Volume of the shell at detonation `[m³]`; `None` before.
     pub began: Option<f64>,
-    /// Volume with which the gas got out, if it has `[m³]`.
+    /// Volume of the shell at venting `[m³]`; `None` before.
     pub left: Option<f64>,
 }
 
-/// The gas of a charge that expands.
+/// Gas of a charge that expands.
 #[derive(Clone, Copy, Debug)]
 pub struct Gas {
     /// Adiabatic index.
     pub gamma: f64,
     /// Volume at which it has the pressure of the charge `[m³]`.
     pub own: f64,
-    /// Volume that it has at the start `[m³]`.
+    /// Volume at the start `[m³]`.
     pub start: f64,
-    /// The gas makes its own room: its volume grows with the shells, from the moment of detonation.
+    /// True if the gas makes its own room, as in joints: its volume is `own` plus the growth of the
+    /// shells since detonation.
     pub own_room: bool,
-    /// The gas has the charge's pressure in the volume at detonation.
+    /// True if the pressure of the charge is that of the gas in its volume at detonation.
     pub given: bool,
 }
 
 impl Gas {
-    /// Its volume, from one at first that has grown by so much. Explosive is in no less than its own, and
-    /// walls that have met leave no gas of no volume.
+    /// Volume of the gas `[m³]`: the initial volume `first` plus `grown`. It is at least the
+    /// explosive's own volume or, with a `given` pressure, a millionth of `first`: it stays
+    /// positive when walls have met.
     fn volume(&self, first: f64, grown: f64) -> f64 {
         (first + grown).max(if self.given { 1e-6 * first } else { self.own })
     }
 
-    /// Its pressure as a part of the charge's.
+    /// Pressure of the gas as a fraction of the pressure of the charge.
     pub fn part(&self, first: f64, grown: f64) -> f64 {
         let own = if self.given { first } else { self.own };
         libm::pow(own / self.volume(first, grown), self.gamma)
@@ -54,11 +57,11 @@ impl Gas {
 /// A charge.
 #[derive(Clone, Debug)]
 pub struct GasCharge {
-    /// Nodes that it pushes, in order.
+    /// Nodes on which it acts, in ascending order.
     pub nodes: Vec<u32>,
     /// Their reference positions `[m]`.
     pub start: Vec<Vec3>,
-    /// Surfaces of the gas, each apart from the others.
+    /// Surfaces of the gas, separate from each other.
     pub shells: Vec<Shell>,
     /// Pressure `[Pa]`: of the gas in its own volume, or at factor 1.
     pub pressure: f64,
@@ -68,43 +71,43 @@ pub struct GasCharge {
     pub size: ChargeSize,
 }
 
-/// A charge at one time.
+/// State of a charge at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChargeState {
-    /// Pressure of its gas `[Pa]`; 0 before it goes off, and where it is not in force.
+    /// Pressure of its gas `[Pa]`; 0 before detonation and in stages in which it is not in force.
     pub pressure: f64,
-    /// Volume of the cavity, or of the joints `[m³]`: what the gas has got out of has that with which
-    /// it did.
+    /// Volume of the cavity or of the joints `[m³]`. Vented shells keep their volume at venting.
     pub volume: f64,
     /// True once the gas has vented from all shells.
     pub vented: bool,
-    /// Volume of the cavity, or of the joints, when it went off; `None` before `[m³]`.
+    /// Volume of the cavity or of the joints at detonation `[m³]`; `None` before.
     pub began: Option<f64>,
 }
 
 /// Forces of a charge on its nodes.
 #[derive(Debug)]
 pub struct ChargeForces {
-    /// At factor 1 `[Pa]`.
+    /// Pressure at factor 1 `[Pa]`.
     pub pressure: f64,
     /// Volume of all shells `[m³]`.
     pub volume: f64,
-    /// At factor 1, by node `[N]`.
+    /// Nodal forces at factor 1 `[N]`, in the order of the charge's nodes.
     pub forces: Vec<Vec3>,
-    /// Of each shell.
+    /// State of each shell.
     pub shells: Vec<ShellState>,
 }
 
 impl GasCharge {
-    /// Nodes of the walls of cavities that it pushes.
+    /// Nodes of each cavity wall on which it acts.
     pub fn walls(&self) -> impl Iterator<Item = Vec<u32>> {
         let in_cavity = self.shells.iter().filter(|_| self.size.walls > 0);
         let node = |&at: &u32| self.nodes[at as usize];
         in_cavity.flat_map(Shell::walls).map(move |wall| wall.iter().map(node).collect())
     }
 
-    /// Pressure by volume of a gas that expands, `γ p/V` `[Pa/m³]`, and the areas that it has then `[m²]`: gas is a
-    /// spring of the stiffness `γ p/V A Aᵀ`. It is stiffest at the start, or when it went off in less room.
+    /// Stiffness factor of an expanding gas, `γ p/V` `[Pa/m³]`, and its nodal area vectors A
+    /// `[m²]`; `None` if it does not expand. The gas is a spring of the stiffness `γ p/V A Aᵀ`. It
+    /// is stiffest at the start, or at detonation if its volume is smaller then.
     pub fn stiffness(&self, u: &[Vec3], states: &[ShellState]) -> Option<(f64, Vec<Vec3>)> {
         let gas = self.gas?;
         let still = vec![Vec3::zeros(); self.nodes.len()];
@@ -114,7 +117,7 @@ impl GasCharge {
         let (volume, at) = match (narrow, gas.given) {
             (false, _) => (gas.start, &still[..]),
             (true, true) => (gas.volume(first, grown), u),
-            // It may become narrower still.
+            // The volume may decrease further, down to the explosive's own.
             (true, false) => (gas.own, u),
         };
         let mut areas = still.clone();
@@ -123,7 +126,7 @@ impl GasCharge {
         Some((gas.gamma * self.pressure * libm::pow(own / volume, gas.gamma) / volume, areas))
     }
 
-    /// Volume that its gas has at first, and by how much that has grown `[m³]`.
+    /// Initial volume of its gas, and the growth since then `[m³]`.
     fn room(&self, u: &[Vec3], states: &[ShellState]) -> [f64; 2] {
         let Some(gas) = self.gas else { return [0.0; 2] };
         let (mut all, mut began) = (0.0, 0.0);
@@ -135,9 +138,9 @@ impl GasCharge {
         let grown = all - began;
         match (gas.given, gas.own_room) {
             (true, _) => [began, grown],
-            // No joint is too narrow for the explosive that is in it,
+            // A joint is never too narrow for its explosive.
             (_, true) => [gas.own, grown.max(0.0)],
-            // and where rock has moved into its cavity it makes its room.
+            // If rock has moved into the cavity, the explosive makes its own room.
             _ => [began.max(gas.own), grown],
         }
     }

@@ -1,22 +1,23 @@
-//! The surface of a gas: facets between nodes, their present areas, and the volume within.
+//! Surface of a gas: facets between nodes, their present areas, and the enclosed volume.
 
 use ddem_mesh::Vec3;
 
-/// The surface of a gas, or of a part of it that is apart from the others.
+/// Surface of a gas, or of a separate part of it.
 #[derive(Clone, Debug)]
 pub struct Shell {
-    /// Three corners each, as places in the nodes of the charge, and what part of it counts.
+    /// Three corners of each facet, as indices into the nodes of the charge, and its weight.
     facets: Vec<([u32; 3], f64)>,
-    /// Nodes of the faces of blocks that it has.
+    /// Nodes of each wall; a wall is one face of a block.
     walls: Vec<Vec<u32>>,
-    /// Volume within it at the start `[m³]`.
+    /// Enclosed volume at the start `[m³]`.
     pub volume: f64,
     /// Displacement of a wall, relative to the others, at which the gas vents `[m]`.
     pub reach: f64,
 }
 
 impl Shell {
-    /// Of polygons whose corners, and walls whose nodes, are places in the nodes of a charge.
+    /// Surface of polygons. Their corners and the nodes of `walls` are indices into the nodes of a
+    /// charge.
     pub fn new(
         polygons: impl Iterator<Item = Vec<u32>>,
         walls: Vec<Vec<u32>>,
@@ -28,12 +29,12 @@ impl Shell {
         shell
     }
 
-    /// Nodes of the faces of blocks that it has, as places in the nodes of the charge.
+    /// Nodes of each wall, as indices into the nodes of the charge.
     pub(super) fn walls(&self) -> impl Iterator<Item = &[u32]> {
         self.walls.iter().map(Vec::as_slice)
     }
 
-    /// A polygon as the mean of its fans of triangles: every corner counts alike.
+    /// Adds a polygon as the mean of its fans of triangles, so that all corners count equally.
     fn add(&mut self, corners: &[u32]) {
         let n = corners.len();
         let fans = if n == 3 { 1 } else { n };
@@ -44,7 +45,7 @@ impl Shell {
         }
     }
 
-    /// Volume within a closed surface, by the divergence theorem.
+    /// Volume enclosed by a closed surface `[m³]`, by the divergence theorem.
     pub fn enclosed(&self, x: &[Vec3]) -> f64 {
         let Some(([first, ..], _)) = self.facets.first() else { return 0.0 };
         let origin = x[*first as usize];
@@ -55,8 +56,9 @@ impl Shell {
         self.facets.iter().map(cone).sum()
     }
 
-    /// Volume within it after these displacements: what facets sweep on straight ways is added to that
-    /// at the start, exactly; of a closed surface it is what the divergence theorem gives.
+    /// Enclosed volume at displacements u `[m³]`: the initial volume plus the exact volume that the
+    /// facets sweep on straight paths. For a closed surface the divergence theorem gives the same
+    /// volume.
     pub(super) fn volume(&self, x: &[Vec3], u: &[Vec3]) -> f64 {
         let swept = |(facet, part): &([u32; 3], f64)| {
             let [a, b, c] = facet.map(|node| x[node as usize]);
@@ -68,7 +70,7 @@ impl Shell {
         self.volume + self.facets.iter().map(swept).sum::<f64>()
     }
 
-    /// Adds the present areas that belong to the nodes, as vectors into the rock `[m²]`.
+    /// Adds the present area vectors of the nodes, which point into the rock `[m²]`.
     pub(super) fn add_areas(&self, x: &[Vec3], u: &[Vec3], areas: &mut [Vec3]) {
         for (facet, part) in &self.facets {
             let [a, b, c] = facet.map(|node| x[node as usize] + u[node as usize]);
@@ -79,8 +81,8 @@ impl Shell {
         }
     }
 
-    /// True once the centre of a wall has moved so far from the mean displacement of the walls that the gas
-    /// vents; a single wall counts from its own start.
+    /// True if the gas vents: the centre of a wall has moved by more than `reach` against the mean
+    /// displacement of all walls. The motion of a single wall counts from its start.
     pub(super) fn is_open(&self, u: &[Vec3]) -> bool {
         let mean = |wall: &Vec<u32>| {
             wall.iter().map(|node| u[*node as usize]).sum::<Vec3>() / wall.len() as f64

@@ -2,24 +2,24 @@
 
 use std::fmt;
 
-/// One `[[charge]]` before it goes off, where blocks are in their reference positions.
+/// Size of a `[[charge]]` before detonation, with all blocks in their reference positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChargeSize {
-    /// Walls of cavities that it pushes, faces of blocks; 0 where it pushes joints.
+    /// Number of cavity walls (faces of blocks) on which it acts; 0 in joints.
     pub walls: usize,
-    /// Joints that it pushes; 0 where it pushes walls.
+    /// Number of joints in which it acts; 0 in cavities.
     pub joints: usize,
     /// Area of the walls, or of one side of the joints `[m²]`.
     pub area: f64,
-    /// Volume of the cavities, or of what the joints are wide `[m³]`.
+    /// Volume of the cavities, or of the gaps of the joints `[m³]`.
     pub volume: f64,
-    /// Mass of the explosive `[kg]`; none where a pressure is given.
+    /// Mass of the explosive `[kg]`; `None` if a pressure is given.
     pub mass: Option<f64>,
-    /// Density of the explosive `[kg/m³]`; none where a pressure is given.
+    /// Density of the explosive `[kg/m³]`; `None` if a pressure is given.
     pub density: Option<f64>,
-    /// First pressure on them, of a history in time at factor 1 `[Pa]`.
+    /// Initial pressure on the walls or joints `[Pa]`; with a history in time that at factor 1.
     pub pressure: f64,
-    /// Its pressure goes with time by a history, and not by the volume.
+    /// True if the pressure follows a history in time and not the volume.
     pub timed: bool,
 }
 
@@ -41,8 +41,8 @@ impl fmt::Display for ChargeSize {
 }
 
 impl ChargeSize {
-    /// Mass of the explosive by the volume of its cavities: as much as its density where it fills them
-    /// `[kg/m³]`. None in joints, and where a pressure is given.
+    /// Mass of the explosive over the volume of its cavities `[kg/m³]`, which is its density if it
+    /// fills them. `None` in joints, and if a pressure is given.
     #[must_use]
     pub fn filling(&self) -> Option<f64> {
         self.mass.filter(|_| self.walls > 0).map(|mass| mass / self.volume)

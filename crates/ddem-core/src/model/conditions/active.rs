@@ -16,7 +16,7 @@ pub(crate) struct SupportedAxis {
     pub(crate) at: u32,
     pub(crate) lane: u8,
     pub(crate) axis: u8,
-    /// The fix whose velocity it has.
+    /// Number of the fix that prescribes its velocity.
     pub(crate) fix: u32,
     pub(crate) node: u32,
 }
@@ -41,11 +41,11 @@ pub(crate) struct ActiveConditions {
     pub(super) loads: Vec<NodalLoad>,
     support_start: Vec<u32>,
     load_start: Vec<u32>,
-    /// Bodies by pack and lane that have supports.
+    /// True for blocks with supports along all three axes, by pack and lane.
     pub(crate) held_blocks: Vec<[bool; LANES]>,
 }
 
-/// Places of the nodes of a stage.
+/// Storage of the nodes that exist in a stage.
 #[derive(Clone, Copy)]
 struct NodeSlots<'a> {
     geometry: &'a Geometry,
@@ -53,13 +53,14 @@ struct NodeSlots<'a> {
 }
 
 impl NodeSlots<'_> {
-    /// Storage of a node; none of a block that has been taken out.
+    /// Storage of a node; `None` if its block has been removed.
     fn of(&self, node: u32) -> Option<NodeSlot> {
         let there = !self.geometry.is_removed(self.geometry.block_of(node as usize));
         there.then(|| self.packs.node_slot(self.geometry, node as usize))
     }
 
-    /// Supports of a stage with their packs, sorted; of two on one degree of freedom the later one.
+    /// Supports of a stage with their packs, sorted. The later one of two supports of a degree of
+    /// freedom applies.
     fn supports(&self, conditions: &Conditions, stage: usize) -> Vec<(usize, SupportedAxis)> {
         let mut supports = Vec::new();
         let fixed = conditions.fixed.iter().enumerate();
@@ -96,7 +97,7 @@ impl NodeSlots<'_> {
         }
         let charged = conditions.charged.iter().enumerate();
         for (index, entry) in charged.filter(|(_, entry)| entry.in_force.has(stage)) {
-            // Forces are those of the present places, before each step.
+            // The forces follow from the present positions and are set before each step.
             let load = conditions.loaded.len() + index;
             entry.charge.nodes.iter().for_each(|&node| add(node, load, [0.0; 3]));
         }
@@ -134,12 +135,12 @@ impl ActiveConditions {
         }
     }
 
-    /// Places of the supports of a pack.
+    /// Index range of the supports of a pack.
     pub(crate) fn supports_of(&self, pack: usize) -> Range<usize> {
         self.support_start[pack] as usize..self.support_start[pack + 1] as usize
     }
 
-    /// Place of the first support of a pack; one past the last pack is allowed.
+    /// Index of the first support of a pack; `pack` may be one past the last.
     pub(crate) fn first_support(&self, pack: usize) -> usize {
         self.support_start[pack] as usize
     }
@@ -148,7 +149,7 @@ impl ActiveConditions {
         &self.loads[self.load_start[pack] as usize..self.load_start[pack + 1] as usize]
     }
 
-    /// Force of a load on a node, if it has one.
+    /// Force of a load on a node; `None` if the load does not act there.
     pub(crate) fn force_mut(&mut self, slot: NodeSlot, load: u32) -> Option<&mut [f64; 3]> {
         let NodeSlot { pack, at, lane } = slot;
         let range = self.load_start[pack] as usize..self.load_start[pack + 1] as usize;
@@ -157,7 +158,7 @@ impl ActiveConditions {
         found.ok().map(|found| &mut loads[found].force)
     }
 
-    /// Number of the support of a node along an axis.
+    /// Index of the support of a node along an axis.
     pub(crate) fn support_at(&self, slot: NodeSlot, axis: u32) -> Option<usize> {
         let (range, at, lane) = (self.supports_of(slot.pack), slot.at + axis, slot.lane);
         let key = |s: &SupportedAxis| (s.at, s.lane);
@@ -165,19 +166,19 @@ impl ActiveConditions {
         found.ok().map(|found| range.start + found)
     }
 
-    /// Nodes and axes that are held.
+    /// Supported nodes and axes.
     pub(crate) fn held(&self) -> impl Iterator<Item = (u32, usize)> + '_ {
         self.supports.iter().map(|s| (s.node, s.axis as usize))
     }
 }
 
 impl Conditions {
-    /// The fixes that hold the axes of a node in a stage, or would if its block were still there.
+    /// Fixes that hold the axes of a node in a stage. A node of a removed block keeps its fixes.
     pub(crate) fn holds(&self, node: u32, stage: usize) -> [Option<u32>; 3] {
         let mut held = [None; 3];
         for (index, fix) in self.fixed.iter().enumerate().filter(|(_, f)| f.in_force.has(stage)) {
             if [&fix.nodes, &fix.removed].iter().any(|nodes| nodes.binary_search(&node).is_ok()) {
-                // The later one has the last word, as among supports.
+                // The later fix applies, as among supports.
                 let axes = held.iter_mut().zip(fix.axes).filter(|(_, axis)| *axis);
                 axes.for_each(|(held, _)| *held = Some(index as u32));
             }

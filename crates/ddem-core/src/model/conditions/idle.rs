@@ -1,10 +1,10 @@
-//! Loads that are in force and do not act, and what has come to its end.
+//! Loads in force that do not act, and changes that are still to come.
 
 use super::{Conditions, LoadPattern, SupportGroup, TimedCharge};
 use crate::model::history::TimeFunction;
 
 impl Conditions {
-    /// Loads in force in a stage whose history is 0 when the stage is the first to see them.
+    /// Loads that come into force in a stage and whose given history starts at 0.
     pub fn resting(&self, stage: usize) -> Vec<usize> {
         let rests = |load: &LoadPattern| {
             if load.fading.is_some() {
@@ -18,7 +18,7 @@ impl Conditions {
         (0..self.loaded.len()).filter(|&load| rests(&self.loaded[load])).collect()
     }
 
-    /// Loads in force at a time whose history is 0 then.
+    /// Loads in force whose history is 0 at a time.
     pub(crate) fn idle(
         &self,
         stage: usize,
@@ -35,7 +35,8 @@ impl Conditions {
         (0..n_loads).filter(idle).collect()
     }
 
-    /// True if a load, charge or driven support in force may change after a time.
+    /// True if a load or a charge in force may change after a time, or if a driven support moves
+    /// then or may move later.
     pub(crate) fn change_after(&self, stage: usize, time: f64, starts: &[f64]) -> bool {
         let load = |load: &LoadPattern| load.acts(stage) && load.changes_after(time, starts);
         let charge = |charged: &TimedCharge| {

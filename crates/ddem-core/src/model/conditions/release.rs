@@ -1,4 +1,4 @@
-//! The forces of blocks that are taken out, as loads that fade.
+//! Forces of removed blocks as fading loads.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,25 +10,26 @@ use ddem_mesh::Vec3;
 pub(crate) struct FadingForces {
     /// Start time of the fading `[s]`.
     pub(crate) began: f64,
-    /// By node `[N]`.
+    /// Forces by node `[N]`.
     pub(crate) forces: AppliedForces,
 }
 
 /// Fading of the forces of removed blocks.
 #[derive(Clone, Debug)]
 pub struct ForceFading {
-    /// The stage at whose start they begin to.
+    /// Stage at whose start the fading begins.
     pub(crate) from: usize,
     /// True if the forces fade with time; otherwise they vanish at once.
     pub(crate) fades: bool,
-    /// Relax stages, which take them back whatever the time.
+    /// Relax stages of the run; each of them removes the forces regardless of the time.
     pub(super) relaxing: Vec<usize>,
-    /// Start time of the fading `[s]`; the stage that starts it may begin anew.
+    /// Start time of the fading `[s]`. It is stored because its stage may be entered again.
     pub(super) began: f64,
 }
 
 impl ForceFading {
-    /// Forces that begin to fade as a stage begins, or go at once; a relaxation takes them back.
+    /// Fading that begins with the stage `from`. Without `fades` the forces vanish at once. The
+    /// stages `relaxing` remove them.
     #[must_use]
     pub fn new(from: usize, fades: bool, relaxing: Vec<usize>) -> Self {
         Self { from, fades, relaxing, began: 0.0 }
@@ -37,7 +38,7 @@ impl ForceFading {
 
 impl LoadPattern {
     pub(super) fn acts(&self, stage: usize) -> bool {
-        // Relax stages take back what fades, whatever the time.
+        // Relax stages remove fading forces regardless of the time.
         let taken = |fading: &ForceFading, relax: &usize| (fading.from..=stage).contains(relax);
         match &self.fading {
             Some(fading) => !fading.relaxing.iter().any(|relax| taken(fading, relax)),
@@ -61,7 +62,7 @@ impl LoadPattern {
         self.history.changes_after(since)
     }
 
-    /// Sets the forces, and how far they are.
+    /// Sets the forces and the start time of their fading.
     pub(crate) fn release(&mut self, released: &FadingForces) {
         let FadingForces { began, forces } = released;
         self.forces = forces.iter().map(|(&node, &f)| (node, Vec3::from(f))).collect();
@@ -72,8 +73,8 @@ impl LoadPattern {
 }
 
 impl Conditions {
-    /// Factors from which loads go to those of the first relaxation where there is a stress at the start,
-    /// which bears all of them at once: only what removed blocks exerted goes from where it is `now`.
+    /// Initial load factors of the first relaxation of a model with an initial stress, which
+    /// carries all loads at once. Only the forces of removed blocks start from their factors `now`.
     pub(crate) fn at_once(&self, to: &[f64], now: &[f64]) -> Vec<f64> {
         let mut from = to.to_vec();
         let loads = self.loaded.iter().zip(from.iter_mut().zip(now));

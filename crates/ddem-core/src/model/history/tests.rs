@@ -34,7 +34,7 @@ fn a_blast_has_its_peak_of_one_where_the_exponentials_say() {
     assert!((history.factor(peak) - 1.0).abs() < 1e-14 && highest <= 1.0 + 1e-14, "{highest}");
     assert!(highest > 1.0 - 1e-6);
     assert_eq!([-1.0, 0.0].map(|time| history.factor(time)), [0.0; 2]);
-    // The ratio of two late values has forgotten the rise.
+    // Late values follow the slow exponential alone.
     let late = history.factor(0.02) / history.factor(0.018);
     assert!((late - (-1.0_f64).exp()).abs() < 1e-12);
 }

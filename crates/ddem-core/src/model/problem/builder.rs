@@ -1,4 +1,4 @@
-//! A problem from arrays: hexahedra by block, joints by pairs of faces.
+//! Problems from arrays: hexahedra by block, joints by pairs of faces.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,17 +25,17 @@ pub enum BuildError {
     /// Fault of the mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A number of a thing that does not exist.
+    /// A number that refers to nothing.
     #[error("there is no {what} {number}: there are {count}, from 0")]
     Missing {
-        /// Kind of thing.
+        /// Kind of item.
         what: &'static str,
         /// Number that was given.
         number: usize,
-        /// Number of materials or joints.
+        /// Number of existing items.
         count: usize,
     },
-    /// Four nodes that are no part of a face of a block.
+    /// Four nodes that do not lie on one face of a block.
     #[error("nodes {quad:?} are no part of a face of a block")]
     NoFace {
         /// The four nodes.
@@ -51,15 +51,15 @@ pub enum BuildError {
         /// Reason.
         why: String,
     },
-    /// More things than numbers of 16 bits have, one of which means none.
+    /// More items than 16-bit numbers can count; one of these numbers means none.
     #[error("there are {count} {what}: {} are the most", u16::MAX)]
     TooMany {
-        /// Kind of thing.
+        /// Kind of item.
         what: &'static str,
-        /// Number of things.
+        /// Number of items.
         count: usize,
     },
-    /// A joint has a law that no springs can have.
+    /// A joint law with numbers that springs cannot have.
     #[error("the law of joint `{joint}`: {why}")]
     Law {
         /// Name of the joint.
@@ -67,7 +67,7 @@ pub enum BuildError {
         /// Reason.
         why: String,
     },
-    /// A node of a rigid block that is none of its corners.
+    /// A node of a rigid block that is not one of its corners.
     #[error("node {node} is inside of rigid block {block}, of which only the corners are nodes")]
     InRigid {
         /// Number of the node.
@@ -86,13 +86,13 @@ struct FacePair {
 
 /// Blocks, joints, supports and loads as arrays, with the numbers of a mesh.
 ///
-/// Blocks are the blocks of the mesh; nodes are those of the mesh until [`build`](Self::build), which numbers them
-/// by block and returns the new numbers.
+/// Blocks and nodes have the numbers of the mesh. [`build`](Self::build) renumbers the nodes by
+/// block and returns the new numbers.
 #[derive(Clone, Debug)]
 pub struct ProblemBuilder {
-    /// Settings, contacts, materials and joints; blocks have the first material unless they are given another one.
+    /// Settings, contacts, materials and joints. Blocks have the first material by default.
     pub properties: Properties,
-    /// Kinds of the stages; none: one stage.
+    /// Kinds of the stages; empty for one stage.
     pub stages: Vec<StageKind>,
     blocks: Vec<MeshBlock>,
     n_nodes: usize,
@@ -106,7 +106,7 @@ pub struct ProblemBuilder {
 }
 
 impl ProblemBuilder {
-    /// Blocks of a mesh, of one material.
+    /// Builder with the blocks of a mesh, all of one material.
     ///
     /// # Errors
     ///
@@ -136,13 +136,13 @@ impl ProblemBuilder {
         })
     }
 
-    /// Adds a material and gives its number. More than 65 535 are an error of [`build`](Self::build).
+    /// Adds a material and returns its number. [`build`](Self::build) allows at most 65 535.
     pub fn material(&mut self, material: Elastic) -> u16 {
         self.properties.materials.push(material);
         u16::try_from(self.properties.materials.len() - 1).unwrap_or(u16::MAX)
     }
 
-    /// Adds a joint and gives its number. More than 65 535 are an error of [`build`](Self::build).
+    /// Adds a joint and returns its number. [`build`](Self::build) allows at most 65 535.
     pub fn joint(&mut self, joint: JointProperties) -> u16 {
         self.properties.joints.push(joint);
         u16::try_from(self.properties.joints.len() - 1).unwrap_or(u16::MAX)
@@ -156,14 +156,14 @@ impl ProblemBuilder {
         Ok(self)
     }
 
-    /// Makes a block rigid: of its nodes only the corners are left.
+    /// Makes a block rigid. Of its nodes only the corners remain.
     pub fn set_rigid(&mut self, block: usize) -> Result<&mut Self, BuildError> {
         self.has("block", block, self.blocks.len())?;
         self.rigid[block] = true;
         Ok(self)
     }
 
-    /// Stress in a block at the start `[Pa]`.
+    /// Sets the stress of a block at the start `[Pa]`.
     pub fn set_stress(&mut self, block: usize, stress: Stress) -> Result<&mut Self, BuildError> {
         self.has("block", block, self.blocks.len())?;
         self.stresses.resize(self.blocks.len(), None);
@@ -171,14 +171,14 @@ impl ProblemBuilder {
         Ok(self)
     }
 
-    /// Joins two faces of blocks, each given by four of its nodes, as those of a hexahedron at it.
+    /// Joins two faces of blocks, each given by four nodes, such as those of one of its elements.
     pub fn join(&mut self, quads: [[u32; 4]; 2], joint: u16) -> Result<&mut Self, BuildError> {
         self.has("joint", joint.into(), self.properties.joints.len())?;
         self.pairs.push(FacePair { quads, joint });
         Ok(self)
     }
 
-    /// Holds nodes along some axes.
+    /// Supports nodes along some axes.
     pub fn fix(&mut self, nodes: &[u32], axes: [bool; 3]) -> Result<&mut SupportGroup, BuildError> {
         self.has_nodes(nodes.iter())?;
         self.fixed.push(SupportGroup {
@@ -194,7 +194,7 @@ impl ProblemBuilder {
         Ok(&mut self.fixed[last])
     }
 
-    /// Loads nodes with forces at factor 1 `[N]`.
+    /// Adds a load: nodal forces at factor 1 `[N]`.
     pub fn load(&mut self, forces: &[(u32, [f64; 3])]) -> Result<&mut LoadPattern, BuildError> {
         self.has_nodes(forces.iter().map(|(node, _)| node))?;
         let forces = forces.iter().map(|&(node, force)| (node, Vec3::from(force))).collect();
@@ -204,19 +204,21 @@ impl ProblemBuilder {
         Ok(&mut self.loaded[last])
     }
 
-    /// Lets nodes move at the start; later motions replace earlier ones.
+    /// Adds a motion of nodes at the start. Later motions replace earlier ones.
     pub fn motion(&mut self, motion: StartMotion) -> Result<&mut Self, BuildError> {
         self.has_nodes(motion.nodes.iter())?;
         self.motions.push(motion);
         Ok(self)
     }
 
-    /// The problem, and the number in it of each node of the mesh: none of those inside of rigid blocks, and of those
-    /// without a block.
+    /// Problem, and the number in it of each mesh node. Nodes without a block and nodes of rigid
+    /// blocks that are not corners have none.
     ///
     /// # Errors
     ///
-    /// More materials or joints than 65 535, laws that [`Model::set_law`](crate::Model::set_law) would refuse; faces that a joint cannot join; supports, loads and motions at nodes that rigid blocks do not have.
+    /// More than 65 535 materials or joints; laws that [`Model::set_law`](crate::Model::set_law)
+    /// refuses; faces that a joint cannot join; supports, loads or motions at nodes without a
+    /// number.
     pub fn build(self) -> Result<(Problem, Vec<Option<u32>>), BuildError> {
         let Properties { materials, joints, .. } = &self.properties;
         for (what, count) in [("materials", materials.len()), ("joints", joints.len())] {
@@ -311,7 +313,7 @@ impl ProblemBuilder {
         numbers[node as usize].ok_or_else(inside)
     }
 
-    /// Joints between faces, sorted by their blocks.
+    /// Nonconforming joints, sorted by their blocks.
     fn nonconforming_joints(
         &self,
         geometry: &Geometry,
@@ -381,7 +383,7 @@ impl ProblemBuilder {
     }
 }
 
-/// One set of blocks, whose sides are those of the box around it.
+/// One set of all blocks, whose sides are those of the box around it.
 fn sets(bounds: [Vec3; 2]) -> Sets {
     let [low, high] = bounds;
     let corner =
