@@ -34,8 +34,7 @@ pub(crate) fn busy(py: Python<'_>, what: &str) -> PyErr {
 pub(crate) fn internal(py: Python<'_>, panic: &(dyn std::any::Any + Send)) -> PyErr {
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    let message =
-        format!("internal error, please report it: {}", text.unwrap_or("unknown"));
+    let message = format!("internal error, please report it: {}", text.unwrap_or("unknown"));
     raise!(py, "Error", (message,))
 }
 
